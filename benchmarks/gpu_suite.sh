@@ -1,0 +1,174 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck disable=SC2317  # functions are called by name
+# Everything that needs a GPU, in one go and in at most ten minutes on 16 cores:
+#
+#   benchmarks/gpu_suite.sh OUT_DIR
+#
+# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, the benchmarks, and
+# ice_block on both backends. A part that fails does not stop the others; the exit code is 1 if any did.
+#
+# Writes to OUT_DIR: record.json (what was run, where, with what result), benchmarks.json (for compare.py), log.txt (the
+# output of every part), stats_cpu.csv and stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR
+# and the build directory.
+#
+# Environment:
+#   MELTSIM_BUILD_DIR       a build to use as it is; default: build/gpu_suite, built here
+#   MELTSIM_CMAKE_ARGS      more arguments for cmake, e.g. -DCMAKE_CUDA_ARCHITECTURES=80
+#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck benchmarks melting reproducible"
+#   MELTSIM_SUITE_SECONDS   time limit of the whole (570); parts that no longer fit are reported as failed
+#   MELTSIM_BENCHMARK_ARGS  more arguments for the benchmarks, e.g. --benchmark_filter=scene
+#   MELTSIM_COMMIT          what to record where there is no git
+set -uo pipefail
+
+if [ $# -ne 1 ] || [ "${1#-}" != "$1" ]; then
+  sed -n '4,22s/^# \{0,1\}//p' "$0"
+  exit 2
+fi
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+mkdir -p "$1" || exit 2
+out=$(cd "$1" && pwd)
+build=${MELTSIM_BUILD_DIR:-$root/build/gpu_suite}
+wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck benchmarks melting reproducible} "
+deadline=$((SECONDS + ${MELTSIM_SUITE_SECONDS:-570}))
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+: > "$out/log.txt"
+: > "$work/parts.tsv"
+# A record of an earlier run must not pass for this one's.
+rm -f "$out"/record.json "$out"/benchmarks.json "$out"/stats_cpu.csv "$out"/stats_cuda.csv
+command -v nvcc > /dev/null || PATH=$PATH:/usr/local/cuda/bin
+export LD_LIBRARY_PATH=$build/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
+
+say() { printf '%s\n' "$*" | tee -a "$out/log.txt"; }
+
+# part NAME LIMIT FUNCTION...: runs it for at most LIMIT seconds, notes result and duration.
+part() {
+  local name=$1 limit=$2 left=$((deadline - SECONDS)) start=$SECONDS code=0
+  shift 2
+  [[ $wanted == *" $name "* ]] || return 0
+  say "== $name"
+  if [ "$left" -lt 5 ]; then
+    say "   not run: the time of the suite is used up"
+    printf '%s\t%s\t%s\n' "$name" 125 0 >> "$work/parts.tsv"
+    return 0
+  fi
+  [ "$limit" -lt "$left" ] || limit=$left
+  timeout --kill-after=10 "$limit" bash -c '"$@"' "$name" "$@" > "$work/$name.log" 2>&1 || code=$?
+  tail -c 300000 "$work/$name.log" >> "$out/log.txt"
+  [ "$code" -eq 0 ] || tail -n 15 "$work/$name.log"
+  case $code in
+    0) say "   passed in $((SECONDS - start)) s" ;;
+    124 | 137) say "   FAILED: not done after $limit s" ;;
+    *) say "   FAILED with exit code $code after $((SECONDS - start)) s" ;;
+  esac
+  printf '%s\t%s\t%s\n' "$name" "$code" $((SECONDS - start)) >> "$work/parts.tsv"
+}
+
+build_all() {
+  local generator=()
+  command -v ninja > /dev/null && generator=(-G Ninja)
+  # shellcheck disable=SC2086  # MELTSIM_CMAKE_ARGS holds several
+  cmake -S "$root" -B "$build" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_BUILD_TESTS=ON \
+    -DMELTSIM_BUILD_BENCHMARKS=ON -DMELTSIM_BUILD_EXAMPLES=ON ${MELTSIM_CMAKE_ARGS:-} || return 1
+  # All programs that can be built, even if one cannot.
+  cmake --build "$build" --parallel "$(nproc)" --target meltsim_gpu_tests meltsim_benchmarks meltsim_runner && return 0
+  local target
+  for target in meltsim_gpu_tests meltsim_benchmarks meltsim_runner; do
+    cmake --build "$build" --parallel "$(nproc)" --target "$target"
+  done
+  return 1
+}
+
+gpu_tests() {
+  export MELTSIM_REQUIRE_GPU=1
+  local home
+  home=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$build/CMakeCache.txt" 2> /dev/null)
+  [ -x "$build/bin/meltsim_gpu_tests" ] || { echo "no $build/bin/meltsim_gpu_tests: built without GoogleTest?"; return 1; }
+  if [ "$home" = "$root" ] && command -v ctest > /dev/null; then
+    (cd "$build" && ctest -L gpu --no-tests=error --parallel 4 --output-on-failure --output-junit "$work/tests.xml")
+  else  # built elsewhere: CTest's paths mean nothing here
+    "$build/bin/meltsim_gpu_tests" --gtest_output="xml:$work/tests.xml"
+  fi
+}
+
+sanitizer() {
+  command -v compute-sanitizer > /dev/null || { echo "compute-sanitizer is not installed"; return 1; }
+  MELTSIM_REQUIRE_GPU=1 compute-sanitizer --tool "$1" --error-exitcode 9 --print-limit 20 \
+    "$build/bin/meltsim_gpu_tests" --gtest_filter='Sanitizer.*'
+}
+
+benchmarks() {
+  # shellcheck disable=SC2086
+  "$build/bin/meltsim_benchmarks" --benchmark_repetitions=3 --benchmark_out="$out/benchmarks.json" \
+    --benchmark_out_format=json ${MELTSIM_BENCHMARK_ARGS:-} || return 1
+  sed -i 's|"executable": ".*/|"executable": "|' "$out/benchmarks.json"  # a record says nothing of the machine's folders
+}
+
+melting() {
+  local backend runs=() status=0
+  for backend in cpu cuda; do  # side by side: the one leaves the processor to the other
+    "$build/bin/meltsim" run ice_block --backend "$backend" --out "$work/ice_$backend" --overwrite --export none \
+      > "$work/ice_$backend.log" 2>&1 &
+    runs+=($!)
+  done
+  # This function runs in a shell of its own; when time is up, the runs go with it.
+  trap 'kill "${runs[@]}" 2> /dev/null' TERM EXIT
+  wait "${runs[0]}" || status=1
+  wait "${runs[1]}" || status=1
+  for backend in cpu cuda; do
+    echo "-- $backend"
+    tail -n 20 "$work/ice_$backend.log"
+    cp "$work/ice_$backend/stats.csv" "$out/stats_$backend.csv" || status=1
+  done
+  python3 "$root/benchmarks/compare_runs.py" "$out/stats_cpu.csv" "$out/stats_cuda.csv" \
+    --json "$work/melting.json" || status=1
+  return "$status"
+}
+
+# Without contraction the bodies' arithmetic is the same on both sides: the curves must be equal to the last digit.
+reproducible() {
+  local generator=() backend status=0 exact=$build-reproducible
+  command -v ninja > /dev/null && generator=(-G Ninja)
+  # shellcheck disable=SC2086
+  cmake -S "$root" -B "$exact" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_REPRODUCIBLE=ON \
+    -DMELTSIM_BUILD_TESTS=OFF -DMELTSIM_BUILD_BENCHMARKS=OFF ${MELTSIM_CMAKE_ARGS:-} || return 1
+  cmake --build "$exact" --parallel "$(nproc)" --target meltsim_runner || return 1
+  for backend in cpu cuda; do
+    LD_LIBRARY_PATH=$exact/lib "$exact/bin/meltsim" run ice_block --backend "$backend" --time 4 \
+      --out "$work/exact_$backend" --overwrite --export none || status=1
+  done
+  for column in melted_fraction kinetic_J thermal_J momentum_y; do
+    python3 "$root/benchmarks/compare_runs.py" "$work/exact_cpu/stats.csv" "$work/exact_cuda/stats.csv" \
+      --column "$column" --tolerance 0 --worst 0 || status=1
+  done
+  return "$status"
+}
+
+# timeout(1) starts programs, not functions: these run in a bash of their own.
+export root out build work
+export -f build_all gpu_tests sanitizer benchmarks melting reproducible
+
+nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader > "$work/device.txt" 2>&1 ||
+  say "nvidia-smi finds no GPU: $(head -n 1 "$work/device.txt")"
+if [ -z "${MELTSIM_BUILD_DIR:-}" ]; then
+  part build 330 build_all
+fi
+part tests 150 gpu_tests
+part memcheck 60 sanitizer memcheck
+part racecheck 60 sanitizer racecheck
+part benchmarks 240 benchmarks
+part melting 120 melting
+part reproducible 150 reproducible
+part initcheck 45 sanitizer initcheck
+part synccheck 45 sanitizer synccheck
+
+commit=$(git -C "$root" rev-parse HEAD 2> /dev/null) || commit=${MELTSIM_COMMIT:-unknown}
+if [ "$commit" != unknown ] && [ -n "$(git -C "$root" status --porcelain --untracked-files=no 2> /dev/null)" ]; then
+  commit=$commit+changes
+fi
+python3 "$root/benchmarks/gpu_record.py" --work "$work" --out "$out" --commit "$commit"
+code=$?
+say "record: $out/record.json"
+exit "$code"

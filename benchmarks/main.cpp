@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "bench.hpp"
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  const meltsim::BuildInfo info = meltsim::build_info();
+  benchmark::AddCustomContext("meltsim", info.version);
+  benchmark::AddCustomContext("cpu_threads", std::to_string(info.cpu_threads));
+  benchmark::AddCustomContext("cuda_device", info.devices.empty() ? info.cuda_reason : info.devices.front());
+  bench::register_verbs_cpu();
+  bench::register_verbs_cuda();
+  bench::register_stages();
+  bench::register_steps();
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

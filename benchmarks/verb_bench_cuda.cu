@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/exec_cuda_scan.cuh"
+#include "verb_bench.hpp"
+
+namespace bench {
+
+namespace {
+meltsim::core::CudaExec make_exec() { return meltsim::core::CudaExec(0, nullptr); }
+}  // namespace
+
+void register_verbs_cuda() {
+  if (backends().back() == Backend::cuda) register_verbs("cuda", {60500, 1000000, 10000000}, make_exec);
+}
+
+}  // namespace bench

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+# Install and package rules: headers, library, CMake package, pkg-config file.
+include(CMakePackageConfigHelpers)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/meltsim)
+
+install(TARGETS meltsim EXPORT meltsimTargets
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/meltsim
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def")
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(EXPORT meltsimTargets NAMESPACE meltsim:: DESTINATION ${package_dir})
+
+# A static library passes its dependencies on to the host; the shared one keeps them to itself.
+set(config_static_dependencies "")
+set(pc_libs_private "")
+if(NOT BUILD_SHARED_LIBS)
+  string(APPEND config_static_dependencies "find_dependency(OpenMP COMPONENTS CXX)\n")
+  if(MELTSIM_HAVE_CUDA)
+    string(APPEND config_static_dependencies "find_dependency(CUDAToolkit)\n")
+  endif()
+  # pkg-config hosts link with whatever compiler they have, so the OpenMP and C++ runtimes are named outright.
+  if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    set(pc_libs_private "-lomp -lstdc++ -lm -lpthread")
+  else()
+    set(pc_libs_private "-lgomp -lstdc++ -lm -lpthread")
+  endif()
+  if(MELTSIM_HAVE_CUDA)
+    get_target_property(cudart_static CUDA::cudart_static IMPORTED_LOCATION)
+    get_filename_component(cudart_directory ${cudart_static} DIRECTORY)
+    string(PREPEND pc_libs_private "-L${cudart_directory} -lcudart_static -ldl -lrt ")
+  endif()
+endif()
+
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/meltsimConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/cmake/meltsimConfig.cmake
+  INSTALL_DESTINATION ${package_dir}
+  NO_SET_AND_CHECK_MACRO)
+# 0.x: a minor version may break its hosts, so it only satisfies requests for itself.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/meltsimConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/cmake/meltsimConfig.cmake
+              ${PROJECT_BINARY_DIR}/cmake/meltsimConfigVersion.cmake
+  DESTINATION ${package_dir})
+
+# Relative to where the .pc file lies, so the prefix can be moved.
+file(RELATIVE_PATH pc_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+string(REGEX REPLACE "/$" "" pc_to_prefix "${pc_to_prefix}")
+configure_file(${PROJECT_SOURCE_DIR}/cmake/meltsim.pc.in ${PROJECT_BINARY_DIR}/cmake/meltsim.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/cmake/meltsim.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+// What of the CUDA executor depends on no body: memory, stream, sort, timings, errors.
+#include "core/exec_cuda.cuh"
+
+#include <algorithm>
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/profiler_range.cuh"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+namespace {
+
+/// Start and stop events of the last few runs of one stage.
+struct StageEvents {
+  static constexpr int ring = 32;
+  cudaEvent_t start[ring] = {}, stop[ring] = {};
+  bool pending[ring] = {};
+  int next = 0;
+};
+
+struct PairCopy {
+  const std::uint64_t* keys;
+  const std::uint32_t* values;
+  std::uint64_t* keys_out;
+  std::uint32_t* values_out;
+  __device__ void operator()(std::uint64_t i) const {
+    keys_out[i] = keys[i];
+    values_out[i] = values[i];
+  }
+};
+
+}  // namespace
+
+struct CudaExec::Owned {
+  cudaStream_t stream = nullptr;  // null when the stream is the host's
+  void* partials = nullptr;
+  void* scratch = nullptr;
+  std::uint64_t scratch_bytes = 0;
+  std::string fault;
+  std::vector<StageEvents> stages;
+  bool timing = false;  // between begin_stage and end_stage
+  Timings timings;
+};
+
+CudaExec::CudaExec(int device, void* stream)
+    : device_(device), stream_(static_cast<cudaStream_t>(stream)), own_(new Owned) {
+  const DeviceScope scope(device_);
+  if (stream_ != nullptr) return;
+  // Non-blocking: the host's legacy default stream neither waits for this one nor holds it up.
+  if (check(cudaStreamCreateWithFlags(&own_->stream, cudaStreamNonBlocking), "making a stream"))
+    stream_ = own_->stream;
+}
+
+CudaExec::CudaExec(CudaExec&&) noexcept = default;
+
+CudaExec& CudaExec::operator=(CudaExec&& other) noexcept {
+  std::swap(device_, other.device_);
+  std::swap(stream_, other.stream_);
+  std::swap(guard_, other.guard_);
+  std::swap(own_, other.own_);
+  return *this;
+}
+
+CudaExec::~CudaExec() {
+  if (own_ == nullptr) return;  // moved from
+  const DeviceScope scope(device_);
+  for (StageEvents& s : own_->stages)
+    for (int k = 0; k < StageEvents::ring; ++k) {
+      if (s.start[k] != nullptr) (void)cudaEventDestroy(s.start[k]);
+      if (s.stop[k] != nullptr) (void)cudaEventDestroy(s.stop[k]);
+    }
+  if (own_->partials != nullptr) (void)cudaFree(own_->partials);
+  if (own_->scratch != nullptr) (void)cudaFree(own_->scratch);
+  if (own_->stream != nullptr) (void)cudaStreamDestroy(own_->stream);
+}
+
+bool CudaExec::check(cudaError_t result, const char* what) const {
+  if (result == cudaSuccess) return true;
+  (void)cudaGetLastError();  // it is reported here; the host shall not find it a second time
+  if (own_->fault.empty())
+    own_->fault =
+        std::string(what) + " failed: " + cudaGetErrorString(result) + " (" + cudaGetErrorName(result) + ")";
+  return false;
+}
+
+std::string CudaExec::fault() { return std::exchange(own_->fault, std::string{}); }
+
+// --- memory -----------------------------------------------------------------------------------------------
+
+void* CudaExec::allocate(std::uint64_t bytes) const {
+  const DeviceScope scope(device_);
+  void* p = nullptr;
+  const cudaError_t result = cudaMalloc(&p, static_cast<std::size_t>(bytes));
+  if (result == cudaSuccess) return p;
+  (void)cudaGetLastError();
+  // Running out is an answer, not a fault.
+  if (result != cudaErrorMemoryAllocation) check(result, "allocating memory");
+  return nullptr;
+}
+
+void CudaExec::release(void* p) const {
+  const DeviceScope scope(device_);
+  check(cudaFree(p), "freeing memory");
+}
+
+void CudaExec::upload(void* to, const void* from, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  const DeviceScope scope(device_);
+  if (check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyHostToDevice, stream_),
+            "copying to the device"))
+    check(cudaStreamSynchronize(stream_), "copying to the device");
+}
+
+void CudaExec::download(void* to, const void* from, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  const DeviceScope scope(device_);
+  if (check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyDeviceToHost, stream_),
+            "copying from the device"))
+    check(cudaStreamSynchronize(stream_), "copying from the device");
+}
+
+void CudaExec::zero(void* p, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  const DeviceScope scope(device_);
+  check(cudaMemsetAsync(p, 0, static_cast<std::size_t>(bytes), stream_), "clearing memory");
+}
+
+void CudaExec::synchronize() {
+  const DeviceScope scope(device_);
+  if (check(cudaStreamSynchronize(stream_), "a step")) harvest();
+}
+
+std::uint64_t CudaExec::free_bytes() const {
+  const DeviceScope scope(device_);
+  std::size_t free = 0, total = 0;
+  return check(cudaMemGetInfo(&free, &total), "asking for free memory") ? free : 0;
+}
+
+bool CudaExec::reserve(std::uint64_t n) {
+  const DeviceScope scope(device_);
+  if (own_->partials == nullptr) own_->partials = allocate(kernels::reduce_blocks * kernels::reduce_item);
+  if (own_->partials == nullptr) return false;
+
+  // Asked for all 64 bits; fewer need no more. The sort runs between its caller's buffers, so this is
+  // histograms only, a fraction of a byte per item.
+  const auto items = static_cast<std::uint32_t>(n);
+  CUB_NS_QUALIFIER::DoubleBuffer<std::uint64_t> keys;
+  CUB_NS_QUALIFIER::DoubleBuffer<std::uint32_t> values;
+  std::size_t sort_bytes = 0, scan_bytes = 0;
+  (void)cudaGetLastError();
+  if (!check(CUB_NS_QUALIFIER::DeviceRadixSort::SortPairs(nullptr, sort_bytes, keys, values, items, 0, 64,
+                                                          stream_),
+             "asking for the sort's working space"))
+    return false;
+  const std::uint32_t* in = nullptr;
+  std::uint32_t* out = nullptr;
+  if (!check(CUB_NS_QUALIFIER::DeviceScan::InclusiveSum(nullptr, scan_bytes, in, out, items, stream_),
+             "asking for the scan's working space"))
+    return false;
+  // A scan over a body may be tiled more finely than one over memory: 8 bytes for every 64 items at least.
+  const std::uint64_t needed = std::max<std::uint64_t>({sort_bytes, 2 * scan_bytes, n / 8 + 65536});
+  if (own_->scratch != nullptr && own_->scratch_bytes >= needed && own_->scratch_bytes / 2 <= needed)
+    return true;
+  if (own_->scratch != nullptr) release(own_->scratch);
+  own_->scratch = allocate(needed);
+  own_->scratch_bytes = own_->scratch != nullptr ? needed : 0;
+  return own_->scratch != nullptr;
+}
+
+std::uint64_t CudaExec::reserved_bytes() const {
+  return own_->scratch_bytes +
+         (own_->partials != nullptr ? kernels::reduce_blocks * kernels::reduce_item : 0);
+}
+
+void* CudaExec::partials() const {
+  if (own_->partials == nullptr) check(cudaErrorInvalidValue, "reduce without working space");
+  return own_->partials;
+}
+
+void* CudaExec::scratch(std::size_t bytes) const {
+  if (bytes <= own_->scratch_bytes) return own_->scratch;
+  check(cudaErrorInvalidValue, "scan or sort of more items than were reserved");
+  return nullptr;
+}
+
+// --- sort -------------------------------------------------------------------------------------------------
+
+void CudaExec::sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
+                    std::uint64_t* keys_out, std::uint32_t* values_out) const {
+  if (n == 0) return;
+  const DeviceScope scope(device_);
+  (void)cudaGetLastError();  // CUB would take an earlier error of the host's for its own
+  // Between the two buffers of the caller: a sort that may not touch its input needs 12 bytes more per
+  // particle.
+  CUB_NS_QUALIFIER::DoubleBuffer<std::uint64_t> k(keys, keys_out);
+  CUB_NS_QUALIFIER::DoubleBuffer<std::uint32_t> v(values, values_out);
+  const int end_bit = static_cast<int>(std::min(std::max(bits, 1u), 64u));
+  const auto items = static_cast<std::uint32_t>(n);
+  std::size_t bytes = 0;
+  if (!check(CUB_NS_QUALIFIER::DeviceRadixSort::SortPairs(nullptr, bytes, k, v, items, 0, end_bit, stream_),
+             "sort"))
+    return;
+  void* const space = scratch(bytes);
+  if (space == nullptr) return;
+  if (!check(CUB_NS_QUALIFIER::DeviceRadixSort::SortPairs(space, bytes, k, v, items, 0, end_bit, stream_),
+             "sort"))
+    return;
+  // An even number of passes ends where it began. The guard must not keep the copy from happening.
+  if (k.Current() != keys_out)
+    launch(kernels::each<PairCopy>, blocks(n, kernels::block), kernels::block,
+           static_cast<const std::uint32_t*>(nullptr), n, PairCopy{keys, values, keys_out, values_out});
+}
+
+// --- timings ----------------------------------------------------------------------------------------------
+
+void CudaExec::begin_stage(int index, const char* name) {
+  push_profiler_range(name);
+  const DeviceScope scope(device_);
+  cudaStreamCaptureStatus capture = cudaStreamCaptureStatusNone;
+  // Events recorded into a graph have no time of their own.
+  own_->timing =
+      check(cudaStreamIsCapturing(stream_, &capture), "timing") && capture == cudaStreamCaptureStatusNone;
+  if (!own_->timing) return;
+  if (index >= static_cast<int>(own_->stages.size()))
+    own_->stages.resize(static_cast<std::size_t>(index) + 1);
+  StageEvents& s = own_->stages[static_cast<std::size_t>(index)];
+  if (s.start[0] == nullptr)
+    for (int k = 0; k < StageEvents::ring && own_->timing; ++k)
+      own_->timing =
+          check(cudaEventCreate(&s.start[k]), "timing") && check(cudaEventCreate(&s.stop[k]), "timing");
+  s.pending[s.next] = false;  // a run that nobody asked about in time is forgotten
+  if (own_->timing) own_->timing = check(cudaEventRecord(s.start[s.next], stream_), "timing");
+}
+
+void CudaExec::end_stage(int index) {
+  if (own_->timing) {
+    const DeviceScope scope(device_);
+    StageEvents& s = own_->stages[static_cast<std::size_t>(index)];
+    s.pending[s.next] = check(cudaEventRecord(s.stop[s.next], stream_), "timing");
+    s.next = (s.next + 1) % StageEvents::ring;
+    own_->timing = false;
+  }
+  pop_profiler_range();
+}
+
+void CudaExec::harvest() {
+  for (std::size_t index = 0; index < own_->stages.size(); ++index) {
+    StageEvents& s = own_->stages[index];
+    for (int n = 0; n < StageEvents::ring; ++n) {
+      const int k = (s.next + n) % StageEvents::ring;  // oldest first
+      if (!s.pending[k] || cudaEventQuery(s.stop[k]) != cudaSuccess) continue;
+      float ms = 0;
+      s.pending[k] = false;
+      if (check(cudaEventElapsedTime(&ms, s.start[k], s.stop[k]), "timing"))
+        own_->timings.add(static_cast<int>(index), static_cast<double>(ms));
+    }
+  }
+  (void)cudaGetLastError();  // "not ready" is an answer, not an error
+}
+
+const Timings& CudaExec::collect() {
+  const DeviceScope scope(device_);
+  harvest();
+  return own_->timings;
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs on CUDA. What each one means is said once, in core/exec_cpu.hpp; here is what differs:
+//
+//   - Everything is enqueued on one stream, and no verb allocates, waits or reads back, so that a step can be
+//     captured into a CUDA graph. Only upload, download, synchronize and (de)allocation wait, and only
+//     release(), for which CUDA has no other way, waits for more than this stream.
+//   - The guard is read on the device, at the start of every kernel.
+//   - reduce asks for a combine that is commutative, too: threads take strided shares. Its shape depends on n
+//     alone, so equal inputs give equal bits.
+//   - scan is defined in core/exec_cuda_scan.cuh, because CUB's header would cost every stage seconds to
+//   compile.
+//   - Hosts use other devices: every entry selects its own and puts the host's back.
+//   - The first error is kept until fault() is asked; nothing is thrown or printed.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <type_traits>
+
+#include "core/timings.hpp"
+#include "core/warp_add.cuh"
+#include "meltsim/types.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+namespace kernels {
+
+// 128: at 60 thousand particles every multiprocessor of a large GPU still gets several blocks.
+inline constexpr unsigned block = 128;
+inline constexpr unsigned reduce_block = 256;
+inline constexpr std::uint64_t reduce_blocks = 1024;  // most blocks of a reduction's first pass
+inline constexpr std::size_t reduce_item = 64;        // largest result of a reduction, bytes
+
+__device__ inline bool stopped(const std::uint32_t* guard) { return guard != nullptr && *guard != 0u; }
+
+__device__ inline std::uint64_t index() {
+  return static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+}
+
+// __grid_constant__: bodies carry the whole frame; threads read it where the launch put it, without a copy.
+template <class Body>
+__global__ void __launch_bounds__(block)
+    each(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  if (stopped(guard)) return;
+  const std::uint64_t i = index();
+  if (i < n) body(i);
+}
+
+template <class Body>
+__global__ void __launch_bounds__(block)
+    each_adding(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  if (stopped(guard)) return;
+  const std::uint64_t i = index();
+  if (i < n) body(i, CudaAdder{});
+}
+
+/// Combines the values of a block; thread 0 gets the result.
+template <class R>
+__device__ R combine_block(const R& mine) {
+  // Raw bytes: shared variables may not have constructors.
+  __shared__ alignas(16) unsigned char raw[reduce_block * sizeof(R)];
+  R* const all = reinterpret_cast<R*>(raw);
+  all[threadIdx.x] = mine;
+  for (unsigned half = reduce_block / 2; half != 0u; half /= 2) {
+    __syncthreads();
+    if (threadIdx.x < half) all[threadIdx.x] = R::combine(all[threadIdx.x], all[threadIdx.x + half]);
+  }
+  return all[threadIdx.x];
+}
+
+template <class R, class Body>
+__global__ void __launch_bounds__(reduce_block)
+    reduce_first(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* partial) {
+  if (stopped(guard)) return;
+  R r{};
+  const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
+  for (std::uint64_t i = index(); i < n; i += stride) r = R::combine(r, body(i));
+  r = combine_block(r);
+  if (threadIdx.x == 0) partial[blockIdx.x] = r;
+}
+
+template <class R>
+__global__ void __launch_bounds__(reduce_block)
+    reduce_last(const std::uint32_t* guard, std::uint32_t n, const R* partial, R* out) {
+  if (stopped(guard)) return;
+  R r{};
+  for (std::uint32_t i = threadIdx.x; i < n; i += reduce_block) r = R::combine(r, partial[i]);
+  r = combine_block(r);
+  if (threadIdx.x == 0) *out = r;
+}
+
+template <class V>
+struct CopyBody {
+  const V* from;
+  V* to;
+  __device__ void operator()(std::uint64_t i) const { to[i] = from[i]; }
+};
+
+template <class V>
+struct FillBody {
+  V value;
+  V* to;
+  __device__ void operator()(std::uint64_t i) const { to[i] = value; }
+};
+
+}  // namespace kernels
+
+/// Makes a device current for as long as it lives.
+class DeviceScope {
+ public:
+  explicit DeviceScope(int device) {
+    if (cudaGetDevice(&before_) != cudaSuccess) before_ = device;
+    changed_ = before_ != device && cudaSetDevice(device) == cudaSuccess;
+  }
+  ~DeviceScope() {
+    if (changed_) (void)cudaSetDevice(before_);
+  }
+  DeviceScope(const DeviceScope&) = delete;
+  DeviceScope& operator=(const DeviceScope&) = delete;
+
+ private:
+  int before_ = 0;
+  bool changed_ = false;
+};
+
+class CudaExec {
+ public:
+  static constexpr Backend backend = Backend::cuda;
+
+  /// stream: a cudaStream_t of the host's, which must outlive this; null = one of its own.
+  CudaExec(int device, void* stream);
+  CudaExec(CudaExec&&) noexcept;
+  CudaExec& operator=(CudaExec&&) noexcept;
+  ~CudaExec();
+
+  void set_guard(const std::uint32_t* guard) { guard_ = guard; }
+
+  template <class Body>
+  void for_each(std::uint64_t n, const Body& body) const {
+    if (n != 0) launch(kernels::each<Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
+  }
+
+  template <class R, class Body>
+  void reduce(std::uint64_t n, const Body& body, R* out) const {
+    static_assert(
+        std::is_trivially_copyable<R>::value && sizeof(R) <= kernels::reduce_item && alignof(R) <= 16,
+        "the scratch memory of reductions is sized for small plain results");
+    std::uint64_t parts = blocks(n, kernels::reduce_block);
+    if (parts > kernels::reduce_blocks) parts = kernels::reduce_blocks;
+    R* const partial = static_cast<R*>(partials());
+    if (n != 0)
+      launch(kernels::reduce_first<R, Body>, parts, kernels::reduce_block, guard_, n, body, partial);
+    launch(kernels::reduce_last<R>, 1, kernels::reduce_block, guard_, static_cast<std::uint32_t>(parts),
+           static_cast<const R*>(partial), out);
+  }
+
+  /// Defined in core/exec_cuda_scan.cuh.
+  template <class Body>
+  void scan(std::uint64_t n, const Body& body, std::uint32_t* out) const;
+
+  void sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
+            std::uint64_t* keys_out, std::uint32_t* values_out) const;
+
+  template <class Body>
+  void accumulate(std::uint64_t n, const Body& body) const {
+    if (n != 0)
+      launch(kernels::each_adding<Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
+  }
+
+  template <class V>
+  void copy(std::uint64_t n, const V* from, V* to) const {
+    for_each(n, kernels::CopyBody<V>{from, to});
+  }
+
+  template <class V>
+  void fill(std::uint64_t n, const V& value, V* to) const {
+    for_each(n, kernels::FillBody<V>{value, to});
+  }
+
+  // --- for the engine ---
+  void* allocate(std::uint64_t bytes) const;
+  void release(void* p) const;
+  void upload(void* to, const void* from, std::uint64_t bytes) const;
+  void download(void* to, const void* from, std::uint64_t bytes) const;
+  void zero(void* p, std::uint64_t bytes) const;
+  void synchronize();
+  std::uint64_t free_bytes() const;
+  /// Working space of reduce, scan and sort over up to n items; without it they record a fault.
+  bool reserve(std::uint64_t n);
+  std::uint64_t reserved_bytes() const;
+  void* native_stream() const { return stream_; }
+  /// The first error since the last call; empty = none.
+  std::string fault();
+
+  /// Events around a stage, in a ring per stage made when it is first timed. A captured step is not timed.
+  void begin_stage(int index, const char* name);
+  void end_stage(int index);
+  /// What has finished by now; does not wait.
+  const Timings& collect();
+
+ private:
+  struct Owned;  // stream, working space, events and the first error
+
+  static std::uint64_t blocks(std::uint64_t n, unsigned size) { return (n + size - 1) / size; }
+
+  template <class... Parameters, class... Arguments>
+  void launch(void (*kernel)(Parameters...), std::uint64_t grid, unsigned threads,
+              Arguments... arguments) const {
+    const DeviceScope scope(device_);
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(static_cast<unsigned>(grid));
+    config.blockDim = dim3(threads);
+    config.stream = stream_;
+    check(grid <= 0x7fffffffu ? cudaLaunchKernelEx(&config, kernel, arguments...)
+                              : cudaErrorInvalidConfiguration,
+          "launching a kernel");
+  }
+
+  /// Keeps the first error; true = success.
+  bool check(cudaError_t result, const char* what) const;
+  void* partials() const;
+  /// Working space of CUB, or null and a fault when it is smaller than `bytes`.
+  void* scratch(std::size_t bytes) const;
+  void harvest();
+
+  int device_ = 0;
+  cudaStream_t stream_ = nullptr;
+  const std::uint32_t* guard_ = nullptr;
+  std::unique_ptr<Owned> own_;
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

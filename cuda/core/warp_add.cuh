@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exact integer sums from many threads. Thousands of neighbours adding to one address would queue there, so a
+// warp whose lanes all add to the same one adds up first and sends a single sum. Integers: no order matters.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstdint>
+#include <nv/target>
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+namespace kernels {
+
+__device__ inline void add_one(std::int64_t* address, std::int64_t value) {
+  atomicAdd(reinterpret_cast<unsigned long long*>(address), static_cast<unsigned long long>(value));
+}
+
+/// Sum over the lanes in `lanes`, modulo 2^64. The hardware sums 32-bit words: three parts of 22, 22 and 20
+/// bits, so that 32 of them fit.
+__device__ inline std::uint64_t sum_lanes(unsigned lanes, std::uint64_t v) {
+  std::uint64_t low = v & 0x3fffffu, middle = (v >> 22) & 0x3fffffu, high = v >> 44;
+  NV_IF_TARGET(NV_PROVIDES_SM_80, (low = __reduce_add_sync(lanes, static_cast<unsigned>(low));
+                                   middle = __reduce_add_sync(lanes, static_cast<unsigned>(middle));
+                                   high = __reduce_add_sync(lanes, static_cast<unsigned>(high));))
+  return low + (middle << 22) + (high << 44);
+}
+
+__device__ inline void add_together(std::int64_t* address, std::int64_t value) {
+  const unsigned lanes = __activemask();
+  int same = 0;
+  __match_all_sync(lanes, reinterpret_cast<unsigned long long>(address), &same);
+  if (same == 0) {
+    add_one(address, value);
+    return;
+  }
+  const std::uint64_t sum = sum_lanes(lanes, static_cast<std::uint64_t>(value));
+  if ((threadIdx.x & 31u) == static_cast<unsigned>(__ffs(static_cast<int>(lanes)) - 1))
+    add_one(address, static_cast<std::int64_t>(sum));
+}
+
+}  // namespace kernels
+
+/// Called by bodies that compile for the host, too, hence the annotation; the host has core::CpuAdder.
+struct CudaAdder {
+  __host__ __device__ void operator()(std::int64_t* address, std::int64_t value) const {
+    NV_DISPATCH_TARGET(NV_PROVIDES_SM_80, (kernels::add_together(address, value);),  //
+                       NV_IS_DEVICE, (kernels::add_one(address, value);),            //
+                       NV_ANY_TARGET, (*address += value;))
+  }
+  /// *address = min(*address, value).
+  __host__ __device__ void lower(std::uint32_t* address, std::uint32_t value) const {
+    NV_DISPATCH_TARGET(NV_IS_DEVICE, (atomicMin(address, value);),  //
+                       NV_ANY_TARGET, (*address = *address < value ? *address : value;))
+  }
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

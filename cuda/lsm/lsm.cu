@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lsm stages for the CUDA executor.
+#include "core/exec_cuda.cuh"
+#include "core/stage_functions.hpp"
+#include "lsm/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace lsm {
+
+MELTSIM_INSTANTIATE(core::CudaExec, gather)
+MELTSIM_INSTANTIATE(core::CudaExec, pieces)
+MELTSIM_INSTANTIATE(core::CudaExec, loads)
+MELTSIM_INSTANTIATE(core::CudaExec, contact)
+MELTSIM_INSTANTIATE(core::CudaExec, regions)
+MELTSIM_INSTANTIATE(core::CudaExec, goals)
+MELTSIM_INSTANTIATE(core::CudaExec, balance)
+
+}  // namespace lsm
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The spatial stages for the CUDA executor.
+#include "core/exec_cuda_scan.cuh"
+#include "core/stage_functions.hpp"
+#include "spatial/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+MELTSIM_INSTANTIATE(core::CudaExec, keys)
+MELTSIM_INSTANTIATE(core::CudaExec, sort)
+MELTSIM_INSTANTIATE(core::CudaExec, reorder)
+MELTSIM_INSTANTIATE(core::CudaExec, groups)
+MELTSIM_INSTANTIATE(core::CudaExec, ranges)
+MELTSIM_INSTANTIATE(core::CudaExec, neighbours)
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sph stages for the CUDA executor.
+#include "core/exec_cuda.cuh"
+#include "core/stage_functions.hpp"
+#include "sph/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+MELTSIM_INSTANTIATE(core::CudaExec, solid_volume)
+MELTSIM_INSTANTIATE(core::CudaExec, density)
+MELTSIM_INSTANTIATE(core::CudaExec, forces)
+MELTSIM_INSTANTIATE(core::CudaExec, reaction)
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim

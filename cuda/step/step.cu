@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The step stages for the CUDA executor.
+#include "core/exec_cuda.cuh"
+#include "core/stage_functions.hpp"
+#include "step/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace step {
+
+MELTSIM_INSTANTIATE(core::CudaExec, begin)
+MELTSIM_INSTANTIATE(core::CudaExec, emit)
+MELTSIM_INSTANTIATE(core::CudaExec, check)
+MELTSIM_INSTANTIATE(core::CudaExec, integrate)
+MELTSIM_INSTANTIATE(core::CudaExec, reindex)
+
+}  // namespace step
+}  // namespace v0
+}  // namespace meltsim

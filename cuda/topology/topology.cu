@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The topology stages for the CUDA executor.
+#include "core/exec_cuda.cuh"
+#include "core/stage_functions.hpp"
+#include "topology/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace topology {
+
+MELTSIM_INSTANTIATE(core::CudaExec, melt)
+MELTSIM_INSTANTIATE(core::CudaExec, neighbours)
+MELTSIM_INSTANTIATE(core::CudaExec, regions)
+MELTSIM_INSTANTIATE(core::CudaExec, pieces)
+MELTSIM_INSTANTIATE(core::CudaExec, build)
+
+}  // namespace topology
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# From a fresh machine to a melting ice block: installs what is missing, builds, runs `meltsim run ice_block`.
+# Arguments go to that command, e.g.  examples/run_ice_block.sh --time 2 --out /tmp/ice
+# BUILD_DIR (default build/release) is reused when it exists.
+set -euo pipefail
+# shellcheck source=../cmake/setup_debian.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../cmake/setup_debian.sh"
+
+build=${BUILD_DIR:-$meltsim_root/build/release}
+meltsim_install_packages "${meltsim_build_packages[@]}" "${meltsim_runner_packages[@]}"
+meltsim_choose_backend
+meltsim_configure "$build" -DCMAKE_BUILD_TYPE=Release "${meltsim_cuda_options[@]}" \
+  -DMELTSIM_BUILD_TESTS=OFF -DMELTSIM_BUILD_BENCHMARKS=OFF -- \
+  -DMELTSIM_BUILD_EXAMPLES=ON -DMELTSIM_BUILD_RUNNER=ON
+meltsim_build "$build" --target meltsim_runner
+
+meltsim_say "$build/bin/meltsim run ice_block $*"
+exec "$build/bin/meltsim" run ice_block "$@"

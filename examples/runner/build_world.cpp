@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "build_world.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "expect.hpp"
+#include "library_error.hpp"
+#include "memory.hpp"
+
+namespace runner {
+
+namespace {
+
+using meltsim::MaterialId;
+
+class Builder {
+ public:
+  Builder(const Scene& scene, meltsim::World world)
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, 0} {}
+
+  Built build() && {
+    for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);
+    for (const SceneFluid& fluid : scene_.fluids) add(fluid);
+    for (const SceneBody& body : scene_.bodies) add(body);
+    for (const SceneEmitter& emitter : scene_.emitters) add(emitter);
+    const meltsim::Status ready = built_.world.prepare();
+    if (!ready) {
+      if (ready.error().code == meltsim::ErrorCode::out_of_memory)
+        throw memory_failure(ready.error().message, device());
+      throw library_failure(ready.error(), world_places(scene_), "", scene_.where);
+    }
+    for (const meltsim::PieceInfo& piece : expect(built_.world.pieces())) {
+      if (built_.body_melts.at(piece.body.index)) built_.meltable += piece.particles;
+    }
+    if (scene_.time.until_melted && built_.meltable == 0) {
+      throw Failure(ExitCode::scene,
+                    fmt::format("{}: time.end_when: nothing in this scene can melt; give a body a "
+                                "material with melting_point and becomes, or use end_when: time",
+                                scene_.time.end_when_where));
+    }
+    return std::move(built_);
+  }
+
+ private:
+  std::string device() const {
+    return built_.world.backend() == meltsim::Backend::cuda
+               ? fmt::format("device {}", built_.world.desc().device)
+               : "this machine";
+  }
+
+  template <class T>
+  T accept(meltsim::Result<T> result, const Source& source) {
+    if (result) return *result;
+    if (result.error().code == meltsim::ErrorCode::out_of_memory)
+      throw memory_failure(result.error().message, device());
+    throw library_failure(result.error(), item_places(source), source.path, source.where);
+  }
+
+  MaterialId add(const SceneMaterial& material) {
+    meltsim::MaterialDesc desc = material.desc;
+    if (!material.becomes.empty()) desc.melts_into = ids_.at(material.becomes);
+    return keep(desc, material.source);
+  }
+
+  void add(const SceneFluid& fluid) {
+    meltsim::FluidDesc desc = fluid.desc;
+    desc.material = ids_.at(fluid.material);
+    built_.fluid_particles.push_back(accept(built_.world.add_fluid(desc), fluid.source));
+  }
+
+  void add(const SceneBody& body) {
+    meltsim::SolidDesc desc = body.desc;
+    desc.material = body.density ? with_density(body) : ids_.at(body.material);
+    const meltsim::MaterialDesc material = built_.world.material(desc.material);
+    const bool heats =
+        scene_.world.heat.model != meltsim::HeatModel::none && scene_.world.heat.time_scale > 0;
+    built_.body_melts.push_back(heats && static_cast<bool>(material.melts_into));
+    accept(built_.world.add_solid(desc), body.source);
+  }
+
+  void add(const SceneEmitter& emitter) {
+    meltsim::EmitterDesc desc = emitter.desc;
+    desc.material = ids_.at(emitter.material);
+    accept(built_.world.add_emitter(desc), emitter.source);
+  }
+
+  /// A body's own density is a material of its own, alike in everything else.
+  MaterialId with_density(const SceneBody& body) {
+    const std::string name = fmt::format("{} ({:g} kg/m^3)", body.material, *body.density);
+    const auto known = ids_.find(name);
+    if (known != ids_.end()) return known->second;
+    meltsim::MaterialDesc desc = built_.world.material(ids_.at(body.material));
+    desc.name = name;
+    desc.density = *body.density;
+    return ids_[name] = keep(desc, body.source);
+  }
+
+  MaterialId keep(const meltsim::MaterialDesc& desc, const Source& source) {
+    const MaterialId id = accept(built_.world.add_material(desc), source);
+    built_.materials.push_back(desc.name);
+    built_.material_ids.push_back(id);
+    return id;
+  }
+
+  const Scene& scene_;
+  Built built_;
+  std::map<std::string, MaterialId> ids_;
+};
+
+}  // namespace
+
+Built build_world(const Scene& scene, const MachineOptions& machine) {
+  check_particle_budget(scene);
+  meltsim::WorldDesc desc = scene.world;
+  desc.backend = machine.backend;
+  desc.precision = machine.precision;
+  desc.threads = machine.threads;
+  auto world = meltsim::World::create(desc);
+  if (!world) throw library_failure(world.error(), world_places(scene), "", scene.where);
+  return Builder(scene, std::move(*world)).build();
+}
+
+const char* backend_name(meltsim::Backend backend) {
+  switch (backend) {
+    case meltsim::Backend::cuda:
+      return "cuda";
+    case meltsim::Backend::cpu:
+      return "cpu";
+    case meltsim::Backend::automatic:
+      break;
+  }
+  return "auto";
+}
+
+std::string backend_text(meltsim::World& world) {
+  const meltsim::Resolved resolved = world.resolved();
+  const auto without = [](std::string text, const std::string& prefix) {
+    return text.compare(0, prefix.size(), prefix) == 0 ? text.substr(prefix.size()) : text;
+  };
+  std::string text = backend_name(resolved.backend);
+  if (!resolved.device_name.empty()) text += ", " + without(resolved.device_name, "CPU, ");
+  if (!resolved.backend_reason.empty())
+    text += fmt::format(" ({})", without(resolved.backend_reason, "backend: "));
+  return text;
+}
+
+}  // namespace runner

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scene to World.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "meltsim/world.hpp"
+#include "options.hpp"
+#include "scene.hpp"
+
+namespace runner {
+
+struct Built {
+  meltsim::World world;
+  std::vector<std::uint64_t> fluid_particles;  ///< per fluid of the scene, before bodies carve theirs away
+  std::vector<std::string> materials;          ///< by the index in a particle's tag
+  std::vector<meltsim::MaterialId> material_ids;
+  std::vector<bool> body_melts;  ///< per body of the scene
+  std::uint64_t meltable = 0;    ///< solid particles that can melt
+};
+
+/// Builds and prepares the world. Failures carry the place in the scene.
+Built build_world(const Scene& scene, const MachineOptions& machine);
+
+/// "cpu, 2 threads (no usable CUDA device)": what was chosen and why.
+std::string backend_text(meltsim::World& world);
+const char* backend_name(meltsim::Backend backend);
+
+}  // namespace runner

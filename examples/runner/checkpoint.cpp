@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layout: magic (8 bytes), length of the header (u64), header (JSON), length of the snapshot (u64), snapshot,
+// FNV-1a of everything before (u64). Little-endian.
+#include "checkpoint.hpp"
+
+#include <cmath>
+
+#include "failure.hpp"
+#include "files.hpp"
+
+namespace runner {
+
+namespace {
+
+const std::string magic = "MELTRUN1";
+
+std::uint64_t fnv1a(const char* data, std::size_t size) {
+  std::uint64_t hash = 14695981039346656037ull;
+  for (std::size_t i = 0; i < size; ++i)
+    hash = (hash ^ static_cast<unsigned char>(data[i])) * 1099511628211ull;
+  return hash;
+}
+
+void append_u64(std::string& to, std::uint64_t value) {
+  for (int shift = 0; shift < 64; shift += 8) to += static_cast<char>(value >> shift & 255u);
+}
+
+Json header_json(const Checkpoint& checkpoint) {
+  const RunState& state = checkpoint.state;
+  Json json;
+  json["time"] = state.time;
+  json["steps"] = state.steps;
+  json["next_frame"] = state.next_frame;
+  json["frame_dt"] = state.frame_dt;
+  json["stable_dt"] = std::isfinite(state.stable_dt) ? state.stable_dt : 0;
+  json["probe_samples"] = state.probe_samples;
+  json["meltable"] = state.meltable;
+  if (state.melted_at) json["melted_at"] = *state.melted_at;
+  json["wall_s"] = state.wall_s;
+  json["scene"] = checkpoint.scene;
+  return json;
+}
+
+Checkpoint from_header(const Json& json) {
+  Checkpoint checkpoint;
+  RunState& state = checkpoint.state;
+  state.time = json.at("time").get<double>();
+  state.steps = json.at("steps").get<std::uint64_t>();
+  state.next_frame = json.at("next_frame").get<std::uint64_t>();
+  state.frame_dt = json.at("frame_dt").get<double>();
+  state.stable_dt = json.at("stable_dt").get<double>();
+  state.probe_samples = json.at("probe_samples").get<std::vector<std::uint64_t>>();
+  state.meltable = json.at("meltable").get<std::uint64_t>();
+  if (json.contains("melted_at")) state.melted_at = json.at("melted_at").get<double>();
+  state.wall_s = json.at("wall_s").get<double>();
+  checkpoint.scene = json.at("scene");
+  return checkpoint;
+}
+
+/// Reads the parts one after the other and never past the end.
+class Reader {
+ public:
+  Reader(const std::string& data, const std::string& path) : data_(data), path_(path) {}
+
+  [[noreturn]] void fail() const {
+    throw Failure(ExitCode::io, path_ + ": is not a whole checkpoint of this program; start the run again");
+  }
+  std::string take(std::uint64_t size) {
+    if (size > data_.size() - at_) fail();
+    at_ += static_cast<std::size_t>(size);
+    return data_.substr(at_ - static_cast<std::size_t>(size), static_cast<std::size_t>(size));
+  }
+  std::uint64_t take_u64() {
+    const std::string bytes = take(8);
+    std::uint64_t value = 0;
+    for (std::size_t i = 8; i-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[i]);
+    return value;
+  }
+  std::size_t position() const { return at_; }
+
+ private:
+  const std::string& data_;
+  const std::string& path_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
+  const std::string header = header_json(checkpoint).dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string data = magic;
+  append_u64(data, header.size());
+  data += header;
+  append_u64(data, checkpoint.snapshot.size());
+  data.append(checkpoint.snapshot.begin(), checkpoint.snapshot.end());
+  append_u64(data, fnv1a(data.data(), data.size()));
+  write_file(path, data);
+}
+
+Checkpoint read_checkpoint(const std::string& path) {
+  const std::string data = read_file(path);
+  Reader reader(data, path);
+  if (reader.take(magic.size()) != magic) reader.fail();
+  const std::string header = reader.take(reader.take_u64());
+  const std::string snapshot = reader.take(reader.take_u64());
+  const std::size_t end = reader.position();
+  if (reader.take_u64() != fnv1a(data.data(), end)) reader.fail();
+  try {
+    Checkpoint checkpoint = from_header(Json::parse(header));
+    checkpoint.snapshot.assign(snapshot.begin(), snapshot.end());
+    return checkpoint;
+  } catch (const Json::exception&) {
+    reader.fail();
+  }
+}
+
+}  // namespace runner

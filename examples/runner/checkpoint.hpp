@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// checkpoint.bin: the World's snapshot and what the runner needs to go on where it stopped.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace runner {
+
+struct RunState {
+  double time = 0;                           ///< [s]
+  std::uint64_t steps = 0;                   ///< time steps; the library may split each into sub-steps
+  std::uint64_t next_frame = 0;              ///< the first one not written yet
+  double frame_dt = 0;                       ///< [s] step of the frame being computed; 0 = not chosen yet
+  double stable_dt = 0;                      ///< [s] limit of the next adaptive step; 0 = ask the World
+  std::vector<std::uint64_t> probe_samples;  ///< taken so far, per probe
+  std::uint64_t meltable = 0;                ///< solid particles at the start that can melt
+  std::optional<double> melted_at;           ///< [s] when nothing meltable was left
+  double wall_s = 0;                         ///< of all sessions
+};
+
+struct Checkpoint {
+  RunState state;
+  Json scene;  ///< as resolved when it was written
+  std::vector<std::uint8_t> snapshot;
+};
+
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
+/// Fails on files that are cut short or changed.
+Checkpoint read_checkpoint(const std::string& path);
+
+}  // namespace runner

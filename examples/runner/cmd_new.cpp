@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltsim new NAME`: a commented scene to start from.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "commands.hpp"
+#include "failure.hpp"
+#include "files.hpp"
+#include "template_scene.hpp"
+
+namespace runner {
+
+int cmd_new(const std::string& name) {
+  const std::filesystem::path given(name);
+  const bool has_ending = given.extension() == ".yaml" || given.extension() == ".yml";
+  const std::string path = has_ending ? name : name + ".yaml";
+  if (exists(path))
+    throw Failure(ExitCode::io, path + ": exists already and is left as it is; choose another name");
+  write_file(path, template_scene);
+  fmt::print("wrote {0}\ncheck it: meltsim check {0}\nrun it:   meltsim run {0}\n", path);
+  return 0;
+}
+
+}  // namespace runner

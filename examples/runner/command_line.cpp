@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+#include <map>
+
+#include "commands.hpp"
+#include "failure.hpp"
+#include "meltsim/world.hpp"
+#include "option_values.hpp"
+#include "suggest.hpp"
+
+namespace runner {
+
+namespace {
+
+const std::vector<std::string> command_names{"run", "check", "list", "new", "info", "render", "plot"};
+
+/// Options as typed: CLI11 sorts them, option_values checks them, so that all errors read alike.
+struct Typed {
+  std::string argument;  ///< SCENE, NAME or DIR
+  std::vector<std::string> set;
+  std::map<std::string, std::string> values;
+  bool deterministic = false, resume = false, overwrite = false, quiet = false;
+
+  bool has(const std::string& option) const { return values.count(option) > 0 && !values.at(option).empty(); }
+  const std::string& get(const std::string& option) const { return values.at(option); }
+};
+
+class CommandLine {
+ public:
+  CommandLine() : app_("Simulates melting: liquids, solids and the heat between them.", "meltsim") {
+    app_.require_subcommand(1);
+    app_.set_version_flag("--version", "meltsim " + meltsim::build_info().version);
+    app_.footer(
+        "Exit codes: 0 ok, 1 usage, 2 scene error, 3 diverged (state saved), 4 device or memory, 5 files.");
+    add_run();
+    add_check();
+    app_.add_subcommand("list", "list the built-in scenes");
+    CLI::App* fresh = app_.add_subcommand("new", "write a commented scene to start from");
+    fresh->add_option("NAME", typed_.argument, "name of the scene; writes NAME.yaml")->required();
+    app_.add_subcommand("info", "say what this build and this machine can do");
+    for (const char* later : {"render", "plot"}) {
+      CLI::App* command = app_.add_subcommand(later, "not available in this version");
+      command->add_option("DIR", typed_.argument, "directory of a run");
+    }
+  }
+
+  int parse_and_run(int argc, char** argv) {
+    if (argc < 2) throw Failure(ExitCode::usage, app_.help());
+    const std::string first = argv[1];
+    const bool known = std::count(command_names.begin(), command_names.end(), first) > 0;
+    if (!known && first.compare(0, 1, "-") != 0) {
+      throw Failure(ExitCode::usage, fmt::format("unknown command \"{}\"{}", first,
+                                                 suggestion(first, command_names, "commands")));
+    }
+    try {
+      app_.parse(argc, argv);
+    } catch (const CLI::Success& help) {
+      return app_.exit(help);
+    } catch (const CLI::ParseError& error) {
+      throw Failure(ExitCode::usage, explain(error));
+    }
+    return dispatch(argc, argv);
+  }
+
+ private:
+  void value(CLI::App* command, const std::string& option, const std::string& type, const std::string& help) {
+    command->add_option(option, typed_.values[option], help)
+        ->type_name(type)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  }
+
+  void add_shared(CLI::App* command) {
+    command->add_option("SCENE", typed_.argument, "scene file (YAML or JSON) or name of a built-in scene")
+        ->required();
+    value(command, "--backend", "auto|cuda|cpu", "where to compute; auto takes CUDA when it is usable");
+    value(command, "--threads", "N", "CPU threads; 0 = all");
+    value(command, "--precision", "single|double", "floating-point numbers of the simulation");
+    value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
+    value(command, "--quality", "draft|balanced|accurate",
+          "draft: 0.75 x resolution, support 2 spacings; "
+          "accurate: 1.25 x resolution, Courant number 0.25");
+    command->add_option("--set", typed_.set, "change a value of the scene, e.g. bodies[0].temperature=-5")
+        ->type_name("path=value")
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  }
+
+  void add_run() {
+    CLI::App* run = app_.add_subcommand("run", "run a scene");
+    add_shared(run);
+    value(run, "--out", "DIR", "directory to write to; by default a new out/<name>-NNN");
+    value(run, "--time", "S", "simulated seconds, instead of the scene's end");
+    value(run, "--frames", "N", "frames after the starting one, instead of the scene's end");
+    value(run, "--steps", "N", "time steps, instead of the scene's end");
+    value(run, "--fps", "F", "frames per simulated second");
+    value(run, "--export", "ply,vtp", "what each frame is written as, or none");
+    value(run, "--log", "text|json", "how to report; json is one object per line");
+    run->add_flag("--deterministic", typed_.deterministic, "accepted; runs always repeat bit for bit");
+    run->add_flag("--resume", typed_.resume, "continue the run in --out DIR from its checkpoint");
+    run->add_flag("--overwrite", typed_.overwrite, "write over the files of an existing --out DIR");
+    run->add_flag("--quiet", typed_.quiet, "say nothing but warnings and errors");
+  }
+
+  void add_check() {
+    add_shared(app_.add_subcommand("check", "say what a run would be, without running it"));
+  }
+
+  /// CLI11 knows what was not expected; the user also wants to know what was meant.
+  std::string explain(const CLI::ParseError& error) {
+    const CLI::App* command = app_.get_subcommands().empty() ? &app_ : app_.get_subcommands().front();
+    std::vector<std::string> options;
+    for (const CLI::Option* option : command->get_options()) {
+      for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    }
+    const std::string title = "meltsim" + (command == &app_ ? "" : " " + command->get_name());
+    for (const std::string& left : app_.remaining(true)) {
+      const std::string word = left.substr(0, left.find('='));
+      if (left.compare(0, 1, "-") == 0) {
+        return fmt::format("{}: unknown option \"{}\"{}", title, word, suggestion(word, options, "options"));
+      }
+      return fmt::format("{}: unexpected argument \"{}\"; see {} --help", title, left, title);
+    }
+    return fmt::format("{}: {}; see {} --help", title, error.what(), title);
+  }
+
+  SceneOptions scene_options() const {
+    SceneOptions options;
+    options.scene = typed_.argument;
+    options.set = typed_.set;
+    if (typed_.has("--scale")) options.scale = option_positive("--scale", typed_.get("--scale"));
+    if (typed_.has("--quality")) {
+      const std::string word =
+          option_choice("--quality", typed_.get("--quality"), {"draft", "balanced", "accurate"});
+      options.quality = word == "draft"      ? Quality::draft
+                        : word == "accurate" ? Quality::accurate
+                                             : Quality::balanced;
+    }
+    return options;
+  }
+
+  MachineOptions machine_options() const {
+    MachineOptions options;
+    if (typed_.has("--backend")) {
+      const std::string word = option_choice("--backend", typed_.get("--backend"), {"auto", "cuda", "cpu"});
+      if (word == "cuda") options.backend = meltsim::Backend::cuda;
+      if (word == "cpu") options.backend = meltsim::Backend::cpu;
+    }
+    if (typed_.has("--threads")) {
+      options.threads =
+          static_cast<int>(std::min<std::uint64_t>(option_count("--threads", typed_.get("--threads")), 4096));
+    }
+    if (typed_.has("--precision")) {
+      const std::string word = option_choice("--precision", typed_.get("--precision"), {"single", "double"});
+      if (word == "double") options.precision = meltsim::Precision::double_precision;
+    }
+    return options;
+  }
+
+  RunOptions run_options(int argc, char** argv) const {
+    RunOptions options;
+    options.scene = scene_options();
+    options.machine = machine_options();
+    if (typed_.has("--out")) options.out = typed_.get("--out");
+    // "dir/" and "dir" are the same directory, and "/" stays itself.
+    while (options.out.size() > 1 && options.out.back() == '/') options.out.pop_back();
+    if (typed_.has("--time")) options.time = option_not_negative("--time", typed_.get("--time"));
+    if (typed_.has("--frames")) options.frames = option_count("--frames", typed_.get("--frames"));
+    if (typed_.has("--steps")) options.steps = option_count("--steps", typed_.get("--steps"));
+    if (typed_.has("--fps")) options.fps = option_positive("--fps", typed_.get("--fps"));
+    if (typed_.has("--export")) options.formats = option_formats(typed_.get("--export"));
+    if (typed_.has("--log") && option_choice("--log", typed_.get("--log"), {"text", "json"}) == "json") {
+      options.log = LogStyle::json;
+    }
+    options.resume = typed_.resume;
+    options.overwrite = typed_.overwrite;
+    options.quiet = typed_.quiet;
+    check_together(options);
+    options.resume_command = resume_command(argc, argv);
+    return options;
+  }
+
+  static void check_together(const RunOptions& options) {
+    const int ends = (options.time ? 1 : 0) + (options.frames ? 1 : 0) + (options.steps ? 1 : 0);
+    if (ends > 1) throw Failure(ExitCode::usage, "--time, --frames, --steps: give one of them");
+    if (options.resume && options.overwrite)
+      throw Failure(ExitCode::usage, "--resume, --overwrite: give one of them");
+    if (options.resume && options.out.empty()) {
+      throw Failure(ExitCode::usage, "--resume: needs --out DIR, the directory of the run to continue");
+    }
+  }
+
+  /// The command as typed, without the parts that a resumption replaces.
+  static std::string resume_command(int argc, char** argv) {
+    std::string command = "meltsim";
+    for (int i = 1; i < argc; ++i) {
+      const std::string word = argv[i];
+      if (word == "--out") ++i;
+      else if (word.compare(0, 6, "--out=") != 0 && word != "--resume" && word != "--overwrite") {
+        command += " " + shell_quoted(word);
+      }
+    }
+    return command;
+  }
+
+  int dispatch(int argc, char** argv) {
+    const std::string name = app_.get_subcommands().front()->get_name();
+    if (name == "run") return cmd_run(run_options(argc, argv));
+    if (name == "check") return cmd_check(scene_options(), machine_options());
+    if (name == "list") return cmd_list();
+    if (name == "new") return cmd_new(typed_.argument);
+    if (name == "info") return cmd_info();
+    return cmd_later(name);
+  }
+
+  CLI::App app_;
+  Typed typed_;
+};
+
+}  // namespace
+
+int run_command_line(int argc, char** argv) { return CommandLine().parse_and_run(argc, argv); }
+
+}  // namespace runner

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of the program. Each returns an exit code or throws a Failure.
+#pragma once
+
+#include <string>
+
+#include "options.hpp"
+#include "scene.hpp"
+
+namespace runner {
+
+int cmd_run(const RunOptions& options);
+int cmd_check(const SceneOptions& scene, const MachineOptions& machine);
+int cmd_list();
+int cmd_new(const std::string& name);
+int cmd_info();
+/// `render` and `plot` are promised for a later version.
+int cmd_later(const std::string& command);
+
+/// Reads the scene and applies --set, --scale and --quality.
+Scene load_scene(const SceneOptions& options);
+
+}  // namespace runner

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calorimetry before the run: does the liquid hold enough heat to melt the solids?
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "build_world.hpp"
+
+namespace runner {
+
+struct HeatBalance {
+  double available = 0;        ///< [J] the liquid gives while it cools to the melting point
+  double needed = 0;           ///< [J] to warm the meltable solids to the melting point and melt them
+  double melting_point = 0;    ///< [degrees Celsius]
+  double melts = 0;            ///< share of the solid that melts in an insulated box
+  double end_temperature = 0;  ///< [degrees Celsius] of an insulated box
+};
+
+/// Nothing when nothing melts or the solids melt at different temperatures.
+std::optional<HeatBalance> heat_balance(Built& built);
+std::string heat_balance_text(const HeatBalance& balance);
+
+}  // namespace runner

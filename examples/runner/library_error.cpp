@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "library_error.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <optional>
+#include <regex>
+
+namespace runner {
+
+namespace {
+
+bool is_word_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
+
+/// Position of `word` in `text` as a whole word.
+std::size_t find_word(const std::string& text, const std::string& word) {
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    const bool starts = at == 0 || !is_word_letter(text[at - 1]);
+    const bool ends = end == text.size() || !is_word_letter(text[end]);
+    if (starts && ends) return at;
+  }
+  return std::string::npos;
+}
+
+/// Where a key stands, or the mapping when the scene left it to its default.
+FieldPlace place(const Source& source, const std::string& field, const std::string& key,
+                 const std::string& fallback) {
+  const auto found = source.keys.find(key);
+  const std::string whole = source.where.empty() ? fallback : source.where;
+  return {field, source.path + "." + key, found == source.keys.end() ? whole : found->second};
+}
+
+}  // namespace
+
+ExitCode exit_code(meltsim::ErrorCode code) {
+  using meltsim::ErrorCode;
+  switch (code) {
+    case ErrorCode::no_device:
+    case ErrorCode::out_of_memory:
+    case ErrorCode::version_mismatch:
+    case ErrorCode::internal:
+      return ExitCode::device;
+    case ErrorCode::halted:
+      return ExitCode::diverged;
+    case ErrorCode::corrupt_data:
+      return ExitCode::io;
+    case ErrorCode::invalid_argument:
+    case ErrorCode::capacity:
+    case ErrorCode::step_too_large:
+      break;
+  }
+  return ExitCode::scene;
+}
+
+namespace {
+
+/// Messages of the library read `field: what is wrong` or `material "ice": field: what is wrong`.
+std::optional<Failure> named_field(const std::string& message, const std::vector<FieldPlace>& places) {
+  static const std::regex form("^(?:\\w+(?: \"[^\"]*\")?: )?([\\w.]+): ([^]*)$");
+  std::smatch match;
+  if (!std::regex_match(message, match, form)) return std::nullopt;
+  for (const FieldPlace& place : places) {
+    if (place.field != match[1].str()) continue;
+    return Failure(ExitCode::scene, fmt::format("{}: {}: {}", place.where, place.path, match[2].str()));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Failure library_failure(const meltsim::Error& error, const std::vector<FieldPlace>& places,
+                        const std::string& path, const std::string& where) {
+  const ExitCode code = exit_code(error.code);
+  if (code != ExitCode::scene) return {code, error.message};
+  if (const auto failure = named_field(error.message, places)) return *failure;
+  std::string best_path = path, best_where = where;
+  std::size_t best = std::string::npos;
+  for (const FieldPlace& place : places) {
+    const std::size_t at = find_word(error.message, place.field);
+    if (at >= best) continue;
+    best = at;
+    best_path = place.path;
+    best_where = place.where;
+  }
+  const std::string subject = best_path.empty() ? "" : best_path + ": ";
+  return {code, fmt::format("{}: {}{}", best_where, subject, error.message)};
+}
+
+std::vector<FieldPlace> world_places(const Scene& scene) {
+  std::vector<FieldPlace> places{place(scene.particles, "support_radius", "support", scene.where)};
+  const auto add = [&](const Source& source, const char* section, const char* field) {
+    Source named = source;
+    named.path = section;
+    places.push_back(place(named, field, field, scene.where));
+  };
+  add(scene.particles, "particles", "spacing");
+  for (const char* field :
+       {"gravity", "sound_speed", "artificial_viscosity", "courant", "max_substeps", "pieces_interval"}) {
+    add(scene.solver, "solver", field);
+  }
+  const auto add_dotted = [&](const Source& source, const std::string& section, const char* field,
+                              const char* key) {
+    Source named = source;
+    named.path = section;
+    places.push_back(place(named, section + "." + field, key, scene.where));
+  };
+  for (const char* field : {"time_scale", "max_stages"}) add_dotted(scene.heat, "heat", field, field);
+  for (const char* field : {"min", "max", "friction", "velocity"})
+    add_dotted(scene.domain, "domain", field, field);
+  add_dotted(scene.domain, "domain", "faces", "walls");
+  places.push_back({"domain", "domain", scene.domain.where.empty() ? scene.where : scene.domain.where});
+  return places;
+}
+
+std::vector<FieldPlace> item_places(const Source& source) {
+  std::vector<FieldPlace> places;
+  for (const auto& [key, where] : source.keys) places.push_back({key, source.path + "." + key, where});
+  places.push_back(place(source, "melts_into", "becomes", source.where));
+  for (const char* field : {"center", "axis", "radius"}) {
+    if (source.keys.count("nozzle") > 0) places.push_back(place(source, field, "nozzle", source.where));
+  }
+  return places;
+}
+
+}  // namespace runner

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "failure.hpp"
+#include "load_parts.hpp"
+#include "scene_keys.hpp"
+#include "suggest.hpp"
+
+namespace runner {
+
+namespace {
+
+/// "never" reads better in a scene than an infinite temperature.
+double melting_point(const Node& node) {
+  return node.is_word("never") ? meltsim::infinity : node.number_or_infinite("degrees Celsius, or never");
+}
+
+SceneMaterial load_material(const std::string& name, const Node& node) {
+  node.allow_keys(keys::material);
+  SceneMaterial material;
+  material.source = node.source();
+  meltsim::MaterialDesc& desc = material.desc;
+  desc.name = name;
+  const auto number = [&node](const char* key, const char* unit, double& to) {
+    if (const auto value = node.find(key)) to = value->number(unit);
+  };
+  number("density", "kg/m^3", desc.density);
+  number("viscosity", "Pa s", desc.viscosity);
+  number("conductivity", "W/(m K)", desc.conductivity);
+  number("heat_capacity", "J/(kg K)", desc.heat_capacity);
+  number("diffusivity", "m^2/s", desc.diffusivity);
+  number("latent_heat", "J/kg", desc.latent_heat);
+  number("stiffness", "0 to 1", desc.stiffness);
+  number("damping", "0 to 1", desc.damping);
+  number("friction", "Coulomb coefficient", desc.friction);
+  if (const auto value = node.find("K")) {
+    if (node.find("diffusivity")) value->fail("K is another name of diffusivity; give one of the two");
+    desc.diffusivity = value->number("m^2/s");
+  }
+  if (const auto value = node.find("melting_point")) desc.melting_point = melting_point(*value);
+  if (const auto value = node.find("region_half_width")) desc.region_half_width = value->small_integer();
+  if (const auto value = node.find("becomes")) material.becomes = value->text("the name of a material");
+  return material;
+}
+
+}  // namespace
+
+void load_materials(const Node& node, Scene& scene) {
+  std::vector<SceneMaterial> left;
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : node.entries()) {
+    left.push_back(load_material(name, entry));
+    names.push_back(name);
+  }
+  for (const SceneMaterial& material : left) {
+    const bool known =
+        material.becomes.empty() || std::find(names.begin(), names.end(), material.becomes) != names.end();
+    if (known) continue;
+    throw Failure(ExitCode::scene,
+                  fmt::format("{}: {}.becomes: no material is named \"{}\"{}",
+                              material.source.keys.at("becomes"), material.source.path, material.becomes,
+                              suggestion(material.becomes, names, "materials")));
+  }
+  // A material is added after the one it becomes; what is left over turns in a circle.
+  std::set<std::string> placed;
+  while (!left.empty()) {
+    const auto ready = std::find_if(left.begin(), left.end(), [&placed](const SceneMaterial& material) {
+      return material.becomes.empty() || placed.count(material.becomes) > 0;
+    });
+    if (ready == left.end()) {
+      const SceneMaterial& first = left.front();
+      throw Failure(
+          ExitCode::scene,
+          fmt::format("{}: {}.becomes: \"{}\" leads back to \"{}\"; a solid becomes a "
+                      "liquid, which becomes nothing",
+                      first.source.keys.at("becomes"), first.source.path, first.becomes, first.desc.name));
+    }
+    placed.insert(ready->desc.name);
+    scene.materials.push_back(*ready);
+    left.erase(ready);
+  }
+}
+
+}  // namespace runner

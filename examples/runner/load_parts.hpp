@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sections of a scene, one reader each.
+#pragma once
+
+#include "scene.hpp"
+
+namespace runner {
+
+void load_domain(const Node& node, Scene& scene);
+void load_particles(const Node& node, Scene& scene);
+void load_time(const Node& node, Scene& scene);
+void load_solver(const Node& node, Scene& scene);
+void load_heat(const Node& node, Scene& scene);
+void load_materials(const Node& node, Scene& scene);  ///< in an order in which `becomes` is already known
+void load_fluids(const Node& node, Scene& scene);
+void load_bodies(const Node& node, Scene& scene);
+void load_emitters(const Node& node, Scene& scene);
+void load_probes(const Node& node, Scene& scene);
+void load_output(const Node& node, Scene& scene);
+
+}  // namespace runner

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "load_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "builtin.hpp"
+#include "failure.hpp"
+#include "load_parts.hpp"
+#include "overrides.hpp"
+#include "scene_keys.hpp"
+#include "suggest.hpp"
+
+namespace runner {
+
+namespace {
+
+// Scenes are written by hand; meshes live in files of their own.
+constexpr std::uintmax_t max_scene_bytes = 16u << 20;
+
+std::string read_text(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    throw Failure(ExitCode::io, fmt::format("{}: is a directory; name the scene file in it", path));
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Failure(ExitCode::io, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  std::string text;
+  std::vector<char> block(1u << 16);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
+    if (text.size() > max_scene_bytes) throw Failure(ExitCode::scene, path + ": a scene is at most 16 MB");
+  }
+  if (file.bad())
+    throw Failure(ExitCode::io, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  return text;
+}
+
+YAML::Node parse_text(const std::string& text, const std::string& file) {
+  try {
+    std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1) throw Failure(ExitCode::scene, file + ": holds more than one YAML document");
+    if (documents.empty())
+      throw Failure(ExitCode::scene, file + ": is empty; `meltsim new NAME` writes a scene");
+    return documents.front();
+  } catch (const YAML::Exception& error) {
+    if (error.mark.is_null()) throw Failure(ExitCode::scene, fmt::format("{}: {}", file, error.msg));
+    throw Failure(ExitCode::scene, fmt::format("{}:{}:{}: not valid YAML or JSON: {}", file,
+                                               error.mark.line + 1, error.mark.column + 1, error.msg));
+  }
+}
+
+void check_version(const Node& root) {
+  const Node version = root.require("meltsim", "the version of the scene format, \"meltsim: 1\"");
+  if (version.integer() != 1) {
+    version.fail(
+        fmt::format("expected scene format 1, got {}; this program reads format 1 only", version.found()));
+  }
+}
+
+/// Bodies, emitters and probes are found by name in the outputs, so names are given once.
+void check_names(const Node& root, const char* section) {
+  const auto list = root.find(section);
+  if (!list || !list->is_list()) return;
+  std::map<std::string, std::string> seen;
+  for (const Node& item : list->items("mappings")) {
+    const auto name = item.is_mapping() ? item.find("name") : std::nullopt;
+    if (!name) continue;
+    const auto [first, fresh] = seen.emplace(name->text("a name"), item.path());
+    if (!fresh) name->fail(fmt::format("the name {} is taken by {}", name->found(), first->second));
+  }
+}
+
+void load_sections(const Node& root, Scene& scene) {
+  using Reader = void (*)(const Node&, Scene&);
+  // Materials come before what is made of them.
+  const std::vector<std::pair<const char*, Reader>> readers{
+      {"domain", load_domain}, {"solver", load_solver},       {"heat", load_heat},
+      {"time", load_time},     {"materials", load_materials}, {"fluids", load_fluids},
+      {"bodies", load_bodies}, {"emitters", load_emitters},   {"output", load_output},
+      {"probes", load_probes}};
+  load_particles(root.require("particles", "{spacing: ...}, the distance of particles (m)"), scene);
+  for (const auto& [name, read] : readers) {
+    if (const auto section = root.find(name)) read(*section, scene);
+  }
+  for (const char* named : {"bodies", "emitters", "probes"}) check_names(root, named);
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& text, const std::string& file, const std::string& directory,
+                  const std::vector<std::string>& set_options) {
+  YAML::Node yaml = parse_text(text, file);
+  if (!yaml.IsMap())
+    throw Failure(ExitCode::scene, file + ":1:1: expected a scene, a mapping of keys to values");
+  auto document = std::make_shared<Document>();
+  document->file = file;
+  document->directory = directory;
+  try {
+    Node(yaml, document).entries();  // a duplicate key must not be hidden by a --set of it
+    document->overrides = apply_overrides(yaml, set_options);
+    const Node root(yaml, document);
+    root.allow_keys(keys::scene);
+    check_version(root);
+    Scene scene;
+    scene.file = file;
+    scene.name = std::filesystem::path(file).stem().string();
+    scene.where = root.where();
+    if (const auto title = root.find("title")) scene.title = title->text("text");
+    load_sections(root, scene);
+    return scene;
+  } catch (const YAML::Exception& error) {
+    throw Failure(ExitCode::scene, fmt::format("{}: {}", file, error.what()));
+  }
+}
+
+Scene load_scene(const std::string& file_or_name, const std::vector<std::string>& set_options) {
+  const std::filesystem::path path(file_or_name);
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error)) {
+    return parse_scene(read_text(file_or_name), file_or_name, path.parent_path().string(), set_options);
+  }
+  if (const BuiltinScene* builtin = find_builtin(file_or_name)) {
+    return parse_scene(builtin->text, file_or_name, "", set_options);
+  }
+  // Pipes and unreadable files too end in a message about the file; a bare word was meant as a name.
+  const bool is_path = path.has_extension() || path.has_parent_path() || std::filesystem::exists(path, error);
+  if (is_path)
+    return parse_scene(read_text(file_or_name), file_or_name, path.parent_path().string(), set_options);
+  throw Failure(ExitCode::usage,
+                fmt::format("no scene file and no built-in scene is named \"{}\"{}", file_or_name,
+                            suggestion(file_or_name, builtin_names(), "built-in scenes")));
+}
+
+}  // namespace runner

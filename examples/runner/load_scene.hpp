@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scene text (YAML or JSON) to Scene. Every error is a Failure with its place in the file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace runner {
+
+/// SCENE of the command line: a file, or the name of a built-in scene.
+Scene load_scene(const std::string& file_or_name, const std::vector<std::string>& set_options);
+
+/// The same from text; `file` is what messages call it.
+Scene parse_scene(const std::string& text, const std::string& file, const std::string& directory,
+                  const std::vector<std::string>& set_options);
+
+}  // namespace runner

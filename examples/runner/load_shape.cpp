@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "load_shape.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "echo.hpp"
+#include "failure.hpp"
+#include "scene_keys.hpp"
+#include "suggest.hpp"
+
+namespace runner {
+
+namespace {
+
+using meltsim::Shape;
+using meltsim::Vec3d;
+
+// A scene nests a handful of shapes; a list that contains itself (YAML allows it) never ends.
+constexpr int max_depth = 32;
+constexpr std::size_t max_parts = 4096;
+
+struct Loader {
+  std::size_t parts = 0;
+
+  SceneShape load(const Node& node, int depth);
+  SceneShape plain(const std::string& kind, const Node& node, int depth);
+  SceneShape combined(const std::string& kind, const Node& node, int depth);
+};
+
+SceneShape load_box(const Node& node) {
+  const std::vector<Node> corners = node.is_list() ? node.items("corners") : std::vector<Node>{};
+  if (corners.size() != 2) node.fail("expected two corners [[x, y, z], [x, y, z]] (m), got " + node.found());
+  const Vec3d min = corners[0].vector("m"), max = corners[1].vector("m");
+  if (max.x <= min.x || max.y <= min.y || max.z <= min.z) {
+    corners[1].fail("expected a corner above the first one on every axis (m)");
+  }
+  return {Shape::box(min, max), Json::array({echo(min), echo(max)})};
+}
+
+SceneShape load_sphere(const Node& node) {
+  node.allow_keys(keys::sphere);
+  const Vec3d center = node.require("center", "3 numbers [x, y, z] (m)").vector("m");
+  const double radius = node.require("radius", "a number (m)").positive("m");
+  return {Shape::sphere(center, radius), {{"center", echo(center)}, {"radius", radius}}};
+}
+
+SceneShape load_rod(const std::string& kind, const Node& node) {
+  node.allow_keys(keys::rod);
+  const Vec3d from = node.require("from", "3 numbers [x, y, z] (m)").vector("m");
+  const Node to_node = node.require("to", "3 numbers [x, y, z] (m)");
+  const Vec3d to = to_node.vector("m");
+  const double radius = node.require("radius", "a number (m)").positive("m");
+  if (kind == "cylinder" && !(length(to - from) > 0)) to_node.fail("expected a point away from \"from\" (m)");
+  const Shape shape =
+      kind == "capsule" ? Shape::capsule(from, to, radius) : Shape::cylinder(from, to, radius);
+  return {shape, {{"from", echo(from)}, {"to", echo(to)}, {"radius", radius}}};
+}
+
+Vec3d load_axis(const Node& node) {
+  const Vec3d axis = node.vector("any length");
+  if (!(length(axis) > 0)) node.fail("expected a direction, got [0, 0, 0]");
+  return axis;
+}
+
+SceneShape load_torus(const Node& node) {
+  node.allow_keys(keys::torus);
+  const Vec3d center = node.require("center", "3 numbers [x, y, z] (m)").vector("m");
+  const auto axis_node = node.find("axis");
+  const Vec3d axis = axis_node ? load_axis(*axis_node) : Vec3d{0, 1, 0};
+  const double major = node.require("major_radius", "a number (m)").positive("m");
+  const double minor = node.require("minor_radius", "a number (m)").positive("m");
+  return {Shape::torus(center, axis, major, minor),
+          {{"center", echo(center)}, {"axis", echo(axis)}, {"major_radius", major}, {"minor_radius", minor}}};
+}
+
+SceneShape load_blend(const Node& node) {
+  node.allow_keys(keys::blend);
+  std::vector<meltsim::Ellipsoid> parts;
+  Json list = Json::array();
+  const Node ellipsoids = node.require("ellipsoids", "a list of {center, radii}");
+  for (const Node& item : ellipsoids.items("{center, radii}")) {
+    item.allow_keys(keys::ellipsoid);
+    meltsim::Ellipsoid part;
+    part.center = item.require("center", "3 numbers [x, y, z] (m)").vector("m");
+    const Node radii = item.require("radii", "3 numbers [x, y, z] (m)");
+    part.radii = radii.vector("m");
+    if (!(part.radii.x > 0 && part.radii.y > 0 && part.radii.z > 0))
+      radii.fail("expected numbers above 0 (m)");
+    list.push_back({{"center", echo(part.center)}, {"radii", echo(part.radii)}});
+    parts.push_back(part);
+  }
+  if (parts.empty()) ellipsoids.fail("expected at least one ellipsoid, got none");
+  double width = 0;
+  if (const auto given = node.find("width")) {
+    width = given->number("m");
+    if (width < 0) given->fail(fmt::format("expected 0 or more (m), got {}", given->found()));
+  }
+  return {Shape::blend(std::move(parts), width), {{"ellipsoids", list}, {"width", width}}};
+}
+
+SceneShape load_mesh(const Node& node) {
+  const std::string given = node.text("the path of an OBJ, STL or PLY file");
+  std::filesystem::path path = given;
+  if (path.is_relative()) path = std::filesystem::path(node.document().directory) / path;
+  auto mesh = meltsim::read_mesh(path.string());
+  if (!mesh) node.fail(mesh.error().message);
+  return {Shape::mesh(std::move(*mesh)), std::filesystem::absolute(path).lexically_normal().string()};
+}
+
+SceneShape transformed(const SceneShape& shape, const Node& node, Json& echo_map) {
+  node.allow_keys(keys::transform);
+  Vec3d offset, axis{0, 1, 0};
+  double angle = 0, scale = 1;
+  if (const auto given = node.find("offset")) offset = given->vector("m");
+  if (const auto given = node.find("axis")) axis = load_axis(*given);
+  if (const auto given = node.find("angle")) angle = given->number("degrees");
+  if (const auto given = node.find("scale")) scale = given->positive("a factor");
+  echo_map["transform"] = {
+      {"offset", echo(offset)}, {"axis", echo(axis)}, {"angle", angle}, {"scale", scale}};
+  constexpr double radians = 3.14159265358979323846 / 180;
+  return {shape.shape.transformed(offset, axis, angle * radians, scale), echo_map};
+}
+
+SceneShape Loader::combined(const std::string& kind, const Node& node, int depth) {
+  std::vector<Shape> shapes;
+  Json list = Json::array();
+  for (const Node& item : node.items("shapes")) {
+    const SceneShape part = load(item, depth + 1);
+    shapes.push_back(part.shape);
+    list.push_back(part.echo);
+  }
+  const std::size_t least = kind == "union" ? 1 : 2;
+  if (shapes.size() < least) {
+    node.fail(
+        fmt::format("expected at least {} shape{}, got {}", least, least == 1 ? "" : "s", node.found()));
+  }
+  if (kind == "union") return {Shape::unite(std::move(shapes)), list};
+  const Shape from = shapes.front();
+  shapes.erase(shapes.begin());
+  return {Shape::subtract(from, Shape::unite(std::move(shapes))), list};
+}
+
+SceneShape Loader::plain(const std::string& kind, const Node& node, int depth) {
+  if (kind == "box") return load_box(node);
+  if (kind == "sphere") return load_sphere(node);
+  if (kind == "torus") return load_torus(node);
+  if (kind == "blend") return load_blend(node);
+  if (kind == "mesh") return load_mesh(node);
+  if (kind == "union" || kind == "difference") return combined(kind, node, depth);
+  return load_rod(kind, node);
+}
+
+SceneShape Loader::load(const Node& node, int depth) {
+  if (depth > max_depth) node.fail(fmt::format("shapes are nested more than {} deep", max_depth));
+  if (++parts > max_parts) node.fail(fmt::format("more than {} shapes in one", max_parts));
+  if (!node.is_mapping()) {
+    node.fail(fmt::format("expected a shape, e.g. {{box: [[0,0,0],[1,1,1]]}}, got {}", node.found()));
+  }
+  node.allow_keys(keys::shape);
+  std::string kind;
+  for (const std::string& name : keys::shapes) {
+    if (!node.find(name)) continue;
+    if (!kind.empty()) {
+      node.fail(fmt::format("expected one shape, got both {} and {}; put them in a union list", kind, name));
+    }
+    kind = name;
+  }
+  if (kind.empty()) node.fail("expected one of " + either_of(keys::shapes));
+  SceneShape shape = plain(kind, *node.find(kind), depth);
+  Json echo_map = {{kind, shape.echo}};
+  if (const auto transform = node.find("transform")) return transformed(shape, *transform, echo_map);
+  shape.echo = echo_map;
+  return shape;
+}
+
+}  // namespace
+
+SceneShape load_shape(const Node& node) {
+  Loader loader;
+  SceneShape shape = loader.load(node, 0);
+  const meltsim::Status valid = shape.shape.validate();
+  if (!valid) node.fail(valid.error().message);
+  return shape;
+}
+
+}  // namespace runner

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Text to numbers, strictly, and numbers to text for people.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace runner {
+
+/// The whole text as a number ("3.34e5", "-10", ".inf", "inf"), or nothing.
+std::optional<double> parse_number(const std::string& text);
+/// The whole text as a whole number, or nothing.
+std::optional<std::int64_t> parse_integer(const std::string& text);
+
+std::string bytes_text(double bytes);       ///< "4.2 GB"
+std::string duration_text(double seconds);  ///< "1 min 20 s"
+std::string count_text(std::uint64_t n);    ///< "12,345"
+std::string percent_text(double share);     ///< "12.5 %"; "100.0 %" only when it is all
+
+}  // namespace runner

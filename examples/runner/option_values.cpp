@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "option_values.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "csv.hpp"
+#include "failure.hpp"
+#include "numbers.hpp"
+#include "scene_keys.hpp"
+#include "suggest.hpp"
+
+namespace runner {
+
+namespace {
+
+[[noreturn]] void bad(const std::string& option, const std::string& expected, const std::string& value,
+                      const std::string& hint = "") {
+  throw Failure(ExitCode::usage, fmt::format("{}: expected {}, got \"{}\"{}", option, expected, value, hint));
+}
+
+}  // namespace
+
+double option_not_negative(const std::string& option, const std::string& value) {
+  const auto number = parse_number(value);
+  if (!number || !std::isfinite(*number) || *number < 0) bad(option, "a number of 0 or more", value);
+  return *number;
+}
+
+double option_positive(const std::string& option, const std::string& value) {
+  const auto number = parse_number(value);
+  if (!number || !std::isfinite(*number) || *number <= 0) bad(option, "a number above 0", value);
+  return *number;
+}
+
+std::uint64_t option_count(const std::string& option, const std::string& value) {
+  const auto number = parse_integer(value);
+  if (!number || *number < 0) bad(option, "a whole number of 0 or more", value);
+  return static_cast<std::uint64_t>(*number);
+}
+
+std::string option_choice(const std::string& option, const std::string& value,
+                          const std::vector<std::string>& names) {
+  if (std::count(names.begin(), names.end(), value) > 0) return value;
+  // "gpu" is one letter from "cpu", but that is not what was meant.
+  const bool means_cuda = value == "gpu" && std::count(names.begin(), names.end(), "cuda") > 0;
+  const std::string near = means_cuda ? "cuda" : nearest(value, names);
+  bad(option, either_of(names), value, near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near));
+}
+
+std::vector<std::string> option_formats(const std::string& value) {
+  std::vector<std::string> formats;
+  if (value == "none") return formats;
+  for (const std::string& format : split_commas(value)) {
+    if (std::count(keys::later_formats.begin(), keys::later_formats.end(), format) > 0) {
+      throw Failure(ExitCode::usage,
+                    fmt::format("--export: \"{}\" is not available in this version; available: {}", format,
+                                fmt::join(keys::formats, ", ")));
+    }
+    option_choice("--export", format, keys::formats);
+    if (std::count(formats.begin(), formats.end(), format) == 0) formats.push_back(format);
+  }
+  return formats;
+}
+
+std::string shell_quoted(const std::string& word) {
+  const char* safe = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%";
+  if (!word.empty() && word.find_first_not_of(safe) == std::string::npos) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace runner

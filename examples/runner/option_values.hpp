@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of command-line options: text to type, with errors that name the option and what it takes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "options.hpp"
+
+namespace runner {
+
+double option_positive(const std::string& option, const std::string& value);
+double option_not_negative(const std::string& option, const std::string& value);
+std::uint64_t option_count(const std::string& option, const std::string& value);
+std::string option_choice(const std::string& option, const std::string& value,
+                          const std::vector<std::string>& names);
+std::vector<std::string> option_formats(const std::string& value);
+
+/// `'a b'` where a shell would take it apart.
+std::string shell_quoted(const std::string& word);
+
+}  // namespace runner

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the command line asks for, checked.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meltsim/types.hpp"
+
+namespace runner {
+
+enum class LogStyle { text, json };
+enum class Quality { draft, balanced, accurate };
+
+/// How to compute: `run` and `check` share these.
+struct MachineOptions {
+  meltsim::Backend backend = meltsim::Backend::automatic;
+  meltsim::Precision precision = meltsim::Precision::single_precision;
+  int threads = 0;  ///< 0 = all
+};
+
+/// Changes to the scene: `run` and `check` share these.
+struct SceneOptions {
+  std::string scene;  ///< file or built-in name
+  std::vector<std::string> set;
+  double scale = 1;  ///< linear resolution factor
+  Quality quality = Quality::balanced;
+};
+
+struct RunOptions {
+  SceneOptions scene;
+  MachineOptions machine;
+  std::string out;  ///< empty = a new out/<name>-NNN
+  std::optional<double> time;
+  std::optional<std::uint64_t> frames, steps;
+  std::optional<double> fps;
+  std::optional<std::vector<std::string>> formats;
+  bool resume = false, overwrite = false, quiet = false;
+  LogStyle log = LogStyle::text;
+  std::string resume_command;  ///< the command that continues this run, but for --out
+};
+
+}  // namespace runner

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "particle_files.hpp"
+
+#include <fmt/format.h>
+
+#include <cstring>
+#include <limits>
+
+namespace runner {
+
+namespace {
+
+template <class T>
+void append(std::string& to, T value) {
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  to.append(bytes, sizeof(T));
+}
+
+/// The arrays of a VTP file, each behind its length, and the XML that points at them.
+class VtpArrays {
+ public:
+  template <class T, class Get>
+  void add(const char* type, const char* name, int components, std::size_t count, Get get) {
+    xml_ += fmt::format(
+        "        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
+        "format=\"appended\" offset=\"{}\"/>\n",
+        type, name, components, data_.size());
+    append<std::uint64_t>(data_, count * static_cast<std::size_t>(components) * sizeof(T));
+    for (std::size_t i = 0; i < count; ++i) {
+      for (int c = 0; c < components; ++c) append<T>(data_, get(i, c));
+    }
+  }
+  std::string take_xml() { return std::exchange(xml_, {}); }
+  const std::string& data() const { return data_; }
+
+ private:
+  std::string xml_, data_;
+};
+
+}  // namespace
+
+std::vector<FrameParticle> frame_particles(const meltsim::ParticleData& data) {
+  std::vector<FrameParticle> list;
+  list.reserve(data.id.size());
+  for (std::size_t i = 0; i < data.id.size(); ++i) {
+    const meltsim::ParticleTag tag = data.tag[i];
+    if (meltsim::is_removed(tag)) continue;
+    const meltsim::Vec3f x = meltsim::cast<float>(data.position[i]),
+                         v = meltsim::cast<float>(data.velocity[i]);
+    const std::uint8_t phase = meltsim::is_solid(tag) ? 1 : 0;
+    list.push_back({{x.x, x.y, x.z},
+                    {v.x, v.y, v.z},
+                    static_cast<float>(data.temperature[i]),
+                    phase,
+                    static_cast<std::int32_t>(meltsim::body_of(tag)) - 1,
+                    data.id[i]});
+  }
+  if (list.empty()) {
+    list.push_back({{0, 0, 0}, {0, 0, 0}, 0, 255, -1, std::numeric_limits<std::uint32_t>::max()});
+  }
+  return list;
+}
+
+std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
+  std::string text = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment meltsim particles\ncomment time_s {:.9g}\n"
+      "comment units m, m/s, degrees Celsius; phase 0 liquid, 1 solid\nelement vertex {}\n",
+      time, particles.size());
+  for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "temperature"}) {
+    text += fmt::format("property float {}\n", name);
+  }
+  text += "property uchar phase\nproperty int body\nproperty uint id\nend_header\n";
+  text.reserve(text.size() + particles.size() * 37);
+  for (const FrameParticle& p : particles) {
+    for (const float value : p.position) append(text, value);
+    for (const float value : p.velocity) append(text, value);
+    append(text, p.temperature);
+    append(text, p.phase);
+    append(text, p.body);
+    append(text, p.id);
+  }
+  return text;
+}
+
+std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
+  const std::size_t n = particles.size();
+  VtpArrays arrays;
+  const auto at = [&particles](std::size_t i) -> const FrameParticle& { return particles[i]; };
+  arrays.add<float>("Float32", "velocity", 3, n, [&](std::size_t i, int c) { return at(i).velocity[c]; });
+  arrays.add<float>("Float32", "temperature", 1, n, [&](std::size_t i, int) { return at(i).temperature; });
+  arrays.add<std::uint8_t>("UInt8", "phase", 1, n, [&](std::size_t i, int) { return at(i).phase; });
+  arrays.add<std::int32_t>("Int32", "body", 1, n, [&](std::size_t i, int) { return at(i).body; });
+  arrays.add<std::uint32_t>("UInt32", "id", 1, n, [&](std::size_t i, int) { return at(i).id; });
+  const std::string point_data = arrays.take_xml();
+  arrays.add<float>("Float32", "Points", 3, n, [&](std::size_t i, int c) { return at(i).position[c]; });
+  const std::string points = arrays.take_xml();
+  arrays.add<std::int64_t>("Int64", "connectivity", 1, n,
+                           [](std::size_t i, int) { return static_cast<std::int64_t>(i); });
+  arrays.add<std::int64_t>("Int64", "offsets", 1, n,
+                           [](std::size_t i, int) { return static_cast<std::int64_t>(i + 1); });
+  const std::string vertices = arrays.take_xml();
+  std::string text = fmt::format(
+      "<?xml version=\"1.0\"?>\n"
+      "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
+      "  <PolyData>\n    <FieldData>\n"
+      "      <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
+      "format=\"ascii\">{:.9g}</DataArray>\n"
+      "    </FieldData>\n"
+      "    <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+      "NumberOfPolys=\"0\">\n"
+      "      <PointData Vectors=\"velocity\" Scalars=\"temperature\">\n{}      </PointData>\n"
+      "      <Points>\n{}      </Points>\n      <Verts>\n{}      </Verts>\n"
+      "    </Piece>\n  </PolyData>\n  <AppendedData encoding=\"raw\">\n_",
+      time, n, n, point_data, points, vertices);
+  text += arrays.data();
+  text += "\n  </AppendedData>\n</VTKFile>\n";
+  return text;
+}
+
+std::string pvd_text(const std::vector<std::pair<double, std::string>>& frames) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+      "  <Collection>\n";
+  for (const auto& [time, file] : frames) {
+    text += fmt::format("    <DataSet timestep=\"{:.9g}\" part=\"0\" file=\"{}\"/>\n", time, file);
+  }
+  return text + "  </Collection>\n</VTKFile>\n";
+}
+
+}  // namespace runner

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Particles as files other programs open: binary PLY and VTP (VTK PolyData), both little-endian.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meltsim/world.hpp"
+
+namespace runner {
+
+/// What is written of one particle.
+struct FrameParticle {
+  float position[3];   ///< [m]
+  float velocity[3];   ///< [m/s]
+  float temperature;   ///< [degrees Celsius]
+  std::uint8_t phase;  ///< 0 liquid, 1 solid, 255 placeholder of an empty frame
+  std::int32_t body;   ///< from 0, kept after melting; -1 = none
+  std::uint32_t id;
+};
+
+/// Live particles in order of id. When there are none, one placeholder: empty meshes break importers.
+std::vector<FrameParticle> frame_particles(const meltsim::ParticleData& data);
+
+std::string ply_text(const std::vector<FrameParticle>& particles, double time);
+std::string vtp_text(const std::vector<FrameParticle>& particles, double time);
+/// The collection that gives ParaView the time of each file.
+std::string pvd_text(const std::vector<std::pair<double, std::string>>& frames);
+
+}  // namespace runner

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "expect.hpp"
+#include "files.hpp"
+#include "numbers.hpp"
+#include "particle_files.hpp"
+
+namespace runner {
+
+namespace {
+
+// Times are sums of rounded steps.
+constexpr double slack = 1e-9;
+
+CsvFile open_table(const std::string& path, const std::string& header, std::size_t time_column,
+                   const RunState* resumed, std::vector<std::string>* kept = nullptr) {
+  if (resumed == nullptr) return {path, header};
+  return CsvFile::resume(path, header, time_column, resumed->time, kept);
+}
+
+double share(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0 : std::min(1.0, static_cast<double>(part) / static_cast<double>(whole));
+}
+
+}  // namespace
+
+Recorder::Recorder(const Scene& scene, RunDirectory directory, const RunState* resumed)
+    : scene_(scene),
+      directory_(std::move(directory)),
+      stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
+      bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)) {
+  probes_ = open_table(directory_.file("probes.csv"), probes_header, 1, resumed);
+  for (const std::string& row : kept_stats_) {
+    const double time = parse_number(split_commas(row).at(1)).value_or(0);
+    vtp_frames_.emplace_back(time, directory_.frame_name(vtp_frames_.size(), "vtp"));
+  }
+}
+
+void Recorder::frame(Built& built, const RunState& state, double dt, double ms_per_step) {
+  last_.step = state.steps;
+  last_.time = state.time;
+  last_.dt = dt;
+  last_.totals = expect(built.world.totals());
+  last_.melted_fraction = share(last_.totals.melted, state.meltable);
+  last_.ms_per_step = ms_per_step;
+  stats_.row(stats_line(last_));
+  write_bodies(built, state.time);
+  write_particles(built.world, state);
+  flush();
+}
+
+void Recorder::write_bodies(Built& built, double time) {
+  meltable_left_ = 0;
+  for (const meltsim::PieceInfo& piece : expect(built.world.pieces())) {
+    bodies_.row(bodies_line(piece, time));
+    if (built.body_melts.at(piece.body.index)) meltable_left_ += piece.particles;
+  }
+}
+
+void Recorder::write_particles(meltsim::World& world, const RunState& state) {
+  const std::vector<std::string>& formats = scene_.output.formats;
+  if (formats.empty()) return;
+  const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
+  for (const std::string& format : formats) {
+    const std::string text =
+        format == "vtp" ? vtp_text(particles, state.time) : ply_text(particles, state.time);
+    write_file(directory_.frame(state.next_frame, format), text);
+  }
+  if (std::count(formats.begin(), formats.end(), "vtp") == 0) return;
+  vtp_frames_.emplace_back(state.time, directory_.frame_name(state.next_frame, "vtp"));
+  write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
+}
+
+double Recorder::next_probe(const RunState& state) const {
+  double due = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
+    due = std::min(due, static_cast<double>(state.probe_samples.at(i)) * scene_.probes[i].every);
+  }
+  return due;
+}
+
+void Recorder::probes(meltsim::World& world, RunState& state) {
+  for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
+    const SceneProbe& probe = scene_.probes[i];
+    std::uint64_t& taken = state.probe_samples.at(i);
+    if (state.time < static_cast<double>(taken) * probe.every - slack) continue;
+    for (const std::string& field : probe.fields) {
+      const std::vector<double> values = expect(world.sample({probe.at}, field));
+      probes_->row(
+          fmt::format("{},{},{},{}", probe.name, csv_number(state.time), field, csv_number(values.at(0))));
+    }
+    // A step may pass several due times; one sample answers them all.
+    while (static_cast<double>(taken) * probe.every <= state.time + slack) ++taken;
+  }
+}
+
+void Recorder::flush() {
+  stats_.flush();
+  bodies_.flush();
+  probes_->flush();
+}
+
+}  // namespace runner

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything a run writes while it runs, apart from run.json and the checkpoint.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "build_world.hpp"
+#include "checkpoint.hpp"
+#include "csv.hpp"
+#include "run_directory.hpp"
+#include "tables.hpp"
+
+namespace runner {
+
+class Recorder {
+ public:
+  /// `resumed`: goes on with the tables in the directory from this state's time.
+  Recorder(const Scene& scene, RunDirectory directory, const RunState* resumed);
+
+  /// One row of stats.csv, the bodies, and the exported files of frame state.next_frame.
+  void frame(Built& built, const RunState& state, double dt, double ms_per_step);
+  /// Samples every probe that is due at state.time.
+  void probes(meltsim::World& world, RunState& state);
+  /// When the next sample is due; infinite without probes.
+  double next_probe(const RunState& state) const;
+  void flush();
+
+  const StatsRow& last() const { return last_; }
+  bool anything_left_to_melt() const { return meltable_left_ > 0; }
+  std::uint64_t meltable_left() const { return meltable_left_; }
+
+ private:
+  void write_bodies(Built& built, double time);
+  void write_particles(meltsim::World& world, const RunState& state);
+
+  const Scene& scene_;
+  RunDirectory directory_;
+  std::vector<std::string> kept_stats_;  ///< rows from before a resume
+  CsvFile stats_, bodies_;
+  std::optional<CsvFile> probes_;
+  std::vector<std::pair<double, std::string>> vtp_frames_;
+  StatsRow last_;
+  std::uint64_t meltable_left_ = 0;
+};
+
+}  // namespace runner

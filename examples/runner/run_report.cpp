@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a run says: progress, warnings, run.json, and how it ended.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "csv.hpp"
+#include "failure.hpp"
+#include "files.hpp"
+#include "interrupt.hpp"
+#include "numbers.hpp"
+#include "run.hpp"
+#include "run_json.hpp"
+
+namespace runner {
+
+namespace {
+
+// Liquid squeezed above this ratio at the start overlaps with something.
+constexpr double squeezed = 1.2;
+
+/// One significant digit, rounded down: a step to try.
+double round_down(double value) {
+  const double digit = std::pow(10, std::floor(std::log10(value)));
+  return std::floor(value / digit * (1 + 1e-12)) * digit;
+}
+
+}  // namespace
+
+void Run::warn_about(const meltsim::StepResult& result) {
+  if (result.courant_exceeded)
+    log_.warn("something moved further than 0.4 support radii in one sub-step; lower dt");
+  if (result.heat_bound_exceeded) {
+    log_.warn("heat was exchanged faster than its stage bound allows; raise heat.max_stages or lower dt");
+  }
+  if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
+  if (state_.next_frame <= 1 && result.max_density_ratio > squeezed) {
+    log_.warn(
+        fmt::format("liquid is squeezed to {:.3g} of its rest density in the first frame: shapes overlap or "
+                    "touch at the start",
+                    result.max_density_ratio));
+  }
+}
+
+void Run::show_progress(const meltsim::StepResult& result) {
+  const double waited = seconds_since(started_), simulated = state_.time - start_time_;
+  progress_.end = end();
+  progress_.done = options_.steps ? static_cast<double>(state_.steps) / static_cast<double>(*options_.steps)
+                                  : state_.time / progress_.end;
+  progress_.done = std::min(1.0, progress_.done);
+  progress_.time = state_.time;
+  progress_.dt = last_dt_;
+  progress_.steps = state_.steps;
+  progress_.fluid = result.fluid;
+  progress_.solid = result.solid;
+  progress_.melted =
+      state_.meltable == 0
+          ? 0
+          : std::min(1.0, static_cast<double>(result.melted) / static_cast<double>(state_.meltable));
+  if (frame_steps_ > 0) progress_.ms_per_step = 1e3 * stepping_s_ / static_cast<double>(frame_steps_);
+  progress_.real_time_ratio = simulated / waited;
+  const double before = options_.steps ? 0 : start_time_ / progress_.end;
+  progress_.eta = waited * (1 - progress_.done) / std::max(progress_.done - before, 1e-12);
+  log_.progress(progress_);
+}
+
+void Run::write_run_json(const Json& final_block_json) {
+  const Json json = run_json(scene_, resolved_scene_, options_, built_, log_.warnings(), final_block_json);
+  write_file(directory_.file("run.json"), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+Json Run::final_block(Outcome outcome) const {
+  const char* status[] = {"finished", "interrupted", "diverged"};
+  Json json = stats_json(recorder_->last());
+  json["steps"] = state_.steps;
+  json["substeps"] = built_.world.steps();
+  json["frames"] = state_.next_frame;
+  json["wall_s"] = wall();
+  json["diverged"] = outcome == Outcome::diverged;
+  json["status"] = status[static_cast<std::size_t>(outcome)];
+  if (state_.melted_at) json["melted_at_s"] = *state_.melted_at;
+  return json;
+}
+
+std::string Run::resume_hint() const {
+  return fmt::format("{} --out {} --resume", options_.resume_command, directory_.path);
+}
+
+std::string Run::divergence_message() const {
+  const double half = last_dt_ / 2, stable = built_.world.stable_dt();
+  const double smaller = round_down(std::min(half, stable > 0 ? stable : half));
+  const std::string advice = time_.adaptive
+                                 ? fmt::format("try time.dt {:g} or a smaller solver.courant", smaller)
+                                 : fmt::format("try dt {:g} or stepping: adaptive", smaller);
+  std::string reason = step_error_.empty() ? last_result_.halt_reason : step_error_;
+  // The library counts sub-steps; the sentence has its own count of steps.
+  if (const std::size_t colon = reason.find(": "); reason.compare(0, 9, "sub-step ") == 0)
+    reason.erase(0, colon + 2);
+  return fmt::format("diverged at step {} (t={:.4g} s): {}; state saved to {}; {}", state_.steps + 1,
+                     state_.time, reason, directory_.file("checkpoint.bin"), advice);
+}
+
+int Run::report(Outcome outcome) {
+  if (outcome != Outcome::finished) {
+    state_.frame_dt = outcome == Outcome::diverged ? 0 : state_.frame_dt;
+    save_checkpoint();
+  }
+  if (state_.steps > 0) log_.end_progress(progress_);
+  if (options_.overwrite) {
+    const std::size_t stale = stale_frames(directory_, state_.next_frame - 1);
+    if (stale > 0)
+      log_.warn(fmt::format("{} frame files of an earlier, longer run remain in {}/frames", stale,
+                            directory_.path));
+  }
+  if (outcome == Outcome::finished && time_.until_melted && !state_.melted_at) {
+    log_.warn(
+        fmt::format("the end was reached with {} of the solid melted; raise time.end or heat.time_scale",
+                    percent_text(recorder_->last().melted_fraction)));
+  }
+  const Json block = final_block(outcome);
+  write_run_json(block);
+  if (outcome == Outcome::diverged) {
+    log_.error(divergence_message());
+    return static_cast<int>(ExitCode::diverged);
+  }
+  if (outcome == Outcome::interrupted) {
+    log_.error(fmt::format("interrupted at t={:.4g} s; state saved to {}\nresume with: {}", state_.time,
+                           directory_.file("checkpoint.bin"), resume_hint()),
+               "interrupted");
+    return 128 + interrupt_signal();
+  }
+  log_.info(fmt::format("done: {} s simulated in {} steps, {}; results in {}", csv_number(state_.time),
+                        state_.steps, duration_text(wall()), directory_.path),
+            {{"final", block}, {"out", directory_.path}});
+  return static_cast<int>(ExitCode::ok);
+}
+
+}  // namespace runner

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene after reading: the library's own descriptions, plus what only the runner knows (time, outputs),
+// plus where each part stood in the file.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "meltsim/desc.hpp"
+#include "node.hpp"
+
+namespace runner {
+
+using Json = nlohmann::ordered_json;
+
+/// A shape and the text it came from, so that run.json can repeat it.
+struct SceneShape {
+  meltsim::Shape shape;
+  Json echo;
+};
+
+struct SceneMaterial {
+  meltsim::MaterialDesc desc;
+  std::string becomes;  ///< name of the liquid it melts into, or empty
+  Source source;
+};
+
+struct SceneFluid {
+  SceneShape shape;
+  std::string material;
+  meltsim::FluidDesc desc;
+  Source source;
+};
+
+struct SceneBody {
+  SceneShape shape;
+  std::string material;
+  std::optional<double> density;  ///< replaces the material's
+  meltsim::SolidDesc desc;
+  Source source;
+};
+
+struct SceneEmitter {
+  std::string material;
+  meltsim::EmitterDesc desc;
+  Source source;
+};
+
+struct SceneProbe {
+  std::string name;
+  meltsim::Vec3d at;
+  std::vector<std::string> fields;
+  double every = 0;  ///< [s]
+};
+
+struct SceneTime {
+  std::optional<double> dt;  ///< [s]; nothing = the largest stable one
+  bool adaptive = false;
+  double end = 10;            ///< [s]
+  double fps = 25;            ///< frames per simulated second
+  bool until_melted = false;  ///< stop when nothing meltable is left; `end` is the cap
+  double tail = 0;            ///< [s] simulated after that
+  std::string dt_where, end_when_where;
+};
+
+struct SceneOutput {
+  std::vector<std::string> formats{"ply"};
+  Json surface, camera;  ///< kept for the renderer; this version does not read them
+};
+
+struct Scene {
+  std::string file;  ///< as shown in messages
+  std::string name;  ///< of the output directory
+  std::string title;
+  meltsim::WorldDesc world;
+  SceneTime time;
+  std::vector<SceneMaterial> materials;
+  std::vector<SceneFluid> fluids;
+  std::vector<SceneBody> bodies;
+  std::vector<SceneEmitter> emitters;
+  std::vector<SceneProbe> probes;
+  SceneOutput output;
+  std::string where;  ///< of the whole scene
+  Source domain, particles, solver, heat, time_source;
+};
+
+}  // namespace runner

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene_json.hpp"
+
+#include "echo.hpp"
+
+namespace runner {
+
+namespace {
+
+using meltsim::Face;
+
+const char* const face_keys[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+
+Json domain_json(const meltsim::DomainDesc& domain) {
+  Json json;
+  if (domain.bounded) {
+    json["min"] = echo(domain.min);
+    json["max"] = echo(domain.max);
+  }
+  json["walls"] = domain.bounded ? Json::object() : Json("none");
+  Json velocity = Json::object();
+  for (std::size_t i = 0; i < 6 && domain.bounded; ++i) {
+    const Face face = domain.faces[i];
+    if (face == Face::periodic) json["walls"][std::string(1, face_keys[i][1])] = "periodic";
+    else json["walls"][face_keys[i]] = face == Face::open ? "open" : "wall";
+    if (length(domain.velocity[i]) > 0) velocity[face_keys[i]] = echo(domain.velocity[i]);
+  }
+  json["no_slip"] = domain.no_slip;
+  json["friction"] = domain.friction;
+  if (!velocity.empty()) json["velocity"] = velocity;
+  return json;
+}
+
+Json time_json(const SceneTime& time) {
+  Json json;
+  json["dt"] = time.dt ? Json(*time.dt) : Json("auto");
+  json["stepping"] = time.adaptive ? "adaptive" : "fixed";
+  json["end"] = time.end;
+  json["fps"] = time.fps;
+  json["end_when"] = time.until_melted ? "melted" : "time";
+  json["tail"] = time.tail;
+  return json;
+}
+
+Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resolved) {
+  Json json;
+  json["gravity"] = echo(world.gravity);
+  json["sound_speed"] = resolved.sound_speed > 0 ? Json(resolved.sound_speed) : Json("auto");
+  json["artificial_viscosity"] = world.artificial_viscosity;
+  json["courant"] = world.courant;
+  json["max_substeps"] = world.max_substeps;
+  json["pieces_interval"] = world.pieces_interval;
+  return json;
+}
+
+Json heat_json(const meltsim::HeatDesc& heat) {
+  const char* models[] = {"none", "paper", "enthalpy"};
+  return {{"model", models[static_cast<std::size_t>(heat.model)]},
+          {"time_scale", heat.time_scale},
+          {"max_stages", heat.max_stages}};
+}
+
+Json material_json(const SceneMaterial& material) {
+  const meltsim::MaterialDesc& desc = material.desc;
+  Json json;
+  json["density"] = desc.density;
+  json["viscosity"] = desc.viscosity;
+  json["conductivity"] = desc.conductivity;
+  json["heat_capacity"] = desc.heat_capacity;
+  json["diffusivity"] = desc.diffusivity;
+  json["melting_point"] = echo_number(desc.melting_point);
+  json["latent_heat"] = desc.latent_heat;
+  if (!material.becomes.empty()) json["becomes"] = material.becomes;
+  json["region_half_width"] = desc.region_half_width;
+  json["stiffness"] = desc.stiffness;
+  json["damping"] = desc.damping;
+  json["friction"] = desc.friction;
+  return json;
+}
+
+Json body_json(const SceneBody& body) {
+  Json json;
+  json["name"] = body.desc.name;
+  json["shape"] = body.shape.echo;
+  json["material"] = body.material;
+  if (body.density) json["density"] = *body.density;
+  json["temperature"] = body.desc.temperature;
+  json["velocity"] = echo(body.desc.velocity);
+  json["angular_velocity"] = echo(body.desc.angular_velocity);
+  json["fixed"] = body.desc.fixed;
+  json["carve"] = body.desc.carve;
+  return json;
+}
+
+Json emitter_json(const SceneEmitter& emitter) {
+  const meltsim::EmitterDesc& desc = emitter.desc;
+  Json json;
+  json["name"] = desc.name;
+  json["nozzle"] = {{"center", echo(desc.center)}, {"axis", echo(desc.axis)}, {"radius", desc.radius}};
+  json["speed"] = desc.speed;
+  json["material"] = emitter.material;
+  json["temperature"] = desc.temperature;
+  json["from"] = desc.from;
+  json["until"] = echo_number(desc.until);
+  if (desc.max_particles > 0) json["max_particles"] = desc.max_particles;
+  return json;
+}
+
+Json probe_json(const SceneProbe& probe) {
+  return {{"name", probe.name}, {"at", echo(probe.at)}, {"fields", probe.fields}, {"every", probe.every}};
+}
+
+}  // namespace
+
+Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
+  Json json;
+  json["meltsim"] = 1;
+  if (!scene.title.empty()) json["title"] = scene.title;
+  json["domain"] = domain_json(scene.world.domain);
+  json["particles"] = {{"spacing", scene.world.spacing}, {"support", resolved.support_radius}};
+  json["time"] = time_json(scene.time);
+  json["solver"] = solver_json(scene.world, resolved);
+  json["heat"] = heat_json(scene.world.heat);
+  for (const SceneMaterial& material : scene.materials)
+    json["materials"][material.desc.name] = material_json(material);
+  for (const SceneFluid& fluid : scene.fluids) {
+    json["fluids"].push_back({{"shape", fluid.shape.echo},
+                              {"material", fluid.material},
+                              {"temperature", fluid.desc.temperature},
+                              {"velocity", echo(fluid.desc.velocity)}});
+  }
+  for (const SceneBody& body : scene.bodies) json["bodies"].push_back(body_json(body));
+  for (const SceneEmitter& emitter : scene.emitters) json["emitters"].push_back(emitter_json(emitter));
+  for (const SceneProbe& probe : scene.probes) json["probes"].push_back(probe_json(probe));
+  json["output"]["export"] = scene.output.formats;
+  if (!scene.output.surface.is_null()) json["output"]["surface"] = scene.output.surface;
+  if (!scene.output.camera.is_null()) json["output"]["camera"] = scene.output.camera;
+  return json;
+}
+
+}  // namespace runner

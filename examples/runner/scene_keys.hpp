@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every key a scene may have, in one place: the reader, its suggestions and the schema test use these lists.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace runner::keys {
+
+using List = std::vector<std::string>;
+
+inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat",
+                        "materials", "fluids", "bodies", "emitters",  "probes", "output"};
+inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity"};
+inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
+inline const List particles{"spacing", "support"};
+inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
+inline const List solver{"gravity", "sound_speed",  "artificial_viscosity",
+                         "courant", "max_substeps", "pieces_interval"};
+inline const List heat{"model", "time_scale", "max_stages"};
+inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
+                           "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
+                           "stiffness", "damping",       "friction"};
+inline const List fluid{"shape", "material", "temperature", "velocity"};
+inline const List body{"name",  "shape", "material", "density", "temperature", "velocity", "angular_velocity",
+                       "fixed", "carve"};
+inline const List emitter{"name",        "nozzle", "speed", "material",
+                          "temperature", "from",   "until", "max_particles"};
+inline const List nozzle{"center", "axis", "radius"};
+inline const List probe{"name", "at", "fields", "every"};
+inline const List output{"export", "surface", "camera"};
+inline const List surface{"cell"};
+inline const List camera{"eye", "look_at", "up", "fov"};
+
+inline const List shapes{"box",   "sphere", "capsule", "cylinder",  "torus",
+                         "blend", "mesh",   "union",   "difference"};
+inline const List shape{"box",   "sphere", "capsule", "cylinder",   "torus",
+                        "blend", "mesh",   "union",   "difference", "transform"};
+inline const List transform{"offset", "axis", "angle", "scale"};
+inline const List sphere{"center", "radius"};
+inline const List rod{"from", "to", "radius"};  ///< capsule and cylinder
+inline const List torus{"center", "axis", "major_radius", "minor_radius"};
+inline const List blend{"ellipsoids", "width"};
+inline const List ellipsoid{"center", "radii"};
+
+// Words that values may be.
+inline const List walls{"box", "open", "none"};
+inline const List face{"wall", "open", "periodic"};
+inline const List stepping{"fixed", "adaptive"};
+inline const List end_when{"time", "melted"};
+inline const List heat_model{"none", "paper", "enthalpy"};
+inline const List probe_field{"temperature", "pressure", "density", "velocity"};
+inline const List formats{"ply", "vtp"};                       ///< written by this version
+inline const List later_formats{"pov", "obj", "png", "html"};  ///< known, not written yet
+
+}  // namespace runner::keys

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rows of stats.csv, probes.csv and bodies.csv.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "meltsim/world.hpp"
+#include "scene.hpp"
+
+namespace runner {
+
+extern const std::vector<std::string> stats_columns;
+extern const std::string probes_header, bodies_header;
+
+/// One row of stats.csv.
+struct StatsRow {
+  std::uint64_t step = 0;
+  double time = 0, dt = 0;  ///< [s]
+  meltsim::Totals totals;
+  double melted_fraction = 0;
+  double ms_per_step = 0;
+};
+
+std::string stats_header();
+std::string stats_line(const StatsRow& row);
+Json stats_json(const StatsRow& row);  ///< column -> value
+
+std::string bodies_line(const meltsim::PieceInfo& piece, double time);
+
+}  // namespace runner

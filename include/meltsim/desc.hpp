@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Descriptions: plain structs with defaults and units. A default one makes a valid, empty World.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "meltsim/material.hpp"
+#include "meltsim/shape.hpp"
+#include "meltsim/types.hpp"
+#include "meltsim/version.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+enum class Face {
+  wall,     ///< impermeable; holds liquid, bodies rest on it
+  open,     ///< particles that leave are removed and counted
+  periodic  ///< must be set on both faces of an axis; extent at least 3 support radii
+};
+
+/// Where particles may be. Unbounded by default.
+struct DomainDesc {
+  bool bounded = false;
+  Vec3d min{0, 0, 0};  ///< [m]
+  Vec3d max{0, 0, 0};  ///< [m]; at least 2 support radii above min on every walled axis
+  /// Faces in the order -x, +x, -y, +y, -z, +z.
+  std::array<Face, 6> faces{Face::wall, Face::wall, Face::wall, Face::wall, Face::wall, Face::wall};
+  bool no_slip = true;    ///< liquid sticks to walls (viscous traction); false = free slip
+  double friction = 0.3;  ///< Coulomb coefficient of bodies against walls, >= 0
+  /// Wall velocity per face [m/s], for moving lids; only the tangential part is used.
+  std::array<Vec3d, 6> velocity{};
+};
+
+enum class HeatModel {
+  none,     ///< temperatures stay as given; nothing melts
+  paper,    ///< eq. (4) of Shao & Yu 2017: two reversed pair sweeps; not conservative, see ARCHITECTURE.md
+  enthalpy  ///< conservative enthalpy form with latent heat, Runge-Kutta-Legendre super-time-stepping
+};
+
+struct HeatDesc {
+  HeatModel model = HeatModel::enthalpy;
+  /// Heat runs this many times faster than motion (time lapse), >= 0; 0 freezes heat.
+  double time_scale = 1;
+  int max_stages = 64;  ///< Runge-Kutta-Legendre stages per heat sub-step, 2..1024
+};
+
+/// A World. Zero means "derive it" where a field says automatic.
+struct WorldDesc {
+  std::uint32_t header_version = MELTSIM_VERSION_NUMBER;  ///< leave as it is
+  Backend backend = Backend::automatic;  ///< automatic: CUDA if built in and a device is usable, else CPU
+  Precision precision = Precision::single_precision;
+  int device = 0;          ///< CUDA device ordinal
+  void* stream = nullptr;  ///< a cudaStream_t of the host's; null = a stream of the World's own
+  int threads = 0;         ///< CPU threads; 0 = all
+
+  double spacing = 0.2;       ///< dx [m], > 0
+  double support_radius = 0;  ///< H [m], 1.5..4 dx; automatic = 2.5 dx
+  DomainDesc domain;
+  Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
+  double sound_speed = 0;      ///< c [m/s]; automatic = 10 sqrt(2 g depth) of the scene when first stepped
+  double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0; noise control, 0.01..0.1
+  HeatDesc heat;
+
+  double courant = 0.4;      ///< sub-steps keep c dt / H below this, (0, 0.6]
+  int max_substeps = 64;     ///< a step that needs more is refused, >= 1
+  int pieces_interval = 16;  ///< steps between searches for pieces that came apart, >= 1
+};
+
+/// Liquid filling a shape, on the same lattice as the solids. Points inside bodies are carved away.
+struct FluidDesc {
+  Shape shape;
+  MaterialId material;
+  double temperature = 20;  ///< [degrees Celsius]
+  Vec3d velocity;           ///< [m/s]
+};
+
+/// A body. Points closer than one spacing to another body are refused; liquid in its place is carved away.
+struct SolidDesc {
+  std::string name;  ///< empty = "body<N>"
+  Shape shape;
+  MaterialId material;
+  double temperature = 20;  ///< [degrees Celsius]
+  Vec3d velocity;           ///< [m/s]
+  Vec3d angular_velocity;   ///< about the centre of mass [rad/s]
+  bool fixed = false;       ///< an obstacle: conducts heat and melts, but never moves
+  bool carve = true;        ///< remove liquid in the body's place; false = refuse the overlap
+};
+
+/// A round nozzle that emits liquid at a steady speed.
+struct EmitterDesc {
+  std::string name;  ///< empty = "emitter<N>"
+  Vec3d center;      ///< [m]
+  Vec3d axis{0, -1, 0};
+  double radius = 0;  ///< [m], at least one spacing
+  double speed = 1;   ///< [m/s], > 0
+  MaterialId material;
+  double temperature = 20;  ///< [degrees Celsius]
+  double from = 0;          ///< [s]
+  double until = infinity;  ///< [s]
+  /// Most particles it may ever emit; it stops there and StepResult says so. 0 = what from..until needs.
+  std::uint64_t max_particles = 0;
+};
+
+}  // namespace v0
+}  // namespace meltsim

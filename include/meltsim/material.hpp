@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "meltsim/handle.hpp"
+#include "meltsim/types.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+/// What a substance is. The same description serves liquids and solids; a solid ignores the viscosity,
+/// a liquid the melting and lattice fields.
+struct MaterialDesc {
+  std::string name = "water";
+  double density = 1000;        ///< rest density rho0 [kg/m^3], > 0; tuned for 100..10000
+  double viscosity = 1e-3;      ///< dynamic viscosity mu [Pa s], >= 0
+  double conductivity = 0.6;    ///< k [W/(m K)], >= 0; 0 insulates
+  double heat_capacity = 4186;  ///< c [J/(kg K)], > 0
+  /// Thermal diffusivity K [m^2/s]; when > 0 it replaces the conductivity by K rho c (the paper's K).
+  double diffusivity = 0;
+
+  /// T_melt [degrees Celsius]; infinity = never melts. Needs `melts_into`.
+  double melting_point = infinity;
+  double latent_heat = 0;  ///< L [J/kg], >= 0
+  MaterialId melts_into;   ///< the liquid this solid becomes; null = never melts
+
+  int region_half_width = 2;  ///< w of lattice shape matching, 0..8; larger is stiffer (0 = free particles)
+  double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]
+  double damping = 0.1;       ///< share of non-rigid motion removed per region and step, [0, 1]
+  double friction = 0.3;      ///< Coulomb coefficient against bodies and walls, >= 0
+};
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// The weakly compressible liquid: volume fraction, Tait equation, pressure, viscosity.
+//
+// Sources: Shao & Yu (2017), J. Syst. Simul. 29(3):502, eqs. (1)-(3); Becker & Teschner (2007), SCA, for
+// the Tait equation; Solenthaler & Pajarola (2008), SCA, for densities that do not smear between liquids;
+// Price (2012), J. Comput. Phys. 231:759, sec. 3, for deriving the force from the density estimate.
+//
+//   symbol  meaning                                                        unit
+//   V0      rest volume m/rho0                                             m^3
+//   phi     volume fraction sum_j V0_j W_ij + sum_k V_k W_ik + wall        -      (j liquid, k solid)
+//   rho     rho0 phi                                                       kg/m^3
+//   P       (rho0 c^2/7) (phi^7 - 1), not below 0                          Pa
+//   mu      dynamic viscosity                                              Pa s
+//
+// With equal rest volumes phi = rho/rho0 of eq. (1): rho_i = m_i sum_j W_ij. Weighting each neighbour by
+// its own rest volume is the same thing where volumes differ (a melted particle keeps its mass and takes
+// its liquid's density, so its volume changes); masses never enter, so 100:10000 does not smear.
+// The pressure force is minus the gradient of the internal energy under that density estimate, hence
+// exactly antisymmetric and energy conserving:
+//   F_i<-j = -V0_i V0_j (P_i/phi_i^2 + P_j/phi_j^2) grad_i W_ij.
+// Deviations from the paper: eq. (2) prints W where grad W belongs and lacks a mass; eq. (3) lacks a volume.
+#pragma once
+
+#include "meltsim/physics/sph_kernels.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// rho0 c^2 / 7 [Pa], the factor of the Tait equation.
+template <class T>
+MELTSIM_HD T tait_stiffness(T rest_density, T sound_speed) {
+  return rest_density * sound_speed * sound_speed / T(7);
+}
+
+/// c = 10 v_max [m/s] (Monaghan 1994, J. Comput. Phys. 110:399: density then varies by 1 %), v_max of a scene
+/// in which things start at `speed` and may fall by `depth`.
+inline double sound_speed_for(double speed, double gravity, double depth) {
+  return 10.0 * std::sqrt(speed * speed + 2.0 * gravity * depth);
+}
+
+/// Tait equation with exponent 7, clamped at 0 (free surface) [Pa]. stiffness = rho0 c^2 / 7 [Pa].
+template <class T>
+MELTSIM_HD T tait_pressure(T stiffness, T phi) {
+  const T p2 = phi * phi;
+  const T p4 = p2 * p2;
+  return maximum(stiffness * (p4 * p2 * phi - T(1)), T(0));
+}
+
+/// P / phi^2 [Pa], the operand both ends of a pair contribute to the pressure force.
+template <class T>
+MELTSIM_HD T pressure_term(T pressure, T phi) {
+  return pressure / (phi * phi);
+}
+
+/// Pressure force on i from liquid j [N]; x_ij = x_i - x_j, f = kernel_gradient_factor.
+template <class T>
+MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {
+  return x_ij * (volume_i * volume_j * (term_i + term_j) * f);
+}
+
+/// Viscous force on i from j [N]: mu V_i V_j L_ij v_ji, v_ji = v_j - v_i.
+template <class T>
+MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3<T> v_ji) {
+  return v_ji * (mu * (volume_i * volume_j) * laplacian);
+}
+
+/// Pair viscosity [Pa s]: the harmonic mean, so that the thinner liquid limits the shear stress
+/// (Morris et al. 1997; continuous stress across an interface). Symmetric in its arguments.
+template <class T>
+MELTSIM_HD T pair_viscosity(T mu_i, T mu_j) {
+  const T sum = mu_i + mu_j;
+  return sum > T(0) ? T(2) * mu_i * mu_j / sum : T(0);
+}
+
+/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [N]: a central
+/// force between approaching pairs that removes acoustic noise; h = H/2, density = mean rest density.
+///   F_i = -V_i V_j rho alpha c h (v_ij.x_ij)/(r^2 + 0.01 h^2) f x_ij   where v_ij.x_ij < 0, else 0.
+template <class T>
+MELTSIM_HD Vec3<T> artificial_viscous_force(const SphKernel<T>& k, T alpha, T sound_speed, T density,
+                                            T volume_i, T volume_j, T f, T r2, T v_dot_x, Vec3<T> x_ij) {
+  const T approach = minimum(v_dot_x, T(0)) / (r2 + k.epsilon2);
+  return x_ij * (-volume_i * volume_j * density * alpha * sound_speed * T(0.5) * k.support * approach * f);
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// Heat: the enthalpy curve, pair exchange, the Runge-Kutta-Legendre stages, and the paper's pair update.
+//
+// Sources: enthalpy method: Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545. Pair conductance:
+// Cleary & Monaghan (1999), J. Comput. Phys. 148:227, eq. (28) (harmonic mean: the flux is limited by the
+// poorer conductor). Super-time-stepping: Meyer, Balsara & Aslam (2014), J. Comput. Phys. 257:594, RKL2,
+// eqs. (15)-(18). Paper mode: Shao & Yu (2017), eq. (4); Dagenais et al. (2012).
+//
+//   symbol  meaning                                         unit
+//   H       enthalpy of a particle                          J       (double: a step may add 1e-8 of it)
+//   h       H / m                                           J/kg
+//   T       temperature                                     degrees Celsius
+//   g_ij    V_i V_j L_ij 2 k_i k_j / (k_i + k_j)            W/K     bitwise symmetric in i, j
+//   dH_i/dt sum_j g_ij (T_j - T_i)                          W       antisymmetric: energy is conserved
+//
+// Zero of enthalpy: every liquid has h = c_l T. A solid's curve is shifted so that, fully melted, it lies on
+// its liquid's curve; the switch of phase therefore changes no number but the tag.
+#pragma once
+
+#include "meltsim/physics/material_table.hpp"
+#include "meltsim/physics/sph_kernels.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// Specific enthalpy [J/kg] of a solid at its melting point, nothing melted: below its liquid's by L.
+inline double melting_enthalpy(double liquid_heat_capacity, double melting_point, double latent_heat) {
+  return liquid_heat_capacity * melting_point - latent_heat;
+}
+
+/// k = K rho c [W/(m K)] and back [m^2/s].
+inline double conductivity_of(double diffusivity, double density, double heat_capacity) {
+  return diffusivity * density * heat_capacity;
+}
+inline double diffusivity_of(double conductivity, double density, double heat_capacity) {
+  return conductivity / (density * heat_capacity);
+}
+
+/// T(h) of a material: solid slope, plateau of width L at the melting point, liquid slope.
+template <class T>
+MELTSIM_HD double temperature_of(const MaterialRow<T>& m, double h) {
+  if (m.melts == 0u) return h / m.heat_capacity;
+  const double above = h - m.melting_enthalpy;
+  if (above < 0.0) return m.melting_point + above / m.heat_capacity;
+  if (above <= m.latent_heat) return m.melting_point;
+  return m.melting_point + (above - m.latent_heat) / m.liquid_heat_capacity;
+}
+
+/// h(T) [J/kg]; at the melting point of a solid: all of it still solid.
+template <class T>
+MELTSIM_HD double enthalpy_of(const MaterialRow<T>& m, double temperature) {
+  if (m.melts == 0u) return m.heat_capacity * temperature;
+  const double above = temperature - m.melting_point;
+  if (above <= 0.0) return m.melting_enthalpy + above * m.heat_capacity;
+  return m.melting_enthalpy + m.latent_heat + above * m.liquid_heat_capacity;
+}
+
+/// Share of the melting enthalpy already taken up, 0..1. With L = 0 it jumps to 1 at the melting point, which
+/// is the paper's criterion T >= T_melt.
+template <class T>
+MELTSIM_HD double liquid_fraction(const MaterialRow<T>& m, double h) {
+  if (m.melts == 0u) return 1.0;
+  const double above = h - m.melting_enthalpy;
+  if (m.latent_heat <= 0.0) return above >= 0.0 ? 1.0 : 0.0;
+  return clamp(above / m.latent_heat, 0.0, 1.0);
+}
+
+/// k [W/(m K)] at a liquid fraction: a solid that holds melt conducts as the mixture.
+template <class T>
+MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction) {
+  return m.melts == 0u ? m.conductivity
+                       : m.conductivity + fraction * (m.liquid_conductivity - m.conductivity);
+}
+
+/// Harmonic mean [W/(m K)]: zero if either end insulates. Symmetric to the last bit.
+template <class T>
+MELTSIM_HD T pair_conductivity(T k_i, T k_j) {
+  const T sum = k_i + k_j;
+  return sum > T(0) ? T(2) * (k_i * k_j) / sum : T(0);
+}
+
+/// g_ij [W/K].
+template <class T>
+MELTSIM_HD T pair_conductance(T volume_i, T volume_j, T laplacian, T k_i, T k_j) {
+  return (volume_i * volume_j) * laplacian * pair_conductivity(k_i, k_j);
+}
+
+/// Coefficients of stage j of s of one super-step, acting on increments d_j = Y_j - Y_0:
+///   d_j = mu d_{j-1} + nu d_{j-2} + mu_rate tau M(Y_{j-1}) + gamma_rate tau M(Y_0).
+struct HeatStage {
+  double mu = 0, nu = 0, mu_rate = 1, gamma_rate = 0;
+};
+
+/// Second-order Runge-Kutta-Legendre (RKL2). s = 1 is the explicit Euler step.
+inline HeatStage heat_stage(int j, int s) {
+  if (s <= 1) return {};
+  const auto b = [](int i) { return i < 2 ? 1.0 / 3.0 : (double(i) * i + i - 2.0) / (2.0 * i * (i + 1.0)); };
+  const double w1 = 4.0 / (double(s) * s + s - 2.0);
+  if (j == 1) return {0, 0, b(1) * w1, 0};
+  HeatStage c;
+  c.mu = (2.0 * j - 1.0) / j * b(j) / b(j - 1);
+  c.nu = -(j - 1.0) / j * b(j) / b(j - 2);
+  c.mu_rate = c.mu * w1;
+  c.gamma_rate = -(1.0 - b(j - 1)) * c.mu_rate;
+  return c;
+}
+
+/// Stages needed for tau lambda, lambda = 2 max_i sum_j g_ij/C_i (Gershgorin bound of the spectral radius):
+/// explicit Euler while tau lambda < 1 (half its limit, so that it does not oscillate), else the smallest odd
+/// s >= 3 with (s^2 + s - 2)/4 >= tau lambda / 2.
+inline int heat_stage_count(double tau_lambda) {
+  if (tau_lambda < 1.0) return 1;
+  int s = static_cast<int>(std::ceil(0.5 * (std::sqrt(9.0 + 8.0 * tau_lambda) - 1.0)));
+  if (s < 3) s = 3;
+  return s | 1;
+}
+
+/// Largest tau lambda that s stages carry.
+inline double heat_stage_reach(int s) { return s <= 1 ? 1.0 : 0.5 * (double(s) * s + s - 2.0); }
+
+/// Paper mode, eq. (4): the backward Euler step of the isolated pair (i, j), seen from i.
+///   k = (K_i + K_j)/2 L_ij,  D = (T_j - T_i)/(1 + k dt (V_i + V_j)),  T_i += k dt V_j D.
+/// Deviation: eq. (4) prints K_i + K_j; with L_ij as defined here (factor 2 included) half of it makes K the
+/// diffusivity [m^2/s] that the scheme tends to for small dt. Returns the change of T_i.
+template <class T>
+MELTSIM_HD T paper_pair_update(T K_i, T K_j, T laplacian, T dt, T volume_i, T volume_j, T temperature_i,
+                               T temperature_j) {
+  const T k = T(0.5) * (K_i + K_j) * laplacian * dt;
+  return k * volume_j * (temperature_j - temperature_i) / (T(1) + k * (volume_i + volume_j));
+}
+
+/// Diffusivity [m^2/s] that paper mode delivers on the lattice at a step dt when K is asked for (host): one
+/// sweep over dt/2 leaves T_i = sum w_j T_j with weights from the running update, so a parabola spreads by
+/// sum w_j r_j^2 / 6 per dt/2. Tends to K as K dt/dx^2 -> 0; an upper
+/// bound while the profile has jumps.
+inline double paper_effective_diffusivity(double K, double dt, double support, double spacing) {
+  if (!(K > 0) || !(dt > 0)) return K;
+  const auto kernel = make_kernel<double>(support, spacing);
+  const double volume = spacing * spacing * spacing;
+  const int n = static_cast<int>(support / spacing) + 1;
+  double spread = 0;  // sum w_j r_j^2 so far; each later neighbour takes its share of all of it
+  for (int z = -n; z <= n; ++z)
+    for (int y = -n; y <= n; ++y)
+      for (int x = -n; x <= n; ++x) {
+        const double r2 = spacing * spacing * double(x * x + y * y + z * z), r = std::sqrt(r2);
+        if (r >= support || r2 == 0) continue;
+        const double share =
+            paper_pair_update(K, K, kernel_laplacian(kernel, r, r2), 0.5 * dt, volume, volume, 0.0, 1.0);
+        spread += share * (r2 - spread);
+      }
+  return spread / (6.0 * 0.5 * dt);
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim

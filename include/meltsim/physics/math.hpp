@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small vectors and matrices used by every formula, on the host and on the device.
+// Plain aggregates: trivially copyable, no alignment surprises except Vec4, which is loaded as one word.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "meltsim/physics/hd.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+template <class T>
+struct Vec3 {
+  T x{}, y{}, z{};
+};
+
+/// Four scalars in one aligned load. Channels pack a vector and one more operand into it.
+template <class T>
+struct alignas(4 * sizeof(T) > 16 ? 16 : 4 * sizeof(T)) Vec4 {
+  T x{}, y{}, z{}, w{};
+};
+
+/// Row-major 3x3 matrix.
+template <class T>
+struct Mat3 {
+  T m[3][3]{};
+};
+
+/// Unit quaternion (w scalar part) standing for a rotation.
+template <class T>
+struct Quat {
+  T w{1}, x{}, y{}, z{};
+};
+
+template <class T>
+MELTSIM_HD Vec3<T> operator+(Vec3<T> a, Vec3<T> b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class T>
+MELTSIM_HD Vec3<T> operator-(Vec3<T> a, Vec3<T> b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class T>
+MELTSIM_HD Vec3<T> operator-(Vec3<T> a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class T>
+MELTSIM_HD Vec3<T> operator*(Vec3<T> a, T s) {
+  return {a.x * s, a.y * s, a.z * s};
+}
+template <class T>
+MELTSIM_HD Vec3<T> operator*(T s, Vec3<T> a) {
+  return a * s;
+}
+template <class T>
+MELTSIM_HD Vec3<T>& operator+=(Vec3<T>& a, Vec3<T> b) {
+  a.x += b.x;
+  a.y += b.y;
+  a.z += b.z;
+  return a;
+}
+template <class T>
+MELTSIM_HD T dot(Vec3<T> a, Vec3<T> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+MELTSIM_HD Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T>
+MELTSIM_HD T length(Vec3<T> a) {
+  return std::sqrt(dot(a, a));
+}
+template <class T>
+MELTSIM_HD bool finite(Vec3<T> a) {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+template <class T>
+MELTSIM_HD Vec3<T> xyz(const Vec4<T>& a) {
+  return {a.x, a.y, a.z};
+}
+template <class T>
+MELTSIM_HD Vec4<T> with_w(Vec3<T> a, T w) {
+  return {a.x, a.y, a.z, w};
+}
+template <class To, class From>
+MELTSIM_HD Vec3<To> cast(Vec3<From> a) {
+  return {static_cast<To>(a.x), static_cast<To>(a.y), static_cast<To>(a.z)};
+}
+
+template <class T>
+MELTSIM_HD Mat3<T> identity3() {
+  Mat3<T> r;
+  r.m[0][0] = r.m[1][1] = r.m[2][2] = T(1);
+  return r;
+}
+template <class T>
+MELTSIM_HD Vec3<T> operator*(const Mat3<T>& a, Vec3<T> v) {
+  return {a.m[0][0] * v.x + a.m[0][1] * v.y + a.m[0][2] * v.z,
+          a.m[1][0] * v.x + a.m[1][1] * v.y + a.m[1][2] * v.z,
+          a.m[2][0] * v.x + a.m[2][1] * v.y + a.m[2][2] * v.z};
+}
+template <class T>
+MELTSIM_HD Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) {
+  Mat3<T> r;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      r.m[i][j] = a.m[i][0] * b.m[0][j] + a.m[i][1] * b.m[1][j] + a.m[i][2] * b.m[2][j];
+  return r;
+}
+template <class T>
+MELTSIM_HD Mat3<T> transpose(const Mat3<T>& a) {
+  Mat3<T> r;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) r.m[i][j] = a.m[j][i];
+  return r;
+}
+template <class T>
+MELTSIM_HD T determinant(const Mat3<T>& a) {
+  return a.m[0][0] * (a.m[1][1] * a.m[2][2] - a.m[1][2] * a.m[2][1]) -
+         a.m[0][1] * (a.m[1][0] * a.m[2][2] - a.m[1][2] * a.m[2][0]) +
+         a.m[0][2] * (a.m[1][0] * a.m[2][1] - a.m[1][1] * a.m[2][0]);
+}
+/// A += s * a b^T
+template <class T>
+MELTSIM_HD void add_outer(Mat3<T>& A, T s, Vec3<T> a, Vec3<T> b) {
+  const T u[3] = {s * a.x, s * a.y, s * a.z};
+  const T v[3] = {b.x, b.y, b.z};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) A.m[i][j] += u[i] * v[j];
+}
+
+template <class T>
+MELTSIM_HD Mat3<T> to_matrix(const Quat<T>& q) {
+  const T xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z;
+  const T xy = q.x * q.y, xz = q.x * q.z, yz = q.y * q.z;
+  const T wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
+  Mat3<T> r;
+  r.m[0][0] = T(1) - T(2) * (yy + zz);
+  r.m[0][1] = T(2) * (xy - wz);
+  r.m[0][2] = T(2) * (xz + wy);
+  r.m[1][0] = T(2) * (xy + wz);
+  r.m[1][1] = T(1) - T(2) * (xx + zz);
+  r.m[1][2] = T(2) * (yz - wx);
+  r.m[2][0] = T(2) * (xz - wy);
+  r.m[2][1] = T(2) * (yz + wx);
+  r.m[2][2] = T(1) - T(2) * (xx + yy);
+  return r;
+}
+
+template <class T>
+MELTSIM_HD T minimum(T a, T b) {
+  return b < a ? b : a;
+}
+template <class T>
+MELTSIM_HD T maximum(T a, T b) {
+  return a < b ? b : a;
+}
+template <class T>
+MELTSIM_HD T clamp(T v, T lo, T hi) {
+  return v < lo ? lo : (hi < v ? hi : v);
+}
+
+/// Number of set bits.
+MELTSIM_HD std::uint32_t popcount(std::uint32_t v) {
+  v = v - ((v >> 1) & 0x55555555u);
+  v = (v & 0x33333333u) + ((v >> 2) & 0x33333333u);
+  return (((v + (v >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lattice shape matching: the solid.
+//
+// Source: Rivers & James (2007), FastLSM, ACM Trans. Graph. 26(3), secs. 3-4; Mueller et al. (2005),
+// Meshless deformations, for goal positions.
+//
+//   symbol  meaning                                                       unit
+//   R_r     region of vertex r: the vertices within w lattice steps       -
+//   m~_i    m_i / |R_i|, so that a vertex counts once over its regions    kg
+//   u_j     x_j - x_r, current position relative to the region's vertex   m
+//   q_j     rest position relative to the region's vertex (lattice)       m
+//   c, c0   weighted means of u and q over the region                     m
+//   R       best rotation of A = sum m~ (u - c)(q - c0)^T                 -
+//   g_i     mean over r in R_i of R_r (q_i - c0_r) + c_r + x_r            m
+//
+// Deviations: positions enter only as differences (displacement form): with absolute positions the weights'
+// rounding acts as an anti-spring about the origin; and what rounding leaves of a piece's momentum and spin
+// is taken out again (residual_correction): a float rotation is good to 1e-7, which over a step of 1 ms is a
+// torque that stops a body spinning at 1 rad/s within minutes. Damping takes each region's rigid motion as
+// target, as in the source, with the angular velocity from a pseudo-inverse so that chains and sheets are
+// safe.
+#pragma once
+
+#include "meltsim/physics/polar.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// Sums over a region, relative to its vertex.
+template <class T>
+struct RegionSums {
+  T mass{};        ///< sum m~ [kg]
+  Vec3<T> mu{};    ///< sum m~ u
+  Vec3<T> mq{};    ///< sum m~ q
+  Mat3<T> muq{};   ///< sum m~ u q^T
+  Mat3<T> muu{};   ///< sum m~ u u^T
+  Vec3<T> mv{};    ///< sum m~ v, v relative to the vertex
+  Vec3<T> muxv{};  ///< sum m~ u x v
+};
+
+template <class T>
+MELTSIM_HD void add_member(RegionSums<T>& s, T mass, Vec3<T> u, Vec3<T> q, Vec3<T> v) {
+  s.mass += mass;
+  s.mu += u * mass;
+  s.mq += q * mass;
+  add_outer(s.muq, mass, u, q);
+  add_outer(s.muu, mass, u, u);
+  s.mv += v * mass;
+  s.muxv += cross(u, v) * mass;
+}
+
+/// Best rigid placement and motion of a region, relative to its vertex.
+template <class T>
+struct RegionFit {
+  Quat<T> rotation{};
+  Vec3<T> center{};       ///< c
+  Vec3<T> rest_center{};  ///< c0
+  Vec3<T> velocity{};     ///< mean velocity
+  Vec3<T> spin{};         ///< angular velocity [rad/s]
+};
+
+template <class T>
+MELTSIM_HD RegionFit<T> fit_region(const RegionSums<T>& s, const Quat<T>& previous) {
+  RegionFit<T> f;
+  const T inv = T(1) / s.mass;
+  f.center = s.mu * inv;
+  f.rest_center = s.mq * inv;
+  f.velocity = s.mv * inv;
+  Mat3<T> A = s.muq;
+  add_outer(A, -s.mass, f.center, f.rest_center);
+  f.rotation = best_rotation(A, previous);
+  Mat3<T> second = s.muu;
+  add_outer(second, -s.mass, f.center, f.center);
+  const T trace = second.m[0][0] + second.m[1][1] + second.m[2][2];
+  Mat3<T> inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) inertia.m[i][j] = (i == j ? trace : T(0)) - second.m[i][j];
+  const Vec3<T> spin_momentum = s.muxv - cross(f.center, f.velocity) * s.mass;
+  f.spin = solve_symmetric(inertia, spin_momentum);
+  return f;
+}
+
+/// Where the region wants a member, minus where it is. q, u: the member's rest and current position relative
+/// to the region's vertex.
+template <class T>
+MELTSIM_HD Vec3<T> goal_displacement(const RegionFit<T>& f, Vec3<T> q, Vec3<T> u) {
+  return to_matrix(f.rotation) * (q - f.rest_center) + (f.center - u);
+}
+
+/// The region's rigid velocity at a member minus the member's; u, v relative to the region's vertex.
+template <class T>
+MELTSIM_HD Vec3<T> rigid_velocity_defect(const RegionFit<T>& f, Vec3<T> u, Vec3<T> v) {
+  return f.velocity + cross(f.spin, u - f.center) - v;
+}
+
+/// Change of velocity from the mean goal displacement and the mean velocity defect [m/s].
+template <class T>
+MELTSIM_HD Vec3<T> shape_velocity(T stiffness, T damping, T dt, Vec3<T> displacement, Vec3<T> defect) {
+  return displacement * (stiffness / dt) + defect * damping;
+}
+
+/// What rounding leaves of a piece's momentum and spin after shape matching, which must change neither: the
+/// sums over its vertices, positions relative to one of them.
+struct RigidResidual {
+  double mass = 0;
+  Vec3<double> momentum{}, spin{};  ///< sum m dv, sum m u x dv
+  Vec3<double> first{};             ///< sum m u
+  Mat3<double> second{};            ///< sum m u u^T
+};
+
+/// Change of velocity at u that cancels it: minus the mean velocity and minus the rigid rotation that carries
+/// the residual spin about the centre of mass.
+MELTSIM_HD Vec3<double> residual_correction(const RigidResidual& r, Vec3<double> u) {
+  if (!(r.mass > 0)) return {};
+  const Vec3<double> c = r.first * (1.0 / r.mass), mean = r.momentum * (1.0 / r.mass);
+  const Vec3<double> spin = r.spin - cross(c, r.momentum);
+  Mat3<double> s = r.second;
+  add_outer(s, -r.mass, c, c);
+  const double trace = s.m[0][0] + s.m[1][1] + s.m[2][2];
+  Mat3<double> inertia;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) inertia.m[i][j] = (i == j ? trace : 0.0) - s.m[i][j];
+  return -(mean + cross(solve_symmetric(inertia, spin), u - c));
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Engine: the one interface both backends implement. A World talks to this and to nothing below it.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/pipeline.hpp"
+#include "core/scene.hpp"
+#include "meltsim/result.hpp"
+#include "meltsim/scheduler.hpp"
+#include "meltsim/world.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// One layer of one nozzle, in double.
+struct BurstArguments {
+  std::uint32_t first_point = 0, points = 0;
+  Vec3d center, velocity;
+  double enthalpy = 0, mass = 0, volume = 0;
+  std::uint32_t tag = 0;
+};
+
+struct SubstepArguments {
+  double dt = 0, time = 0;
+  std::uint64_t index = 0;
+  std::uint64_t stages = 0;  ///< bit per stage of the table: run it in this sub-step
+  double heat_dt = 0;        ///< of one super-step, time-scaled
+  int heat_stages = 0, heat_supersteps = 0;
+  double heat_bound = 0;
+  const std::vector<BurstArguments>* bursts = nullptr;
+};
+
+/// A host's stage and where it goes.
+struct PlacedStage {
+  int after = 0;
+  CustomStage stage;
+};
+
+/// Particle channels that only exist after a step.
+struct DerivedState {
+  std::vector<double> density;        ///< phi per id
+  std::vector<double> pressure_term;  ///< P/phi^2 per id
+};
+
+struct LatticeMasks {
+  std::vector<std::uint32_t> neighbour_mask, region_mask;
+  std::uint32_t region_words = 0;
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual Backend backend() const = 0;
+  virtual std::string device_name() const = 0;
+  /// Allocates and uploads; on error what was there before is gone and must be uploaded again.
+  virtual Status upload(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
+                        const EngineSetup& setup) = 0;
+  /// Waits; writes every State channel in order of id.
+  virtual void download(SceneState& state) = 0;
+  virtual void download(DerivedState& derived) = 0;
+  virtual void download(LatticeMasks& masks) = 0;
+  /// Enqueues one sub-step. No allocation, no wait, no copy from the host.
+  virtual void substep(const SubstepArguments& arguments) = 0;
+  /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
+  virtual WorldStatus synchronize() = 0;
+  /// Device fault since the last call, empty if none.
+  virtual std::string fault() = 0;
+  virtual std::uint64_t channel_bytes(int field) const = 0;
+  virtual std::uint64_t scratch_bytes() const = 0;
+  virtual std::uint64_t bytes_needed(const SceneConstants&, const SceneLattice&,
+                                     const EngineSetup&) const = 0;
+  virtual std::uint64_t free_bytes() const = 0;
+  virtual void set_custom_stages(const std::vector<PlacedStage>* stages) = 0;
+  virtual void enable_timings(bool on) = 0;
+  virtual double median_ms(int stage) = 0;  ///< stage_count + k for custom stage k
+  virtual StageContext context() const = 0;
+};
+
+/// Result of asking for an engine: the engine, or why there is none.
+Result<std::shared_ptr<Engine>> make_cpu_engine(const WorldDesc& desc);
+Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc);
+
+/// What `meltsim info` says of CUDA.
+struct CudaInfo {
+  bool built = false;
+  std::string runtime, driver, reason, architectures;
+  std::vector<std::string> devices;
+};
+CudaInfo cuda_info();
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,528 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine over any executor: buffers, frame, and the walk down the stage table. No physics, no backend.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/engine.hpp"
+#include "core/frame.hpp"
+#include "core/lattice.hpp"
+#include "core/stage_functions.hpp"
+#include "meltsim/physics/phase_change.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+template <class E, class T>
+class EngineImpl final : public Engine {
+ public:
+  EngineImpl(E exec, std::string device) : ex_(std::move(exec)), device_(std::move(device)) {}
+  ~EngineImpl() override {
+    ex_.synchronize();
+    release();
+  }
+
+  Backend backend() const override { return E::backend; }
+  std::string device_name() const override { return device_; }
+  std::uint64_t channel_bytes(int field) const override { return bytes_[field] + previous_bytes_[field]; }
+  std::uint64_t scratch_bytes() const override { return ex_.reserved_bytes(); }
+  std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
+  void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
+  void enable_timings(bool on) override { timed_ = on; }
+  double median_ms(int stage) override { return ex_.collect().median(stage); }
+  std::string fault() override { return ex_.fault(); }
+
+  std::uint64_t bytes_needed(const SceneConstants& c, const SceneLattice& l,
+                             const EngineSetup& s) const override {
+    const Sizes n = sizes(c, l, s);
+    std::uint64_t total = 0;
+    for (int i = 0; i < field_count; ++i)
+      if ((s.channels >> i) & 1u) total += field_bytes(i, n) * (double_buffered(i) ? 2u : 1u);
+    return total;
+  }
+
+  Status upload(const SceneConstants& c, const SceneLattice& l, const SceneState& state,
+                const EngineSetup& setup) override {
+    ex_.synchronize();
+    release();
+    w_ = Frame<T>{};
+    const Sizes n = sizes(c, l, setup);
+    const std::uint64_t needed = bytes_needed(c, l, setup), available = ex_.free_bytes();
+    if (needed > available) return out_of_memory(needed, available);
+    for (int i = 0; i < field_count; ++i) {
+      if (((setup.channels >> i) & 1u) == 0) continue;
+      const std::uint64_t bytes = field_bytes(i, n);
+      if (bytes == 0) continue;
+      buffers_[i] = ex_.allocate(bytes);
+      if (buffers_[i] != nullptr) bytes_[i] = bytes;
+      if (double_buffered(i)) previous_[i] = ex_.allocate(bytes);
+      if (previous_[i] != nullptr) previous_bytes_[i] = bytes;
+      if (buffers_[i] == nullptr || (double_buffered(i) && previous_[i] == nullptr)) {
+        release();
+        return out_of_memory(needed, available);
+      }
+      ex_.zero(buffers_[i], bytes);
+      if (previous_[i] != nullptr) ex_.zero(previous_[i], bytes);
+    }
+    if (!ex_.reserve(std::max<std::uint64_t>(n.count[static_cast<int>(Owner::particle)],
+                                             n.count[static_cast<int>(Owner::vertex)])))
+      return out_of_memory(needed, available);
+    link();
+    fill_constants(c, l, n);
+    fill_state(c, l, state);
+    ex_.set_guard(nullptr);
+    step::reindex<E, T>(ex_, w_);
+    if (w_.vertices != 0 && w_.f.vertex_site != nullptr && w_.f.site_vertex != nullptr)
+      topology::build<E, T>(ex_, w_);
+    if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
+    ex_.synchronize();
+    return fault_status();
+  }
+
+  void substep(const SubstepArguments& a) override {
+    if (a.bursts != nullptr)
+      for (const BurstArguments& b : *a.bursts) emit(b);
+    if (w_.particles == 0) return;
+    swap_buffers();
+    w_.clock.dt = static_cast<T>(a.dt);
+    w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
+    w_.clock.step = a.index;
+    w_.clock.time = a.time;
+    w_.heat_dt = static_cast<T>(a.heat_dt);
+    w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
+    w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
+    w_.c.heat_bound = a.heat_bound;
+    // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
+    // body.
+    const double speed = spacing_ / a.dt, size = spacing_ * body_size_;
+    w_.sum_units.mass = std::ldexp(largest_mass_, -sum_bits_);
+    w_.sum_units.momentum = w_.sum_units.mass * speed;
+    w_.sum_units.spin = w_.sum_units.momentum * size;
+    w_.sum_units.first = w_.sum_units.mass * size;
+    w_.sum_units.second = w_.sum_units.first * size;
+    last_index_ = a.index;
+    for (int s = 0; s < stage_count; ++s) {
+      if ((a.stages >> s) & 1u) run(s, stage_functions<E, T>[s]);
+      if (custom_ != nullptr)
+        for (std::size_t k = 0; k < custom_->size(); ++k)
+          if ((*custom_)[k].after == s) run_custom(static_cast<int>(k), a);
+    }
+  }
+
+  WorldStatus synchronize() override {
+    ex_.synchronize();
+    WorldStatus s;
+    if (w_.f.status == nullptr) return s;
+    ex_.download(&s, w_.f.status, sizeof s);
+    if (s.halted != 0 && !rolled_back_) {
+      // Sub-step k read the buffer that was current before it. Every later one swapped once more.
+      if ((last_index_ - s.halt_step) % 2 == 0) swap_buffers();
+      w_.particles = s.particles;
+      rolled_back_ = true;
+      ex_.set_guard(nullptr);
+      step::reindex<E, T>(ex_, w_);
+      ex_.set_guard(&w_.f.status->halted);
+      ex_.synchronize();
+    }
+    WorldStatus cleared = s;
+    cleared.max_speed = cleared.max_density = 0;
+    cleared.courant_exceeded = 0;
+    cleared.heat_bound_exceeded = 0;
+    ex_.upload(w_.f.status, &cleared, sizeof cleared);
+    return s;
+  }
+
+  void download(SceneState& s) override {
+    ex_.synchronize();
+    const std::size_t n = w_.particles;
+    const auto position = fetch(w_.f.position, n), velocity = fetch(w_.f.velocity, n);
+    const auto enthalpy = fetch(w_.f.enthalpy, n);
+    const auto mass = fetch(w_.f.mass, n);
+    const auto tag = fetch(w_.f.tag, n), id = fetch(w_.f.id, n);
+    s.position.resize(n);
+    s.velocity.resize(n);
+    s.enthalpy.resize(n);
+    s.mass.resize(n);
+    s.volume.resize(n);
+    s.tag.resize(n);
+    s.vertex_of_id.resize(n, none);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::uint32_t k = id[i];
+      s.position[k] = cast<double>(xyz(position[i]));
+      s.velocity[k] = cast<double>(xyz(velocity[i]));
+      s.enthalpy[k] = enthalpy[i];
+      s.mass[k] = static_cast<double>(mass[i]);
+      s.volume[k] = static_cast<double>(position[i].w);
+      s.tag[k] = tag[i];
+    }
+    if (w_.f.vertex_state != nullptr) s.vertex_state = fetch(w_.f.vertex_state, w_.vertices);
+    if (w_.f.vertex_piece != nullptr) s.vertex_piece = fetch(w_.f.vertex_piece, w_.vertices);
+    if (w_.f.region_rotation != nullptr) {
+      const auto q = fetch(w_.f.region_rotation, w_.vertices);
+      s.region_rotation.resize(q.size());
+      for (std::size_t v = 0; v < q.size(); ++v)
+        s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
+                                static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
+    }
+    if (w_.f.status != nullptr) {
+      WorldStatus status;
+      ex_.download(&status, w_.f.status, sizeof status);
+      s.melted = status.melted;
+      s.removed = static_cast<std::uint64_t>(status.removed);
+    }
+  }
+
+  void download(DerivedState& d) override {
+    ex_.synchronize();
+    const std::size_t n = w_.particles;
+    d.density.assign(n, 0.0);
+    d.pressure_term.assign(n, 0.0);
+    if (w_.f.density == nullptr || last_index_ == 0) return;
+    const auto density = fetch(w_.f.density, n);
+    const auto velocity = fetch(w_.f.velocity, n);
+    const auto id = fetch(w_.f.id, n);
+    for (std::size_t i = 0; i < n; ++i) {
+      d.density[id[i]] = static_cast<double>(density[i]);
+      d.pressure_term[id[i]] = static_cast<double>(velocity[i].w);
+    }
+  }
+
+  void download(LatticeMasks& m) override {
+    ex_.synchronize();
+    m.region_words = w_.region_words;
+    if (w_.f.neighbour_mask != nullptr) m.neighbour_mask = fetch(w_.f.neighbour_mask, w_.vertices);
+    if (w_.f.region_mask != nullptr)
+      m.region_mask = fetch(w_.f.region_mask, static_cast<std::size_t>(w_.vertices) * w_.region_words);
+  }
+
+  StageContext context() const override {
+    StageContext c;
+    c.backend = E::backend;
+    c.precision = sizeof(T) == 8 ? Precision::double_precision : Precision::single_precision;
+    c.stream = ex_.native_stream();
+    c.particles = w_.particles;
+    c.position = w_.f.position;
+    c.velocity = w_.f.velocity;
+    c.acceleration = w_.f.acceleration;
+    c.enthalpy = w_.f.enthalpy;
+    c.id = w_.f.id;
+    c.tag = w_.f.tag;
+    return c;
+  }
+
+ private:
+  struct Sizes {
+    std::uint64_t count[13] = {};
+    std::uint64_t groups = 0, rows = 9;
+  };
+
+  static bool double_buffered(int field) {
+    return field_table[field].owner == Owner::particle && field_table[field].lifetime == Lifetime::State;
+  }
+
+  static bool periodic(const SceneConstants& c, int axis) {
+    return c.domain.bounded && c.domain.faces[static_cast<std::size_t>(2 * axis)] == Face::periodic;
+  }
+
+  /// Cells along one axis of a bounded domain.
+  static std::int32_t cells(const SceneConstants& c, double extent) {
+    return static_cast<std::int32_t>(
+        std::max(1.0, std::min(std::floor(extent / c.support), double(1 << 20))));
+  }
+
+  static Sizes sizes(const SceneConstants& c, const SceneLattice& l, const EngineSetup& s) {
+    Sizes n;
+    const auto set = [&n](Owner o, std::uint64_t v) { n.count[static_cast<int>(o)] = v; };
+    n.groups = s.particle_capacity;
+    if (c.domain.bounded) {
+      const Vec3d e = c.domain.max - c.domain.min;
+      const double all = double(cells(c, e.x)) * double(cells(c, e.y)) * double(cells(c, e.z));
+      if (all < double(n.groups)) n.groups = static_cast<std::uint64_t>(all);
+    }
+    n.rows = periodic(c, 0) ? 18 : 9;
+    set(Owner::particle, s.particle_capacity);
+    set(Owner::particle_rows, s.particle_capacity * n.rows);
+    set(Owner::id, s.particle_capacity);
+    set(Owner::group, n.groups + 1);
+    set(Owner::group_rows, n.groups * n.rows);
+    set(Owner::vertex, l.vertex_id.size());
+    set(Owner::vertex_words, l.vertex_id.size() * words_for(l.max_half_width));
+    set(Owner::site, l.site_vertex.size());
+    set(Owner::body, l.bodies.size());
+    set(Owner::material, c.materials.size());
+    set(Owner::wall_node, static_cast<std::uint64_t>(physics::wall_table_size));
+    set(Owner::emitter_point, c.emitter_points.size());
+    set(Owner::world, 1);
+    return n;
+  }
+
+  static std::uint64_t field_bytes(int field, const Sizes& n) {
+    static constexpr std::uint64_t item[] = {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) sizeof(type),
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+    };
+    return item[field] * n.count[static_cast<int>(field_table[field].owner)];
+  }
+
+  static Status out_of_memory(std::uint64_t needed, std::uint64_t available) {
+    const auto gb = [](std::uint64_t b) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%.1f", double(b) / 1e9);
+      return std::string(text);
+    };
+    const std::string free = available == std::numeric_limits<std::uint64_t>::max()
+                                 ? std::string("the system has not that much")
+                                 : gb(available) + " GB free";
+    return Error{ErrorCode::out_of_memory, "memory: " + gb(needed) + " GB needed, " + free +
+                                               "; use fewer particles (larger spacing) or smaller "
+                                               "region_half_width"};
+  }
+
+  Status fault_status() {
+    const std::string f = ex_.fault();
+    return f.empty() ? Status{} : Status{Error{ErrorCode::internal, "device: " + f}};
+  }
+
+  void release() {
+    for (int i = 0; i < field_count; ++i) {
+      if (buffers_[i] != nullptr) ex_.release(buffers_[i]);
+      if (previous_[i] != nullptr) ex_.release(previous_[i]);
+      buffers_[i] = previous_[i] = nullptr;
+      bytes_[i] = previous_bytes_[i] = 0;
+    }
+  }
+
+  /// Points the frame at the buffers.
+  void link() {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) \
+  w_.f.name = static_cast<type*>(buffers_[field_##name]);
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+    w_.before.position = static_cast<Vec4<T>*>(previous_[field_position]);
+    w_.before.velocity = static_cast<Vec4<T>*>(previous_[field_velocity]);
+    w_.before.enthalpy = static_cast<double*>(previous_[field_enthalpy]);
+    w_.before.mass = static_cast<T*>(previous_[field_mass]);
+    w_.before.tag = static_cast<std::uint32_t*>(previous_[field_tag]);
+    w_.before.id = static_cast<std::uint32_t*>(previous_[field_id]);
+  }
+
+  void swap_buffers() {
+    for (int i = 0; i < field_count; ++i)
+      if (double_buffered(i)) std::swap(buffers_[i], previous_[i]);
+    link();
+  }
+
+  void fill_constants(const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
+    Constants<T>& k = w_.c;
+    k.kernel = physics::make_kernel<T>(c.support, c.spacing);
+    k.spacing = static_cast<T>(c.spacing);
+    k.sound_speed = static_cast<T>(c.sound_speed);
+    k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
+    k.gravity = cast<T>(c.gravity);
+    k.wall_friction = static_cast<T>(c.domain.friction);
+    k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
+    k.no_slip = c.domain.no_slip ? 1u : 0u;
+    k.courant = static_cast<T>(c.courant);
+    k.domain_min = k.walls.min = cast<T>(c.domain.min);
+    k.domain_max = k.walls.max = cast<T>(c.domain.max);
+    k.walls.support = static_cast<T>(c.support);
+    k.walls.half_spacing = static_cast<T>(0.5 * c.spacing);
+    k.walls.nodes_per_length =
+        static_cast<T>((physics::wall_table_points - 1) / (c.support + 0.5 * c.spacing));
+    k.coupling = physics::make_coupling<T>(c.support, c.spacing);
+    k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
+    if (c.domain.bounded)
+      for (int f = 0; f < 6; ++f) {
+        const Face face = c.domain.faces[static_cast<std::size_t>(f)];
+        if (face == Face::wall) k.walls.faces |= 1u << f;
+        if (face == Face::open) k.open_faces |= 1u << f;
+        k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
+      }
+    fill_grid(c);
+    w_.max_groups = static_cast<std::uint32_t>(n.groups);
+    w_.vertices = static_cast<std::uint32_t>(l.vertex_id.size());
+    w_.region_words = words_for(l.max_half_width);
+    largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;
+    spacing_ = c.spacing;
+    // 63 bits hold the sum of all vertices, each at most a few units of motion: 6 bits of head room.
+    sum_bits_ = 56 - static_cast<int>(std::ceil(std::log2(double(w_.vertices) + 1.0)));
+    Vec3i low{}, high{};
+    body_size_ = 1;
+    for (std::size_t v = 0, body = core::none; v < l.vertex_coordinates.size(); ++v) {
+      const Vec3i p = l.vertex_coordinates[v];
+      if (l.vertex_body[v] != body) low = high = p;
+      body = l.vertex_body[v];
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+      body_size_ = std::max({body_size_, high.x - low.x + 1.0, high.y - low.y + 1.0, high.z - low.z + 1.0});
+    }
+  }
+
+  void fill_grid(const SceneConstants& c) {
+    Grid<T>& g = w_.grid;
+    if (!c.domain.bounded) {
+      // An unbounded lattice of cells around the origin; only occupied ones cost anything.
+      g.nx = g.ny = g.nz = 1 << 21;
+      const double low = -c.support * double(1 << 20);
+      g.min = cast<T>(Vec3d{low, low, low});
+      g.inv_cell = cast<T>(Vec3d{1 / c.support, 1 / c.support, 1 / c.support});
+      w_.key_bits = 64;
+      return;
+    }
+    const Vec3d e = c.domain.max - c.domain.min;
+    g.min = cast<T>(c.domain.min);
+    g.nx = cells(c, e.x);
+    g.ny = cells(c, e.y);
+    g.nz = cells(c, e.z);
+    g.inv_cell = cast<T>(Vec3d{g.nx / e.x, g.ny / e.y, g.nz / e.z});
+    for (int axis = 0; axis < 3; ++axis)
+      if (periodic(c, axis)) g.periodic |= 1u << axis;
+    const auto per = [&](int axis, double extent) { return (g.periodic >> axis) & 1u ? extent : 0.0; };
+    const Vec3d p{per(0, e.x), per(1, e.y), per(2, e.z)};
+    g.period = cast<T>(p);
+    g.inv_period = cast<T>(Vec3d{p.x > 0 ? 1 / p.x : 0, p.y > 0 ? 1 / p.y : 0, p.z > 0 ? 1 / p.z : 0});
+    g.rows = (g.periodic & 1u) != 0u ? 18u : 9u;
+    // One bit more than the cells need: the key of a removed particle, cut to these bits, still sorts last.
+    const double all = double(g.nx) * double(g.ny) * double(g.nz);
+    w_.key_bits = static_cast<std::uint32_t>(std::ceil(std::log2(all + 1.0))) + 1u;
+  }
+
+  void fill_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
+    const std::size_t n = s.position.size();
+    w_.particles = static_cast<std::uint32_t>(n);
+    rolled_back_ = false;
+    last_index_ = 0;
+    std::vector<MaterialRow<T>> materials;
+    for (const MaterialRow<double>& m : c.materials) materials.push_back(round_row(m));
+    put(w_.f.materials, materials);
+    std::vector<Vec4<T>> position(n), velocity(n);
+    std::vector<T> mass(n);
+    std::vector<std::uint32_t> id(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      position[i] = with_w(cast<T>(s.position[i]), static_cast<T>(s.volume[i]));
+      velocity[i] = with_w(cast<T>(s.velocity[i]), T(0));
+      mass[i] = static_cast<T>(s.mass[i]);
+      id[i] = static_cast<std::uint32_t>(i);
+    }
+    put(w_.f.position, position);
+    put(w_.f.velocity, velocity);
+    put(w_.f.enthalpy, s.enthalpy);
+    put(w_.f.mass, mass);
+    put(w_.f.tag, s.tag);
+    put(w_.f.id, id);
+    put(w_.f.vertex_of_id, s.vertex_of_id);
+    put(w_.f.vertex_id, l.vertex_id);
+    put(w_.f.vertex_site, l.vertex_site);
+    put(w_.f.vertex_body, l.vertex_body);
+    put(w_.f.vertex_state, s.vertex_state);
+    put(w_.f.vertex_piece, s.vertex_piece);
+    std::vector<Quat<T>> q;
+    for (const Quat<double>& r : s.region_rotation)
+      q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
+    put(w_.f.region_rotation, q);
+    put(w_.f.site_vertex, l.site_vertex);
+    put(w_.f.bodies, l.bodies);
+    if (w_.f.wall_table != nullptr) {
+      std::vector<WallNode<double>> table(static_cast<std::size_t>(physics::wall_table_size));
+      physics::make_wall_table(c.support, c.spacing, table.data());
+      std::vector<WallNode<T>> rounded;
+      for (const WallNode<double>& node : table)
+        rounded.push_back(
+            {static_cast<T>(node.lambda), static_cast<T>(node.push_x), static_cast<T>(node.laplacian), 0});
+      put(w_.f.wall_table, rounded);
+    }
+    std::vector<Vec4<T>> points;
+    for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
+    put(w_.f.emitter_points, points);
+    WorldStatus status;
+    status.melted = s.melted;
+    status.removed = static_cast<std::int64_t>(s.removed);
+    status.particles = w_.particles;
+    if (w_.f.status != nullptr) ex_.upload(w_.f.status, &status, sizeof status);
+  }
+
+  static MaterialRow<T> round_row(const MaterialRow<double>& m) {
+    MaterialRow<T> r;
+    r.density = static_cast<T>(m.density);
+    r.tait_stiffness = static_cast<T>(m.tait_stiffness);
+    r.viscosity = static_cast<T>(m.viscosity);
+    r.conductivity = static_cast<T>(m.conductivity);
+    r.diffusivity = static_cast<T>(m.diffusivity);
+    r.liquid_conductivity = static_cast<T>(m.liquid_conductivity);
+    r.heat_capacity = m.heat_capacity;
+    r.liquid_heat_capacity = m.liquid_heat_capacity;
+    r.melting_point = m.melting_point;
+    r.melting_enthalpy = m.melting_enthalpy;
+    r.latent_heat = m.latent_heat;
+    r.shape_stiffness = static_cast<T>(m.shape_stiffness);
+    r.shape_damping = static_cast<T>(m.shape_damping);
+    r.friction = static_cast<T>(m.friction);
+    r.liquid = m.liquid;
+    r.melts = m.melts;
+    return r;
+  }
+
+  template <class V>
+  void put(V* to, const std::vector<V>& from) {
+    if (to != nullptr && !from.empty()) ex_.upload(to, from.data(), from.size() * sizeof(V));
+  }
+
+  template <class V>
+  std::vector<V> fetch(const V* from, std::size_t n) const {
+    std::vector<V> v(n);
+    if (n != 0) ex_.download(v.data(), from, n * sizeof(V));
+    return v;
+  }
+
+  void emit(const BurstArguments& b) {
+    w_.burst.first_point = b.first_point;
+    w_.burst.points = b.points;
+    w_.burst.center = cast<T>(b.center);
+    w_.burst.velocity = cast<T>(b.velocity);
+    w_.burst.enthalpy = b.enthalpy;
+    w_.burst.mass = static_cast<T>(b.mass);
+    w_.burst.volume = static_cast<T>(b.volume);
+    w_.burst.tag = b.tag;
+    w_.burst_first = w_.particles;
+    step::emit<E, T>(ex_, w_);
+    w_.particles += b.points;
+  }
+
+  void run(int s, StageFunction<E, T> function) {
+    if (timed_) ex_.begin_stage(s, stage_table[static_cast<std::size_t>(s)].name);
+    function(ex_, w_);
+    if (timed_) ex_.end_stage(s);
+  }
+
+  void run_custom(int k, const SubstepArguments& a) {
+    const CustomStage& stage = (*custom_)[static_cast<std::size_t>(k)].stage;
+    StageContext c = context();
+    c.dt = a.dt;
+    c.time = a.time;
+    if (timed_) ex_.begin_stage(stage_count + k, stage.name.c_str());
+    stage.run(c, stage.user);
+    if (timed_) ex_.end_stage(stage_count + k);
+  }
+
+  E ex_;
+  std::string device_;
+  Frame<T> w_;
+  void* buffers_[field_count] = {};
+  void* previous_[field_count] = {};
+  std::uint64_t bytes_[field_count] = {}, previous_bytes_[field_count] = {};
+  const std::vector<PlacedStage>* custom_ = nullptr;
+  double largest_mass_ = 1, spacing_ = 1, body_size_ = 1;
+  int sum_bits_ = 40;
+  std::uint64_t last_index_ = 0;
+  bool timed_ = false, rolled_back_ = false;
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs on the CPU. Together with cuda/core/exec_cuda.cuh this is the executor concept:
+//
+//   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
+//   reduce(n, body, out)         *out = combine of body(i); R::combine is associative, R{} its identity
+//   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
+//   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
+//   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
+//                                sums and minima, so order does not matter
+//   copy(n, from, to), fill(n, value, to)
+//
+// and, for the engine:
+//   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space
+//   for verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
+//
+// `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
+// keeps its last good state without the host having to look. Threads: OpenMP, which costs an embedding host
+// nothing but the compiler's own runtime. Results do not depend on the number of threads: bodies are
+// independent, reductions combine fixed chunks in order.
+#pragma once
+
+#include <omp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "core/timings.hpp"
+#include "meltsim/types.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// Exact adds from many threads. Neighbouring items mostly add to the same few addresses, so a chunk's adds
+/// are collected here and sent when the address changes; integers, so no order matters.
+class CpuAdder {
+ public:
+  CpuAdder() = default;
+  CpuAdder(const CpuAdder&) = delete;
+  CpuAdder& operator=(const CpuAdder&) = delete;
+  ~CpuAdder() {
+    for (Entry& e : entries_) send(e);
+  }
+  void operator()(std::int64_t* address, std::int64_t value) const {
+    Entry& e = entries_[(reinterpret_cast<std::uintptr_t>(address) >> 3) & 15u];
+    if (e.address != address) {
+      send(e);
+      e = {address, 0};
+    }
+    e.value += value;
+  }
+  /// *address = min(*address, value), at once.
+  void lower(std::uint32_t* address, std::uint32_t value) const {
+    std::uint32_t old = __atomic_load_n(address, __ATOMIC_RELAXED);
+    while (value < old &&
+           !__atomic_compare_exchange_n(address, &old, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+  }
+
+ private:
+  struct Entry {
+    std::int64_t* address = nullptr;
+    std::int64_t value = 0;
+  };
+  static void send(Entry& e) {
+    if (e.address != nullptr) __atomic_fetch_add(e.address, e.value, __ATOMIC_RELAXED);
+  }
+  mutable Entry entries_[16];
+};
+
+class CpuExec {
+ public:
+  explicit CpuExec(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
+
+  int threads() const { return threads_; }
+  void set_guard(const std::uint32_t* guard) { guard_ = guard; }
+
+  template <class Body>
+  void for_each(std::uint64_t n, const Body& body) const {
+    if (n == 0 || stopped()) return;
+    const auto count = static_cast<std::int64_t>(n);
+#pragma omp parallel for schedule(dynamic, 256) num_threads(threads_) if (count > 2048)
+    for (std::int64_t i = 0; i < count; ++i) body(static_cast<std::uint64_t>(i));
+  }
+
+  template <class R, class Body>
+  void reduce(std::uint64_t n, const Body& body, R* out) {
+    if (stopped()) return;
+    const std::uint64_t chunks = (n + chunk - 1) / chunk;
+    static_assert(alignof(R) <= alignof(std::max_align_t));
+    partial_.resize(std::max(partial_.size(), static_cast<std::size_t>(chunks) * sizeof(R)));
+    R* partial = reinterpret_cast<R*>(partial_.data());
+    const auto count = static_cast<std::int64_t>(chunks);
+#pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
+    for (std::int64_t c = 0; c < count; ++c) {
+      R r{};
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
+      for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i) r = R::combine(r, body(i));
+      new (partial + c) R(r);
+    }
+    R r{};
+    for (std::uint64_t c = 0; c < chunks; ++c) r = R::combine(r, partial[c]);
+    *out = r;
+  }
+
+  template <class Body>
+  void scan(std::uint64_t n, const Body& body, std::uint32_t* out) {
+    if (n == 0 || stopped()) return;
+    const std::uint64_t chunks = (n + chunk - 1) / chunk;
+    sums_.assign(static_cast<std::size_t>(chunks) + 1, 0);
+    const auto count = static_cast<std::int64_t>(chunks);
+#pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
+    for (std::int64_t c = 0; c < count; ++c) {
+      std::uint32_t s = 0;
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
+      for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i) out[i] = s += body(i);
+      sums_[static_cast<std::size_t>(c) + 1] = s;
+    }
+    for (std::uint64_t c = 1; c <= chunks; ++c) sums_[c] += sums_[c - 1];
+#pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
+    for (std::int64_t c = 1; c < count; ++c) {
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
+      for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i)
+        out[i] += sums_[static_cast<std::size_t>(c)];
+    }
+  }
+
+  /// Least-significant-digit radix sort, 11 bits a pass; each chunk of the input keeps its own histogram.
+  void sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
+            std::uint64_t* keys_out, std::uint32_t* values_out) {
+    if (n == 0) return;
+    constexpr std::uint32_t digits = 1u << digit_bits;
+    const std::uint32_t passes = std::max(1u, (bits + digit_bits - 1) / digit_bits);
+    const std::uint64_t part = std::max<std::uint64_t>(chunk, (n + threads_ - 1) / threads_);
+    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
+    histogram_.assign(static_cast<std::size_t>(parts) * digits, 0);
+    std::uint64_t *from_k = keys, *to_k = keys_out;
+    std::uint32_t *from_v = values, *to_v = values_out;
+    for (std::uint32_t pass = 0; pass < passes; ++pass) {
+      const std::uint32_t shift = pass * digit_bits;
+      std::fill(histogram_.begin(), histogram_.end(), 0);
+#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
+      for (std::int64_t p = 0; p < parts; ++p) {
+        std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
+        const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
+        for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i)
+          ++h[(from_k[i] >> shift) & (digits - 1)];
+      }
+      std::uint32_t offset = 0;
+      for (std::uint32_t d = 0; d < digits; ++d)
+        for (std::int64_t p = 0; p < parts; ++p) {
+          std::uint32_t& h = histogram_[static_cast<std::size_t>(p) * digits + d];
+          const std::uint32_t c = h;
+          h = offset;
+          offset += c;
+        }
+#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
+      for (std::int64_t p = 0; p < parts; ++p) {
+        std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
+        const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
+        for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i) {
+          const std::uint32_t to = h[(from_k[i] >> shift) & (digits - 1)]++;
+          to_k[to] = from_k[i];
+          to_v[to] = from_v[i];
+        }
+      }
+      std::swap(from_k, to_k);
+      std::swap(from_v, to_v);
+    }
+    if (from_k != keys_out) {
+      copy(n, from_k, keys_out);
+      copy(n, from_v, values_out);
+    }
+  }
+
+  template <class Body>
+  void accumulate(std::uint64_t n, const Body& body) const {
+    if (n == 0 || stopped()) return;
+    constexpr std::uint64_t part = 256;
+    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (parts > 8)
+    for (std::int64_t c = 0; c < parts; ++c) {
+      const CpuAdder add;
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * part);
+      for (std::uint64_t i = static_cast<std::uint64_t>(c) * part; i < end; ++i) body(i, add);
+    }
+  }
+
+  template <class V>
+  void copy(std::uint64_t n, const V* from, V* to) const {
+    if (n != 0 && !stopped()) std::memcpy(to, from, static_cast<std::size_t>(n) * sizeof(V));
+  }
+
+  template <class V>
+  void fill(std::uint64_t n, const V& value, V* to) const {
+    if (!stopped()) std::fill(to, to + n, value);
+  }
+
+  // --- for the engine ---
+  static constexpr Backend backend = Backend::cpu;
+  /// 64-byte aligned, or null.
+  void* allocate(std::uint64_t bytes) const {
+    return std::aligned_alloc(64, static_cast<std::size_t>((bytes + 63) / 64 * 64));
+  }
+  void release(void* p) const { std::free(p); }
+  void upload(void* to, const void* from, std::uint64_t bytes) const {
+    if (bytes != 0) std::memcpy(to, from, static_cast<std::size_t>(bytes));
+  }
+  void download(void* to, const void* from, std::uint64_t bytes) const {
+    if (bytes != 0) std::memcpy(to, from, static_cast<std::size_t>(bytes));
+  }
+  void zero(void* p, std::uint64_t bytes) const { std::memset(p, 0, static_cast<std::size_t>(bytes)); }
+  void synchronize() const {}
+  /// Bytes that may still be allocated; the CPU backend leaves that to the operating system.
+  std::uint64_t free_bytes() const { return std::numeric_limits<std::uint64_t>::max(); }
+  bool reserve(std::uint64_t n) {
+    const std::size_t chunks = static_cast<std::size_t>(n / chunk + 2);
+    partial_.reserve(chunks * largest_result);
+    sums_.reserve(chunks);
+    histogram_.reserve(static_cast<std::size_t>(threads_ + 1) << digit_bits);
+    return true;
+  }
+  std::uint64_t reserved_bytes() const {
+    return partial_.capacity() + (histogram_.capacity() + sums_.capacity()) * sizeof(std::uint32_t);
+  }
+  void* native_stream() const { return nullptr; }
+  std::string fault() const { return {}; }
+
+  void begin_stage(int, const char*) { started_ = std::chrono::steady_clock::now(); }
+  void end_stage(int index) {
+    const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - started_;
+    timings_.add(index, ms.count());
+  }
+  const Timings& collect() { return timings_; }
+
+ private:
+  static constexpr std::uint32_t digit_bits = 11;    // of a radix pass
+  static constexpr std::size_t largest_result = 64;  // of a reduction [bytes]
+  static constexpr std::uint64_t chunk = 4096;  // fixed: the shape of a reduction may not depend on threads
+  bool stopped() const { return guard_ != nullptr && *guard_ != 0; }
+  int threads_;
+  const std::uint32_t* guard_ = nullptr;
+  std::chrono::steady_clock::time_point started_;
+  Timings timings_;
+  std::vector<unsigned char> partial_;
+  std::vector<std::uint32_t> sums_;
+  std::vector<std::uint32_t> histogram_;  // keeps its capacity between steps
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frame: the one argument of every body. Raw views of all channels, sizes, and constants of the step.
+// Trivially copyable; passed to kernels by value.
+#pragma once
+
+#include <cstdint>
+
+#include "meltsim/particle_tag.hpp"
+#include "meltsim/physics/coupling.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/material_table.hpp"
+#include "meltsim/physics/math.hpp"
+#include "meltsim/physics/shape_matching.hpp"
+#include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/walls.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+using physics::MaterialRow;
+using physics::RegionFit;
+using physics::SphKernel;
+using physics::WallBox;
+using physics::WallNode;
+
+inline constexpr std::uint32_t none = 0xffffffffu;
+inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};
+
+/// Slots [begin, end).
+struct Range {
+  std::uint32_t begin = 0, end = 0;
+};
+
+template <class T>
+struct alignas(2 * sizeof(T)) HeatOperand {
+  T temperature{}, conductivity{};
+};
+
+/// Exact sums over a piece: integers in units chosen by the host, so that no order of addition changes a bit.
+struct PieceSums {
+  std::int64_t mass = 0;
+  std::int64_t momentum[3] = {}, spin[3] = {}, first[3] = {}, second[6] = {};
+};
+
+/// What one integer of each sum stands for [kg, kg m/s, kg m^2/s, kg m, kg m^2].
+struct SumUnits {
+  double mass = 1, momentum = 1, spin = 1, first = 1, second = 1;
+};
+
+MELTSIM_HD physics::RigidResidual residual_of(const PieceSums& s, const SumUnits& q) {
+  physics::RigidResidual r;
+  const auto d = [](std::int64_t n, double unit) { return static_cast<double>(n) * unit; };
+  r.mass = d(s.mass, q.mass);
+  r.momentum = {d(s.momentum[0], q.momentum), d(s.momentum[1], q.momentum), d(s.momentum[2], q.momentum)};
+  r.spin = {d(s.spin[0], q.spin), d(s.spin[1], q.spin), d(s.spin[2], q.spin)};
+  r.first = {d(s.first[0], q.first), d(s.first[1], q.first), d(s.first[2], q.first)};
+  const double xx = d(s.second[0], q.second), yy = d(s.second[1], q.second), zz = d(s.second[2], q.second);
+  const double yz = d(s.second[3], q.second), zx = d(s.second[4], q.second), xy = d(s.second[5], q.second);
+  r.second.m[0][0] = xx;
+  r.second.m[1][1] = yy;
+  r.second.m[2][2] = zz;
+  r.second.m[1][2] = r.second.m[2][1] = yz;
+  r.second.m[0][2] = r.second.m[2][0] = zx;
+  r.second.m[0][1] = r.second.m[1][0] = xy;
+  return r;
+}
+
+/// A body's box of lattice sites, padded so that no look-up leaves it.
+struct BodyRow {
+  std::uint32_t stride_y = 0, stride_z = 0;  ///< sites per step in y, z (x: 1)
+  std::int32_t region_half_width = 0;        ///< w
+  std::uint32_t fixed = 0;
+};
+
+template <class T>
+struct Clock {
+  T dt{}, half_dt{};       ///< of this sub-step [s]
+  std::uint64_t step = 0;  ///< index of this sub-step, from 1
+  double time = 0;         ///< at its start [s]
+};
+
+/// Which check stopped the World; order = order of the stages.
+enum class Halt : std::uint32_t { no = 0, density, force, shape, heat, speed };
+
+/// The worst of a set of particles. Order-independent: ties go to the smaller id.
+struct CheckResult {
+  double max_speed = 0, max_density = 0;
+  double bad_value = 0;
+  std::uint32_t bad = 0;  ///< Halt
+  std::uint32_t bad_id = 0xffffffffu;
+  MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
+    CheckResult r;
+    r.max_speed = maximum(a.max_speed, b.max_speed);
+    r.max_density = maximum(a.max_density, b.max_density);
+    const bool take_b =
+        b.bad != 0u && (a.bad == 0u || b.bad < a.bad || (b.bad == a.bad && b.bad_id < a.bad_id));
+    r.bad = take_b ? b.bad : a.bad;
+    r.bad_id = take_b ? b.bad_id : a.bad_id;
+    r.bad_value = take_b ? b.bad_value : a.bad_value;
+    return r;
+  }
+};
+
+struct WorldStatus {
+  std::uint32_t halted = 0;         ///< Halt
+  std::uint32_t halt_particle = 0;  ///< id
+  std::uint64_t halt_step = 0;
+  double halt_value = 0;
+  double time = 0;         ///< start of the last sub-step that began [s]
+  double max_speed = 0;    ///< since the last synchronize()
+  double max_density = 0;  ///< likewise, phi
+  std::uint32_t courant_exceeded = 0;
+  std::uint32_t groups = 0;            ///< occupied cells of this step
+  std::uint32_t died = 0;              ///< vertices that melted in this step
+  std::uint32_t labels_unsettled = 0;  ///< vertices the last search for pieces left undecided
+  std::uint32_t pieces_stale = 1;      ///< something melted since the last search ended
+  std::uint32_t particles = 0;         ///< ids in use when this sub-step began
+  std::uint64_t melted = 0;            ///< since the scene was uploaded
+  std::int64_t removed = 0;            ///< likewise
+  std::int64_t heat_bound_exceeded =
+      0;  ///< particle-stages that exchanged faster than the stage count allows
+};
+
+/// Cells of the search grid, in stored coordinates.
+template <class T>
+struct Grid {
+  Vec3<T> min{};
+  Vec3<T> inv_cell{};  ///< 1/m
+  std::int32_t nx = 1, ny = 1, nz = 1;
+  std::uint32_t periodic = 0;  ///< bit per axis
+  Vec3<T> period{};            ///< 0 where not periodic
+  Vec3<T> inv_period{};
+  std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
+};
+
+/// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
+template <class T>
+struct PreviousViews {
+  const Vec4<T>* position = nullptr;
+  const Vec4<T>* velocity = nullptr;
+  const double* enthalpy = nullptr;
+  const T* mass = nullptr;
+  const std::uint32_t* tag = nullptr;
+  const std::uint32_t* id = nullptr;
+};
+
+template <class T>
+struct Views {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) type* name = nullptr;
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+};
+
+/// Constants of the scene.
+template <class T>
+struct Constants {
+  SphKernel<T> kernel;
+  WallBox<T> walls;
+  Vec3<T> gravity{};
+  T spacing{};
+  T sound_speed{};
+  T artificial_viscosity{};
+  T wall_friction{};
+  T volume_rate{};  ///< 1 / relaxation time of a melted particle's volume [1/s]
+  std::uint32_t no_slip = 1;
+  std::uint32_t open_faces = 0;  ///< bit per face
+  Vec3<T> wall_velocity[6];
+  Vec3<T> domain_min{}, domain_max{};
+  physics::CouplingShare<T> coupling;
+  T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
+  T courant{};            ///< share of H a particle may move per sub-step before a flag is raised
+  double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
+};
+
+/// One burst of an emitter: a layer of its nozzle.
+template <class T>
+struct Burst {
+  std::uint32_t first_point = 0, points = 0;
+  Vec3<T> center{};  ///< of this layer, in stored coordinates
+  Vec3<T> velocity{};
+  double enthalpy = 0;
+  T mass{}, volume{};
+  std::uint32_t tag = 0;
+};
+
+template <class T>
+struct Frame {
+  Views<T> f;
+  PreviousViews<T> before;  ///< the state at the start of the sub-step, in its old order
+  Constants<T> c;
+  Grid<T> grid;
+  std::uint32_t particles = 0;   ///< ids handed out; removed ones included
+  std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
+  std::uint32_t vertices = 0;
+  std::uint32_t region_words = 0;
+  std::uint32_t key_bits = 64;
+  // Arguments of single stages, set by the engine:
+  Clock<T> clock;  ///< step.begin
+  Burst<T> burst;  ///< step.emit
+  std::uint32_t burst_first = 0;
+  T heat_dt{};  ///< thermal.*: super-step, time-scaled [s]
+  std::uint32_t heat_stages = 0, heat_supersteps = 0;
+  SumUnits sum_units;  ///< lsm.balance
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stage table as data, and its compile-time check: in every kind of scene, a stage reads only channels
+// that are State, Static, or were written by an earlier stage that runs in that scene.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+enum Field : int {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) field_##name,
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+  field_count
+};
+static_assert(field_count <= 64, "channel sets are 64-bit masks");
+
+using FieldSet = std::uint64_t;
+
+enum class Owner {
+  particle,
+  particle_rows,
+  id,
+  group,
+  group_rows,
+  vertex,
+  vertex_words,
+  site,
+  body,
+  material,
+  wall_node,
+  emitter_point,
+  world
+};
+enum class Lifetime { State, Static, Derived, Scratch };
+
+struct FieldInfo {
+  const char* name;
+  const char* type;
+  Owner owner;
+  const char* owner_name;
+  Lifetime lifetime;
+  const char* lifetime_name;
+  const char* unit;
+};
+
+inline constexpr std::array<FieldInfo, field_count> field_table{{
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) \
+  {#name, #type, Owner::owner, #owner, Lifetime::lifetime, #lifetime, unit},
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+}};
+
+/// What a scene contains; decides which stages run.
+enum Fact : std::uint32_t {
+  fact_particles = 1u << 0,
+  fact_fluid = 1u << 1,          ///< liquid now, or later by melting or emission
+  fact_solid = 1u << 2,          ///< lattice vertices
+  fact_mobile = 1u << 3,         ///< bodies that can move
+  fact_contact = 1u << 4,        ///< mobile bodies that can meet another body or piece
+  fact_melt = 1u << 5,           ///< a solid can melt
+  fact_heat_enthalpy = 1u << 6,  ///< temperatures differ, enthalpy model
+  fact_heat_paper = 1u << 7,     ///< temperatures differ, paper model
+};
+
+struct StageInfo {
+  const char* module;
+  const char* stage;
+  const char* name;
+  std::uint32_t need;
+  FieldSet reads, writes;
+  const char* why;
+  const char* why_not;
+};
+
+#define F(field) (FieldSet{1} << field_##field)
+inline constexpr std::array stage_table{
+#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) \
+  StageInfo{#module, #stage, #module "." #stage, (need), (reads), (writes), why, why_not},
+#include "core/pipeline.def"
+#undef MELTSIM_STAGE
+};
+#undef F
+inline constexpr int stage_count = static_cast<int>(stage_table.size());
+
+enum Stage : int {
+#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) stage_##module##_##stage,
+#include "core/pipeline.def"
+#undef MELTSIM_STAGE
+};
+
+constexpr bool runs(const StageInfo& stage, std::uint32_t facts) {
+  return (stage.need & facts) == stage.need;
+}
+
+/// Facts that a real scene cannot combine otherwise.
+constexpr bool consistent(std::uint32_t f) {
+  const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
+  return implies(~fact_particles & f, fact_particles) && implies(fact_mobile, fact_solid) &&
+         implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
+         !((f & fact_heat_enthalpy) && (f & fact_heat_paper));
+}
+
+/// Index of the first stage that reads what nobody produced in a scene with these facts, or -1.
+constexpr int first_unfed_stage(std::uint32_t facts) {
+  FieldSet available = 0;
+  for (int i = 0; i < field_count; ++i)
+    if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
+        i == field_neighbour_mask || i == field_region_mask)  // kept up to date by topology, built at upload
+      available |= FieldSet{1} << i;
+  for (int i = 0; i < stage_count; ++i) {
+    if (!runs(stage_table[i], facts)) continue;
+    if ((stage_table[i].reads & ~available) != 0) return i;
+    available |= stage_table[i].writes;
+  }
+  return -1;
+}
+
+constexpr bool pipeline_is_fed() {
+  for (std::uint32_t facts = 0; facts < 256u; ++facts)
+    if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
+  return true;
+}
+static_assert(pipeline_is_fed(), "a stage reads a channel that no earlier stage of that scene produced");
+
+/// Channels a scene needs: what its stages touch, and nothing else.
+constexpr FieldSet channels_for(std::uint32_t facts) {
+  FieldSet set = 0;
+  for (int i = 0; i < stage_count; ++i)
+    if (runs(stage_table[i], facts)) set |= stage_table[i].reads | stage_table[i].writes;
+  return set;
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// What runs and why; the host's own stages.
+#include <algorithm>
+#include <cstdio>
+
+#include "core/pipeline.hpp"
+#include "core/text.hpp"
+#include "core/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+Plan WorldImpl::plan() {
+  static_cast<void>(prepare());
+  Plan p;
+  const std::string cold = (facts_ & core::fact_particles) != 0 ? heat_reason() : std::string();
+  const auto is_disabled = [&](const std::string& module) {
+    return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
+  };
+  for (int s = 0; s < core::stage_count; ++s) {
+    const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
+    StageReport r;
+    r.name = info.name;
+    r.module = info.module;
+    r.runs = core::runs(info, facts_);
+    r.reason = r.runs ? info.why : info.why_not;
+    if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
+    if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
+    if (r.module == "thermal") r.interval = thermal_interval_;
+    if (r.module == "topology")
+      r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;
+    r.median_ms = engine->median_ms(s);
+    p.stages.push_back(r);
+    for (std::size_t k = 0; k < custom_.size(); ++k)
+      if (custom_[k].after == s)
+        p.stages.push_back({"custom." + custom_[k].stage.name, "custom", true,
+                            std::string("added by the host after ") + info.name, 1,
+                            engine->median_ms(core::stage_count + static_cast<int>(k))});
+  }
+  for (int i = 0; i < core::field_count; ++i) {
+    const core::FieldInfo& f = core::field_table[static_cast<std::size_t>(i)];
+    p.channels.push_back({f.name, f.type, f.owner_name, f.lifetime_name, f.unit, engine->channel_bytes(i)});
+    p.bytes += engine->channel_bytes(i);
+  }
+  p.bytes += engine->scratch_bytes();
+  return p;
+}
+
+std::string Plan::to_string() const {
+  std::string out = "stage                  runs  every  median ms  reason\n";
+  char line[256];
+  for (const StageReport& s : stages) {
+    std::snprintf(line, sizeof line, "%-22s %-5s %5d  %9.4f  %s\n", s.name.c_str(), s.runs ? "yes" : "no",
+                  s.interval, s.median_ms, s.reason.c_str());
+    out += line;
+  }
+  out += "channel                bytes        owner         lifetime\n";
+  for (const ChannelReport& c : channels) {
+    if (c.bytes == 0) continue;
+    std::snprintf(line, sizeof line, "%-22s %-12llu %-13s %s\n", c.name.c_str(),
+                  static_cast<unsigned long long>(c.bytes), c.owner.c_str(), c.lifetime.c_str());
+    out += line;
+  }
+  std::snprintf(line, sizeof line, "total                  %llu bytes\n",
+                static_cast<unsigned long long>(bytes));
+  return out + line;
+}
+
+Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
+  if (stage.name.empty()) return invalid("custom stage: name is empty; give it one, timings refer to it");
+  if (stage.run == nullptr)
+    return invalid("custom stage \"", stage.name, "\": run: is null; pass a function");
+  for (const auto& c : custom_)
+    if (c.stage.name == stage.name)
+      return invalid("custom stage \"", stage.name, "\": a stage of this name exists; remove it first");
+  const auto known = [](const std::string& channel) {
+    return std::any_of(core::field_table.begin(), core::field_table.end(),
+                       [&](const core::FieldInfo& f) { return channel == f.name; });
+  };
+  for (const auto* list : {&stage.reads, &stage.writes})
+    for (const std::string& channel : *list)
+      if (!known(channel))
+        return invalid("custom stage \"", stage.name, "\": channel \"", channel,
+                       "\" does not exist; names are those of meltsim/fields.def");
+  for (int s = 0; s < core::stage_count; ++s)
+    if (after == core::stage_table[static_cast<std::size_t>(s)].name) {
+      custom_.push_back({s, std::move(stage)});
+      return {};
+    }
+  return invalid("custom stage \"", stage.name, "\": after: no stage is named \"", after,
+                 "\"; World::plan() lists the names");
+}
+
+Status WorldImpl::remove(const std::string& name) {
+  for (auto c = custom_.begin(); c != custom_.end(); ++c)
+    if (c->stage.name == name) {
+      custom_.erase(c);
+      return {};
+    }
+  return invalid("custom stage \"", name, "\": no such stage; World::plan() lists them");
+}
+
+Status WorldImpl::set_interval(const std::string& module, int n) {
+  if (n < 1)
+    return invalid("interval of \"", module, "\": must be >= 1, got ", n, "; 1 runs it every sub-step");
+  if (module == "thermal") thermal_interval_ = n;
+  else if (module == "topology") topology_interval_ = n;
+  else
+    return invalid("interval: module \"", module, "\" cannot be thinned out; only thermal and topology can");
+  return {};
+}
+
+namespace {
+/// Switching a module off is saying that the scene does not need it: facts go, stages and channels follow.
+std::uint32_t facts_of_module(const std::string& module) {
+  if (module == "sph") return core::fact_fluid | core::fact_melt;
+  if (module == "lsm") return core::fact_mobile | core::fact_contact;
+  if (module == "thermal") return core::fact_heat_enthalpy | core::fact_heat_paper;
+  if (module == "topology") return core::fact_melt;
+  return 0;
+}
+}  // namespace
+
+Status WorldImpl::enable(const std::string& module, bool on) {
+  if (facts_of_module(module) == 0)
+    return invalid("enable: module \"", module, "\" cannot be switched; sph, lsm, thermal and topology can");
+  fetch_state();
+  const auto found = std::find(disabled_modules_.begin(), disabled_modules_.end(), module);
+  if (!on && found == disabled_modules_.end()) disabled_modules_.push_back(module);
+  if (on && found != disabled_modules_.end()) disabled_modules_.erase(found);
+  disabled_facts_ = 0;
+  for (const std::string& m : disabled_modules_) disabled_facts_ |= facts_of_module(m);
+  dirty_ = true;
+  return {};
+}
+
+void WorldImpl::enable_timings(bool on) {
+  timed_ = on;
+  engine->enable_timings(on);
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene as the host holds it: State and Static channels in order of id, always double. What is stored is
+// exact in the World's precision, so upload and download lose nothing.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/frame.hpp"
+#include "meltsim/desc.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// State of particles and lattice: what a snapshot holds.
+struct SceneState {
+  // per id
+  std::vector<Vec3d> position;  ///< relative to the origin
+  std::vector<Vec3d> velocity;
+  std::vector<double> enthalpy, mass, volume;  ///< volume: what position.w holds
+  std::vector<std::uint32_t> tag, vertex_of_id;
+  // per vertex
+  std::vector<std::uint32_t> vertex_state, vertex_piece;
+  std::vector<Quat<double>> region_rotation;
+  std::uint64_t melted = 0, removed = 0;  ///< before the last upload
+};
+
+/// Lattices as built; changes only when a body is added.
+struct SceneLattice {
+  std::vector<std::uint32_t> vertex_id, vertex_site, vertex_body;  ///< per vertex
+  std::vector<Vec3i> vertex_coordinates;                           ///< on the body's lattice
+  std::vector<std::uint32_t> site_vertex;                          ///< per site
+  std::vector<BodyRow> bodies;
+  int max_half_width = 0;
+};
+
+/// Constants in double; each engine rounds them once.
+struct SceneConstants {
+  double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
+  Vec3d gravity;
+  DomainDesc domain;  ///< relative to the origin
+  std::vector<MaterialRow<double>> materials;
+  std::vector<Vec3d> emitter_points;
+  double largest_mass = 0;
+};
+
+/// How much to allocate and which stages to run.
+struct EngineSetup {
+  std::uint32_t facts = 0;
+  std::uint64_t channels = 0;
+  std::uint32_t particle_capacity = 0;
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

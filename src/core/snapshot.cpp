@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Snapshots: State channels in order of id, in double, little-endian, checksummed. Backend and precision
+// independent; what is stored is exact in the precision of the World that wrote it.
+#include <cmath>
+#include <cstring>
+
+#include "core/text.hpp"
+#include "core/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+namespace {
+
+constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
+constexpr std::uint32_t format_version = 1;
+
+/// FNV-1a, 64 bits.
+class Hash {
+ public:
+  void add(const void* data, std::size_t bytes) {
+    const auto* p = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ p[i]) * 1099511628211ull;
+  }
+  template <class V>
+  void add(const std::vector<V>& v) {
+    if (!v.empty()) add(v.data(), v.size() * sizeof(V));
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037ull;
+};
+
+class Writer {
+ public:
+  template <class V>
+  void value(const V& v) {
+    const auto* p = reinterpret_cast<const std::uint8_t*>(&v);
+    bytes.insert(bytes.end(), p, p + sizeof(V));
+  }
+  template <class V>
+  void array(const std::vector<V>& v) {
+    value(static_cast<std::uint64_t>(v.size()));
+    if (v.empty()) return;
+    const auto* p = reinterpret_cast<const std::uint8_t*>(v.data());
+    bytes.insert(bytes.end(), p, p + v.size() * sizeof(V));
+  }
+  std::vector<std::uint8_t> bytes;
+};
+
+class Reader {
+ public:
+  Reader(const std::uint8_t* data, std::size_t bytes) : p_(data), left_(bytes) {}
+  template <class V>
+  bool value(V& v) {
+    if (left_ < sizeof(V)) return false;
+    std::memcpy(&v, p_, sizeof(V));
+    p_ += sizeof(V);
+    left_ -= sizeof(V);
+    return true;
+  }
+  template <class V>
+  bool array(std::vector<V>& v) {
+    std::uint64_t n = 0;
+    if (!value(n) || n > left_ / sizeof(V)) return false;
+    v.resize(static_cast<std::size_t>(n));
+    if (n != 0) std::memcpy(v.data(), p_, v.size() * sizeof(V));
+    p_ += v.size() * sizeof(V);
+    left_ -= v.size() * sizeof(V);
+    return true;
+  }
+  std::size_t left() const { return left_; }
+
+ private:
+  const std::uint8_t* p_;
+  std::size_t left_;
+};
+
+Error corrupt(const char* why) {
+  return Error{ErrorCode::corrupt_data,
+               core::text("snapshot: ", why, "; the World is unchanged, use another snapshot")};
+}
+
+bool all_finite(const std::vector<Vec3d>& v) {
+  for (const Vec3d& x : v)
+    if (!finite(x)) return false;
+  return true;
+}
+
+}  // namespace
+
+Result<std::uint64_t> WorldImpl::state_hash() {
+  fetch_state();
+  Hash h;
+  h.add(state_.position);
+  h.add(state_.velocity);
+  h.add(state_.enthalpy);
+  h.add(state_.mass);
+  h.add(state_.volume);
+  h.add(state_.tag);
+  // A vertex marked as melted in the last step and one that melted before are the same state.
+  for (std::size_t v = 0; v < state_.vertex_state.size(); ++v) {
+    const std::uint32_t live = state_.vertex_state[v] == 1u ? 1u : 0u;
+    h.add(&live, sizeof live);
+    if (live == 0u) continue;
+    h.add(&state_.vertex_piece[v], sizeof(std::uint32_t));
+    h.add(&state_.region_rotation[v], sizeof(Quat<double>));
+  }
+  return h.value();
+}
+
+Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
+  fetch_state();
+  Writer w;
+  w.bytes.insert(w.bytes.end(), magic, magic + 8);
+  w.value(format_version);
+  w.value(static_cast<std::uint32_t>(desc.precision));
+  w.value(static_cast<std::uint64_t>(materials.size()));
+  w.value(static_cast<std::uint64_t>(bodies_.size()));
+  w.value(desc.spacing);
+  w.value(time);
+  w.value(steps);
+  w.value(sound_speed_);
+  w.value(last_max_speed_);
+  w.value(origin_);
+  w.value(state_.melted);
+  w.value(state_.removed);
+  std::vector<std::uint64_t> layers;
+  for (const EmitterRecord& e : emitters_) layers.push_back(e.next_layer);
+  w.array(layers);
+  w.array(state_.position);
+  w.array(state_.velocity);
+  w.array(state_.enthalpy);
+  w.array(state_.mass);
+  w.array(state_.volume);
+  w.array(state_.tag);
+  w.array(state_.vertex_of_id);
+  w.array(state_.vertex_state);
+  w.array(state_.vertex_piece);
+  w.array(state_.region_rotation);
+  Hash h;
+  h.add(w.bytes);
+  w.value(h.value());
+  return w.bytes;
+}
+
+Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
+  if (data == nullptr || bytes < 24 || std::memcmp(data, magic, 8) != 0)
+    return corrupt("not a meltsim snapshot");
+  Hash h;
+  h.add(data, bytes - 8);
+  std::uint64_t checksum = 0;
+  std::memcpy(&checksum, data + bytes - 8, 8);
+  std::uint32_t version = 0, precision = 0;
+  Reader r(data + 8, bytes - 16);
+  if (!r.value(version)) return corrupt("truncated");
+  if (version != format_version)
+    return Error{ErrorCode::version_mismatch,
+                 core::text("snapshot: format version ", version, ", this library reads ", format_version,
+                            "; write it again with this version")};
+  if (checksum != h.value()) return corrupt("checksum does not match: truncated or changed");
+  std::uint64_t material_count = 0, body_count = 0, new_steps = 0;
+  double spacing = 0, new_time = 0, sound = 0, speed = 0;
+  Vec3d origin;
+  core::SceneState s;
+  std::vector<std::uint64_t> layers;
+  if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
+        r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(origin) &&
+        r.value(s.melted) && r.value(s.removed) && r.array(layers) && r.array(s.position) &&
+        r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) && r.array(s.volume) &&
+        r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_state) && r.array(s.vertex_piece) &&
+        r.array(s.region_rotation)) ||
+      r.left() != 0)
+    return corrupt("truncated");
+  const std::size_t n = s.position.size(), nv = s.vertex_state.size();
+  if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
+      s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_piece.size() != nv ||
+      s.region_rotation.size() != nv)
+    return corrupt("arrays of different length");
+  if (!all_finite(s.position) || !all_finite(s.velocity))
+    return corrupt("a position or velocity is not finite");
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(s.mass[i] > 0) || !(s.volume[i] > 0) || !std::isfinite(s.enthalpy[i]))
+      return corrupt("a mass, volume or enthalpy is not usable");
+    if (material_of(s.tag[i]) >= materials.size() || body_of(s.tag[i]) > bodies_.size())
+      return corrupt("a tag names a material or body this World does not have");
+    if (is_solid(s.tag[i]) && s.vertex_of_id[i] >= nv)
+      return corrupt("a solid particle has no lattice vertex");
+  }
+  for (const std::uint32_t label : s.vertex_piece)
+    if (label >= nv) return corrupt("a piece label is out of range");
+  const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
+    return core::invalid("snapshot: ", what, ": this World has ", have, ", the snapshot ", want,
+                         "; build the World from the same scene first");
+  };
+  if (material_count != materials.size()) return mismatch("materials", materials.size(), material_count);
+  if (body_count != bodies_.size()) return mismatch("bodies", bodies_.size(), body_count);
+  if (layers.size() != emitters_.size()) return mismatch("emitters", emitters_.size(), layers.size());
+  if (nv != lattice_.vertex_id.size()) return mismatch("lattice vertices", lattice_.vertex_id.size(), nv);
+  for (std::size_t v = 0; v < nv; ++v)
+    if (lattice_.vertex_id[v] >= n || s.vertex_of_id[lattice_.vertex_id[v]] != v)
+      return core::invalid(
+          "snapshot: lattice vertices: numbered differently; build the World from the same scene first");
+  if (spacing != desc.spacing)
+    return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
+                         " m; build the World from the same scene first");
+  state_ = std::move(s);
+  state_stale_ = false;
+  time = new_time;
+  steps = new_steps;
+  sound_speed_ = sound;
+  last_max_speed_ = speed;
+  origin_ = origin;
+  origin_set_ = true;
+  for (std::size_t k = 0; k < layers.size(); ++k) emitters_[k].next_layer = layers[k];
+  halted_ = false;
+  halt_reason_.clear();
+  dirty_ = true;
+  return {};
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Declarations of every stage, made from the stage table. Definitions: src/<module>/stages.hpp; instantiated
+// once per executor and scalar in src/<module>/<module>_cpu.cpp and cuda/<module>/<module>.cu.
+#pragma once
+
+#include "core/frame.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) \
+  namespace module {                                                    \
+  template <class E, class T>                                           \
+  void stage(E& ex, const core::Frame<T>& w);                           \
+  }
+#include "core/pipeline.def"
+#undef MELTSIM_STAGE
+
+// Not stages: called when the scene changes, when a layer is due, after a roll-back.
+namespace step {
+template <class E, class T>
+void emit(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void reindex(E& ex, const core::Frame<T>& w);
+}  // namespace step
+namespace topology {
+template <class E, class T>
+void build(E& ex, const core::Frame<T>& w);
+}
+
+namespace core {
+
+template <class E, class T>
+using StageFunction = void (*)(E&, const Frame<T>&);
+
+/// In the order of the stage table.
+template <class E, class T>
+inline constexpr StageFunction<E, T> stage_functions[] = {
+#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) &module::stage<E, T>,
+#include "core/pipeline.def"
+#undef MELTSIM_STAGE
+};
+
+}  // namespace core
+
+/// Explicit instantiation of one stage of the enclosing module for both scalars.
+#define MELTSIM_INSTANTIATE(Exec, stage)                              \
+  template void stage<Exec, float>(Exec&, const core::Frame<float>&); \
+  template void stage<Exec, double>(Exec&, const core::Frame<double>&);
+
+}  // namespace v0
+}  // namespace meltsim

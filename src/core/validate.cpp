@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/validate.hpp"
+
+#include <cmath>
+
+#include "core/text.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+namespace {
+
+Status above(const std::string& field, double v, double low, const char* unit, const char* fix) {
+  if (std::isfinite(v) && v > low) return {};
+  return invalid(field, ": must be finite and > ", low, " ", unit, ", got ", v, "; ", fix);
+}
+
+Status at_least(const std::string& field, double v, double low, const char* unit, const char* fix) {
+  if (std::isfinite(v) && v >= low) return {};
+  return invalid(field, ": must be finite and >= ", low, " ", unit, ", got ", v, "; ", fix);
+}
+
+Status within(const std::string& field, double v, double low, double high, const char* unit,
+              const char* fix) {
+  if (v >= low && v <= high) return {};
+  return invalid(field, ": must be in ", low, "..", high, " ", unit, ", got ", v, "; ", fix);
+}
+
+Status finite_vector(const std::string& field, Vec3d v) {
+  if (finite(v)) return {};
+  return invalid(field, ": must be finite, got ", v, "; check the computation that made it");
+}
+
+Status validate(const DomainDesc& d, double support) {
+  if (!d.bounded) return {};
+  if (Status s = finite_vector("domain.min", d.min); !s) return s;
+  if (Status s = finite_vector("domain.max", d.max); !s) return s;
+  const double extent[3] = {d.max.x - d.min.x, d.max.y - d.min.y, d.max.z - d.min.z};
+  const char* names[3] = {"x", "y", "z"};
+  for (int a = 0; a < 3; ++a) {
+    const Face low = d.faces[static_cast<std::size_t>(2 * a)],
+               high = d.faces[static_cast<std::size_t>(2 * a + 1)];
+    if (!(extent[a] > 0))
+      return invalid("domain.max: must be above domain.min along ", names[a], ", got extent ", extent[a],
+                     " m; swap or enlarge the corners");
+    if ((low == Face::periodic) != (high == Face::periodic))
+      return invalid("domain.faces: ", names[a], " is periodic on one side only; set both faces of the axis");
+    if (low == Face::periodic && extent[a] < 3 * support)
+      return invalid("domain.max: a periodic axis must span at least 3 support radii (", 3 * support,
+                     " m), got ", extent[a], " m along ", names[a],
+                     "; enlarge the domain or lower the spacing");
+    if ((low == Face::wall && high == Face::wall) && extent[a] < 2 * support)
+      return invalid("domain.max: walls must be at least 2 support radii (", 2 * support, " m) apart, got ",
+                     extent[a], " m along ", names[a], "; enlarge the domain or lower the spacing");
+    if (extent[a] / support > 1 << 20)
+      return invalid("domain.max: more than 2^20 cells along ", names[a],
+                     "; use an unbounded domain or a larger spacing");
+  }
+  if (Status s = at_least("domain.friction", d.friction, 0, "", "0 is frictionless"); !s) return s;
+  for (const Vec3d& v : d.velocity)
+    if (Status s = finite_vector("domain.velocity", v); !s) return s;
+  return {};
+}
+
+}  // namespace
+
+double support_of(const WorldDesc& d) { return d.support_radius == 0 ? 2.5 * d.spacing : d.support_radius; }
+
+Status validate(const WorldDesc& d) {
+  if (Status s = above("spacing", d.spacing, 0, "m", "typical 0.005..0.5"); !s) return s;
+  if (!(std::isfinite(d.support_radius) && d.support_radius >= 0))
+    return invalid("support_radius: must be finite and >= 0 m, got ", d.support_radius,
+                   "; 0 means 2.5 spacings");
+  const double support = support_of(d), ratio = support / d.spacing;
+  if (!(ratio >= 1.5 - 1e-9 && ratio <= 6))
+    return invalid("support_radius: must be 1.5..6 spacings, got ", ratio,
+                   "; below 1.5 a particle has too few neighbours, 2..2.5 is usual");
+  if (Status s = finite_vector("gravity", d.gravity); !s) return s;
+  if (!(std::isfinite(d.sound_speed) && d.sound_speed >= 0))
+    return invalid("sound_speed: must be finite and >= 0 m/s, got ", d.sound_speed,
+                   "; 0 derives it from the scene");
+  if (Status s = within("artificial_viscosity", d.artificial_viscosity, 0, 1, "", "0.01..0.1 is usual"); !s)
+    return s;
+  if (Status s = within("courant", d.courant, 1e-3, 0.6, "", "0.4 is the default, 0.8 is unstable"); !s)
+    return s;
+  if (d.max_substeps < 1)
+    return invalid("max_substeps: must be >= 1, got ", d.max_substeps, "; the default is 64");
+  if (d.pieces_interval < 1)
+    return invalid("pieces_interval: must be >= 1, got ", d.pieces_interval, "; the default is 16");
+  if (d.threads < 0) return invalid("threads: must be >= 0, got ", d.threads, "; 0 uses all processors");
+  if (Status s = at_least("heat.time_scale", d.heat.time_scale, 0, "", "1 is real time, 0 freezes heat"); !s)
+    return s;
+  if (d.heat.max_stages < 2 || d.heat.max_stages > 1024)
+    return invalid("heat.max_stages: must be in 2..1024, got ", d.heat.max_stages, "; the default is 64");
+  return validate(d.domain, support);
+}
+
+Status validate(const MaterialDesc& m) {
+  const std::string p = "material \"" + m.name + "\": ";
+  if (m.name.empty()) return invalid("material: name is empty; give it one, errors refer to it");
+  if (Status s = above(p + "density", m.density, 0, "kg/m^3", "water is 1000"); !s) return s;
+  if (Status s = at_least(p + "viscosity", m.viscosity, 0, "Pa s", "water is 0.001"); !s) return s;
+  if (Status s = at_least(p + "conductivity", m.conductivity, 0, "W/(m K)", "0 insulates, water is 0.6"); !s)
+    return s;
+  if (Status s = above(p + "heat_capacity", m.heat_capacity, 0, "J/(kg K)", "water is 4186"); !s) return s;
+  if (Status s = at_least(p + "diffusivity", m.diffusivity, 0, "m^2/s", "0 uses the conductivity"); !s)
+    return s;
+  if (Status s = at_least(p + "latent_heat", m.latent_heat, 0, "J/kg", "ice is 3.34e5"); !s) return s;
+  if (std::isnan(m.melting_point) || m.melting_point < absolute_zero)
+    return invalid(p, "melting_point: must be >= ", absolute_zero, " degrees Celsius, got ", m.melting_point,
+                   "; temperatures are in Celsius, infinity means it never melts");
+  if (std::isfinite(m.melting_point) && !m.melts_into)
+    return invalid(
+        p, "melts_into: a material with a melting point (", m.melting_point,
+        " degrees Celsius) needs a liquid to become; add that liquid first, or leave melting_point out");
+  if (!std::isfinite(m.melting_point) && m.melts_into)
+    return invalid(p, "melting_point: a material that melts_into a liquid needs a finite melting point, got ",
+                   m.melting_point, "; ice is 0");
+  if (m.region_half_width < 0 || m.region_half_width > 8)
+    return invalid(p, "region_half_width: must be in 0..8, got ", m.region_half_width, "; 2 is the default");
+  if (!(m.stiffness > 0 && m.stiffness <= 1))
+    return invalid(p, "stiffness: must be in (0, 1], got ", m.stiffness, "; 1 is stiffest");
+  if (Status s = within(p + "damping", m.damping, 0, 1, "", "0.1 is the default"); !s) return s;
+  return at_least(p + "friction", m.friction, 0, "", "0.3 is the default");
+}
+
+Status validate_state(const char* what, double temperature, Vec3d velocity) {
+  if (!(std::isfinite(temperature) && temperature >= absolute_zero))
+    return invalid(what, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", temperature,
+                   "; temperatures are in Celsius");
+  return finite_vector(std::string(what) + "velocity", velocity);
+}
+
+Status validate(const EmitterDesc& e, double spacing) {
+  const std::string p = "emitter \"" + e.name + "\": ";
+  if (Status s = finite_vector(p + "center", e.center); !s) return s;
+  if (!finite(e.axis) || !(length(e.axis) > 0))
+    return invalid(p, "axis: must be a finite vector that is not zero, got ", e.axis,
+                   "; it need not be normalised");
+  if (!(std::isfinite(e.radius) && e.radius >= spacing))
+    return invalid(p, "radius: must be at least one spacing (", spacing, " m), got ", e.radius,
+                   "; widen the nozzle");
+  if (Status s = above(p + "speed", e.speed, 0, "m/s", "a nozzle at rest emits nothing"); !s) return s;
+  if (!(std::isfinite(e.from) && e.from >= 0))
+    return invalid(p, "from: must be finite and >= 0 s, got ", e.from, "; 0 starts at once");
+  if (!(e.until > e.from))
+    return invalid(p, "until: must be after from (", e.from, " s), got ", e.until, "; infinity never stops");
+  if (!std::isfinite(e.until) && e.max_particles == 0)
+    return invalid(
+        p, "max_particles: an emitter that never stops needs a limit, got 0; set max_particles or until");
+  return validate_state((p).c_str(), e.temperature, Vec3d{});
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

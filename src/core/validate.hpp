@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every check of a description, in one place. Messages: field: what is wrong, got value; the fix.
+#pragma once
+
+#include "meltsim/desc.hpp"
+#include "meltsim/result.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+Status validate(const WorldDesc& desc);
+Status validate(const MaterialDesc& desc);
+/// Temperature and motion shared by fluids, bodies and emitters; `what` prefixes the field.
+Status validate_state(const char* what, double temperature, Vec3d velocity);
+Status validate(const EmitterDesc& desc, double spacing);
+/// H [m] of a description, automatic resolved.
+double support_of(const WorldDesc& desc);
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adding to a World. Everything is checked before anything is changed.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/lattice.hpp"
+#include "core/shape_limits.hpp"
+#include "core/text.hpp"
+#include "core/validate.hpp"
+#include "core/world_impl.hpp"
+#include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/heat.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+using core::none;
+
+namespace {
+/// Particles closer than this share of the spacing occupy the same place.
+constexpr double same_place = 0.9;
+constexpr double most_points = 4e9;  // ids are 32 bits
+}  // namespace
+
+Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
+  if (Status s = core::validate(m); !s) return s.error();
+  if (materials.size() > tag_material_mask)
+    return Error{ErrorCode::capacity,
+                 core::text("material \"", m.name, "\": a World holds at most 256 materials")};
+  for (const MaterialDesc& other : materials)
+    if (other.name == m.name)
+      return invalid("material \"", m.name, "\": a material of this name exists; choose another name");
+  if (m.melts_into) {
+    const std::string p = "material \"" + m.name + "\": ";
+    if (!valid(m.melts_into))
+      return invalid(p, "melts_into: no such material in this World; add the liquid first and pass its id");
+    const MaterialDesc& liquid = materials[m.melts_into.index];
+    if (liquid.melts_into)
+      return invalid(p, "melts_into: \"", liquid.name, "\" melts itself (at ", liquid.melting_point,
+                     "); name a liquid that does not");
+  }
+  fetch_state();
+  materials.push_back(m);
+  dirty_ = true;
+  return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
+}
+
+void WorldImpl::fetch_state() {
+  if (!state_stale_) return;
+  engine->download(state_);
+  state_stale_ = false;
+}
+
+void WorldImpl::round_to_precision(double& v) const {
+  if (desc.precision != Precision::single_precision) return;
+  const volatile float rounded =
+      static_cast<float>(v);  // volatile: g++ 12 drops the rounding where it pairs two
+  v = static_cast<double>(rounded);
+}
+
+/// Lattice points of a shape and their coordinates relative to the origin.
+Status WorldImpl::place(const Shape& shape, const char* what, std::vector<Vec3i>& points,
+                        std::vector<Vec3d>& positions) {
+  if (Status s = shape.validate(); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+  const Box b = shape.bounds();
+  const double dx = desc.spacing;
+  if (Status s = check_lattice(b, lattice_origin(), dx); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+  points = shape.lattice_points(lattice_origin(), dx);
+  if (points.empty())
+    return invalid(what, "shape: contains no lattice point at spacing ", dx, " m (it spans ", b.min, " to ",
+                   b.max, "); make it larger or lower the spacing");
+  const Vec3d o = lattice_origin();
+  positions.clear();
+  positions.reserve(points.size());
+  for (const Vec3i& p : points)
+    positions.push_back({o.x + (p.x + 0.5) * dx, o.y + (p.y + 0.5) * dx, o.z + (p.z + 0.5) * dx});
+  if (desc.domain.bounded) {
+    const Vec3d lo = desc.domain.min, hi = desc.domain.max;
+    for (const Vec3d& p : positions)
+      if (!(p.x >= lo.x && p.y >= lo.y && p.z >= lo.z && p.x <= hi.x && p.y <= hi.y && p.z <= hi.z))
+        return invalid(what, "shape: reaches outside the domain ", lo, " to ", hi, ", for example at ", p,
+                       "; move or shrink it, or enlarge the domain");
+  }
+  return choose_origin(positions, what);
+}
+
+/// Keeps stored coordinates small enough: a unit in the last place below a thousandth of the spacing.
+Status WorldImpl::choose_origin(const std::vector<Vec3d>& positions, const char* what) {
+  const double epsilon = desc.precision == Precision::single_precision ? 6.0e-8 : 1.2e-16;
+  const auto reach = [](Vec3d p) { return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); };
+  Vec3d lo = positions.front(), hi = positions.front();
+  for (const Vec3d& p : positions) {
+    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
+    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
+  }
+  if (desc.domain.bounded) {
+    lo = desc.domain.min;
+    hi = desc.domain.max;
+  }
+  Vec3d origin = origin_;
+  if (!origin_set_) {
+    // Zero unless that costs precision: most hosts then never need to think of an origin.
+    const bool far = std::max(reach(lo), reach(hi)) * epsilon > 1e-4 * desc.spacing;
+    const Vec3d middle = (lo + hi) * 0.5;
+    origin = far ? Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)} : Vec3d{};
+  }
+  const double span = std::max(reach(lo - origin), reach(hi - origin));
+  if (span * epsilon > 1e-3 * desc.spacing)
+    return invalid(what, "shape: at ", span, " m from the origin ", origin, " a ",
+                   desc.precision == Precision::single_precision ? "single" : "double",
+                   "-precision coordinate resolves only ", span * epsilon,
+                   " m, more than a thousandth of the spacing (", desc.spacing,
+                   " m); use double precision, a smaller domain or a larger spacing");
+  origin_ = origin;
+  origin_set_ = true;
+  return {};
+}
+
+void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
+                       std::uint32_t tag, std::uint32_t vertex) {
+  double mass = density * desc.spacing * desc.spacing * desc.spacing;
+  double volume = mass / density;
+  round_to_precision(mass);
+  round_to_precision(volume);
+  round_to_precision(position.x);
+  round_to_precision(position.y);
+  round_to_precision(position.z);
+  round_to_precision(velocity.x);
+  round_to_precision(velocity.y);
+  round_to_precision(velocity.z);
+  state_.position.push_back(position);
+  state_.velocity.push_back(velocity);
+  state_.mass.push_back(mass);
+  state_.volume.push_back(volume);
+  state_.enthalpy.push_back(specific_enthalpy * mass);
+  state_.tag.push_back(tag);
+  state_.vertex_of_id.push_back(vertex);
+}
+
+core::PointGrid WorldImpl::solids_grid() const {
+  core::PointGrid grid(desc.spacing);
+  for (std::size_t i = 0; i < state_.position.size(); ++i)
+    if (is_solid(state_.tag[i])) grid.add(state_.position[i], static_cast<std::uint32_t>(i));
+  return grid;
+}
+
+/// Removes liquid. Before the first step ids close up; later they stay and the particle is marked removed.
+void WorldImpl::drop_fluid(const std::vector<std::uint8_t>& drop) {
+  if (steps > 0) {
+    for (std::size_t i = 0; i < drop.size(); ++i)
+      if (drop[i]) {
+        state_.tag[i] |= tag_removed;
+        ++state_.removed;
+      }
+    return;
+  }
+  std::size_t to = 0;
+  for (std::size_t i = 0; i < drop.size(); ++i) {
+    if (drop[i]) continue;
+    state_.position[to] = state_.position[i];
+    state_.velocity[to] = state_.velocity[i];
+    state_.mass[to] = state_.mass[i];
+    state_.volume[to] = state_.volume[i];
+    state_.enthalpy[to] = state_.enthalpy[i];
+    state_.tag[to] = state_.tag[i];
+    state_.vertex_of_id[to] = state_.vertex_of_id[i];
+    if (state_.vertex_of_id[to] != none)
+      lattice_.vertex_id[state_.vertex_of_id[to]] = static_cast<std::uint32_t>(to);
+    ++to;
+  }
+  state_.position.resize(to);
+  state_.velocity.resize(to);
+  state_.mass.resize(to);
+  state_.volume.resize(to);
+  state_.enthalpy.resize(to);
+  state_.tag.resize(to);
+  state_.vertex_of_id.resize(to);
+}
+
+Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
+  if (!valid(f.material))
+    return invalid("fluid: material: no such material in this World; pass an id from add_material");
+  if (materials[f.material.index].melts_into)
+    return invalid("fluid: material: \"", materials[f.material.index].name,
+                   "\" is a solid (it melts); fill with the liquid it becomes");
+  if (Status s = core::validate_state("fluid: ", f.temperature, f.velocity); !s) return s.error();
+  std::vector<Vec3i> points;
+  std::vector<Vec3d> positions;
+  if (Status s = place(f.shape, "fluid: ", points, positions); !s) return s.error();
+  fetch_state();
+  core::PointGrid taken(desc.spacing);
+  for (std::size_t i = 0; i < state_.position.size(); ++i)
+    if (!is_removed(state_.tag[i])) taken.add(state_.position[i], static_cast<std::uint32_t>(i));
+  const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
+  const std::size_t before = state_.position.size();
+  for (const Vec3d& p : positions) {
+    const Vec3d x = p - origin_;
+    if (taken.near(x, same_place * desc.spacing) >= 0) continue;
+    append(x, f.velocity, materials[f.material.index].density, h, f.material.index, none);
+  }
+  const std::uint64_t added = state_.position.size() - before;
+  if (added == 0)
+    return invalid("fluid: shape: every one of its ", static_cast<std::uint64_t>(positions.size()),
+                   " points is already taken; move it or leave it out");
+  dirty_ = true;
+  return added;
+}
+
+Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
+  const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
+  const std::string what = "body \"" + name + "\": ";
+  for (const BodyRecord& b : bodies_)
+    if (b.desc.name == name) return invalid(what, "a body of this name exists; choose another name");
+  if (bodies_.size() >= 65535) return Error{ErrorCode::capacity, what + "a World holds at most 65535 bodies"};
+  if (!valid(s.material))
+    return invalid(what, "material: no such material in this World; pass an id from add_material");
+  const MaterialDesc& m = materials[s.material.index];
+  if (Status st = core::validate_state(what.c_str(), s.temperature, s.velocity); !st) return st.error();
+  if (!finite(s.angular_velocity))
+    return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
+  if (s.fixed && (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
+    return invalid(what, "velocity: a fixed body cannot move, got ", s.velocity,
+                   "; drop fixed or the velocity");
+  std::vector<Vec3i> points;
+  std::vector<Vec3d> positions;
+  if (Status st = place(s.shape, what.c_str(), points, positions); !st) return st.error();
+  fetch_state();
+  const core::PointGrid solids = solids_grid();
+  core::PointGrid own(desc.spacing);
+  Vec3d center{};
+  for (const Vec3d& p : positions) {
+    const Vec3d x = p - origin_;
+    const std::int64_t other = solids.near(x, same_place * desc.spacing);
+    if (other >= 0)
+      return invalid(what, "shape: overlaps body \"",
+                     bodies_[body_of(state_.tag[static_cast<std::size_t>(other)]) - 1].desc.name, "\" at ", p,
+                     "; bodies must be a spacing apart, move one of them");
+    own.add(x, 0);
+    center += x;
+  }
+  center = center * (1.0 / double(positions.size()));
+  std::vector<std::uint8_t> drop(state_.position.size(), 0);
+  bool any = false;
+  for (std::size_t i = 0; i < drop.size(); ++i)
+    if (is_fluid(state_.tag[i]) && own.near(state_.position[i], same_place * desc.spacing) >= 0) {
+      if (!s.carve)
+        return invalid(what, "carve: liquid occupies its place at ", state_.position[i] + origin_,
+                       " and carve is off; move the body or let it carve");
+      drop[i] = 1;
+      any = true;
+    }
+  if (any) drop_fluid(drop);
+
+  // The body's box of sites, padded so that a region look-up never leaves it.
+  const int pad = std::max(1, m.region_half_width);
+  Vec3i lo = points.front(), hi = points.front();
+  for (const Vec3i& p : points) {
+    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
+    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
+  }
+  const std::uint64_t nx = std::uint64_t(hi.x - lo.x + 1 + 2 * pad),
+                      ny = std::uint64_t(hi.y - lo.y + 1 + 2 * pad),
+                      nz = std::uint64_t(hi.z - lo.z + 1 + 2 * pad);
+  const std::uint64_t base = lattice_.site_vertex.size();
+  core::BodyRow row;
+  row.stride_y = static_cast<std::uint32_t>(nx);
+  row.stride_z = static_cast<std::uint32_t>(nx * ny);
+  row.region_half_width = m.region_half_width;
+  row.fixed = s.fixed ? 1u : 0u;
+  lattice_.site_vertex.resize(base + nx * ny * nz, none);
+  BodyRecord record;
+  record.desc = s;
+  record.desc.name = name;
+  record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_id.size());
+  record.vertices = static_cast<std::uint32_t>(points.size());
+  const auto site_of = [&](Vec3i p) {
+    return base + std::uint64_t(p.x - lo.x + pad) + std::uint64_t(p.y - lo.y + pad) * nx +
+           std::uint64_t(p.z - lo.z + pad) * nx * ny;
+  };
+  for (std::size_t k = 0; k < points.size(); ++k)
+    lattice_.site_vertex[site_of(points[k])] = record.first_vertex + static_cast<std::uint32_t>(k);
+  const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Vec3i& p = points[k];
+    const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
+    int direct = 0;
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+          direct += lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none ? 1 : 0;
+    std::uint32_t tag =
+        s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
+    if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
+    if (s.fixed) tag |= tag_fixed;
+    const Vec3d x = positions[k] - origin_;
+    lattice_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
+    lattice_.vertex_site.push_back(site);
+    lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
+    lattice_.vertex_coordinates.push_back(p);
+    append(x, s.velocity + cross(s.angular_velocity, x - center), m.density, h, tag,
+           record.first_vertex + static_cast<std::uint32_t>(k));
+    state_.vertex_state.push_back(1u);
+    state_.vertex_piece.push_back(none);
+    state_.region_rotation.push_back({});
+  }
+  // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
+  std::vector<std::uint32_t> stack;
+  for (std::uint32_t v = record.first_vertex; v < record.first_vertex + record.vertices; ++v) {
+    if (state_.vertex_piece[v] != none) continue;
+    state_.vertex_piece[v] = v;
+    stack.push_back(v);
+    while (!stack.empty()) {
+      const std::uint32_t u = stack.back();
+      stack.pop_back();
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) {
+            const std::uint32_t n =
+                lattice_.site_vertex[core::site_at(lattice_.vertex_site[u], row, dx, dy, dz)];
+            if (n == none || state_.vertex_piece[n] != none) continue;
+            state_.vertex_piece[n] = v;
+            stack.push_back(n);
+          }
+    }
+  }
+  lattice_.bodies.push_back(row);
+  lattice_.max_half_width = std::max(lattice_.max_half_width, m.region_half_width);
+  bodies_.push_back(record);
+  dirty_ = true;
+  return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), 1};
+}
+
+Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
+  EmitterRecord r;
+  r.desc = e;
+  if (r.desc.name.empty()) r.desc.name = "emitter" + std::to_string(emitters_.size() + 1);
+  const std::string what = "emitter \"" + r.desc.name + "\": ";
+  if (!valid(e.material))
+    return invalid(what, "material: no such material in this World; pass an id from add_material");
+  if (materials[e.material.index].melts_into)
+    return invalid(what, "material: \"", materials[e.material.index].name, "\" is a solid; emit a liquid");
+  if (Status s = core::validate(r.desc, desc.spacing); !s) return s.error();
+  if (desc.domain.bounded) {
+    const Vec3d lo = desc.domain.min, hi = desc.domain.max, c = e.center;
+    if (!(c.x >= lo.x && c.y >= lo.y && c.z >= lo.z && c.x <= hi.x && c.y <= hi.y && c.z <= hi.z))
+      return invalid(what, "center: ", c, " is outside the domain ", lo, " to ", hi, "; move the nozzle");
+  }
+  const Vec3d axis = e.axis * (1.0 / length(e.axis));
+  const Vec3d helper = std::fabs(axis.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  Vec3d u = cross(axis, helper);
+  u = u * (1.0 / length(u));
+  const Vec3d v = cross(axis, u);
+  std::vector<Vec3d> disc;
+  const double dx = desc.spacing;
+  const int n = static_cast<int>(e.radius / dx) + 1;
+  // Points at half-integers: a disc of radius R then holds about pi R^2/dx^2 of them.
+  for (int b = -n; b < n; ++b)
+    for (int a = -n; a < n; ++a) {
+      const double s = (a + 0.5) * dx, t = (b + 0.5) * dx;
+      if (s * s + t * t <= e.radius * e.radius) disc.push_back(u * s + v * t);
+    }
+  if (Status s = choose_origin({e.center}, what.c_str()); !s) return s.error();
+  r.points = static_cast<std::uint32_t>(disc.size());
+  r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
+  const double span = (e.until - e.from) * e.speed / dx;
+  r.layers = std::isfinite(span) ? static_cast<std::uint64_t>(std::ceil(span)) : ~std::uint64_t{0};
+  if (e.max_particles != 0) r.layers = std::min(r.layers, e.max_particles / r.points);
+  if (double(r.layers) * r.points > most_points)
+    return invalid(what, "until: would emit ", double(r.layers) * r.points, " particles, more than ",
+                   most_points, "; shorten it or set max_particles");
+  if (r.layers == 0)
+    return invalid(what, "max_particles: ", e.max_particles, " is less than one layer of the nozzle (",
+                   r.points, " particles); raise it");
+  // Layers that would have come before now are not owed.
+  if (time > e.from) r.next_layer = static_cast<std::uint64_t>(std::ceil((time - e.from) * e.speed / dx));
+  fetch_state();
+  emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
+  emitters_.push_back(r);
+  dirty_ = true;
+  return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), 1};
+}
+
+std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
+  std::vector<core::MaterialRow<double>> rows;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const MaterialDesc& m = materials[i];
+    const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
+    const auto conductivity = [](const MaterialDesc& d) {
+      return d.diffusivity > 0 ? physics::conductivity_of(d.diffusivity, d.density, d.heat_capacity)
+                               : d.conductivity;
+    };
+    core::MaterialRow<double> r;
+    r.density = m.density;
+    r.tait_stiffness = physics::tait_stiffness(m.density, sound_speed_);
+    r.viscosity = m.viscosity;
+    r.conductivity = conductivity(m);
+    r.diffusivity = physics::diffusivity_of(r.conductivity, m.density, m.heat_capacity);
+    r.liquid_conductivity = conductivity(l);
+    r.heat_capacity = m.heat_capacity;
+    r.liquid_heat_capacity = l.heat_capacity;
+    r.melts = m.melts_into ? 1u : 0u;
+    r.liquid = m.melts_into ? m.melts_into.index : static_cast<std::uint32_t>(i);
+    if (r.melts) {
+      // The paper's model knows no latent heat.
+      r.latent_heat = desc.heat.model == HeatModel::paper ? 0.0 : m.latent_heat;
+      r.melting_point = m.melting_point;
+      r.melting_enthalpy = physics::melting_enthalpy(l.heat_capacity, m.melting_point, r.latent_heat);
+    }
+    r.shape_stiffness = m.stiffness;
+    r.shape_damping = m.damping;
+    r.friction = m.friction;
+    rows.push_back(r);
+  }
+  return rows;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// The World's inside. Split by purpose: world_build.cpp (materials, fluids, bodies, emitters), world_step.cpp
+// (facts, constants, plan of a step), world_read.cpp (totals, particles, pieces), snapshot.cpp, plan.cpp.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/engine.hpp"
+#include "core/point_grid.hpp"
+#include "meltsim/world.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+struct BodyRecord {
+  SolidDesc desc;
+  std::uint32_t first_vertex = 0, vertices = 0;
+};
+
+struct EmitterRecord {
+  EmitterDesc desc;
+  std::uint32_t first_point = 0, points = 0;
+  std::uint64_t next_layer = 0;
+  std::uint64_t layers = 0;  ///< most layers it may emit
+};
+
+class WorldImpl final : public Scheduler {
+ public:
+  // world_build.cpp
+  Result<MaterialId> add_material(const MaterialDesc& m);
+  Result<std::uint64_t> add_fluid(const FluidDesc& f);
+  Result<BodyId> add_solid(const SolidDesc& s);
+  Result<EmitterId> add_emitter(const EmitterDesc& e);
+  // world_step.cpp
+  Status prepare();
+  Status step(double dt);
+  StepResult synchronize();
+  double stable_dt() const;
+  Resolved resolved();
+  // world_read.cpp
+  Result<Totals> totals();
+  Result<ParticleData> particles();
+  Result<std::vector<PieceInfo>> pieces();
+  Result<LatticeData> lattice();
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
+  // snapshot.cpp
+  Result<std::uint64_t> state_hash();
+  Result<std::vector<std::uint8_t>> snapshot();
+  Status restore(const std::uint8_t* data, std::size_t bytes);
+  // plan.cpp
+  Plan plan();
+  Status insert_after(const std::string& after, CustomStage stage) override;
+  Status remove(const std::string& name) override;
+  Status set_interval(const std::string& module, int n) override;
+  Status enable(const std::string& module, bool on) override;
+  void enable_timings(bool on) override;
+
+  WorldDesc desc;
+  std::string backend_reason;
+  std::shared_ptr<core::Engine> engine;
+  double time = 0;
+  std::uint64_t steps = 0;
+  std::vector<MaterialDesc> materials;
+
+  bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
+  /// Rows in double, all values derived.
+  std::vector<core::MaterialRow<double>> material_rows() const;
+  /// Brings `state` up to date with the engine.
+  void fetch_state();
+  Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
+
+ private:
+  std::uint32_t facts();
+  std::string heat_reason() const;
+  void derive_sound_speed();
+  core::SceneConstants constants() const;
+  std::uint64_t planned_emission() const;
+  void derive_limits();
+  double heat_efficiency(double dt) const;
+  void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
+  std::uint64_t stage_bits(std::uint64_t index) const;
+  const std::vector<core::BurstArguments>* due_bursts(double from, double until);
+  Status place(const Shape& shape, const char* what, std::vector<Vec3i>& points,
+               std::vector<Vec3d>& positions);
+  Status choose_origin(const std::vector<Vec3d>& positions, const char* what);
+  void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
+              std::uint32_t vertex);
+  void drop_fluid(const std::vector<std::uint8_t>& drop);
+  core::PointGrid solids_grid() const;
+  std::string halt_text(const core::WorldStatus& s);
+  void round_to_precision(double& v) const;
+  StepResult last_result(const core::WorldStatus& s);
+
+  std::vector<BodyRecord> bodies_;
+  std::vector<EmitterRecord> emitters_;
+  core::SceneState state_;
+  core::SceneLattice lattice_;
+  std::vector<Vec3d> emitter_points_;
+  Vec3d origin_;
+  bool origin_set_ = false;
+  bool dirty_ = true;         ///< the engine does not hold `state_`
+  bool state_stale_ = false;  ///< the engine is ahead of `state_`
+  bool halted_ = false;
+  std::string halt_reason_;
+  double sound_speed_ = 0;
+  double last_max_speed_ = 0;
+  double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
+  std::uint32_t facts_ = 0;
+  double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
+  double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
+  std::vector<core::MaterialRow<double>> rows_;
+  std::vector<core::BurstArguments> bursts_;
+  bool emitter_exhausted_ = false;
+  std::vector<core::PlacedStage> custom_;
+  std::uint32_t disabled_facts_ = 0;
+  std::vector<std::string> disabled_modules_;
+  int thermal_interval_ = 1, topology_interval_ = 1;
+  bool timed_ = false;
+};
+
+}  // namespace v0
+}  // namespace meltsim

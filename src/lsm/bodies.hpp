@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of the solids: shape matching per lattice vertex, contact per particle.
+#pragma once
+
+#include "core/lattice.hpp"
+#include "meltsim/physics/contact.hpp"
+#include "meltsim/physics/shape_matching.hpp"
+#include "spatial/neighbours.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace lsm {
+
+using core::BodyRow;
+using core::Frame;
+using core::none;
+
+/// A vertex that shape matching moves: live and of a body that is not fixed.
+template <class T>
+MELTSIM_HD bool moves(const Frame<T>& w, std::uint64_t v) {
+  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].fixed == 0u;
+}
+
+/// Particle state in vertex order.
+template <class T>
+struct GatherBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    // Melted vertices, too: one may still be the label of its piece, and positions are taken relative to
+    // that.
+    const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
+    if (!moves(w, v)) {
+      w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), T(0));
+      return;
+    }
+    const T share = w.f.mass[slot] / T(core::region_size(w, static_cast<std::uint32_t>(v)));
+    w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), share);
+    w.f.vertex_velocity[v] = xyz(w.f.velocity[slot]);
+  }
+};
+
+/// Label of the piece a particle belongs to and its outward normal, in particle order, for contact.
+template <class T>
+struct PiecesBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    w.f.contact_normal[i] = Vec4<T>{};
+    w.f.piece[i] = 0u;
+    if (!is_solid(w.f.tag[i])) return;
+    const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
+    w.f.piece[i] = w.f.vertex_piece[v] + 1u;
+    w.f.contact_normal[i] = physics::surface_normal(w.f.neighbour_mask[v], to_matrix(w.f.region_rotation[v]));
+  }
+};
+
+/// Gravity and the walls' contact on every solid particle.
+template <class T>
+struct LoadsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_solid(tag)) return;
+    if ((tag & tag_fixed) != 0u) {
+      w.f.acceleration[i] = Vec3<T>{};
+      return;
+    }
+    const Vec3<T> x = xyz(w.f.position[i]), v = xyz(w.f.velocity[i]);
+    const T radius = T(0.5) * w.c.spacing;
+    const T friction = minimum(w.f.materials[material_of(tag)].friction, w.c.wall_friction);
+    const T depth[6] = {w.c.walls.min.x + radius - x.x, x.x - (w.c.walls.max.x - radius),
+                        w.c.walls.min.y + radius - x.y, x.y - (w.c.walls.max.y - radius),
+                        w.c.walls.min.z + radius - x.z, x.z - (w.c.walls.max.z - radius)};
+    const Vec3<T> normal[6] = {{T(1), 0, 0},  {T(-1), 0, 0}, {0, T(1), 0},
+                               {0, T(-1), 0}, {0, 0, T(1)},  {0, 0, T(-1)}};
+    Vec3<T> force{};
+    for (int k = 0; k < 6; ++k)
+      if (((w.c.walls.faces >> k) & 1u) != 0u && depth[k] > T(0))
+        force += physics::contact_force(depth[k], normal[k], v - w.c.wall_velocity[k], w.f.mass[i], friction,
+                                        w.f.clock->dt);
+    w.f.acceleration[i] = w.c.gravity + force * (T(1) / w.f.mass[i]);
+  }
+};
+
+/// Contact with particles of other pieces.
+template <class T>
+struct ContactBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_solid(tag) || (tag & tag_fixed) != 0u) return;
+    const std::uint32_t piece = w.f.piece[i];
+    const Vec3<T> v = xyz(w.f.velocity[i]);
+    const Vec4<T> own = w.f.contact_normal[i];
+    const T reach2 = T(2) * w.c.spacing * w.c.spacing;  // overlap and offset both below one spacing
+    Vec3<T> force{};
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
+      if (!(r2 < reach2) || !(r2 > T(0))) return;
+      const std::uint32_t other = w.f.piece[j];
+      if (other == 0u || other == piece) return;
+      const std::uint32_t tag_j = w.f.tag[j];
+      const physics::ContactGeometry<T> g =
+          physics::contact_geometry(own, w.f.contact_normal[j], x_ij, r2, w.c.spacing);
+      if (!(g.overlap > T(0)) || !(g.weight > T(0))) return;
+      const T m = (tag_j & tag_fixed) != 0u ? w.f.mass[i] : physics::reduced_mass(w.f.mass[i], w.f.mass[j]);
+      const T friction =
+          T(0.5) * (w.f.materials[material_of(tag)].friction + w.f.materials[material_of(tag_j)].friction);
+      force += physics::contact_force(g.overlap, g.normal, v - xyz(w.f.velocity[j]), m * g.weight, friction,
+                                      w.f.clock->dt);
+    });
+    w.f.acceleration[i] += force * (T(1) / w.f.mass[i]);
+  }
+};
+
+/// Best rigid placement and motion of every region.
+template <class T>
+struct RegionsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!moves(w, v)) return;
+    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = w.f.vertex_velocity[v];
+    physics::RegionSums<T> sums;
+    core::for_each_member(w, static_cast<std::uint32_t>(v), [&](std::uint32_t j, int dx, int dy, int dz) {
+      const Vec4<T> xj = w.f.vertex_position[j];
+      const Vec3<T> q = Vec3<T>{T(dx), T(dy), T(dz)} * w.c.spacing;
+      physics::add_member(sums, xj.w, spatial::separation(w.grid, xyz(xj), x), q,
+                          w.f.vertex_velocity[j] - velocity);
+    });
+    w.f.region_fit[v] = physics::fit_region(sums, w.f.region_rotation[v]);
+  }
+};
+
+/// Mean of what the regions of a vertex want of it.
+template <class T>
+struct GoalsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!moves(w, v)) return;
+    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = w.f.vertex_velocity[v];
+    Vec3<T> displacement{}, defect{};
+    T count = 0;
+    // Membership is symmetric: v is in the region of r exactly if r is in the region of v.
+    core::for_each_member(w, static_cast<std::uint32_t>(v), [&](std::uint32_t r, int dx, int dy, int dz) {
+      const physics::RegionFit<T>& fit = w.f.region_fit[r];
+      const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
+      const Vec3<T> u = spatial::separation(w.grid, x, xyz(w.f.vertex_position[r]));
+      displacement += physics::goal_displacement(fit, q, u);
+      defect += physics::rigid_velocity_defect(fit, u, velocity - w.f.vertex_velocity[r]);
+      count += T(1);
+    });
+    const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];
+    w.f.shape_velocity[v] = physics::shape_velocity(m.shape_stiffness, m.shape_damping, w.f.clock->dt,
+                                                    displacement * (T(1) / count), defect * (T(1) / count));
+  }
+};
+
+/// What a vertex adds to the sums of its piece, exactly. Positions are relative to the piece's label vertex.
+template <class T>
+struct PieceSumsBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    if (!moves(w, v)) return;
+    const Vec3<double> dv = cast<double>(w.f.shape_velocity[v]);
+    if (!finite(dv)) return;  // step.check reports it
+    const std::uint32_t label = w.f.vertex_piece[v];
+    const double m = static_cast<double>(w.f.mass[w.f.slot_of_id[w.f.vertex_id[v]]]);
+    const Vec3<double> u = cast<double>(
+        spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
+    const Vec3<double> spin = cross(u, dv);
+    core::PieceSums& s = w.f.piece_sums[label];
+    const auto put = [&](std::int64_t* to, double value, double unit) {
+      add(to, static_cast<std::int64_t>(std::rint(value / unit)));
+    };
+    const core::SumUnits& q = w.sum_units;
+    put(&s.mass, m, q.mass);
+    put(&s.momentum[0], m * dv.x, q.momentum);
+    put(&s.momentum[1], m * dv.y, q.momentum);
+    put(&s.momentum[2], m * dv.z, q.momentum);
+    put(&s.spin[0], m * spin.x, q.spin);
+    put(&s.spin[1], m * spin.y, q.spin);
+    put(&s.spin[2], m * spin.z, q.spin);
+    put(&s.first[0], m * u.x, q.first);
+    put(&s.first[1], m * u.y, q.first);
+    put(&s.first[2], m * u.z, q.first);
+    put(&s.second[0], m * u.x * u.x, q.second);
+    put(&s.second[1], m * u.y * u.y, q.second);
+    put(&s.second[2], m * u.z * u.z, q.second);
+    put(&s.second[3], m * u.y * u.z, q.second);
+    put(&s.second[4], m * u.z * u.x, q.second);
+    put(&s.second[5], m * u.x * u.y, q.second);
+  }
+};
+
+/// Takes the piece's mean motion and mean spin out of the change of velocity.
+template <class T>
+struct BalanceBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!moves(w, v)) return;
+    const std::uint32_t label = w.f.vertex_piece[v];
+    const physics::RigidResidual r = core::residual_of(w.f.piece_sums[label], w.sum_units);
+    const Vec3<double> u = cast<double>(
+        spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
+    w.f.shape_velocity[v] += cast<T>(physics::residual_correction(r, u));
+  }
+};
+
+}  // namespace lsm
+}  // namespace v0
+}  // namespace meltsim

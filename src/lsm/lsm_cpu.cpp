@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lsm stages for the CPU executor.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "lsm/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace lsm {
+
+MELTSIM_INSTANTIATE(core::CpuExec, gather)
+MELTSIM_INSTANTIATE(core::CpuExec, pieces)
+MELTSIM_INSTANTIATE(core::CpuExec, loads)
+MELTSIM_INSTANTIATE(core::CpuExec, contact)
+MELTSIM_INSTANTIATE(core::CpuExec, regions)
+MELTSIM_INSTANTIATE(core::CpuExec, goals)
+MELTSIM_INSTANTIATE(core::CpuExec, balance)
+
+}  // namespace lsm
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "lsm/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace lsm {
+
+template <class E, class T>
+void gather(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, GatherBody<T>{w});
+}
+
+template <class E, class T>
+void pieces(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, PiecesBody<T>{w});
+}
+
+template <class E, class T>
+void loads(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, LoadsBody<T>{w});
+}
+
+template <class E, class T>
+void contact(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, ContactBody<T>{w});
+}
+
+template <class E, class T>
+void regions(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, RegionsBody<T>{w});
+}
+
+template <class E, class T>
+void goals(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, GoalsBody<T>{w});
+}
+
+template <class E, class T>
+void balance(E& ex, const core::Frame<T>& w) {
+  ex.fill(w.vertices, core::PieceSums{}, w.f.piece_sums);
+  ex.accumulate(w.vertices, PieceSumsBody<T>{w});
+  ex.for_each(w.vertices, BalanceBody<T>{w});
+}
+
+}  // namespace lsm
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of the neighbour search: a uniform grid whose occupied cells are the groups. Nothing is sized by
+// the number of cells, so the domain may be unbounded or mostly empty.
+#pragma once
+
+#include "core/frame.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/phase_change.hpp"
+#include "spatial/neighbours.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+using core::Frame;
+using core::Grid;
+using core::none;
+using core::Range;
+using core::removed_key;
+
+/// Cell of a coordinate; outside positions count to the border cell, periodic ones wrap.
+template <class T>
+MELTSIM_HD std::int32_t cell_coordinate(T x, T min, T inv_cell, std::int32_t n, bool periodic) {
+  const T c = std::floor((x - min) * inv_cell);
+  if (periodic) {
+    auto k = static_cast<std::int32_t>(c) % n;
+    return k < 0 ? k + n : k;
+  }
+  return static_cast<std::int32_t>(clamp(c, T(0), T(n - 1)));
+}
+
+template <class T>
+MELTSIM_HD std::uint64_t cell_key(const Grid<T>& g, std::int32_t x, std::int32_t y, std::int32_t z) {
+  return (static_cast<std::uint64_t>(z) * static_cast<std::uint64_t>(g.ny) + static_cast<std::uint64_t>(y)) *
+             static_cast<std::uint64_t>(g.nx) +
+         static_cast<std::uint64_t>(x);
+}
+
+/// One call per id, so that the stable sort leaves ids ascending within a cell whatever the history was.
+template <class T>
+struct KeysBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t id) const {
+    const std::uint32_t slot = w.f.slot_of_id[id];
+    std::uint64_t key = removed_key;
+    if (!is_removed(w.before.tag[slot])) {
+      const Vec3<T> x =
+          physics::drift(xyz(w.before.position[slot]), xyz(w.before.velocity[slot]), w.f.clock->half_dt);
+      key = cell_key(w.grid,
+                     cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
+                     cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
+                     cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
+    }
+    w.f.sort_key[id] = key;
+    w.f.sort_slot[id] = slot;
+  }
+};
+
+/// State of slot i from where it was, drifted half a step.
+template <class T>
+struct ReorderBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t from = w.f.sort_slot_alt[i];
+    const std::uint32_t tag = w.before.tag[from];
+    const Vec4<T> x = w.before.position[from];
+    const Vec4<T> v = w.before.velocity[from];
+    const T mass = w.before.mass[from];
+    const std::uint32_t id = w.before.id[from];
+    const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
+    // A melted particle grows or shrinks to its liquid's volume within a few acoustic times, not at once.
+    const T volume = is_solid(tag)
+                         ? x.w
+                         : physics::relaxed_volume(x.w, mass / w.f.materials[material_of(tag)].density,
+                                                   w.f.clock->dt * w.c.volume_rate);
+    w.f.position[i] = with_w(moved, volume);
+    w.f.velocity[i] = v;
+    w.f.enthalpy[i] = w.before.enthalpy[from];
+    w.f.mass[i] = mass;
+    w.f.tag[i] = tag;
+    w.f.id[i] = id;
+    w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);  // a permutation: no two i share an id
+  }
+};
+
+/// 1 where a new cell begins.
+template <class T>
+struct HeadBody {
+  Frame<T> w;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const {
+    const std::uint64_t key = w.f.sort_key_alt[i];
+    return key != removed_key && (i == 0 || w.f.sort_key_alt[i - 1] != key) ? 1u : 0u;
+  }
+};
+
+/// Turns the running count of heads into group numbers and lists the groups.
+template <class T>
+struct GroupsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint64_t key = w.f.sort_key_alt[i];
+    const bool live = key != removed_key;
+    const std::uint32_t count = w.f.group_of[i];  // heads up to and including i
+    const bool head = live && (i == 0 || w.f.sort_key_alt[i - 1] != key);
+    const bool last = live && (i + 1 == w.particles || w.f.sort_key_alt[i + 1] == removed_key);
+    if (head) {
+      w.f.group_key[count - 1] = key;
+      w.f.group_begin[count - 1] = static_cast<std::uint32_t>(i);
+    }
+    if (last) {
+      w.f.group_begin[count] = static_cast<std::uint32_t>(i) + 1u;
+      w.f.status->groups = count;
+    }
+    if (i == 0 && !live) {
+      w.f.group_begin[0] = 0u;
+      w.f.status->groups = 0u;
+    }
+    if (live) w.f.group_of[i] = count - 1u;
+    else w.f.group_of[i] = none;
+  }
+};
+
+/// First of n ascending keys that is not below `key`.
+MELTSIM_HD std::uint32_t first_not_below(const std::uint64_t* keys, std::uint32_t n, std::uint64_t key) {
+  std::uint32_t lo = 0, hi = n;
+  while (lo < hi) {
+    const std::uint32_t mid = lo + (hi - lo) / 2u;
+    if (keys[mid] < key) lo = mid + 1u;
+    else hi = mid;
+  }
+  return lo;
+}
+
+/// The rows of one group: cells x-1..x+1 of each of the nine (y, z) neighbours are adjacent in key order. A
+/// row that wraps in x splits in two; that is why periodic x has 18 rows.
+template <class T>
+struct RangesBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t g) const {
+    const std::uint32_t groups = w.f.status->groups;
+    if (g >= groups) return;
+    const Grid<T>& grid = w.grid;
+    const std::uint64_t key = w.f.group_key[g];
+    const auto nx = static_cast<std::uint64_t>(grid.nx), ny = static_cast<std::uint64_t>(grid.ny);
+    const auto cx = static_cast<std::int32_t>(key % nx);
+    const auto cy = static_cast<std::int32_t>((key / nx) % ny);
+    const auto cz = static_cast<std::int32_t>(key / (nx * ny));
+    Range* rows = w.f.group_ranges + g * grid.rows;
+    for (std::uint32_t r = 0; r < grid.rows; ++r) rows[r] = Range{0u, 0u};
+    for (std::int32_t k = 0; k < 9; ++k) {
+      std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
+      if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
+      if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
+      if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) continue;
+      const std::int32_t first = maximum(cx - 1, std::int32_t{0}), last = minimum(cx + 1, grid.nx - 1);
+      rows[k] = row(groups, first, last, y, z);
+      if (grid.periodic & 1u) {
+        if (cx == 0) rows[9 + k] = row(groups, grid.nx - 1, grid.nx - 1, y, z);
+        if (cx == grid.nx - 1) rows[9 + k] = row(groups, 0, 0, y, z);
+      }
+    }
+  }
+  MELTSIM_HD Range row(std::uint32_t groups, std::int32_t x0, std::int32_t x1, std::int32_t y,
+                       std::int32_t z) const {
+    const std::uint32_t a = first_not_below(w.f.group_key, groups, cell_key(w.grid, x0, y, z));
+    const std::uint64_t past = cell_key(w.grid, x1, y, z) + 1u;
+    std::uint32_t b = a;
+    while (b < groups && w.f.group_key[b] < past) ++b;  // at most three
+    return Range{w.f.group_begin[a], w.f.group_begin[b]};
+  }
+};
+
+/// Which candidates of each row lie within H. Every later sweep visits set bits only: 65 instead of some 400.
+template <class T>
+struct NeighboursBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t group = w.f.group_of[i];
+    if (group == none) return;  // removed
+    const Vec3<T> xi = xyz(w.f.position[i]);
+    const Range* rows = w.f.group_ranges + static_cast<std::uint64_t>(group) * w.grid.rows;
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
+      const Range row = rows[r];
+      const std::uint32_t end = minimum(row.end, row.begin + bits_per_row);
+      std::uint64_t bits = 0;
+      for (std::uint32_t j = row.begin; j < end; ++j) {
+        const Vec3<T> d = separation(w.grid, xi, xyz(w.f.position[j]));
+        bits |= static_cast<std::uint64_t>(dot(d, d) < w.c.kernel.support2 ? 1u : 0u) << (j - row.begin);
+      }
+      w.f.neighbour_bits[i * w.grid.rows + r] = bits;
+    }
+  }
+};
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim

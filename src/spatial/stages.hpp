@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "spatial/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+template <class E, class T>
+void keys(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, KeysBody<T>{w});
+}
+
+template <class E, class T>
+void sort(E& ex, const core::Frame<T>& w) {
+  ex.sort(w.particles, w.key_bits, w.f.sort_key, w.f.sort_slot, w.f.sort_key_alt, w.f.sort_slot_alt);
+}
+
+template <class E, class T>
+void reorder(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, ReorderBody<T>{w});
+}
+
+template <class E, class T>
+void groups(E& ex, const core::Frame<T>& w) {
+  ex.scan(w.particles, HeadBody<T>{w}, w.f.group_of);
+  ex.for_each(w.particles, GroupsBody<T>{w});
+}
+
+template <class E, class T>
+void ranges(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.max_groups, RangesBody<T>{w});
+}
+
+template <class E, class T>
+void neighbours(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, NeighboursBody<T>{w});
+}
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim

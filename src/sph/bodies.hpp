@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of the liquid and of its coupling to solids. One gather each; formulas in meltsim/physics/.
+#pragma once
+
+#include "core/frame.hpp"
+#include "meltsim/physics/coupling.hpp"
+#include "meltsim/physics/fluid.hpp"
+#include "spatial/neighbours.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+using core::Frame;
+using physics::MaterialRow;
+
+/// V_k of every solid particle.
+template <class T>
+struct SolidVolumeBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_solid(tag)) return;
+    T sum = 0;
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T r2) {
+      if (is_solid(w.f.tag[j])) sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    });
+    w.f.solid_volume[i] = physics::solid_volume(sum, w.f.mass[i] / w.f.materials[material_of(tag)].density);
+  }
+};
+
+/// phi and P/phi^2 of every liquid particle.
+template <class T>
+struct DensityBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_fluid(tag)) {
+      w.f.density[i] = T(0);
+      w.f.velocity[i].w = T(0);
+      return;
+    }
+    T phi = 0, solid = 0;
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+      const T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
+      if (is_solid(w.f.tag[j])) solid += w.f.solid_volume[j] * value;
+      else phi += xj.w * value;
+    });
+    phi += physics::solid_share(w.c.coupling, solid);
+    w.f.coupling_slope[i] = physics::solid_share_slope(w.c.coupling, solid);
+    if (w.c.walls.faces != 0u)
+      phi += physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i])).lambda;
+    const T pressure = physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi);
+    w.f.density[i] = phi;
+    w.f.velocity[i].w = physics::pressure_term(pressure, phi);
+  }
+};
+
+/// Pressure, viscosity, gravity and walls on every liquid particle.
+template <class T>
+struct ForcesBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_fluid(tag)) return;
+    const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
+    const T vol_i = w.f.position[i].w;
+    const Vec4<T> vi = w.f.velocity[i];
+    const T solid_term = w.f.coupling_slope[i] * vi.w;
+    Vec3<T> force{};
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+      const Vec4<T> vj = w.f.velocity[j];
+      const Vec3<T> v_ij = xyz(vi) - xyz(vj);
+      const std::uint32_t tag_j = w.f.tag[j];
+      if (is_fluid(tag_j)) {
+        const MaterialRow<T>& mj = w.f.materials[material_of(tag_j)];
+        const T r = std::sqrt(r2);
+        const T f = physics::kernel_gradient_factor(w.c.kernel, r);
+        force += physics::pressure_force(vol_i, xj.w, vi.w, vj.w, f, x_ij);
+        force += physics::viscous_force(physics::pair_viscosity(mi.viscosity, mj.viscosity), vol_i, xj.w,
+                                        physics::kernel_laplacian(w.c.kernel, r, r2), -v_ij);
+        force += physics::artificial_viscous_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed,
+                                                   T(0.5) * (mi.density + mj.density), vol_i, xj.w, f, r2,
+                                                   dot(v_ij, x_ij), x_ij);
+      } else {
+        const physics::CouplingPair<T> p{
+            vol_i, w.f.solid_volume[j], solid_term, mi.viscosity, mi.density, x_ij, v_ij};
+        force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+        if (r2 < w.c.leak_distance2)
+          force += physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
+      }
+    });
+    if (w.c.walls.faces != 0u) {
+      const auto s = physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i]));
+      if (s.any) {
+        force += physics::wall_pressure_force(vol_i, vi.w, s);
+        if (w.c.no_slip != 0u)
+          force += physics::wall_viscous_force(mi.viscosity, vol_i, s,
+                                               wall_velocity(xyz(w.f.position[i])) - xyz(vi));
+      }
+    }
+    w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
+  }
+  /// Velocity of the nearest moving wall (zero when all rest).
+  MELTSIM_HD Vec3<T> wall_velocity(Vec3<T> x) const {
+    const T d[6] = {x.x - w.c.walls.min.x, w.c.walls.max.x - x.x, x.y - w.c.walls.min.y,
+                    w.c.walls.max.y - x.y, x.z - w.c.walls.min.z, w.c.walls.max.z - x.z};
+    int nearest = 0;
+    T best = w.c.kernel.support;
+    for (int k = 0; k < 6; ++k)
+      if (((w.c.walls.faces >> k) & 1u) != 0u && d[k] < best) {
+        best = d[k];
+        nearest = k;
+      }
+    return w.c.wall_velocity[nearest];
+  }
+};
+
+/// The liquid's push on every solid particle: the exact negatives of what ForcesBody gave the liquid.
+template <class T>
+struct ReactionBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const std::uint32_t tag = w.f.tag[k];
+    if (!is_solid(tag)) return;  // fixed ones too: a host may want the load on an obstacle
+    const T vol_k = w.f.solid_volume[k];
+    const Vec3<T> vk = xyz(w.f.velocity[k]);
+    Vec3<T> force{};
+    spatial::for_each_neighbour(w, k, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
+      const std::uint32_t tag_i = w.f.tag[i];
+      if (!is_fluid(tag_i)) return;
+      const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
+      const Vec4<T> vi = w.f.velocity[i];
+      const physics::CouplingPair<T> p{
+          xi.w, vol_k, w.f.coupling_slope[i] * vi.w, mi.viscosity, mi.density, -x_ki, xyz(vi) - vk};
+      force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+      if (r2 < w.c.leak_distance2)
+        force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
+                                      xyz(vi) - vk, r2);
+    });
+    w.f.acceleration[k] += force * (T(1) / w.f.mass[k]);
+  }
+};
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim

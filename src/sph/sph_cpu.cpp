@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sph stages for the CPU executor.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "sph/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+MELTSIM_INSTANTIATE(core::CpuExec, solid_volume)
+MELTSIM_INSTANTIATE(core::CpuExec, density)
+MELTSIM_INSTANTIATE(core::CpuExec, forces)
+MELTSIM_INSTANTIATE(core::CpuExec, reaction)
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels that frame a sub-step: clock, emission, the check before anything is committed, integration.
+#pragma once
+
+#include "core/frame.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/walls.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace step {
+
+using core::CheckResult;
+using core::Frame;
+using core::Halt;
+
+template <class T>
+struct BeginBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    *w.f.clock = w.clock;
+    w.f.status->time = w.clock.time;
+    w.f.status->particles = w.particles;  // a World that halts keeps the count of its last sub-step
+  }
+};
+
+/// One layer of a nozzle: new ids, appended.
+template <class T>
+struct EmitBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const core::Burst<T>& b = w.burst;
+    const auto id = static_cast<std::uint32_t>(w.burst_first + k);
+    const Vec3<T> offset = xyz(w.f.emitter_points[b.first_point + k]);
+    w.f.position[id] = with_w(b.center + offset, b.volume);
+    w.f.velocity[id] = with_w(b.velocity, T(0));
+    w.f.enthalpy[id] = b.enthalpy;
+    w.f.mass[id] = b.mass;
+    w.f.tag[id] = b.tag;
+    w.f.id[id] = id;
+    w.f.slot_of_id[id] = id;
+    if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
+  }
+};
+
+/// New velocity of particle i; every force stage has written what it has by now. Channels that the plan does
+/// not hold are null.
+template <class T>
+MELTSIM_HD Vec3<T> kicked_velocity(const Frame<T>& w, std::uint64_t i) {
+  const std::uint32_t tag = w.f.tag[i];
+  Vec3<T> v = xyz(w.f.velocity[i]);
+  if ((tag & tag_fixed) != 0u && is_solid(tag)) return v;
+  if (w.f.acceleration != nullptr) v = physics::kick(v, w.f.acceleration[i], w.f.clock->dt);
+  if (w.f.shape_velocity != nullptr && is_solid(tag)) v += w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]];
+  return v;
+}
+
+/// Looks for the first stage that produced something unusable, before anything is committed.
+template <class T>
+struct CheckBody {
+  Frame<T> w;
+  MELTSIM_HD CheckResult operator()(std::uint64_t i) const {
+    CheckResult r;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) return r;
+    const auto fail = [&](Halt why, double value) {
+      r.bad = static_cast<std::uint32_t>(why);
+      r.bad_id = w.f.id[i];
+      r.bad_value = value;
+      return r;
+    };
+    if (w.f.density != nullptr && is_fluid(tag)) {
+      const T phi = w.f.density[i];
+      if (!std::isfinite(phi)) return fail(Halt::density, static_cast<double>(phi));
+      r.max_density = static_cast<double>(phi);
+    }
+    if (w.f.acceleration != nullptr && !finite(w.f.acceleration[i]))
+      return fail(Halt::force, static_cast<double>(length(w.f.acceleration[i])));
+    const Vec3<T> v = kicked_velocity(w, i);
+    if (!finite(v)) return fail(Halt::shape, static_cast<double>(length(v)));
+    if (!std::isfinite(w.f.enthalpy[i])) return fail(Halt::heat, w.f.enthalpy[i]);
+    r.max_speed = static_cast<double>(length(v));
+    // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way.
+    if (r.max_speed * static_cast<double>(w.f.clock->dt) > static_cast<double>(w.c.kernel.support))
+      return fail(Halt::speed, r.max_speed);
+    return r;
+  }
+};
+
+/// Draws the conclusion; from here on the guard holds if the World halted.
+template <class T>
+struct JudgeBody {
+  Frame<T> w;
+  const CheckResult* result;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    core::WorldStatus& s = *w.f.status;
+    if (result->bad != 0u) {
+      s.halt_particle = result->bad_id;
+      s.halt_value = result->bad_value;
+      s.halt_step = w.f.clock->step;
+      s.halted = result->bad;
+      return;
+    }
+    s.max_speed = maximum(s.max_speed, result->max_speed);
+    s.max_density = maximum(s.max_density, result->max_density);
+    if (result->max_speed * static_cast<double>(w.f.clock->dt) >
+        static_cast<double>(w.c.courant) * static_cast<double>(w.c.kernel.support))
+      s.courant_exceeded = 1u;
+  }
+};
+
+/// Kick, second half drift, walls, periodic wrap, open faces.
+template <class T>
+struct IntegrateBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag) || (is_solid(tag) && (tag & tag_fixed) != 0u)) return;
+    Vec3<T> v = kicked_velocity(w, i);
+    Vec3<T> x = physics::drift(xyz(w.f.position[i]), v, w.f.clock->half_dt);
+    if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
+    if (w.grid.periodic != 0u) {
+      x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
+      x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
+      x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
+    }
+    const std::uint32_t open = w.c.open_faces;
+    if (open != 0u && is_fluid(tag)) {
+      const bool out =
+          ((open & 1u) != 0u && x.x < w.c.domain_min.x) || ((open & 2u) != 0u && x.x > w.c.domain_max.x) ||
+          ((open & 4u) != 0u && x.y < w.c.domain_min.y) || ((open & 8u) != 0u && x.y > w.c.domain_max.y) ||
+          ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
+      if (out) {
+        w.f.tag[i] = tag | tag_removed;
+        add(&w.f.status->removed, 1);
+      }
+    }
+    // The rotation of a region is state: it is taken over only now that the step counts.
+    if (w.f.region_fit != nullptr && is_solid(tag)) {
+      const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
+      w.f.region_rotation[vertex] = w.f.region_fit[vertex].rotation;
+    }
+    const T operand = w.f.velocity[i].w;
+    w.f.position[i] = with_w(x, w.f.position[i].w);
+    w.f.velocity[i] = with_w(v, operand);
+  }
+};
+
+/// After a roll-back: where every id is in the order that was kept.
+template <class T>
+struct IndexBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    w.f.slot_of_id[w.f.id[i]] = static_cast<std::uint32_t>(i);
+  }
+};
+
+}  // namespace step
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "step/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace step {
+
+template <class E, class T>
+void begin(E& ex, const core::Frame<T>& w) {
+  ex.for_each(1, BeginBody<T>{w});
+}
+
+/// One burst; called by the engine once per layer that is due, before step.begin.
+template <class E, class T>
+void emit(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.burst.points, EmitBody<T>{w});
+}
+
+template <class E, class T>
+void check(E& ex, const core::Frame<T>& w) {
+  ex.reduce(w.particles, CheckBody<T>{w}, w.f.check);
+  ex.for_each(1, JudgeBody<T>{w, w.f.check});
+}
+
+template <class E, class T>
+void integrate(E& ex, const core::Frame<T>& w) {
+  ex.accumulate(w.particles, IntegrateBody<T>{w});
+}
+
+/// After a roll-back; not a stage.
+template <class E, class T>
+void reindex(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, IndexBody<T>{w});
+}
+
+}  // namespace step
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The step stages for the CPU executor.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "step/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace step {
+
+MELTSIM_INSTANTIATE(core::CpuExec, begin)
+MELTSIM_INSTANTIATE(core::CpuExec, emit)
+MELTSIM_INSTANTIATE(core::CpuExec, check)
+MELTSIM_INSTANTIATE(core::CpuExec, integrate)
+MELTSIM_INSTANTIATE(core::CpuExec, reindex)
+
+}  // namespace step
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// The thermal stages for the CPU executor.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "thermal/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace thermal {
+
+MELTSIM_INSTANTIATE(core::CpuExec, exchange)
+MELTSIM_INSTANTIATE(core::CpuExec, paper)
+
+}  // namespace thermal
+}  // namespace v0
+}  // namespace meltsim

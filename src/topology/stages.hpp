@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "topology/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace topology {
+
+template <class E, class T>
+void melt(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, MeltBody<T>{w});
+  static_assert(sizeof(Count) == sizeof(std::uint32_t));
+  ex.reduce(w.vertices, DiedBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->died));
+  ex.for_each(1, TallyBody<T>{w});
+}
+
+template <class E, class T>
+void neighbours(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, NeighboursBody<T>{w});
+}
+
+/// The fill keeps three masks per thread; three sizes keep small regions out of local memory.
+template <class E, class T>
+void fill_regions(E& ex, const core::Frame<T>& w, bool all) {
+  if (w.region_words <= 4u) ex.for_each(w.vertices, RegionsBody<T, 4>{w, all});
+  else if (w.region_words <= 23u) ex.for_each(w.vertices, RegionsBody<T, 23>{w, all});
+  else ex.for_each(w.vertices, RegionsBody<T, 154>{w, all});
+}
+
+template <class E, class T>
+void regions(E& ex, const core::Frame<T>& w) {
+  fill_regions(ex, w, false);
+}
+
+/// A round at least halves the trees of labels: 16 rounds join any piece of 65,000 trees. A search that needs
+/// more changes nothing and starts again at the next interval.
+inline constexpr int label_rounds = 16;
+
+template <class E, class T>
+void pieces(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, LabelsBody<T>{w});
+  for (int round = 0; round < label_rounds; ++round) {
+    ex.for_each(w.vertices, CopyLabelBody<T>{w});
+    ex.accumulate(w.vertices, HookBody<T>{w});
+    ex.for_each(w.vertices, JumpBody<T>{w});
+  }
+  ex.reduce(w.vertices, UnsettledBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->labels_unsettled));
+  ex.for_each(w.vertices, AdoptBody<T>{w});
+  ex.for_each(1, SettledBody<T>{w});
+}
+
+/// arrayN, arrayR and labels of a lattice as uploaded (not a stage: called when the scene changes).
+template <class E, class T>
+void build(E& ex, const core::Frame<T>& w) {
+  if (w.f.neighbour_mask) ex.for_each(w.vertices, BuildNeighboursBody<T>{w});
+  if (w.f.neighbour_mask && w.f.region_mask) fill_regions(ex, w, true);
+}
+
+}  // namespace topology
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The topology stages for the CPU executor.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "topology/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace topology {
+
+MELTSIM_INSTANTIATE(core::CpuExec, melt)
+MELTSIM_INSTANTIATE(core::CpuExec, neighbours)
+MELTSIM_INSTANTIATE(core::CpuExec, regions)
+MELTSIM_INSTANTIATE(core::CpuExec, pieces)
+MELTSIM_INSTANTIATE(core::CpuExec, build)
+
+}  // namespace topology
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The rules of the source tree that a compiler does not check. Standard library only.
+
+  rules.py includes DIR          who may include whom
+  rules.py macros DIR            no #if about CUDA outside physics/hd.hpp
+  rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
+  rules.py symbols LIBRARY       the shared library exports names of meltsim only
+  rules.py headers DIR -- COMMAND...   every public header compiles alone
+  rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
+  rules.py selftest              each rule finds what it is there to find
+
+Every finding names file, line and rule. Exit code 1 when there is one.
+"""
+import concurrent.futures
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface"}  # they meet only in the channels of fields.def
+SHARED = {"core", "spatial"}                                # every module may use these
+SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
+
+# Public headers may be included by a host that has none of these.
+FORBIDDEN_IN_PUBLIC = re.compile(r"^(cuda|cub/|thrust/|cooperative_groups|Eigen/|iostream$|ostream$|istream$|omp\.h$|yaml-cpp|fmt/)")
+INTEROP = "include/meltsim/cuda_interop.hpp"  # the one opt-in header that names CUDA
+HOST_DEVICE = "include/meltsim/physics/hd.hpp"
+
+
+def strip_comments(text):
+    """Comments become blanks of the same number of lines; string literals stay."""
+    pattern = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|//[^\n]*|/\*.*?\*/', re.S)
+    return pattern.sub(lambda m: m[0] if m[0][0] in "\"'" else "\n" * m[0].count("\n") or " ", text)
+
+
+def sources(root, *directories):
+    for directory in directories:
+        for path in sorted((root / directory).rglob("*")):
+            if path.suffix in SOURCE_SUFFIXES and path.is_file():
+                yield path
+
+
+def includes_of(path):
+    for number, line in enumerate(strip_comments(path.read_text()).splitlines(), 1):
+        match = re.match(r'\s*#\s*include\s*([<"])([^">]+)[>"]', line)
+        if match:
+            yield number, match[2]
+
+
+def module_of(path, root):
+    """src/sph/x.hpp -> sph, cuda/sph/x.cu -> sph; None elsewhere."""
+    parts = path.relative_to(root).parts
+    return parts[1] if parts[0] in ("src", "cuda") and len(parts) > 2 else None
+
+
+def check_includes(root):
+    for path in sources(root, "src", "cuda"):
+        module = module_of(path, root)
+        if module is None:
+            continue
+        for number, target in includes_of(path):
+            parts = [p for p in target.split("/") if p not in (".", "..", "src", "cuda")]
+            other = parts[0] if len(parts) > 1 else module
+            if module in MODULES and other in MODULES and other != module:
+                yield f"{path.relative_to(root)}:{number}: module {module} includes {target} of module {other}"
+            if module == "spatial" and other in MODULES:
+                yield f"{path.relative_to(root)}:{number}: spatial includes {target} of module {other}"
+            if path.relative_to(root).parts[0] == "src" and re.match(r"(cuda|cub/|thrust/)", target):
+                yield f"{path.relative_to(root)}:{number}: {target} belongs under cuda/"
+            if target.startswith("Eigen/"):
+                yield f"{path.relative_to(root)}:{number}: {target}: Eigen is for tests"
+    for path in sources(root, "include"):
+        name = path.relative_to(root).as_posix()
+        for number, target in includes_of(path):
+            if FORBIDDEN_IN_PUBLIC.match(target) and name != INTEROP:
+                yield f"{name}:{number}: public header includes {target}"
+            if not target.startswith("meltsim/") and "/" in target:
+                if not (name == INTEROP or FORBIDDEN_IN_PUBLIC.match(target)):
+                    yield f"{name}:{number}: public header includes {target}, which is not public"
+
+
+def check_macros(root):
+    for path in sources(root, "include", "src", "cuda"):
+        name = path.relative_to(root).as_posix()
+        if name == HOST_DEVICE:
+            continue
+        for number, line in enumerate(strip_comments(path.read_text()).splitlines(), 1):
+            if re.match(r"\s*#\s*(el)?if.*(CUDA|NVCC)", line):
+                yield f"{name}:{number}: {line.strip()}: backends are chosen by CMake and at run time"
+
+
+# What an instantiation file may consist of, statement by statement.
+ALLOWED_STATEMENTS = (
+    re.compile(r"^(inline )?namespace( [\w:]+)? ?\{$"),
+    re.compile(r"^\}$"),
+    re.compile(r"^(extern )?template (?!<)[^{}]*;$"),       # explicit instantiation, not a template
+    re.compile(r"^using [\w:, <>=]+;$"),
+    re.compile(r"^[A-Z][A-Z0-9_]* ?\([\w:, <>]*\);?$"),     # a macro that lists instantiations
+    re.compile(r"^;$"),
+)
+
+
+def check_instantiations(root):
+    cuda = root / "cuda"
+    for path in sorted(cuda.rglob("*.cu")):
+        if module_of(path, root) in (None, "core"):
+            continue  # cuda/core implements the verbs
+        name = path.relative_to(root).as_posix()
+        text = strip_comments(path.read_text()).replace("\\\n", " ")
+        # Preprocessor: includes, and macros that instantiate.
+        lines = []
+        for number, line in enumerate(text.splitlines(), 1):
+            if line.lstrip().startswith("#"):
+                directive = line.lstrip()[1:].split()[0]
+                if directive not in ("include", "pragma", "define", "undef"):
+                    yield f"{name}:{number}: #{directive} in an instantiation file"
+                if directive == "define":
+                    body = re.sub(r"^\s*#\s*define\s+\w+(\([^)]*\))?", "", line)
+                    lines.append((number, body))
+            else:
+                lines.append((number, line))
+        statement, start = "", None
+        for number, line in lines:
+            for token in re.split(r"(?<=[;{}])", line):
+                if token.strip() and start is None:
+                    start = number
+                statement = f"{statement} {token.strip()}".strip()
+                if not statement:
+                    continue
+                macro = ALLOWED_STATEMENTS[4].match(statement)
+                if statement[-1] in ";{}" or macro:
+                    text_of = re.sub(r"\s+", " ", statement)
+                    if not any(p.match(text_of) for p in ALLOWED_STATEMENTS):
+                        yield (f"{name}:{start}: \"{text_of[:80]}\": only includes, namespaces and explicit "
+                               "instantiations; formulas go to include/meltsim/physics, bodies to src/<module>")
+                    statement, start = "", None
+        if statement:
+            yield f"{name}:{start}: \"{statement[:80]}\" is not an explicit instantiation"
+
+
+def check_symbols(library):
+    listing = subprocess.run(["nm", "-D", "--defined-only", "-C", str(library)], check=True,
+                             capture_output=True, text=True).stdout
+    count = 0
+    for line in listing.splitlines():
+        # "address type name"; version nodes ("name@@VERS") do not occur: the script has no version name
+        parts = line.split(maxsplit=2)
+        if len(parts) < 3 or parts[1] == "A":
+            continue
+        name = parts[2]
+        count += 1
+        if not re.match(r"((vtable|typeinfo|typeinfo name|VTT) for )?meltsim::", name):
+            yield f"exports {name}"
+        elif re.search(r"meltsim_cub|\b(cub|thrust)::|cuda[A-Z]", name):
+            yield f"exports {name}: CUDA plumbing"
+    if count == 0:
+        yield "exports nothing: the version script matches no name"
+    for forbidden in ("libcudart", "libcuda.so"):
+        dynamic = subprocess.run(["readelf", "-d", str(library)], check=True, capture_output=True, text=True).stdout
+        if forbidden in dynamic:
+            yield f"needs {forbidden} at run time"
+
+
+def check_headers(root, command):
+    """command is a compiler with flags; a file with one #include is appended."""
+    headers = [p for p in sources(root, "include") if p.suffix == ".hpp"]
+    cuda = "nvcc" in Path(command[0]).name
+    if not cuda:
+        headers = [h for h in headers if h.relative_to(root).as_posix() != INTEROP]
+
+    def compile_alone(header):
+        include = header.relative_to(root / "include").as_posix()
+        with tempfile.TemporaryDirectory() as directory:
+            unit = Path(directory) / ("alone.cu" if cuda else "alone.cpp")
+            # Twice: an include guard that is missing shows up too.
+            unit.write_text(f'#include "{include}"\n#include "{include}"\n')
+            done = subprocess.run([*command, "-I", str(root / "include"), str(unit)], cwd=directory,
+                                  capture_output=True, text=True)
+            return include, done
+
+    with concurrent.futures.ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
+        for include, done in pool.map(compile_alone, headers):
+            if done.returncode:
+                yield f"{include} does not compile alone:\n{done.stdout}{done.stderr}"
+    print(f"{len(headers)} headers, {' '.join(command)}")
+
+
+def check_snippets(root, command):
+    count = 0
+    for document in [root / "README.md", *sorted((root / "docs").glob("*.md"))]:
+        for block in re.finditer(r"^```cpp\n(.*?)^```", document.read_text(), re.S | re.M):
+            if not block[1].startswith("#include"):
+                continue  # a fragment
+            count += 1
+            with tempfile.TemporaryDirectory() as directory:
+                unit = Path(directory) / "snippet.cpp"
+                unit.write_text(block[1])
+                done = subprocess.run([*command, "-I", str(root / "include"), str(unit)], capture_output=True, text=True)
+                if done.returncode:
+                    yield f"{document.relative_to(root)}: this does not compile:\n{block[1]}\n{done.stderr}"
+    print(f"{count} snippets")
+    if count == 0:
+        yield "no snippet found: the pattern is broken"
+
+
+def selftest():
+    """A tree with one violation of each kind: a rule that finds nothing is broken."""
+    with tempfile.TemporaryDirectory() as directory:
+        root = Path(directory)
+
+        def write(name, text):
+            path = root / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+
+        def findings(check, name, text):
+            write(name, text)
+            found = list(check(root))
+            (root / name).unlink()
+            return len(found)
+
+        good = ('// F = m a; fine in a comment\n#include "sph/stages.hpp"\nnamespace meltsim {\ninline namespace v0 {\n'
+                'template class Stage<CudaExec, float>;\ntemplate void run<double>(int,\n    int);\n}\n}\n')
+        cases = [
+            (check_includes, "src/sph/a.hpp", '#include "lsm/bodies.hpp"\n', 1),
+            (check_includes, "src/sph/a.hpp", '#include "../lsm/bodies.hpp"\n', 1),
+            (check_includes, "src/sph/a.hpp", '// #include "lsm/bodies.hpp"\n', 0),
+            (check_includes, "src/sph/a.hpp", '#include "core/exec.hpp"\n#include "spatial/grid.hpp"\n', 0),
+            (check_includes, "src/spatial/a.hpp", '#include "sph/bodies.hpp"\n', 1),
+            (check_includes, "cuda/thermal/a.cu", '#include "topology/stages.hpp"\n', 1),
+            (check_includes, "src/core/a.cpp", '#include <cuda_runtime.h>\n', 1),
+            (check_includes, "include/meltsim/a.hpp", '#include <iostream>\n', 1),
+            (check_includes, "include/meltsim/a.hpp", '#include <cub/device/device_scan.cuh>\n', 1),
+            (check_includes, "include/meltsim/a.hpp", '#include <vector>\n#include "meltsim/b.hpp"\n', 0),
+            (check_includes, INTEROP, '#include <cuda_runtime_api.h>\n', 0),
+            (check_macros, "src/core/a.cpp", "#ifdef MELTSIM_HAVE_CUDA\n#endif\n", 1),
+            (check_macros, "include/meltsim/a.hpp", "#if defined(__CUDACC__)\n#endif\n", 1),
+            (check_macros, HOST_DEVICE, "#if defined(__CUDACC__)\n#endif\n", 0),
+            (check_instantiations, "cuda/sph/a.cu", good, 0),
+            (check_instantiations, "cuda/sph/a.cu", good + "__global__ void k(float* a) { a[0] *= 2; }\n", 3),
+            (check_instantiations, "cuda/sph/a.cu", "template <class T> T f(T a) { return a * a; }\n", 3),
+            (check_instantiations, "cuda/sph/a.cu", "constexpr float g = 9.81f;\n", 1),
+            (check_instantiations, "cuda/core/a.cu", "__global__ void k() {}\n", 0),
+        ]
+        broken = 0
+        for check, name, text, expected in cases:
+            found = findings(check, name, text)
+            if (found > 0) != (expected > 0):
+                broken += 1
+                print(f"{check.__name__} found {found} in {name}, expected {expected}:\n{text}")
+        print(f"{len(cases)} cases, {broken} wrong")
+        return 1 if broken else 0
+
+
+def main(arguments):
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(__doc__)
+        return 2
+    rule, rest = arguments[0], arguments[1:]
+    if rule == "selftest":
+        return selftest()
+    if rule in ("headers", "snippets"):
+        check = check_headers if rule == "headers" else check_snippets
+        found = list(check(Path(rest[0]).resolve(), rest[rest.index("--") + 1:]))
+    else:
+        checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
+                  "symbols": check_symbols}
+        found = list(checks[rule](Path(rest[0]).resolve()))
+    for line in found:
+        print(line)
+    print(f"{rule}: {len(found)} finding(s)")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

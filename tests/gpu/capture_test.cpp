@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step enqueues and nothing else: it can be captured into a CUDA graph on the host's stream.
+#include <cuda_runtime_api.h>
+
+#include "gpu/melting_scene.hpp"
+#include "support/require_gpu.hpp"
+
+namespace {
+
+using namespace gpu_test;
+
+class Capture : public ::testing::TestWithParam<cudaStreamCaptureMode> {
+ protected:
+  void SetUp() override {
+    MELTSIM_NEEDS_GPU();
+    ASSERT_EQ(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), cudaSuccess);
+  }
+  void TearDown() override {
+    if (stream_ != nullptr) {
+      EXPECT_EQ(cudaStreamDestroy(stream_), cudaSuccess);
+    }
+  }
+  cudaStream_t stream_ = nullptr;
+};
+
+// Two sub-steps a graph: the state is double-buffered, so only an even number ends where it began. Pieces are
+// searched for in every step, so that every graph holds the same stages.
+TEST_P(Capture, StepsReplayAsTheyRun) {
+  MeltingScene scene;
+  scene.pieces_interval = 1;
+  scene.side = 10;
+  scene.ice = 4;
+  World direct = make_world(scene);
+  scene.stream = stream_;
+  World captured = make_world(scene);
+
+  // Captured before anything ran: no step needs a first one to warm up.
+  cudaGraph_t graph = nullptr;
+  ASSERT_EQ(cudaStreamBeginCapture(stream_, GetParam()), cudaSuccess);
+  step(captured, 2);
+  ASSERT_EQ(cudaStreamEndCapture(stream_, &graph), cudaSuccess)
+      << "something in the step waited or allocated";
+  std::size_t nodes = 0;
+  ASSERT_EQ(cudaGraphGetNodes(graph, nullptr, &nodes), cudaSuccess);
+  RecordProperty("nodes_per_step", static_cast<int>(nodes / 2));
+  EXPECT_GT(nodes, 20u);
+
+  cudaGraphExec_t replay = nullptr;
+  ASSERT_EQ(cudaGraphInstantiate(&replay, graph, 0), cudaSuccess);
+  ASSERT_EQ(cudaGraphLaunch(replay, stream_), cudaSuccess);
+  const std::uint64_t direct_two = hash_after(direct, 2);
+  EXPECT_EQ(hash_after(captured, 0), direct_two);
+  const std::uint64_t direct_four = hash_after(direct, 2);
+  ASSERT_EQ(cudaGraphLaunch(replay, stream_), cudaSuccess);
+  ASSERT_EQ(cudaStreamSynchronize(stream_), cudaSuccess);
+  EXPECT_NE(direct_four, direct_two);
+  // The World believes that what it last read back is current: a step of its own makes it look again.
+  EXPECT_EQ(hash_after(captured, 2), hash_after(direct, 2));
+  EXPECT_EQ(cudaGraphExecDestroy(replay), cudaSuccess);
+  EXPECT_EQ(cudaGraphDestroy(graph), cudaSuccess);
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, Capture,
+                         ::testing::Values(cudaStreamCaptureModeGlobal, cudaStreamCaptureModeThreadLocal));
+
+// The host's stream orders the World's work: what the host enqueued before is waited for, and the legacy
+// default stream is not involved.
+TEST(HostStream, GivesTheSameBitsAsItsOwn) {
+  MELTSIM_NEEDS_GPU();
+  cudaStream_t stream = nullptr;
+  ASSERT_EQ(cudaStreamCreate(&stream), cudaSuccess);
+  {
+    MeltingScene scene;
+    World own = make_world(scene);
+    scene.stream = stream;
+    World host = make_world(scene);
+    EXPECT_EQ(hash_after(own, 5), hash_after(host, 5));
+  }
+  EXPECT_EQ(cudaStreamDestroy(stream), cudaSuccess);
+}
+
+TEST(Device, OrdinalOutOfRangeNamesTheRange) {
+  MELTSIM_NEEDS_GPU();
+  meltsim::WorldDesc desc;
+  desc.backend = Backend::cuda;
+  desc.device = 4711;
+  const auto world = World::create(desc);
+  ASSERT_FALSE(world.ok());
+  EXPECT_EQ(world.error().code, meltsim::ErrorCode::no_device);
+  EXPECT_NE(world.error().message.find("4711"), std::string::npos) << world.error().message;
+}
+
+TEST(Device, TheHostsErrorsAndDeviceStayAsTheyWere) {
+  MELTSIM_NEEDS_GPU();
+  World world = make_world({});
+  int before = -1, after = -2;
+  ASSERT_EQ(cudaGetDevice(&before), cudaSuccess);
+  hash_after(world, 3);
+  ASSERT_EQ(cudaGetDevice(&after), cudaSuccess);
+  EXPECT_EQ(before, after);
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+}
+
+}  // namespace

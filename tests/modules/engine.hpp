@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// The library's own engine over the test executor, and scenes made by hand.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/engine.hpp"
+#include "core/lattice.hpp"
+#include "support/permuting_exec.hpp"
+#include "support/random.hpp"
+
+namespace modules_test {
+
+using namespace meltsim;
+using test_support::Order;
+using test_support::PermutingExec;
+using test_support::Random;
+
+/// EngineImpl<PermutingExec<T>, T>; compiled once, in engine.cpp.
+template <class T>
+std::shared_ptr<core::Engine> make_engine(const PermutingExec<T>& exec);
+
+template <class T>
+struct Rig {
+  PermutingExec<T> exec;
+  std::shared_ptr<core::Engine> engine;
+
+  explicit Rig(Order order = Order::forward) : exec(order), engine(make_engine<T>(exec)) {}
+  const core::Frame<T>& frame() const { return exec.frame(); }
+  void upload(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s,
+              std::uint32_t facts) {
+    core::EngineSetup setup;
+    setup.facts = facts;
+    setup.channels = core::channels_for(facts) | (std::uint64_t{1} << core::field_vertex_of_id) |
+                     (std::uint64_t{1} << core::field_neighbour_mask);
+    if (!c.domain.bounded) setup.channels &= ~(std::uint64_t{1} << core::field_wall_table);
+    setup.particle_capacity = static_cast<std::uint32_t>(s.position.size());
+    const Status status = engine->upload(c, l, s, setup);
+    ASSERT_TRUE(status) << status.error().message;
+  }
+  /// One sub-step of only these modules' stages.
+  void run(std::initializer_list<const char*> stages, double dt = 1) {
+    core::SubstepArguments a;
+    a.dt = dt;
+    a.index = ++steps_;
+    for (const char* wanted : stages) {
+      bool found = false;
+      for (int s = 0; s < core::stage_count; ++s) {
+        const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
+        if (std::string(wanted) != info.name && std::string(wanted) != info.module) continue;
+        a.stages |= std::uint64_t{1} << s;
+        found = true;
+      }
+      ASSERT_TRUE(found) << wanted;
+    }
+    engine->substep(a);
+  }
+
+ private:
+  std::uint64_t steps_ = 0;
+};
+
+/// Constants with one liquid (0), one solid that melts into it at 0 degrees (1), a denser liquid (2).
+inline core::SceneConstants plain_constants(double spacing = 0.2) {
+  core::SceneConstants c;
+  c.spacing = spacing;
+  c.support = 2.5 * spacing;
+  c.sound_speed = 30;
+  c.artificial_viscosity = 0.05;
+  core::MaterialRow<double> water;
+  water.density = 1000;
+  water.tait_stiffness = 1000 * 900.0 / 7;
+  water.viscosity = 0.2;
+  water.heat_capacity = water.liquid_heat_capacity = 4000;
+  core::MaterialRow<double> ice = water;
+  ice.density = 917;
+  ice.melts = 1;
+  ice.latent_heat = 1000;
+  ice.melting_enthalpy = -1000;
+  core::MaterialRow<double> brine = water;
+  brine.density = 2500;
+  brine.tait_stiffness = 2500 * 900.0 / 7;
+  brine.viscosity = 0.7;
+  brine.liquid = 2;
+  c.materials = {water, ice, brine};
+  c.largest_mass = 2500 * spacing * spacing * spacing;
+  return c;
+}
+
+/// Appends a particle at rest with dx^3 of its material.
+inline std::uint32_t add_particle(core::SceneState& s, const core::SceneConstants& c, Vec3d x,
+                                  std::uint32_t tag, Vec3d v = {}) {
+  const double volume = c.spacing * c.spacing * c.spacing;
+  s.position.push_back(x);
+  s.velocity.push_back(v);
+  s.volume.push_back(volume);
+  s.mass.push_back(volume * c.materials[material_of(tag)].density);
+  s.enthalpy.push_back(-1e6);
+  s.tag.push_back(tag);
+  s.vertex_of_id.push_back(core::none);
+  return static_cast<std::uint32_t>(s.position.size() - 1);
+}
+
+/// Appends a body of these lattice points, as World builds it.
+void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConstants& c,
+              const std::vector<Vec3i>& points, int half_width);
+
+inline std::vector<Vec3i> block(int nx, int ny, int nz) {
+  std::vector<Vec3i> p;
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) p.push_back({x, y, z});
+  return p;
+}
+
+/// Vertex at a lattice point of v's body, `none` outside.
+inline std::uint32_t vertex_at(const core::SceneLattice& l, std::uint32_t v, Vec3i offset) {
+  const Vec3i a = l.vertex_coordinates[v];
+  for (std::uint32_t u = 0; u < l.vertex_id.size(); ++u) {
+    const Vec3i b = l.vertex_coordinates[u];
+    if (l.vertex_body[u] == l.vertex_body[v] && b.x == a.x + offset.x && b.y == a.y + offset.y &&
+        b.z == a.z + offset.z)
+      return u;
+  }
+  return core::none;
+}
+
+}  // namespace modules_test

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// Neighbour sets equal those of all pairs. Distances are taken in the World's precision by both; pairs within
+// 1e-5 of H are left out: at the border of a cell a rounded coordinate may fall on either side, and W is
+// below 1e-19 of its peak there.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include "modules/engine.hpp"
+#include "spatial/neighbours.hpp"
+
+namespace {
+
+using namespace modules_test;
+
+constexpr double spacing = 0.2, support = 0.5;
+
+struct Cloud {
+  core::SceneConstants constants = plain_constants(spacing);
+  core::SceneState state;
+  void add(Vec3d x, std::uint32_t tag = 0) { add_particle(state, constants, x, tag); }
+  void bound(Vec3d max, bool px = false, bool py = false, bool pz = false) {
+    DomainDesc& d = constants.domain;
+    d.bounded = true;
+    d.max = max;
+    const bool periodic[3] = {px, py, pz};
+    for (std::size_t a = 0; a < 3; ++a)
+      if (periodic[a]) d.faces[2 * a] = d.faces[2 * a + 1] = Face::periodic;
+  }
+};
+
+template <class T>
+class Neighbours : public testing::Test {
+ protected:
+  /// Largest number of candidates in a row.
+  static std::uint32_t check(const Cloud& cloud) {
+    Rig<T> rig;
+    rig.upload(cloud.constants, {}, cloud.state, core::fact_particles | core::fact_fluid);
+    rig.run({"step.begin", "spatial"});
+    const core::Frame<T>& w = rig.frame();
+    std::uint32_t widest = 0;
+    EXPECT_EQ(w.particles, cloud.state.position.size());
+    for (std::uint32_t i = 0; i < w.particles; ++i) {
+      EXPECT_EQ(w.f.slot_of_id[w.f.id[i]], i);
+      if (is_removed(w.f.tag[i])) {
+        EXPECT_EQ(w.f.group_of[i], core::none);
+        continue;
+      }
+      std::vector<std::uint32_t> found, back;
+      spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& d, T r2) {
+        EXPECT_EQ(xj.x, w.f.position[j].x);
+        EXPECT_EQ(r2, dot(d, d));
+        found.push_back(j);
+      });
+      spatial::for_each_neighbour_reversed(
+          w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { back.push_back(j); });
+      std::reverse(back.begin(), back.end());
+      EXPECT_EQ(back, found) << "reversed order of " << i;
+      for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
+        const core::Range row = w.f.group_ranges[w.f.group_of[i] * w.grid.rows + r];
+        widest = std::max(widest, row.end - row.begin);
+      }
+      const std::set<std::uint32_t> unique(found.begin(), found.end());
+      EXPECT_EQ(unique.size(), found.size()) << "a neighbour of " << i << " comes twice";
+      for (std::uint32_t j = 0; j < w.particles; ++j) {
+        const double r = distance(cloud.constants, w, i, j);
+        if (std::fabs(r / support - 1) < 1e-5) continue;
+        const bool expected = r < support && !is_removed(w.f.tag[j]);
+        if (expected == (unique.count(j) != 0)) continue;
+        ADD_FAILURE() << i << " and " << j << " at distance " << r;
+        return widest;
+      }
+    }
+    return widest;
+  }
+  /// Shortest, over all images, without the library's own wrapping.
+  static double distance(const core::SceneConstants& c, const core::Frame<T>& w, std::uint32_t i,
+                         std::uint32_t j) {
+    const Vec3d d = cast<double>(xyz(w.f.position[i]) - xyz(w.f.position[j]));
+    const Vec3d e = c.domain.max - c.domain.min;
+    const auto shortest = [&](double a, double period, std::size_t face) {
+      if (!c.domain.bounded || c.domain.faces[face] != Face::periodic) return std::fabs(a);
+      return std::min({std::fabs(a), std::fabs(a - period), std::fabs(a + period)});
+    };
+    return length(Vec3d{shortest(d.x, e.x, 0), shortest(d.y, e.y, 2), shortest(d.z, e.z, 4)});
+  }
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Neighbours, Scalars);
+
+TYPED_TEST(Neighbours, RandomCloud) {
+  Random random(71);
+  Cloud c;
+  c.bound({2, 3, 2.5});
+  for (int n = 0; n < 1200; ++n) c.add({random.uniform(0, 2), random.uniform(0, 3), random.uniform(0, 2.5)});
+  this->check(c);
+}
+
+TYPED_TEST(Neighbours, Lattice) {
+  Cloud c;
+  c.bound({2, 2, 2});
+  for (const Vec3i& p : block(10, 10, 10)) c.add(Vec3d{p.x + 0.5, p.y + 0.5, p.z + 0.5} * spacing);
+  this->check(c);
+}
+
+// Rows hold three cells; 64 candidates have a bit, the others are tested by distance.
+TYPED_TEST(Neighbours, CrowdedCellsExceedTheBits) {
+  Random random(72);
+  Cloud c;
+  c.bound({3, 3, 3});
+  for (int n = 0; n < 300; ++n) c.add(Vec3d{1.25, 1.25, 1.25} + random.vector(0.24));  // one cell
+  for (int n = 0; n < 150; ++n) c.add(Vec3d{1.75, 1.25, 1.25} + random.vector(0.24));  // the next
+  for (int n = 0; n < 300; ++n) c.add(Vec3d{1.5, 1.5, 1.5} + random.vector(1.4));
+  EXPECT_GT(this->check(c), 64u + 300u);
+}
+
+TYPED_TEST(Neighbours, SparseUnbounded) {
+  Random random(73);
+  Cloud c;
+  for (int n = 0; n < 100; ++n) {
+    const Vec3d x = random.vector(200);
+    c.add(x);
+    c.add(x + random.vector(0.4));
+  }
+  this->check(c);
+}
+
+TYPED_TEST(Neighbours, UnboundedAroundTheOrigin) {
+  Random random(74);
+  Cloud c;
+  for (int n = 0; n < 800; ++n) c.add(random.vector(1.2));
+  this->check(c);
+}
+
+// Three cells an axis, the fewest there can be, up to seven; along one axis and all.
+TYPED_TEST(Neighbours, Periodic) {
+  Random random(75);
+  for (int which = 1; which < 8; ++which) {
+    Cloud c;
+    const Vec3d max{which % 2 ? 1.5 : 3.4, 2.1, which > 3 ? 1.6 : 2.7};
+    c.bound(max, which & 1, which & 2, which & 4);
+    for (int n = 0; n < 500; ++n)
+      c.add({random.uniform(0, max.x), random.uniform(0, max.y), random.uniform(0, max.z)});
+    c.add({0, 0, 0});
+    this->check(c);
+  }
+}
+
+// Outside a bounded domain: counted to the border cells, still found.
+TYPED_TEST(Neighbours, OutsideTheDomain) {
+  Random random(76);
+  Cloud c;
+  c.bound({2, 2, 2});
+  for (int n = 0; n < 400; ++n) c.add(Vec3d{1, 1, 1} + random.vector(1.3));
+  this->check(c);
+}
+
+TYPED_TEST(Neighbours, RemovedParticlesAreNobodysNeighbours) {
+  Random random(77);
+  for (const bool bounded : {true, false}) {
+    Cloud c;
+    if (bounded) c.bound({2, 2, 2});
+    for (std::uint32_t n = 0; n < 400; ++n)
+      c.add(Vec3d{1, 1, 1} + random.vector(0.9), n % 3 ? 0 : tag_removed);
+    this->check(c);
+    Cloud gone;
+    for (int n = 0; n < 5; ++n) gone.add({1, 1, 1}, tag_removed);
+    this->check(gone);
+  }
+}
+
+TYPED_TEST(Neighbours, FewParticles) {
+  Cloud none, one, two, coincident;
+  one.add({0.3, 0.2, 0.1});
+  two.add({-0.1, 0, 0});
+  two.add({0.2, 0.1, 0});
+  for (int n = 0; n < 40; ++n) coincident.add({0.5, 0.5, 0.5});
+  for (Cloud* c : {&none, &one, &two, &coincident}) this->check(*c);
+}
+
+// Ids ascend within a cell whatever order the state came in: sums then have one order only.
+TYPED_TEST(Neighbours, SlotsAreInOrderOfCellThenId) {
+  Random random(78);
+  Cloud c;
+  c.bound({2, 2, 2});
+  for (int n = 0; n < 500; ++n) c.add(Vec3d{1, 1, 1} + random.vector(1));
+  Rig<TypeParam> rig;
+  rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_fluid);
+  for (int n = 0; n < 3; ++n) rig.run({"step.begin", "spatial"});
+  const auto& w = rig.frame();
+  for (std::uint32_t i = 1; i < w.particles; ++i) {
+    ASSERT_LE(w.f.sort_key_alt[i - 1], w.f.sort_key_alt[i]);
+    ASSERT_TRUE(w.f.sort_key_alt[i - 1] != w.f.sort_key_alt[i] || w.f.id[i - 1] < w.f.id[i]);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "meltsim/physics/contact.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/random.hpp"
+
+namespace {
+
+using namespace meltsim;
+using namespace meltsim::physics;
+using test_support::Random;
+
+constexpr double dt = 1e-3, mass = 8, friction = 0.3;
+
+Vec3<double> unit(Vec3<double> v) { return v * (1 / length(v)); }
+
+// Coulomb's bound with 1e-12 of rounding; never pulls, never feeds the sliding.
+TEST(Contact, RepelsAndSlidesWithinCoulombsBound) {
+  Random random(61);
+  int slipping = 0, sticking = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Vec3<double> normal = unit(random.vector() + Vec3<double>{0, 0, 1e-3});
+    const Vec3<double> v = random.vector(std::pow(10.0, random.uniform(-4, 2)));
+    const double overlap = std::pow(10.0, random.uniform(-6, -1));
+    const Vec3<double> f = contact_force(overlap, normal, v, mass, friction, dt);
+    const double fn = dot(f, normal);
+    const Vec3<double> ft = f - normal * fn, vt = v - normal * dot(v, normal);
+    ASSERT_GE(fn, -1e-9);
+    ASSERT_LE(length(ft), friction * fn * (1 + 1e-12) + 1e-9);
+    ASSERT_LE(dot(ft, vt), 1e-9);
+    (length(ft) > 0.999 * friction * fn ? slipping : sticking) += 1;
+  }
+  EXPECT_GT(slipping, 1000);
+  EXPECT_GT(sticking, 100);
+}
+
+// At the edge of contact only an approach meets resistance; something that leaves is not held.
+TEST(Contact, NothingWithoutOverlapOrApproach) {
+  const Vec3<double> up{0, 0, 1};
+  EXPECT_EQ(length(contact_force(0.0, up, Vec3<double>{}, mass, friction, dt)), 0.0);
+  EXPECT_EQ(length(contact_force(0.0, up, Vec3<double>{3, 0, 1}, mass, friction, dt)), 0.0);
+  EXPECT_EQ(length(contact_force(1e-4, up, Vec3<double>{3, 0, 10}, mass, friction, dt)), 0.0);
+  EXPECT_GT(dot(contact_force(0.0, up, Vec3<double>{0, 0, -1}, mass, friction, dt), up), 0.0);
+}
+
+// k = 0.15 m/dt^2 and c = 2 * 0.5 sqrt(0.15) m/dt; sqrt(kappa) is given with ten digits.
+TEST(Contact, SpringAndDashpot) {
+  const Vec3<double> up{0, 0, 1};
+  const double k = 0.15 * mass / (dt * dt), c = std::sqrt(0.15) * mass / dt;
+  EXPECT_NEAR(contact_force(0.01, up, Vec3<double>{}, mass, friction, dt).z / (k * 0.01), 1.0, 1e-12);
+  EXPECT_NEAR(contact_force(0.01, up, Vec3<double>{0, 0, -2}, mass, friction, dt).z / (k * 0.01 + 2 * c), 1.0,
+              1e-9);
+}
+
+// Slow sliding is braked by tau m/dt, not by the full Coulomb force: 0.1 of the speed per step, no reversal.
+TEST(Contact, SlowSlidingIsDamped) {
+  const Vec3<double> f =
+      contact_force(0.01, Vec3<double>{0, 0, 1}, Vec3<double>{1e-6, 0, 0}, mass, friction, dt);
+  EXPECT_NEAR(f.x * dt / mass, -1e-7, 1e-18);
+}
+
+// A particle that falls on the face of a fixed lattice touches up to four or five of its points at once: the
+// case the stiffness was chosen for. Leap-frog; it must not gain energy (5 %: overlap and fall between the
+// points) and must end at rest, a few steps of gravity at most.
+TEST(Contact, ManyContactsAreStable) {
+  Random random(62);
+  for (int trial = 0; trial < 50; ++trial) {
+    Vec3<double> x{random.uniform(-0.1, 0.1), random.uniform(-0.1, 0.1), 0.2}, v{0, 0, -1};
+    for (int n = 0; n < 4000; ++n) {
+      x += v * (0.5 * dt);
+      Vec3<double> force{0, 0, -9.81 * mass};
+      for (int a = -4; a <= 4; ++a)
+        for (int b = -4; b <= 4; ++b) {
+          const Vec3<double> d = x - Vec3<double>{0.2 * a, 0.2 * b, 0};
+          const double r = length(d);
+          if (r < 0.2) force += contact_force(0.2 - r, d * (1 / r), v, mass, friction, dt);
+        }
+      v += force * (dt / mass);
+      x += v * (0.5 * dt);
+      const double energy = 0.5 * dot(v, v) + 9.81 * (x.z - 0.2);
+      ASSERT_LT(energy, 0.5 * 1.05 + 0.01) << trial << ", step " << n;
+    }
+    EXPECT_LT(length(v), 0.05) << trial;
+    EXPECT_GT(x.z, 0.1) << trial;  // not pressed through
+  }
+}
+
+/// Mask of a vertex whose neighbours with `keep` are there.
+template <class Keep>
+std::uint32_t mask_of(const Keep& keep) {
+  std::uint32_t mask = 0;
+  for (int bit = 0; bit < 27; ++bit)
+    if (keep(bit % 3 - 1, bit / 3 % 3 - 1, bit / 9 - 1)) mask |= 1u << bit;
+  return mask;
+}
+
+Mat3<double> quarter_turn() {  // about z: x to y
+  Mat3<double> r;
+  r.m[0][1] = -1;
+  r.m[1][0] = r.m[2][2] = 1;
+  return r;
+}
+
+TEST(SurfaceNormal, PointsOutOfFaceEdgeAndCorner) {
+  const auto normal = [](std::uint32_t m) { return surface_normal(m, identity3<double>()); };
+  const Vec4<double> face = normal(mask_of([](int x, int, int) { return x <= 0; }));
+  EXPECT_LE(length(xyz(face) - Vec3<double>{1, 0, 0}), 1e-15);
+  EXPECT_EQ(face.w, 18.0);
+  const Vec4<double> edge = normal(mask_of([](int x, int y, int) { return x <= 0 && y >= 0; }));
+  EXPECT_LE(length(xyz(edge) - unit({1, -1, 0})), 1e-15);
+  const Vec4<double> corner = normal(mask_of([](int x, int y, int z) { return x <= 0 && y <= 0 && z <= 0; }));
+  EXPECT_LE(length(xyz(corner) - unit({1, 1, 1})), 1e-15);
+  EXPECT_EQ(corner.w, 8.0);
+  const auto turned = surface_normal(mask_of([](int x, int, int) { return x <= 0; }), quarter_turn());
+  EXPECT_LE(length(xyz(turned) - Vec3<double>{0, 1, 0}), 1e-15);
+}
+
+// Inside, a sheet, a single vertex: no direction is outside more than its opposite.
+TEST(SurfaceNormal, ZeroWhereBothSidesAreAlike) {
+  for (const std::uint32_t m : {mask_of([](int, int, int) { return true; }),
+                                mask_of([](int, int y, int) { return y == 0; }), 1u << 13})
+    EXPECT_EQ(length(xyz(surface_normal(m, identity3<double>()))), 0.0);
+}
+
+TEST(ContactGeometry, AntisymmetricToTheBit) {
+  Random random(63);
+  for (int n = 0; n < 20000; ++n) {
+    const auto direction = [&] {
+      const auto live = static_cast<float>(8 + random.below(4));  // often equal
+      if (random.below(4) == 0) return with_w(Vec3<float>{}, live);
+      return with_w(cast<float>(unit(random.vector() + Vec3<double>{0, 0, 1e-3})), live);
+    };
+    const Vec4<float> a = direction(), b = direction();
+    const auto x = cast<float>(random.vector(0.2)) + Vec3<float>{0, 0, 1e-4f};
+    const auto i = contact_geometry(a, b, x, dot(x, x), 0.2f),
+               j = contact_geometry(b, a, -x, dot(x, x), 0.2f);
+    ASSERT_TRUE(i.normal.x == -j.normal.x && i.normal.y == -j.normal.y && i.normal.z == -j.normal.z);
+    ASSERT_EQ(i.overlap, j.overlap);
+    ASSERT_EQ(i.weight, j.weight);
+    ASSERT_NEAR(length(i.normal), 1.0, 1e-6);
+  }
+}
+
+// Two flat faces 0.9 dx apart, shifted sideways at random: every pair has the faces' normal and the overlap
+// of the faces, and the shares of a particle sum to 1 (at the worst shift, half a cell both ways, 1.17).
+TEST(ContactGeometry, FacesTouchAsPlanes) {
+  Random random(64);
+  const double dx = 0.2;
+  const Vec4<double> up{0, 0, 1, 18}, down{0, 0, -1, 18};
+  for (int n = 0; n < 1000; ++n) {
+    const double sx = random.uniform(), sy = random.uniform();
+    double weight = 0;
+    for (int a = -3; a <= 3; ++a)
+      for (int b = -3; b <= 3; ++b) {
+        const Vec3<double> x{(a + sx) * dx, (b + sy) * dx, 0.9 * dx};
+        const auto g = contact_geometry(down, up, x, dot(x, x), dx);
+        ASSERT_LE(length(g.normal - Vec3<double>{0, 0, 1}), 1e-14);
+        ASSERT_NEAR(g.overlap, 0.1 * dx, 1e-14);
+        weight += maximum(g.weight, 0.0);
+      }
+    ASSERT_GT(weight, 0.9);
+    ASSERT_LT(weight, 1.18);
+  }
+  const auto aligned = contact_geometry(down, up, Vec3<double>{0, 0, dx}, dx * dx, dx);
+  EXPECT_NEAR(aligned.overlap, 0.0, 1e-16);
+  EXPECT_NEAR(aligned.weight, 1.0, 1e-7);  // a root of rounding
+}
+
+// The flatter one, with more neighbours, has the say; without normals it is the line of centres.
+TEST(ContactGeometry, TheFlatterDecides) {
+  const Vec4<double> face{0, 0, 1, 18}, corner{-0.6, 0, -0.8, 8}, none{0, 0, 0, 1};
+  const Vec3<double> x{0.05, 0, 0.15};
+  const double r2 = dot(x, x);
+  EXPECT_LE(length(contact_geometry(corner, face, x, r2, 0.2).normal - xyz(face)), 1e-15);
+  EXPECT_LE(length(contact_geometry(none, face, x, r2, 0.2).normal - xyz(face)), 1e-15);
+  EXPECT_LE(length(contact_geometry(corner, none, x, r2, 0.2).normal + xyz(corner)), 1e-15);
+  EXPECT_LE(length(contact_geometry(none, none, x, r2, 0.2).normal - unit(x)), 1e-15);
+  EXPECT_EQ(contact_geometry(none, face, Vec3<double>{0, 0, -0.15}, 0.0225, 0.2).overlap, 0.0);  // far side
+}
+
+TEST(Contact, ReducedMassNeverExceedsTheLighter) {
+  EXPECT_DOUBLE_EQ(reduced_mass(2.0, 2.0), 1.0);
+  EXPECT_DOUBLE_EQ(reduced_mass(1.0, 3.0), 0.75);
+  EXPECT_LT(reduced_mass(200.0f, 10000.0f), 200.0f);
+  EXPECT_EQ(reduced_mass(200.0f, 10000.0f), reduced_mass(10000.0f, 200.0f));
+}
+
+}  // namespace

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// The enthalpy curve, conductances, the paper's pair update and the phase change's arithmetic.
+#include "meltsim/physics/heat.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "meltsim/physics/phase_change.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+using namespace meltsim;
+using namespace meltsim::physics;
+using test_support::Random;
+
+constexpr double latent = 333.7e3, water_capacity = 4217, ice_capacity = 2050;
+
+MaterialRow<double> water() {
+  MaterialRow<double> m;
+  m.heat_capacity = m.liquid_heat_capacity = water_capacity;
+  m.conductivity = m.liquid_conductivity = 0.561;
+  return m;
+}
+
+/// A solid that melts into water; its zero of enthalpy is the one World gives it.
+MaterialRow<double> ice(double melting_point, double latent_heat) {
+  MaterialRow<double> m = water();
+  m.heat_capacity = ice_capacity;
+  m.conductivity = 2.22;
+  m.melting_point = melting_point;
+  m.latent_heat = latent_heat;
+  m.melting_enthalpy = water_capacity * melting_point - latent_heat;
+  m.melts = 1;
+  return m;
+}
+
+// -273 to 2000 degrees; one division and one multiplication each way: 1e-12 of the value.
+TEST(EnthalpyCurve, InverseBothWays) {
+  for (const MaterialRow<double>& m : {water(), ice(0, latent), ice(327.5, 23e3), ice(0, 0)}) {
+    for (double t = -273; t < 2000; t += 7.3)
+      EXPECT_NEAR(temperature_of(m, enthalpy_of(m, t)), t, 1e-9 * (1 + std::fabs(t)));
+    for (double h = -8e5; h < 8e6; h += 33333) {
+      if (m.melts != 0u && liquid_fraction(m, h) > 0 && liquid_fraction(m, h) < 1) continue;  // the plateau
+      EXPECT_NEAR(enthalpy_of(m, temperature_of(m, h)), h, 1e-9 * (1e4 + std::fabs(h)));
+    }
+  }
+}
+
+TEST(EnthalpyCurve, SlopesAreTheHeatCapacities) {
+  const auto m = ice(10, latent);
+  EXPECT_NEAR(enthalpy_of(m, 5.0) - enthalpy_of(m, 4.0), ice_capacity, 1e-6);
+  EXPECT_NEAR(enthalpy_of(m, 15.0) - enthalpy_of(m, 14.0), water_capacity, 1e-6);
+  EXPECT_NEAR(enthalpy_of(m, 10.0) - enthalpy_of(m, 9.0), ice_capacity, 1e-6);  // still solid at the point
+  EXPECT_NEAR(temperature_of(m, enthalpy_of(m, 10.0) + latent + water_capacity), 11.0, 1e-9);
+}
+
+TEST(EnthalpyCurve, PlateauHoldsTheMeltingPoint) {
+  const auto m = ice(10, latent);
+  for (double share = 0; share <= 1; share += 0.125) {
+    const double h = m.melting_enthalpy + share * latent;
+    EXPECT_EQ(temperature_of(m, h), 10.0);
+    EXPECT_NEAR(liquid_fraction(m, h), share, 1e-12);
+  }
+  EXPECT_EQ(liquid_fraction(m, m.melting_enthalpy - 1), 0.0);
+  EXPECT_EQ(liquid_fraction(m, m.melting_enthalpy + 2 * latent), 1.0);
+  EXPECT_EQ(liquid_fraction(water(), -1e6), 1.0);
+}
+
+// The paper's criterion: T >= T_melt, on the exact number.
+TEST(EnthalpyCurve, WithoutLatentHeatItMeltsAtTheMeltingPoint) {
+  const auto m = ice(-5, 0);
+  EXPECT_EQ(liquid_fraction(m, enthalpy_of(m, -5.0)), 1.0);
+  EXPECT_EQ(liquid_fraction(m, enthalpy_of(m, -5.0001)), 0.0);
+  EXPECT_EQ(temperature_of(m, enthalpy_of(m, -5.0)), -5.0);
+}
+
+// So that the switch of phase changes no number but the tag.
+TEST(EnthalpyCurve, MeltedSolidLiesOnItsLiquidsCurve) {
+  for (const double point : {-20.0, 0.0, 327.5}) {
+    const auto m = ice(point, latent);
+    for (double t = point + 0.01; t < point + 500; t += 10)
+      EXPECT_NEAR(enthalpy_of(m, t), enthalpy_of(water(), t), 1e-9 * (latent + std::fabs(enthalpy_of(m, t))));
+    EXPECT_NEAR(temperature_of(water(), m.melting_enthalpy + latent), point, 1e-9);
+  }
+}
+
+TEST(Melting, NeedsSurfaceAndAllOfTheLatentHeat) {
+  const auto m = ice(0, latent);
+  const double full = m.melting_enthalpy + latent;
+  EXPECT_TRUE(melts(m, true, full));
+  EXPECT_TRUE(melts(m, true, full + 1e5));
+  EXPECT_FALSE(melts(m, false, full + 1e5));  // an internal particle never does
+  EXPECT_FALSE(melts(m, true, full - 1));
+  EXPECT_FALSE(melts(water(), true, 1e9));
+}
+
+TEST(Melting, VolumeGoesOverAndArrives) {
+  EXPECT_DOUBLE_EQ(relaxed_volume(2.0, 1.0, 0.25), 1.75);
+  EXPECT_EQ(relaxed_volume(2.0, 1.0, 7.0), 1.0);  // a long step does not overshoot
+  float v = 10.0f;
+  for (int n = 0; n < 2000; ++n) {
+    const float next = relaxed_volume(v, 1.0f, 0.01f);
+    ASSERT_LE(next, v);
+    v = next;
+  }
+  EXPECT_EQ(v, 1.0f);  // exactly: the density of a melted particle must not stay off for ever
+}
+
+TEST(Conductance, HarmonicAndInsulating) {
+  EXPECT_DOUBLE_EQ(pair_conductivity(1.0, 3.0), 1.5);
+  EXPECT_EQ(pair_conductivity(0.0, 3.0), 0.0);
+  EXPECT_EQ(pair_conductivity(0.0, 0.0), 0.0);
+  EXPECT_NEAR(pair_conductivity(1e-6, 1.0), 2e-6, 1e-11);  // the poorer one limits
+  EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, 5.0, 1.0, 3.0), 45.0);
+  const auto m = ice(0, latent);
+  EXPECT_DOUBLE_EQ(conductivity_at(m, 0.0), 2.22);
+  EXPECT_DOUBLE_EQ(conductivity_at(m, 1.0), 0.561);
+  EXPECT_DOUBLE_EQ(conductivity_at(m, 0.5), 0.5 * (2.22 + 0.561));
+}
+
+// Energy is conserved because both ends compute the same number.
+TEST(Conductance, SymmetricToTheBit) {
+  Random random(31);
+  for (int n = 0; n < 100000; ++n) {
+    const auto vi = static_cast<float>(random.uniform(1e-3, 1e-2)),
+               vj = static_cast<float>(random.uniform(1e-3, 1e-2));
+    const auto ki = static_cast<float>(random.uniform(0, 3)), kj = static_cast<float>(random.uniform(0, 3));
+    const auto l = static_cast<float>(random.uniform(0, 1e4));
+    ASSERT_EQ(pair_conductance(vi, vj, l, ki, kj), pair_conductance(vj, vi, l, kj, ki));
+  }
+}
+
+// dT_i/dt = k V_j (T_j - T_i), k = (K_i + K_j)/2 L: the 2x2 system of one implicit step, by Eigen.
+TEST(PaperPairUpdate, IsBackwardEulerOfTheIsolatedPair) {
+  Random random(32);
+  for (int n = 0; n < 1000; ++n) {
+    const double ki = random.uniform(0, 70), kj = random.uniform(0, 70), l = random.uniform(0, 2e3);
+    const double dt = std::pow(10.0, random.uniform(-6, 2));
+    const double vi = random.uniform(1e-3, 1e-2), vj = random.uniform(1e-3, 1e-2);
+    const double ti = random.uniform(-20, 100), tj = random.uniform(-20, 100);
+    const double k = 0.5 * (ki + kj) * l * dt;
+    Eigen::Matrix2d a;
+    a << 1 + k * vj, -k * vj, -k * vi, 1 + k * vi;
+    const Eigen::Vector2d exact = a.fullPivLu().solve(Eigen::Vector2d(ti, tj));
+    const double ui = paper_pair_update(ki, kj, l, dt, vi, vj, ti, tj);
+    const double uj = paper_pair_update(kj, ki, l, dt, vj, vi, tj, ti);
+    // 1e-12 of the range of temperatures, times the condition of the system, at worst k V.
+    const double tolerance = 1e-12 * 120 * (1 + 1e-3 * k * (vi + vj));
+    ASSERT_NEAR(ti + ui, exact[0], tolerance);
+    ASSERT_NEAR(tj + uj, exact[1], tolerance);
+    ASSERT_NEAR(vi * ui + vj * uj, 0.0, 1e-14);        // sum V T, up to 1 in value
+    ASSERT_TRUE((ti + ui - tj) * (ti - tj) >= -1e-9);  // never past the partner
+  }
+}
+
+}  // namespace

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading scenes: values, defaults, --set, and that the resolved scene is a scene again.
+#include <gtest/gtest.h>
+
+#include "builtin.hpp"
+#include "failure.hpp"
+#include "load_scene.hpp"
+#include "resolution.hpp"
+#include "scene_json.hpp"
+#include "template_scene.hpp"
+
+namespace runner {
+namespace {
+
+const std::string small = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [2, 2, 2], walls: {x: periodic, +y: open}}
+particles: {spacing: 0.1, support: auto}
+heat: {model: paper, time_scale: 5}
+materials:
+  ice: {density: 917, melting_point: 0, latent_heat: 3.34e5, becomes: water}
+  water: {K: 1e-4}
+fluids: [{shape: {box: [[0,0,0],[2,1,2]]}, material: water, temperature: 40}]
+bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, density: 500}]
+)";
+
+Scene parse(const std::string& text, const std::vector<std::string>& set = {}) {
+  return parse_scene(text, "small.yaml", "", set);
+}
+
+std::string error_of(const std::string& text, const std::vector<std::string>& set = {}) {
+  try {
+    parse(text, set);
+  } catch (const Failure& failure) {
+    return failure.what();
+  }
+  return "no error";
+}
+
+TEST(Scene, ReadsValues) {
+  const Scene scene = parse(small);
+  EXPECT_EQ(scene.name, "small");
+  EXPECT_EQ(scene.world.spacing, 0.1);
+  EXPECT_EQ(scene.world.support_radius, 0);  // left to the library
+  EXPECT_EQ(scene.world.heat.model, meltsim::HeatModel::paper);
+  EXPECT_EQ(scene.world.domain.faces[0], meltsim::Face::periodic);
+  EXPECT_EQ(scene.world.domain.faces[1], meltsim::Face::periodic);
+  EXPECT_EQ(scene.world.domain.faces[2], meltsim::Face::wall);
+  EXPECT_EQ(scene.world.domain.faces[3], meltsim::Face::open);
+  ASSERT_EQ(scene.bodies.size(), 1u);
+  EXPECT_EQ(scene.bodies[0].desc.name, "body1");
+  EXPECT_EQ(scene.bodies[0].density, 500);
+}
+
+TEST(Scene, LiquidsComeBeforeWhatBecomesThem) {
+  const Scene scene = parse(small);
+  ASSERT_EQ(scene.materials.size(), 2u);
+  EXPECT_EQ(scene.materials[0].desc.name, "water");
+  EXPECT_EQ(scene.materials[0].desc.diffusivity, 1e-4);
+  EXPECT_EQ(scene.materials[1].becomes, "water");
+}
+
+TEST(Scene, JsonIsAScene) {
+  const Scene scene = parse(R"({
+	"meltsim": 1, "particles": {"spacing": 0.1},
+	"materials": {"a/b": {"density": 900, "melting_point": "inf"}},
+	"emitters": [{"nozzle": {"center": [0, 1, 0], "radius": 0.2}, "material": "a/b", "until": "inf"}]
+})");
+  EXPECT_EQ(scene.materials[0].desc.density, 900);
+  EXPECT_EQ(scene.emitters[0].desc.until, meltsim::infinity);
+}
+
+TEST(Scene, SetReplacesAndAdds) {
+  const Scene scene =
+      parse(small, {"heat.model=none", "bodies[0].temperature=-5", "materials.water.viscosity=0.5",
+                    "solver.gravity=[0, 0, -1]", "time.end=3"});
+  EXPECT_EQ(scene.world.heat.model, meltsim::HeatModel::none);
+  EXPECT_EQ(scene.bodies[0].desc.temperature, -5);
+  EXPECT_EQ(scene.materials[0].desc.viscosity, 0.5);
+  EXPECT_EQ(scene.world.gravity.z, -1);
+  EXPECT_EQ(scene.time.end, 3);
+}
+
+TEST(Scene, SetErrorsNameTheOption) {
+  EXPECT_EQ(error_of(small, {"heatt.model=none"}),
+            "--set heatt.model=none: unknown key \"heatt\" in the scene; did you mean \"heat\"?");
+  EXPECT_EQ(error_of(small, {"domain={min: [0,0,0], max: [2,2]}"}),
+            "--set domain={min: [0,0,0], max: [2,2]}: domain.max: expected 3 numbers [x, y, z] (m), got a "
+            "list of 2");
+  EXPECT_EQ(error_of(small, {"bodies.density=3"}), "--set bodies.density=3: bodies has no keys");
+}
+
+TEST(Scene, ScaleKeepsTheRatioOfSupportToSpacing) {
+  Scene scene = parse(small, {"particles.support=0.25"});
+  apply_resolution(scene, 0.8, Quality::balanced);
+  EXPECT_DOUBLE_EQ(scene.world.spacing, 0.125);
+  EXPECT_DOUBLE_EQ(scene.world.support_radius, 0.3125);
+}
+
+TEST(Scene, QualityChangesResolutionAndSupport) {
+  Scene draft = parse(small), accurate = parse(small);
+  apply_resolution(draft, 1, Quality::draft);
+  apply_resolution(accurate, 1, Quality::accurate);
+  EXPECT_DOUBLE_EQ(draft.world.spacing, 0.1 / 0.75);
+  EXPECT_DOUBLE_EQ(draft.world.support_radius, 0.2 / 0.75);
+  EXPECT_DOUBLE_EQ(accurate.world.spacing, 0.08);
+  EXPECT_DOUBLE_EQ(accurate.world.courant, 0.25);
+}
+
+TEST(Scene, ShapesEndUpWhereTheTransformPutsThem) {
+  const Scene scene = parse(R"(meltsim: 1
+particles: {spacing: 0.1}
+materials: {ice: {}}
+bodies:
+  - material: ice
+    shape: {box: [[0, 0, 0], [2, 1, 1]], transform: {offset: [10, 0, 0], axis: [0, 1, 0], angle: 90, scale: 2}}
+)");
+  const meltsim::Box box = scene.bodies[0].desc.shape.bounds();
+  EXPECT_NEAR(box.min.x, 10, 1e-6);
+  EXPECT_NEAR(box.max.x, 12, 1e-6);
+  EXPECT_NEAR(box.min.z, -4, 1e-6);
+}
+
+TEST(Scene, ResolvedSceneIsTheSameScene) {
+  for (const BuiltinScene& builtin : builtin_scenes()) {
+    meltsim::Resolved resolved;
+    resolved.support_radius = 0.3;
+    resolved.sound_speed = 40;
+    const Json once = scene_json(parse_scene(builtin.text, builtin.name, "", {}), resolved);
+    const Json twice = scene_json(parse_scene(once.dump(), builtin.name, "", {}), resolved);
+    EXPECT_EQ(once.dump(2), twice.dump(2)) << builtin.name;
+  }
+}
+
+TEST(Scene, BuiltinsAndTheTemplateAreValid) {
+  EXPECT_NE(find_builtin("ice_block"), nullptr);
+  for (const BuiltinScene& builtin : builtin_scenes()) {
+    EXPECT_NO_THROW(parse_scene(builtin.text, builtin.name, "", {}));
+    EXPECT_FALSE(builtin.title.empty()) << builtin.name;
+  }
+  EXPECT_NO_THROW(parse(template_scene));
+}
+
+TEST(Scene, NothingInAFileMakesItCrash) {
+  // Every prefix of a scene, and a scene with each byte changed, is a scene or an error with a place.
+  for (std::size_t length = 0; length < small.size(); ++length) error_of(small.substr(0, length));
+  for (std::size_t at = 0; at < small.size(); ++at) {
+    for (const char c : {'\0', '[', '}', ':', '-', '&', '*', '\xff', '\t'}) {
+      std::string changed = small;
+      changed[at] = c;
+      error_of(changed);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace runner

@@ -1,0 +1,302 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the program on a tiny scene and reads everything it wrote, with nothing but the standard library.
+
+  whole_runs.py MELTSIM SCENE
+"""
+import csv
+import json
+import math
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+PROGRAM, SCENE = sys.argv[1], str(Path(sys.argv[2]).resolve())
+
+STATS = ("step,time_s,dt_s,n_fluid,n_solid,n_bodies,melted_fraction,mass_kg,momentum_x,momentum_y,momentum_z,"
+         "kinetic_J,potential_J,thermal_J,T_min,T_mean,T_max,com_solid_x,com_solid_y,com_solid_z,max_speed,"
+         "density_error_mean,density_error_max,ms_per_step").split(",")
+BODIES = "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction".split(",")
+PLY_TYPES = {"float": "f", "uchar": "B", "int": "i", "uint": "I"}
+VTK_TYPES = {"Float32": "f", "UInt8": "B", "Int32": "i", "UInt32": "I", "Int64": "q"}
+
+
+def table(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def read_ply(path):
+    data = Path(path).read_bytes()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    header = data[:end].decode("ascii").splitlines()
+    assert header[:2] == ["ply", "format binary_little_endian 1.0"]
+    count = next(int(line.split()[2]) for line in header if line.startswith("element vertex"))
+    fields = [line.split()[1:] for line in header if line.startswith("property")]
+    row = struct.Struct("<" + "".join(PLY_TYPES[kind] for kind, _ in fields))
+    assert len(data) == end + count * row.size, "size of the file and of its header differ"
+    return [dict(zip((name for _, name in fields), values)) for values in row.iter_unpack(data[end:])]
+
+
+def read_vtp(path):
+    data = Path(path).read_bytes()
+    start = data.index(b'<AppendedData encoding="raw">')
+    payload = data.index(b"_", start) + 1
+    # Without the raw bytes the file is plain XML.
+    root = ElementTree.fromstring(data[:start] + b"</VTKFile>")
+    piece = root.find("PolyData/Piece")
+    arrays = {}
+    for array in piece.iter("DataArray"):
+        at = payload + int(array.get("offset"))
+        size = struct.unpack_from("<Q", data, at)[0]
+        kind = VTK_TYPES[array.get("type")]
+        arrays[array.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(kind)}{kind}", data, at + 8)
+    return int(piece.get("NumberOfPoints")), arrays
+
+
+class WholeRuns(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory()
+        self.addCleanup(self.directory.cleanup)
+
+    def path(self, *parts):
+        return os.path.join(self.directory.name, *parts)
+
+    def meltsim(self, *arguments, code=0):
+        result = subprocess.run([PROGRAM, *arguments], cwd=self.directory.name, capture_output=True, text=True,
+                                timeout=300)
+        self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+        return result
+
+    def test_a_run_writes_what_it_promises(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu").stdout
+        self.assertRegex(said.splitlines()[0], r"^backend: cpu.*\(.+\)")
+        out = self.path("out", "tiny-001")
+        self.assertIn("results in out/tiny-001", said)
+        stats = table(os.path.join(out, "stats.csv"))
+        self.assertEqual(list(stats[0]), STATS)
+        self.assertEqual([float(row["time_s"]) for row in stats], [0, 0.04, 0.08, 0.12, 0.16, 0.2])
+        self.assertEqual([int(row["step"]) for row in stats], [0, 8, 16, 24, 32, 40])
+        self.assertTrue(all(math.isfinite(float(value)) for row in stats for value in row.values()))
+        bodies = table(os.path.join(out, "bodies.csv"))
+        self.assertEqual(list(bodies[0]), BODIES)
+        self.assertEqual(bodies[0]["body"], "block")
+        probes = table(os.path.join(out, "probes.csv"))
+        self.assertEqual(list(probes[0]), ["name", "time_s", "field", "value"])
+        self.assertEqual(len(probes), 2 * 11)
+        self.assertEqual(float(probes[0]["value"]), 40)
+        self.assertFalse([name for _, _, names in os.walk(out) for name in names if name.endswith(".tmp")])
+
+    def test_run_json_tells_the_whole_run(self):
+        self.meltsim("run", SCENE, "--backend", "cpu", "--precision", "double", "--out", "run")
+        run = json.loads(Path(self.path("run", "run.json")).read_text())
+        for key in ("scene", "versions", "backend", "precision", "seed", "plan", "timings_ms", "warnings", "final"):
+            self.assertIn(key, run)
+        self.assertEqual(run["precision"], "double")
+        self.assertEqual(run["backend"]["name"], "cpu")
+        self.assertAlmostEqual(run["scene"]["particles"]["support"], 0.5)
+        self.assertGreater(run["scene"]["solver"]["sound_speed"], 0)
+        self.assertGreater(run["plan"]["bytes"], 0)
+        self.assertTrue(all(stage["reason"] for stage in run["plan"]["stages"]))
+        final, last = run["final"], table(self.path("run", "stats.csv"))[-1]
+        for column in STATS:
+            self.assertAlmostEqual(final[column], float(last[column]), delta=1e-6 * (1 + abs(final[column])))
+        self.assertEqual(final["steps"], 40)
+        self.assertGreater(final["wall_s"], 0)
+        self.assertIs(final["diverged"], False)
+
+    def test_the_resolved_scene_runs_again_to_the_same_end(self):
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "first", "--export", "ply")
+        scene = json.loads(Path(self.path("first", "run.json")).read_text())["scene"]
+        Path(self.path("again.json")).write_text(json.dumps(scene))
+        self.meltsim("run", "again.json", "--backend", "cpu", "--out", "second", "--threads", "1")
+        name = os.path.join("frames", "particles_00005.ply")
+        self.assertEqual(Path(self.path("first", name)).read_bytes(), Path(self.path("second", name)).read_bytes())
+
+    def test_frames_read_back(self):
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--frames", "2")
+        stats = table(self.path("run", "stats.csv"))
+        self.assertEqual(len(stats), 3)
+        for index, row in enumerate(stats):
+            particles = read_ply(self.path("run", "frames", f"particles_{index:05}.ply"))
+            self.assertEqual(list(particles[0]),
+                             ["x", "y", "z", "vx", "vy", "vz", "temperature", "phase", "body", "id"])
+            self.assertEqual(sum(p["phase"] == 0 for p in particles), int(row["n_fluid"]))
+            self.assertEqual(sum(p["phase"] == 1 for p in particles), int(row["n_solid"]))
+            self.assertTrue(all(p["body"] == 0 for p in particles if p["phase"] == 1))
+            self.assertEqual([p["id"] for p in particles], sorted(p["id"] for p in particles))
+            count, arrays = read_vtp(self.path("run", "frames", f"particles_{index:05}.vtp"))
+            self.assertEqual(count, len(particles))
+            self.assertEqual(list(arrays["id"]), [p["id"] for p in particles])
+            self.assertEqual(list(arrays["Points"]), [p[axis] for p in particles for axis in "xyz"])
+            self.assertEqual(list(arrays["velocity"]), [p["v" + axis] for p in particles for axis in "xyz"])
+            self.assertEqual(list(arrays["temperature"]), [p["temperature"] for p in particles])
+            self.assertEqual(list(arrays["offsets"]), list(range(1, count + 1)))
+        collection = ElementTree.parse(self.path("run", "particles.pvd")).getroot()
+        files = [(float(d.get("timestep")), d.get("file")) for d in collection.iter("DataSet")]
+        self.assertEqual(files, [(0.04 * i, f"frames/particles_{i:05}.vtp") for i in range(3)])
+        self.assertTrue(all(os.path.exists(self.path("run", name)) for _, name in files))
+
+    def test_an_existing_directory_is_left_alone(self):
+        os.mkdir(self.path("mine"))
+        Path(self.path("mine", "stats.csv")).write_text("precious")
+        refused = self.meltsim("run", SCENE, "--out", "mine", code=5)
+        self.assertIn("exists already", refused.stderr)
+        self.assertEqual(Path(self.path("mine", "stats.csv")).read_text(), "precious")
+        self.meltsim("run", SCENE, "--out", "mine", "--overwrite", "--steps", "1", "--backend", "cpu")
+        self.assertEqual(len(table(self.path("mine", "stats.csv"))), 2)
+
+    def test_every_run_has_a_directory_of_its_own(self):
+        for number in (1, 2):
+            self.meltsim("run", SCENE, "--steps", "1", "--backend", "cpu")
+            self.assertTrue(os.path.exists(self.path("out", f"tiny-00{number}", "run.json")))
+
+    def interrupted_and_resumed(self, *options):
+        """An uninterrupted run, and one that was interrupted and resumed."""
+        common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--time", "2", *options]
+        self.meltsim(*common, "--out", "whole")
+        for attempt in range(5):  # on a busy machine a run may be over before the signal comes
+            process = subprocess.Popen([PROGRAM, *common, "--out", "cut", "--overwrite"], cwd=self.directory.name,
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            seen = self.path("cut", "frames", f"particles_{3 + attempt:05}.ply")
+            while not os.path.exists(seen) and process.poll() is None:
+                time.sleep(0.002)
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=120)
+            if process.returncode != 0:
+                break
+            for _, _, names in os.walk(self.path("cut", "frames")):
+                for name in names:
+                    os.remove(self.path("cut", "frames", name))
+        self.assertEqual(process.returncode, 128 + signal.SIGINT, said)
+        self.assertIn("resume with: meltsim run", said)
+        self.assertIn("--out cut --resume", said)
+        run = json.loads(Path(self.path("cut", "run.json")).read_text())
+        self.assertEqual(run["final"]["status"], "interrupted")
+        # Rows from after the checkpoint (a killed run leaves some) are computed again.
+        with open(self.path("cut", "stats.csv"), "a") as file:
+            file.write(",".join(["99", "1.99"] + ["0"] * (len(STATS) - 2)) + "\n")
+        self.meltsim(*common, "--out", "cut", "--resume")
+        return [table(self.path(name, "stats.csv")) for name in ("whole", "cut")]
+
+    def test_ctrl_c_saves_and_resume_continues_bit_for_bit(self):
+        whole, cut = self.interrupted_and_resumed()
+        for row in whole + cut:
+            del row["ms_per_step"]
+        self.assertEqual(whole, cut)
+        for index in range(51):
+            name = os.path.join("frames", f"particles_{index:05}.ply")
+            self.assertEqual(Path(self.path("whole", name)).read_bytes(), Path(self.path("cut", name)).read_bytes())
+        probes = [table(self.path(name, "probes.csv")) for name in ("whole", "cut")]
+        self.assertEqual(probes[0], probes[1])
+
+    def test_adaptive_runs_resume_too(self):
+        whole, cut = self.interrupted_and_resumed("--set", "time.stepping=adaptive", "--set", "time.dt=auto")
+        for row in whole + cut:
+            del row["ms_per_step"]
+        self.assertEqual(whole, cut)
+
+    def test_resuming_refuses_what_is_not_a_checkpoint(self):
+        os.mkdir(self.path("run"))
+        self.assertIn("holds no checkpoint", self.meltsim("run", SCENE, "--out", "run", "--resume", code=5).stderr)
+        Path(self.path("run", "checkpoint.bin")).write_bytes(b"MELTRUN1" + bytes(100))
+        self.assertIn("not a whole checkpoint",
+                      self.meltsim("run", SCENE, "--out", "run", "--resume", code=5).stderr)
+
+    def test_until_melted_ends_after_the_tail(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--set", "heat.time_scale=1e7", "--set", "time.end=20",
+                            "--set", "time.end_when=melted", "--set", "time.tail=0.1", "--out", "run").stdout
+        self.assertIn("everything has melted", said)
+        final = json.loads(Path(self.path("run", "run.json")).read_text())["final"]
+        self.assertEqual(final["n_solid"], 0)
+        self.assertEqual(final["melted_fraction"], 1)
+        self.assertAlmostEqual(final["time_s"], final["melted_at_s"] + 0.1)
+
+    def test_divergence_saves_the_state_and_says_what_to_try(self):
+        failed = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "time.end=2",
+                              "--set", "solver.sound_speed=20", "--set", "bodies[0].velocity=[0, -4000, 0]",
+                              code=3)
+        self.assertRegex(failed.stderr.strip().splitlines()[-1],
+                         r'^diverged at step \d+ \(t=\S+ s\): particle \d+ .*; state saved to run/checkpoint.bin; '
+                         r'try dt \S+ or stepping: adaptive$')
+        self.assertTrue(os.path.exists(self.path("run", "checkpoint.bin")))
+        self.assertIs(json.loads(Path(self.path("run", "run.json")).read_text())["final"]["diverged"], True)
+
+    def test_a_step_that_is_far_too_long_is_refused_before_anything_is_written(self):
+        refused = self.meltsim("run", SCENE, "--set", "time.dt=2", "--set", "time.fps=0.5", "--backend", "cpu",
+                               "--out", "run", code=2)
+        self.assertIn("--set time.dt=2: time.dt: 2 s needs", refused.stderr)
+        self.assertFalse(os.path.exists(self.path("run")))
+
+    def test_steps_are_counted_exactly(self):
+        self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "11", "--out", "run")
+        rows = table(self.path("run", "stats.csv"))
+        self.assertEqual([int(row["step"]) for row in rows], [0, 8, 11])
+
+    def test_json_log_is_one_object_per_line(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--log", "json", "--out", "run").stdout
+        events = [json.loads(line) for line in said.splitlines()]
+        self.assertTrue(all("event" in event for event in events))
+        self.assertIn("progress", {event["event"] for event in events})
+        self.assertEqual(events[-1]["final"]["steps"], 40)
+
+    def test_quiet_says_nothing(self):
+        result = self.meltsim("run", SCENE, "--backend", "cpu", "--quiet", "--steps", "1")
+        self.assertEqual((result.stdout, result.stderr), ("", ""))
+
+    def test_no_particles_is_no_crash(self):
+        Path(self.path("empty.yaml")).write_text("meltsim: 1\nparticles: {spacing: 0.1}\ntime: {end: 0.08}\n")
+        self.meltsim("run", "empty.yaml", "--backend", "cpu", "--out", "run")
+        self.assertEqual(read_ply(self.path("run", "frames", "particles_00002.ply"))[0]["phase"], 255)
+
+    def test_new_scene_checks_and_never_overwrites(self):
+        self.meltsim("new", "mine")
+        text = Path(self.path("mine.yaml")).read_text()
+        self.assertIn("exists already", self.meltsim("new", "mine", code=5).stderr)
+        self.assertEqual(Path(self.path("mine.yaml")).read_text(), text)
+        self.assertRegex(self.meltsim("check", "mine.yaml", "--backend", "cpu").stdout, r"\nok")
+        self.meltsim("run", "mine.yaml", "--backend", "cpu", "--steps", "2")
+
+    def test_check_builtins(self):
+        names = [line.split()[0] for line in self.meltsim("list").stdout.splitlines()]
+        self.assertIn("ice_block", names)
+        for name in names:
+            said = self.meltsim("check", name, "--backend", "cpu").stdout
+            for word in ("particles", "stable dt", "memory", "overlaps", "reason"):
+                self.assertIn(word, said)
+        self.assertIn("everything melts", self.meltsim("check", "ice_block", "--backend", "cpu").stdout)
+
+    def test_check_warns(self):
+        said = self.meltsim("check", SCENE, "--backend", "cpu", "--set", "particles.support=0.9",
+                            "--set", "domain.max=[2, 2, 2]").stdout
+        self.assertIn("support is 4.5 spacings", said)
+        said = self.meltsim("check", SCENE, "--backend", "cpu", "--set", "time.dt=0.02").stdout
+        self.assertRegex(said, r"dt 0.02 s is above the stable .* split into \d+")
+
+    def test_mesh_paths_start_at_the_scene_file(self):
+        os.mkdir(self.path("scenes"))
+        corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+        faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+        Path(self.path("scenes", "cube.obj")).write_text(
+            "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {face}\n" for face in faces))
+        Path(self.path("scenes", "mesh.yaml")).write_text(
+            "meltsim: 1\nparticles: {spacing: 0.25}\nmaterials: {wood: {density: 600}}\n"
+            "bodies: [{name: cube, shape: {mesh: cube.obj}, material: wood}]\n")
+        self.assertIn('"cube": 64 particles', self.meltsim("check", "scenes/mesh.yaml", "--backend", "cpu").stdout)
+
+    def test_version_and_help(self):
+        self.assertRegex(self.meltsim("--version").stdout, r"^meltsim \d+\.\d+\.\d+")
+        self.assertIn("--resume", self.meltsim("run", "--help").stdout)
+        self.meltsim(code=1)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

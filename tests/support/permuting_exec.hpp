@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// An executor that runs every body in an order of its own and remembers the frame it saw last: a body that
+// reads what another of its calls writes gives different bits. The frame's pointers stay valid until the next
+// upload, so tests look at any channel.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "core/exec_cpu.hpp"
+#include "core/frame.hpp"
+
+namespace test_support {
+
+enum class Order { forward, reversed, shuffled };
+
+template <class T>
+class PermutingExec : public meltsim::core::CpuExec {
+  using Base = meltsim::core::CpuExec;
+
+ public:
+  explicit PermutingExec(Order order = Order::forward)
+      : Base(1), order_(order), frame_(std::make_shared<meltsim::core::Frame<T>>()) {}
+
+  /// Shared with every copy of this executor.
+  const meltsim::core::Frame<T>& frame() const { return *frame_; }
+
+  template <class Body>
+  void for_each(std::uint64_t n, const Body& body) {
+    see(body.w);
+    const auto order = indices(n);
+    Base::for_each(n, [&](std::uint64_t k) { body(order[k]); });
+  }
+  template <class Body>
+  void accumulate(std::uint64_t n, const Body& body) {
+    see(body.w);
+    const auto order = indices(n);
+    Base::accumulate(n, [&](std::uint64_t k, const auto& add) { body(order[k], add); });
+  }
+  /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
+  template <class R, class Body>
+  void reduce(std::uint64_t n, const Body& body, R* out) {
+    see(body.w);
+    const auto order = indices(n);
+    Base::reduce(
+        n, [&](std::uint64_t k) { return body(order[k]); }, out);
+  }
+
+ private:
+  template <class F>
+  void see(const F& frame) {
+    *frame_ = frame;
+  }
+  std::vector<std::uint64_t> indices(std::uint64_t n) {
+    std::vector<std::uint64_t> order(n);
+    std::iota(order.begin(), order.end(), std::uint64_t{0});
+    if (order_ == Order::reversed) std::reverse(order.begin(), order.end());
+    if (order_ == Order::shuffled) std::shuffle(order.begin(), order.end(), engine_);
+    return order;
+  }
+  Order order_;
+  std::shared_ptr<meltsim::core::Frame<T>> frame_;
+  std::mt19937 engine_{7};
+};
+
+}  // namespace test_support

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+// One test text for every executor: each verb against the standard library. An executor's own file
+// specialises Maker and instantiates the suite.
+//
+// Sizes: empty, one, around a warp (32) and a block (256), and a million and three: prime, many blocks, many
+// chunks of the CPU's 4096.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/frame.hpp"
+#include "meltsim/physics/hd.hpp"
+
+namespace verbs_test {
+
+using meltsim::core::CheckResult;
+
+/// What a suite needs to know of an executor. Specialise:
+///   static std::string missing()   why it cannot run here; empty when it can
+///   static bool required()         then that is a failure, not a reason to skip
+///   static E make()
+template <class E>
+struct Maker;
+
+inline const std::vector<std::uint64_t>& sizes() {
+  static const std::vector<std::uint64_t> all{0, 1, 31, 32, 33, 255, 256, 257, 1000003};
+  return all;
+}
+
+/// Memory of the executor's.
+template <class E, class V>
+class Buffer {
+ public:
+  Buffer(E& ex, std::vector<V> from) : ex_(ex), size_(from.size()) {
+    data_ = static_cast<V*>(ex_.allocate(std::max<std::uint64_t>(size_, 1) * sizeof(V)));
+    ex_.upload(data_, from.data(), size_ * sizeof(V));
+  }
+  Buffer(E& ex, std::uint64_t n, V value = V{})
+      : Buffer(ex, std::vector<V>(static_cast<std::size_t>(n), value)) {}
+  ~Buffer() { ex_.release(data_); }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  V* get() const { return data_; }
+  std::vector<V> host() const {
+    std::vector<V> v(size_);
+    ex_.synchronize();
+    ex_.download(v.data(), data_, size_ * sizeof(V));
+    return v;
+  }
+
+ private:
+  E& ex_;
+  std::size_t size_;
+  V* data_ = nullptr;
+};
+
+// --- bodies ------------------------------------------------------------------------------------------------
+
+struct CountVisits {
+  std::uint32_t* visits;
+  MELTSIM_HD void operator()(std::uint64_t i) const { visits[i] += static_cast<std::uint32_t>(i) + 1u; }
+};
+
+struct Values {
+  const std::uint32_t* from;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return from[i]; }
+};
+
+struct Sum {
+  std::uint64_t n = 0;
+  MELTSIM_HD static Sum combine(Sum a, Sum b) { return {a.n + b.n}; }
+};
+
+struct SumOf {
+  const std::uint32_t* from;
+  MELTSIM_HD Sum operator()(std::uint64_t i) const { return {from[i]}; }
+};
+
+/// A real sum: equal only if the shape of the reduction is.
+struct RealSum {
+  double x = 0;
+  MELTSIM_HD static RealSum combine(RealSum a, RealSum b) { return {a.x + b.x}; }
+};
+
+struct InverseOf {
+  const std::uint32_t* from;
+  MELTSIM_HD RealSum operator()(std::uint64_t i) const { return {1.0 / (1.0 + from[i])}; }
+};
+
+/// The library's largest reduction: 40 bytes.
+struct Worst {
+  const std::uint32_t* from;
+  MELTSIM_HD CheckResult operator()(std::uint64_t i) const {
+    CheckResult r;
+    r.max_speed = from[i];
+    r.bad = from[i] % 97u == 3u ? 1u + from[i] % 5u : 0u;
+    r.bad_id = static_cast<std::uint32_t>(i);
+    r.bad_value = r.bad != 0u ? static_cast<double>(from[i]) : 0.0;
+    return r;
+  }
+};
+
+/// Adds to one of `bins` sums; neighbours share one when `bins` is 1.
+struct AddToBins {
+  std::int64_t* sums;
+  std::uint32_t bins;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+    if (i % 5u == 4u) return;  // some threads are gone by then
+    const auto k = static_cast<std::int64_t>(i);
+    add(&sums[i % bins], (i & 1u) != 0u ? -k * 1000003 : (std::int64_t{1} << 45) + k);
+  }
+};
+
+/// The oracle's: one thread. Annotated because the body that calls it is.
+struct PlainAdder {
+  MELTSIM_HD void operator()(std::int64_t* address, std::int64_t value) const { *address += value; }
+};
+
+// --- the suite ---------------------------------------------------------------------------------------------
+
+template <class E>
+class Verbs : public ::testing::Test {
+ protected:
+  static std::vector<std::uint32_t> random(std::uint64_t n, std::uint32_t most) {
+    std::mt19937 engine(static_cast<std::uint32_t>(n) + most);
+    std::vector<std::uint32_t> v(static_cast<std::size_t>(n));
+    for (std::uint32_t& x : v) x = engine() % (most + 1u);
+    return v;
+  }
+  static void expect_no_fault(E& ex) { EXPECT_EQ(ex.fault(), std::string{}); }
+};
+
+TYPED_TEST_SUITE_P(Verbs);
+
+// GTEST_SKIP and FAIL leave only the function they stand in, so this is no helper function.
+#define VERBS_MAKE(ex)                                                       \
+  if (!Maker<TypeParam>::missing().empty()) {                                \
+    if (Maker<TypeParam>::required()) FAIL() << Maker<TypeParam>::missing(); \
+    GTEST_SKIP() << Maker<TypeParam>::missing();                             \
+  }                                                                          \
+  TypeParam ex = Maker<TypeParam>::make();                                   \
+  ASSERT_TRUE(ex.reserve(sizes().back()))
+
+TYPED_TEST_P(Verbs, ForEachVisitsEveryIndexOnce) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    Buffer<TypeParam, std::uint32_t> visits(ex, n + 1, 7u);
+    ex.for_each(n, CountVisits{visits.get()});
+    const auto got = visits.host();
+    for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(got[i], 7u + i + 1u) << "n " << n << ", i " << i;
+    EXPECT_EQ(got[n], 7u) << "n " << n << ": wrote past the end";
+  }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, ReduceEqualsStdAccumulate) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 0xffffffffu - 1u);
+    Buffer<TypeParam, std::uint32_t> values(ex, host);
+    Buffer<TypeParam, Sum> out(ex, 1, Sum{99});
+    ex.reduce(n, SumOf{values.get()}, out.get());
+    EXPECT_EQ(out.host()[0].n, std::accumulate(host.begin(), host.end(), std::uint64_t{0})) << "n " << n;
+  }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, ReduceFindsTheWorst) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 1000000u);
+    CheckResult expected;
+    for (std::uint64_t i = 0; i < n; ++i) expected = CheckResult::combine(expected, Worst{host.data()}(i));
+    Buffer<TypeParam, std::uint32_t> values(ex, host);
+    Buffer<TypeParam, CheckResult> out(ex, 1);
+    ex.reduce(n, Worst{values.get()}, out.get());
+    const CheckResult got = out.host()[0];
+    EXPECT_EQ(got.max_speed, expected.max_speed) << "n " << n;
+    EXPECT_EQ(got.bad, expected.bad) << "n " << n;
+    EXPECT_EQ(got.bad_id, expected.bad_id) << "n " << n;
+    EXPECT_EQ(got.bad_value, expected.bad_value) << "n " << n;
+  }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, ReduceOfRealsRepeatsBitForBit) {
+  VERBS_MAKE(ex);
+  const std::uint64_t n = sizes().back();
+  Buffer<TypeParam, std::uint32_t> values(ex, this->random(n, 1000000u));
+  Buffer<TypeParam, RealSum> first(ex, 1), again(ex, 1);
+  ex.reduce(n, InverseOf{values.get()}, first.get());
+  for (int k = 0; k < 5; ++k) {
+    ex.reduce(n, InverseOf{values.get()}, again.get());
+    EXPECT_EQ(again.host()[0].x, first.host()[0].x);
+  }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, ScanEqualsStdPartialSum) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 3u);
+    std::vector<std::uint32_t> expected(host.size());
+    std::partial_sum(host.begin(), host.end(), expected.begin());
+    Buffer<TypeParam, std::uint32_t> values(ex, host), out(ex, n, 99u);
+    ex.scan(n, Values{values.get()}, out.get());
+    EXPECT_EQ(out.host(), expected) << "n " << n;
+  }
+  this->expect_no_fault(ex);
+}
+
+// 14 bits: a small bounded domain, and an even number of 8-bit passes. 20: an odd one. 64: an unbounded
+// domain.
+TYPED_TEST_P(Verbs, SortEqualsStdStableSort) {
+  VERBS_MAKE(ex);
+  for (const std::uint32_t bits : {2u, 14u, 20u, 33u, 64u}) {
+    // As in the library: one bit more than cells need, so that the key of a removed particle sorts last.
+    const std::uint64_t mask = (std::uint64_t{1} << (bits - 1)) - 1;
+    for (const std::uint64_t n : sizes()) {
+      std::mt19937_64 engine(n + bits);
+      std::vector<std::pair<std::uint64_t, std::uint32_t>> expected;
+      std::vector<std::uint64_t> keys;
+      std::vector<std::uint32_t> values;
+      for (std::uint64_t i = 0; i < n; ++i) {
+        // Many equal keys, so that stability shows; now and then that of a removed particle, all bits set.
+        const std::uint64_t spread = bits == 64 ? engine() : engine() % (n / 3 + 1);
+        keys.push_back(i % 11 == 5 ? ~std::uint64_t{0}
+                                   : (i % 2 == 0 ? spread & mask : (i * 7919) % 50 & mask));
+        values.push_back(static_cast<std::uint32_t>(i));
+        expected.emplace_back(keys.back(), values.back());
+      }
+      std::stable_sort(expected.begin(), expected.end(),
+                       [](const auto& a, const auto& b) { return a.first < b.first; });
+      Buffer<TypeParam, std::uint64_t> k(ex, keys), ko(ex, n);
+      Buffer<TypeParam, std::uint32_t> v(ex, values), vo(ex, n);
+      ex.sort(n, bits, k.get(), v.get(), ko.get(), vo.get());
+      const auto got_keys = ko.host();
+      const auto got_values = vo.host();
+      for (std::uint64_t i = 0; i < n; ++i) {
+        ASSERT_EQ(got_keys[i], expected[i].first) << "n " << n << ", bits " << bits << ", i " << i;
+        ASSERT_EQ(got_values[i], expected[i].second) << "n " << n << ", bits " << bits << ", i " << i;
+      }
+    }
+  }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, AccumulateIsExact) {
+  VERBS_MAKE(ex);
+  for (const std::uint32_t bins : {1u, 7u, 64u})
+    for (const std::uint64_t n : sizes()) {
+      std::vector<std::int64_t> expected(bins, -5);
+      for (std::uint64_t i = 0; i < n; ++i) AddToBins{expected.data(), bins}(i, PlainAdder{});
+      Buffer<TypeParam, std::int64_t> sums(ex, bins, std::int64_t{-5});
+      ex.accumulate(n, AddToBins{sums.get(), bins});
+      EXPECT_EQ(sums.host(), expected) << "n " << n << ", bins " << bins;
+    }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, CopyAndFillTouchOnlyTheirRange) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n + 1, 1000u);
+    Buffer<TypeParam, std::uint32_t> from(ex, host), to(ex, n + 1, 7u);
+    ex.copy(n, from.get(), to.get());
+    auto expected = host;
+    expected[n] = 7u;
+    EXPECT_EQ(to.host(), expected) << "n " << n;
+    ex.fill(n, 5u, to.get());
+    std::fill_n(expected.begin(), n, 5u);
+    EXPECT_EQ(to.host(), expected) << "n " << n;
+    ex.zero(to.get(), n * sizeof(std::uint32_t));
+    std::fill_n(expected.begin(), n, 0u);
+    EXPECT_EQ(to.host(), expected) << "n " << n;
+  }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, GuardStopsWhatWritesState) {
+  VERBS_MAKE(ex);
+  const std::uint64_t n = 1000;
+  Buffer<TypeParam, std::uint32_t> guard(ex, 1, 0u), values(ex, n, 3u), other(ex, n, 4u);
+  Buffer<TypeParam, Sum> sum(ex, 1, Sum{99});
+  Buffer<TypeParam, std::int64_t> bins(ex, 1, std::int64_t{-5});
+  ex.set_guard(guard.get());
+  ex.fill(n, 1u, values.get());
+  EXPECT_EQ(values.host(), std::vector<std::uint32_t>(n, 1u)) << "a guard of zero lets verbs run";
+  const std::uint32_t halted = 2;
+  ex.upload(guard.get(), &halted, sizeof halted);
+  ex.fill(n, 9u, values.get());
+  ex.copy(n, other.get(), values.get());
+  ex.for_each(n, CountVisits{values.get()});
+  ex.reduce(n, SumOf{values.get()}, sum.get());
+  ex.accumulate(n, AddToBins{bins.get(), 1});
+  EXPECT_EQ(values.host(), std::vector<std::uint32_t>(n, 1u));
+  EXPECT_EQ(sum.host()[0].n, 99u);
+  EXPECT_EQ(bins.host()[0], -5);
+  ex.scan(n, Values{values.get()}, other.get());  // working space: may do anything but fail
+  ex.synchronize();
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
+  VERBS_MAKE(ex);
+  const std::uint64_t n = sizes().back();
+  Buffer<TypeParam, std::uint32_t> values(ex, n);
+  EXPECT_EQ(ex.collect().median(3), 0.0);
+  for (int k = 0; k < 100; ++k) {  // more than any ring holds
+    ex.begin_stage(3, "test.stage");
+    ex.for_each(n, CountVisits{values.get()});
+    ex.end_stage(3);
+  }
+  ex.synchronize();
+  EXPECT_GT(ex.collect().median(3), 0.0);
+  EXPECT_LT(ex.collect().median(3), 1000.0);
+  EXPECT_EQ(ex.collect().median(2), 0.0);
+  this->expect_no_fault(ex);
+}
+
+REGISTER_TYPED_TEST_SUITE_P(Verbs, ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate,
+                            ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
+                            SortEqualsStdStableSort, AccumulateIsExact, CopyAndFillTouchOnlyTheirRange,
+                            GuardStopsWhatWritesState, TimingsAreReadAfterSynchronize);
+
+}  // namespace verbs_test

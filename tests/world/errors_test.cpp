@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bad input: an Error that names the field, and a World that is as it was.
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+const double nan = std::numeric_limits<double>::quiet_NaN();
+const double inf = std::numeric_limits<double>::infinity();
+
+template <class R>
+void expect_error(const R& r, const std::string& field) {
+  ASSERT_FALSE(r) << "accepted, though " << field << " is bad";
+  EXPECT_NE(r.error().message.find(field), std::string::npos) << r.error().message;
+}
+
+TEST(Errors, WorldDescriptions) {
+  const auto with = [](auto change) {
+    WorldDesc d;
+    d.backend = Backend::cpu;
+    change(d);
+    return World::create(d);
+  };
+  for (const double bad : {0.0, -1.0, nan, inf}) {
+    expect_error(with([&](WorldDesc& d) { d.spacing = bad; }), "spacing");
+    if (bad != 0.0) {
+      expect_error(with([&](WorldDesc& d) { d.support_radius = bad; }), "support_radius");
+      expect_error(with([&](WorldDesc& d) { d.sound_speed = bad; }), "sound_speed");
+      expect_error(with([&](WorldDesc& d) { d.heat.time_scale = bad; }), "time_scale");
+      expect_error(with([&](WorldDesc& d) { d.artificial_viscosity = bad; }), "artificial_viscosity");
+    }
+    expect_error(with([&](WorldDesc& d) { d.courant = bad; }), "courant");
+  }
+  expect_error(with([](WorldDesc& d) { d.gravity.y = nan; }), "gravity");
+  expect_error(with([](WorldDesc& d) { d.support_radius = 1.4 * d.spacing; }), "1.5");
+  expect_error(with([](WorldDesc& d) { d.domain.bounded = true; }), "domain.max");
+  expect_error(with([](WorldDesc& d) {
+                 d.domain.bounded = true;
+                 d.domain.max = {0.9, 5, 5};  // two supports are 1.0
+               }),
+               "support radii");
+  expect_error(with([](WorldDesc& d) {
+                 d.domain.bounded = true;
+                 d.domain.max = {5, 5, 5};
+                 d.domain.faces[0] = Face::periodic;
+               }),
+               "periodic");
+  expect_error(with([](WorldDesc& d) { d.max_substeps = 0; }), "max_substeps");
+  expect_error(with([](WorldDesc& d) { d.header_version = 90000; }), "header_version");
+}
+
+TEST(Errors, Materials) {
+  auto w = World::create(describe());
+  if (!w) GTEST_SKIP();
+  const auto with = [&](auto change) {
+    MaterialDesc m;
+    m.name = "m";
+    change(m);
+    return w->add_material(m);
+  };
+  for (const double bad : {0.0, -2.0, nan, inf}) {
+    expect_error(with([&](MaterialDesc& m) { m.density = bad; }), "density");
+    expect_error(with([&](MaterialDesc& m) { m.heat_capacity = bad; }), "heat_capacity");
+    if (bad == 0.0) continue;
+    expect_error(with([&](MaterialDesc& m) { m.viscosity = bad; }), "viscosity");
+    expect_error(with([&](MaterialDesc& m) { m.conductivity = bad; }), "conductivity");
+    expect_error(with([&](MaterialDesc& m) { m.latent_heat = bad; }), "latent_heat");
+  }
+  const auto water = *w->add_material({});
+  expect_error(with([&](MaterialDesc& m) { m.melting_point = 0; }), "melts_into");
+  expect_error(with([&](MaterialDesc& m) { m.melts_into = water; }), "melting_point");
+  expect_error(with([&](MaterialDesc& m) {
+                 m.melting_point = -300;
+                 m.melts_into = water;
+               }),
+               "-273.15");
+  expect_error(with([&](MaterialDesc& m) {
+                 m.melting_point = 0;
+                 m.melts_into = MaterialId{7, 1};
+               }),
+               "melts_into");
+  expect_error(with([](MaterialDesc& m) { m.region_half_width = 9; }), "region_half_width");
+  expect_error(with([](MaterialDesc& m) { m.stiffness = 0; }), "stiffness");
+  expect_error(w->add_material({}), "exists");  // "water" again
+}
+
+TEST(Errors, FluidsBodiesAndEmitters) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  const auto hash = *s.world.state_hash();
+  FluidDesc f;
+  f.material = s.water;
+  expect_error(s.world.add_fluid(f), "shape");  // empty
+  f.shape = Shape::box({0, 0, 0}, {9, 1, 1});
+  expect_error(s.world.add_fluid(f), "domain");
+  f.shape = Shape::box({0, 0, 0}, {1, 1, nan});
+  expect_error(s.world.add_fluid(f), "shape");
+  f.shape = Shape::box({0, 0, 0}, {1, 0.4, 1});
+  expect_error(s.world.add_fluid(f), "taken");
+  f.temperature = -300;
+  expect_error(s.world.add_fluid(f), "temperature");
+  f.temperature = 20;
+  f.material = s.ice;
+  expect_error(s.world.add_fluid(f), "solid");
+  f.material = {};
+  expect_error(s.world.add_fluid(f), "material");
+
+  SolidDesc b;
+  b.name = "block";
+  b.material = s.ice;
+  b.shape = Shape::box({0.2, 2, 0.2}, {0.6, 2.2, 0.6});
+  expect_error(s.world.add_solid(b), "name");
+  b.name = "other";
+  b.shape = Shape::box({0.9, 1.3, 0.9}, {1.3, 1.7, 1.3});
+  expect_error(s.world.add_solid(b), "overlaps body \"block\"");
+  b.shape = Shape::box({2, 2, 2}, {2.6, 2.2, 2.2});
+  expect_error(s.world.add_solid(b), "outside the domain");
+  b.shape = Shape::box({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6});
+  b.carve = false;
+  expect_error(s.world.add_solid(b), "carve");
+  b.carve = true;
+  b.velocity.x = inf;
+  expect_error(s.world.add_solid(b), "velocity");
+  b.velocity.x = 1;
+  b.fixed = true;
+  expect_error(s.world.add_solid(b), "fixed");
+  b = SolidDesc{};
+  b.material = s.ice;
+  b.shape = Shape::sphere({1, 2, 1}, 0.01);
+  expect_error(s.world.add_solid(b), "no lattice point");
+
+  EmitterDesc e;
+  e.material = s.water;
+  e.center = {1.2, 2, 1.2};
+  expect_error(s.world.add_emitter(e), "radius");
+  e.radius = 0.3;
+  expect_error(s.world.add_emitter(e), "max_particles");  // never ends
+  e.until = 1;
+  e.speed = 0;
+  expect_error(s.world.add_emitter(e), "speed");
+  e.speed = 2;
+  e.center = {5, 5, 5};
+  expect_error(s.world.add_emitter(e), "domain");
+  EXPECT_EQ(*s.world.state_hash(), hash);
+}
+
+TEST(Errors, StepsOfEverySize) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  const auto hash = *s.world.state_hash();
+  expect_error(s.world.step(-1e-3), "dt");
+  expect_error(s.world.step(nan), "dt");
+  expect_error(s.world.step(inf), "dt");
+  expect_error(s.world.step(1e3), "max_substeps");  // names the step that fits
+  require(s.world.step(0));                         // a bitwise no-op
+  EXPECT_EQ(*s.world.state_hash(), hash);
+  EXPECT_EQ(s.world.steps(), 0u);
+  require(s.world.step(1e-9));  // legal
+  EXPECT_EQ(s.world.steps(), 1u);
+  require(s.world.step(0.05));  // ten times the paper's: split into sub-steps
+  EXPECT_GT(s.world.steps(), 5u);
+  EXPECT_FALSE(s.world.synchronize().halted);
+}
+
+TEST(Errors, CoordinatesThatASingleCannotHoldAreRefusedOrShifted) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  auto far = World::create(d);
+  ASSERT_TRUE(far);
+  const auto water = *far->add_material({});
+  FluidDesc f;
+  f.material = water;
+  // A small pool a thousand kilometres out: the origin moves there.
+  f.shape = Shape::box({1e6, 1e6, 1e6}, {1e6 + 1, 1e6 + 1, 1e6 + 1});
+  require(far->add_fluid(f));
+  EXPECT_NEAR(far->resolved().origin.x, 1e6, 2.0);
+  // A second one at zero would then be a thousand kilometres from the origin.
+  f.shape = Shape::box({0, 0, 0}, {1, 1, 1});
+  expect_error(far->add_fluid(f), "double");
+}
+
+TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
+  MELTSIM_NEEDS_BACKEND();
+  auto w = World::create(describe());
+  ASSERT_TRUE(w);
+  MaterialDesc m;
+  m.name = "stone";
+  const auto stone = *w->add_material(m);
+  SolidDesc b;
+  b.name = "bullet";
+  b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+  b.material = stone;
+  b.velocity = {40, 0, 0};
+  require(w->add_solid(b));
+  require(w->step(0.01));  // 0.4 m: below H
+  const auto good = *w->state_hash();
+  const double time = w->time();
+  require(w->step(0.02));  // 0.8 m in one sub-step: crosses its neighbourhood
+  require(w->step(0.02));  // enqueued behind it, does nothing
+  const StepResult r = w->synchronize();
+  EXPECT_TRUE(r.halted);
+  EXPECT_NE(r.halt_reason.find("bullet"), std::string::npos) << r.halt_reason;
+  EXPECT_NE(r.halt_reason.find("sub-step 2"), std::string::npos) << r.halt_reason;
+  EXPECT_EQ(*w->state_hash(), good);
+  EXPECT_EQ(w->time(), time);
+  EXPECT_EQ(r.steps, 1u);
+  const Status s = w->step(0.01);
+  ASSERT_FALSE(s);
+  EXPECT_EQ(s.error().code, ErrorCode::halted);
+}
+
+}  // namespace
+}  // namespace meltsim_test

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies float at the draught of their density, sink, rest and pile up.
+#include <cmath>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+class Draught : public ::testing::TestWithParam<double> {};
+
+TEST_P(Draught, EqualsTheDensityRatioWithinHalfASpacing) {
+  MELTSIM_NEEDS_BACKEND();
+  const double ratio = GetParam();
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  d.domain.bounded = true;
+  d.domain.max = {3.2, 3, 3.2};  // one body width of water on every side
+  d.heat.model = HeatModel::none;
+  auto w = World::create(d);
+  ASSERT_TRUE(w);
+  const auto water = *w->add_material({});
+  MaterialDesc m;
+  m.name = "float";
+  m.density = 1000 * ratio;
+  const auto light = *w->add_material(m);
+  FluidDesc f;
+  f.shape = Shape::box({0, 0, 0}, {3.2, 1.6, 3.2});
+  f.material = water;
+  require(w->add_fluid(f));
+  const double side = 1.2;  // 6 spacings: half of one is 8 % of the draught's range
+  SolidDesc b;
+  // Starts at the lattice site nearest to its draught; it must stay there.
+  const double floor = 0.2 * std::round((1.6 - ratio * side) / 0.2);
+  b.shape = Shape::box({1, floor, 1}, {1 + side, floor + side, 1 + side});
+  b.material = light;
+  require(w->add_solid(b));
+  const auto totals = *w->totals();
+  const double water_volume = double(totals.fluid) * 0.008;
+  double center = 0;
+  int samples = 0;
+  for (int k = 0; k < 1000; ++k) {  // 2.5 s; the heave of the body has a period of some 1.5 s
+    require(w->step(0.0025));
+    if (k >= 700 && k % 25 == 0) {
+      center += w->totals()->solid_center.y;
+      ++samples;
+    }
+  }
+  ASSERT_FALSE(w->synchronize().halted);
+  center /= samples;
+  const double level = (water_volume + ratio * side * side * side) / (3.2 * 3.2);
+  const double draught = level - (center - side / 2);
+  EXPECT_NEAR(draught, ratio * side, 0.1) << "level " << level << " centre " << center;
+}
+
+// Flat attitude is stable only below 0.211 or above 0.789; in between a cube turns within minutes, not in 2.5
+// s.
+INSTANTIATE_TEST_SUITE_P(Densities, Draught, ::testing::Values(0.2, 0.5, 0.917));
+
+TEST(Floating, AHeavyBodySinksToTheFloorAndRests) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene;
+  scene.ice_density = 8000;
+  scene.time_scale = 0;
+  scene.block_floor = 0.6;
+  Scene s = ice_in_water(describe(), scene);
+  for (int k = 0; k < 800; ++k) require(s.world.step(0.005));
+  ASSERT_FALSE(s.world.synchronize().halted);
+  const auto p = *s.world.pieces();
+  ASSERT_EQ(p.size(), 1u);
+  EXPECT_NEAR(p[0].center.y, 0.3, 0.1);  // half of 0.6 m above the floor, half a spacing
+  EXPECT_LT(length(p[0].velocity), 0.05);
+}
+
+TEST(Contact, ATowerOfThreeBlocksStands) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  d.domain.bounded = true;
+  d.domain.max = {2, 3, 2};
+  auto w = World::create(d);
+  ASSERT_TRUE(w);
+  double floor = 0;
+  for (const double density : {10000.0, 200.0, 1000.0}) {  // light on heavy, and five times as heavy on light
+    MaterialDesc m;
+    m.name = std::to_string(density);
+    m.density = density;
+    const auto id = *w->add_material(m);
+    SolidDesc b;
+    b.shape = Shape::box({0.6, floor, 0.6}, {1.2, floor + 0.6, 1.2});
+    b.material = id;
+    require(w->add_solid(b));
+    floor += 0.6;
+  }
+  for (int k = 0; k < 5000; ++k) require(w->step(0.002));  // 10 s
+  ASSERT_FALSE(w->synchronize().halted);
+  const auto p = *w->pieces();
+  ASSERT_EQ(p.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(p[k].center.y, 0.3 + 0.6 * double(k), 0.2) << "sunk in by more than a spacing";
+    EXPECT_NEAR(p[k].center.x, 0.9, 0.1);
+    EXPECT_LT(length(p[k].velocity), 0.02);
+  }
+}
+
+TEST(Contact, NothingPassesThroughAFixedPlate) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  d.domain.bounded = true;
+  d.domain.max = {2, 3, 2};
+  auto w = World::create(d);
+  ASSERT_TRUE(w);
+  const auto water = *w->add_material({});
+  MaterialDesc m;
+  m.name = "stone";
+  m.density = 2500;
+  const auto stone = *w->add_material(m);
+  SolidDesc plate;
+  plate.shape = Shape::box({0, 1, 0}, {2, 1.2, 2});  // one layer
+  plate.material = stone;
+  plate.fixed = true;
+  require(w->add_solid(plate));
+  SolidDesc block;
+  block.shape = Shape::box({0.6, 2, 0.6}, {1.2, 2.6, 1.2});
+  block.material = stone;
+  require(w->add_solid(block));
+  FluidDesc f;
+  f.shape = Shape::box({0, 1.2, 0}, {2, 2.0, 2});
+  f.material = water;
+  require(w->add_fluid(f));
+  for (int k = 0; k < 800; ++k) require(w->step(0.0025));
+  ASSERT_FALSE(w->synchronize().halted);
+  const auto p = *w->particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i) EXPECT_GT(p.position[i].y, 1.0) << p.id[i];
+}
+
+}  // namespace
+}  // namespace meltsim_test
