@@ -31,7 +31,7 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   number("viscosity", "Pa s", desc.viscosity);
   number("conductivity", "W/(m K)", desc.conductivity);
   number("heat_capacity", "J/(kg K)", desc.heat_capacity);
-  number("diffusivity", "m^2/s", desc.diffusivity);
+  if (const auto value = node.find("diffusivity")) desc.diffusivity = value->number("m^2/s");
   number("latent_heat", "J/kg", desc.latent_heat);
   number("stiffness", "0 to 1", desc.stiffness);
   number("damping", "0 to 1", desc.damping);

@@ -67,7 +67,7 @@ Json material_json(const SceneMaterial& material) {
   json["viscosity"] = desc.viscosity;
   json["conductivity"] = desc.conductivity;
   json["heat_capacity"] = desc.heat_capacity;
-  json["diffusivity"] = desc.diffusivity;
+  if (desc.diffusivity) json["diffusivity"] = *desc.diffusivity;
   json["melting_point"] = echo_number(desc.melting_point);
   json["latent_heat"] = desc.latent_heat;
   if (!material.becomes.empty()) json["becomes"] = material.becomes;

@@ -217,7 +217,7 @@ class EngineImpl final : public Engine {
 
  private:
   struct Sizes {
-    std::uint64_t count[13] = {};
+    std::uint64_t count[14] = {};
     std::uint64_t groups = 0, rows = 9;
   };
 
@@ -255,6 +255,7 @@ class EngineImpl final : public Engine {
     set(Owner::site, l.site_vertex.size());
     set(Owner::body, l.bodies.size());
     set(Owner::material, c.materials.size());
+    set(Owner::property, c.properties.size());
     set(Owner::wall_node, static_cast<std::uint64_t>(physics::wall_table_size));
     set(Owner::emitter_point, c.emitter_points.size());
     set(Owner::world, 1);
@@ -399,8 +400,14 @@ class EngineImpl final : public Engine {
     rolled_back_ = false;
     last_index_ = 0;
     std::vector<MaterialRow<T>> materials;
-    for (const MaterialRow<double>& m : c.materials) materials.push_back(round_row(m));
+    for (const MaterialRow<double>& m : c.materials) {
+      materials.push_back(round_row(m));
+      if (w_.f.properties != nullptr) materials.back().tables = w_.f.properties + (materials.size() - 1);
+    }
     put(w_.f.materials, materials);
+    std::vector<MaterialProperties<T>> properties;
+    for (const MaterialProperties<double>& p : c.properties) properties.push_back(round_properties(p));
+    put(w_.f.properties, properties);
     std::vector<Vec4<T>> position(n), velocity(n);
     std::vector<T> mass(n);
     std::vector<std::uint32_t> id(n);
@@ -464,8 +471,26 @@ class EngineImpl final : public Engine {
     r.shape_damping = static_cast<T>(m.shape_damping);
     r.friction = static_cast<T>(m.friction);
     r.liquid = m.liquid;
+    r.solid = m.solid;
     r.melts = m.melts;
+    r.freezes = m.freezes;
+    r.plateau = m.plateau;
     return r;
+  }
+
+  static physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {
+    physics::PropertyTable<T> r;
+    r.points = p.points;
+    for (int k = 0; k < physics::property_points; ++k) {
+      r.temperature[k] = static_cast<T>(p.temperature[k]);
+      r.value[k] = static_cast<T>(p.value[k]);
+    }
+    return r;
+  }
+
+  static MaterialProperties<T> round_properties(const MaterialProperties<double>& p) {
+    return {round_table(p.conductivity), round_table(p.liquid_conductivity), round_table(p.viscosity),
+            round_table(p.density), p.curve};
   }
 
   template <class V>

@@ -18,6 +18,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
+using physics::MaterialProperties;
 using physics::MaterialRow;
 using physics::RegionFit;
 using physics::SphKernel;

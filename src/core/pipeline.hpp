@@ -31,6 +31,7 @@ enum class Owner {
   site,
   body,
   material,
+  property,
   wall_node,
   emitter_point,
   world

@@ -41,6 +41,7 @@ struct SceneConstants {
   Vec3d gravity;
   DomainDesc domain;  ///< relative to the origin
   std::vector<MaterialRow<double>> materials;
+  std::vector<physics::MaterialProperties<double>> properties;  ///< per material, or empty
   std::vector<Vec3d> emitter_points;
   double largest_mass = 0;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/text.hpp"
+#include "meltsim/physics/property_table.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -62,6 +63,25 @@ Status validate(const DomainDesc& d, double support) {
   return {};
 }
 
+Status validate_points(const std::string& field, const std::vector<PropertyPoint>& points, bool zero) {
+  if (points.empty()) return {};
+  if (points.size() < 2 || points.size() > static_cast<std::size_t>(physics::property_points))
+    return invalid(field, ": must be 2..", physics::property_points, " points, got ",
+                   static_cast<std::uint64_t>(points.size()), "; for a constant leave them out");
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!(std::isfinite(points[k].temperature) && points[k].temperature >= absolute_zero))
+      return invalid(field, ": temperatures must be >= ", absolute_zero, " degrees Celsius, got ",
+                     points[k].temperature);
+    if (k > 0 && !(points[k].temperature > points[k - 1].temperature))
+      return invalid(field, ": temperatures must ascend, got ", points[k].temperature, " after ",
+                     points[k - 1].temperature, "; sort the points");
+    if (!(std::isfinite(points[k].value) && (points[k].value > 0 || (zero && points[k].value == 0))))
+      return invalid(field, ": values must be finite and > 0, got ", points[k].value, " at ",
+                     points[k].temperature, " degrees");
+  }
+  return {};
+}
+
 }  // namespace
 
 double support_of(const WorldDesc& d) { return d.support_radius == 0 ? 2.5 * d.spacing : d.support_radius; }
@@ -100,11 +120,31 @@ Status validate(const MaterialDesc& m) {
   if (m.name.empty()) return invalid("material: name is empty; give it one, errors refer to it");
   if (Status s = above(p + "density", m.density, 0, "kg/m^3", "water is 1000"); !s) return s;
   if (Status s = at_least(p + "viscosity", m.viscosity, 0, "Pa s", "water is 0.001"); !s) return s;
-  if (Status s = at_least(p + "conductivity", m.conductivity, 0, "W/(m K)", "0 insulates, water is 0.6"); !s)
+  if (Status s =
+          above(p + "conductivity", m.conductivity, 0, "W/(m K)", "water is 0.6; diffusivity 0 insulates");
+      !s)
     return s;
   if (Status s = above(p + "heat_capacity", m.heat_capacity, 0, "J/(kg K)", "water is 4186"); !s) return s;
-  if (Status s = at_least(p + "diffusivity", m.diffusivity, 0, "m^2/s", "0 uses the conductivity"); !s)
-    return s;
+  if (m.diffusivity)
+    if (Status s =
+            at_least(p + "diffusivity", *m.diffusivity, 0, "m^2/s", "leave it out to use the conductivity");
+        !s)
+      return s;
+  if (m.diffusivity && !m.conductivity_points.empty())
+    return invalid(p, "conductivity_points: diffusivity is given too; give one of the two");
+  const struct {
+    const char* name;
+    const std::vector<PropertyPoint>& points;
+    bool zero;  ///< a value of 0 makes sense
+  } tables[] = {{"conductivity_points", m.conductivity_points, false},
+                {"heat_capacity_points", m.heat_capacity_points, false},
+                {"viscosity_points", m.viscosity_points, true},
+                {"density_points", m.density_points, false}};
+  for (const auto& t : tables)
+    if (Status s = validate_points(p + t.name, t.points, t.zero); !s) return s;
+  if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
+    return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
+                   ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");
   if (Status s = at_least(p + "latent_heat", m.latent_heat, 0, "J/kg", "ice is 3.34e5"); !s) return s;
   if (std::isnan(m.melting_point) || m.melting_point < absolute_zero)
     return invalid(p, "melting_point: must be >= ", absolute_zero, " degrees Celsius, got ", m.melting_point,

@@ -68,6 +68,7 @@ class WorldImpl final : public Scheduler {
   bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
   /// Rows in double, all values derived.
   std::vector<core::MaterialRow<double>> material_rows() const;
+  std::vector<physics::MaterialProperties<double>> material_properties() const;
   /// Brings `state` up to date with the engine.
   void fetch_state();
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
@@ -75,6 +76,8 @@ class WorldImpl final : public Scheduler {
  private:
   std::uint32_t facts();
   std::string heat_reason() const;
+  std::size_t freezes_into(std::size_t material) const;
+  Status check_freezing(const MaterialDesc& m);
   void derive_sound_speed();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
@@ -94,6 +97,7 @@ class WorldImpl final : public Scheduler {
   void round_to_precision(double& v) const;
   StepResult last_result(const core::WorldStatus& s);
 
+  std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
   std::vector<EmitterRecord> emitters_;
   core::SceneState state_;

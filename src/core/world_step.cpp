@@ -41,7 +41,7 @@ std::string WorldImpl::heat_reason() const {
     see(physics::temperature_of(rows[material_of(state_.tag[i])], state_.enthalpy[i] / state_.mass[i]));
   }
   for (const EmitterRecord& e : emitters_) see(e.desc.temperature);
-  for (const auto& r : rows) conducts = conducts || r.conductivity > 0;
+  for (const auto& r : rows) conducts = conducts || r.conductivity > 0 || r.tables != nullptr;
   // Equal temperatures that went through mass * c * T and back may differ in the last bits.
   differs = high - low > 1e-9 * std::max({1.0, std::fabs(low), std::fabs(high)});
   if (!differs) return "temperatures are uniform and there is no source";
@@ -143,6 +143,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
+  c.properties = properties_;
   c.emitter_points = emitter_points_;
   for (const MaterialDesc& m : materials)
     c.largest_mass = std::max(c.largest_mass, m.density * desc.spacing * desc.spacing * desc.spacing);

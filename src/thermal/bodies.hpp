@@ -18,8 +18,9 @@ using physics::MaterialRow;
 template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
   const double h = enthalpy / static_cast<double>(mass);
-  return {static_cast<T>(physics::temperature_of(m, h)),
-          physics::conductivity_at(m, static_cast<T>(physics::liquid_fraction(m, h)))};
+  const T temperature = static_cast<T>(physics::temperature_of(m, h));
+  return {temperature,
+          physics::conductivity_at(m, static_cast<T>(physics::liquid_fraction(m, h)), temperature)};
 }
 
 template <class T>
