@@ -43,6 +43,8 @@ struct Totals {
   Vec3d momentum;                                  ///< [kg m/s]
   Vec3d angular_momentum;                          ///< about the origin [kg m^2/s]
   double kinetic = 0, potential = 0, thermal = 0;  ///< [J]; thermal includes latent heat
+  double latent = 0;   ///< [J]; the part of thermal that is melting enthalpy taken up
+  double heat_in = 0;  ///< [J]; through surfaces and from sources since the World was created
   double temperature_min = 0, temperature_mean = 0, temperature_max = 0;  ///< [degrees Celsius]
   Vec3d solid_center;                                    ///< centre of mass of everything solid [m]
   double max_speed = 0;                                  ///< [m/s]
@@ -123,6 +125,7 @@ class MELTSIM_API World {
   Result<std::uint64_t> add_fluid(const FluidDesc& desc);  ///< particles added
   Result<BodyId> add_solid(const SolidDesc& desc);
   Result<EmitterId> add_emitter(const EmitterDesc& desc);
+  Result<HeatRegionId> add_heat_region(const HeatRegionDesc& desc);
 
   /// Allocates, uploads and plans what the next step needs. step() calls it when something was added; call
   /// it yourself to keep the first step free of allocation. Errors: out_of_memory.

@@ -174,6 +174,7 @@ class EngineImpl final : public Engine {
       ex_.download(&status, w_.f.status, sizeof status);
       s.melted = status.melted;
       s.removed = static_cast<std::uint64_t>(status.removed);
+      s.heat_in = status.heat_in;
     }
   }
 
@@ -217,7 +218,7 @@ class EngineImpl final : public Engine {
 
  private:
   struct Sizes {
-    std::uint64_t count[14] = {};
+    std::uint64_t count[16] = {};
     std::uint64_t groups = 0, rows = 9;
   };
 
@@ -258,6 +259,8 @@ class EngineImpl final : public Engine {
     set(Owner::property, c.properties.size());
     set(Owner::wall_node, static_cast<std::uint64_t>(physics::wall_table_size));
     set(Owner::emitter_point, c.emitter_points.size());
+    set(Owner::heat_region, c.heat_regions.size());
+    set(Owner::heat_region_word, c.heat_region_cells.size());
     set(Owner::world, 1);
     return n;
   }
@@ -337,12 +340,17 @@ class EngineImpl final : public Engine {
     k.walls.nodes_per_length =
         static_cast<T>((physics::wall_table_points - 1) / (c.support + 0.5 * c.spacing));
     k.coupling = physics::make_coupling<T>(c.support, c.spacing);
+    k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
+    k.first_layer = physics::wall_area(k.wall_exchange, k.walls.half_spacing) * k.spacing;
+    k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
     k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
     if (c.domain.bounded)
       for (int f = 0; f < 6; ++f) {
         const Face face = c.domain.faces[static_cast<std::size_t>(f)];
         if (face == Face::wall) k.walls.faces |= 1u << f;
         if (face == Face::open) k.open_faces |= 1u << f;
+        k.wall_heat[f] = round_condition(c.wall_heat[static_cast<std::size_t>(f)]);
+        if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
         k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
       }
     fill_grid(c);
@@ -447,9 +455,20 @@ class EngineImpl final : public Engine {
     std::vector<Vec4<T>> points;
     for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
     put(w_.f.emitter_points, points);
+    std::vector<HeatRegionRow<T>> regions;
+    for (const HeatRegionRow<double>& r : c.heat_regions)
+      regions.push_back({cast<T>(r.min), static_cast<T>(r.inv_cell), r.nx, r.ny, r.nz, r.first_word, r.held,
+                         r.temperature, static_cast<T>(r.source), r.from, r.until});
+    put(w_.f.heat_regions, regions);
+    put(w_.f.heat_region_cells, c.heat_region_cells);
+    std::vector<BodyHeat<T>> body_heat;
+    for (const BodyHeat<double>& b : c.body_heat)
+      body_heat.push_back({round_condition(b.surface), static_cast<T>(b.source)});
+    put(w_.f.body_heat, body_heat);
     WorldStatus status;
     status.melted = s.melted;
     status.removed = static_cast<std::int64_t>(s.removed);
+    status.heat_in = s.heat_in;
     status.particles = w_.particles;
     if (w_.f.status != nullptr) ex_.upload(w_.f.status, &status, sizeof status);
   }
@@ -476,6 +495,11 @@ class EngineImpl final : public Engine {
     r.freezes = m.freezes;
     r.plateau = m.plateau;
     return r;
+  }
+
+  static physics::SurfaceCondition<T> round_condition(const physics::SurfaceCondition<double>& c) {
+    return {static_cast<T>(c.temperature), static_cast<T>(c.flux), static_cast<T>(c.convection),
+            static_cast<T>(c.emissivity), c.kind};
   }
 
   static physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {

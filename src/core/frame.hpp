@@ -8,10 +8,12 @@
 #include "meltsim/particle_tag.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
 
 namespace meltsim {
@@ -36,6 +38,40 @@ struct Range {
 template <class T>
 struct alignas(2 * sizeof(T)) HeatOperand {
   T temperature{}, conductivity{};
+};
+
+/// What reaches a particle from outside, worked out once per sub-step.
+template <class T>
+struct HeatBoundary {
+  T area{}, depth{};       ///< dry surface [m^2], how deep beneath it the particle is [m]
+  T source{};              ///< heat released inside [W]
+  std::uint32_t held = 0;  ///< 1: a region holds its temperature
+};
+
+/// The recurrence of a super-step for the sum over all particles: it is linear, so the sum obeys it too.
+struct HeatAccount {
+  double rate = 0;  ///< of the current stage [W]; the jump of what a region took hold of [J]
+  double rate0 = 0, increment = 0, increment_old = 0;
+  double step = 0;  ///< what came in during this sub-step [J]
+};
+
+/// A region of space on its own grid of spacing-sized cells, in stored coordinates.
+template <class T>
+struct HeatRegionRow {
+  Vec3<T> min{};
+  T inv_cell{};  ///< 1/m
+  std::int32_t nx = 0, ny = 0, nz = 0;
+  std::uint32_t first_word = 0;  ///< of its bits
+  std::uint32_t held = 0;
+  double temperature = 0;      ///< degrees Celsius
+  T source{};                  ///< W/m^3
+  double from = 0, until = 0;  ///< s
+};
+
+template <class T>
+struct BodyHeat {
+  physics::SurfaceCondition<T> surface;
+  T source{};  ///< W/m^3
 };
 
 /// Exact sums over a piece: integers in units chosen by the host, so that no order of addition changes a bit.
@@ -119,6 +155,7 @@ struct WorldStatus {
   std::uint32_t particles = 0;         ///< ids in use when this sub-step began
   std::uint64_t melted = 0;            ///< since the scene was uploaded
   std::int64_t removed = 0;            ///< likewise
+  double heat_in = 0;                  ///< likewise [J]
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
 };
@@ -163,7 +200,12 @@ struct Constants {
   T sound_speed{};
   T artificial_viscosity{};
   T wall_friction{};
-  T volume_rate{};  ///< 1 / relaxation time of a melted particle's volume [1/s]
+  T volume_rate{};                            ///< 1 / relaxation time of a melted particle's volume [1/s]
+  physics::SurfaceCondition<T> wall_heat[6];  ///< per face
+  std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
+  physics::WallExchange<T> wall_exchange;
+  T first_layer{};  ///< share of a plane surface that its first layer serves
+  std::uint32_t heat_regions = 0;
   std::uint32_t no_slip = 1;
   std::uint32_t open_faces = 0;  ///< bit per face
   Vec3<T> wall_velocity[6];

@@ -34,6 +34,7 @@ class WorldImpl final : public Scheduler {
   Result<std::uint64_t> add_fluid(const FluidDesc& f);
   Result<BodyId> add_solid(const SolidDesc& s);
   Result<EmitterId> add_emitter(const EmitterDesc& e);
+  Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
   // world_step.cpp
   Status prepare();
   Status step(double dt);
@@ -76,6 +77,8 @@ class WorldImpl final : public Scheduler {
  private:
   std::uint32_t facts();
   std::string heat_reason() const;
+  bool heat_from_outside() const;
+  void fill_heat_boundary(core::SceneConstants& c) const;
   std::size_t freezes_into(std::size_t material) const;
   Status check_freezing(const MaterialDesc& m);
   void derive_sound_speed();
@@ -100,6 +103,7 @@ class WorldImpl final : public Scheduler {
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
   std::vector<EmitterRecord> emitters_;
+  std::vector<HeatRegionDesc> heat_regions_;
   core::SceneState state_;
   core::SceneLattice lattice_;
   std::vector<Vec3d> emitter_points_;

@@ -43,6 +43,9 @@ Result<Totals> WorldImpl::totals() {
     t.kinetic += 0.5 * m * dot(v, v);
     t.potential -= m * dot(desc.gravity, x);
     t.thermal += state_.enthalpy[i];
+    const auto& row = rows[material_of(tag)];
+    if (row.plateau != 0u)
+      t.latent += m * row.latent_heat * physics::liquid_fraction(row, state_.enthalpy[i] / m);
     t.temperature_min = std::min(t.temperature_min, temperature);
     t.temperature_max = std::max(t.temperature_max, temperature);
     t.temperature_mean += m * temperature;
@@ -66,6 +69,7 @@ Result<Totals> WorldImpl::totals() {
   }
   t.bodies = pieces.size();
   t.melted = state_.melted;
+  t.heat_in = state_.heat_in;
   if (heat_mass > 0) {
     t.temperature_mean /= heat_mass;
   } else {

@@ -22,12 +22,30 @@ namespace {
 /// Crowded neighbourhoods (splashes, a melted particle beside a larger one) exchange faster than the lattice;
 /// this head room keeps the heat stages stable. Exceeding it raises StepResult::heat_bound_exceeded.
 constexpr double heat_margin = 1.5;
+
+double largest_conductivity(const core::MaterialRow<double>& m) {
+  double k = std::max(m.conductivity, m.liquid_conductivity);
+  if (m.tables == nullptr) return k;
+  for (const auto* t : {&m.tables->conductivity, &m.tables->liquid_conductivity})
+    for (std::uint32_t p = 0; p < t->points; ++p) k = std::max(k, t->value[p]);
+  return k;
+}
 }  // namespace
+
+bool WorldImpl::heat_from_outside() const {
+  if (desc.heat.model != HeatModel::enthalpy) return false;
+  core::SceneConstants c;
+  fill_heat_boundary(c);
+  return !c.heat_regions.empty() || !c.body_heat.empty() ||
+         std::any_of(c.wall_heat.begin(), c.wall_heat.end(),
+                     [](const auto& w) { return w.kind != physics::SurfaceHeat::insulated; });
+}
 
 /// Empty when heat flows; otherwise why it does not.
 std::string WorldImpl::heat_reason() const {
   if (desc.heat.model == HeatModel::none) return "heat.model is none";
   if (desc.heat.time_scale == 0) return "heat.time_scale is 0";
+  if (heat_from_outside()) return {};
   bool first = true, differs = false, conducts = false;
   double low = 0, high = 0;
   const auto see = [&](double t) {
@@ -94,6 +112,8 @@ std::uint32_t WorldImpl::facts() {
   if (melts) f |= core::fact_melt;
   if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
   if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
+  if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
+  if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   return f & ~disabled_facts_;
 }
 
@@ -144,6 +164,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
   c.properties = properties_;
+  fill_heat_boundary(c);
   c.emitter_points = emitter_points_;
   for (const MaterialDesc& m : materials)
     c.largest_mass = std::max(c.largest_mass, m.density * desc.spacing * desc.spacing * desc.spacing);
@@ -201,14 +222,22 @@ void WorldImpl::derive_limits() {
         static_dt_ = std::min(static_dt_, physics::viscous_dt(m.viscosity / m.density, sum));
   }
   rows_ = material_rows();
-  for (const auto& i : rows_)
+  for (const auto& i : rows_) {
+    const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
     for (const auto& j : rows_) {
-      const double k = physics::pair_conductivity(std::max(i.conductivity, i.liquid_conductivity),
-                                                  std::max(j.conductivity, j.liquid_conductivity));
-      heat_lambda_ =
-          std::max(heat_lambda_, 2 * heat_margin * k * sum /
-                                     (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
+      const double k = physics::pair_conductivity(largest_conductivity(i), largest_conductivity(j));
+      heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
     }
+  }
+  if ((facts_ & core::fact_heat_boundary) == 0) return;
+  // A surface takes more than the neighbours it stands for gave, where a particle is as close as it gets.
+  const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
+  const double surface = physics::wall_area(e, e.smallest_distance) / e.smallest_distance;
+  double fastest = 0;
+  for (const auto& i : rows_)
+    fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
+                                    (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
+  heat_lambda_ += fastest;
 }
 
 double WorldImpl::stable_dt() const {
@@ -222,9 +251,9 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   stages = supersteps = 0;
   heat_dt = tau;
   bound = infinity;
-  if ((facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper)) == 0) return;
+  if ((facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki)) == 0) return;
   stages = supersteps = 1;
-  if ((facts_ & core::fact_heat_paper) != 0) return;
+  if ((facts_ & core::fact_heat_enthalpy) == 0) return;
   const double lambda = heat_lambda_;
   stages = physics::heat_stage_count(tau * lambda);
   const int most = desc.heat.max_stages % 2 == 1 ? desc.heat.max_stages : desc.heat.max_stages - 1;

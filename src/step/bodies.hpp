@@ -101,6 +101,10 @@ struct JudgeBody {
       s.halted = result->bad;
       return;
     }
+    if (w.f.heat_account != nullptr) {  // zero in a sub-step without heat
+      s.heat_in += w.f.heat_account->step;
+      w.f.heat_account->step = 0;
+    }
     s.max_speed = maximum(s.max_speed, result->max_speed);
     s.max_density = maximum(s.max_density, result->max_density);
     if (result->max_speed * static_cast<double>(w.f.clock->dt) >

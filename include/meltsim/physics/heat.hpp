@@ -135,6 +135,15 @@ MELTSIM_HD T paper_pair_update(T K_i, T K_j, T laplacian, T dt, T volume_i, T vo
   return k * volume_j * (temperature_j - temperature_i) / (T(1) + k * (volume_i + volume_j));
 }
 
+/// The explicit scheme that the paper compares with: dT_i/dt = sum_j (K_i + K_j)/2 V_j L_ij (T_j - T_i),
+/// Euler's step. Iwasaki et al. (2010), Comput. Graph. Forum 29:2215; theirs has the SPH Laplacian of the
+/// day, here L. Stable while dt sum_j of this is at most 1 (a convex combination of old temperatures).
+/// Returns the rate per degree [1/s].
+template <class T>
+MELTSIM_HD T explicit_pair_rate(T K_i, T K_j, T laplacian, T volume_j) {
+  return T(0.5) * (K_i + K_j) * laplacian * volume_j;
+}
+
 /// Diffusivity [m^2/s] that paper mode delivers on the lattice at a step dt when K is asked for (host): one
 /// sweep over dt/2 leaves T_i = sum w_j T_j with weights from the running update, so a parabola spreads by
 /// sum w_j r_j^2 / 6 per dt/2. Tends to K as K dt/dx^2 -> 0; an upper
