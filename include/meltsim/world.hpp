@@ -51,6 +51,23 @@ struct Totals {
   double density_error_mean = 0, density_error_max = 0;  ///< |rho/rho0 - 1| over liquid with rho > rho0
 };
 
+/// The World's accounts at the end of the last sub-step. Kept on the device at every sub-step, so reading it
+/// copies a few hundred bytes and no particle. Zero points as in Totals; sums are double, their order is the
+/// backend's own.
+struct Ledger {
+  std::uint64_t step = 0;  ///< sub-steps completed
+  double time = 0;         ///< [s]
+  std::uint64_t fluid = 0, solid = 0;
+  double mass = 0;                    ///< [kg]
+  Vec3d momentum, angular_momentum;   ///< [kg m/s], about the origin [kg m^2/s]
+  double kinetic = 0, potential = 0;  ///< [J]
+  double thermal = 0, latent = 0;     ///< [J]; thermal includes latent
+  double heat_in = 0;                 ///< [J] through surfaces and from sources since the World was created
+  double max_speed = 0;               ///< [m/s]
+  double density_error_mean = 0, density_error_max = 0;  ///< rho/rho0 - 1 over liquid with rho > rho0
+  double courant = 0;                                    ///< (c + max_speed) dt / H of that sub-step
+};
+
 /// Particles copied to the host, sorted by id. Arrays are parallel.
 struct ParticleData {
   std::vector<std::uint32_t> id;
@@ -144,6 +161,7 @@ class MELTSIM_API World {
 
   // Reading back. All synchronise.
   Result<Totals> totals();
+  Result<Ledger> ledger();
   Result<ParticleData> particles();
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();

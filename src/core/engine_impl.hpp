@@ -137,6 +137,13 @@ class EngineImpl final : public Engine {
     return s;
   }
 
+  WorldStatus status() override {
+    ex_.synchronize();
+    WorldStatus s;
+    if (w_.f.status != nullptr) ex_.download(&s, w_.f.status, sizeof s);
+    return s;
+  }
+
   void download(SceneState& s) override {
     ex_.synchronize();
     const std::size_t n = w_.particles;

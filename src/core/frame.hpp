@@ -120,14 +120,37 @@ struct Clock {
 /// Which check stopped the World; order = order of the stages.
 enum class Halt : std::uint32_t { no = 0, density, force, shape, heat, speed };
 
+/// Sums over all particles at the end of a sub-step, in stored coordinates.
+struct LedgerSums {
+  double mass = 0;
+  Vec3<double> momentum, angular_momentum;   ///< about the stored origin
+  double kinetic = 0, potential = 0;  ///< potential at the stored origin is 0
+  double thermal = 0, latent = 0;
+  double excess = 0, dense = 0;  ///< sum and count of rho/rho0 - 1 where above 0
+  MELTSIM_HD void add(const LedgerSums& o) {
+    mass += o.mass;
+    momentum += o.momentum;
+    angular_momentum += o.angular_momentum;
+    kinetic += o.kinetic;
+    potential += o.potential;
+    thermal += o.thermal;
+    latent += o.latent;
+    excess += o.excess;
+    dense += o.dense;
+  }
+};
+
 /// The worst of a set of particles. Order-independent: ties go to the smaller id.
 struct CheckResult {
   double max_speed = 0, max_density = 0;
   double bad_value = 0;
   std::uint32_t bad = 0;  ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
+  LedgerSums sums;
   MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
     CheckResult r;
+    r.sums = a.sums;
+    r.sums.add(b.sums);
     r.max_speed = maximum(a.max_speed, b.max_speed);
     r.max_density = maximum(a.max_density, b.max_density);
     const bool take_b =
@@ -148,14 +171,18 @@ struct WorldStatus {
   double max_speed = 0;    ///< since the last synchronize()
   double max_density = 0;  ///< likewise, phi
   std::uint32_t courant_exceeded = 0;
-  std::uint32_t groups = 0;            ///< occupied cells of this step
-  std::uint32_t died = 0;              ///< vertices that melted in this step
-  std::uint32_t labels_unsettled = 0;  ///< vertices the last search for pieces left undecided
-  std::uint32_t pieces_stale = 1;      ///< something melted since the last search ended
-  std::uint32_t particles = 0;         ///< ids in use when this sub-step began
-  std::uint64_t melted = 0;            ///< since the scene was uploaded
-  std::int64_t removed = 0;            ///< likewise
-  double heat_in = 0;                  ///< likewise [J]
+  std::uint32_t groups = 0;                 ///< occupied cells of this step
+  std::uint32_t died = 0;                   ///< vertices that melted in this step
+  std::uint32_t labels_unsettled = 0;       ///< vertices the last search for pieces left undecided
+  std::uint32_t pieces_stale = 1;           ///< something melted since the last search ended
+  std::uint32_t particles = 0;              ///< ids in use when this sub-step began
+  std::uint64_t melted = 0;                 ///< since the scene was uploaded
+  std::int64_t removed = 0;                 ///< likewise
+  double heat_in = 0;                       ///< likewise [J]
+  LedgerSums sums;                          ///< of the last sub-step
+  double step_speed = 0, step_density = 0;  ///< its largest speed and phi
+  std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
+  double ledger_dt = 0;
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
 };

@@ -69,6 +69,7 @@ enum Fact : std::uint32_t {
   fact_heat_paper = 1u << 7,     ///< temperatures differ, paper model
   fact_heat_boundary = 1u << 8,  ///< heat comes through surfaces or from sources, enthalpy model
   fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
+  fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
 };
 
 struct StageInfo {
@@ -127,7 +128,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 1024u; ++facts)
+  for (std::uint32_t facts = 0; facts < 2048u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

@@ -86,6 +86,7 @@ double World::stable_dt() const { return impl_->stable_dt(); }
 Result<Totals> World::totals() {
   return guarded<Result<Totals>>([&] { return impl_->totals(); });
 }
+Result<Ledger> World::ledger() { return impl_->ledger(); }
 Result<ParticleData> World::particles() {
   return guarded<Result<ParticleData>>([&] { return impl_->particles(); });
 }

@@ -221,11 +221,12 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   for (std::size_t i = 0; i < state_.position.size(); ++i)
     if (!is_removed(state_.tag[i])) taken.add(state_.position[i], static_cast<std::uint32_t>(i));
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
+  const double density = physics::rest_density(material_rows()[f.material.index], h);
   const std::size_t before = state_.position.size();
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin_;
     if (taken.near(x, same_place * desc.spacing) >= 0) continue;
-    append(x, f.velocity, materials[f.material.index].density, h, f.material.index, none);
+    append(x, f.velocity, density, h, f.material.index, none);
   }
   const std::uint64_t added = state_.position.size() - before;
   if (added == 0)

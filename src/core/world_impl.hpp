@@ -43,6 +43,7 @@ class WorldImpl final : public Scheduler {
   Resolved resolved();
   // world_read.cpp
   Result<Totals> totals();
+  Result<Ledger> ledger();
   Result<ParticleData> particles();
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();

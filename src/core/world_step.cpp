@@ -23,6 +23,18 @@ namespace {
 /// this head room keeps the heat stages stable. Exceeding it raises StepResult::heat_bound_exceeded.
 constexpr double heat_margin = 1.5;
 
+double largest_viscosity(const MaterialDesc& m) {
+  double mu = m.viscosity_points.empty() ? m.viscosity : 0;
+  for (const PropertyPoint& p : m.viscosity_points) mu = std::max(mu, p.value);
+  return mu;
+}
+
+double least_density(const MaterialDesc& m) {
+  double rho = m.density;
+  for (const PropertyPoint& p : m.density_points) rho = std::min(rho, p.value);
+  return rho;
+}
+
 double largest_conductivity(const core::MaterialRow<double>& m) {
   double k = std::max(m.conductivity, m.liquid_conductivity);
   if (m.tables == nullptr) return k;
@@ -113,6 +125,8 @@ std::uint32_t WorldImpl::facts() {
   if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
   if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
+  for (const MaterialDesc& m : materials)
+    if (!m.viscosity_points.empty()) f |= core::fact_viscosity;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   return f & ~disabled_facts_;
 }
@@ -218,8 +232,8 @@ void WorldImpl::derive_limits() {
   if ((facts_ & core::fact_fluid) != 0) {
     static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
     for (const MaterialDesc& m : materials)
-      if (!m.melts_into && m.viscosity > 0)
-        static_dt_ = std::min(static_dt_, physics::viscous_dt(m.viscosity / m.density, sum));
+      if (!m.melts_into && largest_viscosity(m) > 0)
+        static_dt_ = std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / least_density(m), sum));
   }
   rows_ = material_rows();
   for (const auto& i : rows_) {
@@ -300,9 +314,10 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.points = e.points;
       b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due));
       b.velocity = axis * e.desc.speed;
-      b.mass = row.density * desc.spacing * desc.spacing * desc.spacing;
+      b.mass = physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)) * desc.spacing *
+               desc.spacing * desc.spacing;
       round_to_precision(b.mass);
-      b.volume = b.mass / row.density;
+      b.volume = desc.spacing * desc.spacing * desc.spacing;
       b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
       b.tag = e.desc.material.index;
       bursts_.push_back(b);

@@ -78,6 +78,20 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
   return m.plateau == 0u ? own : own + fraction * (liquid - own);
 }
 
+/// rho0 [kg/m^3] of a liquid at specific enthalpy h: what makes warm liquid rise.
+template <class T>
+MELTSIM_HD T rest_density(const MaterialRow<T>& m, double h) {
+  if (m.tables == nullptr || m.tables->density.points == 0u) return m.density;
+  return property_at(m.tables->density, static_cast<T>(temperature_of(m, h)));
+}
+
+/// mu [Pa s] of a liquid at specific enthalpy h.
+template <class T>
+MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
+  if (m.tables == nullptr || m.tables->viscosity.points == 0u) return m.viscosity;
+  return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
+}
+
 /// Harmonic mean [W/(m K)]: zero if either end insulates. Symmetric to the last bit.
 template <class T>
 MELTSIM_HD T pair_conductivity(T k_i, T k_j) {
