@@ -85,6 +85,10 @@ struct SolidDesc {
   Vec3d angular_velocity;   ///< about the centre of mass [rad/s]
   bool fixed = false;       ///< an obstacle: conducts heat and melts, but never moves
   bool carve = true;        ///< remove liquid in the body's place; false = refuse the overlap
+  /// How far liquid may freeze onto the body: lattice steps around its shape (diagonal ones count as one), 0
+  /// or more. 0 = only where it once was solid. Needs a material that freezes. Every site costs memory like a
+  /// particle does; sites outside a bounded domain are left out, and growth does not cross a periodic face.
+  int growth = 0;
 };
 
 /// A round nozzle that emits liquid at a steady speed.

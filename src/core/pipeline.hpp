@@ -65,6 +65,7 @@ enum Fact : std::uint32_t {
   fact_melt = 1u << 5,           ///< a solid can melt
   fact_heat_enthalpy = 1u << 6,  ///< temperatures differ, enthalpy model
   fact_heat_paper = 1u << 7,     ///< temperatures differ, paper model
+  fact_freeze = 1u << 8,         ///< liquid can freeze onto a body
 };
 
 struct StageInfo {
@@ -102,7 +103,7 @@ constexpr bool consistent(std::uint32_t f) {
   const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
   return implies(~fact_particles & f, fact_particles) && implies(fact_mobile, fact_solid) &&
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
-         !((f & fact_heat_enthalpy) && (f & fact_heat_paper));
+         implies(fact_freeze, fact_melt) && !((f & fact_heat_enthalpy) && (f & fact_heat_paper));
 }
 
 /// Index of the first stage that reads what nobody produced in a scene with these facts, or -1.
@@ -121,7 +122,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 256u; ++facts)
+  for (std::uint32_t facts = 0; facts < 512u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }
