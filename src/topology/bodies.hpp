@@ -126,8 +126,9 @@ MELTSIM_HD void for_each_near_site(const Frame<T>& w, std::uint32_t v, const Sit
   }
 }
 
-/// Every free vertex picks the nearest liquid within reach that freezes into its body's material, if nothing
-/// else stands too near; ties go to the smaller id.
+/// Every free vertex picks the one particle that stands there, if that is liquid within reach that freezes
+/// into its body's material. Where there are two, neither is taken: the other would be pushed away like a
+/// splash.
 template <class T>
 struct PickBody {
   Frame<T> w;
@@ -138,27 +139,21 @@ struct PickBody {
     const Site<T> s = locate_site(w, v);
     if (s.donor == none) return;
     const std::uint32_t solid = material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]]);
-    const physics::MaterialRow<T>& liquid = w.f.materials[w.f.materials[solid].liquid];
-    if (liquid.freezes == 0u || liquid.solid != solid) return;
-    T nearest = T(physics::capture_radius * physics::capture_radius) * w.c.spacing * w.c.spacing;
-    std::uint32_t pick = none;
-    for_each_near_site(w, v, s, [&](std::uint32_t j, T r2) {
-      const std::uint32_t tag = w.f.tag[j];
-      if (!is_fluid(tag) || r2 > nearest) return;
-      const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
-      if (m.solid != solid || !physics::freezes(m, w.f.enthalpy[j] / static_cast<double>(w.f.mass[j])))
-        return;
-      const std::uint32_t id = w.f.id[j];
-      if (r2 < nearest || pick == none || id < pick) pick = id;
-      nearest = r2;
-    });
-    if (pick == none) return;
     const T clearance = T(physics::site_clearance) * w.c.spacing;
-    bool clear = true;
+    const T reach = T(physics::capture_radius) * w.c.spacing;
+    std::uint32_t slot = none;
+    T distance2 = 0;
+    bool crowded = false;
     for_each_near_site(w, v, s, [&](std::uint32_t j, T r2) {
-      clear = clear && (r2 >= clearance * clearance || w.f.id[j] == pick || is_removed(w.f.tag[j]));
+      if (!(r2 < clearance * clearance) || is_removed(w.f.tag[j])) return;
+      crowded = crowded || (slot != none && slot != j);
+      slot = j;
+      distance2 = r2;
     });
-    if (clear) w.f.vertex_pick[i] = pick;
+    if (slot == none || crowded || !is_fluid(w.f.tag[slot]) || distance2 > reach * reach) return;
+    const physics::MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[slot])];
+    if (m.solid == solid && physics::freezes(m, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
+      w.f.vertex_pick[i] = w.f.id[slot];
   }
 };
 

@@ -55,8 +55,9 @@ inline constexpr double capture_radius = 0.62;
 /// Largest distance of a p_n from p, in spacings. Beyond it the neighbours no longer agree where the site is:
 /// they belong to pieces that moved apart, or the lattice is strained by a quarter.
 inline constexpr double site_agreement = 0.25;
-/// Nothing else, liquid or solid, may be nearer to the site than this, in spacings: it would be pushed away
-/// like a splash. A direct neighbour that agrees never is.
+/// Nothing else, liquid or solid, may be nearer to the site than this, in spacings: the new solid particle
+/// would throw it out (leak_distance in coupling.hpp). A direct neighbour that agrees never is. Hence the
+/// particle within reach is the only one, and there is nothing to choose.
 inline constexpr double site_clearance = 1.0 - site_agreement;
 /// Smallest distance of a site from the faces of the domain, in spacings: a body resting on a wall has 0.5.
 inline constexpr double site_margin = 0.25;
