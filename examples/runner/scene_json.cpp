@@ -71,6 +71,7 @@ Json material_json(const SceneMaterial& material) {
   json["melting_point"] = echo_number(desc.melting_point);
   json["latent_heat"] = desc.latent_heat;
   if (!material.becomes.empty()) json["becomes"] = material.becomes;
+  if (desc.freezes) json["freezes"] = true;
   json["region_half_width"] = desc.region_half_width;
   json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
@@ -89,6 +90,7 @@ Json body_json(const SceneBody& body) {
   json["angular_velocity"] = echo(body.desc.angular_velocity);
   json["fixed"] = body.desc.fixed;
   json["carve"] = body.desc.carve;
+  if (body.desc.growth != 0) json["growth"] = body.desc.growth;
   return json;
 }
 

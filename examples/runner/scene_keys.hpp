@@ -20,10 +20,10 @@ inline const List solver{"gravity", "sound_speed",  "artificial_viscosity",
 inline const List heat{"model", "time_scale", "max_stages"};
 inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
                            "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
-                           "stiffness", "damping",       "friction"};
+                           "stiffness", "damping",       "friction",     "freezes"};
 inline const List fluid{"shape", "material", "temperature", "velocity"};
 inline const List body{"name",  "shape", "material", "density", "temperature", "velocity", "angular_velocity",
-                       "fixed", "carve"};
+                       "fixed", "carve", "growth"};
 inline const List emitter{"name",        "nozzle", "speed", "material",
                           "temperature", "from",   "until", "max_particles"};
 inline const List nozzle{"center", "axis", "radius"};

@@ -93,7 +93,8 @@ Result<ParticleData> WorldImpl::particles() {
     d.mass.push_back(state_.mass[i]);
     d.temperature.push_back(physics::temperature_of(m, h));
     d.enthalpy.push_back(state_.enthalpy[i]);
-    d.liquid_fraction.push_back(is_solid(tag) ? (m.melts ? physics::liquid_fraction(m, h) : 0.0) : 1.0);
+    const bool both = m.plateau != 0u;  // it melts or freezes: its enthalpy says how far it is
+    d.liquid_fraction.push_back(both ? physics::liquid_fraction(m, h) : is_solid(tag) ? 0.0 : 1.0);
     const double phi = i < derived.density.size() ? derived.density[i] : 0;
     d.density.push_back(is_solid(tag) ? m.density : phi * m.density);
     d.pressure.push_back(is_solid(tag)                      ? 0
