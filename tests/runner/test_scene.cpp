@@ -71,7 +71,9 @@ bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, grow
   EXPECT_TRUE(scene.materials[1].desc.freezes);
   EXPECT_FALSE(scene.materials[0].desc.freezes);
   EXPECT_EQ(scene.bodies[0].desc.growth, 3);
-  const Json json = scene_json(scene, {});
+  meltsim::Resolved resolved;
+  resolved.support_radius = 0.25;
+  const Json json = scene_json(scene, resolved);
   EXPECT_EQ(json["materials"]["ice"]["freezes"], true);
   EXPECT_EQ(json["bodies"][0]["growth"], 3);
   EXPECT_EQ(parse(json.dump()).bodies[0].desc.growth, 3);
