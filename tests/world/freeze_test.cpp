@@ -160,8 +160,13 @@ TEST(Freezing, BitsDoNotDependOnTheNumberOfThreads) {
   for (const int threads : {1, 2, 3}) {
     WorldDesc d = describe();
     d.threads = threads;
-    Scene s = ice_in_water(d, cold_block());
-    for (int k = 0; k < 120; ++k) require(s.world.step(0.005));
+    IceScene scene = cold_block();
+    scene.box = 3;
+    scene.depth = 2.2;
+    scene.growth = 8;  // above 2048 particles and vertices loops are shared out
+    Scene s = ice_in_water(d, scene);
+    ASSERT_GT(s.world.lattice()->live.size(), 2048u);
+    for (int k = 0; k < 60; ++k) require(s.world.step(0.005));
     EXPECT_GT(s.world.synchronize().frozen, 8u);
     hashes.insert(*s.world.state_hash());
   }
