@@ -45,6 +45,7 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   if (const auto value = node.find("melting_point")) desc.melting_point = melting_point(*value);
   if (const auto value = node.find("region_half_width")) desc.region_half_width = value->small_integer();
   if (const auto value = node.find("becomes")) material.becomes = value->text("the name of a material");
+  if (const auto value = node.find("freezes")) desc.freezes = value->boolean();
   return material;
 }
 

@@ -30,7 +30,8 @@ struct StepResult {
   bool heat_bound_exceeded = false;  ///< heat exchange was faster than its stage bound; raise max_stages
   bool emitter_exhausted = false;    ///< an emitter reached max_particles
   std::uint64_t removed = 0;         ///< particles that left through open faces so far
-  std::uint64_t melted = 0;          ///< particles that melted so far
+  std::uint64_t melted = 0;          ///< particles that melted so far; one that froze again may do so again
+  std::uint64_t frozen = 0;          ///< particles that froze so far
   std::uint64_t fluid = 0;           ///< live liquid particles
   std::uint64_t solid = 0;           ///< live solid particles
 };
@@ -76,7 +77,7 @@ struct ParticleData {
   std::vector<double> mass;             ///< [kg]
   std::vector<double> temperature;      ///< [degrees Celsius]
   std::vector<double> enthalpy;         ///< [J]
-  std::vector<double> liquid_fraction;  ///< 0 solid .. 1 liquid
+  std::vector<double> liquid_fraction;  ///< 0 solid .. 1 liquid: latent heat taken up
   std::vector<double> density;          ///< [kg/m^3]; of the last step; 0 before the first
   std::vector<double> pressure;         ///< [Pa]; likewise, 0 for solids
   std::vector<ParticleTag> tag;
@@ -99,13 +100,14 @@ struct PieceInfo {
 /// The lattice of all bodies, for inspection and tests: the paper's index arrays. Vertices are numbered from
 /// 1; 0 = empty.
 struct LatticeData {
-  std::vector<std::uint32_t> particle_id;  ///< per vertex
-  std::vector<std::uint8_t> live;          ///< per vertex
-  std::vector<Vec3i> coordinates;          ///< per vertex, on its body's lattice
-  std::vector<std::uint32_t> body;         ///< per vertex, index + 1
-  std::vector<std::uint32_t> arrayN;       ///< 27 per vertex, offsets (dx,dy,dz) with dx fastest
-  int region_half_width = 0;               ///< largest w in the World
-  std::vector<std::uint32_t> arrayR;       ///< (2w+1)^3 per vertex, same order
+  /// Per vertex: the particle it holds or held last; 0xffffffff where liquid may freeze and nothing did yet.
+  std::vector<std::uint32_t> particle_id;
+  std::vector<std::uint8_t> live;     ///< per vertex
+  std::vector<Vec3i> coordinates;     ///< per vertex, on its body's lattice
+  std::vector<std::uint32_t> body;    ///< per vertex, index + 1
+  std::vector<std::uint32_t> arrayN;  ///< 27 per vertex, offsets (dx,dy,dz) with dx fastest
+  int region_half_width = 0;          ///< largest w in the World
+  std::vector<std::uint32_t> arrayR;  ///< (2w+1)^3 per vertex, same order
 };
 
 /// Values the World derived from "automatic".

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/engine.hpp"
+#include "core/growth_sites.hpp"
 #include "core/point_grid.hpp"
 #include "meltsim/world.hpp"
 
@@ -92,11 +93,14 @@ class WorldImpl final : public Scheduler {
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   Status place(const Shape& shape, const char* what, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions);
+  Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
+                      std::vector<Vec3i>& free, core::SiteBox& box) const;
   Status choose_origin(const std::vector<Vec3d>& positions, const char* what);
   void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
               std::uint32_t vertex);
   void drop_fluid(const std::vector<std::uint8_t>& drop);
   core::PointGrid solids_grid() const;
+  std::uint64_t lattice_hash() const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
   StepResult last_result(const core::WorldStatus& s);
@@ -107,6 +111,7 @@ class WorldImpl final : public Scheduler {
   std::vector<HeatRegionDesc> heat_regions_;
   core::SceneState state_;
   core::SceneLattice lattice_;
+  std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of
   std::vector<Vec3d> emitter_points_;
   Vec3d origin_;
   bool origin_set_ = false;

@@ -11,6 +11,7 @@
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/phase_change.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 
 namespace meltsim {
@@ -81,7 +82,7 @@ std::string WorldImpl::heat_reason() const {
 
 std::uint32_t WorldImpl::facts() {
   std::uint32_t f = 0;
-  bool fluid = !emitters_.empty(), melts = false;
+  bool fluid = !emitters_.empty(), melts = false, freezing_body = false, supercooled = false;
   std::vector<std::uint8_t> live(bodies_.size(), 0);
   const auto rows = material_rows();
   const bool heat = heat_reason().empty();
@@ -94,16 +95,24 @@ std::uint32_t WorldImpl::facts() {
   for (std::size_t i = 0; i < state_.tag.size(); ++i) {
     const std::uint32_t tag = state_.tag[i];
     if (is_removed(tag)) continue;
-    if (is_fluid(tag)) fluid = true;
+    if (is_fluid(tag)) {
+      fluid = true;
+      supercooled =
+          supercooled || physics::freezes(rows[material_of(tag)], state_.enthalpy[i] / state_.mass[i]);
+    }
     meets(material_of(tag), is_fluid(tag));
     if (rows[material_of(tag)].melts != 0u) meets(rows[material_of(tag)].liquid, true);
     if (!is_solid(tag)) continue;
     live[body_of(tag) - 1] = 1;
     const auto& m = rows[material_of(tag)];
+    freezing_body = freezing_body || materials[material_of(tag)].freezes;
     if (m.melts != 0u && desc.heat.model != HeatModel::none &&
         (heat || physics::liquid_fraction(m, state_.enthalpy[i] / state_.mass[i]) >= 1.0))
       melts = true;
   }
+  // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
+  const bool freezes = freezing_body && desc.heat.model != HeatModel::none && (heat || supercooled);
+  melts = melts || freezes;
   int bodies = 0, mobile = 0;
   for (std::size_t b = 0; b < live.size(); ++b)
     if (live[b]) {
@@ -122,6 +131,7 @@ std::uint32_t WorldImpl::facts() {
   if (mobile > 0) f |= core::fact_mobile;
   if (mobile > 0 && (bodies > 1 || melts || apart)) f |= core::fact_contact;
   if (melts) f |= core::fact_melt;
+  if (freezes) f |= core::fact_freeze;
   if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
   if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
@@ -416,6 +426,7 @@ StepResult WorldImpl::synchronize() {
   last_max_speed_ = s.max_speed > 0 ? s.max_speed : last_max_speed_;
   if (dirty_) {  // nothing was stepped since the last change: the host knows
     r.melted = state_.melted;
+    r.frozen = state_.frozen;
     r.removed = state_.removed;
     for (const std::uint32_t tag : state_.tag) {
       r.fluid += is_fluid(tag) ? 1u : 0u;
@@ -424,8 +435,9 @@ StepResult WorldImpl::synchronize() {
     return r;
   }
   r.melted = s.melted;
+  r.frozen = s.frozen;
   r.removed = static_cast<std::uint64_t>(s.removed);
-  r.solid = lattice_.vertex_id.size() - s.melted;
+  r.solid = solids_built_ + s.frozen - s.melted;
   const std::uint64_t live = s.particles - r.removed;
   r.fluid = live - r.solid;
   // Everything has melted: from here on the plan needs no lattice, and its memory goes back.

@@ -27,7 +27,8 @@ struct GatherBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     // Melted vertices, too: one may still be the label of its piece, and positions are taken relative to
-    // that.
+    // that. A vertex that never held a particle is no label.
+    if (w.f.vertex_id[v] == none) return;
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
     if (!moves(w, v)) {
       w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), T(0));

@@ -26,7 +26,9 @@ struct SolidVolumeBody {
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T r2) {
       if (is_solid(w.f.tag[j])) sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
     });
-    w.f.solid_volume[i] = physics::solid_volume(sum, w.f.mass[i] / w.f.materials[material_of(tag)].density);
+    T volume = physics::solid_volume(sum, w.f.mass[i] / w.f.materials[material_of(tag)].density);
+    if (w.f.vertex_grown != nullptr) volume *= w.f.vertex_grown[w.f.vertex_of_id[w.f.id[i]]];
+    w.f.solid_volume[i] = volume;
   }
 };
 
