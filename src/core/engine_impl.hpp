@@ -461,6 +461,7 @@ class EngineImpl final : public Engine {
     r.melting_enthalpy = m.melting_enthalpy;
     r.latent_heat = m.latent_heat;
     r.shape_stiffness = static_cast<T>(m.shape_stiffness);
+    r.modulus_rate = static_cast<T>(m.modulus_rate);
     r.shape_damping = static_cast<T>(m.shape_damping);
     r.friction = static_cast<T>(m.friction);
     r.liquid = m.liquid;

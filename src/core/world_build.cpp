@@ -256,7 +256,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   if (any) drop_fluid(drop);
 
   // The body's box of sites, padded so that a region look-up never leaves it.
-  const int pad = std::max(1, m.region_half_width);
+  // A modulus may widen regions later.
+  const int pad = m.youngs_modulus > 0 ? physics::most_half_width : std::max(1, m.region_half_width);
   Vec3i lo = points.front(), hi = points.front();
   for (const Vec3i& p : points) {
     lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
@@ -411,6 +412,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
       r.melting_enthalpy = physics::melting_enthalpy(l.heat_capacity, m.melting_point, r.latent_heat);
     }
     r.shape_stiffness = m.stiffness;
+    r.modulus_rate = m.youngs_modulus / (m.density * desc.spacing * desc.spacing);
     r.shape_damping = m.damping;
     r.friction = m.friction;
     rows.push_back(r);

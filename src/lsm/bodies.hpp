@@ -129,6 +129,14 @@ struct RegionsBody {
   }
 };
 
+/// alpha of a vertex: as given, or what its material's modulus asks for at this step.
+template <class T>
+MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::MaterialRow<T>& m) {
+  if (!(m.modulus_rate > T(0))) return m.shape_stiffness;
+  const int half_width = w.f.bodies[w.f.vertex_body[v]].region_half_width;
+  return minimum(physics::modulus_stiffness(m.modulus_rate, half_width, w.f.clock->dt), T(1));
+}
+
 /// Mean of what the regions of a vertex want of it.
 template <class T>
 struct GoalsBody {
@@ -148,7 +156,7 @@ struct GoalsBody {
       count += T(1);
     });
     const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];
-    w.f.shape_velocity[v] = physics::shape_velocity(m.shape_stiffness, m.shape_damping, w.f.clock->dt,
+    w.f.shape_velocity[v] = physics::shape_velocity(stiffness(w, v, m), m.shape_damping, w.f.clock->dt,
                                                     displacement * (T(1) / count), defect * (T(1) / count));
   }
 };
