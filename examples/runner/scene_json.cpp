@@ -72,7 +72,8 @@ Json material_json(const SceneMaterial& material) {
   json["latent_heat"] = desc.latent_heat;
   if (!material.becomes.empty()) json["becomes"] = material.becomes;
   json["region_half_width"] = desc.region_half_width;
-  json["stiffness"] = desc.stiffness;
+  if (desc.youngs_modulus > 0) json["youngs_modulus"] = desc.youngs_modulus;
+  else json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
   json["friction"] = desc.friction;
   return json;

@@ -18,9 +18,10 @@ inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
 inline const List solver{"gravity", "sound_speed",  "artificial_viscosity",
                          "courant", "max_substeps", "pieces_interval"};
 inline const List heat{"model", "time_scale", "max_stages"};
-inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
-                           "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
-                           "stiffness", "damping",       "friction"};
+inline const List material{
+    "density",   "viscosity",      "conductivity", "heat_capacity", "diffusivity",
+    "K",         "melting_point",  "latent_heat",  "becomes",       "region_half_width",
+    "stiffness", "youngs_modulus", "damping",      "friction"};
 inline const List fluid{"shape", "material", "temperature", "velocity"};
 inline const List body{"name",  "shape", "material", "density", "temperature", "velocity", "angular_velocity",
                        "fixed", "carve"};
