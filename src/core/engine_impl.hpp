@@ -169,6 +169,11 @@ class EngineImpl final : public Engine {
         s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
                                 static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
     }
+    if (w_.f.contact_slip != nullptr) {
+      const auto slip = fetch(w_.f.contact_slip, w_.vertices);
+      s.contact_slip.resize(slip.size());
+      for (std::size_t v = 0; v < slip.size(); ++v) s.contact_slip[v] = cast<double>(slip[v]);
+    }
     if (w_.f.status != nullptr) {
       WorldStatus status;
       ex_.download(&status, w_.f.status, sizeof status);
@@ -426,6 +431,9 @@ class EngineImpl final : public Engine {
     for (const Quat<double>& r : s.region_rotation)
       q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
     put(w_.f.region_rotation, q);
+    std::vector<Vec3<T>> slip;
+    for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
+    put(w_.f.contact_slip, slip);
     put(w_.f.site_vertex, l.site_vertex);
     put(w_.f.bodies, l.bodies);
     if (w_.f.wall_table != nullptr) {

@@ -23,6 +23,7 @@ struct SceneState {
   // per vertex
   std::vector<std::uint32_t> vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
+  std::vector<Vec3d> contact_slip;
   std::uint64_t melted = 0, removed = 0;  ///< before the last upload
 };
 

@@ -307,6 +307,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.vertex_state.push_back(1u);
     state_.vertex_piece.push_back(none);
     state_.region_rotation.push_back({});
+    state_.contact_slip.push_back({});
   }
   // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
   std::vector<std::uint32_t> stack;

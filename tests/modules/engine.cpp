@@ -49,6 +49,7 @@ void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConst
     s.vertex_state.push_back(1);
     s.vertex_piece.push_back(first);
     s.region_rotation.push_back({});
+    s.contact_slip.push_back({});
     l.vertex_id.push_back(id);
     l.vertex_site.push_back(site);
     l.vertex_body.push_back(body);
