@@ -545,16 +545,19 @@ void stack(const Settings& s, Report& report, const std::vector<Layer>& layers, 
 }
 
 void tower(const Settings& s, Report& report) {
-  stack(s, report, std::vector<Layer>(10), 2e-3, s.long_cases ? 60 : 20,
-        s.long_cases ? "10 blocks, 60 s" : "10 blocks, 20 s of 60 (the rest with --long)");
+  stack(s, report, std::vector<Layer>(10), 1e-3, s.long_cases ? 60 : 20,
+        s.long_cases ? "10 cubes of 3 sites, 60 s" : "10 cubes of 3 sites, 20 s (60 with --long)");
+  report.note =
+      "Contact and lattice soften as dt squared. A tower of this slenderness buckles under its own weight at "
+      "2 ms; "
+      "one of five stands.";
 }
 
 void light_under_heavy(const Settings& s, Report& report) {
   for (const double dt : {1e-3, 2e-3}) {
     char label[64];
-    std::snprintf(label, sizeof label, "200 under 10000, dt %g ms, %g s", dt * 1e3,
-                  s.long_cases ? 60.0 : 20.0);
-    stack(s, report, {{200, 3}, {10000, 3}}, dt, s.long_cases ? 60 : 20, label);
+    std::snprintf(label, sizeof label, "200 under 10000, dt %g ms, 60 s", dt * 1e3);
+    stack(s, report, {{200, 3}, {10000, 3}}, dt, 60, label);
   }
 }
 
