@@ -34,12 +34,27 @@ void Run::warn_about(const meltsim::StepResult& result) {
   if (result.heat_bound_exceeded) {
     log_.warn("heat was exchanged faster than its stage bound allows; raise heat.max_stages or lower dt");
   }
+  if (result.modulus_unreachable) warn_about_stiffness();
   if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
   if (state_.next_frame <= 1 && result.max_density_ratio > squeezed) {
     log_.warn(
         fmt::format("liquid is squeezed to {:.3g} of its rest density in the first frame: shapes overlap or "
                     "touch at the start",
                     result.max_density_ratio));
+  }
+}
+
+/// Names each material that is softer than asked for.
+void Run::warn_about_stiffness() {
+  const std::vector<meltsim::Stiffness> delivered = built_.world.resolved().stiffness;
+  for (std::size_t i = 0; i < delivered.size(); ++i) {
+    const double asked = built_.world.material(built_.material_ids[i]).youngs_modulus,
+                 got = delivered[i].youngs_modulus;
+    if (got >= asked * (1 - 1e-6)) continue;
+    log_.warn(fmt::format(
+        "materials.{}: a youngs_modulus of {:.3g} Pa is out of reach at this step, bodies have {:.3g} "
+        "Pa; lower dt {:.2g} times",
+        built_.materials[i], asked, got, std::sqrt(asked / got)));
   }
 }
 

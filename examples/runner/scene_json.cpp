@@ -105,7 +105,8 @@ Json material_json(const SceneMaterial& material) {
   if (!material.becomes.empty()) json["becomes"] = material.becomes;
   if (desc.freezes) json["freezes"] = true;
   json["region_half_width"] = desc.region_half_width;
-  json["stiffness"] = desc.stiffness;
+  if (desc.youngs_modulus > 0) json["youngs_modulus"] = desc.youngs_modulus;
+  else json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
   json["friction"] = desc.friction;
   return json;

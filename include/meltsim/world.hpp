@@ -28,6 +28,7 @@ struct StepResult {
   std::uint64_t halt_step = 0;
   bool courant_exceeded = false;     ///< something moved further than 0.4 H in one sub-step
   bool heat_bound_exceeded = false;  ///< heat exchange was faster than its stage bound; raise max_stages
+  bool modulus_unreachable = false;  ///< a body is softer than its youngs_modulus: dt is too long for it
   bool emitter_exhausted = false;    ///< an emitter reached max_particles
   std::uint64_t removed = 0;         ///< particles that left through open faces so far
   std::uint64_t melted = 0;          ///< particles that melted so far; one that froze again may do so again
@@ -110,6 +111,13 @@ struct LatticeData {
   std::vector<std::uint32_t> arrayR;  ///< (2w+1)^3 per vertex, same order
 };
 
+/// How stiff bodies of a material are.
+struct Stiffness {
+  int region_half_width = 0;  ///< w in use
+  double stiffness = 0;       ///< alpha in use
+  double youngs_modulus = 0;  ///< what they deliver at that sub-step [Pa]; 0 while no sub-step is known
+};
+
 /// Values the World derived from "automatic".
 struct Resolved {
   Backend backend = Backend::cpu;
@@ -123,6 +131,8 @@ struct Resolved {
   /// conductor: 1 for enthalpy; below 1 for paper, falling with the step (its energy drift shows in
   /// Totals::thermal).
   double heat_efficiency = 1;
+  /// Per material, in the order added: for the last sub-step taken, before the first for stable_dt if finite.
+  std::vector<Stiffness> stiffness;
   Vec3d origin;  ///< stored positions are relative to it [m]
 };
 
@@ -151,7 +161,9 @@ class MELTSIM_API World {
   Status prepare();
 
   /// Enqueues dt seconds, split into equal sub-steps that keep the Courant number. dt = 0 does nothing.
-  /// Does not wait and does not allocate. Errors: negative or non-finite dt; step_too_large; halted.
+  /// Does not wait and does not allocate, except where a youngs_modulus needs other regions at this length of
+  /// sub-step than at the last one. Errors: negative or non-finite dt; step_too_large; halted;
+  /// out_of_memory as in prepare().
   Status step(double dt);
 
   /// Waits for everything enqueued and reports it.

@@ -182,6 +182,11 @@ class EngineImpl final : public Engine {
         s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
                                 static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
     }
+    if (w_.f.contact_slip != nullptr) {
+      const auto slip = fetch(w_.f.contact_slip, w_.vertices);
+      s.contact_slip.resize(slip.size());
+      for (std::size_t v = 0; v < slip.size(); ++v) s.contact_slip[v] = cast<double>(slip[v]);
+    }
     if (w_.f.status != nullptr) {
       WorldStatus status;
       ex_.download(&status, w_.f.status, sizeof status);
@@ -458,6 +463,9 @@ class EngineImpl final : public Engine {
     std::vector<T> grown;
     for (const double g : s.vertex_grown) grown.push_back(static_cast<T>(g));
     put(w_.f.vertex_grown, grown);
+    std::vector<Vec3<T>> slip;
+    for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
+    put(w_.f.contact_slip, slip);
     put(w_.f.site_vertex, l.site_vertex);
     put(w_.f.bodies, l.bodies);
     if (w_.f.wall_table != nullptr) {
@@ -505,6 +513,7 @@ class EngineImpl final : public Engine {
     r.melting_enthalpy = m.melting_enthalpy;
     r.latent_heat = m.latent_heat;
     r.shape_stiffness = static_cast<T>(m.shape_stiffness);
+    r.modulus_rate = static_cast<T>(m.modulus_rate);
     r.shape_damping = static_cast<T>(m.shape_damping);
     r.friction = static_cast<T>(m.friction);
     r.liquid = m.liquid;

@@ -24,6 +24,7 @@ struct SceneState {
   // per vertex
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
+  std::vector<Vec3d> contact_slip;
   std::vector<double> vertex_grown;
   std::uint64_t melted = 0, frozen = 0, removed = 0;  ///< before the last upload
   double heat_in = 0;                                 ///< likewise [J]

@@ -14,7 +14,7 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-constexpr std::uint32_t format_version = 2;  // 2: vertices change their particles
+constexpr std::uint32_t format_version = 2;  // 2: vertices change their particles, contacts have slip
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -123,6 +123,7 @@ Result<std::uint64_t> WorldImpl::state_hash() {
     }
     h.add(&state_.vertex_piece[v], sizeof(std::uint32_t));
     h.add(&state_.region_rotation[v], sizeof(Quat<double>));
+    h.add(&state_.contact_slip[v], sizeof(Vec3d));
   }
   return h.value();
 }
@@ -161,6 +162,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.vertex_piece);
   w.array(state_.region_rotation);
   w.array(state_.vertex_grown);
+  w.array(state_.contact_slip);
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
@@ -193,16 +195,17 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.value(s.removed) && r.array(layers) && r.array(s.position) && r.array(s.velocity) &&
         r.array(s.enthalpy) && r.array(s.mass) && r.array(s.volume) && r.array(s.tag) &&
         r.array(s.vertex_of_id) && r.array(s.vertex_id) && r.array(s.vertex_state) &&
-        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.vertex_grown)) ||
+        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.vertex_grown) &&
+        r.array(s.contact_slip)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
       s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
-      s.vertex_piece.size() != nv || s.region_rotation.size() != nv)
+      s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv)
     return corrupt("arrays of different length");
-  if (!all_finite(s.position) || !all_finite(s.velocity))
-    return corrupt("a position or velocity is not finite");
+  if (!all_finite(s.position) || !all_finite(s.velocity) || !all_finite(s.contact_slip))
+    return corrupt("a position, velocity or slip is not finite");
   for (std::size_t i = 0; i < n; ++i) {
     if (!(s.mass[i] > 0) || !(s.volume[i] > 0) || !std::isfinite(s.enthalpy[i]))
       return corrupt("a mass, volume or enthalpy is not usable");

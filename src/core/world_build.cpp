@@ -298,7 +298,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   core::SiteBox box;
   if (Status st = place_growth(s, what, points, free, box); !st) return st.error();
   // The body's box of sites, padded so that a region look-up never leaves it.
-  const int pad = std::max(1, m.region_half_width);
+  // A modulus may widen regions later.
+  const int pad = m.youngs_modulus > 0 ? physics::most_half_width : std::max(1, m.region_half_width);
   const auto nx = static_cast<std::uint64_t>(box.extent(0) + 2 * pad),
              ny = static_cast<std::uint64_t>(box.extent(1) + 2 * pad),
              nz = static_cast<std::uint64_t>(box.extent(2) + 2 * pad);
@@ -376,6 +377,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.vertex_piece.push_back(none);
     state_.region_rotation.push_back({});
     state_.vertex_grown.push_back(1.0);
+    state_.contact_slip.push_back({});
   }
   // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
   std::vector<std::uint32_t> stack;
@@ -410,6 +412,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.vertex_piece.push_back(v);
     state_.region_rotation.push_back({});
     state_.vertex_grown.push_back(1.0);
+    state_.contact_slip.push_back({});
   }
   solids_built_ += points.size();
   lattice_.bodies.push_back(row);
@@ -628,6 +631,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     }
     if (!properties_.empty()) r.tables = &properties_[i];
     r.shape_stiffness = own.stiffness;
+    r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
     r.shape_damping = own.damping;
     r.friction = own.friction;
     rows.push_back(r);

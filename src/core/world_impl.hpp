@@ -87,6 +87,13 @@ class WorldImpl final : public Scheduler {
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void derive_limits();
+  int half_width_for(const BodyRecord& b, double dt) const;
+  Stiffness stiffness_of(const MaterialDesc& m, double dt) const;
+  bool regions_fit(double dt) const;
+  void fit_regions(double dt);
+  Status follow_modulus(double dt);
+  bool modulus_out_of_reach(double dt) const;
+  StepResult collect();
   double heat_efficiency(double dt) const;
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index) const;
@@ -103,7 +110,6 @@ class WorldImpl final : public Scheduler {
   std::uint64_t lattice_hash() const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
-  StepResult last_result(const core::WorldStatus& s);
 
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
@@ -123,8 +129,11 @@ class WorldImpl final : public Scheduler {
   double last_max_speed_ = 0;
   double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
-  double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
-  double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
+  double static_dt_ = infinity;       ///< largest sub-step [s] whatever moves
+  double substep_ = 0;                ///< the last one [s], 0 before the first
+  bool modulus_unreachable_ = false;  ///< since the last synchronize()
+  StepResult carried_;                ///< extremes seen by a synchronize() of the World's own
+  double heat_lambda_ = 0;            ///< bound of the heat operator's spectrum [1/s]
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   bool emitter_exhausted_ = false;

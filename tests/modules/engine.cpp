@@ -54,6 +54,7 @@ void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConst
     s.vertex_piece.push_back(first);
     s.region_rotation.push_back({});
     s.vertex_grown.push_back(1.0);
+    s.contact_slip.push_back({});
     s.vertex_id.push_back(id);
     l.vertex_site.push_back(site);
     l.vertex_body.push_back(body);
