@@ -124,7 +124,7 @@ def draw(plot, path, label):
     for i, curve in enumerate(theirs):
         colour = COLOURS[i % len(COLOURS)] if paired else ("#222222", "#777777", "#bb7700", "#006677")[i % 4]
         few = len(curve["x"]) <= 60
-        axes.plot(curve["x"], curve["y"], color=colour, label=curve["name"], zorder=4 if few else 2,
+        axes.plot(curve["x"], curve["y"], color=colour, label=curve["name"], zorder=4,
                   **({"linestyle": "none", "marker": MARKERS[i % len(MARKERS)], "markersize": 6,
                       "markerfacecolor": "none"} if few else {"linestyle": "--", "linewidth": 1.5}))
     axes.set_title(plot["title"], fontsize=13)

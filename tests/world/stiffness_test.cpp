@@ -109,18 +109,17 @@ TEST(Stiffness, WithoutAModulusNothingFollowsTheStep) {
   EXPECT_FALSE(b.world.synchronize().modulus_unreachable);
 }
 
-// Bit for bit: a World restored between two lengths of step goes on like the one that lived through the
-// change.
+// Bit for bit: a World that has had wide regions goes on like one that was restored and never had them.
 TEST(Stiffness, AChangeOfStepLeavesNoTraceInTheState) {
   MELTSIM_NEEDS_BACKEND();
   Bar a = bar(12, 1.44e7, 3), b = bar(12, 1.44e7, 3);
-  for (int k = 0; k < 20; ++k) require(a.world.step(1e-3));
+  for (const double dt : {1e-3, 3e-3, 1e-3})
+    for (int k = 0; k < 20; ++k) require(a.world.step(dt));
   const auto snapshot = *a.world.snapshot();
   require(b.world.restore(snapshot.data(), snapshot.size()));
-  for (World* w : {&a.world, &b.world}) {
-    for (int k = 0; k < 20; ++k) require(w->step(3e-3));
-    for (int k = 0; k < 20; ++k) require(w->step(1e-3));
-  }
+  for (World* w : {&a.world, &b.world})
+    for (const double dt : {1e-3, 3e-3})
+      for (int k = 0; k < 20; ++k) require(w->step(dt));
   EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
   EXPECT_EQ(a.world.steps(), b.world.steps());
 }
@@ -129,13 +128,6 @@ TEST(Stiffness, AChangeOfStepLeavesNoTraceInTheState) {
 // not.
 TEST(Stiffness, ARebuildForgetsNoFlag) {
   MELTSIM_NEEDS_BACKEND();
-  Bar b = bar(6, 1.44e7, 0, 110);
-  require(b.world.step(1e-3));  // 0.44 H
-  require(b.world.step(4e-4));
-  require(b.world.step(1e-4));
-  EXPECT_EQ(b.world.lattice()->region_half_width, 2);
-  const StepResult first = b.world.synchronize();
-  EXPECT_TRUE(first.courant_exceeded);
   Bar c = bar(6, 1e8, 0, 110);
   require(c.world.step(1e-3));  // w 5
   require(c.world.step(1e-4));  // w 2: rebuilt
