@@ -40,7 +40,7 @@ struct StepResult {
 /// Conserved quantities and extremes, in double. Zero points: potential at the origin of coordinates,
 /// thermal energy at each solid's melting point (liquids: 0 degrees Celsius).
 struct Totals {
-  std::uint64_t fluid = 0, solid = 0, bodies = 0, melted = 0;
+  std::uint64_t fluid = 0, solid = 0, bodies = 0, melted = 0, frozen = 0;
   double mass = 0;                                 ///< [kg]
   Vec3d momentum;                                  ///< [kg m/s]
   Vec3d angular_momentum;                          ///< about the origin [kg m^2/s]

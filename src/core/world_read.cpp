@@ -70,6 +70,7 @@ Result<Totals> WorldImpl::totals() {
   t.bodies = pieces.size();
   t.melted = state_.melted;
   t.heat_in = state_.heat_in;
+  t.frozen = state_.frozen;
   if (heat_mass > 0) {
     t.temperature_mean /= heat_mass;
   } else {
