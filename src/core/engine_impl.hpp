@@ -255,7 +255,6 @@ class EngineImpl final : public Engine {
     set(Owner::site, l.site_vertex.size());
     set(Owner::body, l.bodies.size());
     set(Owner::material, c.materials.size());
-    set(Owner::wall_node, static_cast<std::uint64_t>(physics::wall_table_size));
     set(Owner::emitter_point, c.emitter_points.size());
     set(Owner::world, 1);
     return n;
@@ -332,9 +331,7 @@ class EngineImpl final : public Engine {
     k.domain_min = k.walls.min = cast<T>(c.domain.min);
     k.domain_max = k.walls.max = cast<T>(c.domain.max);
     k.walls.support = static_cast<T>(c.support);
-    k.walls.half_spacing = static_cast<T>(0.5 * c.spacing);
-    k.walls.nodes_per_length =
-        static_cast<T>((physics::wall_table_points - 1) / (c.support + 0.5 * c.spacing));
+    k.walls.exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
     k.coupling = physics::make_coupling<T>(c.support, c.spacing);
     k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
     if (c.domain.bounded)
@@ -428,15 +425,6 @@ class EngineImpl final : public Engine {
     put(w_.f.region_rotation, q);
     put(w_.f.site_vertex, l.site_vertex);
     put(w_.f.bodies, l.bodies);
-    if (w_.f.wall_table != nullptr) {
-      std::vector<WallNode<double>> table(static_cast<std::size_t>(physics::wall_table_size));
-      physics::make_wall_table(c.support, c.spacing, table.data());
-      std::vector<WallNode<T>> rounded;
-      for (const WallNode<double>& node : table)
-        rounded.push_back(
-            {static_cast<T>(node.lambda), static_cast<T>(node.push_x), static_cast<T>(node.laplacian), 0});
-      put(w_.f.wall_table, rounded);
-    }
     std::vector<Vec4<T>> points;
     for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
     put(w_.f.emitter_points, points);

@@ -22,7 +22,6 @@ using physics::MaterialRow;
 using physics::RegionFit;
 using physics::SphKernel;
 using physics::WallBox;
-using physics::WallNode;
 
 inline constexpr std::uint32_t none = 0xffffffffu;
 inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};

@@ -31,7 +31,6 @@ enum class Owner {
   site,
   body,
   material,
-  wall_node,
   emitter_point,
   world
 };

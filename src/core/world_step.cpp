@@ -170,7 +170,6 @@ Status WorldImpl::prepare() {
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
   if ((setup.facts & core::fact_mobile) != 0)
     setup.channels |= std::uint64_t{1} << core::field_neighbour_mask;
-  if (!desc.domain.bounded) setup.channels &= ~(std::uint64_t{1} << core::field_wall_table);
   if ((setup.facts & core::fact_solid) == 0)
     setup.channels &= ~(std::uint64_t{1} << core::field_vertex_of_id);
   derive_limits();

@@ -22,8 +22,14 @@ struct SolidVolumeBody {
     const std::uint32_t tag = w.f.tag[i];
     if (!is_solid(tag)) return;
     T sum = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T r2) {
-      if (is_solid(w.f.tag[j])) sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
+      if (!is_solid(w.f.tag[j])) return;
+      sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
+      if (walls.axes != 0u)
+        physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
+          sum += physics::kernel_value(w.c.kernel, std::sqrt(image2));
+        });
     });
     w.f.solid_volume[i] = physics::solid_volume(sum, w.f.mass[i] / w.f.materials[material_of(tag)].density);
   }
@@ -41,15 +47,18 @@ struct DensityBody {
       return;
     }
     T phi = 0, solid = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      const T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+      T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
+      if (walls.axes != 0u)
+        physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
+          value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
+        });
       if (is_solid(w.f.tag[j])) solid += w.f.solid_volume[j] * value;
       else phi += xj.w * value;
     });
     phi += physics::solid_share(w.c.coupling, solid);
     w.f.coupling_slope[i] = physics::solid_share_slope(w.c.coupling, solid);
-    if (w.c.walls.faces != 0u)
-      phi += physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i])).lambda;
     const T pressure = physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi);
     w.f.density[i] = phi;
     w.f.velocity[i].w = physics::pressure_term(pressure, phi);
@@ -68,6 +77,7 @@ struct ForcesBody {
     const Vec4<T> vi = w.f.velocity[i];
     const T solid_term = w.f.coupling_slope[i] * vi.w;
     Vec3<T> force{};
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
       const Vec4<T> vj = w.f.velocity[j];
       const Vec3<T> v_ij = xyz(vi) - xyz(vj);
@@ -89,30 +99,29 @@ struct ForcesBody {
         if (r2 < w.c.leak_distance2)
           force += physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
       }
-    });
-    if (w.c.walls.faces != 0u) {
-      const auto s = physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i]));
-      if (s.any) {
-        force += physics::wall_pressure_force(vol_i, vi.w, s);
-        if (w.c.no_slip != 0u)
-          force += physics::wall_viscous_force(mi.viscosity, vol_i, s,
-                                               wall_velocity(xyz(w.f.position[i])) - xyz(vi));
+      if (walls.axes != 0u) {
+        const bool fluid = is_fluid(tag_j);
+        const T vol_j = fluid ? xj.w : w.f.solid_volume[j];
+        const T term_i = fluid ? vi.w : solid_term, term_j = fluid ? vj.w : T(0);
+        physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
+          const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
+          force += physics::pressure_force(vol_i, vol_j, term_i, term_j, f, x);
+        });
       }
-    }
+    });
+    if (walls.axes != 0u && w.c.no_slip != 0u)
+      force += no_slip(xyz(w.f.position[i]), xyz(vi), mi.viscosity, vol_i);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
-  /// Velocity of the nearest moving wall (zero when all rest).
-  MELTSIM_HD Vec3<T> wall_velocity(Vec3<T> x) const {
-    const T d[6] = {x.x - w.c.walls.min.x, w.c.walls.max.x - x.x, x.y - w.c.walls.min.y,
-                    w.c.walls.max.y - x.y, x.z - w.c.walls.min.z, w.c.walls.max.z - x.z};
-    int nearest = 0;
-    T best = w.c.kernel.support;
+  /// Traction of every wall within reach, each with its own velocity.
+  MELTSIM_HD Vec3<T> no_slip(Vec3<T> x, Vec3<T> v, T mu, T volume) const {
+    const auto& b = w.c.walls;
+    const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
+    Vec3<T> force{};
     for (int k = 0; k < 6; ++k)
-      if (((w.c.walls.faces >> k) & 1u) != 0u && d[k] < best) {
-        best = d[k];
-        nearest = k;
-      }
-    return w.c.wall_velocity[nearest];
+      if (((b.faces >> k) & 1u) != 0u && d[k] < b.exchange.support)
+        force += physics::wall_viscous_force(b.exchange, mu, volume, d[k], w.c.wall_velocity[k] - v);
+    return force;
   }
 };
 
@@ -126,6 +135,7 @@ struct ReactionBody {
     const T vol_k = w.f.solid_volume[k];
     const Vec3<T> vk = xyz(w.f.velocity[k]);
     Vec3<T> force{};
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
     spatial::for_each_neighbour(w, k, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
       const std::uint32_t tag_i = w.f.tag[i];
       if (!is_fluid(tag_i)) return;
@@ -137,6 +147,11 @@ struct ReactionBody {
       if (r2 < w.c.leak_distance2)
         force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
                                       xyz(vi) - vk, r2);
+      if (walls.axes != 0u)
+        physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
+          const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
+          force += physics::pressure_force(p.fluid_volume, vol_k, p.fluid_term, T(0), f, x);
+        });
     });
     w.f.acceleration[k] += force * (T(1) / w.f.mass[k]);
   }
