@@ -332,7 +332,6 @@ class EngineImpl final : public Engine {
     k.domain_max = k.walls.max = cast<T>(c.domain.max);
     k.walls.support = static_cast<T>(c.support);
     k.walls.exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
-    k.coupling = physics::make_coupling<T>(c.support, c.spacing);
     k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
     if (c.domain.bounded)
       for (int f = 0; f < 6; ++f) {

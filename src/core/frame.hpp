@@ -166,7 +166,6 @@ struct Constants {
   std::uint32_t open_faces = 0;  ///< bit per face
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
-  physics::CouplingShare<T> coupling;
   T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
   T courant{};            ///< share of H a particle may move per sub-step before a flag is raised
   double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]

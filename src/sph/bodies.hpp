@@ -14,24 +14,28 @@ namespace sph {
 using core::Frame;
 using physics::MaterialRow;
 
-/// V_k of every solid particle.
+/// Sum of V W over everything within H of i, and over its images in walls.
 template <class T>
-struct SolidVolumeBody {
+MELTSIM_HD T volume_fraction(const Frame<T>& w, std::uint64_t i) {
+  T phi = 0;
+  const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+  spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+    T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    if (walls.axes != 0u)
+      physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
+        value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
+      });
+    phi += xj.w * value;
+  });
+  return phi;
+}
+
+/// tau_k of every solid particle.
+template <class T>
+struct SolidTermBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const std::uint32_t tag = w.f.tag[i];
-    if (!is_solid(tag)) return;
-    T sum = 0;
-    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
-      if (!is_solid(w.f.tag[j])) return;
-      sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
-      if (walls.axes != 0u)
-        physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
-          sum += physics::kernel_value(w.c.kernel, std::sqrt(image2));
-        });
-    });
-    w.f.solid_volume[i] = physics::solid_volume(sum, w.f.mass[i] / w.f.materials[material_of(tag)].density);
+    if (is_solid(w.f.tag[i])) w.f.solid_term[i] = physics::solid_term(volume_fraction(w, i));
   }
 };
 
@@ -46,19 +50,7 @@ struct DensityBody {
       w.f.velocity[i].w = T(0);
       return;
     }
-    T phi = 0, solid = 0;
-    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-      T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
-      if (walls.axes != 0u)
-        physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
-          value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
-        });
-      if (is_solid(w.f.tag[j])) solid += w.f.solid_volume[j] * value;
-      else phi += xj.w * value;
-    });
-    phi += physics::solid_share(w.c.coupling, solid);
-    w.f.coupling_slope[i] = physics::solid_share_slope(w.c.coupling, solid);
+    const T phi = volume_fraction(w, i);
     const T pressure = physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi);
     w.f.density[i] = phi;
     w.f.velocity[i].w = physics::pressure_term(pressure, phi);
@@ -75,7 +67,6 @@ struct ForcesBody {
     const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
     const T vol_i = w.f.position[i].w;
     const Vec4<T> vi = w.f.velocity[i];
-    const T solid_term = w.f.coupling_slope[i] * vi.w;
     Vec3<T> force{};
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
@@ -93,19 +84,17 @@ struct ForcesBody {
                                                    T(0.5) * (mi.density + mj.density), vol_i, xj.w, f, r2,
                                                    dot(v_ij, x_ij), x_ij);
       } else {
-        const physics::CouplingPair<T> p{
-            vol_i, w.f.solid_volume[j], solid_term, mi.viscosity, mi.density, x_ij, v_ij};
+        const T terms = vi.w + mi.tait_stiffness * w.f.solid_term[j];
+        const physics::CouplingPair<T> p{vol_i, xj.w, terms, mi.viscosity, mi.density, x_ij, v_ij};
         force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
         if (r2 < w.c.leak_distance2)
           force += physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
       }
       if (walls.axes != 0u) {
-        const bool fluid = is_fluid(tag_j);
-        const T vol_j = fluid ? xj.w : w.f.solid_volume[j];
-        const T term_i = fluid ? vi.w : solid_term, term_j = fluid ? vj.w : T(0);
+        const T term_j = is_fluid(tag_j) ? vj.w : mi.tait_stiffness * w.f.solid_term[j];
         physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
           const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-          force += physics::pressure_force(vol_i, vol_j, term_i, term_j, f, x);
+          force += physics::pressure_force(vol_i, xj.w, vi.w, term_j, f, x);
         });
       }
     });
@@ -132,7 +121,7 @@ struct ReactionBody {
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const std::uint32_t tag = w.f.tag[k];
     if (!is_solid(tag)) return;  // fixed ones too: a host may want the load on an obstacle
-    const T vol_k = w.f.solid_volume[k];
+    const T vol_k = w.f.position[k].w, tau = w.f.solid_term[k];
     const Vec3<T> vk = xyz(w.f.velocity[k]);
     Vec3<T> force{};
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
@@ -142,7 +131,7 @@ struct ReactionBody {
       const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
       const Vec4<T> vi = w.f.velocity[i];
       const physics::CouplingPair<T> p{
-          xi.w, vol_k, w.f.coupling_slope[i] * vi.w, mi.viscosity, mi.density, -x_ki, xyz(vi) - vk};
+          xi.w, vol_k, vi.w + mi.tait_stiffness * tau, mi.viscosity, mi.density, -x_ki, xyz(vi) - vk};
       force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
       if (r2 < w.c.leak_distance2)
         force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
@@ -150,7 +139,7 @@ struct ReactionBody {
       if (walls.axes != 0u)
         physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
           const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-          force += physics::pressure_force(p.fluid_volume, vol_k, p.fluid_term, T(0), f, x);
+          force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
         });
     });
     w.f.acceleration[k] += force * (T(1) / w.f.mass[k]);

@@ -144,7 +144,7 @@ class Forces : public testing::Test {
  protected:
   static constexpr double tolerance = sizeof(T) == 8 ? 1e-13 : 3e-6;
   static constexpr std::initializer_list<const char*> stages = {
-      "step.begin", "spatial", "lsm.loads", "sph.solid_volume", "sph.density", "sph.forces", "sph.reaction"};
+      "step.begin", "spatial", "lsm.loads", "sph.solid_term", "sph.density", "sph.forces", "sph.reaction"};
   static constexpr std::uint32_t facts =
       core::fact_particles | core::fact_fluid | core::fact_solid | core::fact_mobile;
 };
