@@ -323,6 +323,7 @@ class EngineImpl final : public Engine {
     k.spacing = static_cast<T>(c.spacing);
     k.sound_speed = static_cast<T>(c.sound_speed);
     k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
+    k.lowest_phi = c.tension ? T(0) : T(1);
     k.gravity = cast<T>(c.gravity);
     k.wall_friction = static_cast<T>(c.domain.friction);
     k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));

@@ -160,6 +160,7 @@ struct Constants {
   T spacing{};
   T sound_speed{};
   T artificial_viscosity{};
+  T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
   T wall_friction{};
   T volume_rate{};  ///< 1 / relaxation time of a melted particle's volume [1/s]
   std::uint32_t no_slip = 1;

@@ -120,6 +120,8 @@ void WorldImpl::derive_sound_speed() {
     see(e.desc.center - origin_);
     speed = std::max(speed, e.desc.speed);
   }
+  if (desc.domain.bounded)
+    for (const Vec3d& v : desc.domain.velocity) speed = std::max(speed, length(v));
   if (desc.domain.bounded && high >= low) {
     // What stands above a floor may fall to it.
     const Vec3d corner = desc.domain.min - origin_;
@@ -137,6 +139,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.support = core::support_of(desc);
   c.sound_speed = sound_speed_;
   c.artificial_viscosity = desc.artificial_viscosity;
+  c.tension = desc.tension;
   c.courant = desc.courant;
   c.gravity = desc.gravity;
   c.domain = desc.domain;

@@ -51,7 +51,8 @@ struct DensityBody {
       return;
     }
     const T phi = volume_fraction(w, i);
-    const T pressure = physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi);
+    const T pressure =
+        physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi, w.c.lowest_phi);
     w.f.density[i] = phi;
     w.f.velocity[i].w = physics::pressure_term(pressure, phi);
   }
