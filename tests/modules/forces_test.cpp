@@ -133,11 +133,11 @@ struct Oracle {
     const double vj = volume[j];
     const double mu = solid(j) ? a.viscosity : 2 * a.viscosity * b.viscosity / (a.viscosity + b.viscosity);
     const double rho = solid(j) ? a.density : 0.5 * (a.density + b.density);
-    double leak = 0;  // contact from 0.8 dx inwards, per distance
-    if (solid(j) && r < 0.8 * dx) {
+    double leak = 0;  // contact from 0.9 dx inwards, per distance
+    if (solid(j) && r < 0.9 * dx) {
       const double m = mass[i] * mass[j] / (mass[i] + mass[j]);
       leak =
-          std::max(0.0, 0.15 * m / (dt * dt) * (0.8 * dx - r) - std::sqrt(0.15) * m / dt * dot(u, d) / r) / r;
+          std::max(0.0, 0.15 * m / (dt * dt) * (0.9 * dx - r) - std::sqrt(0.15) * m / dt * dot(u, d) / r) / r;
     }
     const double approach = std::min(0.0, dot(u, d)) / (r * r + 0.0025 * H * H);
     return d * leak +

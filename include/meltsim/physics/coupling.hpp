@@ -63,11 +63,12 @@ MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed,
 }
 
 /// Liquid this close to a solid particle, in spacings, is about to slip between lattice sites (0.71 is the
-/// middle of four); its first layer stands at 0.9..1.1.
-inline constexpr double leak_distance = 0.8;
+/// middle of four); its first layer stands at 1.
+inline constexpr double leak_distance = 0.9;
 
 /// Last resort against leaking through thin solids: the contact spring of contact.hpp on the liquid particle
-/// [N], without friction; the solid receives the negative. It stops 0.07 dx/dt normal to a single layer.
+/// [N], without friction; the solid receives the negative. It stops 0.15 dx/dt normal to a single layer
+/// (0.8 dx, half of that, lets liquid through that a falling block squeezes against a plate).
 /// x_ik, v_ik as in CouplingPair.
 template <class T>
 MELTSIM_HD Vec3<T> leak_force(T spacing, T dt, T fluid_mass, T solid_mass, Vec3<T> x_ik, Vec3<T> v_ik, T r2) {
