@@ -126,6 +126,12 @@ void dam_break(const Settings& s, Report& r) {
     r.absolute(std::string("front against ") + set.name, worst, 0, 0.15, "a",
                "largest deviation for 0.8 <= T <= 3.3, no shift in time");
   }
+  r.note =
+      "Falls short without a shift in time: the experiments' curves lag ours by T = 0.14 to 0.30 from the "
+      "first point on "
+      "(0.2 is 11 ms at this size), as they do in other inviscid computations, which is laid to the gate. "
+      "The sets differ "
+      "by 0.37 among themselves at T = 2.7, so that no curve is within 0.15 of all of them.";
   r.plots.push_back(plot);
 }
 

@@ -66,8 +66,12 @@ MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, c
   const auto across = [](T d, T inward, T x) { return d + maximum(d - inward * x, T(0)); };  // d_i + d_j
   const Vec3<T> sum{across(v.distance.x, v.inward.x, x_ij.x), across(v.distance.y, v.inward.y, x_ij.y),
                     across(v.distance.z, v.inward.z, x_ij.z)};
-  for (std::uint32_t mask = 1; mask < 8; ++mask) {
-    if ((mask & ~v.axes) != 0u) continue;
+  // Planes that the image in them alone is out of reach of take part in none: most pairs end here.
+  std::uint32_t axes = v.axes;
+  if (!(sum.x * sum.x < support2)) axes &= ~1u;
+  if (!(sum.y * sum.y < support2)) axes &= ~2u;
+  if (!(sum.z * sum.z < support2)) axes &= ~4u;
+  for (std::uint32_t mask = axes; mask != 0u; mask = (mask - 1u) & axes) {
     Vec3<T> x = x_ij;
     if ((mask & 1u) != 0u) x.x = v.inward.x * sum.x;
     if ((mask & 2u) != 0u) x.y = v.inward.y * sum.y;
