@@ -10,6 +10,8 @@ namespace thermal {
 
 MELTSIM_INSTANTIATE(core::CudaExec, exchange)
 MELTSIM_INSTANTIATE(core::CudaExec, paper)
+MELTSIM_INSTANTIATE(core::CudaExec, boundary)
+MELTSIM_INSTANTIATE(core::CudaExec, iwasaki)
 
 }  // namespace thermal
 }  // namespace v0

@@ -25,6 +25,7 @@ class Builder {
     for (const SceneFluid& fluid : scene_.fluids) add(fluid);
     for (const SceneBody& body : scene_.bodies) add(body);
     for (const SceneEmitter& emitter : scene_.emitters) add(emitter);
+    for (const SceneHeatRegion& region : scene_.heat_regions) add(region);
     const meltsim::Status ready = built_.world.prepare();
     if (!ready) {
       if (ready.error().code == meltsim::ErrorCode::out_of_memory)
@@ -78,6 +79,10 @@ class Builder {
         scene_.world.heat.model != meltsim::HeatModel::none && scene_.world.heat.time_scale > 0;
     built_.body_melts.push_back(heats && static_cast<bool>(material.melts_into));
     accept(built_.world.add_solid(desc), body.source);
+  }
+
+  void add(const SceneHeatRegion& region) {
+    accept(built_.world.add_heat_region(region.desc), region.source);
   }
 
   void add(const SceneEmitter& emitter) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "failure.hpp"
+#include "load_heat.hpp"
 #include "load_parts.hpp"
 #include "load_shape.hpp"
 #include "scene_keys.hpp"
@@ -74,6 +75,8 @@ void load_bodies(const Node& node, Scene& scene) {
     if (const auto value = item.find("density")) body.density = value->positive("kg/m^3");
     if (const auto value = item.find("velocity")) body.desc.velocity = value->vector("m/s");
     if (const auto value = item.find("angular_velocity")) body.desc.angular_velocity = value->vector("rad/s");
+    if (const auto value = item.find("surface")) body.desc.surface = load_surface(*value);
+    if (const auto value = item.find("heat_source")) body.desc.heat_source = value->number("W/m^3");
     if (const auto value = item.find("fixed")) body.desc.fixed = value->boolean();
     if (const auto value = item.find("carve")) body.desc.carve = value->boolean();
     scene.bodies.push_back(body);

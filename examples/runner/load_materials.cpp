@@ -5,6 +5,7 @@
 #include <set>
 
 #include "failure.hpp"
+#include "load_heat.hpp"
 #include "load_parts.hpp"
 #include "scene_keys.hpp"
 #include "suggest.hpp"
@@ -27,11 +28,12 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   const auto number = [&node](const char* key, const char* unit, double& to) {
     if (const auto value = node.find(key)) to = value->number(unit);
   };
-  number("density", "kg/m^3", desc.density);
-  number("viscosity", "Pa s", desc.viscosity);
-  number("conductivity", "W/(m K)", desc.conductivity);
-  number("heat_capacity", "J/(kg K)", desc.heat_capacity);
-  number("diffusivity", "m^2/s", desc.diffusivity);
+  load_property(node, "density", "kg/m^3", desc.density, desc.density_points);
+  if (!desc.density_points.empty()) desc.density = desc.density_points.front().value;
+  load_property(node, "viscosity", "Pa s", desc.viscosity, desc.viscosity_points);
+  load_property(node, "conductivity", "W/(m K)", desc.conductivity, desc.conductivity_points);
+  load_property(node, "heat_capacity", "J/(kg K)", desc.heat_capacity, desc.heat_capacity_points);
+  if (const auto value = node.find("diffusivity")) desc.diffusivity = value->number("m^2/s");
   number("latent_heat", "J/kg", desc.latent_heat);
   number("stiffness", "0 to 1", desc.stiffness);
   number("damping", "0 to 1", desc.damping);

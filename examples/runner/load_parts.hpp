@@ -6,6 +6,8 @@
 
 namespace runner {
 
+/// Faces that a key like "-x" or "x" names, in the order of the library.
+std::vector<std::size_t> face_indices(const std::string& key);
 void load_domain(const Node& node, Scene& scene);
 void load_particles(const Node& node, Scene& scene);
 void load_time(const Node& node, Scene& scene);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// domain, particles, time, solver, heat.
+// domain, particles, time, solver.
 #include <fmt/format.h>
 
 #include "failure.hpp"
@@ -9,10 +9,6 @@
 
 namespace runner {
 
-namespace {
-
-using meltsim::Face;
-
 /// "-x" is one face, "x" is both faces of the axis. Order of the library: -x, +x, -y, +y, -z, +z.
 std::vector<std::size_t> face_indices(const std::string& key) {
   const std::size_t axis = static_cast<std::size_t>(key.back() - 'x');
@@ -20,6 +16,10 @@ std::vector<std::size_t> face_indices(const std::string& key) {
   if (key.front() == '+') return {2 * axis + 1};
   return {2 * axis, 2 * axis + 1};
 }
+
+namespace {
+
+using meltsim::Face;
 
 Face face_of(const std::string& word) {
   if (word == "open") return Face::open;
@@ -117,20 +117,6 @@ void load_solver(const Node& node, Scene& scene) {
   if (const auto value = node.find("courant")) world.courant = value->positive("Courant number");
   if (const auto value = node.find("max_substeps")) world.max_substeps = value->small_integer();
   if (const auto value = node.find("pieces_interval")) world.pieces_interval = value->small_integer();
-}
-
-void load_heat(const Node& node, Scene& scene) {
-  node.allow_keys(keys::heat);
-  scene.heat = node.source();
-  meltsim::HeatDesc& heat = scene.world.heat;
-  if (const auto value = node.find("model")) {
-    const std::string model = value->choice(keys::heat_model);
-    heat.model = model == "paper"  ? meltsim::HeatModel::paper
-                 : model == "none" ? meltsim::HeatModel::none
-                                   : meltsim::HeatModel::enthalpy;
-  }
-  if (const auto value = node.find("time_scale")) heat.time_scale = value->number("a factor");
-  if (const auto value = node.find("max_stages")) heat.max_stages = value->small_integer();
 }
 
 }  // namespace runner

@@ -49,6 +49,7 @@ void Recorder::frame(Built& built, const RunState& state, double dt, double ms_p
   last_.totals = expect(built.world.totals());
   last_.melted_fraction = share(last_.totals.melted, state.meltable);
   last_.ms_per_step = ms_per_step;
+  last_.courant = expect(built.world.ledger()).courant;
   stats_.row(stats_line(last_));
   write_bodies(built, state.time);
   write_particles(built.world, state);

@@ -48,6 +48,12 @@ struct SceneEmitter {
   Source source;
 };
 
+struct SceneHeatRegion {
+  SceneShape shape;
+  meltsim::HeatRegionDesc desc;
+  Source source;
+};
+
 struct SceneProbe {
   std::string name;
   meltsim::Vec3d at;
@@ -80,6 +86,7 @@ struct Scene {
   std::vector<SceneFluid> fluids;
   std::vector<SceneBody> bodies;
   std::vector<SceneEmitter> emitters;
+  std::vector<SceneHeatRegion> heat_regions;
   std::vector<SceneProbe> probes;
   SceneOutput output;
   std::string where;  ///< of the whole scene

@@ -53,21 +53,53 @@ Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resol
   return json;
 }
 
-Json heat_json(const meltsim::HeatDesc& heat) {
-  const char* models[] = {"none", "paper", "enthalpy"};
-  return {{"model", models[static_cast<std::size_t>(heat.model)]},
-          {"time_scale", heat.time_scale},
-          {"max_stages", heat.max_stages}};
+/// Null when nothing is set.
+Json surface_json(const meltsim::SurfaceHeatDesc& surface) {
+  if (surface.temperature) return {{"temperature", *surface.temperature}};
+  if (surface.flux == 0 && surface.convection == 0 && surface.emissivity == 0) return {};
+  return {{"flux", surface.flux},
+          {"convection", surface.convection},
+          {"emissivity", surface.emissivity},
+          {"ambient", surface.ambient}};
+}
+
+/// A number, or the points.
+Json property_json(double constant, const std::vector<meltsim::PropertyPoint>& points) {
+  if (points.empty()) return constant;
+  Json list = Json::array();
+  for (const auto& p : points) list.push_back({p.temperature, p.value});
+  return list;
+}
+
+Json heat_json(const Scene& scene) {
+  const meltsim::HeatDesc& heat = scene.world.heat;
+  const char* models[] = {"none", "paper", "iwasaki", "enthalpy"};
+  Json json = {{"model", models[static_cast<std::size_t>(heat.model)]},
+               {"time_scale", heat.time_scale},
+               {"max_stages", heat.max_stages}};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Json wall = surface_json(scene.world.domain.heat[i]);
+    if (!wall.is_null()) json["walls"][face_keys[i]] = wall;
+  }
+  for (const SceneHeatRegion& region : scene.heat_regions) {
+    Json r = {{"name", region.desc.name}, {"shape", region.shape.echo}};
+    if (region.desc.temperature) r["temperature"] = *region.desc.temperature;
+    else r["source"] = region.desc.source;
+    r["from"] = region.desc.from;
+    r["until"] = echo_number(region.desc.until);
+    json["regions"].push_back(r);
+  }
+  return json;
 }
 
 Json material_json(const SceneMaterial& material) {
   const meltsim::MaterialDesc& desc = material.desc;
   Json json;
-  json["density"] = desc.density;
-  json["viscosity"] = desc.viscosity;
-  json["conductivity"] = desc.conductivity;
-  json["heat_capacity"] = desc.heat_capacity;
-  json["diffusivity"] = desc.diffusivity;
+  json["density"] = property_json(desc.density, desc.density_points);
+  json["viscosity"] = property_json(desc.viscosity, desc.viscosity_points);
+  json["conductivity"] = property_json(desc.conductivity, desc.conductivity_points);
+  json["heat_capacity"] = property_json(desc.heat_capacity, desc.heat_capacity_points);
+  if (desc.diffusivity) json["diffusivity"] = *desc.diffusivity;
   json["melting_point"] = echo_number(desc.melting_point);
   json["latent_heat"] = desc.latent_heat;
   if (!material.becomes.empty()) json["becomes"] = material.becomes;
@@ -87,6 +119,9 @@ Json body_json(const SceneBody& body) {
   json["temperature"] = body.desc.temperature;
   json["velocity"] = echo(body.desc.velocity);
   json["angular_velocity"] = echo(body.desc.angular_velocity);
+  const Json surface = surface_json(body.desc.surface);
+  if (!surface.is_null()) json["surface"] = surface;
+  if (body.desc.heat_source != 0) json["heat_source"] = body.desc.heat_source;
   json["fixed"] = body.desc.fixed;
   json["carve"] = body.desc.carve;
   return json;
@@ -120,7 +155,7 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
   json["particles"] = {{"spacing", scene.world.spacing}, {"support", resolved.support_radius}};
   json["time"] = time_json(scene.time);
   json["solver"] = solver_json(scene.world, resolved);
-  json["heat"] = heat_json(scene.world.heat);
+  json["heat"] = heat_json(scene);
   for (const SceneMaterial& material : scene.materials)
     json["materials"][material.desc.name] = material_json(material);
   for (const SceneFluid& fluid : scene.fluids) {

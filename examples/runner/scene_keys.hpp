@@ -17,13 +17,16 @@ inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
 inline const List solver{"gravity", "sound_speed",  "artificial_viscosity",
                          "courant", "max_substeps", "pieces_interval"};
-inline const List heat{"model", "time_scale", "max_stages"};
+inline const List heat{"model", "time_scale", "max_stages", "walls", "regions"};
+inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
+inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
 inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
                            "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
                            "stiffness", "damping",       "friction"};
 inline const List fluid{"shape", "material", "temperature", "velocity"};
-inline const List body{"name",  "shape", "material", "density", "temperature", "velocity", "angular_velocity",
-                       "fixed", "carve"};
+inline const List body{"name",        "shape",    "material",         "density",
+                       "temperature", "velocity", "angular_velocity", "fixed",
+                       "carve",       "surface",  "heat_source"};
 inline const List emitter{"name",        "nozzle", "speed", "material",
                           "temperature", "from",   "until", "max_particles"};
 inline const List nozzle{"center", "axis", "radius"};
@@ -48,7 +51,7 @@ inline const List walls{"box", "open", "none"};
 inline const List face{"wall", "open", "periodic"};
 inline const List stepping{"fixed", "adaptive"};
 inline const List end_when{"time", "melted"};
-inline const List heat_model{"none", "paper", "enthalpy"};
+inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
 inline const List probe_field{"temperature", "pressure", "density", "velocity"};
 inline const List formats{"ply", "vtp"};                       ///< written by this version
 inline const List later_formats{"pov", "obj", "png", "html"};  ///< known, not written yet

@@ -31,7 +31,13 @@ const std::vector<std::string> stats_columns{"step",
                                              "max_speed",
                                              "density_error_mean",
                                              "density_error_max",
-                                             "ms_per_step"};
+                                             "ms_per_step",
+                                             "angular_momentum_x",
+                                             "angular_momentum_y",
+                                             "angular_momentum_z",
+                                             "latent_J",
+                                             "heat_in_J",
+                                             "courant"};
 const std::string probes_header = "name,time_s,field,value";
 const std::string bodies_header =
     "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction";
@@ -69,7 +75,13 @@ std::vector<double> stats_values(const StatsRow& row) {
           t.max_speed,
           t.density_error_mean,
           t.density_error_max,
-          row.ms_per_step};
+          row.ms_per_step,
+          t.angular_momentum.x,
+          t.angular_momentum.y,
+          t.angular_momentum.z,
+          t.latent,
+          t.heat_in,
+          row.courant};
 }
 
 bool is_count(std::size_t column) {

@@ -20,6 +20,7 @@ struct StatsRow {
   meltsim::Totals totals;
   double melted_fraction = 0;
   double ms_per_step = 0;
+  double courant = 0;  ///< of the last sub-step
 };
 
 std::string stats_header();

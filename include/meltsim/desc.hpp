@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "meltsim/material.hpp"
@@ -19,6 +20,16 @@ enum class Face {
   periodic  ///< must be set on both faces of an axis; extent at least 3 support radii
 };
 
+/// Heat through a surface. What is set adds up; nothing set insulates. Needs HeatModel::enthalpy.
+/// Heat runs HeatDesc::time_scale times faster than motion, and so do these.
+struct SurfaceHeatDesc {
+  std::optional<double> temperature;  ///< the surface is held at this [degrees Celsius]; excludes the others
+  double flux = 0;                    ///< into the material [W/m^2]
+  double convection = 0;              ///< Newton's h towards `ambient` [W/(m^2 K)], >= 0
+  double emissivity = 0;              ///< radiates towards surroundings at `ambient`, 0..1
+  double ambient = 20;                ///< [degrees Celsius]
+};
+
 /// Where particles may be. Unbounded by default.
 struct DomainDesc {
   bool bounded = false;
@@ -30,11 +41,15 @@ struct DomainDesc {
   double friction = 0.3;  ///< Coulomb coefficient of bodies against walls, >= 0
   /// Wall velocity per face [m/s], for moving lids; only the tangential part is used.
   std::array<Vec3d, 6> velocity{};
+  /// Heat through each wall; every particle within H of it takes part, liquid or solid. Walls only.
+  std::array<SurfaceHeatDesc, 6> heat{};
 };
 
 enum class HeatModel {
   none,     ///< temperatures stay as given; nothing melts
   paper,    ///< eq. (4) of Shao & Yu 2017: two reversed pair sweeps; not conservative, see ARCHITECTURE.md
+  iwasaki,  ///< explicit exchange of temperatures (Iwasaki et al. 2010), for comparison: unstable beyond
+            ///< dt sum K V L = 1, which raises StepResult::heat_bound_exceeded
   enthalpy  ///< conservative enthalpy form with latent heat, Runge-Kutta-Legendre super-time-stepping
 };
 
@@ -86,7 +101,22 @@ struct SolidDesc {
   Vec3d velocity;           ///< [m/s]
   Vec3d angular_velocity;   ///< about the centre of mass [rad/s]
   bool fixed = false;       ///< an obstacle: conducts heat and melts, but never moves
-  bool carve = true;        ///< remove liquid in the body's place; false = refuse the overlap
+  /// Heat through the body's dry surface: where no liquid, wall or other body covers it.
+  SurfaceHeatDesc surface;
+  double heat_source = 0;  ///< heat released in the body [W/m^3]; negative cools
+  bool carve = true;       ///< remove liquid in the body's place; false = refuse the overlap
+};
+
+/// A part of space, fixed in it, that heats, cools or holds what is inside. Resolved to the spacing. Needs
+/// HeatModel::enthalpy.
+struct HeatRegionDesc {
+  std::string name;  ///< empty = "heat<N>"
+  Shape shape;
+  std::optional<double>
+      temperature;          ///< particles inside are held at this [degrees Celsius]; excludes source
+  double source = 0;        ///< heat released [W/m^3]; negative cools
+  double from = 0;          ///< [s]
+  double until = infinity;  ///< [s]
 };
 
 /// A round nozzle that emits liquid at a steady speed.

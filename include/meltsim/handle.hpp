@@ -20,6 +20,7 @@ struct Handle {
 
 using MaterialId = Handle<struct MaterialTag>;
 using BodyId = Handle<struct BodyTag>;
+using HeatRegionId = Handle<struct HeatRegionTag>;
 using EmitterId = Handle<struct EmitterTag>;
 
 }  // namespace v0

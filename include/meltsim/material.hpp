@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "meltsim/handle.hpp"
 #include "meltsim/types.hpp"
@@ -9,21 +11,36 @@
 namespace meltsim {
 inline namespace v0 {
 
+/// A property at one temperature. Between points a property is linear, beyond the ends constant.
+struct PropertyPoint {
+  double temperature = 0;  ///< [degrees Celsius]
+  double value = 0;        ///< in the unit of the property
+};
+
 /// What a substance is. The same description serves liquids and solids; a solid ignores the viscosity,
 /// a liquid the melting and lattice fields.
 struct MaterialDesc {
   std::string name = "water";
   double density = 1000;        ///< rest density rho0 [kg/m^3], > 0; tuned for 100..10000
   double viscosity = 1e-3;      ///< dynamic viscosity mu [Pa s], >= 0
-  double conductivity = 0.6;    ///< k [W/(m K)], >= 0; 0 insulates
+  double conductivity = 0.6;    ///< k [W/(m K)], > 0
   double heat_capacity = 4186;  ///< c [J/(kg K)], > 0
-  /// Thermal diffusivity K [m^2/s]; when > 0 it replaces the conductivity by K rho c (the paper's K).
-  double diffusivity = 0;
+  /// Thermal diffusivity K [m^2/s], >= 0 (the paper's K); when set, k = K rho c and 0 insulates.
+  std::optional<double> diffusivity;
+
+  // Properties that depend on temperature: 2..8 points in ascending order replace the constant above.
+  std::vector<PropertyPoint> conductivity_points;   ///< k [W/(m K)]
+  std::vector<PropertyPoint> heat_capacity_points;  ///< c [J/(kg K)]
+  std::vector<PropertyPoint> viscosity_points;      ///< mu [Pa s]; liquids
+  std::vector<PropertyPoint> density_points;  ///< rho0 [kg/m^3]; liquids: buoyancy. `density` sets the scale
 
   /// T_melt [degrees Celsius]; infinity = never melts. Needs `melts_into`.
   double melting_point = infinity;
   double latent_heat = 0;  ///< L [J/kg], >= 0
   MaterialId melts_into;   ///< the liquid this solid becomes; null = never melts
+  /// Its liquid freezes onto it below the melting point: liquid that has given off the latent heat takes a
+  /// free site of the lattice of a body of this material.
+  bool freezes = false;
 
   int region_half_width = 2;  ///< w of lattice shape matching, 0..8; larger is stiffer (0 = free particles)
   double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]

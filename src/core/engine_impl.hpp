@@ -137,6 +137,13 @@ class EngineImpl final : public Engine {
     return s;
   }
 
+  WorldStatus status() override {
+    ex_.synchronize();
+    WorldStatus s;
+    if (w_.f.status != nullptr) ex_.download(&s, w_.f.status, sizeof s);
+    return s;
+  }
+
   void download(SceneState& s) override {
     ex_.synchronize();
     const std::size_t n = w_.particles;
@@ -174,6 +181,7 @@ class EngineImpl final : public Engine {
       ex_.download(&status, w_.f.status, sizeof status);
       s.melted = status.melted;
       s.removed = static_cast<std::uint64_t>(status.removed);
+      s.heat_in = status.heat_in;
     }
   }
 
@@ -217,7 +225,7 @@ class EngineImpl final : public Engine {
 
  private:
   struct Sizes {
-    std::uint64_t count[13] = {};
+    std::uint64_t count[16] = {};
     std::uint64_t groups = 0, rows = 9;
   };
 
@@ -255,7 +263,10 @@ class EngineImpl final : public Engine {
     set(Owner::site, l.site_vertex.size());
     set(Owner::body, l.bodies.size());
     set(Owner::material, c.materials.size());
+    set(Owner::property, c.properties.size());
     set(Owner::emitter_point, c.emitter_points.size());
+    set(Owner::heat_region, c.heat_regions.size());
+    set(Owner::heat_region_word, c.heat_region_cells.size());
     set(Owner::world, 1);
     return n;
   }
@@ -332,13 +343,18 @@ class EngineImpl final : public Engine {
     k.domain_min = k.walls.min = cast<T>(c.domain.min);
     k.domain_max = k.walls.max = cast<T>(c.domain.max);
     k.walls.support = static_cast<T>(c.support);
-    k.walls.exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
+    k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
+    k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
+    k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
+    k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
     k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
     if (c.domain.bounded)
       for (int f = 0; f < 6; ++f) {
         const Face face = c.domain.faces[static_cast<std::size_t>(f)];
         if (face == Face::wall) k.walls.faces |= 1u << f;
         if (face == Face::open) k.open_faces |= 1u << f;
+        k.wall_heat[f] = round_condition(c.wall_heat[static_cast<std::size_t>(f)]);
+        if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
         k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
       }
     fill_grid(c);
@@ -396,8 +412,14 @@ class EngineImpl final : public Engine {
     rolled_back_ = false;
     last_index_ = 0;
     std::vector<MaterialRow<T>> materials;
-    for (const MaterialRow<double>& m : c.materials) materials.push_back(round_row(m));
+    for (const MaterialRow<double>& m : c.materials) {
+      materials.push_back(round_row(m));
+      if (w_.f.properties != nullptr) materials.back().tables = w_.f.properties + (materials.size() - 1);
+    }
     put(w_.f.materials, materials);
+    std::vector<MaterialProperties<T>> properties;
+    for (const MaterialProperties<double>& p : c.properties) properties.push_back(round_properties(p));
+    put(w_.f.properties, properties);
     std::vector<Vec4<T>> position(n), velocity(n);
     std::vector<T> mass(n);
     std::vector<std::uint32_t> id(n);
@@ -428,9 +450,20 @@ class EngineImpl final : public Engine {
     std::vector<Vec4<T>> points;
     for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
     put(w_.f.emitter_points, points);
+    std::vector<HeatRegionRow<T>> regions;
+    for (const HeatRegionRow<double>& r : c.heat_regions)
+      regions.push_back({cast<T>(r.min), static_cast<T>(r.inv_cell), r.nx, r.ny, r.nz, r.first_word, r.held,
+                         r.temperature, static_cast<T>(r.source), r.from, r.until});
+    put(w_.f.heat_regions, regions);
+    put(w_.f.heat_region_cells, c.heat_region_cells);
+    std::vector<BodyHeat<T>> body_heat;
+    for (const BodyHeat<double>& b : c.body_heat)
+      body_heat.push_back({round_condition(b.surface), static_cast<T>(b.source)});
+    put(w_.f.body_heat, body_heat);
     WorldStatus status;
     status.melted = s.melted;
     status.removed = static_cast<std::int64_t>(s.removed);
+    status.heat_in = s.heat_in;
     status.particles = w_.particles;
     if (w_.f.status != nullptr) ex_.upload(w_.f.status, &status, sizeof status);
   }
@@ -452,8 +485,31 @@ class EngineImpl final : public Engine {
     r.shape_damping = static_cast<T>(m.shape_damping);
     r.friction = static_cast<T>(m.friction);
     r.liquid = m.liquid;
+    r.solid = m.solid;
     r.melts = m.melts;
+    r.freezes = m.freezes;
+    r.plateau = m.plateau;
     return r;
+  }
+
+  static physics::SurfaceCondition<T> round_condition(const physics::SurfaceCondition<double>& c) {
+    return {static_cast<T>(c.temperature), static_cast<T>(c.flux), static_cast<T>(c.convection),
+            static_cast<T>(c.emissivity), c.kind};
+  }
+
+  static physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {
+    physics::PropertyTable<T> r;
+    r.points = p.points;
+    for (int k = 0; k < physics::property_points; ++k) {
+      r.temperature[k] = static_cast<T>(p.temperature[k]);
+      r.value[k] = static_cast<T>(p.value[k]);
+    }
+    return r;
+  }
+
+  static MaterialProperties<T> round_properties(const MaterialProperties<double>& p) {
+    return {round_table(p.conductivity), round_table(p.liquid_conductivity), round_table(p.viscosity),
+            round_table(p.density), p.curve};
   }
 
   template <class V>

@@ -8,16 +8,19 @@
 #include "meltsim/particle_tag.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace core {
 
+using physics::MaterialProperties;
 using physics::MaterialRow;
 using physics::RegionFit;
 using physics::SphKernel;
@@ -34,6 +37,40 @@ struct Range {
 template <class T>
 struct alignas(2 * sizeof(T)) HeatOperand {
   T temperature{}, conductivity{};
+};
+
+/// What reaches a particle from outside, worked out once per sub-step.
+template <class T>
+struct HeatBoundary {
+  T area{}, depth{};       ///< dry surface [m^2], how deep beneath it the particle is [m]
+  T source{};              ///< heat released inside [W]
+  std::uint32_t held = 0;  ///< 1: a region holds its temperature
+};
+
+/// The recurrence of a super-step for the sum over all particles: it is linear, so the sum obeys it too.
+struct HeatAccount {
+  double rate = 0;  ///< of the current stage [W]; the jump of what a region took hold of [J]
+  double rate0 = 0, increment = 0, increment_old = 0;
+  double step = 0;  ///< what came in during this sub-step [J]
+};
+
+/// A region of space on its own grid of spacing-sized cells, in stored coordinates.
+template <class T>
+struct HeatRegionRow {
+  Vec3<T> min{};
+  T inv_cell{};  ///< 1/m
+  std::int32_t nx = 0, ny = 0, nz = 0;
+  std::uint32_t first_word = 0;  ///< of its bits
+  std::uint32_t held = 0;
+  double temperature = 0;      ///< degrees Celsius
+  T source{};                  ///< W/m^3
+  double from = 0, until = 0;  ///< s
+};
+
+template <class T>
+struct BodyHeat {
+  physics::SurfaceCondition<T> surface;
+  T source{};  ///< W/m^3
 };
 
 /// Exact sums over a piece: integers in units chosen by the host, so that no order of addition changes a bit.
@@ -82,14 +119,37 @@ struct Clock {
 /// Which check stopped the World; order = order of the stages.
 enum class Halt : std::uint32_t { no = 0, density, force, shape, heat, speed };
 
+/// Sums over all particles at the end of a sub-step, in stored coordinates.
+struct LedgerSums {
+  double mass = 0;
+  Vec3<double> momentum, angular_momentum;   ///< about the stored origin
+  double kinetic = 0, potential = 0;  ///< potential at the stored origin is 0
+  double thermal = 0, latent = 0;
+  double excess = 0, dense = 0;  ///< sum and count of rho/rho0 - 1 where above 0
+  MELTSIM_HD void add(const LedgerSums& o) {
+    mass += o.mass;
+    momentum += o.momentum;
+    angular_momentum += o.angular_momentum;
+    kinetic += o.kinetic;
+    potential += o.potential;
+    thermal += o.thermal;
+    latent += o.latent;
+    excess += o.excess;
+    dense += o.dense;
+  }
+};
+
 /// The worst of a set of particles. Order-independent: ties go to the smaller id.
 struct CheckResult {
   double max_speed = 0, max_density = 0;
   double bad_value = 0;
   std::uint32_t bad = 0;  ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
+  LedgerSums sums;
   MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
     CheckResult r;
+    r.sums = a.sums;
+    r.sums.add(b.sums);
     r.max_speed = maximum(a.max_speed, b.max_speed);
     r.max_density = maximum(a.max_density, b.max_density);
     const bool take_b =
@@ -110,13 +170,18 @@ struct WorldStatus {
   double max_speed = 0;    ///< since the last synchronize()
   double max_density = 0;  ///< likewise, phi
   std::uint32_t courant_exceeded = 0;
-  std::uint32_t groups = 0;            ///< occupied cells of this step
-  std::uint32_t died = 0;              ///< vertices that melted in this step
-  std::uint32_t labels_unsettled = 0;  ///< vertices the last search for pieces left undecided
-  std::uint32_t pieces_stale = 1;      ///< something melted since the last search ended
-  std::uint32_t particles = 0;         ///< ids in use when this sub-step began
-  std::uint64_t melted = 0;            ///< since the scene was uploaded
-  std::int64_t removed = 0;            ///< likewise
+  std::uint32_t groups = 0;                 ///< occupied cells of this step
+  std::uint32_t died = 0;                   ///< vertices that melted in this step
+  std::uint32_t labels_unsettled = 0;       ///< vertices the last search for pieces left undecided
+  std::uint32_t pieces_stale = 1;           ///< something melted since the last search ended
+  std::uint32_t particles = 0;              ///< ids in use when this sub-step began
+  std::uint64_t melted = 0;                 ///< since the scene was uploaded
+  std::int64_t removed = 0;                 ///< likewise
+  double heat_in = 0;                       ///< likewise [J]
+  LedgerSums sums;                          ///< of the last sub-step
+  double step_speed = 0, step_density = 0;  ///< its largest speed and phi
+  std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
+  double ledger_dt = 0;
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
 };
@@ -162,7 +227,12 @@ struct Constants {
   T artificial_viscosity{};
   T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
   T wall_friction{};
-  T volume_rate{};  ///< 1 / relaxation time of a melted particle's volume [1/s]
+  T volume_rate{};                            ///< 1 / relaxation time of a melted particle's volume [1/s]
+  physics::SurfaceCondition<T> wall_heat[6];  ///< per face
+  std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
+  physics::WallExchange<T> wall_exchange;
+  T first_layer{};  ///< share of a plane surface that its first layer serves
+  std::uint32_t heat_regions = 0;
   std::uint32_t no_slip = 1;
   std::uint32_t open_faces = 0;  ///< bit per face
   Vec3<T> wall_velocity[6];

@@ -31,7 +31,10 @@ enum class Owner {
   site,
   body,
   material,
+  property,
   emitter_point,
+  heat_region,
+  heat_region_word,
   world
 };
 enum class Lifetime { State, Static, Derived, Scratch };
@@ -63,6 +66,9 @@ enum Fact : std::uint32_t {
   fact_melt = 1u << 5,           ///< a solid can melt
   fact_heat_enthalpy = 1u << 6,  ///< temperatures differ, enthalpy model
   fact_heat_paper = 1u << 7,     ///< temperatures differ, paper model
+  fact_heat_boundary = 1u << 8,  ///< heat comes through surfaces or from sources, enthalpy model
+  fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
+  fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
 };
 
 struct StageInfo {
@@ -100,7 +106,9 @@ constexpr bool consistent(std::uint32_t f) {
   const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
   return implies(~fact_particles & f, fact_particles) && implies(fact_mobile, fact_solid) &&
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
-         !((f & fact_heat_enthalpy) && (f & fact_heat_paper));
+         !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
+         !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
+         implies(fact_heat_boundary, fact_heat_enthalpy);
 }
 
 /// Index of the first stage that reads what nobody produced in a scene with these facts, or -1.
@@ -119,7 +127,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 256u; ++facts)
+  for (std::uint32_t facts = 0; facts < 2048u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

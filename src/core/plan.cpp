@@ -117,7 +117,9 @@ namespace {
 std::uint32_t facts_of_module(const std::string& module) {
   if (module == "sph") return core::fact_fluid | core::fact_melt;
   if (module == "lsm") return core::fact_mobile | core::fact_contact;
-  if (module == "thermal") return core::fact_heat_enthalpy | core::fact_heat_paper;
+  if (module == "thermal")
+    return core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki |
+           core::fact_heat_boundary;
   if (module == "topology") return core::fact_melt;
   return 0;
 }

@@ -3,6 +3,7 @@
 // exact in the World's precision, so upload and download lose nothing.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,7 @@ struct SceneState {
   std::vector<std::uint32_t> vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
   std::uint64_t melted = 0, removed = 0;  ///< before the last upload
+  double heat_in = 0;                     ///< likewise [J]
 };
 
 /// Lattices as built; changes only when a body is added.
@@ -42,8 +44,13 @@ struct SceneConstants {
   Vec3d gravity;
   DomainDesc domain;  ///< relative to the origin
   std::vector<MaterialRow<double>> materials;
+  std::vector<physics::MaterialProperties<double>> properties;  ///< per material, or empty
   std::vector<Vec3d> emitter_points;
   double largest_mass = 0;
+  std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
+  std::vector<HeatRegionRow<double>> heat_regions;
+  std::vector<std::uint32_t> heat_region_cells;
+  std::vector<BodyHeat<double>> body_heat;  ///< per body, or empty
 };
 
 /// How much to allocate and which stages to run.

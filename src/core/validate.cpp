@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/text.hpp"
+#include "meltsim/physics/property_table.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -62,6 +63,25 @@ Status validate(const DomainDesc& d, double support) {
   return {};
 }
 
+Status validate_points(const std::string& field, const std::vector<PropertyPoint>& points, bool zero) {
+  if (points.empty()) return {};
+  if (points.size() < 2 || points.size() > static_cast<std::size_t>(physics::property_points))
+    return invalid(field, ": must be 2..", physics::property_points, " points, got ",
+                   static_cast<std::uint64_t>(points.size()), "; for a constant leave them out");
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!(std::isfinite(points[k].temperature) && points[k].temperature >= absolute_zero))
+      return invalid(field, ": temperatures must be >= ", absolute_zero, " degrees Celsius, got ",
+                     points[k].temperature);
+    if (k > 0 && !(points[k].temperature > points[k - 1].temperature))
+      return invalid(field, ": temperatures must ascend, got ", points[k].temperature, " after ",
+                     points[k - 1].temperature, "; sort the points");
+    if (!(std::isfinite(points[k].value) && (points[k].value > 0 || (zero && points[k].value == 0))))
+      return invalid(field, ": values must be finite and > 0, got ", points[k].value, " at ",
+                     points[k].temperature, " degrees");
+  }
+  return {};
+}
+
 }  // namespace
 
 double support_of(const WorldDesc& d) { return d.support_radius == 0 ? 2.5 * d.spacing : d.support_radius; }
@@ -92,7 +112,17 @@ Status validate(const WorldDesc& d) {
     return s;
   if (d.heat.max_stages < 2 || d.heat.max_stages > 1024)
     return invalid("heat.max_stages: must be in 2..1024, got ", d.heat.max_stages, "; the default is 64");
-  return validate(d.domain, support);
+  if (Status s = validate(d.domain, support); !s) return s;
+  const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  for (std::size_t f = 0; f < 6; ++f) {
+    const std::string p = std::string("domain.heat[") + faces[f] + "].";
+    if (Status s = validate(d.domain.heat[f], d.heat.model, p); !s) return s;
+    const bool wall = d.domain.bounded && d.domain.faces[f] == Face::wall;
+    if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
+      return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
+                     faces[f], "; make that face a wall");
+  }
+  return {};
 }
 
 Status validate(const MaterialDesc& m) {
@@ -100,11 +130,31 @@ Status validate(const MaterialDesc& m) {
   if (m.name.empty()) return invalid("material: name is empty; give it one, errors refer to it");
   if (Status s = above(p + "density", m.density, 0, "kg/m^3", "water is 1000"); !s) return s;
   if (Status s = at_least(p + "viscosity", m.viscosity, 0, "Pa s", "water is 0.001"); !s) return s;
-  if (Status s = at_least(p + "conductivity", m.conductivity, 0, "W/(m K)", "0 insulates, water is 0.6"); !s)
+  if (Status s =
+          above(p + "conductivity", m.conductivity, 0, "W/(m K)", "water is 0.6; diffusivity 0 insulates");
+      !s)
     return s;
   if (Status s = above(p + "heat_capacity", m.heat_capacity, 0, "J/(kg K)", "water is 4186"); !s) return s;
-  if (Status s = at_least(p + "diffusivity", m.diffusivity, 0, "m^2/s", "0 uses the conductivity"); !s)
-    return s;
+  if (m.diffusivity)
+    if (Status s =
+            at_least(p + "diffusivity", *m.diffusivity, 0, "m^2/s", "leave it out to use the conductivity");
+        !s)
+      return s;
+  if (m.diffusivity && !m.conductivity_points.empty())
+    return invalid(p, "conductivity_points: diffusivity is given too; give one of the two");
+  const struct {
+    const char* name;
+    const std::vector<PropertyPoint>& points;
+    bool zero;  ///< a value of 0 makes sense
+  } tables[] = {{"conductivity_points", m.conductivity_points, false},
+                {"heat_capacity_points", m.heat_capacity_points, false},
+                {"viscosity_points", m.viscosity_points, true},
+                {"density_points", m.density_points, false}};
+  for (const auto& t : tables)
+    if (Status s = validate_points(p + t.name, t.points, t.zero); !s) return s;
+  if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
+    return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
+                   ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");
   if (Status s = at_least(p + "latent_heat", m.latent_heat, 0, "J/kg", "ice is 3.34e5"); !s) return s;
   if (std::isnan(m.melting_point) || m.melting_point < absolute_zero)
     return invalid(p, "melting_point: must be >= ", absolute_zero, " degrees Celsius, got ", m.melting_point,
@@ -129,6 +179,60 @@ Status validate_state(const char* what, double temperature, Vec3d velocity) {
     return invalid(what, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", temperature,
                    "; temperatures are in Celsius");
   return finite_vector(std::string(what) + "velocity", velocity);
+}
+
+physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s) {
+  physics::SurfaceCondition<double> c;
+  c.temperature = s.temperature ? *s.temperature : s.ambient;
+  c.flux = s.flux;
+  c.convection = s.convection;
+  c.emissivity = s.emissivity;
+  if (s.temperature) c.kind = physics::SurfaceHeat::held;
+  else if (s.flux != 0 || s.convection > 0 || s.emissivity > 0) c.kind = physics::SurfaceHeat::exchange;
+  return c;
+}
+
+Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& what) {
+  const auto kind = condition_of(s).kind;
+  if (!std::isfinite(s.flux))
+    return invalid(what, "flux: must be finite W/m^2, got ", s.flux, "; positive heats, 0 is none");
+  if (Status st = at_least(what + "convection", s.convection, 0, "W/(m^2 K)", "5..25 is still air"); !st)
+    return st;
+  if (!(s.emissivity >= 0 && s.emissivity <= 1))
+    return invalid(what, "emissivity: must be in 0..1, got ", s.emissivity, "; 1 is a black body");
+  for (const double t : {s.ambient, s.temperature.value_or(s.ambient)})
+    if (!(std::isfinite(t) && t >= absolute_zero))
+      return invalid(what, s.temperature ? "temperature" : "ambient", ": must be >= ", absolute_zero,
+                     " degrees Celsius, got ", t, "; temperatures are in Celsius");
+  if (s.temperature && (s.flux != 0 || s.convection != 0 || s.emissivity != 0))
+    return invalid(what, "temperature: a held surface (", *s.temperature,
+                   " degrees) takes neither flux nor convection nor emissivity; drop one of them");
+  if (kind != physics::SurfaceHeat::insulated && model != HeatModel::enthalpy)
+    return invalid(
+        what,
+        "temperature, flux, convection and emissivity need heat.model enthalpy; the others know no "
+        "heat, only temperatures of pairs");
+  return {};
+}
+
+Status validate(const HeatRegionDesc& r, HeatModel model) {
+  const std::string p = "heat region \"" + r.name + "\": ";
+  if (!std::isfinite(r.source))
+    return invalid(p, "source: must be finite W/m^3, got ", r.source, "; negative cools");
+  if (r.temperature && !(std::isfinite(*r.temperature) && *r.temperature >= absolute_zero))
+    return invalid(p, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", *r.temperature,
+                   "; temperatures are in Celsius");
+  if (r.temperature && r.source != 0)
+    return invalid(p, "source: what is held at ", *r.temperature, " degrees takes no source, got ", r.source,
+                   "; drop one of them");
+  if (!r.temperature && r.source == 0)
+    return invalid(p, "source: is 0 and no temperature is given, so it does nothing; set one of them");
+  if (!(std::isfinite(r.from) && r.from >= 0))
+    return invalid(p, "from: must be finite and >= 0 s, got ", r.from, "; 0 starts at once");
+  if (!(r.until > r.from))
+    return invalid(p, "until: must be after from (", r.from, " s), got ", r.until, "; infinity never stops");
+  if (model != HeatModel::enthalpy) return invalid(p, "regions need heat.model enthalpy");
+  return {};
 }
 
 Status validate(const EmitterDesc& e, double spacing) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "meltsim/desc.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/result.hpp"
 
 namespace meltsim {
@@ -16,6 +17,12 @@ Status validate_state(const char* what, double temperature, Vec3d velocity);
 Status validate(const EmitterDesc& desc, double spacing);
 /// H [m] of a description, automatic resolved.
 double support_of(const WorldDesc& desc);
+
+/// `model`: of the World, for conditions that need the enthalpy model. `what` ends in ": " or ".".
+Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& what);
+Status validate(const HeatRegionDesc& r, HeatModel model);
+/// The row of a description.
+physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s);
 
 }  // namespace core
 }  // namespace v0

@@ -69,6 +69,9 @@ Result<std::uint64_t> World::add_fluid(const FluidDesc& d) {
 Result<BodyId> World::add_solid(const SolidDesc& d) {
   return guarded<Result<BodyId>>([&] { return impl_->add_solid(d); });
 }
+Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
+  return impl_->add_heat_region(desc);
+}
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
   return guarded<Result<EmitterId>>([&] { return impl_->add_emitter(d); });
 }
@@ -83,6 +86,7 @@ double World::stable_dt() const { return impl_->stable_dt(); }
 Result<Totals> World::totals() {
   return guarded<Result<Totals>>([&] { return impl_->totals(); });
 }
+Result<Ledger> World::ledger() { return impl_->ledger(); }
 Result<ParticleData> World::particles() {
   return guarded<Result<ParticleData>>([&] { return impl_->particles(); });
 }

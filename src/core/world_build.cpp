@@ -41,10 +41,35 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
       return invalid(p, "melts_into: \"", liquid.name, "\" melts itself (at ", liquid.melting_point,
                      "); name a liquid that does not");
   }
+  if (Status s = check_freezing(m); !s) return s.error();
   fetch_state();
   materials.push_back(m);
+  properties_ = material_properties();
   dirty_ = true;
   return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
+}
+
+/// A liquid that can freeze has the enthalpy curve of its solid: one solid per liquid, known before there is
+/// liquid that cold.
+Status WorldImpl::check_freezing(const MaterialDesc& m) {
+  if (!m.freezes) return {};
+  const std::string p = "material \"" + m.name + "\": freezes: ";
+  if (!m.melts_into) return invalid(p, "a material that freezes must name its liquid in melts_into");
+  for (const MaterialDesc& other : materials)
+    if (other.freezes && other.melts_into == m.melts_into)
+      return invalid(p, "\"", materials[m.melts_into.index].name, "\" already freezes into \"", other.name,
+                     "\"; a liquid freezes into one solid only");
+  fetch_state();
+  const auto rows = material_rows();
+  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
+    if (is_removed(state_.tag[i]) || material_of(state_.tag[i]) != m.melts_into.index) continue;
+    const double t = physics::temperature_of(rows[m.melts_into.index], state_.enthalpy[i] / state_.mass[i]);
+    if (t < m.melting_point)
+      return invalid(p, "there is \"", materials[m.melts_into.index].name, "\" at ", t,
+                     " degrees already, below the melting point ", m.melting_point,
+                     "; add this material before that liquid");
+  }
+  return {};
 }
 
 void WorldImpl::fetch_state() {
@@ -196,11 +221,12 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   for (std::size_t i = 0; i < state_.position.size(); ++i)
     if (!is_removed(state_.tag[i])) taken.add(state_.position[i], static_cast<std::uint32_t>(i));
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
+  const double density = physics::rest_density(material_rows()[f.material.index], h);
   const std::size_t before = state_.position.size();
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin_;
     if (taken.near(x, same_place * desc.spacing) >= 0) continue;
-    append(x, f.velocity, materials[f.material.index].density, h, f.material.index, none);
+    append(x, f.velocity, density, h, f.material.index, none);
   }
   const std::uint64_t added = state_.position.size() - before;
   if (added == 0)
@@ -222,6 +248,10 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   if (Status st = core::validate_state(what.c_str(), s.temperature, s.velocity); !st) return st.error();
   if (!finite(s.angular_velocity))
     return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
+  if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
+  if (!std::isfinite(s.heat_source) || (s.heat_source != 0 && desc.heat.model != HeatModel::enthalpy))
+    return invalid(what, "heat_source: must be finite W/m^3 and needs heat.model enthalpy, got ",
+                   s.heat_source, "; 0 is none");
   if (s.fixed && (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
     return invalid(what, "velocity: a fixed body cannot move, got ", s.velocity,
                    "; drop fixed or the velocity");
@@ -384,35 +414,167 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), 1};
 }
 
+Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
+  HeatRegionDesc region = r;
+  if (region.name.empty()) region.name = "heat" + std::to_string(heat_regions_.size() + 1);
+  const std::string what = "heat region \"" + region.name + "\": ";
+  for (const HeatRegionDesc& other : heat_regions_)
+    if (other.name == region.name)
+      return invalid(what, "a heat region of this name exists; choose another name");
+  if (Status s = core::validate(region, desc.heat.model); !s) return s.error();
+  if (Status s = region.shape.validate(); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+  if (Status s = check_lattice(region.shape.bounds(), lattice_origin(), desc.spacing); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+  if (region.shape.lattice_points(lattice_origin(), desc.spacing).empty())
+    return invalid(what, "shape: contains no lattice point at spacing ", desc.spacing,
+                   " m; make it larger or lower the spacing");
+  fetch_state();
+  heat_regions_.push_back(region);
+  dirty_ = true;
+  return HeatRegionId{static_cast<std::uint32_t>(heat_regions_.size() - 1), 1};
+}
+
+/// Conditions and regions as rows: a region becomes a bit per cell of its box.
+void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
+  for (std::size_t f = 0; f < 6; ++f)
+    if (desc.domain.bounded) c.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
+  const double dx = desc.spacing;
+  const Vec3d o = lattice_origin() - origin_;
+  for (const HeatRegionDesc& r : heat_regions_) {
+    const auto points = r.shape.lattice_points(lattice_origin(), dx);
+    Vec3i lo = points.front(), hi = points.front();
+    for (const Vec3i& p : points) {
+      lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
+      hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
+    }
+    core::HeatRegionRow<double> row;
+    row.min = o + Vec3d{lo.x * dx, lo.y * dx, lo.z * dx};
+    row.inv_cell = 1 / dx;
+    row.nx = hi.x - lo.x + 1;
+    row.ny = hi.y - lo.y + 1;
+    row.nz = hi.z - lo.z + 1;
+    row.first_word = static_cast<std::uint32_t>(c.heat_region_cells.size());
+    row.held = r.temperature ? 1u : 0u;
+    row.temperature = r.temperature.value_or(0);
+    row.source = r.source;
+    row.from = r.from;
+    row.until = r.until;
+    const std::uint64_t cells = std::uint64_t(row.nx) * std::uint64_t(row.ny) * std::uint64_t(row.nz);
+    c.heat_region_cells.resize(row.first_word + (cells + 31) / 32, 0u);
+    for (const Vec3i& p : points) {
+      const std::uint64_t bit =
+          (std::uint64_t(p.z - lo.z) * std::uint64_t(row.ny) + std::uint64_t(p.y - lo.y)) *
+              std::uint64_t(row.nx) +
+          std::uint64_t(p.x - lo.x);
+      c.heat_region_cells[row.first_word + (bit >> 5)] |= 1u << (bit & 31u);
+    }
+    c.heat_regions.push_back(row);
+  }
+  for (const BodyRecord& b : bodies_)
+    c.body_heat.push_back({core::condition_of(b.desc.surface), b.desc.heat_source});
+  const bool any = std::any_of(c.body_heat.begin(), c.body_heat.end(), [](const auto& b) {
+    return b.source != 0 || b.surface.kind != physics::SurfaceHeat::insulated;
+  });
+  if (!any) c.body_heat.clear();
+}
+
+namespace {
+
+double conductivity_of(const MaterialDesc& d) {
+  return d.diffusivity ? physics::conductivity_of(*d.diffusivity, d.density, d.heat_capacity)
+                       : d.conductivity;
+}
+
+physics::PropertyTable<double> table(const std::vector<PropertyPoint>& points) {
+  physics::PropertyTable<double> t;
+  for (const PropertyPoint& p : points) {
+    t.temperature[t.points] = p.temperature;
+    t.value[t.points++] = p.value;
+  }
+  return t;
+}
+
+/// The points, or the constant as a table of one.
+physics::PropertyTable<double> capacity_table(const MaterialDesc& d) {
+  return d.heat_capacity_points.empty() ? table({{0, d.heat_capacity}}) : table(d.heat_capacity_points);
+}
+
+double least(const std::vector<PropertyPoint>& points, double otherwise) {
+  for (const PropertyPoint& p : points)
+    otherwise = &p == points.data() ? p.value : std::min(otherwise, p.value);
+  return otherwise;
+}
+
+bool has_points(const MaterialDesc& d) {
+  return !d.conductivity_points.empty() || !d.heat_capacity_points.empty() || !d.viscosity_points.empty() ||
+         !d.density_points.empty();
+}
+
+}  // namespace
+
+/// The solid that material i freezes into; materials.size() if there is none.
+std::size_t WorldImpl::freezes_into(std::size_t i) const {
+  std::size_t s = 0;
+  while (s < materials.size() && !(materials[s].freezes && materials[s].melts_into.index == i)) ++s;
+  return s;
+}
+
+/// One per material, or none at all when no property depends on temperature.
+std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties() const {
+  std::vector<physics::MaterialProperties<double>> all;
+  if (std::none_of(materials.begin(), materials.end(), has_points)) return all;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const bool freezes = freezes_into(i) < materials.size();
+    const MaterialDesc& m = freezes ? materials[freezes_into(i)] : materials[i];  // whose curve it has
+    const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
+    physics::MaterialProperties<double> p;
+    p.conductivity = table(m.conductivity_points);
+    p.liquid_conductivity = table(l.conductivity_points);
+    p.viscosity = table(materials[i].viscosity_points);
+    p.density = table(materials[i].density_points);
+    if (!m.heat_capacity_points.empty() || !l.heat_capacity_points.empty()) {
+      const double latent = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
+      p.curve = m.melts_into ? physics::make_enthalpy_curve(capacity_table(m), capacity_table(l),
+                                                            m.melting_point, latent)
+                             : physics::make_enthalpy_curve(capacity_table(m));
+    }
+    all.push_back(p);
+  }
+  return all;
+}
+
 std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
   std::vector<core::MaterialRow<double>> rows;
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    const MaterialDesc& m = materials[i];
+    const MaterialDesc& own = materials[i];
+    const bool freezes = freezes_into(i) < materials.size();
+    const MaterialDesc& m = freezes ? materials[freezes_into(i)] : own;  // whose enthalpy curve it has
     const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
-    const auto conductivity = [](const MaterialDesc& d) {
-      return d.diffusivity > 0 ? physics::conductivity_of(d.diffusivity, d.density, d.heat_capacity)
-                               : d.conductivity;
-    };
     core::MaterialRow<double> r;
-    r.density = m.density;
-    r.tait_stiffness = physics::tait_stiffness(m.density, sound_speed_);
-    r.viscosity = m.viscosity;
-    r.conductivity = conductivity(m);
-    r.diffusivity = physics::diffusivity_of(r.conductivity, m.density, m.heat_capacity);
-    r.liquid_conductivity = conductivity(l);
-    r.heat_capacity = m.heat_capacity;
-    r.liquid_heat_capacity = l.heat_capacity;
-    r.melts = m.melts_into ? 1u : 0u;
-    r.liquid = m.melts_into ? m.melts_into.index : static_cast<std::uint32_t>(i);
-    if (r.melts) {
-      // The paper's model knows no latent heat.
-      r.latent_heat = desc.heat.model == HeatModel::paper ? 0.0 : m.latent_heat;
+    r.density = own.density;
+    r.tait_stiffness = physics::tait_stiffness(own.density, sound_speed_);
+    r.viscosity = own.viscosity;
+    r.conductivity = conductivity_of(m);
+    r.diffusivity = physics::diffusivity_of(conductivity_of(own), own.density, own.heat_capacity);
+    r.liquid_conductivity = conductivity_of(l);
+    r.heat_capacity = least(m.heat_capacity_points, m.heat_capacity);
+    r.liquid_heat_capacity = least(l.heat_capacity_points, l.heat_capacity);
+    r.melts = own.melts_into ? 1u : 0u;
+    r.freezes = freezes ? 1u : 0u;
+    r.plateau = r.melts | r.freezes;
+    r.liquid = own.melts_into ? own.melts_into.index : static_cast<std::uint32_t>(i);
+    r.solid = static_cast<std::uint32_t>(freezes ? freezes_into(i) : i);
+    if (r.plateau != 0u) {
+      // The models without enthalpy know no latent heat.
+      r.latent_heat = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
       r.melting_point = m.melting_point;
-      r.melting_enthalpy = physics::melting_enthalpy(l.heat_capacity, m.melting_point, r.latent_heat);
+      r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;
     }
-    r.shape_stiffness = m.stiffness;
-    r.shape_damping = m.damping;
-    r.friction = m.friction;
+    if (!properties_.empty()) r.tables = &properties_[i];
+    r.shape_stiffness = own.stiffness;
+    r.shape_damping = own.damping;
+    r.friction = own.friction;
     rows.push_back(r);
   }
   return rows;

@@ -34,6 +34,7 @@ class WorldImpl final : public Scheduler {
   Result<std::uint64_t> add_fluid(const FluidDesc& f);
   Result<BodyId> add_solid(const SolidDesc& s);
   Result<EmitterId> add_emitter(const EmitterDesc& e);
+  Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
   // world_step.cpp
   Status prepare();
   Status step(double dt);
@@ -42,6 +43,7 @@ class WorldImpl final : public Scheduler {
   Resolved resolved();
   // world_read.cpp
   Result<Totals> totals();
+  Result<Ledger> ledger();
   Result<ParticleData> particles();
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
@@ -68,6 +70,7 @@ class WorldImpl final : public Scheduler {
   bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
   /// Rows in double, all values derived.
   std::vector<core::MaterialRow<double>> material_rows() const;
+  std::vector<physics::MaterialProperties<double>> material_properties() const;
   /// Brings `state` up to date with the engine.
   void fetch_state();
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
@@ -75,6 +78,10 @@ class WorldImpl final : public Scheduler {
  private:
   std::uint32_t facts();
   std::string heat_reason() const;
+  bool heat_from_outside() const;
+  void fill_heat_boundary(core::SceneConstants& c) const;
+  std::size_t freezes_into(std::size_t material) const;
+  Status check_freezing(const MaterialDesc& m);
   void derive_sound_speed();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
@@ -94,8 +101,10 @@ class WorldImpl final : public Scheduler {
   void round_to_precision(double& v) const;
   StepResult last_result(const core::WorldStatus& s);
 
+  std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
   std::vector<EmitterRecord> emitters_;
+  std::vector<HeatRegionDesc> heat_regions_;
   core::SceneState state_;
   core::SceneLattice lattice_;
   std::vector<Vec3d> emitter_points_;

@@ -43,6 +43,9 @@ Result<Totals> WorldImpl::totals() {
     t.kinetic += 0.5 * m * dot(v, v);
     t.potential -= m * dot(desc.gravity, x);
     t.thermal += state_.enthalpy[i];
+    const auto& row = rows[material_of(tag)];
+    if (row.plateau != 0u)
+      t.latent += m * row.latent_heat * physics::liquid_fraction(row, state_.enthalpy[i] / m);
     t.temperature_min = std::min(t.temperature_min, temperature);
     t.temperature_max = std::max(t.temperature_max, temperature);
     t.temperature_mean += m * temperature;
@@ -66,6 +69,7 @@ Result<Totals> WorldImpl::totals() {
   }
   t.bodies = pieces.size();
   t.melted = state_.melted;
+  t.heat_in = state_.heat_in;
   if (heat_mass > 0) {
     t.temperature_mean /= heat_mass;
   } else {
@@ -74,6 +78,46 @@ Result<Totals> WorldImpl::totals() {
   if (solid_mass > 0) t.solid_center = solid_moment * (1 / solid_mass);
   if (dense > 0) t.density_error_mean = density_sum / double(dense);
   return t;
+}
+
+Result<Ledger> WorldImpl::ledger() {
+  Ledger l;
+  const core::WorldStatus s = dirty_ ? core::WorldStatus{} : engine->status();
+  if (s.ledger_step == 0) {  // no sub-step since the scene changed: the host's copy is all there is
+    const auto t = totals();
+    if (!t) return t.error();
+    l.step = steps;
+    l.time = time;
+    l.fluid = t->fluid;
+    l.solid = t->solid;
+    l.mass = t->mass;
+    l.momentum = t->momentum;
+    l.angular_momentum = t->angular_momentum;
+    l.kinetic = t->kinetic;
+    l.potential = t->potential;
+    l.thermal = t->thermal;
+    l.latent = t->latent;
+    l.heat_in = t->heat_in;
+    l.max_speed = t->max_speed;
+    return l;
+  }
+  l.step = s.ledger_step;
+  l.time = s.halted != 0 ? s.time : time;
+  l.solid = lattice_.vertex_id.size() - s.melted;
+  l.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - l.solid;
+  l.mass = s.sums.mass;
+  l.momentum = s.sums.momentum;
+  l.angular_momentum = s.sums.angular_momentum + cross(origin_, s.sums.momentum);
+  l.kinetic = s.sums.kinetic;
+  l.potential = s.sums.potential - s.sums.mass * dot(desc.gravity, origin_);
+  l.thermal = s.sums.thermal;
+  l.latent = s.sums.latent;
+  l.heat_in = s.heat_in;
+  l.max_speed = s.step_speed;
+  if (s.sums.dense > 0) l.density_error_mean = s.sums.excess / s.sums.dense;
+  l.density_error_max = std::max(0.0, s.step_density - 1);
+  l.courant = (sound_speed_ + s.step_speed) * s.ledger_dt / core::support_of(desc);
+  return l;
 }
 
 Result<ParticleData> WorldImpl::particles() {
@@ -95,7 +139,7 @@ Result<ParticleData> WorldImpl::particles() {
     d.enthalpy.push_back(state_.enthalpy[i]);
     d.liquid_fraction.push_back(is_solid(tag) ? (m.melts ? physics::liquid_fraction(m, h) : 0.0) : 1.0);
     const double phi = i < derived.density.size() ? derived.density[i] : 0;
-    d.density.push_back(is_solid(tag) ? m.density : phi * m.density);
+    d.density.push_back(is_solid(tag) ? m.density : phi * state_.mass[i] / state_.volume[i]);
     d.pressure.push_back(is_solid(tag)                      ? 0
                          : derived.pressure_term.size() > i ? derived.pressure_term[i] * phi * phi
                                                             : 0);

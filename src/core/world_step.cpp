@@ -22,12 +22,42 @@ namespace {
 /// Crowded neighbourhoods (splashes, a melted particle beside a larger one) exchange faster than the lattice;
 /// this head room keeps the heat stages stable. Exceeding it raises StepResult::heat_bound_exceeded.
 constexpr double heat_margin = 1.5;
+
+double largest_viscosity(const MaterialDesc& m) {
+  double mu = m.viscosity_points.empty() ? m.viscosity : 0;
+  for (const PropertyPoint& p : m.viscosity_points) mu = std::max(mu, p.value);
+  return mu;
+}
+
+double least_density(const MaterialDesc& m) {
+  double rho = m.density;
+  for (const PropertyPoint& p : m.density_points) rho = std::min(rho, p.value);
+  return rho;
+}
+
+double largest_conductivity(const core::MaterialRow<double>& m) {
+  double k = std::max(m.conductivity, m.liquid_conductivity);
+  if (m.tables == nullptr) return k;
+  for (const auto* t : {&m.tables->conductivity, &m.tables->liquid_conductivity})
+    for (std::uint32_t p = 0; p < t->points; ++p) k = std::max(k, t->value[p]);
+  return k;
+}
 }  // namespace
+
+bool WorldImpl::heat_from_outside() const {
+  if (desc.heat.model != HeatModel::enthalpy) return false;
+  core::SceneConstants c;
+  fill_heat_boundary(c);
+  return !c.heat_regions.empty() || !c.body_heat.empty() ||
+         std::any_of(c.wall_heat.begin(), c.wall_heat.end(),
+                     [](const auto& w) { return w.kind != physics::SurfaceHeat::insulated; });
+}
 
 /// Empty when heat flows; otherwise why it does not.
 std::string WorldImpl::heat_reason() const {
   if (desc.heat.model == HeatModel::none) return "heat.model is none";
   if (desc.heat.time_scale == 0) return "heat.time_scale is 0";
+  if (heat_from_outside()) return {};
   bool first = true, differs = false, conducts = false;
   double low = 0, high = 0;
   const auto see = [&](double t) {
@@ -41,7 +71,7 @@ std::string WorldImpl::heat_reason() const {
     see(physics::temperature_of(rows[material_of(state_.tag[i])], state_.enthalpy[i] / state_.mass[i]));
   }
   for (const EmitterRecord& e : emitters_) see(e.desc.temperature);
-  for (const auto& r : rows) conducts = conducts || r.conductivity > 0;
+  for (const auto& r : rows) conducts = conducts || r.conductivity > 0 || r.tables != nullptr;
   // Equal temperatures that went through mass * c * T and back may differ in the last bits.
   differs = high - low > 1e-9 * std::max({1.0, std::fabs(low), std::fabs(high)});
   if (!differs) return "temperatures are uniform and there is no source";
@@ -94,6 +124,10 @@ std::uint32_t WorldImpl::facts() {
   if (melts) f |= core::fact_melt;
   if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
   if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
+  if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
+  for (const MaterialDesc& m : materials)
+    if (!m.viscosity_points.empty()) f |= core::fact_viscosity;
+  if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   return f & ~disabled_facts_;
 }
 
@@ -146,6 +180,8 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
+  c.properties = properties_;
+  fill_heat_boundary(c);
   c.emitter_points = emitter_points_;
   for (const MaterialDesc& m : materials)
     c.largest_mass = std::max(c.largest_mass, m.density * desc.spacing * desc.spacing * desc.spacing);
@@ -198,18 +234,26 @@ void WorldImpl::derive_limits() {
   if ((facts_ & core::fact_fluid) != 0) {
     static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
     for (const MaterialDesc& m : materials)
-      if (!m.melts_into && m.viscosity > 0)
-        static_dt_ = std::min(static_dt_, physics::viscous_dt(m.viscosity / m.density, sum));
+      if (!m.melts_into && largest_viscosity(m) > 0)
+        static_dt_ = std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / least_density(m), sum));
   }
   rows_ = material_rows();
-  for (const auto& i : rows_)
+  for (const auto& i : rows_) {
+    const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
     for (const auto& j : rows_) {
-      const double k = physics::pair_conductivity(std::max(i.conductivity, i.liquid_conductivity),
-                                                  std::max(j.conductivity, j.liquid_conductivity));
-      heat_lambda_ =
-          std::max(heat_lambda_, 2 * heat_margin * k * sum /
-                                     (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
+      const double k = physics::pair_conductivity(largest_conductivity(i), largest_conductivity(j));
+      heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
     }
+  }
+  if ((facts_ & core::fact_heat_boundary) == 0) return;
+  // A surface takes more than the neighbours it stands for gave, where a particle is as close as it gets.
+  const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
+  const double surface = physics::wall_area(e, e.smallest_distance) / e.smallest_distance;
+  double fastest = 0;
+  for (const auto& i : rows_)
+    fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
+                                    (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
+  heat_lambda_ += fastest;
 }
 
 double WorldImpl::stable_dt() const {
@@ -223,9 +267,9 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   stages = supersteps = 0;
   heat_dt = tau;
   bound = infinity;
-  if ((facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper)) == 0) return;
+  if ((facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki)) == 0) return;
   stages = supersteps = 1;
-  if ((facts_ & core::fact_heat_paper) != 0) return;
+  if ((facts_ & core::fact_heat_enthalpy) == 0) return;
   const double lambda = heat_lambda_;
   stages = physics::heat_stage_count(tau * lambda);
   const int most = desc.heat.max_stages % 2 == 1 ? desc.heat.max_stages : desc.heat.max_stages - 1;
@@ -272,9 +316,10 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.points = e.points;
       b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due));
       b.velocity = axis * e.desc.speed;
-      b.mass = row.density * desc.spacing * desc.spacing * desc.spacing;
+      b.mass = physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)) * desc.spacing *
+               desc.spacing * desc.spacing;
       round_to_precision(b.mass);
-      b.volume = b.mass / row.density;
+      b.volume = desc.spacing * desc.spacing * desc.spacing;
       b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
       b.tag = e.desc.material.index;
       bursts_.push_back(b);

@@ -69,10 +69,13 @@ struct ReorderBody {
     const std::uint32_t id = w.before.id[from];
     const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
     // A melted particle grows or shrinks to its liquid's volume within a few acoustic times, not at once.
-    const T volume = is_solid(tag)
-                         ? x.w
-                         : physics::relaxed_volume(x.w, mass / w.f.materials[material_of(tag)].density,
-                                                   w.f.clock->dt * w.c.volume_rate);
+    const T volume =
+        is_solid(tag) ? x.w
+                      : physics::relaxed_volume(
+                            x.w,
+                            mass / physics::rest_density(w.f.materials[material_of(tag)],
+                                                         w.before.enthalpy[from] / static_cast<double>(mass)),
+                            w.f.clock->dt * w.c.volume_rate);
     w.f.position[i] = with_w(moved, volume);
     w.f.velocity[i] = v;
     w.f.enthalpy[i] = w.before.enthalpy[from];

@@ -5,6 +5,7 @@
 #include "core/frame.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/heat.hpp"
 #include "spatial/neighbours.hpp"
 
 namespace meltsim {
@@ -58,6 +59,24 @@ struct DensityBody {
   }
 };
 
+/// mu of every liquid particle, where it depends on temperature.
+template <class T>
+struct ViscosityBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_fluid(tag)) return;
+    w.f.viscosity[i] = physics::viscosity_at(w.f.materials[material_of(tag)],
+                                             w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]));
+  }
+};
+
+/// mu of liquid particle i [Pa s].
+template <class T>
+MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<T>& m) {
+  return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
+}
+
 /// Pressure, viscosity, gravity and walls on every liquid particle.
 template <class T>
 struct ForcesBody {
@@ -68,6 +87,7 @@ struct ForcesBody {
     const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
     const T vol_i = w.f.position[i].w;
     const Vec4<T> vi = w.f.velocity[i];
+    const T mu = viscosity_of(w, i, mi);
     Vec3<T> force{};
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
@@ -79,14 +99,14 @@ struct ForcesBody {
         const T r = std::sqrt(r2);
         const T f = physics::kernel_gradient_factor(w.c.kernel, r);
         force += physics::pressure_force(vol_i, xj.w, vi.w, vj.w, f, x_ij);
-        force += physics::viscous_force(physics::pair_viscosity(mi.viscosity, mj.viscosity), vol_i, xj.w,
+        force += physics::viscous_force(physics::pair_viscosity(mu, viscosity_of(w, j, mj)), vol_i, xj.w,
                                         physics::kernel_laplacian(w.c.kernel, r, r2), -v_ij);
         force += physics::artificial_viscous_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed,
                                                    T(0.5) * (mi.density + mj.density), vol_i, xj.w, f, r2,
                                                    dot(v_ij, x_ij), x_ij);
       } else {
         const T terms = vi.w + mi.tait_stiffness * w.f.solid_term[j];
-        const physics::CouplingPair<T> p{vol_i, xj.w, terms, mi.viscosity, mi.density, x_ij, v_ij};
+        const physics::CouplingPair<T> p{vol_i, xj.w, terms, mu, mi.density, x_ij, v_ij};
         force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
         if (r2 < w.c.leak_distance2)
           force += physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
@@ -99,8 +119,7 @@ struct ForcesBody {
         });
       }
     });
-    if (walls.axes != 0u && w.c.no_slip != 0u)
-      force += no_slip(xyz(w.f.position[i]), xyz(vi), mi.viscosity, vol_i);
+    if (walls.axes != 0u && w.c.no_slip != 0u) force += no_slip(xyz(w.f.position[i]), xyz(vi), mu, vol_i);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
   /// Traction of every wall within reach, each with its own velocity.
@@ -109,8 +128,8 @@ struct ForcesBody {
     const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
     Vec3<T> force{};
     for (int k = 0; k < 6; ++k)
-      if (((b.faces >> k) & 1u) != 0u && d[k] < b.exchange.support)
-        force += physics::wall_viscous_force(b.exchange, mu, volume, d[k], w.c.wall_velocity[k] - v);
+      if (((b.faces >> k) & 1u) != 0u && d[k] < b.support)
+        force += physics::wall_viscous_force(w.c.wall_exchange, mu, volume, d[k], w.c.wall_velocity[k] - v);
     return force;
   }
 };
@@ -132,7 +151,8 @@ struct ReactionBody {
       const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
       const Vec4<T> vi = w.f.velocity[i];
       const physics::CouplingPair<T> p{
-          xi.w, vol_k, vi.w + mi.tait_stiffness * tau, mi.viscosity, mi.density, -x_ki, xyz(vi) - vk};
+          xi.w,  vol_k,       vi.w + mi.tait_stiffness * tau, viscosity_of(w, i, mi), mi.density,
+          -x_ki, xyz(vi) - vk};
       force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
       if (r2 < w.c.leak_distance2)
         force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,

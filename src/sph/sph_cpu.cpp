@@ -10,6 +10,7 @@ namespace sph {
 
 MELTSIM_INSTANTIATE(core::CpuExec, solid_term)
 MELTSIM_INSTANTIATE(core::CpuExec, density)
+MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)
 MELTSIM_INSTANTIATE(core::CpuExec, reaction)
 

@@ -18,6 +18,11 @@ void density(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
+void viscosity(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, ViscosityBody<T>{w});
+}
+
+template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, ForcesBody<T>{w});
 }

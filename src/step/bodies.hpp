@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/walls.hpp"
 
@@ -80,10 +81,31 @@ struct CheckBody {
     if (!finite(v)) return fail(Halt::shape, static_cast<double>(length(v)));
     if (!std::isfinite(w.f.enthalpy[i])) return fail(Halt::heat, w.f.enthalpy[i]);
     r.max_speed = static_cast<double>(length(v));
+    r.sums = ledger_of(i, tag, v);
+    if (r.max_density > 1.0) {
+      r.sums.excess = r.max_density - 1.0;
+      r.sums.dense = 1.0;
+    }
     // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way.
     if (r.max_speed * static_cast<double>(w.f.clock->dt) > static_cast<double>(w.c.kernel.support))
       return fail(Halt::speed, r.max_speed);
     return r;
+  }
+  /// What the particle adds to the ledger once this sub-step is committed. Positions are those after the
+  /// second half drift, before walls hold anything back.
+  MELTSIM_HD core::LedgerSums ledger_of(std::uint64_t i, std::uint32_t tag, Vec3<T> velocity) const {
+    core::LedgerSums s;
+    const Vec3<double> v = cast<double>(velocity);
+    const Vec3<double> x = cast<double>(xyz(w.f.position[i])) + v * static_cast<double>(w.f.clock->half_dt);
+    s.mass = static_cast<double>(w.f.mass[i]);
+    s.momentum = v * s.mass;
+    s.angular_momentum = cross(x, v) * s.mass;
+    s.kinetic = 0.5 * s.mass * dot(v, v);
+    s.potential = -s.mass * dot(cast<double>(w.c.gravity), x);
+    s.thermal = w.f.enthalpy[i];
+    const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    if (m.plateau != 0u) s.latent = s.mass * m.latent_heat * physics::liquid_fraction(m, s.thermal / s.mass);
+    return s;
   }
 };
 
@@ -101,8 +123,17 @@ struct JudgeBody {
       s.halted = result->bad;
       return;
     }
+    if (w.f.heat_account != nullptr) {  // zero in a sub-step without heat
+      s.heat_in += w.f.heat_account->step;
+      w.f.heat_account->step = 0;
+    }
     s.max_speed = maximum(s.max_speed, result->max_speed);
     s.max_density = maximum(s.max_density, result->max_density);
+    s.sums = result->sums;
+    s.step_speed = result->max_speed;
+    s.step_density = result->max_density;
+    s.ledger_step = w.f.clock->step;
+    s.ledger_dt = static_cast<double>(w.f.clock->dt);
     if (result->max_speed * static_cast<double>(w.f.clock->dt) >
         static_cast<double>(w.c.courant) * static_cast<double>(w.c.kernel.support))
       s.courant_exceeded = 1u;

@@ -11,6 +11,7 @@ inline namespace v0 {
 namespace thermal {
 
 using core::Frame;
+using core::HeatBoundary;
 using core::HeatOperand;
 using physics::MaterialRow;
 
@@ -18,8 +19,9 @@ using physics::MaterialRow;
 template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
   const double h = enthalpy / static_cast<double>(mass);
-  return {static_cast<T>(physics::temperature_of(m, h)),
-          physics::conductivity_at(m, static_cast<T>(physics::liquid_fraction(m, h)))};
+  const T temperature = static_cast<T>(physics::temperature_of(m, h));
+  return {temperature,
+          physics::conductivity_at(m, static_cast<T>(physics::liquid_fraction(m, h)), temperature)};
 }
 
 template <class T>
@@ -30,33 +32,72 @@ struct OperandsBody {
   }
 };
 
-/// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1.
+/// What reaches particle i from outside at temperature and conductivity `own`.
 template <class T>
+MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
+                                                 const HeatOperand<T>& own) {
+  physics::SurfaceRate<T> sum;
+  const auto add = [&](const physics::SurfaceRate<T>& r) {
+    sum.rate += r.rate;
+    sum.conductance += r.conductance;
+  };
+  const std::uint32_t walls = w.c.heated_walls;
+  if (walls != 0u) {
+    const Vec4<T> x = w.f.position[i];
+    const T d[6] = {x.x - w.c.walls.min.x, w.c.walls.max.x - x.x, x.y - w.c.walls.min.y,
+                    w.c.walls.max.y - x.y, x.z - w.c.walls.min.z, w.c.walls.max.z - x.z};
+    for (int face = 0; face < 6; ++face)
+      if (((walls >> face) & 1u) != 0u && d[face] < w.c.wall_exchange.support)
+        add(physics::surface_heat(w.c.wall_heat[face], x.w * physics::wall_area(w.c.wall_exchange, d[face]),
+                                  physics::wall_depth(w.c.wall_exchange, d[face]), own.conductivity,
+                                  own.temperature));
+  }
+  const HeatBoundary<T> b = w.f.heat_boundary[i];
+  if (b.area > T(0))
+    add(physics::surface_heat(w.f.body_heat[body_of(w.f.tag[i]) - 1u].surface, b.area, b.depth,
+                              own.conductivity, own.temperature));
+  sum.rate += b.source;
+  return sum;
+}
+
+/// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
+/// is the same number at both ends; sums are double, so that energy is conserved to rounding in double.
+template <class T, bool Boundary>
 struct StageBody {
   Frame<T> w;
-  T mu, nu, mu_tau, gamma_tau;
+  double mu, nu, mu_tau, gamma_tau;
   bool first;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag)) {
-      w.f.heat_increment_old[i] = T(0);
+      w.f.heat_increment_old[i] = 0.0;
       w.f.heat_operand_next[i] = w.f.heat_operand[i];
+      if (Boundary) w.f.heat_boundary_rate[i] = 0.0;
       return;
     }
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     const HeatOperand<T> own = w.f.heat_operand[i];
     const T volume = w.f.position[i].w, mass = w.f.mass[i];
-    T rate = 0, conductance = 0;
+    double rate = 0;
+    T conductance = 0;
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
       const HeatOperand<T> other = w.f.heat_operand[j];
       const T g =
           physics::pair_conductance(volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2),
                                     own.conductivity, other.conductivity);
-      rate += g * (other.temperature - own.temperature);
+      rate += static_cast<double>(g * (other.temperature - own.temperature));
       conductance += g;
     });
-    T d = mu_tau * rate;
+    if (Boundary) {
+      const auto outside = boundary_heat(w, i, own);
+      const bool held = w.f.heat_boundary[i].held != 0u;
+      const double in = held ? -rate : static_cast<double>(outside.rate);
+      conductance = held ? T(0) : conductance + outside.conductance;
+      w.f.heat_boundary_rate[i] = in;
+      rate += in;
+    }
+    double d = mu_tau * rate;
     if (first) {
       w.f.heat_rate0[i] = rate;
       const double capacity = static_cast<double>(mass) * minimum(m.heat_capacity, m.liquid_heat_capacity);
@@ -66,7 +107,106 @@ struct StageBody {
       d += mu * w.f.heat_increment[i] + nu * w.f.heat_increment_old[i] + gamma_tau * w.f.heat_rate0[i];
     }
     w.f.heat_increment_old[i] = d;
-    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i] + static_cast<double>(d), mass);
+    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i] + d, mass);
+  }
+};
+
+/// A sum in double; the executor's order is fixed.
+struct HeatSum {
+  double value = 0;
+  MELTSIM_HD static HeatSum combine(HeatSum a, HeatSum b) { return {a.value + b.value}; }
+};
+
+template <class T>
+struct BoundarySumBody {
+  Frame<T> w;
+  MELTSIM_HD HeatSum operator()(std::uint64_t i) const { return {w.f.heat_boundary_rate[i]}; }
+};
+
+/// The recurrence of StageBody for the sum of what comes from outside.
+template <class T>
+struct AccountBody {
+  Frame<T> w;
+  double mu, nu, mu_tau, gamma_tau;
+  bool first, last;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    core::HeatAccount& a = *w.f.heat_account;
+    double d = mu_tau * a.rate;
+    if (first) a.rate0 = a.rate;
+    else d += mu * a.increment + nu * a.increment_old + gamma_tau * a.rate0;
+    a.increment_old = first ? 0.0 : a.increment;
+    a.increment = d;
+    if (last) a.step += d;
+  }
+};
+
+/// Dry surface, sources and held temperatures of this sub-step. A held particle is set to its temperature
+/// here.
+template <class T>
+struct BoundaryBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    HeatBoundary<T> b;
+    w.f.heat_boundary_rate[i] = 0.0;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) {
+      w.f.heat_boundary[i] = b;
+      return;
+    }
+    const Vec4<T> x = w.f.position[i];
+    if (w.f.body_heat != nullptr && is_solid(tag)) {
+      const core::BodyHeat<T>& body = w.f.body_heat[body_of(tag) - 1u];
+      b.source = body.source * x.w;
+      if ((tag & tag_surface) != 0u && body.surface.kind != physics::SurfaceHeat::insulated) {
+        const auto s = surface(i);
+        b.area = s.area;
+        b.depth = s.depth;
+      }
+    }
+    for (std::uint32_t r = 0; r < w.c.heat_regions; ++r) {
+      const core::HeatRegionRow<T>& region = w.f.heat_regions[r];
+      const double now = w.f.clock->time;
+      if (now < region.from || now >= region.until || !inside(region, xyz(x))) continue;
+      b.source += region.source * x.w;
+      if (region.held == 0u) continue;
+      b.held = 1u;
+      const double mass = static_cast<double>(w.f.mass[i]);
+      const double target = mass * physics::enthalpy_of(w.f.materials[material_of(tag)], region.temperature);
+      w.f.heat_boundary_rate[i] += target - w.f.enthalpy[i];
+      w.f.enthalpy[i] = target;
+    }
+    w.f.heat_boundary[i] = b;
+  }
+  /// The particle's dry surface: what neither liquid, wall nor another body covers.
+  MELTSIM_HD physics::ParticleSurface<T> surface(std::uint64_t i) const {
+    const std::uint32_t body = body_of(w.f.tag[i]);
+    T own = 0, everything = 0;
+    Vec3<T> G{};
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+      const T r = std::sqrt(r2), share = xj.w * physics::kernel_value(w.c.kernel, r);
+      const std::uint32_t tag = w.f.tag[j];
+      everything += share;
+      if (!is_solid(tag) || body_of(tag) != body) return;
+      own += share;
+      G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, r, r2));
+    });
+    everything += physics::wall_cover(w.c.walls, w.c.kernel, xyz(w.f.position[i]));
+    const int live = popcount(w.f.neighbour_mask[w.f.vertex_of_id[w.f.id[i]]]);
+    auto s =
+        physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(G), live, w.c.first_layer);
+    s.area *= physics::dry_share(own, everything);
+    return s;
+  }
+  MELTSIM_HD bool inside(const core::HeatRegionRow<T>& r, Vec3<T> x) const {
+    const int a = static_cast<int>(std::floor((x.x - r.min.x) * r.inv_cell));
+    const int b = static_cast<int>(std::floor((x.y - r.min.y) * r.inv_cell));
+    const int c = static_cast<int>(std::floor((x.z - r.min.z) * r.inv_cell));
+    if (a < 0 || b < 0 || c < 0 || a >= r.nx || b >= r.ny || c >= r.nz) return false;
+    const std::uint64_t bit =
+        (static_cast<std::uint64_t>(c) * static_cast<std::uint64_t>(r.ny) + static_cast<std::uint64_t>(b)) *
+            static_cast<std::uint64_t>(r.nx) +
+        static_cast<std::uint64_t>(a);
+    return ((w.f.heat_region_cells[r.first_word + (bit >> 5)] >> (bit & 31u)) & 1u) != 0u;
   }
 };
 
@@ -74,9 +214,7 @@ struct StageBody {
 template <class T>
 struct CommitBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    w.f.enthalpy[i] += static_cast<double>(w.f.heat_increment[i]);
-  }
+  MELTSIM_HD void operator()(std::uint64_t i) const { w.f.enthalpy[i] += w.f.heat_increment[i]; }
 };
 
 /// One sweep of eq. (4): T_i runs along the neighbours, T_j stays as it was before the sweep.
@@ -106,6 +244,34 @@ struct PaperBody {
       w.f.enthalpy[i] =
           static_cast<double>(mass) * physics::enthalpy_of(m, before + static_cast<double>(change));
     w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i], mass);
+  }
+};
+
+/// One explicit step of every temperature at once, from the old ones.
+template <class T>
+struct IwasakiBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) return;
+    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    const HeatOperand<T> own = w.f.heat_operand[i];
+    const T mass = w.f.mass[i];
+    T rate = 0, weight = 0;
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+      const T share =
+          physics::explicit_pair_rate(m.diffusivity, w.f.materials[material_of(w.f.tag[j])].diffusivity,
+                                      physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), xj.w);
+      rate += share * (w.f.heat_operand[j].temperature - own.temperature);
+      weight += share;
+    });
+    if (weight * w.heat_dt > T(1)) add(&w.f.status->heat_bound_exceeded, 1);
+    const double before = physics::temperature_of(m, w.f.enthalpy[i] / static_cast<double>(mass));
+    const T change = w.heat_dt * rate;
+    if (change != T(0))
+      w.f.enthalpy[i] =
+          static_cast<double>(mass) * physics::enthalpy_of(m, before + static_cast<double>(change));
   }
 };
 

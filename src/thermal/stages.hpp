@@ -9,26 +9,45 @@ namespace meltsim {
 inline namespace v0 {
 namespace thermal {
 
-/// heat_supersteps super-steps of heat_stages Runge-Kutta-Legendre stages each.
+/// Dry surfaces, sources, held temperatures: what they jump is heat that came in.
 template <class E, class T>
-void exchange(E& ex, const core::Frame<T>& frame) {
-  core::Frame<T> w = frame;
-  ex.for_each(w.particles, OperandsBody<T>{w});
+void boundary(E& ex, const core::Frame<T>& w) {
+  static_assert(sizeof(HeatSum) == sizeof(double));
+  ex.for_each(w.particles, BoundaryBody<T>{w});
+  ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
+  ex.for_each(1, AccountBody<T>{w, 0, 0, 1, 0, true, true});
+}
+
+/// heat_supersteps super-steps of heat_stages Runge-Kutta-Legendre stages each.
+template <bool Boundary, class E, class T>
+void super_steps(E& ex, core::Frame<T>& w) {
   const int stages = static_cast<int>(w.heat_stages);
   for (std::uint32_t super = 0; super < w.heat_supersteps; ++super) {
     for (int j = 1; j <= stages; ++j) {
       const physics::HeatStage c = physics::heat_stage(j, stages);
       // Stage 2 finds d_0 = 0 where stage 1 never wrote: the first stage overwrote d_{-1} only.
-      if (j == 2) ex.fill(w.particles, T(0), w.f.heat_increment_old);
+      if (j == 2) ex.fill(w.particles, 0.0, w.f.heat_increment_old);
       const double tau = static_cast<double>(w.heat_dt);
-      ex.accumulate(w.particles, StageBody<T>{w, static_cast<T>(c.mu), static_cast<T>(c.nu),
-                                              static_cast<T>(c.mu_rate * tau),
-                                              static_cast<T>(c.gamma_rate * tau), j == 1});
+      ex.accumulate(w.particles,
+                    StageBody<T, Boundary>{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, j == 1});
+      if (Boundary) {
+        ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
+        ex.for_each(1,
+                    AccountBody<T>{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, j == 1, j == stages});
+      }
       std::swap(w.f.heat_increment, w.f.heat_increment_old);
       std::swap(w.f.heat_operand, w.f.heat_operand_next);
     }
     ex.for_each(w.particles, CommitBody<T>{w});
   }
+}
+
+template <class E, class T>
+void exchange(E& ex, const core::Frame<T>& frame) {
+  core::Frame<T> w = frame;
+  ex.for_each(w.particles, OperandsBody<T>{w});
+  if (w.f.heat_boundary != nullptr) super_steps<true>(ex, w);
+  else super_steps<false>(ex, w);
 }
 
 /// Eq. (4) twice over half the step each, the second time with the neighbours reversed.
@@ -39,6 +58,13 @@ void paper(E& ex, const core::Frame<T>& frame) {
   ex.for_each(w.particles, PaperBody<T, false>{w});
   std::swap(w.f.heat_operand, w.f.heat_operand_next);
   ex.for_each(w.particles, PaperBody<T, true>{w});
+}
+
+/// Explicit exchange of temperatures.
+template <class E, class T>
+void iwasaki(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, OperandsBody<T>{w});
+  ex.accumulate(w.particles, IwasakiBody<T>{w});
 }
 
 }  // namespace thermal

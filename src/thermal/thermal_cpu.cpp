@@ -10,6 +10,8 @@ namespace thermal {
 
 MELTSIM_INSTANTIATE(core::CpuExec, exchange)
 MELTSIM_INSTANTIATE(core::CpuExec, paper)
+MELTSIM_INSTANTIATE(core::CpuExec, boundary)
+MELTSIM_INSTANTIATE(core::CpuExec, iwasaki)
 
 }  // namespace thermal
 }  // namespace v0

@@ -77,7 +77,7 @@ inline core::SceneConstants plain_constants(double spacing = 0.2) {
   water.heat_capacity = water.liquid_heat_capacity = 4000;
   core::MaterialRow<double> ice = water;
   ice.density = 917;
-  ice.melts = 1;
+  ice.melts = ice.plateau = 1;
   ice.latent_heat = 1000;
   ice.melting_enthalpy = -1000;
   core::MaterialRow<double> brine = water;

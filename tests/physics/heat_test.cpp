@@ -32,7 +32,7 @@ MaterialRow<double> ice(double melting_point, double latent_heat) {
   m.melting_point = melting_point;
   m.latent_heat = latent_heat;
   m.melting_enthalpy = water_capacity * melting_point - latent_heat;
-  m.melts = 1;
+  m.melts = m.plateau = 1;
   return m;
 }
 
@@ -115,9 +115,9 @@ TEST(Conductance, HarmonicAndInsulating) {
   EXPECT_NEAR(pair_conductivity(1e-6, 1.0), 2e-6, 1e-11);  // the poorer one limits
   EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, 5.0, 1.0, 3.0), 45.0);
   const auto m = ice(0, latent);
-  EXPECT_DOUBLE_EQ(conductivity_at(m, 0.0), 2.22);
-  EXPECT_DOUBLE_EQ(conductivity_at(m, 1.0), 0.561);
-  EXPECT_DOUBLE_EQ(conductivity_at(m, 0.5), 0.5 * (2.22 + 0.561));
+  EXPECT_DOUBLE_EQ(conductivity_at(m, 0.0, 20.0), 2.22);
+  EXPECT_DOUBLE_EQ(conductivity_at(m, 1.0, 20.0), 0.561);
+  EXPECT_DOUBLE_EQ(conductivity_at(m, 0.5, 20.0), 0.5 * (2.22 + 0.561));
 }
 
 // Energy is conserved because both ends compute the same number.

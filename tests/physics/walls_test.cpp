@@ -22,7 +22,7 @@ WallBox<double> box(std::uint32_t faces = 63u) {
   b.max = {size, size, size};
   b.faces = faces;
   b.support = support;
-  b.exchange = make_wall_exchange<double>(support, dx);
+  b.cover_scale = wall_cover_scale<double>(support, dx);
   return b;
 }
 
@@ -191,6 +191,27 @@ TEST(WallImages, FiniteBehindTheWall) {
   EXPECT_EQ(view.distance.x, 0.0);
   for_each_image(view, support * support, Vec3<double>{-0.1, 0, 0},
                  [&](const Vec3<double>& d, double r2) { EXPECT_TRUE(d.x > 0 && r2 > 0); });
+}
+
+// Half of everything on the plane itself; at dx/2 the lattice's share; an edge by the product.
+TEST(WallCover, IsTheShareBehindThePlanes) {
+  EXPECT_NEAR(half_space_share(uncorrected_kernel<double>(support), 0.0), 0.5, 1e-12);
+  const auto k = make_kernel<double>(support, dx);
+  const double plane = lattice_half_space(support, dx);
+  EXPECT_NEAR(wall_cover(box(), k, {0.1, 2, 2}), plane, 1e-12);
+  EXPECT_NEAR(wall_cover(box(), k, {0.1, 3.9, 2}), 1 - (1 - plane) * (1 - plane), 1e-12);
+  EXPECT_EQ(wall_cover(box(), k, {2, 2, 2}), 0.0);
+  // Against midpoints: layers of thickness dz at depth z hold 2 pi int_z^H W r dr each; 1e-4 at 400 of them.
+  double sum = 0;
+  const double dz = (support - 0.13) / 400;
+  for (int i = 0; i < 400; ++i) {
+    const double z = 0.13 + (i + 0.5) * dz, dr = (support - z) / 400;
+    for (int j = 0; j < 400; ++j) {
+      const double r = z + (j + 0.5) * dr;
+      sum += 2 * 3.14159265358979323846 * kernel_value(k, r) * r * dr * dz;
+    }
+  }
+  EXPECT_NEAR(half_space_share(k, 0.13), sum, 1e-4 * sum);
 }
 
 TEST(WallViscousForce, IsTheExchangesArea) {

@@ -50,6 +50,9 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   EXPECT_EQ(properties(defs.at("emitter")), sorted(keys::emitter));
   EXPECT_EQ(properties(defs.at("emitter").at("properties").at("nozzle")), sorted(keys::nozzle));
   EXPECT_EQ(properties(defs.at("probe")), sorted(keys::probe));
+  EXPECT_EQ(properties(defs.at("surface_heat")), sorted(keys::surface_heat));
+  EXPECT_EQ(properties(defs.at("heat_region")), sorted(keys::heat_region));
+  EXPECT_EQ(properties(top.at("heat").at("properties").at("walls")), sorted(keys::faces));
 }
 
 TEST(Schema, KnowsTheShapesOfTheReader) {

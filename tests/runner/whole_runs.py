@@ -23,7 +23,8 @@ PROGRAM, SCENE = sys.argv[1], str(Path(sys.argv[2]).resolve())
 
 STATS = ("step,time_s,dt_s,n_fluid,n_solid,n_bodies,melted_fraction,mass_kg,momentum_x,momentum_y,momentum_z,"
          "kinetic_J,potential_J,thermal_J,T_min,T_mean,T_max,com_solid_x,com_solid_y,com_solid_z,max_speed,"
-         "density_error_mean,density_error_max,ms_per_step").split(",")
+         "density_error_mean,density_error_max,ms_per_step,"
+         "angular_momentum_x,angular_momentum_y,angular_momentum_z,latent_J,heat_in_J,courant").split(",")
 BODIES = "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction".split(",")
 PLY_TYPES = {"float": "f", "uchar": "B", "int": "i", "uint": "I"}
 VTK_TYPES = {"Float32": "f", "UInt8": "B", "Int32": "i", "UInt32": "I", "Int64": "q"}

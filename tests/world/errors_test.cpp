@@ -65,10 +65,15 @@ TEST(Errors, Materials) {
   for (const double bad : {0.0, -2.0, nan, inf}) {
     expect_error(with([&](MaterialDesc& m) { m.density = bad; }), "density");
     expect_error(with([&](MaterialDesc& m) { m.heat_capacity = bad; }), "heat_capacity");
+    expect_error(with([&](MaterialDesc& m) { m.conductivity = bad; }), "conductivity");
     if (bad == 0.0) continue;
     expect_error(with([&](MaterialDesc& m) { m.viscosity = bad; }), "viscosity");
-    expect_error(with([&](MaterialDesc& m) { m.conductivity = bad; }), "conductivity");
     expect_error(with([&](MaterialDesc& m) { m.latent_heat = bad; }), "latent_heat");
+    expect_error(with([&](MaterialDesc& m) { m.diffusivity = bad; }), "diffusivity");
+    expect_error(with([&](MaterialDesc& m) {
+                   m.conductivity_points = {{0, 1}, {50, bad}};
+                 }),
+                 "conductivity_points");
   }
   const auto water = *w->add_material({});
   expect_error(with([&](MaterialDesc& m) { m.melting_point = 0; }), "melts_into");
@@ -83,9 +88,85 @@ TEST(Errors, Materials) {
                  m.melts_into = MaterialId{7, 1};
                }),
                "melts_into");
+  expect_error(with([](MaterialDesc& m) { m.heat_capacity_points = {{10, 1000}, {10, 2000}}; }), "ascend");
+  expect_error(with([](MaterialDesc& m) { m.density_points = {{10, 1000}}; }), "density_points");
+  expect_error(with([&](MaterialDesc& m) {
+                 m.melting_point = 0;
+                 m.melts_into = water;
+                 m.viscosity_points = {{0, 1}, {1, 2}};
+               }),
+               "viscosity_points");
+  expect_error(with([&](MaterialDesc& m) {
+                 m.conductivity_points = {{0, 1}, {1, 2}};
+                 m.diffusivity = 1;
+               }),
+               "one of the two");
   expect_error(with([](MaterialDesc& m) { m.region_half_width = 9; }), "region_half_width");
   expect_error(with([](MaterialDesc& m) { m.stiffness = 0; }), "stiffness");
   expect_error(w->add_material({}), "exists");  // "water" again
+}
+
+TEST(Errors, HeatThroughSurfaces) {
+  const auto world = [](auto change) {
+    WorldDesc d = describe();
+    d.domain.bounded = true;
+    d.domain.max = {2, 2, 2};
+    change(d);
+    return World::create(d);
+  };
+  expect_error(world([](WorldDesc& d) { d.domain.heat[2].temperature = -300; }),
+               "domain.heat[-y].temperature");
+  expect_error(world([](WorldDesc& d) { d.domain.heat[1].convection = -1; }), "domain.heat[+x].convection");
+  expect_error(world([](WorldDesc& d) { d.domain.heat[1].emissivity = 1.5; }), "emissivity");
+  expect_error(world([](WorldDesc& d) { d.domain.heat[1].flux = nan; }), "flux");
+  expect_error(world([](WorldDesc& d) {
+                 d.domain.heat[1].flux = 1;
+                 d.domain.heat[1].temperature = 1;
+               }),
+               "takes neither");
+  expect_error(world([](WorldDesc& d) {
+                 d.domain.heat[1].flux = 1;
+                 d.domain.faces[1] = Face::open;
+               }),
+               "there is none at +x");
+  expect_error(world([](WorldDesc& d) {
+                 d.domain.heat[1].flux = 1;
+                 d.heat.model = HeatModel::paper;
+               }),
+               "enthalpy");
+  auto w = world([](WorldDesc&) {});
+  if (!w) GTEST_SKIP();
+  HeatRegionDesc r;
+  r.shape = Shape::box({0, 0, 0}, {1, 1, 1});
+  expect_error(w->add_heat_region(r), "source");
+  r.source = 1;
+  r.temperature = 1;
+  expect_error(w->add_heat_region(r), "source");
+  r.temperature.reset();
+  r.until = 0;
+  expect_error(w->add_heat_region(r), "until");
+  r.until = infinity;
+  ASSERT_TRUE(w->add_heat_region(r));
+}
+
+// K = 0: heat is on, temperatures differ, and not a bit changes.
+TEST(Errors, NoDiffusivityIsNoOperation) {
+  MELTSIM_NEEDS_BACKEND();
+  auto w = *World::create(describe());
+  MaterialDesc m;
+  m.diffusivity = 0;
+  const auto id = *w.add_material(m);
+  for (const double t : {10.0, 50.0}) {
+    SolidDesc s;
+    s.fixed = true;
+    s.material = id;
+    s.temperature = t;
+    s.shape = Shape::box({t / 10, 0, 0}, {t / 10 + 1, 1, 1});
+    ASSERT_TRUE(w.add_solid(s));
+  }
+  const auto before = *w.state_hash();
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(w.step(1));
+  EXPECT_EQ(before, *w.state_hash());
 }
 
 TEST(Errors, FluidsBodiesAndEmitters) {

@@ -30,7 +30,6 @@ Bar bar(HeatModel model, double left, double right, double k_ratio = 1) {
   m.name = "left";
   m.density = 1000;
   m.heat_capacity = 1000;
-  m.conductivity = 0;  // what holds where the diffusivity is 0
   m.diffusivity = b.diffusivity;
   const auto l = *b.world.add_material(m);
   m.name = "right";

@@ -13,8 +13,9 @@
 //   g_ij    V_i V_j L_ij 2 k_i k_j / (k_i + k_j)            W/K     bitwise symmetric in i, j
 //   dH_i/dt sum_j g_ij (T_j - T_i)                          W       antisymmetric: energy is conserved
 //
-// Zero of enthalpy: every liquid has h = c_l T. A solid's curve is shifted so that, fully melted, it lies on
-// its liquid's curve; the switch of phase therefore changes no number but the tag.
+// Zero of enthalpy: liquid at 0 degrees. A solid's curve is shifted so that, fully melted, it lies on its
+// liquid's curve; a liquid that can freeze has the very curve of its solid. The switch of phase therefore
+// changes no number but the tag.
 #pragma once
 
 #include "meltsim/physics/material_table.hpp"
@@ -23,11 +24,6 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
-/// Specific enthalpy [J/kg] of a solid at its melting point, nothing melted: below its liquid's by L.
-inline double melting_enthalpy(double liquid_heat_capacity, double melting_point, double latent_heat) {
-  return liquid_heat_capacity * melting_point - latent_heat;
-}
 
 /// k = K rho c [W/(m K)] and back [m^2/s].
 inline double conductivity_of(double diffusivity, double density, double heat_capacity) {
@@ -40,37 +36,60 @@ inline double diffusivity_of(double conductivity, double density, double heat_ca
 /// T(h) of a material: solid slope, plateau of width L at the melting point, liquid slope.
 template <class T>
 MELTSIM_HD double temperature_of(const MaterialRow<T>& m, double h) {
-  if (m.melts == 0u) return h / m.heat_capacity;
+  if (m.tables != nullptr && m.tables->curve.nodes != 0u) return curve_temperature(m.tables->curve, h);
+  if (m.plateau == 0u) return h / m.heat_capacity;
   const double above = h - m.melting_enthalpy;
   if (above < 0.0) return m.melting_point + above / m.heat_capacity;
   if (above <= m.latent_heat) return m.melting_point;
   return m.melting_point + (above - m.latent_heat) / m.liquid_heat_capacity;
 }
 
-/// h(T) [J/kg]; at the melting point of a solid: all of it still solid.
+/// h(T) [J/kg]; at a melting point: a solid is still all solid, a liquid all liquid.
 template <class T>
 MELTSIM_HD double enthalpy_of(const MaterialRow<T>& m, double temperature) {
-  if (m.melts == 0u) return m.heat_capacity * temperature;
+  const bool liquid_at_point = m.freezes != 0u && temperature == m.melting_point;
+  if (liquid_at_point) return m.melting_enthalpy + m.latent_heat;
+  if (m.tables != nullptr && m.tables->curve.nodes != 0u) return curve_enthalpy(m.tables->curve, temperature);
+  if (m.plateau == 0u) return m.heat_capacity * temperature;
   const double above = temperature - m.melting_point;
   if (above <= 0.0) return m.melting_enthalpy + above * m.heat_capacity;
   return m.melting_enthalpy + m.latent_heat + above * m.liquid_heat_capacity;
 }
 
-/// Share of the melting enthalpy already taken up, 0..1. With L = 0 it jumps to 1 at the melting point, which
-/// is the paper's criterion T >= T_melt.
+/// Share of the melting enthalpy taken up, 0..1. With L = 0 it jumps to 1 at the melting point, which is the
+/// paper's criterion T >= T_melt.
 template <class T>
 MELTSIM_HD double liquid_fraction(const MaterialRow<T>& m, double h) {
-  if (m.melts == 0u) return 1.0;
+  if (m.plateau == 0u) return 1.0;
   const double above = h - m.melting_enthalpy;
   if (m.latent_heat <= 0.0) return above >= 0.0 ? 1.0 : 0.0;
   return clamp(above / m.latent_heat, 0.0, 1.0);
 }
 
-/// k [W/(m K)] at a liquid fraction: a solid that holds melt conducts as the mixture.
+/// k [W/(m K)] at a liquid fraction and temperature: what holds both phases conducts as their mixture.
 template <class T>
-MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction) {
-  return m.melts == 0u ? m.conductivity
-                       : m.conductivity + fraction * (m.liquid_conductivity - m.conductivity);
+MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature) {
+  T own = m.conductivity, liquid = m.liquid_conductivity;
+  if (m.tables != nullptr) {
+    if (m.tables->conductivity.points != 0u) own = property_at(m.tables->conductivity, temperature);
+    if (m.tables->liquid_conductivity.points != 0u)
+      liquid = property_at(m.tables->liquid_conductivity, temperature);
+  }
+  return m.plateau == 0u ? own : own + fraction * (liquid - own);
+}
+
+/// rho0 [kg/m^3] of a liquid at specific enthalpy h: what makes warm liquid rise.
+template <class T>
+MELTSIM_HD T rest_density(const MaterialRow<T>& m, double h) {
+  if (m.tables == nullptr || m.tables->density.points == 0u) return m.density;
+  return property_at(m.tables->density, static_cast<T>(temperature_of(m, h)));
+}
+
+/// mu [Pa s] of a liquid at specific enthalpy h.
+template <class T>
+MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
+  if (m.tables == nullptr || m.tables->viscosity.points == 0u) return m.viscosity;
+  return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
 }
 
 /// Harmonic mean [W/(m K)]: zero if either end insulates. Symmetric to the last bit.
@@ -128,6 +147,15 @@ MELTSIM_HD T paper_pair_update(T K_i, T K_j, T laplacian, T dt, T volume_i, T vo
                                T temperature_j) {
   const T k = T(0.5) * (K_i + K_j) * laplacian * dt;
   return k * volume_j * (temperature_j - temperature_i) / (T(1) + k * (volume_i + volume_j));
+}
+
+/// The explicit scheme that the paper compares with: dT_i/dt = sum_j (K_i + K_j)/2 V_j L_ij (T_j - T_i),
+/// Euler's step. Iwasaki et al. (2010), Comput. Graph. Forum 29:2215; theirs has the SPH Laplacian of the
+/// day, here L. Stable while dt sum_j of this is at most 1 (a convex combination of old temperatures).
+/// Returns the rate per degree [1/s].
+template <class T>
+MELTSIM_HD T explicit_pair_rate(T K_i, T K_j, T laplacian, T volume_j) {
+  return T(0.5) * (K_i + K_j) * laplacian * volume_j;
 }
 
 /// Diffusivity [m^2/s] that paper mode delivers on the lattice at a step dt when K is asked for (host): one

@@ -20,6 +20,12 @@ MELTSIM_HD bool melts(const MaterialRow<T>& m, bool surface, double h) {
   return m.melts != 0u && surface && liquid_fraction(m, h) >= 1.0;
 }
 
+/// Freezing is the inverse: liquid beside a free site of the lattice that holds no melting enthalpy any more.
+template <class T>
+MELTSIM_HD bool freezes(const MaterialRow<T>& m, double h) {
+  return m.freezes != 0u && liquid_fraction(m, h) <= 0.0;
+}
+
 /// Rest volume on its way to m/rho0 [m^3]; share = dt / relaxation time. Once within rounding it is exact.
 template <class T>
 MELTSIM_HD T relaxed_volume(T volume, T target, T share) {

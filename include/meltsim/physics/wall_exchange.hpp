@@ -1,27 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// What flows through a plane wall by diffusion: momentum (no-slip traction) and heat.
+// Exchange with a plane wall: momentum (no slip) and heat.
 //
-// Source: ghost liquid beyond the wall whose value continues the particle's profile through the wall's own
-// value, Morris, Fox & Zhu (1997), J. Comput. Phys. 136:214, sec. 3.2, eqs. (35), (36); the sum over ghosts
-// is replaced by its integral. A ghost at normal offset s from particle i carries A_i + (A_wall - A_i) s/d,
-// so
-//   sum_ghosts V L (A_ghost - A_i) = I(d) (A_wall - A_i)/d,   I(d) = integral of L(r) s dV over the outside.
+// Source: ghost particles that continue a linear profile beyond the wall, Morris, Fox & Zhu (1997), J.
+// Comput. Phys. 136:214, sec. 2.5, here summed in closed form for the Wendland kernel.
 //
-//   symbol  meaning                                                     unit
-//   d       distance of the particle to the wall                        m
-//   L       Laplacian weight of sph_kernels.hpp                         1/m^5
-//   a, b    d / H', 1 - a                                               -
-//   I       scale [(1-a^2) b^4/4 + (a^2-3) b^5/5 + b^6/2 - b^7/7]        1/m;  scale = pi C H^4 in the
-//   continuum V I     wall area that particle i serves                            m^2
+//   d     distance of the particle from the wall                                     m
+//   s     distance, along the normal, of a ghost from the particle                   m
+//   I(d)  integral of L(r) s over the outside, s > d                                 1/m
+//   V I   wall area that a particle of volume V serves                               m^2
 //
-// so that the force on i is mu V I(d)/d (v_wall - v_i) and the heat into it k V I(d)/d (T_wall - T_i): exact
-// for a profile linear across the wall. The bracket is the integral in closed form for L = C (1 - r/H)^3 (the
-// 0.01 h^2 under r^2 is dropped: 0.2 % of it).
-// Deviation: on a lattice with layers at d_m = (m - 1/2) dx the sum over ghosts is
-//   D_m = sum_{k >= m} k dx (sum of V L over lattice plane k),   sum_m dx D_m = 1 by L's normalisation,
-// and it falls off faster than the integral. `scale` and the reach H' < H are set so that I meets D_1 and
-// D_2: a linear profile on a lattice then has no net force on any layer and the wall feels mu (dv/dn) per
-// area exactly (support up to 2.5 dx; 1 % at 4 dx, where D_3 counts).
+// A ghost at s carries A_wall + (A_wall - A_i)(s - d)/d, so that sum_j V L (A_j - A_i) over the ghosts is
+// I(d)/d (A_wall - A_i): exact for a linear profile, and one function of d. With a = d/H, b = 1 - a and
+// L = C (1 - r/H)^3:  I = C pi H^4 [(1-a^2) b^4/4 + (a^2-3) b^5/5 + b^6/2 - b^7/7].
+// Lattice correction: I is taken at dx/2 + stretch (d - dx/2) and scaled, so that the first two layers (d =
+// dx/2, 3 dx/2) get the sums over the missing lattice layers; those sums add up to dx^2 of wall per column.
 #pragma once
 
 #include "meltsim/physics/sph_kernels.hpp"
@@ -32,73 +24,52 @@ namespace physics {
 
 template <class T>
 struct WallExchange {
-  T support{};            ///< H' [m]: walls further away exchange nothing
-  T inv_support{};        ///< 1/H' [1/m]
-  T scale{};              ///< [1/m]
-  T smallest_distance{};  ///< dx/4 [m]: what is nearer exchanges as if it stood there
+  T support{}, inv_support{};
+  T half_spacing{}, stretch{};
+  T scale{};              ///< C pi H^4, lattice corrected [1/m]
+  T smallest_distance{};  ///< closer than this the exchange grows no more [m]
 };
 
-/// max(d, smallest_distance) [m].
+/// I(d) [1/m]: times the particle's volume = the wall area it serves [m^2]; 0 beyond H.
+template <class T>
+MELTSIM_HD T wall_area(const WallExchange<T>& e, T distance) {
+  const T stretched = e.half_spacing + e.stretch * (distance - e.half_spacing);
+  const T a = clamp(stretched * e.inv_support, T(0), T(1)), b = T(1) - a, a2 = a * a, b2 = b * b;
+  return e.scale * (b2 * b2) *
+         ((T(1) - a2) * T(0.25) + b * ((a2 - T(3)) * T(0.2) + b * (T(0.5) - b * T(1.0 / 7.0))));
+}
+
+/// d, but not less than smallest_distance [m].
 template <class T>
 MELTSIM_HD T wall_depth(const WallExchange<T>& e, T distance) {
   return maximum(distance, e.smallest_distance);
 }
 
-/// I(d) [1/m]; 0 beyond H'.
-template <class T>
-MELTSIM_HD T wall_area(const WallExchange<T>& e, T distance) {
-  const T a = minimum(wall_depth(e, distance) * e.inv_support, T(1));
-  const T b = T(1) - a, a2 = a * a, b2 = b * b;
-  const T bracket =
-      (T(1) - a2) * T(0.25) + b * ((a2 - T(3)) * T(0.2) + b * (T(0.5) - b * static_cast<T>(1.0 / 7.0)));
-  return e.scale * (b2 * b2) * bracket;
-}
-
-/// D_m [1/m] of the header comment, m >= 1 (host, double).
-inline double lattice_wall_area(double support, double spacing, int layer) {
-  const auto k = uncorrected_kernel<double>(support);
-  const int n = static_cast<int>(support / spacing) + 1;
-  double sum = 0;
-  for (int z = layer; z <= n; ++z)
-    for (int y = -n; y <= n; ++y)
-      for (int x = -n; x <= n; ++x) {
-        const double r2 = spacing * spacing * double(x * x + y * y + z * z);
-        sum += spacing * double(z) * kernel_laplacian(k, std::sqrt(r2), r2);
-      }
-  return sum * spacing * spacing * spacing / lattice_laplacian_gain(support, spacing);
-}
-
-/// Calibrated on the lattice of spacing dx (see the header comment).
+/// For H = support on a lattice of spacing dx (host).
 template <class T>
 inline WallExchange<T> make_wall_exchange(double support, double spacing) {
-  const auto make = [&](double reach) {
-    WallExchange<double> e;
-    e.support = reach;
-    e.inv_support = 1.0 / reach;
-    e.scale = 1.0;
-    e.smallest_distance = 0.25 * spacing;
-    return e;
-  };
-  const double first = lattice_wall_area(support, spacing, 1),
-               second = lattice_wall_area(support, spacing, 2);
-  const auto second_share = [&](double reach) {
-    return wall_area(make(reach), 1.5 * spacing) / wall_area(make(reach), 0.5 * spacing);
-  };
-  // The share of layer 2 grows with the reach: bisection. No layer 2 on the lattice: its distance is the
-  // reach.
-  double low = minimum(1.5 * spacing, support), high = support;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high);
-    (second_share(middle) < second / first ? low : high) = middle;
+  const auto k = make_kernel<double>(support, spacing);
+  const int n = static_cast<int>(support / spacing) + 1;
+  double missing[2] = {};  // sums over the lattice layers beyond a wall dx/2 and 3 dx/2 away of V L s
+  for (int x = 1; x <= n; ++x)
+    for (int y = -n; y <= n; ++y)
+      for (int z = -n; z <= n; ++z) {
+        const double r2 = spacing * spacing * double(x * x + y * y + z * z);
+        const double term =
+            kernel_laplacian(k, std::sqrt(r2), r2) * x * spacing * (spacing * spacing * spacing);
+        missing[0] += term;
+        if (x > 1) missing[1] += term;
+      }
+  WallExchange<double> e{support, 1.0 / support, 0.5 * spacing, 1.0, 1.0, 0.25 * spacing};
+  double low = 1.0, high = support / spacing;  // the second layer's share falls as the stretch grows
+  for (int step = 0; step < 60; ++step) {
+    e.stretch = 0.5 * (low + high);
+    const double share = wall_area(e, 1.5 * spacing) / wall_area(e, 0.5 * spacing);
+    (share > missing[1] / missing[0] ? low : high) = e.stretch;
   }
-  WallExchange<double> e = make(high);
-  e.scale = first / wall_area(e, 0.5 * spacing);
-  WallExchange<T> out;
-  out.support = static_cast<T>(e.support);
-  out.inv_support = static_cast<T>(e.inv_support);
-  out.scale = static_cast<T>(e.scale);
-  out.smallest_distance = static_cast<T>(e.smallest_distance);
-  return out;
+  e.scale = missing[0] / wall_area(e, 0.5 * spacing);
+  return {static_cast<T>(e.support), static_cast<T>(e.inv_support), static_cast<T>(e.half_spacing),
+          static_cast<T>(e.stretch), static_cast<T>(e.scale),       static_cast<T>(e.smallest_distance)};
 }
 
 }  // namespace physics

@@ -34,7 +34,7 @@ struct WallBox {
   Vec3<T> min{}, max{};
   std::uint32_t faces{};  ///< bit 2 a + s set: axis a, side s (0 low, 1 high) is a wall
   T support{};            ///< H [m]
-  WallExchange<T> exchange;
+  T cover_scale = T(1);   ///< of wall_cover
 };
 
 /// The walls within reach of one particle: the nearest one per axis.
@@ -79,6 +79,34 @@ MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, c
     const T square = dot(x, x);
     if (square < support2) visit(x, square);
   }
+}
+
+/// Integral of W over the outside of one plane at distance d, without scale: 2 pi w H^3 b^6 (1/6 - 3b/14 +
+/// b^2/14), b = 1 - d/H (swap the order of integration, as in wall_exchange.hpp) [-].
+template <class T>
+MELTSIM_HD T half_space_share(const SphKernel<T>& k, T distance) {
+  const T b = maximum(T(1) - distance * k.inv_support, T(0)), b2 = b * b;
+  const T bracket =
+      static_cast<T>(1.0 / 6.0) - b * (static_cast<T>(3.0 / 14.0) - b * static_cast<T>(1.0 / 14.0));
+  return static_cast<T>(6.28318530717958647692) * k.w_scale * (k.support2 * k.support) * (b2 * b2 * b2) *
+         bracket;
+}
+
+/// Share of a particle's surroundings that walls fill, whatever stands in front of them [-]: edges and
+/// corners by the product of what the planes leave open.
+template <class T>
+MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
+  const WallView<T> v = wall_view(b, x);
+  if (v.axes == 0u) return T(0);
+  const auto open = [&](T distance) { return T(1) - b.cover_scale * half_space_share(k, distance); };
+  return T(1) - open(v.distance.x) * open(v.distance.y) * open(v.distance.z);
+}
+
+/// Makes the cover of a plane at dx/2 the lattice's (host).
+template <class T>
+inline T wall_cover_scale(double support, double spacing) {
+  const auto k = make_kernel<double>(support, spacing);
+  return static_cast<T>(lattice_half_space(support, spacing) / half_space_share(k, 0.5 * spacing));
 }
 
 /// Traction of one no-slip wall at this distance [N]: mu V I(d)/d (v_wall - v), wall_exchange.hpp.

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "node.hpp"
+#include "scene.hpp"
+
+namespace runner {
+
+/// {temperature | flux, convection, emissivity, ambient}.
+meltsim::SurfaceHeatDesc load_surface(const Node& node);
+
+/// A number, or a list of [temperature, value].
+void load_property(const Node& node, const char* key, const char* unit, double& constant,
+                   std::vector<meltsim::PropertyPoint>& points);
+
+}  // namespace runner

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// Heat through walls and surfaces, from sources, and the ledger that accounts for it.
+#include <cmath>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+constexpr double dx = 0.1, side = 0.8;  // 8 cells sideways: the least that a periodic axis may have
+constexpr int cells = 16;
+constexpr double rho_c = 1e6, k = 1000, length_x = cells * dx;
+
+MaterialDesc substance() {
+  MaterialDesc m;
+  m.density = 1000;
+  m.heat_capacity = rho_c / m.density;
+  m.conductivity = k;
+  return m;
+}
+
+WorldDesc bar_desc() {
+  WorldDesc d = describe();
+  d.precision = Precision::double_precision;
+  d.spacing = dx;
+  d.domain.bounded = true;
+  d.domain.max = {length_x, side, side};
+  d.domain.faces = {Face::wall, Face::wall, Face::periodic, Face::periodic, Face::periodic, Face::periodic};
+  return d;
+}
+
+/// A fixed bar between walls at -x and +x.
+World bar(const WorldDesc& d, double temperature, const MaterialDesc& m = substance(), double source = 0) {
+  World w = *World::create(d);
+  SolidDesc s;
+  s.shape = Shape::box(d.domain.min, d.domain.max);
+  s.material = *w.add_material(m);
+  s.temperature = temperature;
+  s.fixed = true;
+  s.heat_source = source;
+  const auto added = w.add_solid(s);
+  EXPECT_TRUE(added);
+  return w;
+}
+
+void run(World& w, double until, double dt) {
+  const int n = static_cast<int>(std::round(until / dt));
+  for (int i = 0; i < n; ++i) require(w.step(dt));
+  EXPECT_FALSE(w.synchronize().heat_bound_exceeded);
+}
+
+// The lattice's layers serve exactly the wall's area (wall_exchange.hpp), sums are double: 1e-9.
+TEST(SurfaceHeat, FluxBringsInFluxTimesAreaTimesTime) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = bar_desc();
+  d.domain.heat[0].flux = 5000;
+  World w = bar(d, 0);
+  run(w, 20, 2);
+  const Totals t = *w.totals();
+  EXPECT_NEAR(t.heat_in / (5000 * side * side * 20), 1, 1e-6);  // the table's floats
+  EXPECT_NEAR(t.thermal / t.heat_in, 1, 1e-12);
+}
+
+// Between walls held at 10 and 30 the steady profile is a line; T is linear to the operator's exactness, 1e-6
+// of 20 degrees, once exp(-pi^2 alpha t / L^2) = exp(-35) is gone.
+TEST(SurfaceHeat, WallsHeldApartGiveALine) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = bar_desc();
+  d.domain.heat[0].temperature = 10;
+  d.domain.heat[1].temperature = 30;
+  World w = bar(d, 15);
+  run(w, 9000, 100);
+  const auto p = *w.particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    EXPECT_NEAR(p.temperature[i], 10 + 20 * p.position[i].x / length_x, 0.02) << p.position[i].x;
+}
+
+// Convection at both ends, Bi = h L/2 / k = 0.025: T = T_a + (T_0 - T_a) exp(-2 h t / (rho c L (1 + Bi/3)));
+// the next term is Bi^2/45, 1e-5.
+TEST(SurfaceHeat, ConvectionCoolsALumpExponentially) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = bar_desc();
+  const double Bi = 0.025, h = 2 * Bi * k / length_x;
+  for (const std::size_t f : {std::size_t{0}, std::size_t{1}}) {
+    d.domain.heat[f].convection = h;
+    d.domain.heat[f].ambient = -5;
+  }
+  World w = bar(d, 95);
+  const double tau = rho_c * length_x / (2 * h) * (1 + Bi / 3);
+  run(w, tau, tau / 100);
+  EXPECT_NEAR((w.totals()->temperature_mean + 5) / 100, std::exp(-1.0), 1e-3 * std::exp(-1.0));
+}
+
+// eps sigma (T^4 - T_a^4) of two faces after a time in which the body cools by less than 1 %.
+TEST(SurfaceHeat, RadiationFollowsTheFourthPower) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = bar_desc();
+  d.domain.heat[0].emissivity = 0.8;
+  d.domain.heat[0].ambient = 20;
+  MaterialDesc m = substance();
+  m.conductivity = 1e6;  // uniform within seconds
+  World w = bar(d, 900, m);
+  run(w, 10, 1);
+  const double q = 0.8 * 5.670374419e-8 * (std::pow(1173.15, 4) - std::pow(293.15, 4));
+  EXPECT_NEAR(w.totals()->heat_in / (-q * side * side * 10), 1,
+              2e-3);  // it cools by 0.5 degrees on the way: 0.1 %
+}
+
+TEST(SurfaceHeat, SourcesReleaseWhatTheySay) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = bar(bar_desc(), 0, substance(), 2e4);
+  HeatRegionDesc r;
+  r.shape = Shape::box({0, 0, 0}, {0.4, side, side});
+  r.source = -1e4;
+  r.from = 5;
+  r.until = 15;
+  require(w.add_heat_region(r));
+  run(w, 20, 1);
+  const double volume = length_x * side * side;
+  EXPECT_NEAR(w.totals()->heat_in, 2e4 * volume * 20 - 1e4 * 0.4 * side * side * 10,
+              1e-6 * 2e4 * volume * 20);
+  EXPECT_NEAR(w.totals()->thermal / w.totals()->heat_in, 1, 1e-12);
+}
+
+TEST(SurfaceHeat, RegionsHoldTheirTemperatureAndItIsAccountedFor) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = bar(bar_desc(), 0);
+  HeatRegionDesc r;
+  r.shape = Shape::box({0, 0, 0}, {0.4, side, side});
+  r.temperature = 50;
+  require(w.add_heat_region(r));
+  run(w, 50, 5);
+  const auto p = *w.particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (p.position[i].x < 0.4) {
+      EXPECT_NEAR(p.temperature[i], 50, 1e-9);
+    }
+  EXPECT_NEAR(w.totals()->thermal / w.totals()->heat_in, 1, 1e-12);
+}
+
+// A dry cube in the open loses h A (T - T_a); what is under water does not.
+TEST(SurfaceHeat, OnlyTheDrySurfaceOfABodyExchanges) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool wet : {false, true}) {
+    WorldDesc d = describe();
+    d.spacing = dx;
+    d.gravity = {};
+    World w = *World::create(d);
+    SolidDesc s;
+    s.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+    s.material = *w.add_material(substance());
+    s.temperature = 100;
+    s.fixed = true;
+    s.surface.flux = 1000;
+    require(w.add_solid(s));
+    if (wet) {
+      MaterialDesc water = substance();
+      water.name = "bath";
+      FluidDesc f;
+      f.shape = Shape::box({-0.4, -0.4, -0.4}, {1.0, 1.0, 1.0});
+      f.material = *w.add_material(water);
+      f.temperature = 100;
+      require(w.add_fluid(f));
+    }
+    run(w, 1e-3, 1e-4);
+    const double share = w.totals()->heat_in / (1000 * 6 * 0.36 * 1e-3);
+    // 2 % for a box (heat_boundary.hpp); submerged, phi beside the body is within 2 % of 1, a tenth of what a
+    // dry face lacks.
+    if (wet) {
+      EXPECT_LT(std::fabs(share), 0.1);
+    } else {
+      EXPECT_NEAR(share, 1, 0.02);
+    }
+  }
+}
+
+// c = 1000 + 10 T: heat Q per kg gives T = (sqrt(1e6 + 20 Q) - 1000)/10.
+TEST(SurfaceHeat, CapacityThatDependsOnTemperature) {
+  MELTSIM_NEEDS_BACKEND();
+  MaterialDesc m = substance();
+  m.heat_capacity_points = {{0, 1000}, {100, 2000}};
+  World w = bar(bar_desc(), 0, m, 1e6);
+  run(w, 60, 1);
+  EXPECT_NEAR(w.totals()->temperature_mean, (std::sqrt(1e6 + 20 * 1e6 * 60 / 1000) - 1000) / 10, 1e-9);
+}
+
+// Everything the ledger says is what the particles say; sums of 1e3 doubles in another order.
+TEST(Ledger, AgreesWithTheParticles) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  for (int i = 0; i < 60; ++i) {
+    require(s.world.step(0.005));
+    if (i % 20 != 19) continue;
+    const Ledger l = *s.world.ledger();
+    const Totals t = *s.world.totals();
+    EXPECT_EQ(l.step, s.world.steps());
+    EXPECT_DOUBLE_EQ(l.time, s.world.time());
+    EXPECT_NEAR(l.mass, t.mass, 1e-9 * t.mass);
+    const double p = t.mass * std::max(t.max_speed, 1e-3);
+    EXPECT_LT(length(l.momentum - t.momentum), 1e-6 * p);
+    EXPECT_LT(length(l.angular_momentum - t.angular_momentum), 1e-5 * p);
+    EXPECT_NEAR(l.kinetic, t.kinetic, 1e-6 * t.kinetic);
+    EXPECT_NEAR(l.potential, t.potential, 1e-5 * t.potential);  // walls hold particles back after it is taken
+    EXPECT_NEAR(l.thermal, t.thermal, 1e-9 * std::fabs(t.thermal));
+    EXPECT_NEAR(l.max_speed, t.max_speed, 1e-6 * t.max_speed);
+    EXPECT_EQ(l.fluid, t.fluid);
+    EXPECT_EQ(l.solid, t.solid);
+    EXPECT_GT(l.courant, 0);
+    EXPECT_LT(l.courant, 0.6);
+  }
+}
+
+// With a liquid whose viscosity is the same at every temperature, a table changes nothing but the path.
+TEST(Properties, AFlatViscosityTableGivesTheConstantsBits) {
+  MELTSIM_NEEDS_BACKEND();
+  std::uint64_t hash[2] = {};
+  for (const bool table : {false, true}) {
+    WorldDesc d = describe();
+    d.spacing = dx;
+    d.domain.bounded = true;
+    d.domain.max = {0.8, 0.8, 0.8};
+    World w = *World::create(d);
+    MaterialDesc m = substance();
+    m.viscosity = 2;
+    if (table) m.viscosity_points = {{0, 2}, {100, 2}};
+    FluidDesc f;
+    f.shape = Shape::box({0, 0, 0}, {0.4, 0.6, 0.8});
+    f.material = *w.add_material(m);
+    require(w.add_fluid(f));
+    for (int i = 0; i < 20; ++i) require(w.step(0.002));
+    hash[table] = *w.state_hash();
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+// Warm liquid beside cold liquid rises: the overturning has the sign and grows.
+TEST(Properties, WarmLiquidRises) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.domain.bounded = true;
+  d.domain.max = {1.6, 0.8, 0.8};
+  World w = *World::create(d);
+  MaterialDesc m = substance();
+  m.conductivity = 0.6;
+  m.density_points = {{0, 1000}, {100, 900}};
+  const auto id = *w.add_material(m);
+  for (const bool warm : {false, true}) {
+    FluidDesc f;
+    f.shape = Shape::box({warm ? 0.8 : 0.0, 0, 0}, {warm ? 1.6 : 0.8, 0.8, 0.8});
+    f.material = id;
+    f.temperature = warm ? 100 : 0;
+    require(w.add_fluid(f));
+  }
+  for (int i = 0; i < 200; ++i) require(w.step(0.005));
+  const auto p = *w.particles();
+  double rise[2] = {}, mass[2] = {};
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    const int warm = p.temperature[i] > 50 ? 1 : 0;
+    rise[warm] += p.mass[i] * p.position[i].y;
+    mass[warm] += p.mass[i];
+  }
+  // Exchange flow at about sqrt(g' H)/2 = 0.4 m/s: after 0.5 s the centres of mass are a fifth of the depth
+  // apart.
+  EXPECT_GT(rise[1] / mass[1], rise[0] / mass[0] + 0.05);
+}
+
+}  // namespace
+}  // namespace meltsim_test
