@@ -27,6 +27,15 @@ TEST(Tait, ZeroAtRestAndBelow) {
   for (const double phi : {0.0, 0.3, 0.999999}) EXPECT_EQ(tait_pressure(stiffness, phi), 0.0);
 }
 
+// With tension (lowest phi 0) the curve goes on below rest density; its slope there is c^2 too, to 7 e/2 + 15
+// e^2.
+TEST(Tait, PullsOnlyWhenAsked) {
+  const double e = 1e-4;
+  EXPECT_EQ(tait_pressure(stiffness, 1 - e), 0.0);
+  EXPECT_NEAR(tait_pressure(stiffness, 1 - e, 0.0) / (-density * sound * sound * e), 1.0, 4e-4);
+  EXPECT_DOUBLE_EQ(tait_pressure(stiffness, 0.3, 0.5), tait_pressure(stiffness, 0.5, 0.0));
+}
+
 // phi^7 at 1.1 by the standard library; 1e-13: a dozen roundings.
 TEST(Tait, SeventhPower) {
   EXPECT_NEAR(tait_pressure(stiffness, 1.1) / (stiffness * (std::pow(1.1, 7) - 1)), 1.0, 1e-13);
