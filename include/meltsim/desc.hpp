@@ -75,6 +75,8 @@ struct WorldDesc {
   Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
   double sound_speed = 0;      ///< c [m/s]; automatic = 10 sqrt(2 g depth) of the scene when first stepped
   double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0; noise control, 0.01..0.1
+  /// Liquid may pull: pressure below 0. For liquid that fills its domain; at a free surface it makes clumps.
+  bool tension = false;
   HeatDesc heat;
 
   double courant = 0.4;      ///< sub-steps keep c dt / H below this, (0, 0.6]

@@ -276,7 +276,6 @@ class EngineImpl final : public Engine {
     set(Owner::body, l.bodies.size());
     set(Owner::material, c.materials.size());
     set(Owner::property, c.properties.size());
-    set(Owner::wall_node, static_cast<std::uint64_t>(physics::wall_table_size));
     set(Owner::emitter_point, c.emitter_points.size());
     set(Owner::heat_region, c.heat_regions.size());
     set(Owner::heat_region_word, c.heat_region_cells.size());
@@ -347,6 +346,7 @@ class EngineImpl final : public Engine {
     k.spacing = static_cast<T>(c.spacing);
     k.sound_speed = static_cast<T>(c.sound_speed);
     k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
+    k.lowest_phi = c.tension ? T(0) : T(1);
     k.gravity = cast<T>(c.gravity);
     k.wall_friction = static_cast<T>(c.domain.friction);
     k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
@@ -355,12 +355,9 @@ class EngineImpl final : public Engine {
     k.domain_min = k.walls.min = cast<T>(c.domain.min);
     k.domain_max = k.walls.max = cast<T>(c.domain.max);
     k.walls.support = static_cast<T>(c.support);
-    k.walls.half_spacing = static_cast<T>(0.5 * c.spacing);
-    k.walls.nodes_per_length =
-        static_cast<T>((physics::wall_table_points - 1) / (c.support + 0.5 * c.spacing));
-    k.coupling = physics::make_coupling<T>(c.support, c.spacing);
     k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
-    k.first_layer = physics::wall_area(k.wall_exchange, k.walls.half_spacing) * k.spacing;
+    k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
+    k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
     k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
     k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
     if (c.domain.bounded)
@@ -468,15 +465,6 @@ class EngineImpl final : public Engine {
     put(w_.f.contact_slip, slip);
     put(w_.f.site_vertex, l.site_vertex);
     put(w_.f.bodies, l.bodies);
-    if (w_.f.wall_table != nullptr) {
-      std::vector<WallNode<double>> table(static_cast<std::size_t>(physics::wall_table_size));
-      physics::make_wall_table(c.support, c.spacing, table.data());
-      std::vector<WallNode<T>> rounded;
-      for (const WallNode<double>& node : table)
-        rounded.push_back(
-            {static_cast<T>(node.lambda), static_cast<T>(node.push_x), static_cast<T>(node.laplacian), 0});
-      put(w_.f.wall_table, rounded);
-    }
     std::vector<Vec4<T>> points;
     for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
     put(w_.f.emitter_points, points);

@@ -25,7 +25,6 @@ using physics::MaterialRow;
 using physics::RegionFit;
 using physics::SphKernel;
 using physics::WallBox;
-using physics::WallNode;
 
 inline constexpr std::uint32_t none = 0xffffffffu;
 inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};
@@ -228,6 +227,7 @@ struct Constants {
   T spacing{};
   T sound_speed{};
   T artificial_viscosity{};
+  T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
   T wall_friction{};
   T volume_rate{};                            ///< 1 / relaxation time of a melted particle's volume [1/s]
   physics::SurfaceCondition<T> wall_heat[6];  ///< per face
@@ -239,7 +239,6 @@ struct Constants {
   std::uint32_t open_faces = 0;  ///< bit per face
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
-  physics::CouplingShare<T> coupling;
   T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
   T courant{};            ///< share of H a particle may move per sub-step before a flag is raised
   double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]

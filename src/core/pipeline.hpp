@@ -32,7 +32,6 @@ enum class Owner {
   body,
   material,
   property,
-  wall_node,
   emitter_point,
   heat_region,
   heat_region_word,

@@ -42,6 +42,7 @@ struct SceneLattice {
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
   double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
+  bool tension = false;
   Vec3d gravity;
   DomainDesc domain;  ///< relative to the origin
   std::vector<MaterialRow<double>> materials;

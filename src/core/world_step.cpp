@@ -165,6 +165,8 @@ void WorldImpl::derive_sound_speed() {
     see(e.desc.center - origin_);
     speed = std::max(speed, e.desc.speed);
   }
+  if (desc.domain.bounded)
+    for (const Vec3d& v : desc.domain.velocity) speed = std::max(speed, length(v));
   if (desc.domain.bounded && high >= low) {
     // What stands above a floor may fall to it.
     const Vec3d corner = desc.domain.min - origin_;
@@ -182,6 +184,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.support = core::support_of(desc);
   c.sound_speed = sound_speed_;
   c.artificial_viscosity = desc.artificial_viscosity;
+  c.tension = desc.tension;
   c.courant = desc.courant;
   c.gravity = desc.gravity;
   c.domain = desc.domain;
@@ -217,7 +220,6 @@ Status WorldImpl::prepare() {
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
   if ((setup.facts & core::fact_mobile) != 0)
     setup.channels |= std::uint64_t{1} << core::field_neighbour_mask;
-  if (!desc.domain.bounded) setup.channels &= ~(std::uint64_t{1} << core::field_wall_table);
   if ((setup.facts & core::fact_solid) == 0)
     setup.channels &= ~(std::uint64_t{1} << core::field_vertex_of_id);
   derive_limits();

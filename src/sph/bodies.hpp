@@ -15,20 +15,44 @@ namespace sph {
 using core::Frame;
 using physics::MaterialRow;
 
-/// V_k of every solid particle.
+/// Volume of particle j as liquid sees it: a solid particle that has just frozen grows into its site.
 template <class T>
-struct SolidVolumeBody {
+MELTSIM_HD T volume_seen(const Frame<T>& w, std::uint64_t j, const Vec4<T>& xj) {
+  return w.f.seen_volume != nullptr ? w.f.seen_volume[j] : xj.w;
+}
+
+template <class T>
+struct SeenVolumeBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const std::uint32_t tag = w.f.tag[i];
-    if (!is_solid(tag)) return;
-    T sum = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T r2) {
-      if (is_solid(w.f.tag[j])) sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
-    });
-    T volume = physics::solid_volume(sum, w.f.mass[i] / w.f.materials[material_of(tag)].density);
-    if (w.f.vertex_grown != nullptr) volume *= w.f.vertex_grown[w.f.vertex_of_id[w.f.id[i]]];
-    w.f.solid_volume[i] = volume;
+    const T volume = w.f.position[i].w;
+    w.f.seen_volume[i] =
+        is_solid(w.f.tag[i]) ? volume * w.f.vertex_grown[w.f.vertex_of_id[w.f.id[i]]] : volume;
+  }
+};
+
+/// Sum of V W over everything within H of i, and over its images in walls.
+template <class T>
+MELTSIM_HD T volume_fraction(const Frame<T>& w, std::uint64_t i) {
+  T phi = 0;
+  const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+  spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+    T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    if (walls.axes != 0u)
+      physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
+        value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
+      });
+    phi += volume_seen(w, j, xj) * value;
+  });
+  return phi;
+}
+
+/// tau_k of every solid particle.
+template <class T>
+struct SolidTermBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    if (is_solid(w.f.tag[i])) w.f.solid_term[i] = physics::solid_term(volume_fraction(w, i));
   }
 };
 
@@ -43,17 +67,9 @@ struct DensityBody {
       w.f.velocity[i].w = T(0);
       return;
     }
-    T phi = 0, solid = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      const T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
-      if (is_solid(w.f.tag[j])) solid += w.f.solid_volume[j] * value;
-      else phi += xj.w * value;
-    });
-    phi += physics::solid_share(w.c.coupling, solid);
-    w.f.coupling_slope[i] = physics::solid_share_slope(w.c.coupling, solid);
-    if (w.c.walls.faces != 0u)
-      phi += physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i])).lambda;
-    const T pressure = physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi);
+    const T phi = volume_fraction(w, i);
+    const T pressure =
+        physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi, w.c.lowest_phi);
     w.f.density[i] = phi;
     w.f.velocity[i].w = physics::pressure_term(pressure, phi);
   }
@@ -88,8 +104,8 @@ struct ForcesBody {
     const T vol_i = w.f.position[i].w;
     const Vec4<T> vi = w.f.velocity[i];
     const T mu = viscosity_of(w, i, mi);
-    const T solid_term = w.f.coupling_slope[i] * vi.w;
     Vec3<T> force{};
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
       const Vec4<T> vj = w.f.velocity[j];
       const Vec3<T> v_ij = xyz(vi) - xyz(vj);
@@ -105,34 +121,32 @@ struct ForcesBody {
                                                    T(0.5) * (mi.density + mj.density), vol_i, xj.w, f, r2,
                                                    dot(v_ij, x_ij), x_ij);
       } else {
-        const physics::CouplingPair<T> p{vol_i, w.f.solid_volume[j], solid_term, mu, mi.density, x_ij, v_ij};
+        const T terms = vi.w + mi.tait_stiffness * w.f.solid_term[j];
+        const physics::CouplingPair<T> p{vol_i, volume_seen(w, j, xj), terms, mu, mi.density, x_ij, v_ij};
         force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
         if (r2 < w.c.leak_distance2)
           force += physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
       }
-    });
-    if (w.c.walls.faces != 0u) {
-      const auto s = physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i]));
-      if (s.any) {
-        force += physics::wall_pressure_force(vol_i, vi.w, s);
-        if (w.c.no_slip != 0u)
-          force += physics::wall_viscous_force(mu, vol_i, s, wall_velocity(xyz(w.f.position[i])) - xyz(vi));
+      if (walls.axes != 0u) {
+        const T term_j = is_fluid(tag_j) ? vj.w : mi.tait_stiffness * w.f.solid_term[j];
+        physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
+          const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
+          force += physics::pressure_force(vol_i, volume_seen(w, j, xj), vi.w, term_j, f, x);
+        });
       }
-    }
+    });
+    if (walls.axes != 0u && w.c.no_slip != 0u) force += no_slip(xyz(w.f.position[i]), xyz(vi), mu, vol_i);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
-  /// Velocity of the nearest moving wall (zero when all rest).
-  MELTSIM_HD Vec3<T> wall_velocity(Vec3<T> x) const {
-    const T d[6] = {x.x - w.c.walls.min.x, w.c.walls.max.x - x.x, x.y - w.c.walls.min.y,
-                    w.c.walls.max.y - x.y, x.z - w.c.walls.min.z, w.c.walls.max.z - x.z};
-    int nearest = 0;
-    T best = w.c.kernel.support;
+  /// Traction of every wall within reach, each with its own velocity.
+  MELTSIM_HD Vec3<T> no_slip(Vec3<T> x, Vec3<T> v, T mu, T volume) const {
+    const auto& b = w.c.walls;
+    const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
+    Vec3<T> force{};
     for (int k = 0; k < 6; ++k)
-      if (((w.c.walls.faces >> k) & 1u) != 0u && d[k] < best) {
-        best = d[k];
-        nearest = k;
-      }
-    return w.c.wall_velocity[nearest];
+      if (((b.faces >> k) & 1u) != 0u && d[k] < b.support)
+        force += physics::wall_viscous_force(w.c.wall_exchange, mu, volume, d[k], w.c.wall_velocity[k] - v);
+    return force;
   }
 };
 
@@ -143,20 +157,27 @@ struct ReactionBody {
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const std::uint32_t tag = w.f.tag[k];
     if (!is_solid(tag)) return;  // fixed ones too: a host may want the load on an obstacle
-    const T vol_k = w.f.solid_volume[k];
+    const T vol_k = volume_seen(w, k, w.f.position[k]), tau = w.f.solid_term[k];
     const Vec3<T> vk = xyz(w.f.velocity[k]);
     Vec3<T> force{};
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
     spatial::for_each_neighbour(w, k, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
       const std::uint32_t tag_i = w.f.tag[i];
       if (!is_fluid(tag_i)) return;
       const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
       const Vec4<T> vi = w.f.velocity[i];
       const physics::CouplingPair<T> p{
-          xi.w, vol_k, w.f.coupling_slope[i] * vi.w, viscosity_of(w, i, mi), mi.density, -x_ki, xyz(vi) - vk};
+          xi.w,  vol_k,       vi.w + mi.tait_stiffness * tau, viscosity_of(w, i, mi), mi.density,
+          -x_ki, xyz(vi) - vk};
       force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
       if (r2 < w.c.leak_distance2)
         force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
                                       xyz(vi) - vk, r2);
+      if (walls.axes != 0u)
+        physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
+          const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
+          force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
+        });
     });
     w.f.acceleration[k] += force * (T(1) / w.f.mass[k]);
   }

@@ -8,7 +8,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-MELTSIM_INSTANTIATE(core::CpuExec, solid_volume)
+MELTSIM_INSTANTIATE(core::CpuExec, seen_volume)
+MELTSIM_INSTANTIATE(core::CpuExec, solid_term)
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)

@@ -8,8 +8,13 @@ inline namespace v0 {
 namespace sph {
 
 template <class E, class T>
-void solid_volume(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, SolidVolumeBody<T>{w});
+void seen_volume(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, SeenVolumeBody<T>{w});
+}
+
+template <class E, class T>
+void solid_term(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, SolidTermBody<T>{w});
 }
 
 template <class E, class T>

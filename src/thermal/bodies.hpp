@@ -190,8 +190,7 @@ struct BoundaryBody {
       own += share;
       G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, r, r2));
     });
-    if (w.c.walls.faces != 0u)
-      everything += physics::wall_sums(w.c.walls, w.f.wall_table, xyz(w.f.position[i])).lambda;
+    everything += physics::wall_cover(w.c.walls, w.c.kernel, xyz(w.f.position[i]));
     const int live = popcount(w.f.neighbour_mask[w.f.vertex_of_id[w.f.id[i]]]);
     auto s =
         physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(G), live, w.c.first_layer);

@@ -37,7 +37,6 @@ struct Rig {
     setup.facts = facts_ = facts;
     setup.channels = core::channels_for(facts) | (std::uint64_t{1} << core::field_vertex_of_id) |
                      (std::uint64_t{1} << core::field_neighbour_mask);
-    if (!c.domain.bounded) setup.channels &= ~(std::uint64_t{1} << core::field_wall_table);
     setup.particle_capacity = static_cast<std::uint32_t>(s.position.size());
     const Status status = engine->upload(c, l, s, setup);
     ASSERT_TRUE(status) << status.error().message;

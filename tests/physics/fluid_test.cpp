@@ -27,6 +27,15 @@ TEST(Tait, ZeroAtRestAndBelow) {
   for (const double phi : {0.0, 0.3, 0.999999}) EXPECT_EQ(tait_pressure(stiffness, phi), 0.0);
 }
 
+// With tension (lowest phi 0) the curve goes on below rest density; its slope there is c^2 too, to 7 e/2 + 15
+// e^2.
+TEST(Tait, PullsOnlyWhenAsked) {
+  const double e = 1e-4;
+  EXPECT_EQ(tait_pressure(stiffness, 1 - e), 0.0);
+  EXPECT_NEAR(tait_pressure(stiffness, 1 - e, 0.0) / (-density * sound * sound * e), 1.0, 4e-4);
+  EXPECT_DOUBLE_EQ(tait_pressure(stiffness, 0.3, 0.5), tait_pressure(stiffness, 0.5, 0.0));
+}
+
 // phi^7 at 1.1 by the standard library; 1e-13: a dozen roundings.
 TEST(Tait, SeventhPower) {
   EXPECT_NEAR(tait_pressure(stiffness, 1.1) / (stiffness * (std::pow(1.1, 7) - 1)), 1.0, 1e-13);
@@ -58,6 +67,10 @@ double energy_density(double phi) {
   const double p = maximum(phi, 1.0);
   return stiffness * (std::pow(p, 6) / 6 + 1 / p);
 }
+
+/// Forces are this many times minus the gradient of sum V e(phi): grad W has a lattice correction of its own.
+/// The derivative of (1-q)^4 (1+4q) is -20 q (1-q)^3 / H.
+double force_per_gradient(const SphKernel<double>& k) { return k.grad_scale * k.support2 / (20 * k.w_scale); }
 
 struct Cloud {
   SphKernel<double> kernel = make_kernel<double>(0.5, 0.2);
@@ -108,7 +121,8 @@ TEST(PressureForce, IsMinusTheGradientOfTheEnergy) {
       Cloud high = c, low = c;
       high.x[i].*axis += e;
       low.x[i].*axis -= e;
-      EXPECT_NEAR(force[i].*axis, -(high.energy() - low.energy()) / (2 * e), 1e-5 * rms);
+      EXPECT_NEAR(force[i].*axis, -force_per_gradient(c.kernel) * (high.energy() - low.energy()) / (2 * e),
+                  1e-5 * rms);
     }
   }
 }

@@ -1,177 +1,223 @@
 // SPDX-License-Identifier: Apache-2.0
-// The wall table against quadrature that knows nothing of it: box [0, 4]^3, dx = 0.2 m, H = 2.5 dx.
+// Images in walls against particles mirrored explicitly: box [0, 4]^3, dx = 0.2 m, H = 2.5 dx.
 #include "meltsim/physics/walls.hpp"
 
 #include <gtest/gtest.h>
 
+#include <vector>
+
+#include "meltsim/physics/fluid.hpp"
 #include "support/random.hpp"
 
 namespace {
 
 using namespace meltsim;
 using namespace meltsim::physics;
+using test_support::Random;
 
-constexpr double dx = 0.2, support = 0.5, table_cell = (support + 0.5 * dx) / (wall_table_points - 1);
+constexpr double dx = 0.2, support = 0.5, cell = dx * dx * dx, size = 4;
 
-class Walls : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    table().resize(wall_table_size);
-    make_wall_table(support, dx, table().data());
-  }
-  static std::vector<WallNode<double>>& table() {
-    static std::vector<WallNode<double>> t;
-    return t;
-  }
-  static WallBox<double> box(std::uint32_t faces = 63u) {
-    WallBox<double> b;
-    b.max = {4, 4, 4};
-    b.faces = faces;
-    b.support = support;
-    b.half_spacing = 0.5 * dx;
-    b.nodes_per_length = 1 / table_cell;
-    return b;
-  }
-  static WallSums<double> at(Vec3<double> x, std::uint32_t faces = 63u) {
-    return wall_sums(box(faces), table().data(), x);
-  }
-};
-
-/// d sigma/d d the walls were calibrated with; another value means another pressure in tanks.
-constexpr double stretch = 2.5;
-
-/// Stretched distance, as the header has it.
-double sigma(double d) { return minimum(stretch * d - (stretch - 1) * 0.5 * dx, support); }
-
-struct Outside {
-  double w = 0, l = 0;
-};
-
-/// Integrals of W and L over {x > a or y > b or z > c}: everything minus the inside, midpoints fitted to it.
-Outside outside(double a, double b, double c) {
-  const auto k = make_kernel<double>(support, dx);
-  const auto box_integral = [&](double p, double q, double r) {
-    constexpr int n = 64;  // midpoint rule on the C1 kernel: 1e-4
-    const double u = (p + support) / n, v = (q + support) / n, w = (r + support) / n;
-    Outside sum;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j)
-        for (int m = 0; m < n; ++m) {
-          const double x = (i + 0.5) * u - support, y = (j + 0.5) * v - support, z = (m + 0.5) * w - support;
-          const double r2 = x * x + y * y + z * z;
-          if (r2 >= support * support) continue;
-          sum.w += kernel_value(k, std::sqrt(r2));
-          sum.l += kernel_laplacian(k, std::sqrt(r2), r2);
-        }
-    return Outside{sum.w * u * v * w, sum.l * u * v * w};
-  };
-  const Outside all = box_integral(support, support, support), in = box_integral(a, b, c);
-  return {all.w - in.w, all.l - in.l};
+WallBox<double> box(std::uint32_t faces = 63u) {
+  WallBox<double> b;
+  b.max = {size, size, size};
+  b.faces = faces;
+  b.support = support;
+  b.cover_scale = wall_cover_scale<double>(support, dx);
+  return b;
 }
 
-/// What makes a plane at dx/2 complete a lattice.
-double scale() { return lattice_half_space(support, dx) / outside(0.5 * dx, support, support).w; }
-
-// The header promises 0.5 % of trilinear error. Relative to the first layer's share (lambda vanishes far
-// out), resp. its Lw; a corner has three interpolated axes: three times that.
-TEST_F(Walls, EqualQuadratureAtPlaneEdgeAndCorner) {
-  const double s = scale(), far = 2.0;
-  const double lambda = lattice_half_space(support, dx);
-  const double traction = s * outside(0.5 * dx, support, support).l;
-  const double near[] = {0.045, 0.07, 0.1, 0.133, 0.19};
-  for (const double d : near) {
-    const Outside plane = outside(sigma(d), support, support);
-    for (const Vec3<double>& x :
-         {Vec3<double>{d, far, far}, Vec3<double>{far, 4 - d, far}, Vec3<double>{far, far, d}}) {
-      EXPECT_NEAR(at(x).lambda, s * plane.w, 0.005 * lambda) << "plane " << d;
-      EXPECT_NEAR(at(x).laplacian, s * plane.l, 0.005 * traction) << "plane " << d;
+/// x and its 26 reflections in the planes of walled faces, each made by hand.
+std::vector<Vec3<double>> reflections(Vec3<double> x, std::uint32_t faces) {
+  std::vector<Vec3<double>> all;
+  for (int m = 1; m < 27; ++m) {
+    const int how[3] = {m % 3, m / 3 % 3, m / 9};
+    double at[3] = {x.x, x.y, x.z};
+    bool walled = true;
+    for (int a = 0; a < 3; ++a) {
+      if (how[a] == 0) continue;
+      walled = walled && ((faces >> (2 * a + how[a] - 1)) & 1u) != 0u;
+      at[a] = how[a] == 1 ? -at[a] : 2 * size - at[a];
     }
+    if (walled) all.push_back({at[0], at[1], at[2]});
   }
-  for (const double d : {0.07, 0.1, 0.16}) {
-    const double e = 0.12;
-    const Outside edge = outside(sigma(d), sigma(e), support);
-    EXPECT_NEAR(at({d, e, far}).lambda, s * edge.w, 0.01 * lambda) << "edge " << d;
-    EXPECT_NEAR(at({far, 4 - d, 4 - e}).lambda, s * edge.w, 0.01 * lambda) << "edge " << d;
-    EXPECT_NEAR(at({far, 4 - d, 4 - e}).laplacian, s * edge.l, 0.01 * traction) << "edge " << d;
-    const Outside corner = outside(sigma(d), sigma(e), sigma(0.1));
-    EXPECT_NEAR(at({d, 4 - e, 0.1}).lambda, s * corner.w, 0.015 * lambda) << "corner " << d;
-    EXPECT_NEAR(at({d, 4 - e, 0.1}).laplacian, s * corner.l, 0.015 * traction) << "corner " << d;
-  }
+  return all;
 }
 
-// The scale is made with the same interpolation, so a plane is exact; edges and corners inherit what the
-// continuum integral differs from a lattice's sum there: 0.5 and 1.4 % of phi.
-TEST_F(Walls, FirstLayerReadsOne) {
-  const auto k = make_kernel<double>(support, dx);
-  const auto liquid = [&](int low_x, int low_y, int low_z) {
-    double phi = 0;
-    for (int z = low_z; z <= 3; ++z)
-      for (int y = low_y; y <= 3; ++y)
-        for (int x = low_x; x <= 3; ++x)
-          phi += dx * dx * dx * kernel_value(k, dx * std::sqrt(double(x * x + y * y + z * z)));
-    return phi;
+// Pairs beside faces, edges and corners, with all walls and with some missing. The images found must be those
+// made by hand within H: number, distance and the sum of their offsets, to rounding.
+TEST(WallImages, AreTheReflectionsWithinReach) {
+  Random random(21);
+  const auto kernel = make_kernel<double>(support, dx);
+  int found_at_all = 0, corners = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const std::uint32_t faces = n % 3 == 0 ? 63u : n % 3 == 1 ? 0x15u : 0x2cu;
+    Vec3<double> i{random.uniform(0, 0.5), random.uniform(0, 0.5), random.uniform(0, 0.5)};
+    if (n % 4 == 1) i.y = 2;
+    if (n % 5 == 1) i.z = size - i.z;
+    if (n % 7 == 1) i.x = size - i.x;
+    Vec3<double> j = i + random.vector(n % 11 == 0 ? 0.0 : 0.3);
+    j = {clamp(j.x, 0.0, size), clamp(j.y, 0.0, size), clamp(j.z, 0.0, size)};
+    int expected = 0, found = 0;
+    Vec3<double> sum{}, seen{};
+    for (const auto& m : reflections(j, faces)) {
+      const auto d = i - m;
+      if (length(d) >= support) continue;
+      ++expected;
+      sum += d * kernel_gradient_factor(kernel, length(d));
+    }
+    for_each_image(wall_view(box(faces), i), support * support, i - j, [&](const Vec3<double>& d, double r2) {
+      ++found;
+      EXPECT_NEAR(r2, dot(d, d), 1e-14);
+      seen += d * kernel_gradient_factor(kernel, std::sqrt(r2));
+    });
+    ASSERT_EQ(found, expected) << n;
+    ASSERT_LE(length(seen - sum), 1e-9 * (1 + length(sum))) << n;
+    found_at_all += found;
+    corners += found == 7 ? 1 : 0;
+  }
+  EXPECT_GT(found_at_all, 10000);
+  EXPECT_GT(corners, 20);
+}
+
+/// phi, and the force at unit pressure, of a lattice particle m layers from each of the walls that `faces`
+/// has low.
+struct Reading {
+  double phi = 0;
+  Vec3<double> force{};
+};
+Reading read(Vec3<double> x, std::uint32_t faces) {
+  const auto kernel = make_kernel<double>(support, dx);
+  const auto view = wall_view(box(faces), x);
+  Reading out;
+  const auto add = [&](const Vec3<double>& d, double r2) {
+    out.phi += cell * kernel_value(kernel, std::sqrt(r2));
+    out.force += pressure_force(cell, cell, 1.0, 1.0, kernel_gradient_factor(kernel, std::sqrt(r2)), d);
   };
-  EXPECT_NEAR(liquid(0, -3, -3) + at({0.1, 2, 2}).lambda, 1.0, 1e-12);
-  EXPECT_NEAR(liquid(0, 0, -3) + at({0.1, 0.1, 2}).lambda, 1.0, 0.01);
-  EXPECT_NEAR(liquid(0, 0, 0) + at({0.1, 0.1, 0.1}).lambda, 1.0, 0.015);
+  for (int c = -3; c <= 3; ++c)
+    for (int b = -3; b <= 3; ++b)
+      for (int a = -3; a <= 3; ++a) {
+        const Vec3<double> d{dx * a, dx * b, dx * c}, other = x - d;
+        if (minimum(minimum(other.x, other.y), other.z) < 0 || dot(d, d) >= support * support) continue;
+        add(d, dot(d, d));
+        for_each_image(view, support * support, d, add);
+      }
+  return out;
 }
 
-// The push is tabulated as central differences over two cells of the table; interpolation commutes with
-// them, so differences of lambda over the same length (in d: shorter by the stretch) are equal to rounding.
-// Distances keep both nodes beside sigma off the table's ends.
-TEST_F(Walls, PushIsMinusTheSlopeOfLambda) {
-  test_support::Random random(21);
-  const double h = table_cell / stretch;
-  double largest = 0;
-  for (int n = 0; n < 2000; ++n) {
-    Vec3<double> x{random.uniform(0.04, 0.2), random.uniform(0.04, 0.2), random.uniform(0.04, 0.2)};
-    if (n % 3 == 1) x.y = 2;
-    if (n % 5 == 1) x.z = 2;
-    if (n & 1) x.x = 4 - x.x;
-    const WallSums<double> s = at(x);
-    const Vec3<double> force = wall_pressure_force(0.008, 1e4, s);
+// A lattice half a spacing from the walls continues itself beyond them: 1, and no force, to rounding.
+TEST(WallImages, LatticeReadsOneAndFeelsNothing) {
+  for (const double y : {0.1, 0.3, 2.1})
+    for (const double z : {0.1, 0.3, 2.1}) {
+      const Reading r = read({0.1, y, z}, 63u);
+      EXPECT_NEAR(r.phi, 1.0, 1e-12) << y << " " << z;
+      EXPECT_LE(length(r.force), 1e-14) << y << " " << z;
+    }
+}
+
+constexpr double stiffness = 1000.0 * 30 * 30 / 7;
+double energy_density(double phi) {  // derivative P/phi^2
+  const double p = maximum(phi, 1.0);
+  return stiffness * (std::pow(p, 6) / 6 + 1 / p);
+}
+
+struct Corner {
+  SphKernel<double> kernel = make_kernel<double>(support, dx);
+  std::vector<Vec3<double>> x;
+  double phi(std::size_t i) const {
+    double sum = 0;
+    const auto view = wall_view(box(), x[i]);
+    for (const auto& j : x) {
+      const auto d = x[i] - j;
+      sum += 1.2 * cell * kernel_value(kernel, length(d));
+      for_each_image(view, support * support, d, [&](const Vec3<double>&, double r2) {
+        sum += 1.2 * cell * kernel_value(kernel, std::sqrt(r2));
+      });
+    }
+    return sum;
+  }
+  double energy() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) sum += 1.2 * cell * energy_density(phi(i));
+    return sum;
+  }
+};
+
+// A cloud in a corner, compressed. As for the liquid alone (fluid_test.cpp): step 1e-6 m, 1e-5 of the rms
+// force; the factor is the ratio of the lattice corrections of grad W and W.
+TEST(WallImages, ForceIsMinusTheGradientOfTheEnergy) {
+  Random random(31);
+  Corner c;
+  for (int i = 0; i < 50; ++i) c.x.push_back(random.vector(0.25) + Vec3<double>{0.27, 0.27, 0.27});
+  std::vector<double> term;
+  for (std::size_t i = 0; i < c.x.size(); ++i)
+    term.push_back(pressure_term(tait_pressure(stiffness, c.phi(i)), c.phi(i)));
+  const double ratio = c.kernel.grad_scale * c.kernel.support2 / (20 * c.kernel.w_scale), v = 1.2 * cell;
+  std::vector<Vec3<double>> force(c.x.size());
+  double square = 0;
+  for (std::size_t i = 0; i < c.x.size(); ++i) {
+    const auto view = wall_view(box(), c.x[i]);
+    for (std::size_t j = 0; j < c.x.size(); ++j) {
+      const auto add = [&](const Vec3<double>& d, double r2) {
+        force[i] +=
+            pressure_force(v, v, term[i], term[j], kernel_gradient_factor(c.kernel, std::sqrt(r2)), d);
+      };
+      const auto d = c.x[i] - c.x[j];
+      add(d, dot(d, d));
+      for_each_image(view, support * support, d, add);
+    }
+    square += dot(force[i], force[i]);
+  }
+  const double rms = std::sqrt(square / static_cast<double>(c.x.size())), e = 1e-6;
+  ASSERT_GT(rms, 1.0);
+  for (std::size_t i = 0; i < c.x.size(); i += 5)
     for (double Vec3<double>::*axis : {&Vec3<double>::x, &Vec3<double>::y, &Vec3<double>::z}) {
-      Vec3<double> high = x, low = x;
-      high.*axis += h;
-      low.*axis -= h;
-      const double slope = (at(high).lambda - at(low).lambda) / (2 * h);
-      ASSERT_NEAR(s.push.*axis * stretch, -slope, 1e-10);
-      ASSERT_NEAR(force.*axis, -0.008 * 1e4 * slope, 1e-8);
-      largest = maximum(largest, std::fabs(slope));
+      Corner high = c, low = c;
+      high.x[i].*axis += e;
+      low.x[i].*axis -= e;
+      EXPECT_NEAR(force[i].*axis, -ratio * (high.energy() - low.energy()) / (2 * e), 1e-5 * rms);
+    }
+}
+
+TEST(WallView, OutOfReachAndMissingFacesAreNotSeen) {
+  EXPECT_EQ(wall_view(box(), {2, 2, 2}).axes, 0u);
+  EXPECT_EQ(wall_view(box(), {0.1, 2, 3.9}).axes, 5u);
+  EXPECT_EQ(wall_view(box(62u), {0.1, 2, 2}).axes, 0u);  // no wall at -x
+  EXPECT_EQ(wall_view(box(), {3.9, 2, 2}).inward.x, -1.0);
+}
+
+// Behind a wall a particle counts as on it: finite, and pushed inwards by everything near.
+TEST(WallImages, FiniteBehindTheWall) {
+  const auto view = wall_view(box(), {-0.05, 2, 2});
+  EXPECT_EQ(view.distance.x, 0.0);
+  for_each_image(view, support * support, Vec3<double>{-0.1, 0, 0},
+                 [&](const Vec3<double>& d, double r2) { EXPECT_TRUE(d.x > 0 && r2 > 0); });
+}
+
+// Half of everything on the plane itself; at dx/2 the lattice's share; an edge by the product.
+TEST(WallCover, IsTheShareBehindThePlanes) {
+  EXPECT_NEAR(half_space_share(uncorrected_kernel<double>(support), 0.0), 0.5, 1e-12);
+  const auto k = make_kernel<double>(support, dx);
+  const double plane = lattice_half_space(support, dx);
+  EXPECT_NEAR(wall_cover(box(), k, {0.1, 2, 2}), plane, 1e-12);
+  EXPECT_NEAR(wall_cover(box(), k, {0.1, 3.9, 2}), 1 - (1 - plane) * (1 - plane), 1e-12);
+  EXPECT_EQ(wall_cover(box(), k, {2, 2, 2}), 0.0);
+  // Against midpoints: layers of thickness dz at depth z hold 2 pi int_z^H W r dr each; 1e-4 at 400 of them.
+  double sum = 0;
+  const double dz = (support - 0.13) / 400;
+  for (int i = 0; i < 400; ++i) {
+    const double z = 0.13 + (i + 0.5) * dz, dr = (support - z) / 400;
+    for (int j = 0; j < 400; ++j) {
+      const double r = z + (j + 0.5) * dr;
+      sum += 2 * 3.14159265358979323846 * kernel_value(k, r) * r * dr * dz;
     }
   }
-  EXPECT_GT(largest, 1.0);  // something was compared
+  EXPECT_NEAR(half_space_share(k, 0.13), sum, 1e-4 * sum);
 }
 
-TEST_F(Walls, PushPointsInwards) {
-  EXPECT_GT(at({0.1, 2, 2}).push.x, 0);
-  EXPECT_LT(at({3.9, 2, 2}).push.x, 0);
-  EXPECT_GT(at({2, 0.1, 2}).push.y, 0);
-  EXPECT_LT(at({2, 2, 3.9}).push.z, 0);
-}
-
-TEST_F(Walls, OutOfReachAndMissingFacesAddNothing) {
-  EXPECT_FALSE(at({2, 2, 2}).any);
-  EXPECT_EQ(at({2, 2, 2}).lambda, 0.0);
-  EXPECT_FALSE(at({0.1, 2, 2}, 62u).any);  // no wall at -x
-  EXPECT_EQ(at({0.1, 2, 2}, 62u).lambda, 0.0);
-  EXPECT_NEAR(at({2, 0.1, 2}, 4u).lambda, at({0.1, 2, 2}, 1u).lambda, 1e-12);
-  EXPECT_NEAR(at({0.1, 3.9, 2}, 1u).lambda, at({0.1, 2, 2}).lambda, 1e-12);
-}
-
-// Beyond the wall the table ends at sigma = -dx/2: values stay finite and do not fall.
-TEST_F(Walls, FiniteBehindTheWall) {
-  for (const double d : {0.0, -0.05, -1.0}) {
-    const WallSums<double> s = at({d, 2, 2});
-    EXPECT_TRUE(std::isfinite(s.lambda) && finite(s.push));
-    EXPECT_GE(s.lambda, at({0.1, 2, 2}).lambda);
-  }
-}
-
-TEST_F(Walls, NoSlipTractionIsOfTheFluidsFormula) {
-  const WallSums<double> s = at({0.1, 2, 2});
-  const Vec3<double> f = wall_viscous_force(0.3, 0.008, s, Vec3<double>{0, 2, 0});
-  EXPECT_DOUBLE_EQ(f.y, 0.3 * 0.008 * s.laplacian * 2);
+TEST(WallViscousForce, IsTheExchangesArea) {
+  const auto e = make_wall_exchange<double>(support, dx);
+  const Vec3<double> f = wall_viscous_force(e, 0.3, cell, 0.1, Vec3<double>{0, 2, 0});
+  EXPECT_DOUBLE_EQ(f.y, 0.3 * cell * wall_area(e, 0.1) / 0.1 * 2);
   EXPECT_EQ(f.x, 0.0);
 }
 

@@ -1,27 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 // Liquid and solid push on each other.
 //
-// Sources: Shao & Yu (2017), eqs. (1)-(3); Akinci et al. (2012), ACM Trans. Graph. 31(4):62, eqs. (4)-(9),
-// for contributions relative to a solid particle's own volume.
+// Sources: Shao & Yu (2017), eqs. (1)-(3); Crespo, Gomez-Gesteira & Dalrymple (2007), CMC 5:173, and Canelas
+// et al. (2015), Int. J. Numer. Meth. Fluids 78:365, for solid particles that answer with the liquid's
+// equation of state.
 //
-//   S_i     sum_k V_k W_ik, the solid's share of the surroundings          -
-//   phi_i   sum_j V0_j W_ij + s(S_i) + wall                                -
-//   F_i<-k  V0_i V_k s'(S_i) P_i/phi_i^2 f x_ik + viscous terms            N;  F_k<-i = -F_i<-k, same
-//   function
+//   phi_i   sum_j V_j W_ij over liquid and solid alike, and their images in walls            -
+//   phi_k   the same sum at a solid particle                                                 -
+//   tau_k   (phi_k^7 - 1)/phi_k^2, not below 0                                                -
+//   F_i<-k  V_i V_k (P_i/phi_i^2 + B_i tau_k) f x_ik + viscous terms; B_i = rho0_i c^2/7      N
+//   F_k<-i  -F_i<-k, by the same function
 //
-// Volume of a solid particle: V_k = 1/sum_l W_kl over every solid particle within H (the set that liquid
-// later meets as neighbours), recomputed every step: 1 dx^3 inside, 1.25 on a face, 1.56 on an edge, 1.95 at
-// a corner (Wendland C2, H = 2.5 dx), so that S of the liquid's first layer hardly depends on the body's
-// shape: 0.249 on a face, 0.239 on an edge, 0.228 at a corner.
+// So a solid particle that liquid presses upon carries that liquid's pressure. The forces are minus the
+// gradient of the energy of phi_i and phi_k; the part between two solid particles of one body is left out,
+// because it does no work on a body that keeps its shape. On the lattice it continues, a body's surface is no
+// surface to the liquid at all: phi reads 1.000 beside faces, edges and corners, and a start in contact is a
+// start at rest.
 //
-// Deviation: the paper has s(S) = S. Then the first layer at its proper distance reads 1.049 rho0, and, more
-// important, the one-sided sum carries only half of the pressure on the surface. s(S) = lambda (S/S*)^(5/2)
-// instead, with S* the sum on a flat face and lambda the lattice's share there: the first layer reads 1.000
-// and its pressure acts 2.5-fold (walls.hpp gives the calibration). Written into phi the force remains minus
-// the gradient of an energy; doubling the force alone feeds energy into every liquid that touches a solid
-// (measured: rms speed grows to 1 m/s in a tank at rest). From 1.2 S* on it rises like the paper's, so that a
-// particle that melts in a pit of the surface (S up to 3.4 S*) reads 1.06 rho0 there and not 1.6, an
-// explosion.
+// Deviations: V_k is the lattice's dx^3 instead of 1/sum_l W_kl (eq. 1: 1.25 dx^3 on a face, where the
+// liquid's first layer then reads 1.049 rho0), and P_k stands beside P_i. The one-sided sum carries half of
+// the pressure, so that the first layer closes in until it holds twice the hydrostatic one; doubling P_i
+// instead feeds energy into every liquid that touches a solid (measured: rms speed grows to 1 m/s in a tank
+// at rest). Known limit: a plate one or two particles thick with liquid on one side only has phi_k < 1; its
+// first liquid layer then carries up to twice the hydrostatic pressure.
 #pragma once
 
 #include "meltsim/physics/contact.hpp"
@@ -31,45 +32,17 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// V_k [m^3] from sum_l W_kl (itself included) and the lattice volume m/rho_s. Not above twice that, what a
-/// corner has: the last crumbs of a body would otherwise push like 4.7 times their volume and fly off.
+/// tau_k [-]: times the stiffness of the liquid at the other end it is P_k/phi_k^2.
 template <class T>
-MELTSIM_HD T solid_volume(T kernel_sum, T lattice_volume) {
-  return minimum(T(1) / kernel_sum, T(2) * lattice_volume);
-}
-
-/// What s(S) is calibrated by; made by make_coupling.
-template <class T>
-struct CouplingShare {
-  T face_sum{};    ///< S*
-  T face_share{};  ///< lambda
-};
-
-/// Where the steep part of s ends, in units of S*.
-inline constexpr double share_knee = 1.2;
-
-/// s(S): the solid's contribution to phi; x = S/S*.
-template <class T>
-MELTSIM_HD T solid_share(const CouplingShare<T>& c, T sum) {
-  const T x = sum / c.face_sum;
-  if (x < T(1)) return c.face_share * (x * x * std::sqrt(x));
-  return c.face_share * (x + T(1.5) * (minimum(x, T(share_knee)) - T(1)));
-}
-
-/// s'(S) [-].
-template <class T>
-MELTSIM_HD T solid_share_slope(const CouplingShare<T>& c, T sum) {
-  const T x = sum / c.face_sum;
-  if (x >= T(share_knee)) return c.face_share / c.face_sum;
-  const T y = minimum(x, T(1));
-  return T(2.5) * (c.face_share / c.face_sum) * y * std::sqrt(y);
+MELTSIM_HD T solid_term(T phi) {
+  return pressure_term(tait_pressure(T(1), phi), phi);
 }
 
 /// Everything one liquid-solid pair needs. i is the liquid, k the solid, whoever asks.
 template <class T>
 struct CouplingPair {
-  T fluid_volume, solid_volume;  ///< V0_i, V_k [m^3]
-  T fluid_term;                  ///< s'(S_i) P_i / phi_i^2 [Pa]
+  T fluid_volume, solid_volume;  ///< V_i, V_k [m^3]
+  T terms;                       ///< P_i/phi_i^2 + B_i tau_k [Pa]
   T viscosity;                   ///< mu_i [Pa s]
   T fluid_density;               ///< rho0_i [kg/m^3]
   Vec3<T> x_ik;                  ///< x_i - x_k [m]
@@ -82,7 +55,7 @@ MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed,
                                   T r2) {
   const T r = std::sqrt(r2);
   const T f = kernel_gradient_factor(k, r);
-  Vec3<T> force = pressure_force(p.fluid_volume, p.solid_volume, p.fluid_term, T(0), f, p.x_ik);
+  Vec3<T> force = pressure_force(p.fluid_volume, p.solid_volume, p.terms, T(0), f, p.x_ik);
   force += viscous_force(p.viscosity, p.fluid_volume, p.solid_volume, kernel_laplacian(k, r, r2), -p.v_ik);
   force += artificial_viscous_force(k, alpha, sound_speed, p.fluid_density, p.fluid_volume, p.solid_volume, f,
                                     r2, dot(p.v_ik, p.x_ik), p.x_ik);
@@ -90,11 +63,12 @@ MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed,
 }
 
 /// Liquid this close to a solid particle, in spacings, is about to slip between lattice sites (0.71 is the
-/// middle of four); its first layer stands at 0.9..1.1.
-inline constexpr double leak_distance = 0.8;
+/// middle of four); its first layer stands at 1.
+inline constexpr double leak_distance = 0.9;
 
 /// Last resort against leaking through thin solids: the contact spring of contact.hpp on the liquid particle
-/// [N], without friction; the solid receives the negative. It stops 0.07 dx/dt normal to a single layer.
+/// [N], without friction; the solid receives the negative. It stops 0.15 dx/dt normal to a single layer
+/// (0.8 dx, half of that, lets liquid through that a falling block squeezes against a plate).
 /// x_ik, v_ik as in CouplingPair.
 template <class T>
 MELTSIM_HD Vec3<T> leak_force(T spacing, T dt, T fluid_mass, T solid_mass, Vec3<T> x_ik, Vec3<T> v_ik, T r2) {
@@ -102,29 +76,6 @@ MELTSIM_HD Vec3<T> leak_force(T spacing, T dt, T fluid_mass, T solid_mass, Vec3<
   if (!(r > T(0))) return {};
   return contact_force(T(leak_distance) * spacing - r, x_ik * (T(1) / r), v_ik,
                        reduced_mass(fluid_mass, solid_mass), T(0), dt);
-}
-
-/// S* and lambda on the lattice (host, double).
-template <class T>
-inline CouplingShare<T> make_coupling(double support, double spacing) {
-  const auto k = make_kernel<double>(support, spacing);
-  const int n = static_cast<int>(support / spacing) + 1;
-  const double cell = spacing * spacing * spacing;
-  // Sum of W dx^3 over one lattice plane at height h, and of a half-space below a vertex.
-  const auto plane = [&](int h) {
-    double sum = 0;
-    for (int y = -n; y <= n; ++y)
-      for (int x = -n; x <= n; ++x)
-        sum += kernel_value(k, spacing * std::sqrt(double(x * x + y * y + h * h)));
-    return sum * cell;
-  };
-  double sum = 0;
-  for (int layer = 0; layer < n; ++layer) {  // layer 0 is the face; the liquid stands one spacing above it
-    double own = 0;
-    for (int other = 0; other <= layer + n; ++other) own += plane(other - layer);
-    sum += plane(layer + 1) / own;
-  }
-  return {static_cast<T>(sum), static_cast<T>(lattice_half_space(support, spacing))};
 }
 
 }  // namespace physics

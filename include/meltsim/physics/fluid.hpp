@@ -9,7 +9,7 @@
 //   V0      rest volume m/rho0                                             m^3
 //   phi     volume fraction sum_j V0_j W_ij + sum_k V_k W_ik + wall        -      (j liquid, k solid)
 //   rho     rho0 phi                                                       kg/m^3
-//   P       (rho0 c^2/7) (phi^7 - 1), not below 0                          Pa
+//   P       (rho0 c^2/7) (phi^7 - 1), not below 0 unless tension is asked for  Pa
 //   mu      dynamic viscosity                                              Pa s
 //
 // With equal rest volumes phi = rho/rho0 of eq. (1): rho_i = m_i sum_j W_ij. Weighting each neighbour by
@@ -39,12 +39,13 @@ inline double sound_speed_for(double speed, double gravity, double depth) {
   return 10.0 * std::sqrt(speed * speed + 2.0 * gravity * depth);
 }
 
-/// Tait equation with exponent 7, clamped at 0 (free surface) [Pa]. stiffness = rho0 c^2 / 7 [Pa].
+/// Tait equation with exponent 7 [Pa]; stiffness = rho0 c^2 / 7 [Pa]. Below `lowest` phi the pressure stays
+/// what it is there: 1 = no tension, as at a free surface, where phi is small only because there is nothing
+/// beyond; 0 = tension, for liquid that fills its domain.
 template <class T>
-MELTSIM_HD T tait_pressure(T stiffness, T phi) {
-  const T p2 = phi * phi;
-  const T p4 = p2 * p2;
-  return maximum(stiffness * (p4 * p2 * phi - T(1)), T(0));
+MELTSIM_HD T tait_pressure(T stiffness, T phi, T lowest = T(1)) {
+  const T p = maximum(phi, lowest), p2 = p * p;
+  return stiffness * (p2 * p2 * p2 * p - T(1));
 }
 
 /// P / phi^2 [Pa], the operand both ends of a pair contribute to the pressure force.

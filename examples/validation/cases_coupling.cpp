@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Liquids of different density, and liquid with solids. Default settings throughout.
+#include <cmath>
+
+#include "run.hpp"
+
+namespace validation {
+namespace {
+
+constexpr double dx = 0.0625, g = 9.81, cell = dx * dx * dx;
+
+struct Solid {
+  double centre = 0, low = infinity,
+         speed = 0;  ///< height of the centre and of the lowest particle [m], vertical speed
+  int count = 0;
+};
+Solid solid_of(const ParticleData& p) {
+  Solid s;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    if (!is_solid(p.tag[i])) continue;
+    s.centre += p.position[i].y;
+    s.speed += p.velocity[i].y;
+    s.low = std::min(s.low, p.position[i].y);
+    ++s.count;
+  }
+  s.centre /= std::max(1, s.count);
+  s.speed /= std::max(1, s.count);
+  return s;
+}
+
+/// A tank of side x layers x side spacings of water with a cube in its middle, `draught` spacings deep at the
+/// start.
+constexpr int side = 12, layers = 10;
+Run tank_with_cube(const Settings& s, Report& r, double density, int edge, int draught) {
+  const WorldDesc d = box(s, dx, {side, layers + 8, side}, Face::wall, Face::wall, Face::wall);
+  Run run(d, r);
+  const double low = (side - edge) / 2 * dx, bottom = (layers - draught) * dx, size = edge * dx;
+  run.solid("cube", Shape::box({low, bottom, low}, {low + size, bottom + size, low + size}),
+            run.material("solid", density, 0));
+  run.fluid(Shape::box({0, 0, 0}, {side * dx, layers * dx, side * dx}), run.material("water", 1000, 1e-3));
+  return run;
+}
+
+// Draught = density ratio times the edge. At 500 the cube tilts; the centre of a half-submerged cube lies in
+// the surface in any attitude, so the submerged height is measured from the centre. The level follows from
+// the volumes.
+void floating(const Settings& s, Report& r, double density) {
+  constexpr int edge = 4;
+  Run run = tank_with_cube(s, r, density, edge, static_cast<int>(std::lround(density / 1000 * edge)));
+  const double until = 5, area = side * side * dx * dx, base = edge * edge * dx * dx;
+  double draught = 0;
+  int samples = 0;
+  for (double t = 3; run.to(t, 0.02) && t < until; t += 0.02) {
+    const double bottom = solid_of(run.particles()).centre - 0.5 * edge * dx;
+    const double volume = static_cast<double>(run.last().fluid) * cell;
+    draught += ((volume - bottom * base) / (area - base) - bottom) / dx;
+    ++samples;
+  }
+  if (!run.good()) return;
+  const std::string name = std::to_string(static_cast<int>(density)) + " kg/m^3";
+  r.absolute("draught in spacings, " + name, draught / samples, density / 1000 * edge, 0.5, "dx",
+             "half a spacing: what a surface of particles resolves");
+}
+void floats(const Settings& s, Report& r) {
+  for (const double density : {200.0, 500.0, 917.0})
+    if (r.error.empty()) floating(s, r, density);
+}
+
+void sinks(const Settings& s, Report& r) {
+  for (const double density : {2000.0, 10000.0}) {
+    if (!r.error.empty()) return;
+    Run run = tank_with_cube(s, r, density, 4, 4);
+    if (!run.to(4)) return;
+    const Solid b = solid_of(run.particles());
+    const std::string name = ", " + std::to_string(static_cast<int>(density)) + " kg/m^3";
+    r.absolute("gap to the floor" + name, (b.low - 0.5 * dx) / dx, 0, 1, "dx",
+               "a film of liquid may stay below it");
+    r.absolute("vertical speed at rest" + name, b.speed / std::sqrt(g * layers * dx), 0, 1e-2, "sqrt(g h)",
+               "at rest");
+  }
+}
+
+void neutral(const Settings& s, Report& r) {
+  Run run = tank_with_cube(s, r, 1000, 4, 7);
+  const double start = solid_of(run.particles()).centre;
+  Curve path{"meltsim", {}, {}, false};
+  double worst = 0;
+  for (double t = 0.25; t <= 10; t += 0.25) {
+    if (!run.to(t)) return;
+    const double moved = (solid_of(run.particles()).centre - start) / dx;
+    worst = std::max(worst, std::fabs(moved));
+    path.x.push_back(t);
+    path.y.push_back(moved);
+  }
+  r.absolute("largest vertical displacement in 10 s", worst, 0, 1, "dx", "no buoyancy beyond a spacing");
+  r.plots.push_back({"coupling_neutral", "A body as dense as the liquid", "t [s]", "rise / dx", {path}});
+}
+
+// The cube of 4 spacings, deep under water and as light as 100 kg/m^3: nothing may go faster than it could in
+// free fall over the depth.
+void contact_start(const Settings& s, Report& r) {
+  Run run = tank_with_cube(s, r, 100, 4, 4);
+  double fastest = 0;
+  for (double t = 0.02; t <= 1; t += 0.02) {
+    if (!run.to(t)) return;
+    fastest = std::max(fastest, run.last().max_speed);
+  }
+  r.absolute("largest speed over sqrt(2 g h), h the depth", fastest / std::sqrt(2 * g * layers * dx), 0, 1,
+             "-", "buoyancy alone; an overlap of volumes would throw the cube");
+}
+
+// A fixed plate one particle thick across the tank, 4 layers of water on it, air below.
+void thin_plate(const Settings& s, Report& r) {
+  const WorldDesc d = box(s, dx, {side, 16, side}, Face::wall, Face::wall, Face::wall);
+  Run run(d, r);
+  const double width = side * dx;
+  run.solid("plate", Shape::box({0, 5 * dx, 0}, {width, 6 * dx, width}), run.material("solid", 3000, 0), {},
+            true);
+  run.fluid(Shape::box({0, 6 * dx, 0}, {width, 10 * dx, width}), run.material("water", 1000, 1e-3));
+  if (!run.to(5)) return;
+  double leaked = 0;
+  const ParticleData p = run.particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (!is_solid(p.tag[i]) && p.position[i].y < 5.5 * dx) leaked += 1;
+  r.absolute("particles that leaked in 5 s", leaked, 0, 0, "-", "none may");
+}
+
+// Closed, without gravity: a cube flies into a slab of liquid. Momentum relative to the cube's at the start.
+void momentum(const Settings& s, Report& r) {
+  WorldDesc d = box(s, dx, {16, 16, 16}, Face::periodic, Face::periodic, Face::periodic);
+  d.gravity = {0, 0, 0};
+  Run run(d, r);
+  run.solid("cube", Shape::box({6 * dx, 10 * dx, 6 * dx}, {10 * dx, 14 * dx, 10 * dx}),
+            run.material("solid", 2000, 0), {0.5, -1, 0});
+  run.fluid(Shape::box({0, 0, 0}, {16 * dx, 8 * dx, 16 * dx}), run.material("water", 1000, 1e-3));
+  const Vec3d start = run.totals().momentum;
+  const double steps = 2000;
+  if (!run.to(steps * run.stable_dt())) return;
+  const Vec3d end = run.totals().momentum;
+  r.absolute("change of momentum over 2000 steps", length(end - start) / std::max(length(start), 1e-300), 0,
+             s.precision == Precision::double_precision ? 1e-12 : 1e-6, "-",
+             "pair forces are exact negatives; rounding");
+}
+
+/// Height of the centre of mass of the particles of one material [m], and how many are on the wrong side of
+/// y.
+struct Layer {
+  double centre = 0, above = 0, count = 0;
+};
+Layer layer_of(const ParticleData& p, std::uint32_t material, double y) {
+  Layer l;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    if (material_of(p.tag[i]) != material) continue;
+    l.centre += p.position[i].y;
+    l.above += p.position[i].y > y ? 1 : 0;
+    l.count += 1;
+  }
+  l.centre /= std::max(1.0, l.count);
+  return l;
+}
+
+void layered(const Settings& s, Report& r, double light, double heavy, bool heavy_on_top, double until) {
+  const WorldDesc d = box(s, dx, {10, 20, 10}, Face::wall, Face::wall, Face::wall);
+  Run run(d, r);
+  const double width = 10 * dx, half = 6 * dx;
+  const Shape low = Shape::box({0, 0, 0}, {width, half, width}),
+              high = Shape::box({0, half, 0}, {width, 2 * half, width});
+  const MaterialId a = run.material("light", light, 1e-3), b = run.material("heavy", heavy, 1e-3);
+  const auto lights = static_cast<double>(run.fluid(heavy_on_top ? low : high, a));
+  const auto heavies = static_cast<double>(run.fluid(heavy_on_top ? high : low, b));
+  if (!run.to(until)) return;
+  const ParticleData p = run.particles();
+  const Layer l = layer_of(p, 0, half), h = layer_of(p, 1, half);
+  const std::string name = ", " + std::to_string(static_cast<int>(light)) +
+                           (heavy_on_top ? " under " : " over ") + std::to_string(static_cast<int>(heavy)) +
+                           " kg/m^3";
+  // Each layer's centre, stratified, stands at 1/4 and 3/4 of the depth.
+  r.absolute("centre of the heavy liquid" + name, h.centre / dx, 3, heavy_on_top ? 1 : 0.5, "dx",
+             heavy_on_top ? "overturned; drops of the light one may still be under way" : "stays stratified");
+  r.absolute("centre of the light liquid" + name, l.centre / dx, 9, heavy_on_top ? 1 : 0.5, "dx",
+             heavy_on_top ? "overturned; drops may still be under way" : "stays stratified");
+  r.absolute("particles lost" + name, lights + heavies - l.count - h.count, 0, 0, "-", "none may");
+}
+void stratified(const Settings& s, Report& r) {
+  layered(s, r, 100, 1000, false, 3);
+  if (r.error.empty()) layered(s, r, 1000, 10000, false, 3);
+}
+void overturn(const Settings& s, Report& r) { layered(s, r, 1000, 2000, true, 8); }
+
+}  // namespace
+
+std::vector<Case> coupling_cases() {
+  return {
+      {"coupling.floating", "draught of cubes lighter than water", "Archimedes", false, floats},
+      {"coupling.sinking", "cubes heavier than water rest on the floor", "Archimedes", false, sinks},
+      {"coupling.neutral", "a cube as dense as water, 10 s", "Archimedes", true, neutral},
+      {"coupling.contact_start", "a light cube released under water", "energy", false, contact_start},
+      {"coupling.thin_plate", "a plate one particle thick holds water", "nothing leaks", false, thin_plate},
+      {"coupling.momentum", "a cube meets liquid in a periodic box", "conservation", false, momentum},
+      {"coupling.stratified", "a light liquid stays on a heavy one", "stability", false, stratified},
+      {"coupling.overturn", "a heavy liquid sinks through a light one", "Rayleigh-Taylor instability", true,
+       overturn},
+  };
+}
+
+}  // namespace validation

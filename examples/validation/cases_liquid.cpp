@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: Apache-2.0
+// The liquid alone: hydrostatics, waves, the dam break, viscous flow, a free drop.
+#include <algorithm>
+#include <cmath>
+
+#include "run.hpp"
+
+namespace validation {
+namespace {
+
+using namespace meltsim;
+
+constexpr double pi = 3.14159265358979323846, g = 9.81;
+
+double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  const auto it = std::upper_bound(x.begin(), x.end(), at);
+  if (it == x.begin()) return y.front();
+  if (it == x.end()) return y.back();
+  const auto i = static_cast<std::size_t>(it - x.begin());
+  return y[i - 1] + (y[i] - y[i - 1]) * (at - x[i - 1]) / (x[i] - x[i - 1]);
+}
+
+// 10 x 16 x 10 spacings of water, default settings. Pressure per layer is the mean over the particles of that
+// layer and over the last two seconds: a tank that starts without pressure rings at c/4h, and the liquid
+// damps that slowly.
+void tank(const Settings& s, Report& r, int layers, bool slosh) {
+  constexpr double dx = 0.0625;
+  constexpr int side = 10;
+  WorldDesc d = box(s, dx, {side, (slosh ? 2 : 1) * layers + 8, side}, Face::wall, Face::wall, Face::wall);
+  const double depth = layers * dx, width = side * dx, until = slosh ? 12 : 8, from = until - 2;
+  Run run(d, r);
+  const MaterialId water = run.material("water", 1000, 1e-3);
+  run.fluid(slosh ? Shape::box({0, 0, 0}, {width / 2, 2 * depth, width})
+                  : Shape::box({0, 0, 0}, {width, depth, width}),
+            water);
+  const auto bins = static_cast<std::size_t>(layers);
+  std::vector<double> pressure(bins), height(bins), count(bins);
+  double level = 0, speed = 0;
+  int samples = 0;
+  for (double t = from; run.to(t, 0.02) && t < until; t += 0.02) {
+    const ParticleData p = run.particles();
+    double centre = 0, square = 0;
+    for (std::size_t i = 0; i < p.id.size(); ++i) {
+      centre += p.position[i].y;
+      square += dot(p.velocity[i], p.velocity[i]);
+      const auto b = static_cast<std::size_t>(std::max(0.0, p.position[i].y / dx));
+      if (b >= bins) continue;
+      pressure[b] += p.pressure[i];
+      height[b] += p.position[i].y;
+      count[b] += 1;
+    }
+    level += 2 * centre / static_cast<double>(p.id.size());
+    speed += std::sqrt(square / static_cast<double>(p.id.size()));
+    ++samples;
+  }
+  if (!run.good()) return;
+  level /= samples;
+  speed /= samples;
+  double error = 0, reference = 0;
+  Curve ours{"meltsim", {}, {}, false}, exact{"rho g (h - y)", {}, {}, true};
+  for (std::size_t b = 0; b < bins; ++b) {
+    if (count[b] == 0) continue;
+    const double y = height[b] / count[b], p = pressure[b] / count[b], e = 1000 * g * (level - y);
+    error += (p - e) * (p - e);
+    reference += e * e;
+    ours.x.push_back(y);
+    ours.y.push_back(p);
+    exact.x.push_back(y);
+    exact.y.push_back(e);
+  }
+  r.plots.push_back({slosh ? "liquid_sloshed" : "liquid_hydrostatic",
+                     "Pressure in a tank at rest",
+                     "y [m]",
+                     "p [Pa]",
+                     {ours, exact}});
+  r.absolute("pressure, L2 over layers", 100 * std::sqrt(error / reference), 0, 3, "%",
+             "16 layers: the free surface alone, whose layer carries no pressure, makes 1 %");
+  r.relative("level of the surface (twice the centre of mass)", level, depth, 1,
+             "0.25 % is compression at the chosen sound speed, 0.4 % the lattice's disorder");
+  r.absolute("rms speed over sqrt(g h)", speed / std::sqrt(g * depth), 0, 1e-2, "-",
+             "at rest, apart from ringing");
+}
+void hydrostatic(const Settings& s, Report& r) { tank(s, r, 16, false); }
+void hydrostatic_coarse(const Settings& s, Report& r) {
+  tank(s, r, 8, false);
+  r.note =
+      "8 layers: the surface, half a spacing unsure, is 6 % of the depth; its two layers make the error.";
+}
+void sloshed(const Settings& s, Report& r) { tank(s, r, 16, true); }
+
+// A column a wide and 2 a high collapses along a dry floor; periodic across. Z = front / a, T = t sqrt(2 g /
+// a).
+void dam_break(const Settings& s, Report& r) {
+  struct Set {
+    const char* name;
+    std::vector<double> t, z;
+  };
+  const std::vector<Set> sets = {
+      {"Martin & Moyce, a = 1.125 in",
+       {0.849, 1.212, 1.602, 2.283, 2.950},
+       {1.245, 1.443, 1.884, 2.689, 3.728}},
+      {"Martin & Moyce, a = 2.25 in", {0.832, 1.219, 1.997, 2.547}, {1.217, 1.474, 2.292, 2.995}},
+      {"Koshizuka & Oka",
+       {1.153, 1.537, 1.935, 2.323, 2.719, 3.096},
+       {1.505, 1.892, 2.241, 2.615, 3.003, 3.624}}};
+  constexpr double a = 0.05715, last = 3.35;
+  constexpr int cells = 20;
+  const double dx = a / cells, unit = std::sqrt(a / (2 * g));
+  const WorldDesc d = box(s, dx, {5 * cells, 3 * cells, 8}, Face::wall, Face::wall, Face::periodic);
+  Run run(d, r);
+  run.fluid(Shape::box({0, 0, 0}, {a, 2 * a, 8 * dx}), run.material("water", 1000, 1e-3));
+  Curve ours{"meltsim", {}, {}, false};
+  for (double t = 0; t < last; t += 0.05) {
+    if (!run.to(t * unit)) return;
+    double front = 0;
+    for (const Vec3d& x : run.particles().position) front = std::max(front, x.x);
+    ours.x.push_back(t);
+    ours.y.push_back((front + 0.5 * dx) / a);
+  }
+  Plot plot{"liquid_dam_break", "Front of a collapsing column", "t sqrt(2 g / a)", "front / a", {ours}};
+  for (const Set& set : sets) {
+    double worst = 0;
+    for (std::size_t i = 0; i < set.t.size(); ++i)
+      worst = std::max(worst, std::fabs(interpolate(ours.x, ours.y, set.t[i]) - set.z[i]));
+    plot.curves.push_back({set.name, set.t, set.z, true});
+    r.absolute(std::string("front against ") + set.name, worst, 0, 0.15, "a",
+               "largest deviation for 0.8 <= T <= 3.3, no shift in time");
+  }
+  r.note =
+      "Falls short without a shift in time: the experiments' curves lag ours by T = 0.14 to 0.30 from the "
+      "first point on "
+      "(0.2 is 11 ms at this size), as they do in other inviscid computations, which is laid to the gate. "
+      "The sets differ "
+      "by 0.37 among themselves at T = 2.7, so that no curve is within 0.15 of all of them.";
+  r.plots.push_back(plot);
+}
+
+// First mode of a tank: T = 2 pi / sqrt(g k tanh(k d)), k = pi / L. Starts with the linear wave's velocities
+// at a flat surface; amplitude 0.02 L. The period is read from the zero crossings of sum cos(k x).
+void standing_wave(const Settings& s, Report& r, double length, double depth) {
+  const double dx = depth / 16, k = pi / length, omega = std::sqrt(g * k * std::tanh(k * depth));
+  const double period = 2 * pi / omega, speed = 0.02 * length * omega;
+  const int nx = static_cast<int>(std::lround(length / dx));
+  const WorldDesc d = box(s, dx, {nx, 24, 8}, Face::wall, Face::wall, Face::periodic);
+  Run run(d, r);
+  run.field(
+      d, {nx, 16, 8}, run.material("water", 1000, 1e-3), [](double, double) { return true; },
+      [&](double x, double y) {
+        return Vec3d{-std::sin(k * x) * std::cosh(k * y), std::cos(k * x) * std::sinh(k * y), 0} *
+               (speed / std::sinh(k * depth));
+      });
+  Curve ours{"meltsim", {}, {}, false};
+  for (double t = 0; t < 2.3 * period; t += period / 40) {
+    if (!run.to(t)) return;
+    double moment = 0;
+    const ParticleData p = run.particles();
+    for (const Vec3d& x : p.position) moment += std::cos(k * x.x);
+    ours.x.push_back(t / period);
+    ours.y.push_back(moment / static_cast<double>(p.id.size()));
+  }
+  std::vector<double> crossings;
+  for (std::size_t i = 2; i < ours.x.size(); ++i)
+    if (ours.y[i - 1] * ours.y[i] < 0)
+      crossings.push_back(ours.x[i - 1] +
+                          (ours.x[i] - ours.x[i - 1]) * ours.y[i - 1] / (ours.y[i - 1] - ours.y[i]));
+  if (crossings.size() < 4) {
+    r.error = "the wave has died out";
+    return;
+  }
+  // From the first crossing, half a period in, to the last, a whole number of half periods later.
+  const double measured =
+      2 * (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1) * period;
+  r.relative("period, L " + std::to_string(length).substr(0, 3) + " m, d " +
+                 std::to_string(depth).substr(0, 3) + " m",
+             measured, period, 2, "16 layers; the finite amplitude lengthens it by 0.1 %");
+  r.plots.push_back(
+      {"liquid_wave_" + std::to_string(nx), "First mode of a tank", "t / T", "mean cos(k x)", {ours}});
+}
+void standing_waves(const Settings& s, Report& r) {
+  standing_wave(s, r, 2, 1);
+  if (r.error.empty()) standing_wave(s, r, 1, 0.5);
+}
+
+// Taylor-Green vortices at Re 100: u = -U cos(2 pi x) sin(2 pi y), v = U sin(2 pi x) cos(2 pi y), U(t) =
+// exp(-8 pi^2 t/Re).
+void taylor_green(const Settings& s, Report& r) {
+  constexpr int n = 50;
+  WorldDesc d = box(s, 1.0 / n, {n, n, 8}, Face::periodic, Face::periodic, Face::periodic);
+  d.gravity = {0, 0, 0};
+  d.artificial_viscosity = 0;
+  d.tension = true;
+  Run run(d, r);
+  const auto flow = [](double x, double y) {
+    return Vec3d{-std::cos(2 * pi * x) * std::sin(2 * pi * y), std::sin(2 * pi * x) * std::cos(2 * pi * y),
+                 0};
+  };
+  run.field(
+      d, {n, n, 8}, run.material("liquid", 1, 0.01), [](double, double) { return true; }, flow);
+  const double rate = 8 * pi * pi / 100;
+  Curve ours{"meltsim", {}, {}, false}, exact{"exp(-8 pi^2 t/Re)", {}, {}, true};
+  for (double t = 0; t < 1.001; t += 0.05) {
+    if (!run.to(t)) return;
+    double square = 0;
+    const ParticleData p = run.particles();
+    for (const Vec3d& v : p.velocity) square += dot(v, v);
+    ours.x.push_back(t);
+    ours.y.push_back(std::sqrt(2 * square / static_cast<double>(p.id.size())));
+    exact.x.push_back(t);
+    exact.y.push_back(std::exp(-rate * t));
+  }
+  r.relative("decay rate over t = 1", -std::log(ours.y.back() / ours.y.front()), rate, 5,
+             "50^2 particles; speed = sqrt(2 mean v^2), so every disorder counts as flow");
+  r.plots.push_back({"liquid_taylor_green", "Taylor-Green vortices, Re 100", "t", "speed", {ours, exact}});
+  r.note =
+      "Falls short. artificial_viscosity 0: the flow's own viscosity only; tension on: the vortices' cores "
+      "pull. Within a "
+      "tenth of a turnover the strain at the stagnation points squeezes the lattice into strings, which phi "
+      "takes for "
+      "compression; they break at t = 0.2 and half of the energy becomes noise that viscosity removes. From "
+      "there on "
+      "the rate is 1.35 times the exact one at 24^2. A wider support (3 dx) or noise at the start helps "
+      "little (0.33 and "
+      "0.26 instead of 0.45 left at 24^2). delta-SPH has nothing to diffuse, since density is summed; "
+      "particle shifting "
+      "is the remedy.";
+}
+
+/// Mean x velocity per layer of a channel, walls included, at y / L.
+void profile(const ParticleData& p, double dx, int layers, std::vector<double>& y, std::vector<double>& u) {
+  std::vector<double> sum(static_cast<std::size_t>(layers)), count(sum.size());
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    const auto b = std::min(sum.size() - 1, static_cast<std::size_t>(std::max(0.0, p.position[i].y / dx)));
+    sum[b] += p.velocity[i].x;
+    count[b] += 1;
+  }
+  y.clear();
+  u.clear();
+  for (std::size_t b = 0; b < sum.size(); ++b) {
+    y.push_back((static_cast<double>(b) + 0.5) / layers);
+    u.push_back(count[b] > 0 ? sum[b] / count[b] : 0);
+  }
+}
+
+constexpr int channel_layers = 20;
+constexpr double channel = 1e-3, channel_speed = 1.25e-5;
+
+WorldDesc channel_desc(const Settings& s) {
+  WorldDesc d =
+      box(s, channel / channel_layers, {8, channel_layers, 8}, Face::periodic, Face::wall, Face::periodic);
+  d.sound_speed = 20 * channel_speed;
+  d.gravity = {0, 0, 0};
+  return d;
+}
+
+// Morris, Fox & Zhu (1997): nu 1e-6 m^2/s, L 1e-3 m, from rest.
+void couette(const Settings& s, Report& r) {
+  WorldDesc d = channel_desc(s);
+  d.domain.velocity[3] = {channel_speed, 0, 0};
+  Run run(d, r);
+  run.fluid(Shape::box({0, 0, 0}, d.domain.max), run.material("water", 1000, 1e-3));
+  const double times[] = {0.0225, 0.045, 0.1125, 0.225}, half[] = {.01842, .09558, .29028, .43090},
+               upper[] = {.63735, .73888, .83298, .87862};
+  Plot plot{"liquid_couette", "Couette flow from rest", "y / L", "u / V", {}};
+  std::vector<double> y, u;
+  for (int i = 0; i < 4; ++i) {
+    if (!run.to(times[i])) return;
+    profile(run.particles(), d.spacing, channel_layers, y, u);
+    for (double& v : u) v /= channel_speed;
+    const std::string at = ", t = " + std::to_string(times[i]).substr(0, 6) + " s";
+    r.relative("u/V at y/L 0.5" + at, interpolate(y, u, 0.5), half[i], 2, "20 layers");
+    r.relative("u/V at y/L 0.9" + at, interpolate(y, u, 0.9), upper[i], 2, "20 layers");
+    plot.curves.push_back({"meltsim" + at, y, u, false});
+    plot.curves.push_back({"series" + at, {0.5, 0.9}, {half[i], upper[i]}, true});
+  }
+  r.plots.push_back(plot);
+}
+
+void poiseuille(const Settings& s, Report& r) {
+  WorldDesc d = channel_desc(s);
+  d.gravity = {8 * 1e-6 * channel_speed / (channel * channel), 0, 0};
+  Run run(d, r);
+  run.fluid(Shape::box({0, 0, 0}, d.domain.max), run.material("water", 1000, 1e-3));
+  const double times[] = {0.0225, 0.045, 0.1125, 0.225}, centre[] = {.17862, .33877, .65999, .88798};
+  Plot plot{"liquid_poiseuille", "Poiseuille flow from rest", "y / L", "u / u_max", {}};
+  std::vector<double> y, u;
+  for (int i = 0; i < 4; ++i) {
+    if (!run.to(times[i])) return;
+    profile(run.particles(), d.spacing, channel_layers, y, u);
+    for (double& v : u) v /= channel_speed;
+    const std::string at = ", t = " + std::to_string(times[i]).substr(0, 6) + " s";
+    r.relative("centre u/u_max" + at, interpolate(y, u, 0.5), centre[i], 2, "20 layers");
+    plot.curves.push_back({"meltsim" + at, y, u, false});
+    plot.curves.push_back({"series" + at, {0.5}, {centre[i]}, true});
+  }
+  r.plots.push_back(plot);
+}
+
+// A free cylinder of liquid, radius 1, strained at the rate A0: it stays an ellipse, Monaghan (1994).
+// Semi-axes from second moments: b = 2 sqrt(mean y^2), relative to those at the start. The strain's axes lie
+// at 45 degrees to the lattice: along them, the lattice is squeezed into strings (0.52 apart along, 1.93
+// across at the end) that nothing disturbs in a flow this regular, and the area comes out 14 % too large.
+void drop(const Settings& s, Report& r) {
+  constexpr int radius = 20, n = 2 * radius + 70;
+  constexpr double dx = 1.0 / radius;
+  WorldDesc d = box(s, dx, {n, n, 8}, Face::open, Face::open, Face::periodic);
+  d.domain.min = {-0.5 * n * dx, -0.5 * n * dx, 0};
+  d.domain.max = {0.5 * n * dx, 0.5 * n * dx, 8 * dx};
+  d.gravity = {0, 0, 0};
+  d.artificial_viscosity = 0.01;
+  Run run(d, r);
+  run.field(
+      d, {n, n, 8}, run.material("liquid", 1000, 0), [](double x, double y) { return x * x + y * y < 1; },
+      [](double x, double y) {
+        return Vec3d{100 * y, 100 * x, 0};
+      });
+  const double times[] = {0.0025, 0.005, 0.0075}, small[] = {.78261, .62705, .51791},
+               large[] = {1.27777, 1.59476, 1.93085};
+  const auto axes = [&] {
+    const ParticleData p = run.particles();
+    double xx = 0, yy = 0;
+    for (const Vec3d& x : p.position) {
+      xx += 0.5 * (x.x - x.y) * (x.x - x.y);
+      yy += 0.5 * (x.x + x.y) * (x.x + x.y);
+    }
+    const double c = static_cast<double>(std::max<std::size_t>(1, p.id.size()));
+    return std::make_pair(2 * std::sqrt(xx / c), 2 * std::sqrt(yy / c));
+  };
+  const double start = axes().first;
+  Curve a{"short semi-axis", {}, {}, false}, b{"long semi-axis", {}, {}, false};
+  for (int i = 0; i < 3; ++i) {
+    if (!run.to(times[i])) return;
+    const auto now = axes();
+    const std::string at = ", t = " + std::to_string(times[i]).substr(0, 6) + " s";
+    r.relative("short semi-axis" + at, now.first / start, small[i], 1, "20 particles per radius");
+    r.relative("long semi-axis" + at, now.second / start, large[i], 1, "20 particles per radius");
+    a.x.push_back(times[i]);
+    a.y.push_back(now.first / start);
+    b.x.push_back(times[i]);
+    b.y.push_back(now.second / start);
+  }
+  r.plots.push_back({"liquid_drop",
+                     "Elliptical drop",
+                     "t [s]",
+                     "semi-axis / radius",
+                     {a,
+                      b,
+                      {"exact", {times[0], times[1], times[2]}, {small[0], small[1], small[2]}, true},
+                      {"exact", {times[0], times[1], times[2]}, {large[0], large[1], large[2]}, true}}});
+  r.note = "Inviscid: viscosity 0, artificial_viscosity 0.01 against sound.";
+}
+
+}  // namespace
+
+std::vector<Case> liquid_cases() {
+  return {
+      {"liquid.hydrostatic", "a tank of 16 layers at rest", "p = rho g h", false, hydrostatic},
+      {"liquid.hydrostatic_coarse", "a tank of 8 layers at rest", "p = rho g h", false, hydrostatic_coarse},
+      {"liquid.sloshed", "a tank that was poured in from one side, settled", "p = rho g h", true, sloshed},
+      {"liquid.dam_break", "front of a collapsing column on a dry floor",
+       "Martin & Moyce (1952), Phil. Trans. A 244:312; Koshizuka & Oka (1996), Nucl. Sci. Eng. 123:421", true,
+       dam_break},
+      {"liquid.standing_wave", "periods of two tanks' first modes", "linear wave theory", true,
+       standing_waves},
+      {"liquid.taylor_green", "decay of a periodic array of vortices at Re 100", "exact solution", true,
+       taylor_green},
+      {"liquid.couette", "start of a flow between a wall and a moving lid",
+       "series solution; Morris, Fox & Zhu (1997), J. Comput. Phys. 136:214", false, couette},
+      {"liquid.poiseuille", "start of a flow driven through a channel",
+       "series solution; Morris, Fox & Zhu (1997), J. Comput. Phys. 136:214", false, poiseuille},
+      {"liquid.drop", "a free cylinder of liquid stretched into an ellipse",
+       "Monaghan (1994), J. Comput. Phys. 110:399, sec. 5", false, drop},
+  };
+}
+
+}  // namespace validation
