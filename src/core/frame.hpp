@@ -122,8 +122,8 @@ enum class Halt : std::uint32_t { no = 0, density, force, shape, heat, speed };
 /// Sums over all particles at the end of a sub-step, in stored coordinates.
 struct LedgerSums {
   double mass = 0;
-  Vec3<double> momentum, angular_momentum;   ///< about the stored origin
-  double kinetic = 0, potential = 0;  ///< potential at the stored origin is 0
+  Vec3<double> momentum, angular_momentum;  ///< about the stored origin
+  double kinetic = 0, potential = 0;        ///< potential at the stored origin is 0
   double thermal = 0, latent = 0;
   double excess = 0, dense = 0;  ///< sum and count of rho/rho0 - 1 where above 0
   MELTSIM_HD void add(const LedgerSums& o) {
