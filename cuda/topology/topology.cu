@@ -8,6 +8,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
+MELTSIM_INSTANTIATE(core::CudaExec, freeze)
 MELTSIM_INSTANTIATE(core::CudaExec, melt)
 MELTSIM_INSTANTIATE(core::CudaExec, neighbours)
 MELTSIM_INSTANTIATE(core::CudaExec, regions)

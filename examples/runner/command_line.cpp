@@ -18,14 +18,16 @@ namespace runner {
 
 namespace {
 
-const std::vector<std::string> command_names{"run", "check", "list", "new", "info", "render", "plot"};
+const std::vector<std::string> command_names{"run",  "check",    "list",   "new",
+                                             "info", "validate", "render", "plot"};
 
 /// Options as typed: CLI11 sorts them, option_values checks them, so that all errors read alike.
 struct Typed {
   std::string argument;  ///< SCENE, NAME or DIR
-  std::vector<std::string> set;
+  std::vector<std::string> set, filter;
   std::map<std::string, std::string> values;
   bool deterministic = false, resume = false, overwrite = false, quiet = false;
+  bool long_cases = false, list = false;
 
   bool has(const std::string& option) const { return values.count(option) > 0 && !values.at(option).empty(); }
   const std::string& get(const std::string& option) const { return values.at(option); }
@@ -37,13 +39,15 @@ class CommandLine {
     app_.require_subcommand(1);
     app_.set_version_flag("--version", "meltsim " + meltsim::build_info().version);
     app_.footer(
-        "Exit codes: 0 ok, 1 usage, 2 scene error, 3 diverged (state saved), 4 device or memory, 5 files.");
+        "Exit codes: 0 ok, 1 usage (validate: a case fails), 2 scene error, 3 diverged (state saved), 4 "
+        "device or memory, 5 files.");
     add_run();
     add_check();
     app_.add_subcommand("list", "list the built-in scenes");
     CLI::App* fresh = app_.add_subcommand("new", "write a commented scene to start from");
     fresh->add_option("NAME", typed_.argument, "name of the scene; writes NAME.yaml")->required();
     app_.add_subcommand("info", "say what this build and this machine can do");
+    add_validate();
     for (const char* later : {"render", "plot"}) {
       CLI::App* command = app_.add_subcommand(later, "not available in this version");
       command->add_option("DIR", typed_.argument, "directory of a run");
@@ -75,12 +79,16 @@ class CommandLine {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   }
 
-  void add_shared(CLI::App* command) {
-    command->add_option("SCENE", typed_.argument, "scene file (YAML or JSON) or name of a built-in scene")
-        ->required();
+  void add_machine(CLI::App* command) {
     value(command, "--backend", "auto|cuda|cpu", "where to compute; auto takes CUDA when it is usable");
     value(command, "--threads", "N", "CPU threads; 0 = all");
     value(command, "--precision", "single|double", "floating-point numbers of the simulation");
+  }
+
+  void add_shared(CLI::App* command) {
+    command->add_option("SCENE", typed_.argument, "scene file (YAML or JSON) or name of a built-in scene")
+        ->required();
+    add_machine(command);
     value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
     value(command, "--quality", "draft|balanced|accurate",
           "draft: 0.75 x resolution, support 2 spacings; "
@@ -110,6 +118,19 @@ class CommandLine {
 
   void add_check() {
     add_shared(app_.add_subcommand("check", "say what a run would be, without running it"));
+  }
+
+  void add_validate() {
+    CLI::App* validate = app_.add_subcommand("validate", "compare with exact solutions and experiments");
+    add_machine(validate);
+    validate->add_option("--filter", typed_.filter, "run the cases whose name matches; may be repeated")
+        ->type_name("GLOB|PART")
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    value(validate, "--out", "DIR", "write the table, validation.json and the plots' data there");
+    validate->add_flag("--long", typed_.long_cases, "also the cases that take minutes on a CPU");
+    validate->add_flag("--list", typed_.list, "list the cases instead of running them");
   }
 
   /// CLI11 knows what was not expected; the user also wants to know what was meant.
@@ -163,13 +184,28 @@ class CommandLine {
     return options;
   }
 
+  /// "dir/" and "dir" are the same directory, and "/" stays itself.
+  std::string out_directory() const {
+    std::string out = typed_.has("--out") ? typed_.get("--out") : "";
+    while (out.size() > 1 && out.back() == '/') out.pop_back();
+    return out;
+  }
+
+  ValidateOptions validate_options() const {
+    ValidateOptions options;
+    options.machine = machine_options();
+    options.filters = typed_.filter;
+    options.long_cases = typed_.long_cases;
+    options.list = typed_.list;
+    options.out = out_directory();
+    return options;
+  }
+
   RunOptions run_options(int argc, char** argv) const {
     RunOptions options;
     options.scene = scene_options();
     options.machine = machine_options();
-    if (typed_.has("--out")) options.out = typed_.get("--out");
-    // "dir/" and "dir" are the same directory, and "/" stays itself.
-    while (options.out.size() > 1 && options.out.back() == '/') options.out.pop_back();
+    options.out = out_directory();
     if (typed_.has("--time")) options.time = option_not_negative("--time", typed_.get("--time"));
     if (typed_.has("--frames")) options.frames = option_count("--frames", typed_.get("--frames"));
     if (typed_.has("--steps")) options.steps = option_count("--steps", typed_.get("--steps"));
@@ -216,6 +252,7 @@ class CommandLine {
     if (name == "list") return cmd_list();
     if (name == "new") return cmd_new(typed_.argument);
     if (name == "info") return cmd_info();
+    if (name == "validate") return cmd_validate(validate_options());
     return cmd_later(name);
   }
 

@@ -14,6 +14,8 @@ int cmd_check(const SceneOptions& scene, const MachineOptions& machine);
 int cmd_list();
 int cmd_new(const std::string& name);
 int cmd_info();
+/// 0 when every row of every case passes, else 1.
+int cmd_validate(const ValidateOptions& options);
 /// `render` and `plot` are promised for a later version.
 int cmd_later(const std::string& command);
 

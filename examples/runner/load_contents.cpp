@@ -79,6 +79,7 @@ void load_bodies(const Node& node, Scene& scene) {
     if (const auto value = item.find("heat_source")) body.desc.heat_source = value->number("W/m^3");
     if (const auto value = item.find("fixed")) body.desc.fixed = value->boolean();
     if (const auto value = item.find("carve")) body.desc.carve = value->boolean();
+    if (const auto value = item.find("growth")) body.desc.growth = value->small_integer();
     scene.bodies.push_back(body);
   }
 }

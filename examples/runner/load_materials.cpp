@@ -36,15 +36,19 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   if (const auto value = node.find("diffusivity")) desc.diffusivity = value->number("m^2/s");
   number("latent_heat", "J/kg", desc.latent_heat);
   number("stiffness", "0 to 1", desc.stiffness);
+  number("youngs_modulus", "Pa", desc.youngs_modulus);
   number("damping", "0 to 1", desc.damping);
   number("friction", "Coulomb coefficient", desc.friction);
   if (const auto value = node.find("K")) {
     if (node.find("diffusivity")) value->fail("K is another name of diffusivity; give one of the two");
     desc.diffusivity = value->number("m^2/s");
   }
+  if (const auto value = node.find("youngs_modulus"); value && node.find("stiffness"))
+    value->fail("youngs_modulus replaces stiffness; give one of the two");
   if (const auto value = node.find("melting_point")) desc.melting_point = melting_point(*value);
   if (const auto value = node.find("region_half_width")) desc.region_half_width = value->small_integer();
   if (const auto value = node.find("becomes")) material.becomes = value->text("the name of a material");
+  if (const auto value = node.find("freezes")) desc.freezes = value->boolean();
   return material;
 }
 

@@ -42,4 +42,12 @@ struct RunOptions {
   std::string resume_command;  ///< the command that continues this run, but for --out
 };
 
+/// `validate`: which cases, how, and where to write.
+struct ValidateOptions {
+  MachineOptions machine;
+  std::vector<std::string> filters;
+  bool long_cases = false, list = false;
+  std::string out;  ///< empty = nothing is written
+};
+
 }  // namespace runner

@@ -47,7 +47,7 @@ void Recorder::frame(Built& built, const RunState& state, double dt, double ms_p
   last_.time = state.time;
   last_.dt = dt;
   last_.totals = expect(built.world.totals());
-  last_.melted_fraction = share(last_.totals.melted, state.meltable);
+  last_.melted_fraction = share(net_melted(last_.totals.melted, last_.totals.frozen), state.meltable);
   last_.ms_per_step = ms_per_step;
   last_.courant = expect(built.world.ledger()).courant;
   stats_.row(stats_line(last_));

@@ -2,6 +2,7 @@
 // Everything a run writes while it runs, apart from run.json and the checkpoint.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -13,6 +14,11 @@
 #include "tables.hpp"
 
 namespace runner {
+
+/// What has melted and not frozen again; 0 when more froze than melted.
+inline std::uint64_t net_melted(std::uint64_t melted, std::uint64_t frozen) {
+  return melted > frozen ? melted - frozen : 0;
+}
 
 class Recorder {
  public:

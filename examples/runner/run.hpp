@@ -36,6 +36,7 @@ class Run {
   void choose_frame_dt();
   Batch next_batch();
   bool take(const Batch& batch);  ///< false: diverged
+  void warn_about_stiffness();
   void warn_about(const meltsim::StepResult& result);
   void check_melted();
   void show_progress(const meltsim::StepResult& result);

@@ -79,6 +79,13 @@ Json run_json(const Scene& scene, const Json& resolved_scene, const RunOptions& 
   json["deterministic"] = true;
   json["seed"] = 0;  // nothing in a run is random
   json["materials"] = built.materials;
+  json["stiffness"] = Json::object();
+  for (std::size_t i = 0; i < resolved.stiffness.size() && i < built.materials.size(); ++i) {
+    const meltsim::Stiffness& s = resolved.stiffness[i];
+    json["stiffness"][built.materials[i]] = {{"region_half_width", s.region_half_width},
+                                             {"stiffness", s.stiffness},
+                                             {"youngs_modulus", s.youngs_modulus}};
+  }
   json["heat"] = {{"stages", resolved.heat_stages}, {"efficiency", resolved.heat_efficiency}};
   json["plan"] = plan_json(plan);
   json["timings_ms"] = timings_json(plan);

@@ -34,12 +34,27 @@ void Run::warn_about(const meltsim::StepResult& result) {
   if (result.heat_bound_exceeded) {
     log_.warn("heat was exchanged faster than its stage bound allows; raise heat.max_stages or lower dt");
   }
+  if (result.modulus_unreachable) warn_about_stiffness();
   if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
   if (state_.next_frame <= 1 && result.max_density_ratio > squeezed) {
     log_.warn(
         fmt::format("liquid is squeezed to {:.3g} of its rest density in the first frame: shapes overlap or "
                     "touch at the start",
                     result.max_density_ratio));
+  }
+}
+
+/// Names each material that is softer than asked for.
+void Run::warn_about_stiffness() {
+  const std::vector<meltsim::Stiffness> delivered = built_.world.resolved().stiffness;
+  for (std::size_t i = 0; i < delivered.size(); ++i) {
+    const double asked = built_.world.material(built_.material_ids[i]).youngs_modulus,
+                 got = delivered[i].youngs_modulus;
+    if (got >= asked * (1 - 1e-6)) continue;
+    log_.warn(fmt::format(
+        "materials.{}: a youngs_modulus of {:.3g} Pa is out of reach at this step, bodies have {:.3g} "
+        "Pa; lower dt {:.2g} times",
+        built_.materials[i], asked, got, std::sqrt(asked / got)));
   }
 }
 
@@ -54,10 +69,10 @@ void Run::show_progress(const meltsim::StepResult& result) {
   progress_.steps = state_.steps;
   progress_.fluid = result.fluid;
   progress_.solid = result.solid;
-  progress_.melted =
-      state_.meltable == 0
-          ? 0
-          : std::min(1.0, static_cast<double>(result.melted) / static_cast<double>(state_.meltable));
+  progress_.melted = state_.meltable == 0
+                         ? 0
+                         : std::min(1.0, static_cast<double>(net_melted(result.melted, result.frozen)) /
+                                             static_cast<double>(state_.meltable));
   if (frame_steps_ > 0) progress_.ms_per_step = 1e3 * stepping_s_ / static_cast<double>(frame_steps_);
   progress_.real_time_ratio = simulated / waited;
   const double before = options_.steps ? 0 : start_time_ / progress_.end;

@@ -103,8 +103,10 @@ Json material_json(const SceneMaterial& material) {
   json["melting_point"] = echo_number(desc.melting_point);
   json["latent_heat"] = desc.latent_heat;
   if (!material.becomes.empty()) json["becomes"] = material.becomes;
+  if (desc.freezes) json["freezes"] = true;
   json["region_half_width"] = desc.region_half_width;
-  json["stiffness"] = desc.stiffness;
+  if (desc.youngs_modulus > 0) json["youngs_modulus"] = desc.youngs_modulus;
+  else json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
   json["friction"] = desc.friction;
   return json;
@@ -124,6 +126,7 @@ Json body_json(const SceneBody& body) {
   if (body.desc.heat_source != 0) json["heat_source"] = body.desc.heat_source;
   json["fixed"] = body.desc.fixed;
   json["carve"] = body.desc.carve;
+  if (body.desc.growth != 0) json["growth"] = body.desc.growth;
   return json;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a validation case is. A case builds Worlds through the public API, runs them, and reports rows (a number,
-// its reference, the target) and plots (ours against the reference). One file per subject: cases_<subject>.cpp.
+// What a validation case is. A case builds Worlds through the public API, runs them, and reports rows (a
+// number, its reference, the target) and plots (ours against the reference). One file per subject:
+// cases_<subject>.cpp.
 #pragma once
 
 #include <string>
@@ -20,13 +21,13 @@ struct Settings {
 
 /// One line of the table. `error` is what is compared: pass means error <= target.
 struct Row {
-  std::string quantity;   ///< what was measured, e.g. "temperature at the centre, Fo 0.1"
-  double value = 0;       ///< ours
-  double reference = 0;   ///< theirs
-  double error = 0;       ///< in the unit of the target
+  std::string quantity;  ///< what was measured, e.g. "temperature at the centre, Fo 0.1"
+  double value = 0;      ///< ours
+  double reference = 0;  ///< theirs
+  double error = 0;      ///< in the unit of the target
   double target = 0;
-  std::string unit;       ///< of error and target: "%", "dx", "C", "-"
-  std::string reason;     ///< why this target
+  std::string unit;    ///< of error and target: "%", "dx", "C", "-"
+  std::string reason;  ///< why this target
 };
 
 /// A curve of a plot; `reference` ones are drawn as points or dashed.
@@ -52,15 +53,15 @@ struct Report {
   void relative(const std::string& quantity, double value, double reference, double target_percent,
                 const std::string& reason);
   /// Adds a row with error = |value - reference| in `unit`.
-  void absolute(const std::string& quantity, double value, double reference, double target, const std::string& unit,
-                const std::string& reason);
+  void absolute(const std::string& quantity, double value, double reference, double target,
+                const std::string& unit, const std::string& reason);
 };
 
 struct Case {
-  const char* name;       ///< "heat.slab": what --filter matches
-  const char* what;       ///< one line
-  const char* source;     ///< where the reference comes from
-  bool is_long;           ///< minutes on a CPU: runs with --long only
+  const char* name;    ///< "heat.slab": what --filter matches
+  const char* what;    ///< one line
+  const char* source;  ///< where the reference comes from
+  bool is_long;        ///< minutes on a CPU: runs with --long only
   void (*run)(const Settings&, Report&);
 };
 

@@ -105,6 +105,10 @@ struct SolidDesc {
   SurfaceHeatDesc surface;
   double heat_source = 0;  ///< heat released in the body [W/m^3]; negative cools
   bool carve = true;       ///< remove liquid in the body's place; false = refuse the overlap
+  /// How far liquid may freeze onto the body: lattice steps around its shape (diagonal ones count as one), 0
+  /// or more. 0 = only where it once was solid. Needs a material that freezes. Every site costs memory like a
+  /// particle does; sites outside a bounded domain are left out, and growth does not cross a periodic face.
+  int growth = 0;
 };
 
 /// A part of space, fixed in it, that heats, cools or holds what is inside. Resolved to the spacing. Needs

@@ -43,9 +43,16 @@ struct MaterialDesc {
   bool freezes = false;
 
   int region_half_width = 2;  ///< w of lattice shape matching, 0..8; larger is stiffer (0 = free particles)
-  double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]
-  double damping = 0.1;       ///< share of non-rigid motion removed per region and step, [0, 1]
-  double friction = 0.3;      ///< Coulomb coefficient against bodies and walls, >= 0
+  double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]: the modulus then follows density and step
+  /// Young's modulus E [Pa], >= 0; 0 = `stiffness` holds. Above 0 it replaces `stiffness`: at every sub-step
+  /// alpha is what gives E for the length of that sub-step, and where alpha would exceed 1 regions are
+  /// widened, from region_half_width (then at least 1) up to 8. A change of width makes step() rebuild the
+  /// regions, which waits and allocates. What is out of reach at width 8, E > 24 density (spacing/dt)^2, gets
+  /// alpha 1: StepResult::modulus_unreachable says so, Resolved::stiffness what was delivered. Wide regions
+  /// are slow, the cost goes as (2w+1)^3: a shorter step is the cheaper way to a stiff body.
+  double youngs_modulus = 0;
+  double damping = 0.1;   ///< share of non-rigid motion removed per region and step, [0, 1]
+  double friction = 0.3;  ///< Coulomb coefficient against bodies and walls, >= 0
 };
 
 }  // namespace v0

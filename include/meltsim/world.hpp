@@ -28,9 +28,11 @@ struct StepResult {
   std::uint64_t halt_step = 0;
   bool courant_exceeded = false;     ///< something moved further than 0.4 H in one sub-step
   bool heat_bound_exceeded = false;  ///< heat exchange was faster than its stage bound; raise max_stages
+  bool modulus_unreachable = false;  ///< a body is softer than its youngs_modulus: dt is too long for it
   bool emitter_exhausted = false;    ///< an emitter reached max_particles
   std::uint64_t removed = 0;         ///< particles that left through open faces so far
-  std::uint64_t melted = 0;          ///< particles that melted so far
+  std::uint64_t melted = 0;          ///< particles that melted so far; one that froze again may do so again
+  std::uint64_t frozen = 0;          ///< particles that froze so far
   std::uint64_t fluid = 0;           ///< live liquid particles
   std::uint64_t solid = 0;           ///< live solid particles
 };
@@ -38,7 +40,7 @@ struct StepResult {
 /// Conserved quantities and extremes, in double. Zero points: potential at the origin of coordinates,
 /// thermal energy at each solid's melting point (liquids: 0 degrees Celsius).
 struct Totals {
-  std::uint64_t fluid = 0, solid = 0, bodies = 0, melted = 0;
+  std::uint64_t fluid = 0, solid = 0, bodies = 0, melted = 0, frozen = 0;
   double mass = 0;                                 ///< [kg]
   Vec3d momentum;                                  ///< [kg m/s]
   Vec3d angular_momentum;                          ///< about the origin [kg m^2/s]
@@ -76,7 +78,7 @@ struct ParticleData {
   std::vector<double> mass;             ///< [kg]
   std::vector<double> temperature;      ///< [degrees Celsius]
   std::vector<double> enthalpy;         ///< [J]
-  std::vector<double> liquid_fraction;  ///< 0 solid .. 1 liquid
+  std::vector<double> liquid_fraction;  ///< 0 solid .. 1 liquid: latent heat taken up
   std::vector<double> density;          ///< [kg/m^3]; of the last step; 0 before the first
   std::vector<double> pressure;         ///< [Pa]; likewise, 0 for solids
   std::vector<ParticleTag> tag;
@@ -99,13 +101,21 @@ struct PieceInfo {
 /// The lattice of all bodies, for inspection and tests: the paper's index arrays. Vertices are numbered from
 /// 1; 0 = empty.
 struct LatticeData {
-  std::vector<std::uint32_t> particle_id;  ///< per vertex
-  std::vector<std::uint8_t> live;          ///< per vertex
-  std::vector<Vec3i> coordinates;          ///< per vertex, on its body's lattice
-  std::vector<std::uint32_t> body;         ///< per vertex, index + 1
-  std::vector<std::uint32_t> arrayN;       ///< 27 per vertex, offsets (dx,dy,dz) with dx fastest
-  int region_half_width = 0;               ///< largest w in the World
-  std::vector<std::uint32_t> arrayR;       ///< (2w+1)^3 per vertex, same order
+  /// Per vertex: the particle it holds or held last; 0xffffffff where liquid may freeze and nothing did yet.
+  std::vector<std::uint32_t> particle_id;
+  std::vector<std::uint8_t> live;     ///< per vertex
+  std::vector<Vec3i> coordinates;     ///< per vertex, on its body's lattice
+  std::vector<std::uint32_t> body;    ///< per vertex, index + 1
+  std::vector<std::uint32_t> arrayN;  ///< 27 per vertex, offsets (dx,dy,dz) with dx fastest
+  int region_half_width = 0;          ///< largest w in the World
+  std::vector<std::uint32_t> arrayR;  ///< (2w+1)^3 per vertex, same order
+};
+
+/// How stiff bodies of a material are.
+struct Stiffness {
+  int region_half_width = 0;  ///< w in use
+  double stiffness = 0;       ///< alpha in use
+  double youngs_modulus = 0;  ///< what they deliver at that sub-step [Pa]; 0 while no sub-step is known
 };
 
 /// Values the World derived from "automatic".
@@ -121,6 +131,8 @@ struct Resolved {
   /// conductor: 1 for enthalpy; below 1 for paper, falling with the step (its energy drift shows in
   /// Totals::thermal).
   double heat_efficiency = 1;
+  /// Per material, in the order added: for the last sub-step taken, before the first for stable_dt if finite.
+  std::vector<Stiffness> stiffness;
   Vec3d origin;  ///< stored positions are relative to it [m]
 };
 
@@ -149,7 +161,9 @@ class MELTSIM_API World {
   Status prepare();
 
   /// Enqueues dt seconds, split into equal sub-steps that keep the Courant number. dt = 0 does nothing.
-  /// Does not wait and does not allocate. Errors: negative or non-finite dt; step_too_large; halted.
+  /// Does not wait and does not allocate, except where a youngs_modulus needs other regions at this length of
+  /// sub-step than at the last one. Errors: negative or non-finite dt; step_too_large; halted;
+  /// out_of_memory as in prepare().
   Status step(double dt);
 
   /// Waits for everything enqueued and reports it.

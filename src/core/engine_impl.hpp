@@ -167,8 +167,14 @@ class EngineImpl final : public Engine {
       s.volume[k] = static_cast<double>(position[i].w);
       s.tag[k] = tag[i];
     }
+    if (w_.f.vertex_of_id != nullptr) s.vertex_of_id = fetch(w_.f.vertex_of_id, n);
+    if (w_.f.vertex_id != nullptr) s.vertex_id = fetch(w_.f.vertex_id, w_.vertices);
     if (w_.f.vertex_state != nullptr) s.vertex_state = fetch(w_.f.vertex_state, w_.vertices);
     if (w_.f.vertex_piece != nullptr) s.vertex_piece = fetch(w_.f.vertex_piece, w_.vertices);
+    if (w_.f.vertex_grown != nullptr) {
+      const auto grown = fetch(w_.f.vertex_grown, w_.vertices);
+      s.vertex_grown.assign(grown.begin(), grown.end());
+    }
     if (w_.f.region_rotation != nullptr) {
       const auto q = fetch(w_.f.region_rotation, w_.vertices);
       s.region_rotation.resize(q.size());
@@ -176,10 +182,16 @@ class EngineImpl final : public Engine {
         s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
                                 static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
     }
+    if (w_.f.contact_slip != nullptr) {
+      const auto slip = fetch(w_.f.contact_slip, w_.vertices);
+      s.contact_slip.resize(slip.size());
+      for (std::size_t v = 0; v < slip.size(); ++v) s.contact_slip[v] = cast<double>(slip[v]);
+    }
     if (w_.f.status != nullptr) {
       WorldStatus status;
       ex_.download(&status, w_.f.status, sizeof status);
       s.melted = status.melted;
+      s.frozen = status.frozen;
       s.removed = static_cast<std::uint64_t>(status.removed);
       s.heat_in = status.heat_in;
     }
@@ -258,8 +270,8 @@ class EngineImpl final : public Engine {
     set(Owner::id, s.particle_capacity);
     set(Owner::group, n.groups + 1);
     set(Owner::group_rows, n.groups * n.rows);
-    set(Owner::vertex, l.vertex_id.size());
-    set(Owner::vertex_words, l.vertex_id.size() * words_for(l.max_half_width));
+    set(Owner::vertex, l.vertex_site.size());
+    set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
     set(Owner::site, l.site_vertex.size());
     set(Owner::body, l.bodies.size());
     set(Owner::material, c.materials.size());
@@ -359,7 +371,7 @@ class EngineImpl final : public Engine {
       }
     fill_grid(c);
     w_.max_groups = static_cast<std::uint32_t>(n.groups);
-    w_.vertices = static_cast<std::uint32_t>(l.vertex_id.size());
+    w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
     w_.region_words = words_for(l.max_half_width);
     largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;
     spacing_ = c.spacing;
@@ -436,7 +448,7 @@ class EngineImpl final : public Engine {
     put(w_.f.tag, s.tag);
     put(w_.f.id, id);
     put(w_.f.vertex_of_id, s.vertex_of_id);
-    put(w_.f.vertex_id, l.vertex_id);
+    put(w_.f.vertex_id, s.vertex_id);
     put(w_.f.vertex_site, l.vertex_site);
     put(w_.f.vertex_body, l.vertex_body);
     put(w_.f.vertex_state, s.vertex_state);
@@ -445,6 +457,12 @@ class EngineImpl final : public Engine {
     for (const Quat<double>& r : s.region_rotation)
       q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
     put(w_.f.region_rotation, q);
+    std::vector<T> grown;
+    for (const double g : s.vertex_grown) grown.push_back(static_cast<T>(g));
+    put(w_.f.vertex_grown, grown);
+    std::vector<Vec3<T>> slip;
+    for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
+    put(w_.f.contact_slip, slip);
     put(w_.f.site_vertex, l.site_vertex);
     put(w_.f.bodies, l.bodies);
     std::vector<Vec4<T>> points;
@@ -462,6 +480,7 @@ class EngineImpl final : public Engine {
     put(w_.f.body_heat, body_heat);
     WorldStatus status;
     status.melted = s.melted;
+    status.frozen = s.frozen;
     status.removed = static_cast<std::int64_t>(s.removed);
     status.heat_in = s.heat_in;
     status.particles = w_.particles;
@@ -482,6 +501,7 @@ class EngineImpl final : public Engine {
     r.melting_enthalpy = m.melting_enthalpy;
     r.latent_heat = m.latent_heat;
     r.shape_stiffness = static_cast<T>(m.shape_stiffness);
+    r.modulus_rate = static_cast<T>(m.modulus_rate);
     r.shape_damping = static_cast<T>(m.shape_damping);
     r.friction = static_cast<T>(m.friction);
     r.liquid = m.liquid;

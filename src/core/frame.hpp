@@ -172,10 +172,12 @@ struct WorldStatus {
   std::uint32_t courant_exceeded = 0;
   std::uint32_t groups = 0;                 ///< occupied cells of this step
   std::uint32_t died = 0;                   ///< vertices that melted in this step
+  std::uint32_t born = 0;                   ///< vertices that liquid froze onto in this step
   std::uint32_t labels_unsettled = 0;       ///< vertices the last search for pieces left undecided
-  std::uint32_t pieces_stale = 1;           ///< something melted since the last search ended
+  std::uint32_t pieces_stale = 1;           ///< something melted or froze since the last search ended
   std::uint32_t particles = 0;              ///< ids in use when this sub-step began
   std::uint64_t melted = 0;                 ///< since the scene was uploaded
+  std::uint64_t frozen = 0;                 ///< likewise
   std::int64_t removed = 0;                 ///< likewise
   double heat_in = 0;                       ///< likewise [J]
   LedgerSums sums;                          ///< of the last sub-step

@@ -69,6 +69,7 @@ enum Fact : std::uint32_t {
   fact_heat_boundary = 1u << 8,  ///< heat comes through surfaces or from sources, enthalpy model
   fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
   fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
+  fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
 };
 
 struct StageInfo {
@@ -106,6 +107,7 @@ constexpr bool consistent(std::uint32_t f) {
   const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
   return implies(~fact_particles & f, fact_particles) && implies(fact_mobile, fact_solid) &&
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
+         implies(fact_freeze, fact_melt) &&
          !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
          !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
          implies(fact_heat_boundary, fact_heat_enthalpy);
@@ -127,7 +129,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 2048u; ++facts)
+  for (std::uint32_t facts = 0; facts < 4096u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

@@ -115,12 +115,12 @@ Status WorldImpl::set_interval(const std::string& module, int n) {
 namespace {
 /// Switching a module off is saying that the scene does not need it: facts go, stages and channels follow.
 std::uint32_t facts_of_module(const std::string& module) {
-  if (module == "sph") return core::fact_fluid | core::fact_melt;
+  if (module == "sph") return core::fact_fluid | core::fact_melt | core::fact_freeze;
   if (module == "lsm") return core::fact_mobile | core::fact_contact;
   if (module == "thermal")
     return core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki |
            core::fact_heat_boundary;
-  if (module == "topology") return core::fact_melt;
+  if (module == "topology") return core::fact_melt | core::fact_freeze;
   return 0;
 }
 }  // namespace

@@ -22,17 +22,19 @@ struct SceneState {
   std::vector<double> enthalpy, mass, volume;  ///< volume: what position.w holds
   std::vector<std::uint32_t> tag, vertex_of_id;
   // per vertex
-  std::vector<std::uint32_t> vertex_state, vertex_piece;
+  std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
-  std::uint64_t melted = 0, removed = 0;  ///< before the last upload
-  double heat_in = 0;                     ///< likewise [J]
+  std::vector<Vec3d> contact_slip;
+  std::vector<double> vertex_grown;
+  std::uint64_t melted = 0, frozen = 0, removed = 0;  ///< before the last upload
+  double heat_in = 0;                                 ///< likewise [J]
 };
 
 /// Lattices as built; changes only when a body is added.
 struct SceneLattice {
-  std::vector<std::uint32_t> vertex_id, vertex_site, vertex_body;  ///< per vertex
-  std::vector<Vec3i> vertex_coordinates;                           ///< on the body's lattice
-  std::vector<std::uint32_t> site_vertex;                          ///< per site
+  std::vector<std::uint32_t> vertex_site, vertex_body;  ///< per vertex
+  std::vector<Vec3i> vertex_coordinates;                ///< on the body's lattice
+  std::vector<std::uint32_t> site_vertex;               ///< per site
   std::vector<BodyRow> bodies;
   int max_half_width = 0;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Snapshots: State channels in order of id, in double, little-endian, checksummed. Backend and precision
 // independent; what is stored is exact in the precision of the World that wrote it.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -13,7 +14,7 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-constexpr std::uint32_t format_version = 1;
+constexpr std::uint32_t format_version = 2;  // 2: vertices change their particles, contacts have slip
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -90,6 +91,16 @@ bool all_finite(const std::vector<Vec3d>& v) {
 
 }  // namespace
 
+/// What bodies' lattices are like as built, whatever melted or froze since.
+std::uint64_t WorldImpl::lattice_hash() const {
+  Hash h;
+  h.add(lattice_.vertex_site);
+  h.add(lattice_.vertex_body);
+  h.add(lattice_.vertex_coordinates);
+  for (const core::BodyRow& b : lattice_.bodies) h.add(&b, sizeof b);
+  return h.value();
+}
+
 Result<std::uint64_t> WorldImpl::state_hash() {
   fetch_state();
   Hash h;
@@ -99,13 +110,20 @@ Result<std::uint64_t> WorldImpl::state_hash() {
   h.add(state_.mass);
   h.add(state_.volume);
   h.add(state_.tag);
+  const bool freezing =
+      std::any_of(materials.begin(), materials.end(), [](const auto& m) { return m.freezes; });
   // A vertex marked as melted in the last step and one that melted before are the same state.
   for (std::size_t v = 0; v < state_.vertex_state.size(); ++v) {
     const std::uint32_t live = state_.vertex_state[v] == 1u ? 1u : 0u;
     h.add(&live, sizeof live);
     if (live == 0u) continue;
+    if (freezing) {
+      h.add(&state_.vertex_id[v], sizeof(std::uint32_t));
+      h.add(&state_.vertex_grown[v], sizeof(double));
+    }
     h.add(&state_.vertex_piece[v], sizeof(std::uint32_t));
     h.add(&state_.region_rotation[v], sizeof(Quat<double>));
+    h.add(&state_.contact_slip[v], sizeof(Vec3d));
   }
   return h.value();
 }
@@ -124,7 +142,10 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(sound_speed_);
   w.value(last_max_speed_);
   w.value(origin_);
+  w.value(lattice_hash());
+  w.value(state_.heat_in);
   w.value(state_.melted);
+  w.value(state_.frozen);
   w.value(state_.removed);
   std::vector<std::uint64_t> layers;
   for (const EmitterRecord& e : emitters_) layers.push_back(e.next_layer);
@@ -136,9 +157,12 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.volume);
   w.array(state_.tag);
   w.array(state_.vertex_of_id);
+  w.array(state_.vertex_id);
   w.array(state_.vertex_state);
   w.array(state_.vertex_piece);
   w.array(state_.region_rotation);
+  w.array(state_.vertex_grown);
+  w.array(state_.contact_slip);
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
@@ -160,33 +184,45 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
                  core::text("snapshot: format version ", version, ", this library reads ", format_version,
                             "; write it again with this version")};
   if (checksum != h.value()) return corrupt("checksum does not match: truncated or changed");
-  std::uint64_t material_count = 0, body_count = 0, new_steps = 0;
+  std::uint64_t material_count = 0, body_count = 0, new_steps = 0, lattice = 0;
   double spacing = 0, new_time = 0, sound = 0, speed = 0;
   Vec3d origin;
   core::SceneState s;
   std::vector<std::uint64_t> layers;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(origin) &&
-        r.value(s.melted) && r.value(s.removed) && r.array(layers) && r.array(s.position) &&
-        r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) && r.array(s.volume) &&
-        r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_state) && r.array(s.vertex_piece) &&
-        r.array(s.region_rotation)) ||
+        r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
+        r.value(s.removed) && r.array(layers) && r.array(s.position) && r.array(s.velocity) &&
+        r.array(s.enthalpy) && r.array(s.mass) && r.array(s.volume) && r.array(s.tag) &&
+        r.array(s.vertex_of_id) && r.array(s.vertex_id) && r.array(s.vertex_state) &&
+        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.vertex_grown) &&
+        r.array(s.contact_slip)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
-      s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_piece.size() != nv ||
-      s.region_rotation.size() != nv)
+      s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
+      s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv)
     return corrupt("arrays of different length");
-  if (!all_finite(s.position) || !all_finite(s.velocity))
-    return corrupt("a position or velocity is not finite");
+  if (!all_finite(s.position) || !all_finite(s.velocity) || !all_finite(s.contact_slip))
+    return corrupt("a position, velocity or slip is not finite");
   for (std::size_t i = 0; i < n; ++i) {
     if (!(s.mass[i] > 0) || !(s.volume[i] > 0) || !std::isfinite(s.enthalpy[i]))
       return corrupt("a mass, volume or enthalpy is not usable");
     if (material_of(s.tag[i]) >= materials.size() || body_of(s.tag[i]) > bodies_.size())
       return corrupt("a tag names a material or body this World does not have");
-    if (is_solid(s.tag[i]) && s.vertex_of_id[i] >= nv)
+    const std::uint32_t v = s.vertex_of_id[i];
+    if (v >= nv && v != core::none) return corrupt("a lattice vertex is out of range");
+    if (is_solid(s.tag[i]) && (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u))
       return corrupt("a solid particle has no lattice vertex");
+  }
+  for (std::size_t v = 0; v < nv; ++v) {
+    if (!(s.vertex_grown[v] > 0 && s.vertex_grown[v] <= 1)) return corrupt("a vertex has no usable volume");
+    const std::uint32_t i = s.vertex_id[v];
+    if (i >= n && (i != core::none || s.vertex_state[v] == 1u))
+      return corrupt("a lattice vertex has no particle");
+    if (s.vertex_state[v] == 1u && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
+      return corrupt("a lattice vertex names a particle that is not its own");
   }
   for (const std::uint32_t label : s.vertex_piece)
     if (label >= nv) return corrupt("a piece label is out of range");
@@ -197,11 +233,10 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   if (material_count != materials.size()) return mismatch("materials", materials.size(), material_count);
   if (body_count != bodies_.size()) return mismatch("bodies", bodies_.size(), body_count);
   if (layers.size() != emitters_.size()) return mismatch("emitters", emitters_.size(), layers.size());
-  if (nv != lattice_.vertex_id.size()) return mismatch("lattice vertices", lattice_.vertex_id.size(), nv);
-  for (std::size_t v = 0; v < nv; ++v)
-    if (lattice_.vertex_id[v] >= n || s.vertex_of_id[lattice_.vertex_id[v]] != v)
-      return core::invalid(
-          "snapshot: lattice vertices: numbered differently; build the World from the same scene first");
+  if (nv != lattice_.vertex_site.size()) return mismatch("lattice vertices", lattice_.vertex_site.size(), nv);
+  if (lattice != lattice_hash())
+    return core::invalid(
+        "snapshot: lattice vertices: numbered differently; build the World from the same scene first");
   if (spacing != desc.spacing)
     return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
                          " m; build the World from the same scene first");

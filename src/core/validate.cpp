@@ -170,6 +170,10 @@ Status validate(const MaterialDesc& m) {
     return invalid(p, "region_half_width: must be in 0..8, got ", m.region_half_width, "; 2 is the default");
   if (!(m.stiffness > 0 && m.stiffness <= 1))
     return invalid(p, "stiffness: must be in (0, 1], got ", m.stiffness, "; 1 is stiffest");
+  if (Status s = at_least(p + "youngs_modulus", m.youngs_modulus, 0, "Pa", "0 uses stiffness"); !s) return s;
+  if (m.youngs_modulus > 0 && m.region_half_width == 0)
+    return invalid(p, "region_half_width: loose particles (0) have no youngs_modulus, got ", m.youngs_modulus,
+                   " Pa; set region_half_width to 1 or more, or youngs_modulus to 0");
   if (Status s = within(p + "damping", m.damping, 0, 1, "", "0.1 is the default"); !s) return s;
   return at_least(p + "friction", m.friction, 0, "", "0.3 is the default");
 }

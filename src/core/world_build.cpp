@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/growth_sites.hpp"
 #include "core/lattice.hpp"
 #include "core/shape_limits.hpp"
 #include "core/text.hpp"
@@ -22,6 +23,8 @@ namespace {
 /// Particles closer than this share of the spacing occupy the same place.
 constexpr double same_place = 0.9;
 constexpr double most_points = 4e9;  // ids are 32 bits
+/// Sites of the box that a body may grow in: at some 400 bytes each, 50 GB.
+constexpr double most_growth_sites = 134217728.0;
 }  // namespace
 
 Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
@@ -194,7 +197,7 @@ void WorldImpl::drop_fluid(const std::vector<std::uint8_t>& drop) {
     state_.tag[to] = state_.tag[i];
     state_.vertex_of_id[to] = state_.vertex_of_id[i];
     if (state_.vertex_of_id[to] != none)
-      lattice_.vertex_id[state_.vertex_of_id[to]] = static_cast<std::uint32_t>(to);
+      state_.vertex_id[state_.vertex_of_id[to]] = static_cast<std::uint32_t>(to);
     ++to;
   }
   state_.position.resize(to);
@@ -236,6 +239,39 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   return added;
 }
 
+/// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
+/// out: what stands there may move or melt, so topology.freeze looks when the time comes.
+Status WorldImpl::place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
+                               std::vector<Vec3i>& free, core::SiteBox& box) const {
+  box = core::box_of(points);
+  const MaterialDesc& m = materials[s.material.index];
+  if (s.growth < 0)
+    return invalid(what, "growth: must be >= 0 lattice steps, got ", s.growth,
+                   "; 0 lets liquid freeze only where the body was solid before");
+  if (s.growth == 0) return {};
+  if (!m.freezes)
+    return invalid(what, "growth: ", s.growth, " steps of \"", m.name,
+                   "\", which does not freeze; set `freezes` on the material or growth to 0");
+  const double low[3] = {desc.domain.min.x, desc.domain.min.y, desc.domain.min.z};
+  const double high[3] = {desc.domain.max.x, desc.domain.max.y, desc.domain.max.z};
+  const Vec3d o = lattice_origin();
+  const double origin[3] = {o.x, o.y, o.z};
+  for (int a = 0; a < 3; ++a) {
+    std::int64_t lo = box.low[a] - s.growth, hi = box.high[a] + s.growth;
+    if (desc.domain.bounded) {  // sites whose centre lies inside
+      lo = std::max(lo, static_cast<std::int64_t>(std::ceil((low[a] - origin[a]) / desc.spacing - 0.5)));
+      hi = std::min(hi, static_cast<std::int64_t>(std::floor((high[a] - origin[a]) / desc.spacing - 0.5)));
+    }
+    box.low[a] = std::min(lo, box.low[a]);  // never less than the shape
+    box.high[a] = std::max(hi, box.high[a]);
+  }
+  if (box.sites() > most_growth_sites)
+    return invalid(what, "growth: ", s.growth, " steps make a box of ", box.sites(), " sites, more than ",
+                   most_growth_sites, "; grow less, or bound the domain");
+  free = core::growth_sites(points, s.growth, box);
+  return {};
+}
+
 Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
   const std::string what = "body \"" + name + "\": ";
@@ -258,6 +294,21 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
   if (Status st = place(s.shape, what.c_str(), points, positions); !st) return st.error();
+  std::vector<Vec3i> free;
+  core::SiteBox box;
+  if (Status st = place_growth(s, what, points, free, box); !st) return st.error();
+  // The body's box of sites, padded so that a region look-up never leaves it.
+  // A modulus may widen regions later.
+  const int pad = m.youngs_modulus > 0 ? physics::most_half_width : std::max(1, m.region_half_width);
+  const auto nx = static_cast<std::uint64_t>(box.extent(0) + 2 * pad),
+             ny = static_cast<std::uint64_t>(box.extent(1) + 2 * pad),
+             nz = static_cast<std::uint64_t>(box.extent(2) + 2 * pad);
+  const std::uint64_t base = lattice_.site_vertex.size();
+  if (double(base) + double(nx) * double(ny) * double(nz) >= double(none))
+    return Error{ErrorCode::capacity,
+                 core::text(what, "shape: its box of ", double(nx) * double(ny) * double(nz),
+                            " lattice sites is more than 32 bits can number together with the ", base,
+                            " of other bodies; use a larger spacing or smaller bodies")};
   fetch_state();
   const core::PointGrid solids = solids_grid();
   core::PointGrid own(desc.spacing);
@@ -285,17 +336,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     }
   if (any) drop_fluid(drop);
 
-  // The body's box of sites, padded so that a region look-up never leaves it.
-  const int pad = std::max(1, m.region_half_width);
-  Vec3i lo = points.front(), hi = points.front();
-  for (const Vec3i& p : points) {
-    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
-    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
-  }
-  const std::uint64_t nx = std::uint64_t(hi.x - lo.x + 1 + 2 * pad),
-                      ny = std::uint64_t(hi.y - lo.y + 1 + 2 * pad),
-                      nz = std::uint64_t(hi.z - lo.z + 1 + 2 * pad);
-  const std::uint64_t base = lattice_.site_vertex.size();
   core::BodyRow row;
   row.stride_y = static_cast<std::uint32_t>(nx);
   row.stride_z = static_cast<std::uint32_t>(nx * ny);
@@ -305,11 +345,11 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   BodyRecord record;
   record.desc = s;
   record.desc.name = name;
-  record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_id.size());
+  record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
   record.vertices = static_cast<std::uint32_t>(points.size());
   const auto site_of = [&](Vec3i p) {
-    return base + std::uint64_t(p.x - lo.x + pad) + std::uint64_t(p.y - lo.y + pad) * nx +
-           std::uint64_t(p.z - lo.z + pad) * nx * ny;
+    return base + std::uint64_t(p.x - box.low[0] + pad) + std::uint64_t(p.y - box.low[1] + pad) * nx +
+           std::uint64_t(p.z - box.low[2] + pad) * nx * ny;
   };
   for (std::size_t k = 0; k < points.size(); ++k)
     lattice_.site_vertex[site_of(points[k])] = record.first_vertex + static_cast<std::uint32_t>(k);
@@ -327,7 +367,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
     if (s.fixed) tag |= tag_fixed;
     const Vec3d x = positions[k] - origin_;
-    lattice_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
+    state_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
     lattice_.vertex_site.push_back(site);
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
     lattice_.vertex_coordinates.push_back(p);
@@ -336,6 +376,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.vertex_state.push_back(1u);
     state_.vertex_piece.push_back(none);
     state_.region_rotation.push_back({});
+    state_.vertex_grown.push_back(1.0);
+    state_.contact_slip.push_back({});
   }
   // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
   std::vector<std::uint32_t> stack;
@@ -357,6 +399,22 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
           }
     }
   }
+  // Free sites come after all that are occupied; each is the label of nothing but itself.
+  for (const Vec3i& p : free) {
+    const auto v = static_cast<std::uint32_t>(lattice_.vertex_site.size());
+    const std::uint64_t site = site_of(p);
+    lattice_.site_vertex[site] = v;
+    lattice_.vertex_site.push_back(static_cast<std::uint32_t>(site));
+    lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
+    lattice_.vertex_coordinates.push_back(p);
+    state_.vertex_id.push_back(none);
+    state_.vertex_state.push_back(0u);
+    state_.vertex_piece.push_back(v);
+    state_.region_rotation.push_back({});
+    state_.vertex_grown.push_back(1.0);
+    state_.contact_slip.push_back({});
+  }
+  solids_built_ += points.size();
   lattice_.bodies.push_back(row);
   lattice_.max_half_width = std::max(lattice_.max_half_width, m.region_half_width);
   bodies_.push_back(record);
@@ -573,6 +631,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     }
     if (!properties_.empty()) r.tables = &properties_[i];
     r.shape_stiffness = own.stiffness;
+    r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
     r.shape_damping = own.damping;
     r.friction = own.friction;
     rows.push_back(r);

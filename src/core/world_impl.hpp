@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/engine.hpp"
+#include "core/growth_sites.hpp"
 #include "core/point_grid.hpp"
 #include "meltsim/world.hpp"
 
@@ -86,20 +87,29 @@ class WorldImpl final : public Scheduler {
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void derive_limits();
+  int half_width_for(const BodyRecord& b, double dt) const;
+  Stiffness stiffness_of(const MaterialDesc& m, double dt) const;
+  bool regions_fit(double dt) const;
+  void fit_regions(double dt);
+  Status follow_modulus(double dt);
+  bool modulus_out_of_reach(double dt) const;
+  StepResult collect();
   double heat_efficiency(double dt) const;
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   Status place(const Shape& shape, const char* what, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions);
+  Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
+                      std::vector<Vec3i>& free, core::SiteBox& box) const;
   Status choose_origin(const std::vector<Vec3d>& positions, const char* what);
   void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
               std::uint32_t vertex);
   void drop_fluid(const std::vector<std::uint8_t>& drop);
   core::PointGrid solids_grid() const;
+  std::uint64_t lattice_hash() const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
-  StepResult last_result(const core::WorldStatus& s);
 
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
@@ -107,6 +117,7 @@ class WorldImpl final : public Scheduler {
   std::vector<HeatRegionDesc> heat_regions_;
   core::SceneState state_;
   core::SceneLattice lattice_;
+  std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of
   std::vector<Vec3d> emitter_points_;
   Vec3d origin_;
   bool origin_set_ = false;
@@ -118,8 +129,11 @@ class WorldImpl final : public Scheduler {
   double last_max_speed_ = 0;
   double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
-  double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
-  double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
+  double static_dt_ = infinity;       ///< largest sub-step [s] whatever moves
+  double substep_ = 0;                ///< the last one [s], 0 before the first
+  bool modulus_unreachable_ = false;  ///< since the last synchronize()
+  StepResult carried_;                ///< extremes seen by a synchronize() of the World's own
+  double heat_lambda_ = 0;            ///< bound of the heat operator's spectrum [1/s]
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   bool emitter_exhausted_ = false;

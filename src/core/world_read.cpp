@@ -70,6 +70,7 @@ Result<Totals> WorldImpl::totals() {
   t.bodies = pieces.size();
   t.melted = state_.melted;
   t.heat_in = state_.heat_in;
+  t.frozen = state_.frozen;
   if (heat_mass > 0) {
     t.temperature_mean /= heat_mass;
   } else {
@@ -103,7 +104,7 @@ Result<Ledger> WorldImpl::ledger() {
   }
   l.step = s.ledger_step;
   l.time = s.halted != 0 ? s.time : time;
-  l.solid = lattice_.vertex_id.size() - s.melted;
+  l.solid = solids_built_ + s.frozen - s.melted;
   l.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - l.solid;
   l.mass = s.sums.mass;
   l.momentum = s.sums.momentum;
@@ -137,7 +138,8 @@ Result<ParticleData> WorldImpl::particles() {
     d.mass.push_back(state_.mass[i]);
     d.temperature.push_back(physics::temperature_of(m, h));
     d.enthalpy.push_back(state_.enthalpy[i]);
-    d.liquid_fraction.push_back(is_solid(tag) ? (m.melts ? physics::liquid_fraction(m, h) : 0.0) : 1.0);
+    const bool both = m.plateau != 0u;  // it melts or freezes: its enthalpy says how far it is
+    d.liquid_fraction.push_back(both ? physics::liquid_fraction(m, h) : is_solid(tag) ? 0.0 : 1.0);
     const double phi = i < derived.density.size() ? derived.density[i] : 0;
     d.density.push_back(is_solid(tag) ? m.density : phi * state_.mass[i] / state_.volume[i]);
     d.pressure.push_back(is_solid(tag)                      ? 0
@@ -192,8 +194,8 @@ Result<std::vector<PieceInfo>> WorldImpl::pieces() {
   fetch_state();
   const auto rows = material_rows();
   std::map<std::uint32_t, std::vector<std::uint32_t>> members;  // label -> ids
-  for (std::size_t v = 0; v < lattice_.vertex_id.size(); ++v)
-    if (state_.vertex_state[v] == 1u) members[state_.vertex_piece[v]].push_back(lattice_.vertex_id[v]);
+  for (std::size_t v = 0; v < state_.vertex_id.size(); ++v)
+    if (state_.vertex_state[v] == 1u) members[state_.vertex_piece[v]].push_back(state_.vertex_id[v]);
   std::vector<Vec3d> liquid;
   for (std::size_t i = 0; i < state_.position.size(); ++i)
     if (is_fluid(state_.tag[i])) liquid.push_back(state_.position[i]);
@@ -240,10 +242,10 @@ namespace {
 core::LatticeMasks host_masks(const core::SceneState& state, const core::SceneLattice& lattice) {
   core::LatticeMasks m;
   m.region_words = core::words_for(lattice.max_half_width);
-  m.neighbour_mask.assign(lattice.vertex_id.size(), 0u);
-  m.region_mask.assign(lattice.vertex_id.size() * m.region_words, 0u);
+  m.neighbour_mask.assign(lattice.vertex_site.size(), 0u);
+  m.region_mask.assign(lattice.vertex_site.size() * m.region_words, 0u);
   core::Frame<float> w;
-  w.vertices = static_cast<std::uint32_t>(lattice.vertex_id.size());
+  w.vertices = static_cast<std::uint32_t>(lattice.vertex_site.size());
   w.region_words = m.region_words;
   // The bodies of a build read these and write the two masks.
   std::vector<std::uint32_t> vertex_state = state.vertex_state, site = lattice.vertex_site,
@@ -270,10 +272,10 @@ Result<LatticeData> WorldImpl::lattice() {
   engine->download(masks);
   if (masks.neighbour_mask.empty() || masks.region_mask.empty()) masks = host_masks(state_, lattice_);
   LatticeData d;
-  const std::size_t n = lattice_.vertex_id.size();
+  const std::size_t n = lattice_.vertex_site.size();
   const int w = lattice_.max_half_width, side = 2 * w + 1;
   d.region_half_width = w;
-  d.particle_id = lattice_.vertex_id;
+  d.particle_id = state_.vertex_id;
   d.coordinates = lattice_.vertex_coordinates;
   d.arrayN.assign(n * 27, 0);
   d.arrayR.assign(n * static_cast<std::size_t>(side) * side * side, 0);

@@ -11,6 +11,8 @@
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/phase_change.hpp"
+#include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 
 namespace meltsim {
@@ -81,7 +83,7 @@ std::string WorldImpl::heat_reason() const {
 
 std::uint32_t WorldImpl::facts() {
   std::uint32_t f = 0;
-  bool fluid = !emitters_.empty(), melts = false;
+  bool fluid = !emitters_.empty(), melts = false, freezing_body = false, supercooled = false;
   std::vector<std::uint8_t> live(bodies_.size(), 0);
   const auto rows = material_rows();
   const bool heat = heat_reason().empty();
@@ -94,16 +96,24 @@ std::uint32_t WorldImpl::facts() {
   for (std::size_t i = 0; i < state_.tag.size(); ++i) {
     const std::uint32_t tag = state_.tag[i];
     if (is_removed(tag)) continue;
-    if (is_fluid(tag)) fluid = true;
+    if (is_fluid(tag)) {
+      fluid = true;
+      supercooled =
+          supercooled || physics::freezes(rows[material_of(tag)], state_.enthalpy[i] / state_.mass[i]);
+    }
     meets(material_of(tag), is_fluid(tag));
     if (rows[material_of(tag)].melts != 0u) meets(rows[material_of(tag)].liquid, true);
     if (!is_solid(tag)) continue;
     live[body_of(tag) - 1] = 1;
     const auto& m = rows[material_of(tag)];
+    freezing_body = freezing_body || materials[material_of(tag)].freezes;
     if (m.melts != 0u && desc.heat.model != HeatModel::none &&
         (heat || physics::liquid_fraction(m, state_.enthalpy[i] / state_.mass[i]) >= 1.0))
       melts = true;
   }
+  // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
+  const bool freezes = freezing_body && desc.heat.model != HeatModel::none && (heat || supercooled);
+  melts = melts || freezes;
   int bodies = 0, mobile = 0;
   for (std::size_t b = 0; b < live.size(); ++b)
     if (live[b]) {
@@ -122,6 +132,7 @@ std::uint32_t WorldImpl::facts() {
   if (mobile > 0) f |= core::fact_mobile;
   if (mobile > 0 && (bodies > 1 || melts || apart)) f |= core::fact_contact;
   if (melts) f |= core::fact_melt;
+  if (freezes) f |= core::fact_freeze;
   if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
   if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
@@ -212,6 +223,8 @@ Status WorldImpl::prepare() {
   if ((setup.facts & core::fact_solid) == 0)
     setup.channels &= ~(std::uint64_t{1} << core::field_vertex_of_id);
   derive_limits();
+  fit_regions(substep_ > 0 ? substep_ : static_dt_);
+  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);
   const std::uint64_t capacity = state_.position.size() + planned_emission();
   if (capacity >= core::none)
     return Error{ErrorCode::capacity,
@@ -254,6 +267,70 @@ void WorldImpl::derive_limits() {
     fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
                                     (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
   heat_lambda_ += fastest;
+}
+
+/// What a material's modulus comes to at sub-steps of dt, infinite while none is known. A function of dt
+/// alone, not of history, so that a restored World goes on with the same bits.
+Stiffness WorldImpl::stiffness_of(const MaterialDesc& m, double dt) const {
+  Stiffness s;
+  s.region_half_width = m.region_half_width;
+  s.stiffness = m.stiffness;
+  if (!(dt > 0 && std::isfinite(dt))) return s;
+  const double rate = m.youngs_modulus / (m.density * desc.spacing * desc.spacing);
+  if (rate > 0) {
+    s.region_half_width =
+        physics::modulus_half_width(rate, m.region_half_width, physics::most_half_width, dt);
+    s.stiffness = std::min(1.0, physics::modulus_stiffness(rate, s.region_half_width, dt));
+  }
+  s.youngs_modulus = physics::shape_modulus(s.stiffness, s.region_half_width, m.density, desc.spacing, dt);
+  return s;
+}
+
+int WorldImpl::half_width_for(const BodyRecord& b, double dt) const {
+  const MaterialDesc& m = materials[b.desc.material.index];
+  return b.desc.fixed ? m.region_half_width : stiffness_of(m, dt).region_half_width;
+}
+
+/// Whether the regions are as wide as moduli ask for at sub-steps of dt.
+bool WorldImpl::regions_fit(double dt) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (lattice_.bodies[b].region_half_width != half_width_for(bodies_[b], dt)) return false;
+  return true;
+}
+
+void WorldImpl::fit_regions(double dt) {
+  lattice_.max_half_width = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const int w = half_width_for(bodies_[b], dt);
+    lattice_.bodies[b].region_half_width = w;
+    lattice_.max_half_width = std::max(lattice_.max_half_width, w);
+  }
+}
+
+bool WorldImpl::modulus_out_of_reach(double dt) const {
+  if ((facts_ & core::fact_mobile) == 0 || !(dt > 0)) return false;
+  for (const BodyRecord& b : bodies_) {
+    const MaterialDesc& m = materials[b.desc.material.index];
+    if (!b.desc.fixed && stiffness_of(m, dt).youngs_modulus < m.youngs_modulus * (1 - 1e-9)) return true;
+  }
+  return false;
+}
+
+/// Before sub-steps of dt: makes the regions as wide as moduli ask for at that length.
+Status WorldImpl::follow_modulus(double dt) {
+  if (dt == substep_) return {};
+  const bool fits = (facts_ & core::fact_mobile) == 0 || regions_fit(dt);
+  if (!fits && steps > 0) {  // what was enqueued must have gone well before it is sent anew
+    const StepResult r = synchronize();
+    if (r.halted)
+      return Error{ErrorCode::halted,
+                   "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+    carried_ = r;
+  }
+  substep_ = dt;
+  dirty_ = dirty_ || !fits;
+  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(dt);
+  return prepare();
 }
 
 double WorldImpl::stable_dt() const {
@@ -347,6 +424,7 @@ Status WorldImpl::step(double dt) {
   const int n = std::max(1, static_cast<int>(wanted));
   core::SubstepArguments a;
   a.dt = dt / n;
+  if (Status s = follow_modulus(a.dt); !s) return s;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
   const double start = time;
   for (int k = 0; k < n; ++k) {
@@ -394,6 +472,19 @@ std::string WorldImpl::halt_text(const core::WorldStatus& s) {
 }
 
 StepResult WorldImpl::synchronize() {
+  StepResult r = collect();
+  r.max_speed = std::max(r.max_speed, carried_.max_speed);
+  r.max_density_ratio = std::max(r.max_density_ratio, carried_.max_density_ratio);
+  r.courant_exceeded = r.courant_exceeded || carried_.courant_exceeded;
+  r.heat_bound_exceeded = r.heat_bound_exceeded || carried_.heat_bound_exceeded;
+  r.modulus_unreachable = modulus_unreachable_ || carried_.modulus_unreachable;
+  carried_ = {};
+  modulus_unreachable_ = modulus_out_of_reach(substep_);  // what it is until the sub-step changes
+  return r;
+}
+
+/// What the engine and the host know of the steps since the last call.
+StepResult WorldImpl::collect() {
   const core::WorldStatus s = engine->synchronize();
   StepResult r;
   r.steps = steps;
@@ -418,6 +509,7 @@ StepResult WorldImpl::synchronize() {
   last_max_speed_ = s.max_speed > 0 ? s.max_speed : last_max_speed_;
   if (dirty_) {  // nothing was stepped since the last change: the host knows
     r.melted = state_.melted;
+    r.frozen = state_.frozen;
     r.removed = state_.removed;
     for (const std::uint32_t tag : state_.tag) {
       r.fluid += is_fluid(tag) ? 1u : 0u;
@@ -426,8 +518,9 @@ StepResult WorldImpl::synchronize() {
     return r;
   }
   r.melted = s.melted;
+  r.frozen = s.frozen;
   r.removed = static_cast<std::uint64_t>(s.removed);
-  r.solid = lattice_.vertex_id.size() - s.melted;
+  r.solid = solids_built_ + s.frozen - s.melted;
   const std::uint64_t live = s.particles - r.removed;
   r.fluid = live - r.solid;
   // Everything has melted: from here on the plan needs no lattice, and its memory goes back.
@@ -459,6 +552,8 @@ Resolved WorldImpl::resolved() {
   r.sound_speed = (facts_ & core::fact_particles) != 0 ? sound_speed_ : 0;
   r.stable_dt = static_dt_;
   r.origin = origin_;
+  const double dt = substep_ > 0 ? substep_ : static_dt_;
+  for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m, dt));
   int supersteps = 0;
   double heat_dt = 0, bound = 0;
   if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, supersteps, heat_dt, bound);

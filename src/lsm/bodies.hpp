@@ -27,7 +27,8 @@ struct GatherBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     // Melted vertices, too: one may still be the label of its piece, and positions are taken relative to
-    // that.
+    // that. A vertex that never held a particle is no label.
+    if (w.f.vertex_id[v] == none) return;
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
     if (!moves(w, v)) {
       w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), T(0));
@@ -53,6 +54,12 @@ struct PiecesBody {
   }
 };
 
+/// How far a solid particle has slid along what it touches.
+template <class T>
+MELTSIM_HD Vec3<T> slip_of(const Frame<T>& w, std::uint64_t i) {
+  return w.f.contact_slip == nullptr ? Vec3<T>{} : w.f.contact_slip[w.f.vertex_of_id[w.f.id[i]]];
+}
+
 /// Gravity and the walls' contact on every solid particle.
 template <class T>
 struct LoadsBody {
@@ -60,6 +67,7 @@ struct LoadsBody {
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
     if (!is_solid(tag)) return;
+    w.f.slip_next[i] = Vec4<T>{};
     if ((tag & tag_fixed) != 0u) {
       w.f.acceleration[i] = Vec3<T>{};
       return;
@@ -72,11 +80,19 @@ struct LoadsBody {
                         w.c.walls.min.z + radius - x.z, x.z - (w.c.walls.max.z - radius)};
     const Vec3<T> normal[6] = {{T(1), 0, 0},  {T(-1), 0, 0}, {0, T(1), 0},
                                {0, T(-1), 0}, {0, 0, T(1)},  {0, 0, T(-1)}};
-    Vec3<T> force{};
-    for (int k = 0; k < 6; ++k)
-      if (((w.c.walls.faces >> k) & 1u) != 0u && depth[k] > T(0))
-        force += physics::contact_force(depth[k], normal[k], v - w.c.wall_velocity[k], w.f.mass[i], friction,
-                                        w.f.clock->dt);
+    const Vec3<T> slip = slip_of(w, i);
+    Vec3<T> force{}, slips{};
+    T touched = 0;
+    for (int k = 0; k < 6; ++k) {
+      if (((w.c.walls.faces >> k) & 1u) == 0u || !(depth[k] > T(0))) continue;
+      const physics::ContactResponse<T> r =
+          physics::contact_response(physics::body_contact<T>(), depth[k], normal[k], v - w.c.wall_velocity[k],
+                                    slip, w.f.mass[i], friction, w.f.clock->dt);
+      force += r.force;
+      slips += r.slip;
+      touched += T(1);
+    }
+    w.f.slip_next[i] = with_w(slips, touched);
     w.f.acceleration[i] = w.c.gravity + force * (T(1) / w.f.mass[i]);
   }
 };
@@ -92,7 +108,9 @@ struct ContactBody {
     const Vec3<T> v = xyz(w.f.velocity[i]);
     const Vec4<T> own = w.f.contact_normal[i];
     const T reach2 = T(2) * w.c.spacing * w.c.spacing;  // overlap and offset both below one spacing
-    Vec3<T> force{};
+    const Vec3<T> own_slip = slip_of(w, i);
+    Vec3<T> force{}, slips{};
+    T touched = 0;
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
       if (!(r2 < reach2) || !(r2 > T(0))) return;
       const std::uint32_t other = w.f.piece[j];
@@ -101,13 +119,21 @@ struct ContactBody {
       const physics::ContactGeometry<T> g =
           physics::contact_geometry(own, w.f.contact_normal[j], x_ij, r2, w.c.spacing);
       if (!(g.overlap > T(0)) || !(g.weight > T(0))) return;
-      const T m = (tag_j & tag_fixed) != 0u ? w.f.mass[i] : physics::reduced_mass(w.f.mass[i], w.f.mass[j]);
+      const bool held = (tag_j & tag_fixed) != 0u;
+      const T m = held ? w.f.mass[i] : physics::reduced_mass(w.f.mass[i], w.f.mass[j]);
+      const Vec3<T> slip = held ? own_slip : (own_slip - slip_of(w, j)) * T(0.5);
       const T friction =
           T(0.5) * (w.f.materials[material_of(tag)].friction + w.f.materials[material_of(tag_j)].friction);
-      force += physics::contact_force(g.overlap, g.normal, v - xyz(w.f.velocity[j]), m * g.weight, friction,
-                                      w.f.clock->dt);
+      const physics::ContactResponse<T> r =
+          physics::contact_response(physics::body_contact<T>(), g.overlap, g.normal, v - xyz(w.f.velocity[j]),
+                                    slip, m * g.weight, friction, w.f.clock->dt);
+      force += r.force;
+      slips += r.slip * g.weight;
+      touched += g.weight;
     });
     w.f.acceleration[i] += force * (T(1) / w.f.mass[i]);
+    const Vec4<T> walls = w.f.slip_next[i];
+    w.f.slip_next[i] = with_w(xyz(walls) + slips, walls.w + touched);
   }
 };
 
@@ -129,6 +155,14 @@ struct RegionsBody {
   }
 };
 
+/// alpha of a vertex: as given, or what its material's modulus asks for at this step.
+template <class T>
+MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::MaterialRow<T>& m) {
+  if (!(m.modulus_rate > T(0))) return m.shape_stiffness;
+  const int half_width = w.f.bodies[w.f.vertex_body[v]].region_half_width;
+  return minimum(physics::modulus_stiffness(m.modulus_rate, half_width, w.f.clock->dt), T(1));
+}
+
 /// Mean of what the regions of a vertex want of it.
 template <class T>
 struct GoalsBody {
@@ -148,7 +182,7 @@ struct GoalsBody {
       count += T(1);
     });
     const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];
-    w.f.shape_velocity[v] = physics::shape_velocity(m.shape_stiffness, m.shape_damping, w.f.clock->dt,
+    w.f.shape_velocity[v] = physics::shape_velocity(stiffness(w, v, m), m.shape_damping, w.f.clock->dt,
                                                     displacement * (T(1) / count), defect * (T(1) / count));
   }
 };

@@ -15,18 +15,25 @@ namespace sph {
 using core::Frame;
 using physics::MaterialRow;
 
+/// V_j [m^3]: of a solid particle the lattice's cell, less for a while after it froze. xj = position[j].
+template <class T>
+MELTSIM_HD T volume_of(const Frame<T>& w, std::uint64_t j, const Vec4<T>& xj) {
+  if (w.f.vertex_grown == nullptr || !is_solid(w.f.tag[j])) return xj.w;
+  return xj.w * w.f.vertex_grown[w.f.vertex_of_id[w.f.id[j]]];
+}
+
 /// Sum of V W over everything within H of i, and over its images in walls.
 template <class T>
 MELTSIM_HD T volume_fraction(const Frame<T>& w, std::uint64_t i) {
   T phi = 0;
   const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
-  spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+  spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
     T value = physics::kernel_value(w.c.kernel, std::sqrt(r2));
     if (walls.axes != 0u)
       physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
         value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
       });
-    phi += xj.w * value;
+    phi += volume_of(w, j, xj) * value;
   });
   return phi;
 }
@@ -106,7 +113,7 @@ struct ForcesBody {
                                                    dot(v_ij, x_ij), x_ij);
       } else {
         const T terms = vi.w + mi.tait_stiffness * w.f.solid_term[j];
-        const physics::CouplingPair<T> p{vol_i, xj.w, terms, mu, mi.density, x_ij, v_ij};
+        const physics::CouplingPair<T> p{vol_i, volume_of(w, j, xj), terms, mu, mi.density, x_ij, v_ij};
         force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
         if (r2 < w.c.leak_distance2)
           force += physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
@@ -115,7 +122,7 @@ struct ForcesBody {
         const T term_j = is_fluid(tag_j) ? vj.w : mi.tait_stiffness * w.f.solid_term[j];
         physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
           const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-          force += physics::pressure_force(vol_i, xj.w, vi.w, term_j, f, x);
+          force += physics::pressure_force(vol_i, volume_of(w, j, xj), vi.w, term_j, f, x);
         });
       }
     });
@@ -141,7 +148,7 @@ struct ReactionBody {
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const std::uint32_t tag = w.f.tag[k];
     if (!is_solid(tag)) return;  // fixed ones too: a host may want the load on an obstacle
-    const T vol_k = w.f.position[k].w, tau = w.f.solid_term[k];
+    const T vol_k = volume_of(w, k, w.f.position[k]), tau = w.f.solid_term[k];
     const Vec3<T> vk = xyz(w.f.velocity[k]);
     Vec3<T> force{};
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));

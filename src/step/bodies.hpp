@@ -172,6 +172,10 @@ struct IntegrateBody {
       const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
       w.f.region_rotation[vertex] = w.f.region_fit[vertex].rotation;
     }
+    if (w.f.slip_next != nullptr && w.f.contact_slip != nullptr && is_solid(tag)) {  // likewise
+      const Vec4<T> slip = w.f.slip_next[i];
+      w.f.contact_slip[w.f.vertex_of_id[w.f.id[i]]] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};
+    }
     const T operand = w.f.velocity[i].w;
     w.f.position[i] = with_w(x, w.f.position[i].w);
     w.f.velocity[i] = with_w(v, operand);

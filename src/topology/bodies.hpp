@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the phase change and of what it does to the lattice: arrayN, arrayR, SBP, pieces.
-// All but MeltBody return at once in a step in which nothing melted.
+// What follows the phase change returns at once in a step in which nothing melted or froze.
 #pragma once
 
 #include "core/lattice.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "spatial/neighbours.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -16,11 +17,223 @@ using core::none;
 
 inline constexpr std::uint32_t vertex_gone = 0, vertex_live = 1, vertex_died = 2;
 
-/// Number of vertices that melted.
+/// Number of vertices that melted, or froze.
 struct Count {
   std::uint32_t n = 0;
   MELTSIM_HD static Count combine(Count a, Count b) { return {a.n + b.n}; }
 };
+
+/// A free site next to something live.
+template <class T>
+struct Site {
+  Vec3<T> position{};  ///< p, stored coordinates [m]
+  std::uint32_t donor =
+      none;  ///< the face neighbour that hands on body, piece and rotation; none: no site now
+};
+
+/// Vertex at an offset from v if it is live, else none.
+template <class T>
+MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int dx, int dy,
+                                 int dz) {
+  const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], b, dx, dy, dz)];
+  return n != none && w.f.vertex_state[n] == vertex_live ? n : none;
+}
+
+/// Offset of face k = 0..5: -x, +x, -y, +y, -z, +z.
+MELTSIM_HD int face_step(int k, int axis) { return k / 2 == axis ? 2 * (k % 2) - 1 : 0; }
+
+/// p_n - x_n.
+template <class T>
+MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t n, const BodyRow& b, int dx, int dy,
+                                 int dz) {
+  const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
+  return b.fixed != 0u || w.f.region_rotation == nullptr ? q
+                                                         : physics::site_offset(w.f.region_rotation[n], q);
+}
+
+template <class T>
+MELTSIM_HD Vec3<T> vertex_place(const Frame<T>& w, std::uint32_t n) {
+  return xyz(w.f.position[w.f.slot_of_id[w.f.vertex_id[n]]]);
+}
+
+/// Clear of the faces along one axis; faces: bit 0 the low one, bit 1 the high one.
+template <class T>
+MELTSIM_HD bool clear_of(T x, T low, T high, T margin, std::uint32_t faces) {
+  return !((faces & 1u) != 0u && x < low + margin) && !((faces & 2u) != 0u && x > high - margin);
+}
+
+/// Where the live neighbours of a free vertex want it, if they agree and it lies in the domain.
+template <class T>
+MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  Site<T> s;
+  for (int k = 0; k < 6 && s.donor == none; ++k)
+    s.donor = live_at(w, v, b, face_step(k, 0), face_step(k, 1), face_step(k, 2));
+  if (s.donor == none) return s;
+  // Relative to the donor: a lattice may lie across a periodic face.
+  const Vec3<T> origin = vertex_place(w, s.donor);
+  Vec3<T> sum{};
+  T count = 0;
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
+        if (n == none) continue;
+        sum += spatial::separation(w.grid, vertex_place(w, n), origin) + wanted_offset(w, n, b, dx, dy, dz);
+        count += T(1);
+      }
+  const Vec3<T> mean = sum * (T(1) / count);
+  const T tolerance = T(physics::site_agreement) * w.c.spacing;
+  bool agreed = true;
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
+        if (n == none) continue;
+        const Vec3<T> off = spatial::separation(w.grid, vertex_place(w, n), origin) +
+                            wanted_offset(w, n, b, dx, dy, dz) - mean;
+        agreed = agreed && dot(off, off) <= tolerance * tolerance;
+      }
+  Vec3<T> x = origin + mean;
+  if (w.grid.periodic != 0u) {
+    x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
+    x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
+    x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
+  }
+  const std::uint32_t faces = w.c.walls.faces | w.c.open_faces;
+  const T margin = T(physics::site_margin) * w.c.spacing;
+  agreed = agreed && clear_of(x.x, w.c.domain_min.x, w.c.domain_max.x, margin, faces) &&
+           clear_of(x.y, w.c.domain_min.y, w.c.domain_max.y, margin, faces >> 2) &&
+           clear_of(x.z, w.c.domain_min.z, w.c.domain_max.z, margin, faces >> 4);
+  if (!agreed) s.donor = none;
+  s.position = x;
+  return s;
+}
+
+/// visit(j, r2) for every particle j among the neighbours of the live face neighbours of v, r2 from the site;
+/// some more than once. Their lists are those of this sub-step's sort, half a drift old.
+template <class T, class Visit>
+MELTSIM_HD void for_each_near_site(const Frame<T>& w, std::uint32_t v, const Site<T>& s, const Visit& visit) {
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  for (int k = 0; k < 6; ++k) {
+    const std::uint32_t n = live_at(w, v, b, face_step(k, 0), face_step(k, 1), face_step(k, 2));
+    if (n == none) continue;
+    const std::uint32_t from = w.f.slot_of_id[w.f.vertex_id[n]];
+    spatial::for_each_neighbour(w, from, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T) {
+      const Vec3<T> d = spatial::separation(w.grid, xyz(xj), s.position);
+      visit(j, dot(d, d));
+    });
+  }
+}
+
+/// Every free vertex picks the one particle that stands there, if that is liquid within reach that freezes
+/// into its body's material. Where there are two, neither is taken: the other would be pushed away like a
+/// splash.
+template <class T>
+struct PickBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    w.f.vertex_pick[i] = none;
+    if (w.f.vertex_state[i] != vertex_gone) return;
+    const auto v = static_cast<std::uint32_t>(i);
+    const Site<T> s = locate_site(w, v);
+    if (s.donor == none) return;
+    const std::uint32_t solid = material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]]);
+    const T clearance = T(physics::site_clearance) * w.c.spacing;
+    const T reach = T(physics::capture_radius) * w.c.spacing;
+    std::uint32_t slot = none;
+    T distance2 = 0;
+    bool crowded = false;
+    for_each_near_site(w, v, s, [&](std::uint32_t j, T r2) {
+      if (!(r2 < clearance * clearance) || is_removed(w.f.tag[j])) return;
+      crowded = crowded || (slot != none && slot != j);
+      slot = j;
+      distance2 = r2;
+    });
+    if (slot == none || crowded || !is_fluid(w.f.tag[slot]) || distance2 > reach * reach) return;
+    const physics::MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[slot])];
+    if (m.solid == solid && physics::freezes(m, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
+      w.f.vertex_pick[i] = w.f.id[slot];
+  }
+};
+
+/// A particle that several vertices want goes to the smallest of them.
+template <class T>
+struct ClaimBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    const std::uint32_t id = w.f.vertex_pick[v];
+    if (id != none) add.lower(&w.f.claim[id], static_cast<std::uint32_t>(v));
+  }
+};
+template <class T>
+struct YieldBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    const std::uint32_t id = w.f.vertex_pick[v];
+    if (id != none && w.f.claim[id] != static_cast<std::uint32_t>(v)) w.f.vertex_pick[v] = none;
+  }
+};
+
+template <class T>
+struct BornBody {
+  Frame<T> w;
+  MELTSIM_HD Count operator()(std::uint64_t v) const { return {w.f.vertex_pick[v] != none ? 1u : 0u}; }
+};
+
+/// The particle takes the site: it becomes part of the body, and stops if that is fixed. Each vertex writes
+/// to itself and to the particle that is its own by now; what it reads of others belongs to vertices that
+/// were live before. States change after all of them have joined.
+template <class T>
+struct JoinBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t id = w.f.vertex_pick[i];
+    if (w.f.status->born == 0u || id == none) return;
+    const auto v = static_cast<std::uint32_t>(i);
+    const Site<T> s = locate_site(w, v);
+    const std::uint32_t slot = w.f.slot_of_id[id];
+    const std::uint32_t donor_tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]];
+    const Vec3<T> velocity = (donor_tag & tag_fixed) != 0u ? Vec3<T>{} : xyz(w.f.velocity[slot]);
+    w.f.position[slot] = with_w(s.position, w.c.spacing * w.c.spacing * w.c.spacing);
+    w.f.velocity[slot] = with_w(velocity, T(0));
+    w.f.tag[slot] = donor_tag | tag_surface;
+    w.f.vertex_of_id[id] = v;
+    w.f.vertex_id[v] = id;
+    w.f.vertex_piece[v] = w.f.vertex_piece[s.donor];
+    if (w.f.region_rotation != nullptr) w.f.region_rotation[v] = w.f.region_rotation[s.donor];
+  }
+};
+template <class T>
+struct BirthBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (w.f.vertex_pick[v] != none) {
+      w.f.vertex_state[v] = vertex_live;
+      w.f.vertex_grown[v] = T(physics::newly_frozen_share);
+      if (w.f.contact_slip != nullptr) w.f.contact_slip[v] = {};  // not of whoever was there before
+    } else if (w.f.vertex_grown[v] < T(1)) {
+      w.f.vertex_grown[v] = physics::grown_share(w.f.vertex_grown[v], w.f.clock->dt * w.c.volume_rate);
+    }
+  }
+};
+
+/// Adds the step's count to the running one.
+template <class T>
+struct FrozenBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    w.f.status->frozen += w.f.status->born;
+    if (w.f.status->born != 0u) w.f.status->pieces_stale = 1u;
+  }
+};
+
+/// Whether liquid froze onto a vertex in this step.
+template <class T>
+MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
+  return w.f.vertex_pick != nullptr && w.f.vertex_pick[v] != none;
+}
 
 /// A surface particle that is all liquid leaves the lattice. Mass, momentum and enthalpy stay as they are:
 /// only the tag changes. Each vertex writes to its own particle and no other.
@@ -63,29 +276,32 @@ struct TallyBody {
   }
 };
 
-/// arrayN: drops melted direct neighbours; fewer than 27 makes an SBP. A melted vertex empties its own.
+/// Mask of the live direct neighbours, itself included; 0 of a vertex that is not live.
+template <class T>
+MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t v) {
+  std::uint32_t mask = 0, bit = 0;
+  if (w.f.vertex_state[v] != vertex_live) return mask;
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx, ++bit)
+        if (live_at(w, v, b, dx, dy, dz) != none) mask |= 1u << bit;
+  return mask;
+}
+
+/// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
+/// melted vertex empties its own.
 template <class T>
 struct NeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->died == 0u) return;
-    if (w.f.vertex_state[v] != vertex_live) {
-      w.f.neighbour_mask[v] = 0u;
-      return;
-    }
-    const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-    const std::uint32_t site = w.f.vertex_site[v];
-    const std::uint32_t old = w.f.neighbour_mask[v];
-    std::uint32_t mask = old, bit = 0;
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx, ++bit)
-          if (((old >> bit) & 1u) != 0u &&
-              w.f.vertex_state[w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]] != vertex_live)
-            mask &= ~(1u << bit);
-    if (mask == old) return;
+    if (w.f.status->died == 0u && w.f.status->born == 0u) return;
+    const std::uint32_t old = w.f.neighbour_mask[v],
+                        mask = direct_neighbours(w, static_cast<std::uint32_t>(v));
     w.f.neighbour_mask[v] = mask;
-    if (popcount(mask) < core::full_neighbours) w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]] |= tag_surface;
+    if (mask == 0u || mask == old) return;
+    std::uint32_t& tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]];
+    tag = popcount(mask) < core::full_neighbours ? tag | tag_surface : tag & ~tag_surface;
   }
 };
 
@@ -130,30 +346,42 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v) {
     mask[k] = k < static_cast<std::uint32_t>(Words) ? inside[k] : 0u;
 }
 
-/// Rebuilds the regions that lost a member, and only those: a vertex outside a region cannot have carried a
-/// path inside it.
+/// Rebuilds the regions that lost a member, and those of vertices with a birth within w: a vertex outside a
+/// region cannot have carried a path inside it, and a new path within a region leads over one that was born.
 template <class T, int Words>
 struct RegionsBody {
   Frame<T> w;
   bool all;  ///< build every region (when the scene is uploaded)
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    if (!all && w.f.status->died == 0u) return;
+    if (!all && w.f.status->died == 0u && w.f.status->born == 0u) return;
     const auto v = static_cast<std::uint32_t>(i);
     std::uint32_t* mask = w.f.region_mask + i * w.region_words;
     if (w.f.vertex_state[v] != vertex_live) {
       for (std::uint32_t k = 0; k < w.region_words; ++k) mask[k] = 0u;
       return;
     }
-    bool dirty = all;
-    if (!all)
+    bool dirty = all || (w.f.status->born != 0u && born_nearby(v));
+    if (!dirty)
       core::for_each_member(
           w, v, [&](std::uint32_t j, int, int, int) { dirty = dirty || w.f.vertex_state[j] == vertex_died; });
     if (dirty) fill_region<T, Words>(w, v);
   }
+  /// A birth within the box of half-width w.
+  MELTSIM_HD bool born_nearby(std::uint32_t v) const {
+    const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+    const int h = b.region_half_width;
+    for (int dz = -h; dz <= h; ++dz)
+      for (int dy = -h; dy <= h; ++dy)
+        for (int dx = -h; dx <= h; ++dx) {
+          const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], b, dx, dy, dz)];
+          if (n != none && was_born(w, n)) return true;
+        }
+    return false;
+  }
 };
 
 /// Working labels for the search for pieces: every vertex its own index. The search and all that follows is
-/// skipped while nothing has melted since the last one ended.
+/// skipped while nothing has melted or frozen since the last one ended.
 template <class T>
 struct LabelsBody {
   Frame<T> w;
@@ -229,7 +457,7 @@ struct AdoptBody {
   }
 };
 
-/// The search has ended: nothing to do until something melts.
+/// The search has ended: nothing to do until something melts or freezes.
 template <class T>
 struct SettledBody {
   Frame<T> w;
@@ -243,19 +471,7 @@ template <class T>
 struct BuildNeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    std::uint32_t mask = 0;
-    if (w.f.vertex_state[v] == vertex_live) {
-      const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-      const std::uint32_t site = w.f.vertex_site[v];
-      std::uint32_t bit = 0;
-      for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy)
-          for (int dx = -1; dx <= 1; ++dx, ++bit) {
-            const std::uint32_t n = w.f.site_vertex[core::site_at(site, b, dx, dy, dz)];
-            if (n != none && w.f.vertex_state[n] == vertex_live) mask |= 1u << bit;
-          }
-    }
-    w.f.neighbour_mask[v] = mask;
+    w.f.neighbour_mask[v] = direct_neighbours(w, static_cast<std::uint32_t>(v));
   }
 };
 

@@ -7,6 +7,19 @@ namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
+/// Before topology.melt: what freezes in a step is part of the lattice when the masks are brought up to date.
+template <class E, class T>
+void freeze(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, PickBody<T>{w});
+  ex.fill(w.particles, core::none, w.f.claim);
+  ex.accumulate(w.vertices, ClaimBody<T>{w});
+  ex.for_each(w.vertices, YieldBody<T>{w});
+  ex.reduce(w.vertices, BornBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->born));
+  ex.for_each(w.vertices, JoinBody<T>{w});
+  ex.for_each(w.vertices, BirthBody<T>{w});
+  ex.for_each(1, FrozenBody<T>{w});
+}
+
 template <class E, class T>
 void melt(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, MeltBody<T>{w});

@@ -8,6 +8,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
+MELTSIM_INSTANTIATE(core::CpuExec, freeze)
 MELTSIM_INSTANTIATE(core::CpuExec, melt)
 MELTSIM_INSTANTIATE(core::CpuExec, neighbours)
 MELTSIM_INSTANTIATE(core::CpuExec, regions)

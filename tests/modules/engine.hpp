@@ -34,14 +34,14 @@ struct Rig {
   void upload(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s,
               std::uint32_t facts) {
     core::EngineSetup setup;
-    setup.facts = facts;
+    setup.facts = facts_ = facts;
     setup.channels = core::channels_for(facts) | (std::uint64_t{1} << core::field_vertex_of_id) |
                      (std::uint64_t{1} << core::field_neighbour_mask);
     setup.particle_capacity = static_cast<std::uint32_t>(s.position.size());
     const Status status = engine->upload(c, l, s, setup);
     ASSERT_TRUE(status) << status.error().message;
   }
-  /// One sub-step of only these modules' stages.
+  /// One sub-step of only these stages, or of all that a module runs with the facts of the upload.
   void run(std::initializer_list<const char*> stages, double dt = 1) {
     core::SubstepArguments a;
     a.dt = dt;
@@ -50,7 +50,8 @@ struct Rig {
       bool found = false;
       for (int s = 0; s < core::stage_count; ++s) {
         const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
-        if (std::string(wanted) != info.name && std::string(wanted) != info.module) continue;
+        const bool of_module = std::string(wanted) == info.module && core::runs(info, facts_);
+        if (std::string(wanted) != info.name && !of_module) continue;
         a.stages |= std::uint64_t{1} << s;
         found = true;
       }
@@ -61,6 +62,7 @@ struct Rig {
 
  private:
   std::uint64_t steps_ = 0;
+  std::uint32_t facts_ = 0;
 };
 
 /// Constants with one liquid (0), one solid that melts into it at 0 degrees (1), a denser liquid (2).
@@ -105,8 +107,9 @@ inline std::uint32_t add_particle(core::SceneState& s, const core::SceneConstant
 }
 
 /// Appends a body of these lattice points, as World builds it.
+/// `free`: sites beyond the shape that liquid may freeze onto.
 void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConstants& c,
-              const std::vector<Vec3i>& points, int half_width);
+              const std::vector<Vec3i>& points, int half_width, const std::vector<Vec3i>& free = {});
 
 inline std::vector<Vec3i> block(int nx, int ny, int nz) {
   std::vector<Vec3i> p;
@@ -119,7 +122,7 @@ inline std::vector<Vec3i> block(int nx, int ny, int nz) {
 /// Vertex at a lattice point of v's body, `none` outside.
 inline std::uint32_t vertex_at(const core::SceneLattice& l, std::uint32_t v, Vec3i offset) {
   const Vec3i a = l.vertex_coordinates[v];
-  for (std::uint32_t u = 0; u < l.vertex_id.size(); ++u) {
+  for (std::uint32_t u = 0; u < l.vertex_site.size(); ++u) {
     const Vec3i b = l.vertex_coordinates[u];
     if (l.vertex_body[u] == l.vertex_body[v] && b.x == a.x + offset.x && b.y == a.y + offset.y &&
         b.z == a.z + offset.z)

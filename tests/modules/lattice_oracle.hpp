@@ -17,7 +17,7 @@ using Point = std::array<int, 3>;
 class LatticeOracle {
  public:
   LatticeOracle(const core::SceneLattice& l, const std::vector<std::uint32_t>& state) {
-    for (std::uint32_t v = 0; v < l.vertex_id.size(); ++v) {
+    for (std::uint32_t v = 0; v < l.vertex_site.size(); ++v) {
       const Vec3i p = l.vertex_coordinates[v];
       point_.push_back({p.x, p.y, p.z});
       body_.push_back(l.vertex_body[v]);

@@ -16,7 +16,7 @@ struct Bodies {
   core::SceneLattice lattice;
   core::SceneState state;
   void add(const std::vector<Vec3i>& points, int w) { add_body(lattice, state, constants, points, w); }
-  std::uint32_t vertices() const { return static_cast<std::uint32_t>(lattice.vertex_id.size()); }
+  std::uint32_t vertices() const { return static_cast<std::uint32_t>(lattice.vertex_site.size()); }
   int half_width(std::uint32_t v) const { return lattice.bodies[lattice.vertex_body[v]].region_half_width; }
 };
 

@@ -53,6 +53,46 @@ TEST(Contact, SpringAndDashpot) {
               1e-9);
 }
 
+// Static friction. A particle pressed on a plane and pushed along it by less than friction holds stops at the
+// spring's balance, force/(0.2 m/dt^2), and stays: no creep over 1e5 steps. Pushed by more it slides off with
+// what is left of the push, to rounding and the first steps.
+TEST(Contact, HoldsWhatFrictionCanHoldAndNothingMore) {
+  const Vec3<double> up{0, 0, 1};
+  const double press = 0.01 * 0.4 * mass / (dt * dt);  // normal force of an overlap of 1 cm
+  for (const double share : {0.5, 1.5}) {
+    const Vec3<double> push{share * friction * press, 0, 0};
+    Vec3<double> x{}, v{}, slip{};
+    for (int n = 0; n < (share < 1 ? 100000 : 100); ++n) {
+      x += v * (0.5 * dt);
+      const auto r = contact_response(body_contact<double>(), 0.01, up, v, slip, mass, friction, dt);
+      v += (push + Vec3<double>{r.force.x, r.force.y, 0}) * (dt / mass);
+      x += v * (0.5 * dt);
+      slip = r.slip;
+    }
+    if (share < 1) {
+      const double balance = push.x / (0.2 * mass / (dt * dt));
+      EXPECT_NEAR(x.x / balance, 1, 1e-9);
+      EXPECT_LT(length(v) * dt, 1e-9 * balance);
+    } else {
+      EXPECT_NEAR(v.x / (0.5 * friction * press / mass * 100 * dt), 1, 0.05);
+      EXPECT_LE(length(slip), friction * press / (0.2 * mass / (dt * dt)) * (1 + 1e-12));
+    }
+  }
+}
+
+// What one gets the other loses, bit for bit.
+TEST(Contact, ResponseIsOdd) {
+  Random random(63);
+  for (int n = 0; n < 1000; ++n) {
+    const Vec3<float> normal = cast<float>(unit(random.vector() + Vec3<double>{0, 0, 1e-3}));
+    const Vec3<float> v = cast<float>(random.vector()), slip = cast<float>(random.vector(1e-3));
+    const auto a = contact_response(body_contact<float>(), 0.01f, normal, v, slip, 8.0f, 0.3f, 1e-3f);
+    const auto b = contact_response(body_contact<float>(), 0.01f, -normal, -v, -slip, 8.0f, 0.3f, 1e-3f);
+    ASSERT_TRUE(a.force.x == -b.force.x && a.force.y == -b.force.y && a.force.z == -b.force.z);
+    ASSERT_TRUE(a.slip.x == -b.slip.x && a.slip.y == -b.slip.y && a.slip.z == -b.slip.z);
+  }
+}
+
 // Slow sliding is braked by tau m/dt, not by the full Coulomb force: 0.1 of the speed per step, no reversal.
 TEST(Contact, SlowSlidingIsDamped) {
   const Vec3<double> f =

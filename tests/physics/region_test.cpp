@@ -190,6 +190,43 @@ TEST(ResidualCorrection, LeavesNoMomentumAndNoSpin) {
   EXPECT_EQ(length(residual_correction(RigidResidual{}, Vec3<double>{1, 2, 3})), 0.0);
 }
 
+// A chain of means of means, applied to a long wave: B B u - u = -(w(w+1)/3) k^2 u up to (w k)^2. Written as
+// the filters are, sums over sites.
+TEST(Modulus, WaveSpeedEqualsTwoBoxFilters) {
+  for (int w = 1; w <= 8; ++w) {
+    const double k = 1e-3;  // 2 pi/k = 6283 sites: (w k)^2 < 1e-4
+    double once = 0;
+    for (int s = -w; s <= w; ++s) once += std::cos(k * s) / (2 * w + 1);
+    EXPECT_NEAR((1 - once * once) / (k * k) / region_wave_speed2(w), 1, 1e-4) << w;
+  }
+}
+
+// alpha that was chosen for E delivers E, at any step and width; a step twice as long needs four times alpha.
+TEST(Modulus, StiffnessDeliversIt) {
+  const double density = 917, spacing = 0.05, E = 3e7, rate = E / (density * spacing * spacing);
+  for (int w = 1; w <= 8; ++w)
+    for (const double dt : {1e-5, 1e-4, 3e-3}) {
+      const double alpha = modulus_stiffness(rate, w, dt);
+      EXPECT_NEAR(shape_modulus(alpha, w, density, spacing, dt) / E, 1, 1e-12);
+      EXPECT_NEAR(modulus_stiffness(rate, w, 2 * dt) / alpha, 4, 1e-12);
+    }
+}
+
+// The smallest width that reaches it, never below the material's own, never above the largest.
+TEST(Modulus, HalfWidthIsTheSmallestThatReaches) {
+  for (const double dt : {1e-4, 1e-3, 2e-3, 4e-3}) {
+    const double rate = 1.44e6;  // w(w+1)/3 >= 1.44 at 1 ms
+    const int w = modulus_half_width(rate, 1, 8, dt);
+    EXPECT_LE(modulus_stiffness(rate, w, dt), 1.0);
+    if (w > 1) {
+      EXPECT_GT(modulus_stiffness(rate, w - 1, dt), 1.0);
+    }
+  }
+  EXPECT_EQ(modulus_half_width(1.44e6, 1, 8, 1e-3), 2);
+  EXPECT_EQ(modulus_half_width(1.44e6, 5, 8, 1e-3), 5);
+  EXPECT_EQ(modulus_half_width(1.44e6, 1, 8, 1), 8);
+}
+
 TEST(ShapeVelocity, StiffnessOverStepAndDamping) {
   const Vec3<double> v = shape_velocity(0.5, 0.1, 0.01, Vec3<double>{0.02, 0, 0}, Vec3<double>{0, 3, 0});
   EXPECT_DOUBLE_EQ(v.x, 1.0);

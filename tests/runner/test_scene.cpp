@@ -59,6 +59,26 @@ TEST(Scene, LiquidsComeBeforeWhatBecomesThem) {
   EXPECT_EQ(scene.materials[1].becomes, "water");
 }
 
+TEST(Scene, FreezingIsReadAndWrittenBack) {
+  const std::string text = R"(meltsim: 1
+particles: {spacing: 0.1}
+materials:
+  ice: {melting_point: 0, becomes: water, freezes: true}
+  water: {}
+bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, growth: 3}]
+)";
+  const Scene scene = parse(text);
+  EXPECT_TRUE(scene.materials[1].desc.freezes);
+  EXPECT_FALSE(scene.materials[0].desc.freezes);
+  EXPECT_EQ(scene.bodies[0].desc.growth, 3);
+  meltsim::Resolved resolved;
+  resolved.support_radius = 0.25;
+  const Json json = scene_json(scene, resolved);
+  EXPECT_EQ(json["materials"]["ice"]["freezes"], true);
+  EXPECT_EQ(json["bodies"][0]["growth"], 3);
+  EXPECT_EQ(parse(json.dump()).bodies[0].desc.growth, 3);
+}
+
 TEST(Scene, JsonIsAScene) {
   const Scene scene = parse(R"({
 	"meltsim": 1, "particles": {"spacing": 0.1},

@@ -293,6 +293,21 @@ class WholeRuns(unittest.TestCase):
             "bodies: [{name: cube, shape: {mesh: cube.obj}, material: wood}]\n")
         self.assertIn('"cube": 64 particles', self.meltsim("check", "scenes/mesh.yaml", "--backend", "cpu").stdout)
 
+    def test_validate_lists_runs_and_writes(self):
+        listed = self.meltsim("validate", "--list").stdout
+        self.assertIn("solid.rigid_motion", listed)
+        said = self.meltsim("validate", "--filter", "solid.rigid_motion", "--backend", "cpu", "--out", "v").stdout
+        self.assertRegex(said, r"\[ 1/1\] solid.rigid_motion +[0-9.]+ s  pass\n")
+        self.assertIn("1 of 1 cases pass", said)
+        rows = table(self.path("v", "validation.csv"))
+        self.assertEqual({row["pass"] for row in rows}, {"1"})
+        written = json.loads(Path(self.path("v", "validation.json")).read_text())
+        self.assertTrue(written["finished"])
+        self.assertEqual(written["backend"]["name"], "cpu")
+        self.assertEqual([row["quantity"] for row in written["cases"][0]["rows"]], [row["quantity"] for row in rows])
+        refused = self.meltsim("validate", "--filter", "solid.rigid_motion", "--out", "v", code=5).stderr
+        self.assertIn("choose another --out", refused)
+
     def test_version_and_help(self):
         self.assertRegex(self.meltsim("--version").stdout, r"^meltsim \d+\.\d+\.\d+")
         self.assertIn("--resume", self.meltsim("run", "--help").stdout)

@@ -103,6 +103,13 @@ TEST(Errors, Materials) {
                "one of the two");
   expect_error(with([](MaterialDesc& m) { m.region_half_width = 9; }), "region_half_width");
   expect_error(with([](MaterialDesc& m) { m.stiffness = 0; }), "stiffness");
+  for (const double bad : {-1.0, nan, inf})
+    expect_error(with([&](MaterialDesc& m) { m.youngs_modulus = bad; }), "youngs_modulus");
+  expect_error(with([](MaterialDesc& m) {
+                 m.youngs_modulus = 1e6;
+                 m.region_half_width = 0;  // loose particles have none
+               }),
+               "region_half_width");
   expect_error(w->add_material({}), "exists");  // "water" again
 }
 

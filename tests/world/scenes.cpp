@@ -32,9 +32,10 @@ Scene ice_in_water(WorldDesc desc, const IceScene& s) {
   ice.conductivity = 2.2;
   ice.heat_capacity = 2100;
   ice.melting_point = 0;
-  ice.latent_heat = 3.34e5;
+  ice.latent_heat = s.latent_heat;
   ice.melts_into = scene.water;
   ice.region_half_width = s.region_half_width;
+  ice.freezes = s.freezes;
   scene.ice = *scene.world.add_material(ice);
   if (s.water) {
     FluidDesc fluid;
@@ -51,6 +52,8 @@ Scene ice_in_water(WorldDesc desc, const IceScene& s) {
     block.shape = Shape::box({low, s.block_floor, low}, {low + side, s.block_floor + side, low + side});
     block.material = scene.ice;
     block.temperature = s.ice_temperature;
+    block.growth = s.growth;
+    block.fixed = s.fixed;
     const auto added = scene.world.add_solid(block);
     EXPECT_TRUE(added) << added.error().message;
   }

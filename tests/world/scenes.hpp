@@ -32,6 +32,10 @@ struct IceScene {
   double block_floor = 1.2;
   bool water = true;
   int region_half_width = 2;
+  bool freezes = false;
+  int growth = 0;
+  bool fixed = false;
+  double latent_heat = 3.34e5;
 };
 
 struct Scene {

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+// Liquid that freezes onto bodies: what is kept, what grows where, and that it is all reproducible.
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+/// Very cold ice in barely warm water freezes a shell around itself. With the latent heat of water its cold
+/// would do for 31 particles, a third of a layer; 5e4 J/kg make that 150, after the water has cooled.
+IceScene cold_block() {
+  IceScene s;
+  s.freezes = true;
+  s.growth = 2;
+  s.latent_heat = 5e4;
+  s.ice_temperature = -200;
+  s.water_temperature = 1;
+  s.block_floor = 0.4;
+  s.depth = 1.2;
+  s.box = 2.2;
+  return s;
+}
+
+/// Steps until this many have frozen.
+void freeze(World& world, std::uint64_t wanted, int most = 400) {
+  for (int k = 0; k < most; ++k) {
+    require(world.step(0.005));
+    const StepResult r = world.synchronize();
+    ASSERT_FALSE(r.halted) << r.halt_reason;
+    if (r.frozen >= wanted) return;
+  }
+  FAIL() << "only " << world.synchronize().frozen << " froze";
+}
+
+std::uint64_t bytes(const Plan& p, const std::string& channel) {
+  for (const ChannelReport& c : p.channels)
+    if (c.name == channel) return c.bytes;
+  ADD_FAILURE() << "no channel " << channel;
+  return 0;
+}
+
+const StageReport& stage(const Plan& p, const std::string& name) {
+  return *std::find_if(p.stages.begin(), p.stages.end(),
+                       [&](const StageReport& s) { return s.name == name; });
+}
+
+TEST(Freezing, TheShellIsWhatTheHeatBalanceSays) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.precision = Precision::double_precision;
+  IceScene scene = cold_block();
+  scene.fixed = true;
+  Scene s = ice_in_water(d, scene);
+  const Totals before = *s.world.totals();
+  const double ice = 27 * 917 * 0.008, water = before.mass - ice;
+  for (int k = 0; k < 500; ++k) require(s.world.step(0.005));
+  const StepResult r = s.world.synchronize();
+  const Totals after = *s.world.totals();
+  ASSERT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_GT(r.frozen, 8u);
+  EXPECT_EQ(r.solid, 27 + r.frozen - r.melted);
+  EXPECT_EQ(r.solid, after.solid);
+  EXPECT_EQ(r.fluid, after.fluid);
+  EXPECT_EQ(after.mass, before.mass);
+  EXPECT_NEAR(after.thermal / before.thermal, 1.0, 1e-12);  // the ledger in double
+  // What the ice took up beyond warming itself is what the water gave: its degree, then latent heat. Counted
+  // by liquid fractions: heat reaches the second layer before the first has frozen through.
+  const auto p = *s.world.particles();
+  double frozen = 0, left = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    frozen += (1 - p.liquid_fraction[i]) * p.mass[i];
+    left += p.mass[i] * (p.temperature[i] < 0 ? 2100 * p.temperature[i] : 4186 * p.temperature[i]);
+  }
+  const double balance = ice + (ice * 2100 * 200 - water * 4186 * 1 + left) / 5e4;
+  EXPECT_NEAR(frozen, balance, 8.0);  // one particle of water
+}
+
+// First the cold block freezes a shell, then the bath melts all of it: nothing is left of the lattice, and
+// every particle has the mass it had.
+TEST(Freezing, WhatFrozeMeltsAgainAndMassAndHeatAreAsBefore) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    WorldDesc d = describe();
+    d.precision = precision;
+    IceScene scene = cold_block();
+    scene.water_temperature = 30;  // the ice takes 9e7 J, the water holds 7e8
+    Scene s = ice_in_water(d, scene);
+    const auto before = *s.world.particles();
+    const Totals start = *s.world.totals();
+    melt(s.world, 0.005, 12);
+    const StepResult r = s.world.synchronize();
+    EXPECT_GT(r.frozen, 4u);
+    EXPECT_EQ(r.solid, 0u);
+    EXPECT_EQ(r.melted, 27 + r.frozen);
+    const auto after = *s.world.particles();
+    ASSERT_EQ(before.id, after.id);
+    EXPECT_EQ(before.mass, after.mass);  // bit for bit
+    const Totals end = *s.world.totals();
+    EXPECT_NEAR(end.thermal / start.thermal, 1.0, precision == Precision::single_precision ? 1e-6 : 1e-12);
+    // Nothing solid, nothing to freeze on: the plan knows.
+    const Plan p = s.world.plan();
+    EXPECT_FALSE(stage(p, "topology.freeze").runs);
+    EXPECT_EQ(bytes(p, "vertex_pick"), 0u);
+    require(s.world.step(0.005));
+    EXPECT_EQ(s.world.synchronize().frozen, r.frozen);
+  }
+}
+
+TEST(Freezing, MomentumOfBodyAndLiquidIsConstant) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.gravity = {0, 0, 0};
+  d.sound_speed = 20;
+  d.heat.time_scale = 1e6;
+  auto world = World::create(d);
+  ASSERT_TRUE(world);
+  const auto water = *world->add_material({});
+  MaterialDesc ice;
+  ice.name = "ice";
+  ice.density = 917;
+  ice.melting_point = 0;
+  ice.latent_heat = 5e4;
+  ice.melts_into = water;
+  ice.freezes = true;
+  const auto m = *world->add_material(ice);
+  FluidDesc f;
+  f.shape = Shape::box({-0.4, -0.4, -0.4}, {1.2, 1.0, 1.0});
+  f.material = water;
+  f.temperature = 0.5;
+  f.velocity = {0.2, 0, 0.1};
+  require(world->add_fluid(f));
+  SolidDesc b;
+  b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+  b.material = m;
+  b.temperature = -250;
+  b.velocity = {-0.2, 0.1, 0};
+  b.angular_velocity = {0, 0, 0.5};
+  b.growth = 2;
+  require(world->add_solid(b));
+  const Totals before = *world->totals();
+  double scale = 0;  // the sum of |m v|, against which rounding is measured
+  const auto p = *world->particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i) scale += p.mass[i] * length(p.velocity[i]);
+  for (int k = 0; k < 400; ++k) require(world->step(0.0025));
+  const StepResult r = world->synchronize();
+  ASSERT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_GT(r.frozen, 20u);
+  const Totals after = *world->totals();
+  // Joining a body changes no velocity; what is left is the rounding of 400 velocity sums in float.
+  EXPECT_LT(length(after.momentum - before.momentum) / scale, 1e-6);
+  EXPECT_EQ(after.mass, before.mass);
+}
+
+TEST(Freezing, BitsDoNotDependOnTheNumberOfThreads) {
+  MELTSIM_NEEDS_BACKEND();
+  std::set<std::uint64_t> hashes;
+  for (const int threads : {1, 2, 3}) {
+    WorldDesc d = describe();
+    d.threads = threads;
+    IceScene scene = cold_block();
+    scene.box = 3;
+    scene.depth = 2.2;
+    scene.growth = 8;  // above 2048 particles and vertices loops are shared out
+    Scene s = ice_in_water(d, scene);
+    ASSERT_GT(s.world.lattice()->live.size(), 2048u);
+    for (int k = 0; k < 60; ++k) require(s.world.step(0.005));
+    EXPECT_GT(s.world.synchronize().frozen, 8u);
+    hashes.insert(*s.world.state_hash());
+  }
+  EXPECT_EQ(hashes.size(), 1u);
+}
+
+TEST(Freezing, RestoreAndContinueEqualsUninterrupted) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene a = ice_in_water(describe(), cold_block());
+  ASSERT_NO_FATAL_FAILURE(freeze(a.world, 4));
+  const auto snapshot = *a.world.snapshot();
+  const std::uint64_t frozen = a.world.synchronize().frozen;
+  Scene b = ice_in_water(describe(), cold_block());
+  require(b.world.restore(snapshot.data(), snapshot.size()));
+  EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
+  EXPECT_EQ(b.world.synchronize().frozen, frozen);
+  for (int k = 0; k < 60; ++k) {
+    require(a.world.step(0.005));
+    require(b.world.step(0.005));
+  }
+  EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
+  EXPECT_GT(a.world.synchronize().frozen, frozen);
+  EXPECT_EQ(a.world.synchronize().frozen, b.world.synchronize().frozen);
+  // The format before vertices could change their particles is refused by its number.
+  auto old = snapshot;
+  old[8] = 1;
+  const Status s = b.world.restore(old.data(), old.size());
+  ASSERT_FALSE(s);
+  EXPECT_NE(s.error().message.find("format version 1"), std::string::npos) << s.error().message;
+}
+
+TEST(Freezing, AFixedBodyGrowsOnItsLattice) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene = cold_block();
+  scene.fixed = true;
+  scene.block_floor = 0;  // the floor cuts the sites below off
+  Scene s = ice_in_water(describe(), scene);
+  const LatticeData built = *s.world.lattice();
+  EXPECT_EQ(built.live.size(), 7u * 7u * 5u);
+  EXPECT_EQ(std::count(built.live.begin(), built.live.end(), 1), 27);
+  ASSERT_NO_FATAL_FAILURE(freeze(s.world, 12));
+  const LatticeData now = *s.world.lattice();
+  const auto p = *s.world.particles();
+  std::uint64_t grown = 0;
+  for (std::size_t v = 0; v < now.live.size(); ++v) {
+    if (!now.live[v]) continue;
+    const std::uint32_t i = now.particle_id[v];
+    grown += v >= 27 ? 1 : 0;
+    const Vec3d site{(now.coordinates[v].x + 0.5) * 0.2, (now.coordinates[v].y + 0.5) * 0.2,
+                     (now.coordinates[v].z + 0.5) * 0.2};
+    EXPECT_LT(length(p.position[i] - site), 1e-5);
+    EXPECT_EQ(length(p.velocity[i]), 0.0);
+    EXPECT_EQ(p.tag[i] & (tag_solid | tag_fixed), tag_solid | tag_fixed);
+    EXPECT_EQ(body_of(p.tag[i]), 1u);
+    EXPECT_EQ(material_of(p.tag[i]), s.ice.index);
+  }
+  EXPECT_GE(grown, 12u);
+  EXPECT_EQ(s.world.pieces()->size(), 1u);
+  EXPECT_EQ(s.world.pieces()->front().particles, 27 + grown);
+}
+
+// Liquid may not be thrown about by what freezes beside it. A body put into liquid makes 1.10 of the rest
+// density in its first steps; freezing makes 1.09 later, and 1.17 if a new solid particle presses with all of
+// its volume.
+TEST(Freezing, DoesNotSplash) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene = cold_block();
+  scene.fixed = true;
+  Scene s = ice_in_water(describe(), scene);
+  for (int k = 0; k < 3; ++k) require(s.world.step(0.005));
+  s.world.synchronize();
+  double densest = 0;
+  for (int k = 0; k < 300; ++k) {
+    require(s.world.step(0.005));
+    densest = std::max(densest, s.world.synchronize().max_density_ratio);
+  }
+  EXPECT_GT(s.world.synchronize().frozen, 80u);
+  EXPECT_LT(densest, 1.13);
+}
+
+// A body without growth takes back what melted off it, and no more than that.
+TEST(Freezing, WithoutGrowthOnlyFormerSitesFill) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene = cold_block();
+  scene.growth = 0;
+  Scene s = ice_in_water(describe(), scene);
+  for (int k = 0; k < 100; ++k) require(s.world.step(0.005));
+  EXPECT_EQ(s.world.synchronize().frozen, 0u);
+  EXPECT_TRUE(stage(s.world.plan(), "topology.freeze").runs);
+}
+
+TEST(Freezing, ThePapersHeatFreezesToo) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.heat.model = HeatModel::paper;
+  IceScene scene = cold_block();
+  scene.ice_temperature = -60;
+  Scene s = ice_in_water(d, scene);
+  ASSERT_NO_FATAL_FAILURE(freeze(s.world, 20));
+}
+
+// Water as cold as the ice, with the solid's enthalpy: no heat flows, and yet it freezes, layer by layer.
+TEST(Freezing, SupercooledLiquidOfOneTemperatureFreezesWithoutHeat) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene = cold_block();
+  scene.ice_temperature = scene.water_temperature = -5;
+  Scene s = ice_in_water(describe(), scene);
+  EXPECT_FALSE(stage(s.world.plan(), "thermal.exchange").runs);
+  const double thermal = s.world.totals()->thermal;
+  ASSERT_NO_FATAL_FAILURE(freeze(s.world, 20));
+  EXPECT_EQ(s.world.totals()->thermal, thermal);
+}
+
+TEST(Freezing, AWorldInWhichNothingFreezesHasNoneOfIt) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene plain = ice_in_water(describe());
+  const Plan without = plain.world.plan();
+  EXPECT_FALSE(stage(without, "topology.freeze").runs);
+  EXPECT_EQ(stage(without, "topology.freeze").reason,
+            "no body that its liquid can freeze onto, or heat is off");
+  for (const char* c : {"claim", "vertex_pick", "vertex_grown"}) EXPECT_EQ(bytes(without, c), 0u) << c;
+  Scene s = ice_in_water(describe(), cold_block());
+  const Plan with = s.world.plan();
+  EXPECT_TRUE(stage(with, "topology.freeze").runs);
+  for (const char* c : {"claim", "vertex_pick", "vertex_grown"}) EXPECT_GT(bytes(with, c), 0u) << c;
+  require(s.world.scheduler().enable("topology", false));
+  EXPECT_FALSE(stage(s.world.plan(), "topology.freeze").runs);
+}
+
+TEST(Freezing, GrowthThatCannotBeIsRefusedByName) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene;
+  scene.block = 0;
+  Scene s = ice_in_water(describe(), scene);
+  SolidDesc b;
+  b.material = s.ice;  // does not freeze
+  b.shape = Shape::box({0.8, 1.2, 0.8}, {1.2, 1.6, 1.2});
+  const auto refused = [&](World& w, const char* what) {
+    const auto r = w.add_solid(b);
+    ASSERT_FALSE(r);
+    EXPECT_NE(r.error().message.find(what), std::string::npos) << r.error().message;
+  };
+  b.growth = -1;
+  refused(s.world, "growth: must be >= 0");
+  b.growth = 2;
+  refused(s.world, "which does not freeze");
+  WorldDesc d = describe();  // unbounded: nothing cuts the box off
+  World open = *World::create(d);
+  MaterialDesc ice;
+  ice.name = "ice";
+  ice.melting_point = 0;
+  ice.melts_into = *open.add_material({});
+  ice.freezes = true;
+  b.material = *open.add_material(ice);
+  for (const int growth : {400, 2000000000}) {
+    b.growth = growth;
+    refused(open, "grow less, or bound the domain");
+  }
+  EXPECT_EQ(open.totals()->solid, 0u);
+}
+
+}  // namespace
+}  // namespace meltsim_test
