@@ -14,12 +14,12 @@
 //
 // Deviation from the paper: it writes nabla^2 W; the true second derivative of the usual kernels changes
 // sign and makes every heat scheme unstable, so L stands wherever the paper has nabla^2 W.
-// Lattice correction: each of the three is divided by its discrete gain on the cubic lattice of spacing dx, so
-// that a lattice reads exactly the rest density (W), the gradient of a linear field (grad W) and the Laplacian
-// of a quadratic one (L). At H = 2.5 dx the gains are 1.013, 0.979 and 0.970; `uncorrected_kernel` leaves them
-// out. The corrected grad W is then 1.035 times the gradient of the corrected W: forces are that much times
-// minus the gradient of sum V e(phi), which is as conservative, and P is the pressure that the liquid exerts
-// (with one common correction a tank at rest reads 3 % above rho g h; at H = 1.5 dx, twice).
+// Lattice correction: each of the three is divided by its discrete gain on the cubic lattice of spacing dx,
+// so that a lattice reads exactly the rest density (W), the gradient of a linear field (grad W) and the
+// Laplacian of a quadratic one (L). At H = 2.5 dx the gains are 1.013, 0.979 and 0.970; `uncorrected_kernel`
+// leaves them out. The corrected grad W is then 1.035 times the gradient of the corrected W: forces are that
+// much times minus the gradient of sum V e(phi), which is as conservative, and P is the pressure that the
+// liquid exerts (with one common correction a tank at rest reads 3 % above rho g h; at H = 1.5 dx, twice).
 #pragma once
 
 #include "meltsim/physics/math.hpp"
