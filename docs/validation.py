@@ -4,7 +4,8 @@
 
   docs/validation.py [--out docs] [LABEL=]DIR_OR_JSON ...
 
-One error column per record, in the order given; LABEL names the column (default: device and precision). Figures show
+One error column per label, in the order given (default label: device and precision); records of one label are parts
+of one run, joined by case. Figures show
 the first record that has them. Needs matplotlib. A developer runs this by hand; no build does.
 """
 import argparse
@@ -197,7 +198,13 @@ def main():
     parser.add_argument("records", nargs="+", metavar="[LABEL=]DIR_OR_JSON")
     arguments = parser.parse_args()
     try:
-        records = [Record(argument) for argument in arguments.records]
+        records = []
+        for record in map(Record, arguments.records):
+            whole = next((r for r in records if r.label == record.label), None)
+            if whole is None:
+                records.append(record)
+            else:
+                whole.cases.update(record.cases)
     except (OSError, ValueError, KeyError) as error:
         print(f"validation.py: {error}", file=sys.stderr)
         return 1

@@ -34,7 +34,7 @@ namespace kernels {
 inline constexpr unsigned block = 128;
 inline constexpr unsigned reduce_block = 256;
 inline constexpr std::uint64_t reduce_blocks = 1024;  // most blocks of a reduction's first pass
-inline constexpr std::size_t reduce_item = 64;        // largest result of a reduction, bytes
+inline constexpr std::size_t reduce_item = 160;       // largest result of a reduction, bytes
 
 __device__ inline bool stopped(const std::uint32_t* guard) { return guard != nullptr && *guard != 0u; }
 

@@ -203,7 +203,9 @@ TEST_P(Parity, WholeStepsAgree) {
     for (const auto& [name, channel] : expected) {
       const double error = median_error(channel, got.at(name));
       std::printf("  after %d step(s) %-13s %.1e\n", until, name.c_str(), error);
-      EXPECT_LE(error, stiff(name) ? t.stiff : t.plain) << name << " after " << until;
+      // Every sub-step adds its own rounding of phi to the velocities: c 6e-8 times a few, against a liquid
+      // that is nearly at rest.
+      EXPECT_LE(error, until * (stiff(name) ? t.stiff : t.plain)) << name << " after " << until;
     }
     const auto a = value_of(cpu.totals()), b = value_of(cuda.totals());
     EXPECT_EQ(a.mass, b.mass);
