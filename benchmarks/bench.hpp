@@ -32,10 +32,12 @@ const std::vector<Backend>& backends();
 /// A step of what: see scenes.cpp.
 struct Scene {
   std::string name;
-  int nx, ny, nz;           ///< the filled block, in spacings
-  double support = 2.5;     ///< in spacings
-  bool solid = false;       ///< a third of it is ice, some of which melts in every step
-  bool paper_heat = false;  ///< the paper's heat model
+  int nx, ny, nz;        ///< the filled block, in spacings
+  double support = 2.5;  ///< in spacings
+  bool solid = false;    ///< a third of it is ice, some of which melts in every step
+  meltsim::HeatModel heat = meltsim::HeatModel::enthalpy;
+  bool extras =
+      false;  ///< also what few scenes need: warm walls, freezing, viscosity that depends on temperature
 };
 
 /// A World, prepared and past its first steps.

@@ -38,12 +38,14 @@ meltsim::World build(const Scene& s, Backend backend) {
   desc.domain.bounded = true;
   const Vec3d size{s.nx * spacing, s.ny * spacing, s.nz * spacing};
   desc.domain.max = {size.x, 1.5 * size.y, size.z};
-  desc.heat.model = s.paper_heat ? HeatModel::paper : HeatModel::enthalpy;
+  desc.heat.model = s.heat;
+  if (s.extras) desc.domain.heat[2].temperature = 30;
   // Three heat stages, the least that super-time-stepping takes; the latent heat below goes with it.
-  desc.heat.time_scale = s.solid && !s.paper_heat ? 7e5 : 1;
+  desc.heat.time_scale = s.solid && s.heat == HeatModel::enthalpy ? 7e5 : 1;
   World world = value_of(World::create(desc));
   MaterialDesc water;
   water.viscosity = 0.05;
+  if (s.extras) water.viscosity_points = {{0, 0.06}, {100, 0.04}};
   const MaterialId water_id = value_of(world.add_material(water));
   // Beside the ice the water gets warmer along x, so that the ice melts a little in most steps and not in
   // layers.
@@ -66,6 +68,7 @@ meltsim::World build(const Scene& s, Backend backend) {
   ice.melting_point = 0;
   ice.latent_heat = 6e4;
   ice.melts_into = water_id;
+  ice.freezes = s.extras;
   ice.region_half_width = 2;
   SolidDesc block;
   block.material = value_of(world.add_material(ice));
@@ -95,8 +98,8 @@ const std::vector<Backend>& backends() {
 std::vector<Scene> scenes(Backend backend) {
   std::vector<Scene> all;
   const auto add = [&all](const char* suffix, int nx, int ny, int nz, double support) {
-    all.push_back({std::string("water") + suffix, nx, ny, nz, support, false, false});
-    all.push_back({std::string("melting") + suffix, nx, ny, nz, support, true, false});
+    all.push_back({std::string("water") + suffix, nx, ny, nz, support, false});
+    all.push_back({std::string("melting") + suffix, nx, ny, nz, support, true});
   };
   if (backend == Backend::cpu) add("", 32, 20, 32, 2.5);  // 20,480
   add("", 44, 25, 55, 2.5);                               // 60,500: the paper's

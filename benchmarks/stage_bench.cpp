@@ -97,11 +97,19 @@ void register_stages() {
     for (Scene scene : scenes(backend)) {
       const std::string size = std::to_string(scene.nx) + "x" + std::to_string(scene.ny);
       if (!scene.solid || scene.support != 2.5 || !sizes.insert(size).second) continue;
-      for (const StageInfo& info : meltsim::core::stage_table)
-        if (std::string(info.name) != "thermal.paper") register_stage(info, scene, backend);
-      scene.name = "paper";
-      scene.paper_heat = true;
-      register_stage(meltsim::core::stage_table[meltsim::core::stage_thermal_paper], scene, backend);
+      for (const StageInfo& info : meltsim::core::stage_table) {
+        Scene own = scene;
+        const std::string stage = info.name;
+        if (stage == "thermal.paper" || stage == "thermal.iwasaki") {
+          own.name = info.stage;
+          own.heat = stage == "thermal.paper" ? meltsim::HeatModel::paper : meltsim::HeatModel::iwasaki;
+        } else if ((info.need & (meltsim::core::fact_freeze | meltsim::core::fact_viscosity |
+                                 meltsim::core::fact_heat_boundary)) != 0u) {
+          own.name = "extras";
+          own.extras = true;
+        }
+        register_stage(info, own, backend);
+      }
     }
   }
 }

@@ -621,7 +621,7 @@ void cavity(const Settings& s, Report& report) {
   const auto added = world->add_fluid(f);
   if (!added) return void(report.error = added.error().message);
   const double until = 0.3 * L * L / alpha;
-  const double dt = 16 * world->stable_dt();
+  const double dt = 16 * world->resolved().stable_dt;
   double nusselt = 0, v_max = 0;
   int samples = 0;
   while (world->time() < until) {
