@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/checked.hpp"
 #include "core/engine.hpp"
 #include "core/frame.hpp"
 #include "core/lattice.hpp"
@@ -35,7 +36,10 @@ class EngineImpl final : public Engine {
   void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
   void enable_timings(bool on) override { timed_ = on; }
   double median_ms(int stage) override { return ex_.collect().median(stage); }
-  std::string fault() override { return ex_.fault(); }
+  std::string fault() override {
+    const std::string device = ex_.fault();
+    return device.empty() ? broken_ : device;
+  }
 
   std::uint64_t bytes_needed(const SceneConstants& c, const SceneLattice& l,
                              const EngineSetup& s) const override {
@@ -81,6 +85,9 @@ class EngineImpl final : public Engine {
       topology::build<E, T>(ex_, w_);
     if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
     ex_.synchronize();
+    broken_.clear();
+    mass_ = 0;
+    for (const double m : state.mass) mass_ += m;
     return fault_status();
   }
 
@@ -559,9 +566,26 @@ class EngineImpl final : public Engine {
   }
 
   void run(int s, StageFunction<E, T> function) {
+    if (checked_build) return run_checked(s, function);
     if (timed_) ex_.begin_stage(s, stage_table[static_cast<std::size_t>(s)].name);
     function(ex_, w_);
     if (timed_) ex_.end_stage(s);
+  }
+
+  /// Waits before and after; the first broken invariant is a fault, which halts the World.
+  void run_checked(int s, StageFunction<E, T> function) {
+    ex_.synchronize();
+    const auto copy = [this](const auto* from, std::size_t n) { return fetch(from, n); };
+    Invariants<T, decltype(copy)> invariants(w_, copy);
+    double thermal = 0;
+    if (s == stage_thermal_exchange) {
+      thermal = invariants.thermal();
+      if (w_.f.heat_account != nullptr) invariants.account_before = copy(w_.f.heat_account, 1).front().step;
+    }
+    function(ex_, w_);
+    ex_.synchronize();
+    const bool halted = w_.f.status != nullptr && copy(w_.f.status, 1).front().halted != 0;
+    if (!halted && broken_.empty()) broken_ = invariants.after(s, mass_, thermal);
   }
 
   void run_custom(int k, const SubstepArguments& a) {
@@ -585,6 +609,8 @@ class EngineImpl final : public Engine {
   int sum_bits_ = 40;
   std::uint64_t last_index_ = 0;
   bool timed_ = false, rolled_back_ = false;
+  double mass_ = 0;     ///< checked builds: at the upload [kg]
+  std::string broken_;  ///< checked builds: the first broken invariant
 };
 
 }  // namespace core

@@ -471,6 +471,12 @@ std::string WorldImpl::halt_text(const core::WorldStatus& s) {
   return core::text("sub-step ", s.halt_step, ": particle ", s.halt_particle, body, ": ", what);
 }
 
+namespace {
+std::string fault_text(const std::string& fault) {
+  return fault.compare(0, 7, "checked") == 0 ? fault : "device: " + fault;
+}
+}  // namespace
+
 StepResult WorldImpl::synchronize() {
   StepResult r = collect();
   r.max_speed = std::max(r.max_speed, carried_.max_speed);
@@ -496,7 +502,7 @@ StepResult WorldImpl::collect() {
   r.emitter_exhausted = emitter_exhausted_;
   const std::string fault = engine->fault();
   if (s.halted != 0 || !fault.empty()) {
-    if (!halted_) halt_reason_ = fault.empty() ? halt_text(s) : "device: " + fault;
+    if (!halted_) halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
     halted_ = true;
     r.halted = true;
     r.halt_reason = halt_reason_;
