@@ -110,6 +110,9 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
   for (const char* field : {"min", "max", "friction", "velocity"})
     add_dotted(scene.domain, "domain", field, field);
   add_dotted(scene.domain, "domain", "faces", "walls");
+  Source heat = scene.heat;
+  heat.path = "heat";
+  places.push_back(place(heat, "domain.heat", "walls", scene.where));
   places.push_back({"domain", "domain", scene.domain.where.empty() ? scene.where : scene.domain.where});
   return places;
 }
