@@ -39,21 +39,6 @@ WorldDesc bar_desc(const Settings& s, int cells) {
   return d;
 }
 
-/// Runs what can fail; a refusal ends the case with its message.
-class Run {
- public:
-  explicit Run(Report& report) : report_(report) {}
-  template <class V>
-  V take(Result<V> r) {
-    if (!r && report_.error.empty()) report_.error = r.error().message;
-    return r ? std::move(*r) : V{};
-  }
-  bool ok() const { return report_.error.empty(); }
-
- private:
-  Report& report_;
-};
-
 struct Body {
   World world;
   bool ok = false;
@@ -85,6 +70,26 @@ Body bar(Report& report, const WorldDesc& d, const MaterialDesc& m, double tempe
   SolidDesc s;
   s.shape = Shape::box(d.domain.min, d.domain.max);
   return body_of(report, d, m, s, temperature);
+}
+
+/// Two fixed bodies, `half` cells long each, that touch in the middle of a bar.
+Body halves(Report& report, const WorldDesc& d, int half, const MaterialDesc& left, double left_temperature,
+            const MaterialDesc& right, double right_temperature) {
+  SolidDesc s;
+  s.shape = Shape::box({0, 0, 0}, {half * dx, side, side});
+  Body b = body_of(report, d, left, s, left_temperature);
+  if (!b.ok) return b;
+  b.ok = false;
+  const auto id =
+      right.name == left.name ? Result<MaterialId>(MaterialId{0, 1}) : b.world.add_material(right);
+  s.shape = Shape::box({half * dx, 0, 0}, {2 * half * dx, side, side});
+  s.fixed = true;
+  s.temperature = right_temperature;
+  if (id) s.material = *id;
+  const auto added = b.world.add_solid(s);
+  if (!id || !added) report.error = id ? added.error().message : id.error().message;
+  b.ok = report.error.empty();
+  return b;
 }
 
 /// Steps to `until` in steps of `dt` (the last one shorter); false when the World refused or halted.
@@ -159,29 +164,15 @@ void half_spaces(const Settings& s, Report& report) {
     // sqrt(alpha t) = 6 and 12 dx: several steps even at Fo 25, and the front stays 5 such lengths inside.
     const int half = fourier < 5 ? 32 : 64;
     const double until = fourier < 5 ? 375 : 1500;
-    WorldDesc d = bar_desc(s, 2 * half);
-    Report& r = report;
-    auto world = World::create(d);
-    if (!world) return void(r.error = world.error().message);
-    const auto m = world->add_material(substance());
-    for (const bool left : {true, false}) {
-      SolidDesc b;
-      b.fixed = true;
-      b.material = *m;
-      b.temperature = left ? 1 : 0;
-      b.shape = left ? Shape::box({0, 0, 0}, {half * dx, side, side})
-                     : Shape::box({half * dx, 0, 0}, {2 * half * dx, side, side});
-      const auto added = world->add_solid(b);
-      if (!added) return void(r.error = added.error().message);
-    }
-    if (!run_to(r, *world, until, fourier * dx * dx / diffusivity)) return;
+    Body b = halves(report, bar_desc(s, 2 * half), half, substance(), 1, substance(), 0);
+    if (!b.ok || !run_to(report, b.world, until, fourier * dx * dx / diffusivity)) return;
     const auto exact = [=](double x) {
       return 0.5 * std::erfc((x - half * dx) / (2 * std::sqrt(diffusivity * until)));
     };
-    const Curve ours = profile(*world, "Fo " + std::to_string(fourier).substr(0, 4));
-    r.absolute("L2 of the profile, step of Fo " + std::to_string(fourier).substr(0, 4), l2_error(ours, exact),
-               0, fourier <= 1 ? 1e-3 : 1e-2, "-",
-               "second order in space, 6 and 12 cells per diffusion length");
+    const Curve ours = profile(b.world, "Fo " + std::to_string(fourier).substr(0, 4));
+    report.absolute("L2 of the profile, step of Fo " + std::to_string(fourier).substr(0, 4),
+                    l2_error(ours, exact), 0, fourier <= 1 ? 1e-3 : 1e-2, "-",
+                    "second order in space, 6 and 12 cells per diffusion length");
     if (fourier >= 5) plot.curves.push_back(ours);
     if (fourier == 25.0) plot.curves.push_back(reference(ours, "0.5 erfc", exact));
   }
@@ -191,28 +182,16 @@ void half_spaces(const Settings& s, Report& report) {
 /// Two materials in contact: ice at -10 against water at 40 (both fixed, no phase change): 11.476 C.
 void contact(const Settings& s, Report& report) {
   constexpr int half = 80;
-  auto world = World::create(bar_desc(s, 2 * half));
-  if (!world) return void(report.error = world.error().message);
   MaterialDesc water = substance("water"), ice = substance("ice");
   water.heat_capacity = 4217, water.conductivity = 0.561 * 1000;  // 1000 times faster than real: a time lapse
   ice.heat_capacity = 2050, ice.conductivity = 2.22 * 1000, ice.density = 917;
-  double energy = 0;
   const double e_water = std::sqrt(0.561 * 1000 * 4217), e_ice = std::sqrt(2.22 * 917 * 2050);
-  for (const bool cold : {true, false}) {
-    const auto m = world->add_material(cold ? ice : water);
-    SolidDesc b;
-    b.fixed = true;
-    b.material = *m;
-    b.temperature = cold ? -10 : 40;
-    b.shape = cold ? Shape::box({0, 0, 0}, {half * dx, side, side})
-                   : Shape::box({half * dx, 0, 0}, {2 * half * dx, side, side});
-    const auto added = world->add_solid(b);
-    if (!added) return void(report.error = added.error().message);
-  }
-  energy = world->totals()->thermal;
+  Body b = halves(report, bar_desc(s, 2 * half), half, ice, -10, water, 40);
+  if (!b.ok) return;
+  const double energy = b.world.totals()->thermal;
   const double until = 1000, a_ice = 1000 * 2.22 / (917 * 2050), a_water = 1000 * 0.561 / (1000 * 4217);
-  if (!run_to(report, *world, until, until / 200)) return;
-  const Curve ours = profile(*world, "meltsim");
+  if (!run_to(report, b.world, until, until / 200)) return;
+  const Curve ours = profile(b.world, "meltsim");
   const double T = (e_ice * -10 + e_water * 40) / (e_ice + e_water);
   const auto exact = [&](double x) {
     const double z = x - half * dx;
@@ -228,7 +207,7 @@ void contact(const Settings& s, Report& report) {
     weight += f * f;
   }
   report.absolute("contact temperature by profile fit", fit / weight, T, 0.1, "C", "validation target");
-  report.absolute("energy, relative drift", std::fabs(world->totals()->thermal / energy - 1), 0, 1e-6, "-",
+  report.absolute("energy, relative drift", std::fabs(b.world.totals()->thermal / energy - 1), 0, 1e-6, "-",
                   "exchange is antisymmetric, sums are double");
   report.plots.push_back({"heat_contact",
                           "Ice at -10 against water at 40",
@@ -507,22 +486,11 @@ void extremes(const Settings& s, Report& report) {
   // K = 1e6 m^2/s: uniform, and no drift.
   MaterialDesc m = substance();
   m.diffusivity = 1e6;
-  auto world = World::create(bar_desc(s, 16));
-  if (!world) return void(report.error = world.error().message);
-  const auto id = world->add_material(m);
-  for (const bool left : {true, false}) {
-    SolidDesc b;
-    b.fixed = true;
-    b.material = *id;
-    b.temperature = left ? 80 : -20;
-    b.shape = left ? Shape::box({0, 0, 0}, {8 * dx, side, side})
-                   : Shape::box({8 * dx, 0, 0}, {16 * dx, side, side});
-    const auto added = world->add_solid(b);
-    if (!added) return void(report.error = added.error().message);
-  }
-  const double before = world->totals()->thermal;
-  if (!run_to(report, *world, 1e-4, 5e-5)) return;  // alpha t / L^2 = 39; 3000 stages
-  const Totals t = *world->totals();
+  Body b = halves(report, bar_desc(s, 16), 8, m, 80, m, -20);
+  if (!b.ok) return;
+  const double before = b.world.totals()->thermal;
+  if (!run_to(report, b.world, 1e-4, 5e-5)) return;  // alpha t / L^2 = 39; 3000 stages
+  const Totals t = *b.world.totals();
   report.absolute("K = 1e6: drift of the energy, relative", std::fabs(t.thermal / before - 1), 0, 1e-6, "-",
                   "validation target");
   report.absolute("K = 1e6: spread of the temperature", t.temperature_max - t.temperature_min, 0, 1e-3, "C",
@@ -541,27 +509,19 @@ void models(const Settings& s, Report& report) {
     Outcome o;
     WorldDesc d = bar_desc(s, 2 * half);
     d.heat.model = model;
-    auto world = World::create(d);
-    const auto m = world->add_material(substance());
-    for (const bool left : {true, false}) {
-      SolidDesc b;
-      b.fixed = true;
-      b.material = *m;
-      b.temperature = left ? 1 : 0;
-      b.shape = left ? Shape::box({0, 0, 0}, {half * dx, side, side})
-                     : Shape::box({half * dx, 0, 0}, {2 * half * dx, side, side});
-      static_cast<void>(world->add_solid(b));
-    }
+    Body b = halves(report, d, half, substance(), 1, substance(), 0);
+    if (!b.ok) return o;
+    World& world = b.world;
     const double dt = fourier * dx * dx / diffusivity, until = 375;
-    while (world->time() < until - dt / 2) {
-      if (!world->step(dt)) break;
-      o.flagged = o.flagged || world->synchronize().heat_bound_exceeded;
+    while (world.time() < until - dt / 2) {
+      if (!world.step(dt)) break;
+      o.flagged = o.flagged || world.synchronize().heat_bound_exceeded;
     }
     const auto exact = [&](double x) {
       return 0.5 * std::erfc((x - half * dx) / (2 * std::sqrt(diffusivity * until)));
     };
     const char* names[] = {"none", "paper", "iwasaki", "enthalpy"};
-    const Curve ours = profile(*world, names[static_cast<int>(model)]);
+    const Curve ours = profile(world, names[static_cast<int>(model)]);
     o.l2 = l2_error(ours, exact);
     double crossed = 0, due = 0;
     for (std::size_t k = 0; k < ours.x.size(); ++k) {

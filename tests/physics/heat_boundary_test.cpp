@@ -81,7 +81,8 @@ TEST(ParticleSurface, AddsUpToTheSurfaceOfTheBody) {
   const auto box = [](int x, int y, int z) { return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8; };
   EXPECT_NEAR(lattice_area(8, box) / (6 * 64), 1.005, 0.012);
   const auto ball = [](int x, int y, int z) { return x * x + y * y + z * z <= 64; };
-  EXPECT_NEAR(lattice_area(9, ball) / (4 * 3.14159265358979 * 64), 1, 0.05);
+  const double radius = std::cbrt(0.75 * 2109 / 3.14159265358979);  // of a sphere of as many cells, 2109
+  EXPECT_NEAR(lattice_area(9, ball) / (4 * 3.14159265358979 * radius * radius), 1, 0.03);
 }
 
 TEST(ParticleSurface, DryShare) {
