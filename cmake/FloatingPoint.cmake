@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # The one place that says how floating point is compiled, on the CPU and on the GPU.
 #
-# Default: contraction allowed (a*b+c may become one fused operation), so CPU and GPU agree within tolerances.
-# MELTSIM_REPRODUCIBLE: no contraction anywhere, so the same operations give the same bits on both.
+# Default: contraction allowed (a*b+c may become one fused operation) and fast quotients on the GPU, so CPU and
+# GPU agree within tolerances.
+# MELTSIM_REPRODUCIBLE: neither, so the same operations give the same bits on both.
 #
 # -ffast-math never: it lets the compiler reorder sums (the order of neighbours is part of the result) and
 # assume that NaN does not exist (the watchdog looks for it). Two of its harmless parts are on: errno after
@@ -16,6 +17,8 @@ if(MELTSIM_REPRODUCIBLE)
   list(APPEND device_options --fmad=false)
 else()
   list(APPEND host_options -ffp-contract=fast)
+  # Single-precision quotients and roots good to 2 units in the last place instead of half of one.
+  list(APPEND device_options --prec-div=false --prec-sqrt=false)
 endif()
 if(MELTSIM_NATIVE)
   list(APPEND host_options -march=native)

@@ -59,6 +59,31 @@ __global__ void __launch_bounds__(block)
   if (i < n) body(i, CudaAdder{});
 }
 
+// Three warps share the sums of 32 items: below 200,000 particles one thread per item would leave most of a
+// large GPU idle, above it shortens the tail of the longest sum.
+inline constexpr unsigned gather_items = 32;
+inline constexpr unsigned gather_parts = 3;
+
+template <class Body>
+__global__ void __launch_bounds__(gather_items* gather_parts)
+    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  using Sum = typename Body::Sum;
+  // Raw bytes: shared variables may not have constructors.
+  __shared__ alignas(16) unsigned char raw[(gather_parts - 1) * gather_items * sizeof(Sum)];
+  Sum* const others = reinterpret_cast<Sum*>(raw);
+  if (stopped(guard)) return;
+  const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
+  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
+  Sum sum{};
+  if (i < n) sum = body.part(i, part);
+  if (part != 0) others[(part - 1) * gather_items + lane] = sum;
+  __syncthreads();
+  if (part != 0 || i >= n) return;
+  sum.add(others[lane]);
+  sum.add(others[gather_items + lane]);
+  body.finish(i, sum);
+}
+
 /// Combines the values of a block; thread 0 gets the result.
 template <class R>
 __device__ R combine_block(const R& mine) {
@@ -143,6 +168,13 @@ class CudaExec {
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
     if (n != 0) launch(kernels::each<Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
+  }
+
+  template <class Body>
+  void gather(std::uint64_t n, const Body& body) const {
+    if (n != 0)
+      launch(kernels::gather<Body>, blocks(n, kernels::gather_items),
+             kernels::gather_items * kernels::gather_parts, guard_, n, body);
   }
 
   template <class R, class Body>

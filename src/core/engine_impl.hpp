@@ -244,7 +244,7 @@ class EngineImpl final : public Engine {
 
  private:
   struct Sizes {
-    std::uint64_t count[16] = {};
+    std::uint64_t count[24] = {};
     std::uint64_t groups = 0, rows = 9;
   };
 
@@ -278,6 +278,7 @@ class EngineImpl final : public Engine {
     set(Owner::group, n.groups + 1);
     set(Owner::group_rows, n.groups * n.rows);
     set(Owner::vertex, l.vertex_site.size());
+    set(Owner::vertex_fits, 4 * l.vertex_site.size());
     set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
     set(Owner::site, l.site_vertex.size());
     set(Owner::body, l.bodies.size());
@@ -379,6 +380,8 @@ class EngineImpl final : public Engine {
     fill_grid(c);
     w_.max_groups = static_cast<std::uint32_t>(n.groups);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
+    w_.bits_stride = n.count[static_cast<int>(Owner::particle)];
+    w_.mixed = w_.vertices != 0 || c.materials.size() != 1;
     w_.region_words = words_for(l.max_half_width);
     largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;
     spacing_ = c.spacing;

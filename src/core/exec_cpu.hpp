@@ -2,6 +2,8 @@
 // The verbs on the CPU. Together with cuda/core/exec_cuda.cuh this is the executor concept:
 //
 //   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
+//   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long enough to
+//                                share out; Body::Sum::add; order of addition fixed
 //   reduce(n, body, out)         *out = combine of body(i); R::combine is associative, R{} its identity
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
@@ -89,6 +91,16 @@ class CpuExec {
     const auto count = static_cast<std::int64_t>(n);
 #pragma omp parallel for schedule(dynamic, 256) num_threads(threads_) if (count > 2048)
     for (std::int64_t i = 0; i < count; ++i) body(static_cast<std::uint64_t>(i));
+  }
+
+  template <class Body>
+  void gather(std::uint64_t n, const Body& body) const {
+    for_each(n, [&body](std::uint64_t i) {
+      auto sum = body.part(i, 0);
+      sum.add(body.part(i, 1));
+      sum.add(body.part(i, 2));
+      body.finish(i, sum);
+    });
   }
 
   template <class R, class Body>

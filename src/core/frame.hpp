@@ -266,6 +266,8 @@ struct Frame {
   std::uint32_t vertices = 0;
   std::uint32_t region_words = 0;
   std::uint32_t key_bits = 64;
+  std::uint64_t bits_stride = 0;  ///< entries per row of neighbour_bits
+  bool mixed = true;              ///< solids, or more than one liquid
   // Arguments of single stages, set by the engine:
   Clock<T> clock;  ///< step.begin
   Burst<T> burst;  ///< step.emit

@@ -31,20 +31,70 @@ MELTSIM_HD std::uint32_t site_at(std::uint32_t site, const BodyRow& b, int dx, i
                                     static_cast<std::int64_t>(dz) * b.stride_z);
 }
 
+/// Bits [bit, bit + side) of a mask of `words` words; side <= 17.
+MELTSIM_HD std::uint32_t mask_bits(const std::uint32_t* mask, std::uint32_t words, std::uint32_t bit,
+                                   std::uint32_t side) {
+  const std::uint32_t word = bit >> 5, shift = bit & 31u;
+  std::uint64_t pair = mask[word];
+  if (shift + side > 32u && word + 1u < words) pair |= static_cast<std::uint64_t>(mask[word + 1u]) << 32;
+  return static_cast<std::uint32_t>(pair >> shift) & ((1u << side) - 1u);
+}
+
+/// The walk of for_each_member. Half: w where the compiler may know it, so that it can unroll rows; 0: any.
+template <int Half, class T, class Visit>
+MELTSIM_HD void walk_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b, const Visit& visit) {
+  const int h = Half != 0 ? Half : b.region_half_width;
+  const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
+  const std::uint32_t site = w.f.vertex_site[v];
+  const std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
+  std::uint32_t bit = 0;
+  for (int dz = -h; dz <= h; ++dz)
+    for (int dy = -h; dy <= h; ++dy, bit += side) {
+      const std::uint32_t row = mask_bits(mask, w.region_words, bit, side);
+      const std::uint32_t* vertices = w.f.site_vertex + site_at(site, b, 0, dy, dz);
+      for (int dx = -h; dx <= h; ++dx)
+        if (((row >> (dx + h)) & 1u) != 0u) visit(vertices[dx], dx, dy, dz);
+    }
+}
+
 /// visit(vertex, dx, dy, dz) for every member of v's region, v included, x fastest.
 template <class T, class Visit>
 MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, const Visit& visit) {
   const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-  const std::uint32_t site = w.f.vertex_site[v];
-  const std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
-  const int h = b.region_half_width;
-  std::uint32_t bit = 0;
-  for (int dz = -h; dz <= h; ++dz)
-    for (int dy = -h; dy <= h; ++dy) {
-      const std::uint32_t row = site_at(site, b, 0, dy, dz);
-      for (int dx = -h; dx <= h; ++dx, ++bit)
-        if ((mask[bit >> 5] >> (bit & 31u)) & 1u) visit(w.f.site_vertex[row + dx], dx, dy, dz);
-    }
+  if (b.region_half_width == 1) walk_region<1>(w, v, b, visit);
+  else if (b.region_half_width == 2) walk_region<2>(w, v, b, visit);
+  else walk_region<0>(w, v, b, visit);
+}
+
+/// A region's fit and where its vertex is.
+template <class T>
+struct PlacedFit {
+  physics::RegionFit<T> fit;
+  Vec3<T> position{};
+};
+
+/// region_fit holds four planes of one entry per vertex, so that neighbouring threads meet neighbouring words.
+template <class T>
+MELTSIM_HD void put_fit(const Frame<T>& w, std::uint64_t v, const PlacedFit<T>& p) {
+  const std::uint64_t n = w.vertices;
+  const Quat<T>& q = p.fit.rotation;
+  w.f.region_fit[v] = {q.x, q.y, q.z, q.w};
+  w.f.region_fit[n + v] = with_w(p.fit.anchor, p.position.x);
+  w.f.region_fit[2 * n + v] = with_w(p.fit.velocity, p.position.y);
+  w.f.region_fit[3 * n + v] = with_w(p.fit.spin, p.position.z);
+}
+
+template <class T>
+MELTSIM_HD Quat<T> fitted_rotation(const Frame<T>& w, std::uint64_t v) {
+  const Vec4<T> q = w.f.region_fit[v];
+  return {q.w, q.x, q.y, q.z};
+}
+
+template <class T>
+MELTSIM_HD PlacedFit<T> get_fit(const Frame<T>& w, std::uint64_t v) {
+  const std::uint64_t n = w.vertices;
+  const Vec4<T> a = w.f.region_fit[n + v], b = w.f.region_fit[2 * n + v], c = w.f.region_fit[3 * n + v];
+  return {{fitted_rotation(w, v), xyz(a), xyz(b), xyz(c)}, {a.w, b.w, c.w}};
 }
 
 /// Members of v's region: |R_v|.

@@ -28,6 +28,7 @@ enum class Owner {
   group_rows,
   vertex,
   vertex_words,
+  vertex_fits,
   site,
   body,
   material,
@@ -70,6 +71,7 @@ enum Fact : std::uint32_t {
   fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
   fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
   fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
+  fact_dry = 1u << 12,           ///< no liquid, now or later
 };
 
 struct StageInfo {
@@ -108,6 +110,7 @@ constexpr bool consistent(std::uint32_t f) {
   return implies(~fact_particles & f, fact_particles) && implies(fact_mobile, fact_solid) &&
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
          implies(fact_freeze, fact_melt) &&
+         ((f & fact_fluid) != 0) != ((f & fact_dry) != 0) &&
          !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
          !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
          implies(fact_heat_boundary, fact_heat_enthalpy);
@@ -129,7 +132,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 4096u; ++facts)
+  for (std::uint32_t facts = 0; facts < 8192u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

@@ -139,7 +139,9 @@ std::uint32_t WorldImpl::facts() {
   for (const MaterialDesc& m : materials)
     if (!m.viscosity_points.empty()) f |= core::fact_viscosity;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
-  return f & ~disabled_facts_;
+  f &= ~disabled_facts_;
+  if ((f & core::fact_particles) != 0 && (f & core::fact_fluid) == 0) f |= core::fact_dry;
+  return f;
 }
 
 /// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with.

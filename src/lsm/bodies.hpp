@@ -36,7 +36,7 @@ struct GatherBody {
     }
     const T share = w.f.mass[slot] / T(core::region_size(w, static_cast<std::uint32_t>(v)));
     w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), share);
-    w.f.vertex_velocity[v] = xyz(w.f.velocity[slot]);
+    w.f.vertex_velocity[v] = w.f.velocity[slot];
   }
 };
 
@@ -143,15 +143,17 @@ struct RegionsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!moves(w, v)) return;
-    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = w.f.vertex_velocity[v];
+    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
     physics::RegionSums<T> sums;
     core::for_each_member(w, static_cast<std::uint32_t>(v), [&](std::uint32_t j, int dx, int dy, int dz) {
       const Vec4<T> xj = w.f.vertex_position[j];
       const Vec3<T> q = Vec3<T>{T(dx), T(dy), T(dz)} * w.c.spacing;
       physics::add_member(sums, xj.w, spatial::separation(w.grid, xyz(xj), x), q,
-                          w.f.vertex_velocity[j] - velocity);
+                          xyz(w.f.vertex_velocity[j]) - velocity);
     });
-    w.f.region_fit[v] = physics::fit_region(sums, w.f.region_rotation[v]);
+    physics::RegionFit<T> fit = physics::fit_region(sums, w.f.region_rotation[v]);
+    fit.velocity += velocity;
+    core::put_fit(w, v, {fit, x});
   }
 };
 
@@ -169,16 +171,16 @@ struct GoalsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!moves(w, v)) return;
-    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = w.f.vertex_velocity[v];
+    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
     Vec3<T> displacement{}, defect{};
     T count = 0;
     // Membership is symmetric: v is in the region of r exactly if r is in the region of v.
     core::for_each_member(w, static_cast<std::uint32_t>(v), [&](std::uint32_t r, int dx, int dy, int dz) {
-      const physics::RegionFit<T>& fit = w.f.region_fit[r];
+      const core::PlacedFit<T> p = core::get_fit(w, r);
       const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
-      const Vec3<T> u = spatial::separation(w.grid, x, xyz(w.f.vertex_position[r]));
-      displacement += physics::goal_displacement(fit, q, u);
-      defect += physics::rigid_velocity_defect(fit, u, velocity - w.f.vertex_velocity[r]);
+      const Vec3<T> u = spatial::separation(w.grid, x, p.position);
+      displacement += physics::goal_displacement(p.fit, q, u);
+      defect += physics::rigid_velocity_defect(p.fit, u, velocity);
       count += T(1);
     });
     const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];

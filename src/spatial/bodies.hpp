@@ -173,25 +173,16 @@ struct RangesBody {
   }
 };
 
-/// Which candidates of each row lie within H. Every later sweep visits set bits only: 65 instead of some 400.
+/// Which candidates of each row lie within H: every later sweep visits set bits only, 65 instead of some 400.
+/// Where there is liquid, sph.density does this in passing.
 template <class T>
 struct NeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const std::uint32_t group = w.f.group_of[i];
-    if (group == none) return;  // removed
+    if (w.f.group_of[i] == none) return;  // removed
     const Vec3<T> xi = xyz(w.f.position[i]);
-    const Range* rows = w.f.group_ranges + static_cast<std::uint64_t>(group) * w.grid.rows;
-    for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
-      const Range row = rows[r];
-      const std::uint32_t end = minimum(row.end, row.begin + bits_per_row);
-      std::uint64_t bits = 0;
-      for (std::uint32_t j = row.begin; j < end; ++j) {
-        const Vec3<T> d = separation(w.grid, xi, xyz(w.f.position[j]));
-        bits |= static_cast<std::uint64_t>(dot(d, d) < w.c.kernel.support2 ? 1u : 0u) << (j - row.begin);
-      }
-      w.f.neighbour_bits[i * w.grid.rows + r] = bits;
-    }
+    const Range* rows = rows_of(w, i);
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) find_neighbours(w, i, xi, r, rows[r]);
   }
 };
 

@@ -9,7 +9,6 @@ inline namespace v0 {
 namespace sph {
 
 MELTSIM_INSTANTIATE(core::CpuExec, seen_volume)
-MELTSIM_INSTANTIATE(core::CpuExec, solid_term)
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)

@@ -13,13 +13,9 @@ void seen_volume(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
-void solid_term(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, SolidTermBody<T>{w});
-}
-
-template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, DensityBody<T>{w});
+  if (w.mixed) ex.gather(w.particles, DensityBody<T, true>{w});
+  else ex.gather(w.particles, DensityBody<T, false>{w});
 }
 
 template <class E, class T>
@@ -29,12 +25,13 @@ void viscosity(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, ForcesBody<T>{w});
+  if (w.mixed) ex.gather(w.particles, ForcesBody<T, true>{w});
+  else ex.gather(w.particles, ForcesBody<T, false>{w});
 }
 
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, ReactionBody<T>{w});
+  ex.gather(w.particles, ReactionBody<T>{w});
 }
 
 }  // namespace sph

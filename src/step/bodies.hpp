@@ -2,7 +2,7 @@
 // Kernels that frame a sub-step: clock, emission, the check before anything is committed, integration.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/lattice.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/walls.hpp"
@@ -170,7 +170,7 @@ struct IntegrateBody {
     // The rotation of a region is state: it is taken over only now that the step counts.
     if (w.f.region_fit != nullptr && is_solid(tag)) {
       const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
-      w.f.region_rotation[vertex] = w.f.region_fit[vertex].rotation;
+      w.f.region_rotation[vertex] = core::fitted_rotation(w, vertex);
     }
     if (w.f.slip_next != nullptr && w.f.contact_slip != nullptr && is_solid(tag)) {  // likewise
       const Vec4<T> slip = w.f.slip_next[i];

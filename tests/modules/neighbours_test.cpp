@@ -37,7 +37,7 @@ class Neighbours : public testing::Test {
   /// Largest number of candidates in a row.
   static std::uint32_t check(const Cloud& cloud) {
     Rig<T> rig;
-    rig.upload(cloud.constants, {}, cloud.state, core::fact_particles | core::fact_fluid);
+    rig.upload(cloud.constants, {}, cloud.state, core::fact_particles | core::fact_dry);
     rig.run({"step.begin", "spatial"});
     const core::Frame<T>& w = rig.frame();
     std::uint32_t widest = 0;
@@ -187,7 +187,7 @@ TYPED_TEST(Neighbours, SlotsAreInOrderOfCellThenId) {
   c.bound({2, 2, 2});
   for (int n = 0; n < 500; ++n) c.add(Vec3d{1, 1, 1} + random.vector(1));
   Rig<TypeParam> rig;
-  rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_fluid);
+  rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_dry);
   for (int n = 0; n < 3; ++n) rig.run({"step.begin", "spatial"});
   const auto& w = rig.frame();
   for (std::uint32_t i = 1; i < w.particles; ++i) {

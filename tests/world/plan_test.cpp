@@ -46,7 +46,7 @@ TEST(Plan, WaterAloneHasNoLatticeNoTopologyNoHeat) {
   }
   EXPECT_TRUE(runs(p, "sph.density"));
   for (const char* c : {"vertex_id", "region_mask", "neighbour_mask", "region_fit", "site_vertex",
-                        "heat_operand", "solid_term", "vertex_of_id", "piece"})
+                        "heat_operand", "vertex_of_id", "piece"})
     EXPECT_EQ(bytes(p, c), 0u) << c;
 }
 

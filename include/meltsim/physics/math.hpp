@@ -132,6 +132,14 @@ MELTSIM_HD void add_outer(Mat3<T>& A, T s, Vec3<T> a, Vec3<T> b) {
     for (int j = 0; j < 3; ++j) A.m[i][j] += u[i] * v[j];
 }
 
+/// A vector turned by a unit quaternion: v + 2 w (n x v) + 2 n x (n x v), n its vector part.
+template <class T>
+MELTSIM_HD Vec3<T> rotate(const Quat<T>& q, Vec3<T> v) {
+  const Vec3<T> n{q.x, q.y, q.z};
+  const Vec3<T> t = cross(n, v) * T(2);
+  return v + t * q.w + cross(n, t);
+}
+
 template <class T>
 MELTSIM_HD Mat3<T> to_matrix(const Quat<T>& q) {
   const T xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z;

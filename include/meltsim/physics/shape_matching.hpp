@@ -62,34 +62,34 @@ MELTSIM_HD void add_member(RegionSums<T>& s, T mass, Vec3<T> u, Vec3<T> q, Vec3<
   s.muxv += cross(u, v) * mass;
 }
 
-/// Best rigid placement and motion of a region, relative to its vertex.
+/// Best rigid placement and motion of a region, relative to its vertex: what stands at q at rest belongs at
+/// R q + anchor, and what is at u moves at velocity + spin x u.
 template <class T>
 struct RegionFit {
-  Quat<T> rotation{};
-  Vec3<T> center{};       ///< c
-  Vec3<T> rest_center{};  ///< c0
-  Vec3<T> velocity{};     ///< mean velocity
-  Vec3<T> spin{};         ///< angular velocity [rad/s]
+  Quat<T> rotation{};  ///< R
+  Vec3<T> anchor{};    ///< c - R c0
+  Vec3<T> velocity{};  ///< mean velocity minus spin x c
+  Vec3<T> spin{};      ///< angular velocity [rad/s]
 };
 
 template <class T>
 MELTSIM_HD RegionFit<T> fit_region(const RegionSums<T>& s, const Quat<T>& previous) {
   RegionFit<T> f;
   const T inv = T(1) / s.mass;
-  f.center = s.mu * inv;
-  f.rest_center = s.mq * inv;
-  f.velocity = s.mv * inv;
+  const Vec3<T> center = s.mu * inv, rest_center = s.mq * inv, mean = s.mv * inv;
   Mat3<T> A = s.muq;
-  add_outer(A, -s.mass, f.center, f.rest_center);
+  add_outer(A, -s.mass, center, rest_center);
   f.rotation = best_rotation(A, previous);
+  f.anchor = center - rotate(f.rotation, rest_center);
   Mat3<T> second = s.muu;
-  add_outer(second, -s.mass, f.center, f.center);
+  add_outer(second, -s.mass, center, center);
   const T trace = second.m[0][0] + second.m[1][1] + second.m[2][2];
   Mat3<T> inertia;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) inertia.m[i][j] = (i == j ? trace : T(0)) - second.m[i][j];
-  const Vec3<T> spin_momentum = s.muxv - cross(f.center, f.velocity) * s.mass;
+  const Vec3<T> spin_momentum = s.muxv - cross(center, mean) * s.mass;
   f.spin = solve_symmetric(inertia, spin_momentum);
+  f.velocity = mean - cross(f.spin, center);
   return f;
 }
 
@@ -97,13 +97,14 @@ MELTSIM_HD RegionFit<T> fit_region(const RegionSums<T>& s, const Quat<T>& previo
 /// to the region's vertex.
 template <class T>
 MELTSIM_HD Vec3<T> goal_displacement(const RegionFit<T>& f, Vec3<T> q, Vec3<T> u) {
-  return to_matrix(f.rotation) * (q - f.rest_center) + (f.center - u);
+  return rotate(f.rotation, q) + (f.anchor - u);
 }
 
-/// The region's rigid velocity at a member minus the member's; u, v relative to the region's vertex.
+/// The region's rigid velocity at a member minus the member's v; u relative to the region's vertex, v in the
+/// frame of f.velocity.
 template <class T>
 MELTSIM_HD Vec3<T> rigid_velocity_defect(const RegionFit<T>& f, Vec3<T> u, Vec3<T> v) {
-  return f.velocity + cross(f.spin, u - f.center) - v;
+  return cross(f.spin, u) + (f.velocity - v);
 }
 
 /// Change of velocity from the mean goal displacement and the mean velocity defect [m/s].
