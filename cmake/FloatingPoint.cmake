@@ -17,8 +17,9 @@ if(MELTSIM_REPRODUCIBLE)
   list(APPEND device_options --fmad=false)
 else()
   list(APPEND host_options -ffp-contract=fast)
-  # Single-precision quotients and roots good to 2 units in the last place instead of half of one.
-  list(APPEND device_options --prec-div=false --prec-sqrt=false)
+  # Single-precision quotients and roots good to 2 units in the last place instead of half of one, and numbers below
+  # 1e-38 are zero.
+  list(APPEND device_options --prec-div=false --prec-sqrt=false --ftz=true)
 endif()
 if(MELTSIM_NATIVE)
   list(APPEND host_options -march=native)

@@ -25,6 +25,17 @@ struct StageEvents {
   int next = 0;
 };
 
+/// A captured sub-step.
+struct Repeat {
+  RepeatKey key;
+  cudaGraphExec_t graph = nullptr;
+  std::uint64_t used = 0;  // launch that used it last
+};
+
+/// Both halves of the double buffer, with and without the stages that run every few sub-steps, and some more
+/// for step lengths that alternate.
+constexpr std::size_t most_repeats = 16;
+
 struct PairCopy {
   const std::uint64_t* keys;
   const std::uint32_t* values;
@@ -45,6 +56,8 @@ struct CudaExec::Owned {
   std::uint64_t scratch_bytes = 0;
   std::string fault;
   std::vector<StageEvents> stages;
+  std::vector<Repeat> repeats;
+  std::uint64_t launches = 0, captures = 0;
   bool timing = false;  // between begin_stage and end_stage
   Timings timings;
 };
@@ -71,6 +84,7 @@ CudaExec& CudaExec::operator=(CudaExec&& other) noexcept {
 CudaExec::~CudaExec() {
   if (own_ == nullptr) return;  // moved from
   const DeviceScope scope(device_);
+  forget_repeats();
   for (StageEvents& s : own_->stages)
     for (int k = 0; k < StageEvents::ring; ++k) {
       if (s.start[k] != nullptr) (void)cudaEventDestroy(s.start[k]);
@@ -80,6 +94,56 @@ CudaExec::~CudaExec() {
   if (own_->scratch != nullptr) (void)cudaFree(own_->scratch);
   if (own_->stream != nullptr) (void)cudaStreamDestroy(own_->stream);
 }
+
+// --- repeated sub-steps -----------------------------------------------------------------------------------
+
+bool CudaExec::launch_again(const RepeatKey& key) const {
+  for (Repeat& r : own_->repeats)
+    if (r.key == key) {
+      const DeviceScope scope(device_);
+      r.used = ++own_->launches;
+      check(cudaGraphLaunch(r.graph, stream_), "launching a sub-step");
+      return true;
+    }
+  return false;
+}
+
+bool CudaExec::begin_capture() const {
+  const DeviceScope scope(device_);
+  cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;
+  if (!check(cudaStreamIsCapturing(stream_, &status), "asking whether the stream is captured")) return false;
+  if (status != cudaStreamCaptureStatusNone) return false;  // by the host
+  return check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "capturing a sub-step");
+}
+
+void CudaExec::end_capture(const RepeatKey& key) const {
+  const DeviceScope scope(device_);
+  cudaGraph_t graph = nullptr;
+  if (!check(cudaStreamEndCapture(stream_, &graph), "capturing a sub-step")) return;
+  Repeat made{key, nullptr, ++own_->launches};
+  const bool usable = check(cudaGraphInstantiate(&made.graph, graph, 0), "instantiating a sub-step");
+  (void)cudaGraphDestroy(graph);
+  if (!usable) return;
+  ++own_->captures;
+  std::vector<Repeat>& all = own_->repeats;
+  if (all.size() == most_repeats) {
+    const auto oldest = std::min_element(
+        all.begin(), all.end(), [](const Repeat& a, const Repeat& b) { return a.used < b.used; });
+    (void)cudaGraphExecDestroy(oldest->graph);  // one that still runs is freed when it has ended
+    *oldest = made;
+  } else {
+    all.push_back(made);
+  }
+  check(cudaGraphLaunch(made.graph, stream_), "launching a sub-step");
+}
+
+void CudaExec::forget_repeats() {
+  const DeviceScope scope(device_);
+  for (const Repeat& r : own_->repeats) (void)cudaGraphExecDestroy(r.graph);
+  own_->repeats.clear();
+}
+
+std::uint64_t CudaExec::captures() const { return own_->captures; }
 
 bool CudaExec::check(cudaError_t result, const char* what) const {
   if (result == cudaSuccess) return true;
@@ -190,7 +254,22 @@ void* CudaExec::scratch(std::size_t bytes) const {
   return nullptr;
 }
 
-// --- sort -------------------------------------------------------------------------------------------------
+// --- sums and sort -------------------------------------------------------------------------------------------------
+
+void CudaExec::running_sum(std::uint64_t n, std::uint32_t* values) const {
+  if (n == 0) return;
+  const DeviceScope scope(device_);
+  (void)cudaGetLastError();  // CUB would take an earlier error of the host's for its own
+  const auto items = static_cast<std::uint32_t>(n);
+  std::size_t bytes = 0;
+  if (!check(CUB_NS_QUALIFIER::DeviceScan::InclusiveSum(nullptr, bytes, values, values, items, stream_),
+             "running sum"))
+    return;
+  void* const space = scratch(bytes);
+  if (space != nullptr)
+    check(CUB_NS_QUALIFIER::DeviceScan::InclusiveSum(space, bytes, values, values, items, stream_),
+          "running sum");
+}
 
 void CudaExec::sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
                     std::uint64_t* keys_out, std::uint32_t* values_out) const {

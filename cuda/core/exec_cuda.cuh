@@ -9,6 +9,8 @@
 //     alone, so equal inputs give equal bits.
 //   - scan is defined in core/exec_cuda_scan.cuh, because CUB's header would cost every stage seconds to
 //   compile.
+//   - repeat() captures what is enqueued into a graph, kept by its key, and launches that the next time. Where
+//     the host captures the stream itself, or makes it do so, nothing is kept.
 //   - Hosts use other devices: every entry selects its own and puts the host's back.
 //   - The first error is kept until fault() is asked; nothing is thrown or printed.
 #pragma once
@@ -20,6 +22,7 @@
 #include <string>
 #include <type_traits>
 
+#include "core/repeat_key.hpp"
 #include "core/timings.hpp"
 #include "core/warp_add.cuh"
 #include "meltsim/types.hpp"
@@ -64,24 +67,40 @@ __global__ void __launch_bounds__(block)
 inline constexpr unsigned gather_items = 32;
 inline constexpr unsigned gather_parts = 3;
 
+/// Sums of item blockIdx.x * 32 + lane; the first warp gets them, and whether the item exists.
 template <class Body>
-__global__ void __launch_bounds__(gather_items* gather_parts)
-    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+__device__ bool gathered(std::uint64_t n, const Body& body, std::uint64_t& i, typename Body::Sum& sum) {
   using Sum = typename Body::Sum;
   // Raw bytes: shared variables may not have constructors.
   __shared__ alignas(16) unsigned char raw[(gather_parts - 1) * gather_items * sizeof(Sum)];
   Sum* const others = reinterpret_cast<Sum*>(raw);
-  if (stopped(guard)) return;
   const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
-  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
-  Sum sum{};
+  i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
   if (i < n) sum = body.part(i, part);
   if (part != 0) others[(part - 1) * gather_items + lane] = sum;
   __syncthreads();
-  if (part != 0 || i >= n) return;
+  if (part != 0 || i >= n) return false;
   sum.add(others[lane]);
   sum.add(others[gather_items + lane]);
-  body.finish(i, sum);
+  return true;
+}
+
+template <class Body>
+__global__ void __launch_bounds__(gather_items* gather_parts)
+    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  if (stopped(guard)) return;
+  std::uint64_t i;
+  typename Body::Sum sum{};
+  if (gathered(n, body, i, sum)) body.finish(i, sum);
+}
+
+template <class Body>
+__global__ void __launch_bounds__(gather_items* gather_parts)
+    gather_adding(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  if (stopped(guard)) return;
+  std::uint64_t i;
+  typename Body::Sum sum{};
+  if (gathered(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
 /// Combines the values of a block; thread 0 gets the result.
@@ -177,6 +196,13 @@ class CudaExec {
              kernels::gather_items * kernels::gather_parts, guard_, n, body);
   }
 
+  template <class Body>
+  void gather_adding(std::uint64_t n, const Body& body) const {
+    if (n != 0)
+      launch(kernels::gather_adding<Body>, blocks(n, kernels::gather_items),
+             kernels::gather_items * kernels::gather_parts, guard_, n, body);
+  }
+
   template <class R, class Body>
   void reduce(std::uint64_t n, const Body& body, R* out) const {
     static_assert(
@@ -194,6 +220,11 @@ class CudaExec {
   /// Defined in core/exec_cuda_scan.cuh.
   template <class Body>
   void scan(std::uint64_t n, const Body& body, std::uint32_t* out) const;
+
+  /// Defined in core/exec_cuda_bucket.cuh. In the last bucket indices are in no order.
+  template <class Body>
+  void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) const;
 
   void sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
             std::uint64_t* keys_out, std::uint32_t* values_out) const;
@@ -213,6 +244,18 @@ class CudaExec {
   void fill(std::uint64_t n, const V& value, V* to) const {
     for_each(n, kernels::FillBody<V>{value, to});
   }
+
+  template <class Enqueue>
+  void repeat(const RepeatKey& key, const Enqueue& enqueue) {
+    if (launch_again(key)) return;
+    const bool captured = begin_capture();
+    enqueue();
+    if (captured) end_capture(key);
+  }
+  /// Forgets what repeat() kept: the buffers it names are gone.
+  void forget_repeats();
+  /// Graphs made since the executor was.
+  std::uint64_t captures() const;
 
   // --- for the engine ---
   void* allocate(std::uint64_t bytes) const;
@@ -256,6 +299,11 @@ class CudaExec {
   /// Keeps the first error; true = success.
   bool check(cudaError_t result, const char* what) const;
   void* partials() const;
+  /// values[i] = values[0] + ... + values[i]
+  void running_sum(std::uint64_t n, std::uint32_t* values) const;
+  bool launch_again(const RepeatKey& key) const;
+  bool begin_capture() const;
+  void end_capture(const RepeatKey& key) const;
   /// Working space of CUB, or null and a fault when it is smaller than `bytes`.
   void* scratch(std::size_t bytes) const;
   void harvest();

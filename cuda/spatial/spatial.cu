@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The spatial stages for the CUDA executor.
+#include "core/exec_cuda_bucket.cuh"
 #include "core/exec_cuda_scan.cuh"
 #include "core/stage_functions.hpp"
 #include "spatial/stages.hpp"
@@ -8,6 +9,9 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
+MELTSIM_INSTANTIATE(core::CudaExec, cells)
+MELTSIM_INSTANTIATE(core::CudaExec, settle)
+MELTSIM_INSTANTIATE(core::CudaExec, rows)
 MELTSIM_INSTANTIATE(core::CudaExec, keys)
 MELTSIM_INSTANTIATE(core::CudaExec, sort)
 MELTSIM_INSTANTIATE(core::CudaExec, reorder)

@@ -7,11 +7,15 @@
 //   reduce(n, body, out)         *out = combine of body(i); R::combine is associative, R{} its identity
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
+//   bucket(n, m, body, bucket_of, begin, order, scratch)   bucket_of[i] = body(i) < m; order = 0..n-1 by bucket,
+//                                ascending in each but the last; begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter
+//   gather_adding(n, body)       gather with body.finish(i, sum, add)
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
+//   repeat(key, enqueue)         enqueue(), which may be recorded: the same key later stands for the same launches
 //   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space
 //   for verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
 //
@@ -34,6 +38,7 @@
 #include <string>
 #include <vector>
 
+#include "core/repeat_key.hpp"
 #include "core/timings.hpp"
 #include "meltsim/types.hpp"
 
@@ -95,12 +100,12 @@ class CpuExec {
 
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
-    for_each(n, [&body](std::uint64_t i) {
-      auto sum = body.part(i, 0);
-      sum.add(body.part(i, 1));
-      sum.add(body.part(i, 2));
-      body.finish(i, sum);
-    });
+    for_each(n, [&body](std::uint64_t i) { body.finish(i, sum_of(body, i)); });
+  }
+
+  template <class Body>
+  void gather_adding(std::uint64_t n, const Body& body) const {
+    accumulate(n, [&body](std::uint64_t i, const CpuAdder& add) { body.finish(i, sum_of(body, i), add); });
   }
 
   template <class R, class Body>
@@ -149,41 +154,18 @@ class CpuExec {
   void sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
             std::uint64_t* keys_out, std::uint32_t* values_out) {
     if (n == 0) return;
-    constexpr std::uint32_t digits = 1u << digit_bits;
     const std::uint32_t passes = std::max(1u, (bits + digit_bits - 1) / digit_bits);
     const std::uint64_t part = std::max<std::uint64_t>(chunk, (n + threads_ - 1) / threads_);
-    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
-    histogram_.assign(static_cast<std::size_t>(parts) * digits, 0);
     std::uint64_t *from_k = keys, *to_k = keys_out;
     std::uint32_t *from_v = values, *to_v = values_out;
     for (std::uint32_t pass = 0; pass < passes; ++pass) {
       const std::uint32_t shift = pass * digit_bits;
-      std::fill(histogram_.begin(), histogram_.end(), 0);
-#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
-      for (std::int64_t p = 0; p < parts; ++p) {
-        std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
-        const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
-        for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i)
-          ++h[(from_k[i] >> shift) & (digits - 1)];
-      }
-      std::uint32_t offset = 0;
-      for (std::uint32_t d = 0; d < digits; ++d)
-        for (std::int64_t p = 0; p < parts; ++p) {
-          std::uint32_t& h = histogram_[static_cast<std::size_t>(p) * digits + d];
-          const std::uint32_t c = h;
-          h = offset;
-          offset += c;
-        }
-#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
-      for (std::int64_t p = 0; p < parts; ++p) {
-        std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
-        const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
-        for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i) {
-          const std::uint32_t to = h[(from_k[i] >> shift) & (digits - 1)]++;
-          to_k[to] = from_k[i];
-          to_v[to] = from_v[i];
-        }
-      }
+      sort_pass(
+          n, part, [&](std::uint64_t i) { return from_k[i] >> shift; },
+          [&](std::uint64_t i, std::uint32_t to) {
+            to_k[to] = from_k[i];
+            to_v[to] = from_v[i];
+          });
       std::swap(from_k, to_k);
       std::swap(from_v, to_v);
     }
@@ -191,6 +173,33 @@ class CpuExec {
       copy(n, from_k, keys_out);
       copy(n, from_v, values_out);
     }
+  }
+
+  /// A radix sort of the bucket numbers; in the last bucket, too, indices ascend.
+  template <class Body>
+  void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) {
+    if (stopped()) return;
+    for_each(n, [&](std::uint64_t i) {
+      bucket_of[i] = body(i);
+      order[i] = static_cast<std::uint32_t>(i);
+    });
+    std::uint32_t* by_bucket = order;
+    std::uint32_t* other = scratch;
+    const std::uint64_t part = std::max<std::uint64_t>(chunk, (n + threads_ - 1) / threads_);
+    for (std::uint32_t shift = 0; shift < 32 && (m - 1) >> shift != 0u; shift += digit_bits) {
+      sort_pass(
+          n, part, [&](std::uint64_t i) { return bucket_of[by_bucket[i]] >> shift; },
+          [&](std::uint64_t i, std::uint32_t to) { other[to] = by_bucket[i]; });
+      std::swap(by_bucket, other);
+    }
+    if (by_bucket != order) copy(n, by_bucket, order);
+    // Every first of a bucket also begins the empty ones before it.
+    for_each(n + 1, [&](std::uint64_t i) {
+      const std::uint32_t from = i == 0 ? 0u : bucket_of[order[i - 1]] + 1u;
+      const std::uint32_t to = i == n ? m : bucket_of[order[i]];
+      for (std::uint32_t b = from; b <= to; ++b) begin[b] = static_cast<std::uint32_t>(i);
+    });
   }
 
   template <class Body>
@@ -217,6 +226,12 @@ class CpuExec {
   }
 
   // --- for the engine ---
+  template <class Enqueue>
+  void repeat(const RepeatKey&, const Enqueue& enqueue) {
+    enqueue();
+  }
+  void forget_repeats() {}
+  std::uint64_t captures() const { return 0; }
   static constexpr Backend backend = Backend::cpu;
   /// 64-byte aligned, or null.
   void* allocate(std::uint64_t bytes) const {
@@ -252,6 +267,45 @@ class CpuExec {
     timings_.add(index, ms.count());
   }
   const Timings& collect() { return timings_; }
+
+ private:
+  /// One stable pass over the low digit of key(i): place(i, where it goes).
+  template <class Key, class Place>
+  void sort_pass(std::uint64_t n, std::uint64_t part, const Key& key, const Place& place) {
+    constexpr std::uint32_t digits = 1u << digit_bits;
+    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
+    histogram_.assign(static_cast<std::size_t>(parts) * digits, 0);
+#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
+    for (std::int64_t p = 0; p < parts; ++p) {
+      std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
+      for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i) ++h[key(i) & (digits - 1)];
+    }
+    std::uint32_t offset = 0;
+    for (std::uint32_t d = 0; d < digits; ++d)
+      for (std::int64_t p = 0; p < parts; ++p) {
+        std::uint32_t& h = histogram_[static_cast<std::size_t>(p) * digits + d];
+        const std::uint32_t c = h;
+        h = offset;
+        offset += c;
+      }
+#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
+    for (std::int64_t p = 0; p < parts; ++p) {
+      std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
+      for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i)
+        place(i, h[key(i) & (digits - 1)]++);
+    }
+  }
+
+ protected:
+  template <class Body>
+  static typename Body::Sum sum_of(const Body& body, std::uint64_t i) {
+    auto sum = body.part(i, 0);
+    sum.add(body.part(i, 1));
+    sum.add(body.part(i, 2));
+    return sum;
+  }
 
  private:
   static constexpr std::uint32_t digit_bits = 11;    // of a radix pass

@@ -262,6 +262,7 @@ struct Frame {
   Constants<T> c;
   Grid<T> grid;
   std::uint32_t particles = 0;   ///< ids handed out; removed ones included
+  std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
   std::uint32_t vertices = 0;
   std::uint32_t region_words = 0;

@@ -16,14 +16,15 @@ enum Field : int {
 #undef MELTSIM_FIELD
   field_count
 };
-static_assert(field_count <= 64, "channel sets are 64-bit masks");
-
-using FieldSet = std::uint64_t;
+/// One bit per channel.
+__extension__ typedef unsigned __int128 FieldSet;
+static_assert(field_count <= 128);
 
 enum class Owner {
   particle,
   particle_rows,
   id,
+  cell,
   group,
   group_rows,
   vertex,
@@ -72,6 +73,8 @@ enum Fact : std::uint32_t {
   fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
   fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
   fact_dry = 1u << 12,           ///< no liquid, now or later
+  fact_packed = 1u << 13,        ///< few cells of the domain are empty: they can be counted one by one
+  fact_sparse = 1u << 14,        ///< the domain is unbounded or mostly empty
 };
 
 struct StageInfo {
@@ -111,6 +114,7 @@ constexpr bool consistent(std::uint32_t f) {
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
          implies(fact_freeze, fact_melt) &&
          ((f & fact_fluid) != 0) != ((f & fact_dry) != 0) &&
+         ((f & fact_packed) != 0) != ((f & fact_sparse) != 0) &&
          !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
          !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
          implies(fact_heat_boundary, fact_heat_enthalpy);
@@ -132,7 +136,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 8192u; ++facts)
+  for (std::uint32_t facts = 0; facts < 32768u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

@@ -3,11 +3,14 @@
 // exact in the World's precision, so upload and download lose nothing.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 #include "core/frame.hpp"
+#include "core/pipeline.hpp"
 #include "meltsim/desc.hpp"
 
 namespace meltsim {
@@ -55,10 +58,28 @@ struct SceneConstants {
   std::vector<BodyHeat<double>> body_heat;  ///< per body, or empty
 };
 
+/// Cells along one axis of a bounded domain.
+inline std::int32_t cells_along(double extent, double support) {
+  return static_cast<std::int32_t>(std::max(1.0, std::min(std::floor(extent / support), double(1 << 20))));
+}
+
+inline std::uint64_t cell_count(const DomainDesc& domain, double support) {
+  const Vec3d e = domain.max - domain.min;
+  return static_cast<std::uint64_t>(cells_along(e.x, support)) *
+         static_cast<std::uint64_t>(cells_along(e.y, support)) *
+         static_cast<std::uint64_t>(cells_along(e.z, support));
+}
+
+/// Whether the cells of a domain are counted one by one: a cell has rows of 72 bytes or more, empty or not,
+/// so that two particles per cell pay for it. A few thousand cells cost nothing anyway.
+inline bool is_packed(const DomainDesc& domain, double support, std::uint64_t particles) {
+  return domain.bounded && cell_count(domain, support) <= std::max<std::uint64_t>(particles / 2, 16384);
+}
+
 /// How much to allocate and which stages to run.
 struct EngineSetup {
   std::uint32_t facts = 0;
-  std::uint64_t channels = 0;
+  FieldSet channels = 0;
   std::uint32_t particle_capacity = 0;
 };
 

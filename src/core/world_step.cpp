@@ -140,7 +140,10 @@ std::uint32_t WorldImpl::facts() {
     if (!m.viscosity_points.empty()) f |= core::fact_viscosity;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   f &= ~disabled_facts_;
-  if ((f & core::fact_particles) != 0 && (f & core::fact_fluid) == 0) f |= core::fact_dry;
+  if ((f & core::fact_particles) == 0) return f;
+  if ((f & core::fact_fluid) == 0) f |= core::fact_dry;
+  const std::uint64_t particles = state_.position.size() + planned_emission();
+  f |= core::is_packed(desc.domain, core::support_of(desc), particles) ? core::fact_packed : core::fact_sparse;
   return f;
 }
 
@@ -216,14 +219,14 @@ Status WorldImpl::prepare() {
   setup.facts = facts_ = facts();
   setup.channels = core::channels_for(setup.facts);
   if ((setup.facts & core::fact_particles) != 0) {
-    setup.channels |= std::uint64_t{1} << core::field_vertex_of_id;
-    if (!emitters_.empty()) setup.channels |= std::uint64_t{1} << core::field_emitter_points;
+    setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
+    if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
   }
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
   if ((setup.facts & core::fact_mobile) != 0)
-    setup.channels |= std::uint64_t{1} << core::field_neighbour_mask;
+    setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
   if ((setup.facts & core::fact_solid) == 0)
-    setup.channels &= ~(std::uint64_t{1} << core::field_vertex_of_id);
+    setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   derive_limits();
   fit_regions(substep_ > 0 ? substep_ : static_dt_);
   modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);

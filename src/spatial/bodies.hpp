@@ -36,53 +36,80 @@ MELTSIM_HD std::uint64_t cell_key(const Grid<T>& g, std::int32_t x, std::int32_t
          static_cast<std::uint64_t>(x);
 }
 
-/// One call per id, so that the stable sort leaves ids ascending within a cell whatever the history was.
+/// Cell of the particle with an id once it has drifted half a step; none where it was removed.
+template <class T>
+MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t id) {
+  const std::uint32_t slot = w.f.slot_of_id[id];
+  if (is_removed(w.before.tag[slot])) return removed_key;
+  const Vec3<T> x =
+      physics::drift(xyz(w.before.position[slot]), xyz(w.before.velocity[slot]), w.f.clock->half_dt);
+  return cell_key(w.grid,
+                  cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
+                  cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
+                  cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
+}
+
+/// One call per id, so that ids ascend within a cell whatever the history was. Removed ones come last.
+template <class T>
+struct CellBody {
+  Frame<T> w;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t id) const {
+    const std::uint64_t cell = cell_of(w, id);
+    return cell == removed_key ? w.cells : static_cast<std::uint32_t>(cell);
+  }
+};
+
+/// The same for cells too many to be counted one by one.
 template <class T>
 struct KeysBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t id) const {
-    const std::uint32_t slot = w.f.slot_of_id[id];
-    std::uint64_t key = removed_key;
-    if (!is_removed(w.before.tag[slot])) {
-      const Vec3<T> x =
-          physics::drift(xyz(w.before.position[slot]), xyz(w.before.velocity[slot]), w.f.clock->half_dt);
-      key = cell_key(w.grid,
-                     cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
-                     cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
-                     cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
-    }
-    w.f.sort_key[id] = key;
-    w.f.sort_slot[id] = slot;
+    w.f.sort_key[id] = cell_of(w, id);
+    w.f.sort_slot[id] = w.f.slot_of_id[id];
   }
 };
 
 /// State of slot i from where it was, drifted half a step.
 template <class T>
+MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, std::uint32_t id) {
+  const std::uint32_t tag = w.before.tag[from];
+  const Vec4<T> x = w.before.position[from];
+  const Vec4<T> v = w.before.velocity[from];
+  const T mass = w.before.mass[from];
+  const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
+  // A melted particle grows or shrinks to its liquid's volume within a few acoustic times, not at once.
+  const T volume =
+      is_solid(tag) ? x.w
+                    : physics::relaxed_volume(
+                          x.w,
+                          mass / physics::rest_density(w.f.materials[material_of(tag)],
+                                                       w.before.enthalpy[from] / static_cast<double>(mass)),
+                          w.f.clock->dt * w.c.volume_rate);
+  w.f.position[i] = with_w(moved, volume);
+  w.f.velocity[i] = v;
+  w.f.enthalpy[i] = w.before.enthalpy[from];
+  w.f.mass[i] = mass;
+  w.f.tag[i] = tag;
+  w.f.id[i] = id;
+  w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);  // a permutation: no two i share an id
+}
+
+template <class T>
+struct SettleBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t id = w.f.cell_order[i], cell = w.f.cell_of_id[id];
+    reorder(w, i, w.f.slot_of_id[id], id);
+    w.f.group_of[i] = cell == w.cells ? none : cell;
+  }
+};
+
+template <class T>
 struct ReorderBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t from = w.f.sort_slot_alt[i];
-    const std::uint32_t tag = w.before.tag[from];
-    const Vec4<T> x = w.before.position[from];
-    const Vec4<T> v = w.before.velocity[from];
-    const T mass = w.before.mass[from];
-    const std::uint32_t id = w.before.id[from];
-    const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
-    // A melted particle grows or shrinks to its liquid's volume within a few acoustic times, not at once.
-    const T volume =
-        is_solid(tag) ? x.w
-                      : physics::relaxed_volume(
-                            x.w,
-                            mass / physics::rest_density(w.f.materials[material_of(tag)],
-                                                         w.before.enthalpy[from] / static_cast<double>(mass)),
-                            w.f.clock->dt * w.c.volume_rate);
-    w.f.position[i] = with_w(moved, volume);
-    w.f.velocity[i] = v;
-    w.f.enthalpy[i] = w.before.enthalpy[from];
-    w.f.mass[i] = mass;
-    w.f.tag[i] = tag;
-    w.f.id[i] = id;
-    w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);  // a permutation: no two i share an id
+    reorder(w, i, from, w.before.id[from]);
   }
 };
 
@@ -134,42 +161,59 @@ MELTSIM_HD std::uint32_t first_not_below(const std::uint64_t* keys, std::uint32_
   return lo;
 }
 
-/// The rows of one group: cells x-1..x+1 of each of the nine (y, z) neighbours are adjacent in key order. A
-/// row that wraps in x splits in two; that is why periodic x has 18 rows.
+/// Calls row(r, first, last) for the rows of a cell, as cell keys of which the slots from the first's begin to
+/// the last's end are candidates: cells x-1..x+1 of each of the nine (y, z) neighbours are adjacent in key
+/// order. A row that wraps in x splits in two; that is why periodic x has 18 rows.
+template <class T, class Row>
+MELTSIM_HD void for_each_cell_row(const Grid<T>& grid, std::uint64_t key, const Row& row) {
+  const auto nx = static_cast<std::uint64_t>(grid.nx), ny = static_cast<std::uint64_t>(grid.ny);
+  const auto cx = static_cast<std::int32_t>(key % nx);
+  const auto cy = static_cast<std::int32_t>((key / nx) % ny);
+  const auto cz = static_cast<std::int32_t>(key / (nx * ny));
+  for (std::int32_t k = 0; k < 9; ++k) {
+    std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
+    if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
+    if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
+    if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) continue;
+    const std::int32_t first = maximum(cx - 1, std::int32_t{0}), last = minimum(cx + 1, grid.nx - 1);
+    row(k, cell_key(grid, first, y, z), cell_key(grid, last, y, z));
+    if (grid.periodic & 1u) {
+      if (cx == 0) row(9 + k, cell_key(grid, grid.nx - 1, y, z), cell_key(grid, grid.nx - 1, y, z));
+      if (cx == grid.nx - 1) row(9 + k, cell_key(grid, 0, y, z), cell_key(grid, 0, y, z));
+    }
+  }
+}
+
+/// The rows of a cell where cells are counted.
+template <class T>
+struct RowsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t cell) const {
+    Range* rows = w.f.group_ranges + cell * w.grid.rows;
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) rows[r] = Range{0u, 0u};
+    if (w.f.cell_begin[cell] == w.f.cell_begin[cell + 1]) return;  // nobody asks
+    for_each_cell_row(w.grid, cell, [&](std::int32_t r, std::uint64_t first, std::uint64_t last) {
+      rows[r] = Range{w.f.cell_begin[first], w.f.cell_begin[last + 1]};
+    });
+  }
+};
+
+/// The rows of an occupied cell where those are sorted.
 template <class T>
 struct RangesBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t g) const {
     const std::uint32_t groups = w.f.status->groups;
     if (g >= groups) return;
-    const Grid<T>& grid = w.grid;
-    const std::uint64_t key = w.f.group_key[g];
-    const auto nx = static_cast<std::uint64_t>(grid.nx), ny = static_cast<std::uint64_t>(grid.ny);
-    const auto cx = static_cast<std::int32_t>(key % nx);
-    const auto cy = static_cast<std::int32_t>((key / nx) % ny);
-    const auto cz = static_cast<std::int32_t>(key / (nx * ny));
-    Range* rows = w.f.group_ranges + g * grid.rows;
-    for (std::uint32_t r = 0; r < grid.rows; ++r) rows[r] = Range{0u, 0u};
-    for (std::int32_t k = 0; k < 9; ++k) {
-      std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
-      if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
-      if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
-      if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) continue;
-      const std::int32_t first = maximum(cx - 1, std::int32_t{0}), last = minimum(cx + 1, grid.nx - 1);
-      rows[k] = row(groups, first, last, y, z);
-      if (grid.periodic & 1u) {
-        if (cx == 0) rows[9 + k] = row(groups, grid.nx - 1, grid.nx - 1, y, z);
-        if (cx == grid.nx - 1) rows[9 + k] = row(groups, 0, 0, y, z);
-      }
-    }
-  }
-  MELTSIM_HD Range row(std::uint32_t groups, std::int32_t x0, std::int32_t x1, std::int32_t y,
-                       std::int32_t z) const {
-    const std::uint32_t a = first_not_below(w.f.group_key, groups, cell_key(w.grid, x0, y, z));
-    const std::uint64_t past = cell_key(w.grid, x1, y, z) + 1u;
-    std::uint32_t b = a;
-    while (b < groups && w.f.group_key[b] < past) ++b;  // at most three
-    return Range{w.f.group_begin[a], w.f.group_begin[b]};
+    Range* rows = w.f.group_ranges + g * w.grid.rows;
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) rows[r] = Range{0u, 0u};
+    for_each_cell_row(
+        w.grid, w.f.group_key[g], [&](std::int32_t r, std::uint64_t first, std::uint64_t last) {
+          const std::uint32_t a = first_not_below(w.f.group_key, groups, first);
+          std::uint32_t b = a;
+          while (b < groups && w.f.group_key[b] <= last) ++b;  // at most three
+          rows[r] = Range{w.f.group_begin[a], w.f.group_begin[b]};
+        });
   }
 };
 

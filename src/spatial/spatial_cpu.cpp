@@ -8,6 +8,9 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
+MELTSIM_INSTANTIATE(core::CpuExec, cells)
+MELTSIM_INSTANTIATE(core::CpuExec, settle)
+MELTSIM_INSTANTIATE(core::CpuExec, rows)
 MELTSIM_INSTANTIATE(core::CpuExec, keys)
 MELTSIM_INSTANTIATE(core::CpuExec, sort)
 MELTSIM_INSTANTIATE(core::CpuExec, reorder)

@@ -8,6 +8,22 @@ inline namespace v0 {
 namespace spatial {
 
 template <class E, class T>
+void cells(E& ex, const core::Frame<T>& w) {
+  ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of_id, w.f.cell_begin, w.f.cell_order,
+            w.f.cell_scratch);
+}
+
+template <class E, class T>
+void settle(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, SettleBody<T>{w});
+}
+
+template <class E, class T>
+void rows(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.cells, RowsBody<T>{w});
+}
+
+template <class E, class T>
 void keys(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, KeysBody<T>{w});
 }

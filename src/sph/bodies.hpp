@@ -50,7 +50,7 @@ struct Surroundings {
 
 /// phi and P/phi^2 of every liquid particle, tau_k of every solid one: the sum of V W over everything within H
 /// and over its images in walls. First sweep of a sub-step: it finds the neighbours, too.
-template <class T, bool Mixed>
+template <class T, bool Mixed, bool Periodic>
 struct DensityBody {
   Frame<T> w;
   using Sum = Surroundings<T>;
@@ -59,15 +59,14 @@ struct DensityBody {
     if (w.f.group_of[i] == core::none) return s;  // removed
     const Vec3<T> xi = xyz(w.f.position[i]);
     const bool solid = Mixed && is_solid(w.f.tag[i]);
-    spatial::find_each_neighbour(w, i, k,
-                                 [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-                                   s.phi += volume_seen(w, j, xj) *
-                                            physics::kernel_value(w.c.kernel, std::sqrt(r2));
-                                   if (solid) s.wet = s.wet || is_fluid(w.f.tag[j]);
-                                 });
+    spatial::find_neighbours<Periodic>(
+        w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2, bool near) {
+          s.phi += volume_seen(w, j, xj) * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+          if (solid && near) s.wet = s.wet || is_fluid(w.f.tag[j]);
+        });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
-    spatial::for_each_neighbour(
+    spatial::sweep<Periodic>(
         w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
           T value = 0;
           physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
@@ -119,7 +118,7 @@ struct ForceSum {
 
 /// Pressure, viscosity, gravity and walls on every liquid particle. Mixed: there are solids or several
 /// liquids; without, nothing has to be asked of a neighbour but where it is and how it moves.
-template <class T, bool Mixed>
+template <class T, bool Mixed, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
   using Sum = ForceSum<T>;
@@ -131,7 +130,7 @@ struct ForcesBody {
     const T stiffness = mi.tait_stiffness, density = mi.density;
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const T vol_i = xi.w, mu = viscosity_of(w, i, mi);
-    spatial::for_each_neighbour(
+    spatial::sweep<Periodic>(
         w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
@@ -160,7 +159,7 @@ struct ForcesBody {
         });
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
     if (walls.axes == 0u) return s;
-    spatial::for_each_neighbour(
+    spatial::sweep<Periodic>(
         w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
           const T operand = w.f.velocity[j].w;
           const T term_j = Mixed && is_solid(w.f.tag[j]) ? stiffness * operand : operand;
@@ -194,7 +193,7 @@ struct ForcesBody {
 };
 
 /// The liquid's push on every solid particle: the exact negatives of what ForcesBody gave the liquid.
-template <class T>
+template <class T, bool Periodic>
 struct ReactionBody {
   Frame<T> w;
   using Sum = ForceSum<T>;
@@ -209,7 +208,7 @@ struct ReactionBody {
     const T vol_k = volume_seen(w, k, w.f.position[k]), tau = vk4.w;
     const Vec3<T> vk = xyz(vk4);
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
-    spatial::for_each_neighbour(
+    spatial::sweep<Periodic>(
         w, k, share, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
           const std::uint32_t tag_i = w.f.tag[i];
           if (!is_fluid(tag_i)) return;

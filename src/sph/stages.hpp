@@ -14,8 +14,10 @@ void seen_volume(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
-  if (w.mixed) ex.gather(w.particles, DensityBody<T, true>{w});
-  else ex.gather(w.particles, DensityBody<T, false>{w});
+  spatial::with_periods(w, [&](auto periodic) {
+    if (w.mixed) ex.gather(w.particles, DensityBody<T, true, periodic()>{w});
+    else ex.gather(w.particles, DensityBody<T, false, periodic()>{w});
+  });
 }
 
 template <class E, class T>
@@ -25,13 +27,16 @@ void viscosity(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
-  if (w.mixed) ex.gather(w.particles, ForcesBody<T, true>{w});
-  else ex.gather(w.particles, ForcesBody<T, false>{w});
+  spatial::with_periods(w, [&](auto periodic) {
+    if (w.mixed) ex.gather(w.particles, ForcesBody<T, true, periodic()>{w});
+    else ex.gather(w.particles, ForcesBody<T, false, periodic()>{w});
+  });
 }
 
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
-  ex.gather(w.particles, ReactionBody<T>{w});
+  spatial::with_periods(
+      w, [&](auto periodic) { ex.gather(w.particles, ReactionBody<T, periodic()>{w}); });
 }
 
 }  // namespace sph

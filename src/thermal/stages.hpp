@@ -19,7 +19,7 @@ void boundary(E& ex, const core::Frame<T>& w) {
 }
 
 /// heat_supersteps super-steps of heat_stages Runge-Kutta-Legendre stages each.
-template <bool Boundary, class E, class T>
+template <bool Boundary, bool Periodic, class E, class T>
 void super_steps(E& ex, core::Frame<T>& w) {
   const int stages = static_cast<int>(w.heat_stages);
   for (std::uint32_t super = 0; super < w.heat_supersteps; ++super) {
@@ -28,8 +28,9 @@ void super_steps(E& ex, core::Frame<T>& w) {
       // Stage 2 finds d_0 = 0 where stage 1 never wrote: the first stage overwrote d_{-1} only.
       if (j == 2) ex.fill(w.particles, 0.0, w.f.heat_increment_old);
       const double tau = static_cast<double>(w.heat_dt);
-      ex.accumulate(w.particles,
-                    StageBody<T, Boundary>{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, j == 1});
+      ex.gather_adding(
+          w.particles,
+          StageBody<T, Boundary, Periodic>{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, j == 1});
       if (Boundary) {
         ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
         ex.for_each(1,
@@ -46,8 +47,10 @@ template <class E, class T>
 void exchange(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
   ex.for_each(w.particles, OperandsBody<T>{w});
-  if (w.f.heat_boundary != nullptr) super_steps<true>(ex, w);
-  else super_steps<false>(ex, w);
+  spatial::with_periods(w, [&](auto periodic) {
+    if (w.f.heat_boundary != nullptr) super_steps<true, periodic()>(ex, w);
+    else super_steps<false, periodic()>(ex, w);
+  });
 }
 
 /// Eq. (4) twice over half the step each, the second time with the neighbours reversed.

@@ -34,9 +34,12 @@ struct Rig {
   void upload(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s,
               std::uint32_t facts) {
     core::EngineSetup setup;
+    // What a scene cannot be without.
+    if ((facts & core::fact_fluid) == 0) facts |= core::fact_dry;
+    if ((facts & core::fact_packed) == 0) facts |= core::fact_sparse;
     setup.facts = facts_ = facts;
-    setup.channels = core::channels_for(facts) | (std::uint64_t{1} << core::field_vertex_of_id) |
-                     (std::uint64_t{1} << core::field_neighbour_mask);
+    setup.channels = core::channels_for(facts) | (core::FieldSet{1} << core::field_vertex_of_id) |
+                     (core::FieldSet{1} << core::field_neighbour_mask);
     setup.particle_capacity = static_cast<std::uint32_t>(s.position.size());
     const Status status = engine->upload(c, l, s, setup);
     ASSERT_TRUE(status) << status.error().message;

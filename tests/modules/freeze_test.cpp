@@ -43,7 +43,7 @@ struct Plate {
   /// One sub-step in which nothing but freezing happens; short, so that nothing moves.
   void freeze(std::uint32_t with = facts) {
     rig.upload(constants, lattice, state, with);
-    rig.run({"step.begin", "spatial", "topology"}, 1e-9);
+    rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
     rig.engine->download(state);
   }
 };
@@ -212,7 +212,7 @@ TEST(Freezing, IncrementalEqualsFullRebuild) {
     for (std::uint32_t id = 0; id < 125; ++id) p.state.enthalpy[id] = -2000 * p.state.mass[id];
     p.rig.upload(p.constants, p.lattice, p.state, facts);
     const core::Frame<double>& f = p.rig.frame();
-    p.rig.run({"step.begin", "spatial", "topology"}, 1e-9);
+    p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
     std::vector<std::vector<std::uint32_t>> face(p.state.vertex_state.size());
     for (std::uint32_t v = 0; v < face.size(); ++v)
       for (const Vec3i d : {Vec3i{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}})
@@ -244,7 +244,7 @@ TEST(Freezing, IncrementalEqualsFullRebuild) {
           ++frozen;
         }
       }
-      p.rig.run({"step.begin", "spatial", "topology"}, 1e-9);
+      p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
       p.rig.engine->download(p.state);
       ASSERT_EQ(p.state.vertex_state, expected);
       ASSERT_EQ(p.state.melted, melted);
@@ -283,12 +283,12 @@ TEST(Freezing, PiecesThatFreezeTogetherAreOne) {
   // A first search ends while the gap is still warm; the next is due because something froze.
   for (double& h : p.state.enthalpy) h = -999 * p.state.mass[0];
   p.rig.upload(p.constants, p.lattice, p.state, facts);
-  p.rig.run({"step.begin", "spatial", "topology"}, 1e-9);
+  p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
   const core::Frame<double>& f = p.rig.frame();
   ASSERT_EQ(f.f.status->pieces_stale, 0u);
   ASSERT_EQ(f.f.vertex_piece[3], 3u);
   for (std::uint32_t i = 0; i < 25; ++i) f.f.enthalpy[i] = -1e6;
-  p.rig.run({"step.begin", "spatial", "topology"}, 1e-9);
+  p.rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
   p.rig.engine->download(p.state);
   EXPECT_EQ(p.state.frozen, 5u);
   for (std::uint32_t v = 0; v < 25; ++v) EXPECT_EQ(p.state.vertex_piece[v], 0u) << v;
@@ -309,7 +309,7 @@ core::SceneState freeze_at_random(Order order) {
           Vec3d{random.uniform() - 0.5, random.uniform() - 0.5, random.uniform() - 0.5} * dx;
   Rig<double> rig(order);
   rig.upload(p.constants, p.lattice, p.state, facts);
-  for (int k = 0; k < 3; ++k) rig.run({"step.begin", "spatial", "topology"}, 1e-9);
+  for (int k = 0; k < 3; ++k) rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, 1e-9);
   rig.engine->download(p.state);
   return p.state;
 }

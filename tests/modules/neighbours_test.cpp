@@ -36,8 +36,12 @@ class Neighbours : public testing::Test {
  protected:
   /// Largest number of candidates in a row.
   static std::uint32_t check(const Cloud& cloud) {
+    if (cloud.constants.domain.bounded) check(cloud, core::fact_packed);
+    return check(cloud, core::fact_sparse);
+  }
+  static std::uint32_t check(const Cloud& cloud, std::uint32_t search) {
     Rig<T> rig;
-    rig.upload(cloud.constants, {}, cloud.state, core::fact_particles | core::fact_dry);
+    rig.upload(cloud.constants, {}, cloud.state, core::fact_particles | search);
     rig.run({"step.begin", "spatial"});
     const core::Frame<T>& w = rig.frame();
     std::uint32_t widest = 0;
@@ -186,13 +190,15 @@ TYPED_TEST(Neighbours, SlotsAreInOrderOfCellThenId) {
   Cloud c;
   c.bound({2, 2, 2});
   for (int n = 0; n < 500; ++n) c.add(Vec3d{1, 1, 1} + random.vector(1));
-  Rig<TypeParam> rig;
-  rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_dry);
-  for (int n = 0; n < 3; ++n) rig.run({"step.begin", "spatial"});
-  const auto& w = rig.frame();
-  for (std::uint32_t i = 1; i < w.particles; ++i) {
-    ASSERT_LE(w.f.sort_key_alt[i - 1], w.f.sort_key_alt[i]);
-    ASSERT_TRUE(w.f.sort_key_alt[i - 1] != w.f.sort_key_alt[i] || w.f.id[i - 1] < w.f.id[i]);
+  for (const std::uint32_t search : {core::fact_packed, core::fact_sparse}) {
+    Rig<TypeParam> rig;
+    rig.upload(c.constants, {}, c.state, core::fact_particles | search);
+    for (int n = 0; n < 3; ++n) rig.run({"step.begin", "spatial"});
+    const auto& w = rig.frame();
+    for (std::uint32_t i = 1; i < w.particles; ++i) {
+      ASSERT_LE(w.f.group_of[i - 1], w.f.group_of[i]);
+      ASSERT_TRUE(w.f.group_of[i - 1] != w.f.group_of[i] || w.f.id[i - 1] < w.f.id[i]);
+    }
   }
 }
 

@@ -93,7 +93,7 @@ TEST(Melting, IncrementalEqualsFullRebuild) {
     Rig<float> rig;
     rig.upload(b.constants, b.lattice, b.state, facts);
     const core::Frame<float>& f = rig.frame();
-    rig.run({"step.begin", "spatial", "topology"});
+    rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"});
     std::uint64_t melted = 0;
     for (int round = 0; round < 12; ++round) {
       SCOPED_TRACE("w " + std::to_string(w) + ", round " + std::to_string(round));
@@ -110,7 +110,7 @@ TEST(Melting, IncrementalEqualsFullRebuild) {
           ++melted;
         }
       }
-      rig.run({"step.begin", "spatial", "topology"});
+      rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"});
       const std::vector<std::uint32_t> after(f.f.vertex_state, f.f.vertex_state + f.vertices);
       ASSERT_EQ(after, expected);
       ASSERT_EQ(f.f.status->melted, melted);
@@ -142,7 +142,7 @@ TEST(Melting, FromTheOutsideIn) {
   Rig<double> rig;
   rig.upload(b.constants, b.lattice, b.state, facts);
   for (int step = 1; step <= 5; ++step) {
-    rig.run({"step.begin", "spatial", "topology"});
+    rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"});
     const auto& f = rig.frame();
     for (std::uint32_t v = 0; v < f.vertices; ++v) {
       const Vec3i p = b.lattice.vertex_coordinates[v];

@@ -57,7 +57,7 @@ MELTSIM_HD T pressure_term(T pressure, T phi) {
 /// Pressure force on i from liquid j [N]; x_ij = x_i - x_j, f = kernel_gradient_factor.
 template <class T>
 MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {
-  return x_ij * (volume_i * volume_j * (term_i + term_j) * f);
+  return x_ij * ((volume_i * volume_j) * (term_i + term_j) * f);
 }
 
 /// Viscous force on i from j [N]: mu V_i V_j L_ij v_ji, v_ji = v_j - v_i.
@@ -80,8 +80,9 @@ MELTSIM_HD T pair_viscosity(T mu_i, T mu_j) {
 template <class T>
 MELTSIM_HD Vec3<T> artificial_viscous_force(const SphKernel<T>& k, T alpha, T sound_speed, T density,
                                             T volume_i, T volume_j, T f, T r2, T v_dot_x, Vec3<T> x_ij) {
-  const T approach = minimum(v_dot_x, T(0)) / (r2 + k.epsilon2);
-  return x_ij * (-volume_i * volume_j * density * alpha * sound_speed * T(0.5) * k.support * approach * f);
+  const T rate = alpha * sound_speed * T(0.5) * k.support;  // the same for all pairs
+  const T approach = minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2));
+  return x_ij * ((volume_i * volume_j) * (-density * rate * approach) * f);
 }
 
 }  // namespace physics

@@ -13,12 +13,29 @@
 namespace meltsim {
 inline namespace v0 {
 
+/// Whether this runs on a device, where neighbouring threads take the same branch or pay for both.
+MELTSIM_HD constexpr bool on_device() {
+#if defined(__CUDA_ARCH__)
+  return true;
+#else
+  return false;
+#endif
+}
+
 /// Index of the lowest and of the highest set bit; v must not be 0. The instruction differs by compiler.
 MELTSIM_HD int lowest_bit(std::uint64_t v) {
 #if defined(__CUDA_ARCH__)
   return __ffsll(static_cast<long long>(v)) - 1;
 #else
   return __builtin_ctzll(v);
+#endif
+}
+/// Number of set bits.
+MELTSIM_HD std::uint32_t popcount(std::uint64_t v) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popcll(static_cast<long long>(v)));
+#else
+  return static_cast<std::uint32_t>(__builtin_popcountll(v));
 #endif
 }
 MELTSIM_HD int highest_bit(std::uint64_t v) {

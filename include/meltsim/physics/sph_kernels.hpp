@@ -59,7 +59,7 @@ MELTSIM_HD T kernel_gradient_factor(const SphKernel<T>& k, T r) {
 template <class T>
 MELTSIM_HD T kernel_laplacian(const SphKernel<T>& k, T r, T r2) {
   const T a = maximum(T(1) - r * k.inv_support, T(0));
-  return k.laplacian_scale * (a * a * a) * (r2 / (r2 + k.epsilon2));
+  return k.laplacian_scale * (a * a * a) * (r2 * (T(1) / (r2 + k.epsilon2)));
 }
 
 /// The kernel as published: unit integral, no lattice correction.

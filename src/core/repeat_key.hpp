@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// What makes one sub-step's launches differ from another's: equal keys, equal launches.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// Everything that changes between sub-steps without a new upload, as bits. The clock is not part of it: it
+/// is set by step.begin, ahead of what repeats.
+using RepeatKey = std::array<std::uint64_t, 8>;
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim
