@@ -34,6 +34,7 @@ struct Range {
   std::uint32_t begin = 0, end = 0;
 };
 
+/// A conductivity below 0 marks a particle that holds both phases; its size is that of their mixture.
 template <class T>
 struct alignas(2 * sizeof(T)) HeatOperand {
   T temperature{}, conductivity{};

@@ -20,8 +20,15 @@ template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
   const double h = enthalpy / static_cast<double>(mass);
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
-  return {temperature,
-          physics::conductivity_at(m, static_cast<T>(physics::liquid_fraction(m, h)), temperature)};
+  const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
+  const T k = physics::conductivity_at(m, fraction, temperature);
+  return {temperature, fraction > T(0) && fraction < T(1) ? -k : k};
+}
+
+/// k of a particle toward one of another temperature [W/(m K)].
+template <class T>
+MELTSIM_HD T toward(const MaterialRow<T>& m, const HeatOperand<T>& own, T other) {
+  return own.conductivity < T(0) ? physics::conductivity_toward(m, own.temperature, other) : own.conductivity;
 }
 
 template <class T>
@@ -35,7 +42,8 @@ struct OperandsBody {
 /// What reaches particle i from outside at temperature and conductivity `own`.
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
-                                                 const HeatOperand<T>& own) {
+                                                 const HeatOperand<T>& operand) {
+  const HeatOperand<T> own{operand.temperature, std::fabs(operand.conductivity)};
   physics::SurfaceRate<T> sum;
   const auto add = [&](const physics::SurfaceRate<T>& r) {
     sum.rate += r.rate;
@@ -83,9 +91,12 @@ struct StageBody {
     T conductance = 0;
     spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
       const HeatOperand<T> other = w.f.heat_operand[j];
-      const T g =
-          physics::pair_conductance(volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2),
-                                    own.conductivity, other.conductivity);
+      const T k_own = toward(m, own, other.temperature);
+      const T k_other = other.conductivity < T(0)
+                            ? toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature)
+                            : other.conductivity;
+      const T g = physics::pair_conductance(
+          volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
       rate += static_cast<double>(g * (other.temperature - own.temperature));
       conductance += g;
     });
