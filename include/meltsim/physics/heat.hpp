@@ -66,7 +66,8 @@ MELTSIM_HD double liquid_fraction(const MaterialRow<T>& m, double h) {
   return clamp(above / m.latent_heat, 0.0, 1.0);
 }
 
-/// k [W/(m K)] at a liquid fraction and temperature: what holds both phases conducts as their mixture.
+/// k [W/(m K)] at a liquid fraction and temperature: a mixture in proportion, which is what surfaces and
+/// walls see of a particle that holds both phases; its neighbours see conductivity_toward.
 template <class T>
 MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature) {
   T own = m.conductivity, liquid = m.liquid_conductivity;
