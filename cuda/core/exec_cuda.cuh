@@ -9,7 +9,8 @@
 //     alone, so equal inputs give equal bits.
 //   - scan is defined in core/exec_cuda_scan.cuh, because CUB's header would cost every stage seconds to
 //   compile.
-//   - repeat() captures what is enqueued into a graph, kept by its key, and launches that the next time. Where
+//   - repeat() captures what is enqueued into a graph, kept by its key, and launches that the next time.
+//   Where
 //     the host captures the stream itself, or makes it do so, nothing is kept.
 //   - Hosts use other devices: every entry selects its own and puts the host's back.
 //   - The first error is kept until fault() is asked; nothing is thrown or printed.
@@ -67,40 +68,24 @@ __global__ void __launch_bounds__(block)
 inline constexpr unsigned gather_items = 32;
 inline constexpr unsigned gather_parts = 3;
 
-/// Sums of item blockIdx.x * 32 + lane; the first warp gets them, and whether the item exists.
 template <class Body>
-__device__ bool gathered(std::uint64_t n, const Body& body, std::uint64_t& i, typename Body::Sum& sum) {
+__global__ void __launch_bounds__(gather_items* gather_parts)
+    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
   using Sum = typename Body::Sum;
   // Raw bytes: shared variables may not have constructors.
   __shared__ alignas(16) unsigned char raw[(gather_parts - 1) * gather_items * sizeof(Sum)];
   Sum* const others = reinterpret_cast<Sum*>(raw);
+  if (stopped(guard)) return;
   const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
-  i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
+  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
+  Sum sum{};
   if (i < n) sum = body.part(i, part);
   if (part != 0) others[(part - 1) * gather_items + lane] = sum;
   __syncthreads();
-  if (part != 0 || i >= n) return false;
+  if (part != 0 || i >= n) return;
   sum.add(others[lane]);
   sum.add(others[gather_items + lane]);
-  return true;
-}
-
-template <class Body>
-__global__ void __launch_bounds__(gather_items* gather_parts)
-    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
-  if (stopped(guard)) return;
-  std::uint64_t i;
-  typename Body::Sum sum{};
-  if (gathered(n, body, i, sum)) body.finish(i, sum);
-}
-
-template <class Body>
-__global__ void __launch_bounds__(gather_items* gather_parts)
-    gather_adding(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
-  if (stopped(guard)) return;
-  std::uint64_t i;
-  typename Body::Sum sum{};
-  if (gathered(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
+  body.finish(i, sum);
 }
 
 /// Combines the values of a block; thread 0 gets the result.
@@ -193,13 +178,6 @@ class CudaExec {
   void gather(std::uint64_t n, const Body& body) const {
     if (n != 0)
       launch(kernels::gather<Body>, blocks(n, kernels::gather_items),
-             kernels::gather_items * kernels::gather_parts, guard_, n, body);
-  }
-
-  template <class Body>
-  void gather_adding(std::uint64_t n, const Body& body) const {
-    if (n != 0)
-      launch(kernels::gather_adding<Body>, blocks(n, kernels::gather_items),
              kernels::gather_items * kernels::gather_parts, guard_, n, body);
   }
 

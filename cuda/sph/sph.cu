@@ -8,7 +8,6 @@ namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-MELTSIM_INSTANTIATE(core::CudaExec, seen_volume)
 MELTSIM_INSTANTIATE(core::CudaExec, density)
 MELTSIM_INSTANTIATE(core::CudaExec, viscosity)
 MELTSIM_INSTANTIATE(core::CudaExec, forces)

@@ -12,7 +12,6 @@
 #include "core/checked.hpp"
 #include "core/engine.hpp"
 #include "core/frame.hpp"
-#include "core/frame.hpp"
 #include "core/lattice.hpp"
 #include "core/repeat_key.hpp"
 #include "core/stage_functions.hpp"
@@ -181,10 +180,6 @@ class EngineImpl final : public Engine {
     if (w_.f.vertex_id != nullptr) s.vertex_id = fetch(w_.f.vertex_id, w_.vertices);
     if (w_.f.vertex_state != nullptr) s.vertex_state = fetch(w_.f.vertex_state, w_.vertices);
     if (w_.f.vertex_piece != nullptr) s.vertex_piece = fetch(w_.f.vertex_piece, w_.vertices);
-    if (w_.f.vertex_grown != nullptr) {
-      const auto grown = fetch(w_.f.vertex_grown, w_.vertices);
-      s.vertex_grown.assign(grown.begin(), grown.end());
-    }
     if (w_.f.region_rotation != nullptr) {
       const auto q = fetch(w_.f.region_rotation, w_.vertices);
       s.region_rotation.resize(q.size());
@@ -250,6 +245,7 @@ class EngineImpl final : public Engine {
     std::uint64_t count[24] = {};
     std::uint64_t groups = 0, rows = 9;
     std::uint64_t cells = 0;  ///< where they are counted one by one
+    int reach = 1;
   };
 
   static bool double_buffered(int field) {
@@ -264,8 +260,11 @@ class EngineImpl final : public Engine {
     Sizes n;
     const auto set = [&n](Owner o, std::uint64_t v) { n.count[static_cast<int>(o)] = v; };
     n.groups = s.particle_capacity;
-    if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support));
-    if ((s.facts & fact_packed) != 0) n.cells = n.groups = cell_count(c.domain, c.support);
+    if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support, 1));
+    if ((s.facts & fact_packed) != 0) {
+      n.reach = std::max(1, packed_reach(c.domain, c.support, s.particle_capacity));
+      n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
+    }
     n.rows = periodic(c, 0) ? 18 : 9;
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_rows, s.particle_capacity * n.rows);
@@ -374,7 +373,7 @@ class EngineImpl final : public Engine {
         if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
         k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
       }
-    fill_grid(c);
+    fill_grid(c, n.reach);
     w_.max_groups = static_cast<std::uint32_t>(n.groups);
     w_.cells = static_cast<std::uint32_t>(n.cells);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
@@ -397,8 +396,9 @@ class EngineImpl final : public Engine {
     }
   }
 
-  void fill_grid(const SceneConstants& c) {
+  void fill_grid(const SceneConstants& c, int reach) {
     Grid<T>& g = w_.grid;
+    g.reach = reach;
     if (!c.domain.bounded) {
       // An unbounded lattice of cells around the origin; only occupied ones cost anything.
       g.nx = g.ny = g.nz = 1 << 21;
@@ -410,7 +410,7 @@ class EngineImpl final : public Engine {
     }
     const Vec3d e = c.domain.max - c.domain.min;
     g.min = cast<T>(c.domain.min);
-    g.nx = cells_along(e.x, c.support);
+    g.nx = cells_along(e.x, c.support / reach);
     g.ny = cells_along(e.y, c.support);
     g.nz = cells_along(e.z, c.support);
     g.inv_cell = cast<T>(Vec3d{g.nx / e.x, g.ny / e.y, g.nz / e.z});
@@ -465,9 +465,6 @@ class EngineImpl final : public Engine {
     for (const Quat<double>& r : s.region_rotation)
       q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
     put(w_.f.region_rotation, q);
-    std::vector<T> grown;
-    for (const double g : s.vertex_grown) grown.push_back(static_cast<T>(g));
-    put(w_.f.vertex_grown, grown);
     std::vector<Vec3<T>> slip;
     for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
     put(w_.f.contact_slip, slip);

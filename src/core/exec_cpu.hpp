@@ -2,22 +2,24 @@
 // The verbs on the CPU. Together with cuda/core/exec_cuda.cuh this is the executor concept:
 //
 //   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
-//   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long enough to
+//   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
+//   enough to
 //                                share out; Body::Sum::add; order of addition fixed
 //   reduce(n, body, out)         *out = combine of body(i); R::combine is associative, R{} its identity
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
-//   bucket(n, m, body, bucket_of, begin, order, scratch)   bucket_of[i] = body(i) < m; order = 0..n-1 by bucket,
+//   bucket(n, m, body, bucket_of, begin, order, scratch)   bucket_of[i] = body(i) < m; order = 0..n-1 by
+//   bucket,
 //                                ascending in each but the last; begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter
-//   gather_adding(n, body)       gather with body.finish(i, sum, add)
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
-//   repeat(key, enqueue)         enqueue(), which may be recorded: the same key later stands for the same launches
-//   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space
-//   for verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
+//   repeat(key, enqueue)         enqueue(), which may be recorded: the same key later stands for the same
+//   launches allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working
+//   space for verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device
+//   errors)
 //
 // `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
 // keeps its last good state without the host having to look. Threads: OpenMP, which costs an embedding host
@@ -101,11 +103,6 @@ class CpuExec {
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
     for_each(n, [&body](std::uint64_t i) { body.finish(i, sum_of(body, i)); });
-  }
-
-  template <class Body>
-  void gather_adding(std::uint64_t n, const Body& body) const {
-    accumulate(n, [&body](std::uint64_t i, const CpuAdder& add) { body.finish(i, sum_of(body, i), add); });
   }
 
   template <class R, class Body>

@@ -34,6 +34,7 @@ struct Range {
   std::uint32_t begin = 0, end = 0;
 };
 
+/// A conductivity below 0 marks a particle that holds both phases; its size is that of their mixture.
 template <class T>
 struct alignas(2 * sizeof(T)) HeatOperand {
   T temperature{}, conductivity{};
@@ -197,6 +198,7 @@ struct Grid {
   std::uint32_t periodic = 0;  ///< bit per axis
   Vec3<T> period{};            ///< 0 where not periodic
   Vec3<T> inv_period{};
+  std::int32_t reach = 1;  ///< cells in x that H spans: narrow ones leave fewer candidates out of reach
   std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
 };
 

@@ -28,7 +28,6 @@ struct SceneState {
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
   std::vector<Vec3d> contact_slip;
-  std::vector<double> vertex_grown;
   std::uint64_t melted = 0, frozen = 0, removed = 0;  ///< before the last upload
   double heat_in = 0;                                 ///< likewise [J]
 };
@@ -63,17 +62,22 @@ inline std::int32_t cells_along(double extent, double support) {
   return static_cast<std::int32_t>(std::max(1.0, std::min(std::floor(extent / support), double(1 << 20))));
 }
 
-inline std::uint64_t cell_count(const DomainDesc& domain, double support) {
+/// Cells in a bounded domain whose cells are support/reach long in x.
+inline std::uint64_t cell_count(const DomainDesc& domain, double support, int reach) {
   const Vec3d e = domain.max - domain.min;
-  return static_cast<std::uint64_t>(cells_along(e.x, support)) *
+  return static_cast<std::uint64_t>(cells_along(e.x, support / reach)) *
          static_cast<std::uint64_t>(cells_along(e.y, support)) *
          static_cast<std::uint64_t>(cells_along(e.z, support));
 }
 
-/// Whether the cells of a domain are counted one by one: a cell has rows of 72 bytes or more, empty or not,
-/// so that two particles per cell pay for it. A few thousand cells cost nothing anyway.
-inline bool is_packed(const DomainDesc& domain, double support, std::uint64_t particles) {
-  return domain.bounded && cell_count(domain, support) <= std::max<std::uint64_t>(particles / 2, 16384);
+/// How many cells shall span the support in x: 4 leaves 267 candidates where 1 leaves 356 (61 neighbours). 0:
+/// cells are too many to be counted one by one, because each has rows of 72 bytes or more, empty or not. A
+/// few thousand cost nothing anyway.
+inline int packed_reach(const DomainDesc& domain, double support, std::uint64_t particles) {
+  if (!domain.bounded) return 0;
+  for (const int reach : {4, 2, 1})
+    if (cell_count(domain, support, reach) <= std::max<std::uint64_t>(particles, 16384)) return reach;
+  return 0;
 }
 
 /// How much to allocate and which stages to run.

@@ -14,7 +14,8 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-constexpr std::uint32_t format_version = 2;  // 2: vertices change their particles, contacts have slip
+constexpr std::uint32_t format_version =
+    3;  // 3: what freezes keeps its volume; 2: vertices change their particles
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -119,7 +120,6 @@ Result<std::uint64_t> WorldImpl::state_hash() {
     if (live == 0u) continue;
     if (freezing) {
       h.add(&state_.vertex_id[v], sizeof(std::uint32_t));
-      h.add(&state_.vertex_grown[v], sizeof(double));
     }
     h.add(&state_.vertex_piece[v], sizeof(std::uint32_t));
     h.add(&state_.region_rotation[v], sizeof(Quat<double>));
@@ -161,7 +161,6 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.vertex_state);
   w.array(state_.vertex_piece);
   w.array(state_.region_rotation);
-  w.array(state_.vertex_grown);
   w.array(state_.contact_slip);
   Hash h;
   h.add(w.bytes);
@@ -195,8 +194,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.value(s.removed) && r.array(layers) && r.array(s.position) && r.array(s.velocity) &&
         r.array(s.enthalpy) && r.array(s.mass) && r.array(s.volume) && r.array(s.tag) &&
         r.array(s.vertex_of_id) && r.array(s.vertex_id) && r.array(s.vertex_state) &&
-        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.vertex_grown) &&
-        r.array(s.contact_slip)) ||
+        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.contact_slip)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
@@ -217,7 +215,6 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
       return corrupt("a solid particle has no lattice vertex");
   }
   for (std::size_t v = 0; v < nv; ++v) {
-    if (!(s.vertex_grown[v] > 0 && s.vertex_grown[v] <= 1)) return corrupt("a vertex has no usable volume");
     const std::uint32_t i = s.vertex_id[v];
     if (i >= n && (i != core::none || s.vertex_state[v] == 1u))
       return corrupt("a lattice vertex has no particle");

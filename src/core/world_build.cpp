@@ -376,7 +376,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.vertex_state.push_back(1u);
     state_.vertex_piece.push_back(none);
     state_.region_rotation.push_back({});
-    state_.vertex_grown.push_back(1.0);
     state_.contact_slip.push_back({});
   }
   // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
@@ -411,7 +410,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.vertex_state.push_back(0u);
     state_.vertex_piece.push_back(v);
     state_.region_rotation.push_back({});
-    state_.vertex_grown.push_back(1.0);
     state_.contact_slip.push_back({});
   }
   solids_built_ += points.size();

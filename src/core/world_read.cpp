@@ -11,7 +11,7 @@
 #include "core/text.hpp"
 #include "core/validate.hpp"
 #include "core/world_impl.hpp"
-#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/energy.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 
 namespace meltsim {
@@ -40,12 +40,10 @@ Result<Totals> WorldImpl::totals() {
     t.mass += m;
     t.momentum += v * m;
     t.angular_momentum += cross(x, v) * m;
-    t.kinetic += 0.5 * m * dot(v, v);
-    t.potential -= m * dot(desc.gravity, x);
+    t.kinetic += physics::kinetic_energy(m, v);
+    t.potential += physics::potential_energy(m, desc.gravity, x);
     t.thermal += state_.enthalpy[i];
-    const auto& row = rows[material_of(tag)];
-    if (row.plateau != 0u)
-      t.latent += m * row.latent_heat * physics::liquid_fraction(row, state_.enthalpy[i] / m);
+    t.latent += physics::latent_energy(rows[material_of(tag)], m, state_.enthalpy[i]);
     t.temperature_min = std::min(t.temperature_min, temperature);
     t.temperature_max = std::max(t.temperature_max, temperature);
     t.temperature_mean += m * temperature;
@@ -110,7 +108,7 @@ Result<Ledger> WorldImpl::ledger() {
   l.momentum = s.sums.momentum;
   l.angular_momentum = s.sums.angular_momentum + cross(origin_, s.sums.momentum);
   l.kinetic = s.sums.kinetic;
-  l.potential = s.sums.potential - s.sums.mass * dot(desc.gravity, origin_);
+  l.potential = s.sums.potential + physics::potential_energy(s.sums.mass, desc.gravity, origin_);
   l.thermal = s.sums.thermal;
   l.latent = s.sums.latent;
   l.heat_in = s.heat_in;

@@ -143,7 +143,8 @@ std::uint32_t WorldImpl::facts() {
   if ((f & core::fact_particles) == 0) return f;
   if ((f & core::fact_fluid) == 0) f |= core::fact_dry;
   const std::uint64_t particles = state_.position.size() + planned_emission();
-  f |= core::is_packed(desc.domain, core::support_of(desc), particles) ? core::fact_packed : core::fact_sparse;
+  f |= core::packed_reach(desc.domain, core::support_of(desc), particles) != 0 ? core::fact_packed
+                                                                               : core::fact_sparse;
   return f;
 }
 

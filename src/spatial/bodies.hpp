@@ -161,9 +161,9 @@ MELTSIM_HD std::uint32_t first_not_below(const std::uint64_t* keys, std::uint32_
   return lo;
 }
 
-/// Calls row(r, first, last) for the rows of a cell, as cell keys of which the slots from the first's begin to
-/// the last's end are candidates: cells x-1..x+1 of each of the nine (y, z) neighbours are adjacent in key
-/// order. A row that wraps in x splits in two; that is why periodic x has 18 rows.
+/// Calls row(r, first, last) for the rows of a cell, as cell keys of which the slots from the first's begin
+/// to the last's end are candidates: cells within H in x of each of the nine (y, z) neighbours are adjacent
+/// in key order. A row that wraps in x splits in two; that is why periodic x has 18 rows.
 template <class T, class Row>
 MELTSIM_HD void for_each_cell_row(const Grid<T>& grid, std::uint64_t key, const Row& row) {
   const auto nx = static_cast<std::uint64_t>(grid.nx), ny = static_cast<std::uint64_t>(grid.ny);
@@ -175,11 +175,11 @@ MELTSIM_HD void for_each_cell_row(const Grid<T>& grid, std::uint64_t key, const 
     if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
     if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
     if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) continue;
-    const std::int32_t first = maximum(cx - 1, std::int32_t{0}), last = minimum(cx + 1, grid.nx - 1);
-    row(k, cell_key(grid, first, y, z), cell_key(grid, last, y, z));
+    const std::int32_t first = cx - grid.reach, last = cx + grid.reach;
+    row(k, cell_key(grid, maximum(first, 0), y, z), cell_key(grid, minimum(last, grid.nx - 1), y, z));
     if (grid.periodic & 1u) {
-      if (cx == 0) row(9 + k, cell_key(grid, grid.nx - 1, y, z), cell_key(grid, grid.nx - 1, y, z));
-      if (cx == grid.nx - 1) row(9 + k, cell_key(grid, 0, y, z), cell_key(grid, 0, y, z));
+      if (first < 0) row(9 + k, cell_key(grid, first + grid.nx, y, z), cell_key(grid, grid.nx - 1, y, z));
+      if (last >= grid.nx) row(9 + k, cell_key(grid, 0, y, z), cell_key(grid, last - grid.nx, y, z));
     }
   }
 }
@@ -207,26 +207,24 @@ struct RangesBody {
     if (g >= groups) return;
     Range* rows = w.f.group_ranges + g * w.grid.rows;
     for (std::uint32_t r = 0; r < w.grid.rows; ++r) rows[r] = Range{0u, 0u};
-    for_each_cell_row(
-        w.grid, w.f.group_key[g], [&](std::int32_t r, std::uint64_t first, std::uint64_t last) {
-          const std::uint32_t a = first_not_below(w.f.group_key, groups, first);
-          std::uint32_t b = a;
-          while (b < groups && w.f.group_key[b] <= last) ++b;  // at most three
-          rows[r] = Range{w.f.group_begin[a], w.f.group_begin[b]};
-        });
+    for_each_cell_row(w.grid, w.f.group_key[g], [&](std::int32_t r, std::uint64_t first, std::uint64_t last) {
+      const std::uint32_t a = first_not_below(w.f.group_key, groups, first);
+      std::uint32_t b = a;
+      while (b < groups && w.f.group_key[b] <= last) ++b;  // a few
+      rows[r] = Range{w.f.group_begin[a], w.f.group_begin[b]};
+    });
   }
 };
 
 /// Which candidates of each row lie within H: every later sweep visits set bits only, 65 instead of some 400.
 /// Where there is liquid, sph.density does this in passing.
-template <class T>
+template <class T, bool Periodic>
 struct NeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     if (w.f.group_of[i] == none) return;  // removed
-    const Vec3<T> xi = xyz(w.f.position[i]);
-    const Range* rows = rows_of(w, i);
-    for (std::uint32_t r = 0; r < w.grid.rows; ++r) find_neighbours(w, i, xi, r, rows[r]);
+    find_neighbours<Periodic>(w, i, 0, w.grid.rows,
+                              [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T, bool) {});
   }
 };
 

@@ -51,7 +51,7 @@ void ranges(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void neighbours(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, NeighboursBody<T>{w});
+  with_periods(w, [&](auto periodic) { ex.for_each(w.particles, NeighboursBody<T, periodic()>{w}); });
 }
 
 }  // namespace spatial

@@ -21,22 +21,6 @@ MELTSIM_HD constexpr T dry_term() {
   return T(-1);
 }
 
-/// Volume of particle j as liquid sees it: a solid particle that has just frozen grows into its site.
-template <class T>
-MELTSIM_HD T volume_seen(const Frame<T>& w, std::uint64_t j, const Vec4<T>& xj) {
-  return w.f.seen_volume != nullptr ? w.f.seen_volume[j] : xj.w;
-}
-
-template <class T>
-struct SeenVolumeBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    const T volume = w.f.position[i].w;
-    w.f.seen_volume[i] =
-        is_solid(w.f.tag[i]) ? volume * w.f.vertex_grown[w.f.vertex_of_id[w.f.id[i]]] : volume;
-  }
-};
-
 /// phi of a particle and whether liquid is within H of it.
 template <class T>
 struct Surroundings {
@@ -48,8 +32,8 @@ struct Surroundings {
   }
 };
 
-/// phi and P/phi^2 of every liquid particle, tau_k of every solid one: the sum of V W over everything within H
-/// and over its images in walls. First sweep of a sub-step: it finds the neighbours, too.
+/// phi and P/phi^2 of every liquid particle, tau_k of every solid one: the sum of V W over everything within
+/// H and over its images in walls. First sweep of a sub-step: it finds the neighbours, too.
 template <class T, bool Mixed, bool Periodic>
 struct DensityBody {
   Frame<T> w;
@@ -59,21 +43,20 @@ struct DensityBody {
     if (w.f.group_of[i] == core::none) return s;  // removed
     const Vec3<T> xi = xyz(w.f.position[i]);
     const bool solid = Mixed && is_solid(w.f.tag[i]);
-    spatial::find_neighbours<Periodic>(
-        w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2, bool near) {
-          s.phi += volume_seen(w, j, xj) * physics::kernel_value(w.c.kernel, std::sqrt(r2));
-          if (solid && near) s.wet = s.wet || is_fluid(w.f.tag[j]);
-        });
+    spatial::find_part<Periodic>(w, i, k,
+                                 [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2, bool near) {
+                                   s.phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+                                   if (solid && near) s.wet = s.wet || is_fluid(w.f.tag[j]);
+                                 });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
-    spatial::sweep<Periodic>(
-        w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
-          T value = 0;
-          physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
-            value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
-          });
-          s.phi += volume_seen(w, j, xj) * value;
-        });
+    spatial::sweep_part<Periodic>(w, i, k, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
+      T value = 0;
+      physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
+        value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
+      });
+      s.phi += xj.w * value;
+    });
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
@@ -110,75 +93,63 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
 }
 
-template <class T>
-struct ForceSum {
-  Vec3<T> force{};
-  MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
-};
-
 /// Pressure, viscosity, gravity and walls on every liquid particle. Mixed: there are solids or several
 /// liquids; without, nothing has to be asked of a neighbour but where it is and how it moves.
 template <class T, bool Mixed, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
-  using Sum = ForceSum<T>;
-  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k) const {
-    Sum s;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
-    if (!is_fluid(tag)) return s;
+    if (!is_fluid(tag)) return;
     const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
     const T stiffness = mi.tait_stiffness, density = mi.density;
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const T vol_i = xi.w, mu = viscosity_of(w, i, mi);
-    spatial::sweep<Periodic>(
-        w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+    Vec3<T> force{};
+    spatial::for_each_neighbour<Periodic>(
+        w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
           const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
           if (Mixed && is_solid(tag_j)) {
-            const physics::CouplingPair<T> p{vol_i,   volume_seen(w, j, xj), vi.w + stiffness * vj.w, mu,
-                                             density, x_ij,                  v_ij};
-            s.force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+            const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
+            force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
             if (r2 < w.c.leak_distance2)
-              s.force +=
+              force +=
                   physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
             return;
           }
           const bool same = !Mixed || material_of(tag_j) == material_of(tag);
           const T density_j = same ? density : w.f.materials[material_of(tag_j)].density;
-          const T mu_j = same && w.f.viscosity == nullptr
-                             ? mu
-                             : viscosity_of(w, j, w.f.materials[material_of(tag_j)]);
+          T mu_ij = mu;
+          if (!same || w.f.viscosity != nullptr)
+            mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
           const T r = std::sqrt(r2), f = physics::kernel_gradient_factor(w.c.kernel, r);
-          s.force += physics::pressure_force(vol_i, xj.w, vi.w, vj.w, f, x_ij);
-          s.force += physics::viscous_force(physics::pair_viscosity(mu, mu_j), vol_i, xj.w,
-                                            physics::kernel_laplacian(w.c.kernel, r, r2), -v_ij);
-          s.force += physics::artificial_viscous_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed,
-                                                       T(0.5) * (density + density_j), vol_i, xj.w, f, r2,
-                                                       dot(v_ij, x_ij), x_ij);
+          force += physics::pressure_force(vol_i, xj.w, vi.w, vj.w, f, x_ij);
+          force +=
+              physics::viscous_force(mu_ij, vol_i, xj.w, physics::kernel_laplacian(w.c.kernel, r, r2), -v_ij);
+          force += physics::artificial_viscous_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed,
+                                                     T(0.5) * (density + density_j), vol_i, xj.w, f, r2,
+                                                     dot(v_ij, x_ij), x_ij);
         });
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    if (walls.axes == 0u) return s;
-    spatial::sweep<Periodic>(
-        w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
+    if (walls.axes != 0u) add_images(i, walls, force);
+    if (w.c.no_slip != 0u) force += no_slip(xyz(xi), xyz(vi), mu, vol_i);
+    w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
+  }
+  /// Pressure of the images in walls.
+  MELTSIM_HD void add_images(std::uint64_t i, const physics::WallView<T>& walls, Vec3<T>& force) const {
+    const T vol_i = w.f.position[i].w, term_i = w.f.velocity[i].w;
+    const T stiffness = w.f.materials[material_of(w.f.tag[i])].tait_stiffness;
+    spatial::for_each_neighbour<Periodic>(
+        w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
           const T operand = w.f.velocity[j].w;
           const T term_j = Mixed && is_solid(w.f.tag[j]) ? stiffness * operand : operand;
           physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
             const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-            s.force += physics::pressure_force(vol_i, volume_seen(w, j, xj), vi.w, term_j, f, x);
+            force += physics::pressure_force(vol_i, xj.w, term_i, term_j, f, x);
           });
         });
-    return s;
-  }
-  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
-    const std::uint32_t tag = w.f.tag[i];
-    if (!is_fluid(tag)) return;
-    const Vec4<T> xi = w.f.position[i];
-    Vec3<T> force = s.force;
-    if (w.c.no_slip != 0u)
-      force += no_slip(xyz(xi), xyz(w.f.velocity[i]),
-                       viscosity_of(w, i, w.f.materials[material_of(tag)]), xi.w);
-    w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
   /// Traction of every wall within reach, each with its own velocity.
   MELTSIM_HD Vec3<T> no_slip(Vec3<T> x, Vec3<T> v, T mu, T volume) const {
@@ -196,20 +167,19 @@ struct ForcesBody {
 template <class T, bool Periodic>
 struct ReactionBody {
   Frame<T> w;
-  using Sum = ForceSum<T>;
   /// Fixed ones too: a host may want the load on an obstacle.
   MELTSIM_HD bool touched(std::uint64_t k) const {
     return is_solid(w.f.tag[k]) && w.f.velocity[k].w != dry_term<T>();
   }
-  MELTSIM_HD Sum part(std::uint64_t k, std::uint32_t share) const {
-    Sum s;
-    if (!touched(k)) return s;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    if (!touched(k)) return;
+    Vec3<T> force{};
     const Vec4<T> vk4 = w.f.velocity[k];
-    const T vol_k = volume_seen(w, k, w.f.position[k]), tau = vk4.w;
+    const T vol_k = w.f.position[k].w, tau = vk4.w;
     const Vec3<T> vk = xyz(vk4);
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
-    spatial::sweep<Periodic>(
-        w, k, share, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
+    spatial::for_each_neighbour<Periodic>(
+        w, k, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
           const std::uint32_t tag_i = w.f.tag[i];
           if (!is_fluid(tag_i)) return;
           const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
@@ -217,20 +187,17 @@ struct ReactionBody {
           const physics::CouplingPair<T> p{
               xi.w,  vol_k,       vi.w + mi.tait_stiffness * tau, viscosity_of(w, i, mi), mi.density,
               -x_ki, xyz(vi) - vk};
-          s.force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+          force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
           if (r2 < w.c.leak_distance2)
-            s.force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
-                                            xyz(vi) - vk, r2);
+            force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
+                                          xyz(vi) - vk, r2);
           if (walls.axes != 0u)
             physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
               const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-              s.force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
+              force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
             });
         });
-    return s;
-  }
-  MELTSIM_HD void finish(std::uint64_t k, const Sum& s) const {
-    if (touched(k)) w.f.acceleration[k] += s.force * (T(1) / w.f.mass[k]);
+    w.f.acceleration[k] += force * (T(1) / w.f.mass[k]);
   }
 };
 

@@ -8,7 +8,6 @@ namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-MELTSIM_INSTANTIATE(core::CpuExec, seen_volume)
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)

@@ -8,11 +8,6 @@ inline namespace v0 {
 namespace sph {
 
 template <class E, class T>
-void seen_volume(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, SeenVolumeBody<T>{w});
-}
-
-template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
     if (w.mixed) ex.gather(w.particles, DensityBody<T, true, periodic()>{w});
@@ -28,15 +23,14 @@ void viscosity(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed) ex.gather(w.particles, ForcesBody<T, true, periodic()>{w});
-    else ex.gather(w.particles, ForcesBody<T, false, periodic()>{w});
+    if (w.mixed) ex.for_each(w.particles, ForcesBody<T, true, periodic()>{w});
+    else ex.for_each(w.particles, ForcesBody<T, false, periodic()>{w});
   });
 }
 
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(
-      w, [&](auto periodic) { ex.gather(w.particles, ReactionBody<T, periodic()>{w}); });
+  spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, ReactionBody<T, periodic()>{w}); });
 }
 
 }  // namespace sph

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/lattice.hpp"
-#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/energy.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/walls.hpp"
 
@@ -100,11 +100,10 @@ struct CheckBody {
     s.mass = static_cast<double>(w.f.mass[i]);
     s.momentum = v * s.mass;
     s.angular_momentum = cross(x, v) * s.mass;
-    s.kinetic = 0.5 * s.mass * dot(v, v);
-    s.potential = -s.mass * dot(cast<double>(w.c.gravity), x);
+    s.kinetic = physics::kinetic_energy(s.mass, v);
+    s.potential = physics::potential_energy(s.mass, cast<double>(w.c.gravity), x);
     s.thermal = w.f.enthalpy[i];
-    const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
-    if (m.plateau != 0u) s.latent = s.mass * m.latent_heat * physics::liquid_fraction(m, s.thermal / s.mass);
+    s.latent = physics::latent_energy(w.f.materials[material_of(tag)], s.mass, s.thermal);
     return s;
   }
 };

@@ -20,8 +20,15 @@ template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
   const double h = enthalpy / static_cast<double>(mass);
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
-  return {temperature,
-          physics::conductivity_at(m, static_cast<T>(physics::liquid_fraction(m, h)), temperature)};
+  const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
+  const T k = physics::conductivity_at(m, fraction, temperature);
+  return {temperature, fraction > T(0) && fraction < T(1) ? -k : k};
+}
+
+/// k of a particle toward one of another temperature [W/(m K)].
+template <class T>
+MELTSIM_HD T toward(const MaterialRow<T>& m, const HeatOperand<T>& own, T other) {
+  return own.conductivity < T(0) ? physics::conductivity_toward(m, own.temperature, other) : own.conductivity;
 }
 
 template <class T>
@@ -35,7 +42,8 @@ struct OperandsBody {
 /// What reaches particle i from outside at temperature and conductivity `own`.
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
-                                                 const HeatOperand<T>& own) {
+                                                 const HeatOperand<T>& operand) {
+  const HeatOperand<T> own{operand.temperature, std::fabs(operand.conductivity)};
   physics::SurfaceRate<T> sum;
   const auto add = [&](const physics::SurfaceRate<T>& r) {
     sum.rate += r.rate;
@@ -60,16 +68,6 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
   return sum;
 }
 
-/// What reaches a particle from its neighbours.
-struct ExchangeSum {
-  double rate = 0;         ///< W
-  double conductance = 0;  ///< W/K
-  MELTSIM_HD void add(const ExchangeSum& o) {
-    rate += o.rate;
-    conductance += o.conductance;
-  }
-};
-
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
 /// is the same number at both ends; sums are double, so that energy is conserved to rounding in double.
 template <class T, bool Boundary, bool Periodic>
@@ -77,26 +75,8 @@ struct StageBody {
   Frame<T> w;
   double mu, nu, mu_tau, gamma_tau;
   bool first;
-  using Sum = ExchangeSum;
-  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k) const {
-    Sum s;
-    if (w.f.group_of[i] == core::none) return s;  // removed
-    const HeatOperand<T> own = w.f.heat_operand[i];
-    const T volume = w.f.position[i].w;
-    T conductance = 0;
-    spatial::sweep<Periodic>(w, i, k, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      const HeatOperand<T> other = w.f.heat_operand[j];
-      const T g =
-          physics::pair_conductance(volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2),
-                                    own.conductivity, other.conductivity);
-      s.rate += static_cast<double>(g * (other.temperature - own.temperature));
-      conductance += g;
-    });
-    s.conductance = static_cast<double>(conductance);
-    return s;
-  }
   template <class Add>
-  MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag)) {
       w.f.heat_increment_old[i] = 0.0;
@@ -105,13 +85,27 @@ struct StageBody {
       return;
     }
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
-    const T mass = w.f.mass[i];
-    double rate = s.rate, conductance = s.conductance;
+    const HeatOperand<T> own = w.f.heat_operand[i];
+    const T volume = w.f.position[i].w, mass = w.f.mass[i];
+    double rate = 0;
+    T conductance = 0;
+    spatial::for_each_neighbour<Periodic>(
+        w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+          const HeatOperand<T> other = w.f.heat_operand[j];
+          const T k_own = toward(m, own, other.temperature);
+          const T k_other = other.conductivity < T(0)
+                                ? toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature)
+                                : other.conductivity;
+          const T g = physics::pair_conductance(
+              volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
+          rate += static_cast<double>(g * (other.temperature - own.temperature));
+          conductance += g;
+        });
     if (Boundary) {
-      const auto outside = boundary_heat(w, i, w.f.heat_operand[i]);
+      const auto outside = boundary_heat(w, i, own);
       const bool held = w.f.heat_boundary[i].held != 0u;
       const double in = held ? -rate : static_cast<double>(outside.rate);
-      conductance = held ? 0.0 : conductance + static_cast<double>(outside.conductance);
+      conductance = held ? T(0) : conductance + outside.conductance;
       w.f.heat_boundary_rate[i] = in;
       rate += in;
     }
@@ -119,7 +113,8 @@ struct StageBody {
     if (first) {
       w.f.heat_rate0[i] = rate;
       const double capacity = static_cast<double>(mass) * minimum(m.heat_capacity, m.liquid_heat_capacity);
-      if (conductance > w.c.heat_bound * capacity) add(&w.f.status->heat_bound_exceeded, 1);
+      if (static_cast<double>(conductance) > w.c.heat_bound * capacity)
+        add(&w.f.status->heat_bound_exceeded, 1);
     } else {
       d += mu * w.f.heat_increment[i] + nu * w.f.heat_increment_old[i] + gamma_tau * w.f.heat_rate0[i];
     }

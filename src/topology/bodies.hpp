@@ -211,10 +211,7 @@ struct BirthBody {
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (w.f.vertex_pick[v] != none) {
       w.f.vertex_state[v] = vertex_live;
-      w.f.vertex_grown[v] = T(physics::newly_frozen_share);
       if (w.f.contact_slip != nullptr) w.f.contact_slip[v] = {};  // not of whoever was there before
-    } else if (w.f.vertex_grown[v] < T(1)) {
-      w.f.vertex_grown[v] = physics::grown_share(w.f.vertex_grown[v], w.f.clock->dt * w.c.volume_rate);
     }
   }
 };

@@ -53,7 +53,6 @@ void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConst
     s.vertex_state.push_back(1);
     s.vertex_piece.push_back(first);
     s.region_rotation.push_back({});
-    s.vertex_grown.push_back(1.0);
     s.contact_slip.push_back({});
     s.vertex_id.push_back(id);
     l.vertex_site.push_back(site);
@@ -80,7 +79,6 @@ void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConst
     s.vertex_state.push_back(0);
     s.vertex_piece.push_back(v);
     s.region_rotation.push_back({});
-    s.vertex_grown.push_back(1.0);
   }
 }
 

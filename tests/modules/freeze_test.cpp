@@ -67,7 +67,6 @@ TEST(Freezing, LiquidWithinReachTakesTheSite) {
   EXPECT_NEAR(p.state.volume[id], dx * dx * dx, 1e-18);
   EXPECT_NEAR(length(p.state.position[id] - Vec3d{0.5, 0.5, 0.3}), 0, 1e-8);  // half a drift of 1e-9 s
   EXPECT_EQ(p.state.frozen, 1u);
-  EXPECT_EQ(p.state.vertex_grown[v], physics::newly_frozen_share);
 }
 
 TEST(Freezing, WhatIsOutOfReachWarmOrOfAnotherMaterialStaysLiquid) {

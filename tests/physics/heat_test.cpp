@@ -120,6 +120,17 @@ TEST(Conductance, HarmonicAndInsulating) {
   EXPECT_DOUBLE_EQ(conductivity_at(m, 0.5, 20.0), 0.5 * (2.22 + 0.561));
 }
 
+// A particle whose front crosses it at a constant rate stands, on average, one spacing from its neighbour on
+// either side, through one phase only: the two half cells are of that phase. So toward what is hotter it is
+// liquid, toward what is colder solid, however far it has melted.
+TEST(Conductance, BothPhasesConductLikeWhatLiesBeforeTheFront) {
+  const auto m = ice(0, latent);
+  EXPECT_DOUBLE_EQ(conductivity_toward(m, 0.0, 40.0), 0.561);
+  EXPECT_DOUBLE_EQ(conductivity_toward(m, 0.0, 1e-9), 0.561);
+  EXPECT_DOUBLE_EQ(conductivity_toward(m, 0.0, -10.0), 2.22);
+  EXPECT_DOUBLE_EQ(pair_conductivity(conductivity_toward(m, 0.0, 40.0), 0.561), 0.561);
+}
+
 // Energy is conserved because both ends compute the same number.
 TEST(Conductance, SymmetricToTheBit) {
   Random random(31);

@@ -61,19 +61,4 @@ TEST(Freezing, ReachIsTheBallOfOneParticle) {
   EXPECT_LT(capture_radius, site_clearance);
 }
 
-// From its first share to all of it within one relaxation time, by steps of any length.
-TEST(Freezing, TheShareGrowsToOneAndStays) {
-  for (const float step : {0.001f, 0.03f, 5.0f}) {
-    float share = static_cast<float>(newly_frozen_share);
-    int n = 0;
-    while (share < 1.0f && n < 10000) {
-      share = grown_share(share, step);
-      ++n;
-    }
-    EXPECT_EQ(share, 1.0f);
-    EXPECT_NEAR(n, std::ceil((1 - newly_frozen_share) / static_cast<double>(step)), 1);
-    EXPECT_EQ(grown_share(share, step), 1.0f);
-  }
-}
-
 }  // namespace

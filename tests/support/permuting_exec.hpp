@@ -46,14 +46,6 @@ class PermutingExec : public meltsim::core::CpuExec {
     const auto order = indices(n);
     Base::for_each(n, [&](std::uint64_t k) { body.finish(order[k], Base::sum_of(body, order[k])); });
   }
-  template <class Body>
-  void gather_adding(std::uint64_t n, const Body& body) {
-    see(body.w);
-    const auto order = indices(n);
-    Base::accumulate(n, [&](std::uint64_t k, const auto& add) {
-      body.finish(order[k], Base::sum_of(body, order[k]), add);
-    });
-  }
   /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
   template <class R, class Body>
   void reduce(std::uint64_t n, const Body& body, R* out) {

@@ -228,9 +228,9 @@ TEST(Freezing, AFixedBodyGrowsOnItsLattice) {
   EXPECT_EQ(s.world.pieces()->front().particles, 27 + grown);
 }
 
-// Liquid may not be thrown about by what freezes beside it. A body put into liquid makes 1.10 of the rest
-// density in its first steps; freezing makes 1.09 later, and 1.17 if a new solid particle presses with all of
-// its volume.
+// Liquid may not be thrown about by what freezes beside it: 1.011 of the rest density and 0.5 m/s, what the
+// start of the tank makes as well. If liquid saw 0.8 of a new solid particle's volume, it would be 1.033 and
+// 1.4 m/s; the bars lie between.
 TEST(Freezing, DoesNotSplash) {
   MELTSIM_NEEDS_BACKEND();
   IceScene scene = cold_block();
@@ -238,13 +238,16 @@ TEST(Freezing, DoesNotSplash) {
   Scene s = ice_in_water(describe(), scene);
   for (int k = 0; k < 3; ++k) require(s.world.step(0.005));
   s.world.synchronize();
-  double densest = 0;
+  double densest = 0, fastest = 0;
   for (int k = 0; k < 300; ++k) {
     require(s.world.step(0.005));
-    densest = std::max(densest, s.world.synchronize().max_density_ratio);
+    const StepResult r = s.world.synchronize();
+    densest = std::max(densest, r.max_density_ratio);
+    fastest = std::max(fastest, r.max_speed);
   }
   EXPECT_GT(s.world.synchronize().frozen, 80u);
-  EXPECT_LT(densest, 1.13);
+  EXPECT_LT(densest, 1.02);
+  EXPECT_LT(fastest, 0.9);
 }
 
 // A body without growth takes back what melted off it, and no more than that.
@@ -287,11 +290,11 @@ TEST(Freezing, AWorldInWhichNothingFreezesHasNoneOfIt) {
   EXPECT_FALSE(stage(without, "topology.freeze").runs);
   EXPECT_EQ(stage(without, "topology.freeze").reason,
             "no body that its liquid can freeze onto, or heat is off");
-  for (const char* c : {"claim", "vertex_pick", "vertex_grown"}) EXPECT_EQ(bytes(without, c), 0u) << c;
+  for (const char* c : {"claim", "vertex_pick"}) EXPECT_EQ(bytes(without, c), 0u) << c;
   Scene s = ice_in_water(describe(), cold_block());
   const Plan with = s.world.plan();
   EXPECT_TRUE(stage(with, "topology.freeze").runs);
-  for (const char* c : {"claim", "vertex_pick", "vertex_grown"}) EXPECT_GT(bytes(with, c), 0u) << c;
+  for (const char* c : {"claim", "vertex_pick"}) EXPECT_GT(bytes(with, c), 0u) << c;
   require(s.world.scheduler().enable("topology", false));
   EXPECT_FALSE(stage(s.world.plan(), "topology.freeze").runs);
 }

@@ -21,8 +21,9 @@
 // liquid's first layer then reads 1.049 rho0), and P_k stands beside P_i. The one-sided sum carries half of
 // the pressure, so that the first layer closes in until it holds twice the hydrostatic one; doubling P_i
 // instead feeds energy into every liquid that touches a solid (measured: rms speed grows to 1 m/s in a tank
-// at rest). Known limit: a plate one or two particles thick with liquid on one side only has phi_k < 1; its
-// first liquid layer then carries up to twice the hydrostatic pressure.
+// at rest). Known limit: a plate one particle thick with liquid on one side only has phi_k < 1; the
+// first layer of liquid comes as near as 0.2 spacings to its face and reads 1.85 times the hydrostatic
+// pressure (two particles: 0.93).
 #pragma once
 
 #include "meltsim/physics/contact.hpp"

@@ -22,6 +22,14 @@ MELTSIM_HD constexpr bool on_device() {
 #endif
 }
 
+MELTSIM_HD int lowest_bit(std::uint32_t v) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(v)) - 1;
+#else
+  return __builtin_ctz(v);
+#endif
+}
+
 /// Index of the lowest and of the highest set bit; v must not be 0. The instruction differs by compiler.
 MELTSIM_HD int lowest_bit(std::uint64_t v) {
 #if defined(__CUDA_ARCH__)

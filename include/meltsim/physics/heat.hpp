@@ -66,7 +66,8 @@ MELTSIM_HD double liquid_fraction(const MaterialRow<T>& m, double h) {
   return clamp(above / m.latent_heat, 0.0, 1.0);
 }
 
-/// k [W/(m K)] at a liquid fraction and temperature: what holds both phases conducts as their mixture.
+/// k [W/(m K)] at a liquid fraction and temperature: a mixture in proportion, which is what surfaces and
+/// walls see of a particle that holds both phases; its neighbours see conductivity_toward.
 template <class T>
 MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature) {
   T own = m.conductivity, liquid = m.liquid_conductivity;
@@ -76,6 +77,16 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
       liquid = property_at(m.tables->liquid_conductivity, temperature);
   }
   return m.plateau == 0u ? own : own + fraction * (liquid - own);
+}
+
+/// k [W/(m K)], toward a neighbour, of what holds both phases: it is at the melting point, and between the
+/// front inside it and the neighbour lies liquid if the neighbour is hotter, solid if it is colder. The front
+/// crosses the cell while its latent heat lasts, so that its distance from the neighbour is one spacing on
+/// average, of that phase. (The mixture toward both makes it 0.73 on the side of liquid water, 1.42 on the
+/// side of ice: melting into cold ice then runs 1.5 % too fast over 14 layers, ~1/layers.)
+template <class T>
+MELTSIM_HD T conductivity_toward(const MaterialRow<T>& m, T temperature, T neighbour) {
+  return conductivity_at(m, neighbour > temperature ? T(1) : T(0), temperature);
 }
 
 /// rho0 [kg/m^3] of a liquid at specific enthalpy h: what makes warm liquid rise.

@@ -70,18 +70,6 @@ MELTSIM_HD T relaxed_volume(T volume, T target, T share) {
   return volume + gap * minimum(share, T(1));
 }
 
-/// Share of its volume that liquid sees of a particle that has just frozen: a solid acts with 2.5 times the
-/// one-sided pressure (walls.hpp), so this much of it presses like the liquid it was. With the whole of it at
-/// once liquid around a growing block reaches 1.17 of its rest density, with this 1.09 (test
-/// Freezing.DoesNotSplash).
-inline constexpr double newly_frozen_share = 0.4;
-
-/// The share a step later; step = dt / relaxation time.
-template <class T>
-MELTSIM_HD T grown_share(T share, T step) {
-  return minimum(share + step, T(1));
-}
-
 /// Relaxation time in units of H/c: a tenfold change of volume then moves the surroundings far below the
 /// sound speed.
 inline constexpr double volume_relaxation = 40.0;
