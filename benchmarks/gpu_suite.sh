@@ -5,24 +5,31 @@
 #
 #   benchmarks/gpu_suite.sh OUT_DIR
 #
-# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, the benchmarks, and
-# ice_block on both backends. A part that fails does not stop the others; the exit code is 1 if any did.
+# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, the benchmarks, ncu on one
+# step of several scenes, and ice_block on both backends. A part that fails does not stop the others; the exit code is 1 if
+# any did. Only the tables of docs/performance.md:
 #
-# Writes to OUT_DIR: record.json (what was run, where, with what result), benchmarks.json (for compare.py), log.txt (the
-# output of every part), stats_cpu.csv and stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR
-# and the build directory.
+#   MELTSIM_SUITE_PARTS="build benchmarks profile" benchmarks/gpu_suite.sh OUT_DIR
+#
+# Writes to OUT_DIR: record.json (what was run, where, with what result), benchmarks.json (for compare.py), profile_*.csv
+# (ncu's counters, where it may read them), stages.json and stages.md (both together: stage_table.py), log.txt (the output
+# of every part), stats_cpu.csv and stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR and the
+# build directory.
 #
 # Environment:
 #   MELTSIM_BUILD_DIR       a build to use as it is; default: build/gpu_suite, built here
 #   MELTSIM_CMAKE_ARGS      more arguments for cmake, e.g. -DCMAKE_CUDA_ARCHITECTURES=80
-#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck benchmarks melting reproducible"
+#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck benchmarks profile melting
+#                           reproducible"
 #   MELTSIM_SUITE_SECONDS   time limit of the whole (570); parts that no longer fit are reported as failed
 #   MELTSIM_BENCHMARK_ARGS  more arguments for the benchmarks, e.g. --benchmark_filter=scene
+#   MELTSIM_BENCHMARK_LARGE empty: leave out the scenes of ten million particles
+#   MELTSIM_PROFILE_SCENES  what ncu looks at, as in benchmark names: "melting/cuda/60500 water_2d/cuda/1000000"
 #   MELTSIM_COMMIT          what to record where there is no git
 set -uo pipefail
 
 if [ $# -ne 1 ] || [ "${1#-}" != "$1" ]; then
-  sed -n '4,22s/^# \{0,1\}//p' "$0"
+  sed -n '4,31s/^# \{0,1\}//p' "$0"
   exit 2
 fi
 
@@ -30,15 +37,17 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 mkdir -p "$1" || exit 2
 out=$(cd "$1" && pwd)
 build=${MELTSIM_BUILD_DIR:-$root/build/gpu_suite}
-wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck benchmarks melting reproducible} "
+wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck benchmarks profile melting reproducible} "
 deadline=$((SECONDS + ${MELTSIM_SUITE_SECONDS:-570}))
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 : > "$out/log.txt"
 : > "$work/parts.tsv"
 # A record of an earlier run must not pass for this one's.
-rm -f "$out"/record.json "$out"/benchmarks.json "$out"/stats_cpu.csv "$out"/stats_cuda.csv
+rm -f "$out"/record.json "$out"/benchmarks.json "$out"/profile_*.csv "$out"/stages.json "$out"/stages.md \
+  "$out"/stats_cpu.csv "$out"/stats_cuda.csv
 command -v nvcc > /dev/null || PATH=$PATH:/usr/local/cuda/bin
+if [ -n "${MELTSIM_BENCHMARK_LARGE-yes}" ]; then export MELTSIM_BENCHMARK_LARGE=1; else unset MELTSIM_BENCHMARK_LARGE; fi
 export LD_LIBRARY_PATH=$build/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
 
 say() { printf '%s\n' "$*" | tee -a "$out/log.txt"; }
@@ -106,6 +115,35 @@ benchmarks() {
   sed -i 's|"executable": ".*/|"executable": "|' "$out/benchmarks.json"  # a record says nothing of the machine's folders
 }
 
+# One sub-step per scene, between cudaProfilerStart and -Stop. Counters come from several replays of each kernel; caches are
+# left as the replay before filled them, which a step of 60 thousand particles has, too. No counters are no failure: drivers
+# keep them from ordinary users, and the table says so.
+profile() {
+  local scene file metrics run=("$build/bin/meltsim_benchmarks") said=0
+  export MELTSIM_BENCHMARK_PROFILE=1
+  metrics=$(cd "$root/benchmarks" && python3 -B -c 'import ncu_csv; print(",".join(ncu_csv.METRICS))') || return 1
+  local options=(--profile-from-start off --csv --page raw --print-units base --cache-control none --clock-control none)
+  for scene in ${MELTSIM_PROFILE_SCENES:-melting/cuda/1000000 melting/cuda/60500 melting_2d/cuda/1000000 \
+    melting_double/cuda/1000000 melting/cuda/10000000 melting_2d/cuda/60500 melting_2d/cuda/10000000}; do
+    file=$out/profile_${scene//\/cuda\//_}.csv
+    if ! command -v ncu > /dev/null; then
+      echo "==ERROR== ncu is not installed" | tee "$file"
+      return 0
+    fi
+    echo "-- $scene"
+    ncu "${options[@]}" --metrics "$metrics" "${run[@]}" --benchmark_filter="^profile/$scene/" > "$file" 2>&1
+    # A name that this ncu does not know: the sections hold the same under the names it has.
+    if grep -q 'Failed to find metric' "$file"; then
+      ncu "${options[@]}" --section SpeedOfLight --section MemoryWorkloadAnalysis --section ComputeWorkloadAnalysis \
+        --section LaunchStats --section Occupancy "${run[@]}" --benchmark_filter="^profile/$scene/" > "$file" 2>&1
+    fi
+    grep -c '^"[0-9]' "$file" || { said=1; tail -n 5 "$file"; }
+    if grep -q ERR_NVGPUCTRPERM "$file"; then break; fi
+  done
+  [ "$said" -eq 0 ] || echo "some scenes have no counters"
+  return 0
+}
+
 melting() {
   local backend runs=() status=0
   for backend in cpu cuda; do  # side by side: the one leaves the processor to the other
@@ -148,7 +186,7 @@ reproducible() {
 
 # timeout(1) starts programs, not functions: these run in a bash of their own.
 export root out build work
-export -f build_all gpu_tests sanitizer benchmarks melting reproducible
+export -f build_all gpu_tests sanitizer benchmarks profile melting reproducible
 
 nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader > "$work/device.txt" 2>&1 ||
   say "nvidia-smi finds no GPU: $(head -n 1 "$work/device.txt")"
@@ -159,6 +197,7 @@ part tests 150 gpu_tests
 part memcheck 60 sanitizer memcheck
 part racecheck 60 sanitizer racecheck
 part benchmarks 240 benchmarks
+part profile 120 profile
 part melting 120 melting
 part reproducible 150 reproducible
 part initcheck 45 sanitizer initcheck
@@ -170,5 +209,9 @@ if [ "$commit" != unknown ] && [ -n "$(git -C "$root" status --porcelain --untra
 fi
 python3 "$root/benchmarks/gpu_record.py" --work "$work" --out "$out" --commit "$commit"
 code=$?
+if [ -s "$out/benchmarks.json" ]; then
+  python3 "$root/benchmarks/stage_table.py" "$out" > "$out/stages.md" || code=1
+  cat "$out/stages.md"
+fi
 say "record: $out/record.json"
 exit "$code"
