@@ -82,9 +82,9 @@ build_all() {
   cmake -S "$root" -B "$build" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_BUILD_TESTS=ON \
     -DMELTSIM_BUILD_BENCHMARKS=ON -DMELTSIM_BUILD_EXAMPLES=ON ${MELTSIM_CMAKE_ARGS:-} || return 1
   # All programs that can be built, even if one cannot.
-  cmake --build "$build" --parallel "$(nproc)" --target meltsim_gpu_tests meltsim_benchmarks meltsim_runner && return 0
-  local target
-  for target in meltsim_gpu_tests meltsim_benchmarks meltsim_runner; do
+  local target all=(meltsim_gpu_tests meltsim_gpu_world_tests meltsim_benchmarks meltsim_runner)
+  cmake --build "$build" --parallel "$(nproc)" --target "${all[@]}" && return 0
+  for target in "${all[@]}"; do
     cmake --build "$build" --parallel "$(nproc)" --target "$target"
   done
   return 1
@@ -98,7 +98,7 @@ gpu_tests() {
   if [ "$home" = "$root" ] && command -v ctest > /dev/null; then
     (cd "$build" && ctest -L gpu --no-tests=error --parallel 4 --output-on-failure --output-junit "$work/tests.xml")
   else  # built elsewhere: CTest's paths mean nothing here
-    "$build/bin/meltsim_gpu_tests" --gtest_output="xml:$work/tests.xml"
+    "$build/bin/meltsim_gpu_tests" --gtest_output="xml:$work/tests.xml" && "$build/bin/meltsim_gpu_world_tests"
   fi
 }
 
