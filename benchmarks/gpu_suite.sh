@@ -124,7 +124,7 @@ profile() {
   metrics=$(cd "$root/benchmarks" && python3 -B -c 'import ncu_csv; print(",".join(ncu_csv.METRICS))') || return 1
   local options=(--profile-from-start off --csv --page raw --print-units base --cache-control none --clock-control none)
   for scene in ${MELTSIM_PROFILE_SCENES:-melting/cuda/1000000 melting/cuda/60500 melting_2d/cuda/1000000 \
-    melting_double/cuda/1000000 melting/cuda/10000000 melting_2d/cuda/60500 melting_2d/cuda/10000000}; do
+    melting_double/cuda/1000000 melting_2d/cuda/60500 melting/cuda/10000000}; do
     file=$out/profile_${scene//\/cuda\//_}.csv
     if ! command -v ncu > /dev/null; then
       echo "==ERROR== ncu is not installed" | tee "$file"

@@ -70,16 +70,21 @@ meltsim::World build(const Scene& s, Backend backend) {
   const MaterialId water_id = value_of(world.add_material(water));
   // Beside the ice the water gets warmer along x, so that the ice melts a little in most steps and not in
   // layers.
-  const int slabs = s.solid ? 4 : 1;
-  for (int k = 0; k < slabs; ++k) {
-    FluidDesc pool;
-    pool.shape = Shape::box({std::round(double(s.block.x) * k / slabs) * spacing, 0, 0},
-                            {std::round(double(s.block.x) * (k + 1) / slabs) * spacing, size.y, size.z});
-    pool.material = water_id;
-    pool.temperature = s.solid ? 20 + 20 * k : 20;
-    value_of(world.add_fluid(pool));
+  const int slabs = !s.solid ? 1 : s.large() ? 2 : 4;
+  const auto fill = [&] {
+    for (int k = 0; k < slabs; ++k) {
+      FluidDesc pool;
+      pool.shape = Shape::box({std::round(double(s.block.x) * k / slabs) * spacing, 0, 0},
+                              {std::round(double(s.block.x) * (k + 1) / slabs) * spacing, size.y, size.z});
+      pool.material = water_id;
+      pool.temperature = 20 + 80.0 / slabs * k;
+      value_of(world.add_fluid(pool));
+    }
+  };
+  if (!s.solid) {
+    fill();
+    return world;
   }
-  if (!s.solid) return world;
 
   MaterialDesc ice;
   ice.name = "ice";
@@ -95,7 +100,10 @@ meltsim::World build(const Scene& s, Backend backend) {
   block.material = value_of(world.add_material(ice));
   block.temperature = 0;
   block.shape = ice_of(s);
+  // Every addition looks at all that is there: with ten million particles the fewest first, and in few parts.
+  if (!s.large()) fill();
   value_of(world.add_solid(block));
+  if (s.large()) fill();
   return world;
 }
 

@@ -64,7 +64,7 @@ void register_paper() {
     for (const Scene& scene : paper_scenes(backend)) {
       const std::string name = "paper/" + scene.title(backend);
       if (backend == Backend::cpu) add(name, scene, backend, 1, 2);
-      else add(name, scene, backend, 4, 8);
+      else add(name, scene, backend, 2, 8);
     }
 }
 
