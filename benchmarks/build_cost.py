@@ -4,8 +4,8 @@
 
   build_cost.py BUILD_DIR [--top 10] [--limit SECONDS] [--json FILE]
 
-Prints the wall time of everything in BUILD_DIR/.ninja_log, the slowest translation units, and how many took longer than
---limit (60); with --strict the exit code is then 1. Honest for a clean build only, without a compiler cache:
+Prints when the last step of BUILD_DIR/.ninja_log ended, the slowest translation units, and which took longer than --limit
+(60); with --strict the exit code is then 1. Honest for one clean build only, without a compiler cache:
 
   cmake -S . -B build/cost -G Ninja -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=OFF -DMELTSIM_CCACHE=OFF
   cmake --build build/cost --parallel 2 && benchmarks/build_cost.py build/cost
@@ -19,25 +19,20 @@ from pathlib import Path
 
 
 def read(text):
-    """output -> seconds of its last build, and the wall time of the last build that is in the log."""
+    """output -> seconds of its last build; and the longest any of them ended after its build began: the wall time of a
+    clean build. (Ninja rewrites a log of many builds in an order of its own, so they cannot be told apart.)"""
     lines = text.splitlines()
     if not lines or not lines[0].startswith("# ninja log v"):
         raise ValueError("not a .ninja_log")
-    steps, last_end, wall = {}, 0, 0
-    builds = [[]]
+    steps, wall = {}, 0.0
     for line in lines[1:]:
         parts = line.split("\t")
         if len(parts) != 5 or line.startswith("#"):
             continue
         start, end, output = int(parts[0]), int(parts[1]), parts[3]
-        # A step that ended before the one above it was written by another run of Ninja: it logs steps as they end.
-        if end < last_end:
-            builds.append([])
-        last_end = end
-        builds[-1].append((start, end))
         steps[output] = (end - start) / 1000
-    wall = max((end for _, end in builds[-1]), default=0) / 1000
-    return steps, wall, len(builds)
+        wall = max(wall, end / 1000)
+    return steps, wall
 
 
 def is_unit(output):
@@ -53,14 +48,14 @@ def main(arguments):
     parser.add_argument("--json", type=Path, default=None)
     options = parser.parse_args(arguments)
     try:
-        steps, wall, builds = read((options.build / ".ninja_log").read_text(encoding="utf-8"))
+        steps, wall = read((options.build / ".ninja_log").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         print(f"{options.build}: {error}; the build must be Ninja's")
         return 2
     units = sorted(((s, o) for o, s in steps.items() if is_unit(o)), reverse=True)
     over = [o for s, o in units if s > options.limit]
     print(f"{len(units)} translation units, {sum(s for s, _ in units):.0f} s together, {len(steps) - len(units)} other "
-          f"steps; {wall:.0f} s of wall time" + ("" if builds == 1 else f" in the last of {builds} builds"))
+          f"steps; the last ended after {wall:.0f} s")
     for seconds, output in units[:options.top]:
         print(f"{seconds:8.1f} s  {output}")
     print(f"over {options.limit:g} s: {', '.join(over) if over else 'none'}")
