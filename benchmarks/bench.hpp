@@ -1,15 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Benchmarks, named so that records of different days compare:
 //
-//   verb/<sort|scan|reduce>/<backend>/<n>          one verb, on the executor itself
-//   stage/<module.stage>/<backend>/<particles>     one stage inside a running World, as World::plan() reports
-//   it scene/<name>/<backend>/<particles>             one whole step: K steps enqueued, then synchronize(),
-//   over K
+//   verb/<sort|scan|reduce>/<backend>/<n>                 one verb, on the executor itself
+//   stage/<module.stage>/<backend>/<particles>[/<what>]   one stage inside a running World, as World::plan()
+//                                                         reports it; what: 2d, double
+//   scene/<name>[_<what>]/<backend>/<particles>           one whole step: K steps enqueued, then
+//                                                         synchronize(), over K
+//   paper/<table2_...|fig7>/<backend>/<particles>         5 ms, the paper's step, in as many sub-steps as
+//                                                         that takes (counter substeps)
+//   threads/<name>[_<what>]/cpu/<particles>/<threads>     scene/... on so many threads of the CPU
+//   profile/<name>[_<what>]/cuda/<particles>              one step between cudaProfilerStart and -Stop, for
+//                                                         ncu; only where MELTSIM_BENCHMARK_PROFILE is set
 //
-// All times are manual: events on CUDA (verbs, stages), the clock of the host elsewhere. A stage's time is
-// the median over the last steps of a World with timings on, taken once per repetition; the World goes on
-// between them. Counters: particles/s, and bytes/s for stages: every channel the stage table names counted
-// once, so it is what a perfect cache would leave, not what the memory moved.
+// 2d is a support of 2 spacings, otherwise 2.5; double is the precision, otherwise single. All times are
+// manual: events on CUDA (verbs, stages), the clock of the host elsewhere. A stage's time is the median over
+// the last steps of a World with timings on, taken once per repetition; the World goes on between them.
+//
+// Counters: particles/s, and bytes (of one run) and bytes/s for stages. Bytes are a model, not a measurement:
+// every channel that the stage table names, whole, once if it is read and once if it is written. A stage that
+// touches part of a channel moves less, one whose gathers fall out of the caches moves more; what the memory
+// did move is what stage_table.py takes from ncu.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -29,34 +39,66 @@ const char* name_of(Backend backend);
 /// Backends that can run here.
 const std::vector<Backend>& backends();
 
+/// Sites of a lattice along x, y, z.
+struct Sites {
+  int x = 0, y = 0, z = 0;
+  std::int64_t all() const { return std::int64_t{x} * y * z; }
+};
+
 /// A step of what: see scenes.cpp.
 struct Scene {
   std::string name;
-  int nx, ny, nz;        ///< the filled block, in spacings
+  Sites block;           ///< the filled block, in spacings
   double support = 2.5;  ///< in spacings
-  bool solid = false;    ///< a third of it is ice, some of which melts in every step
+  bool solid = false;    ///< a part of it is ice, some of which melts in every step
+  Sites ice{};           ///< that part; zero = a third
+  bool in_double = false;
+  bool paper = false;  ///< the paper's spacing, and its step of 5 ms
+  int threads = 0;     ///< of the CPU; 0 = all
   meltsim::HeatModel heat = meltsim::HeatModel::enthalpy;
   bool extras =
       false;  ///< also what few scenes need: warm walls, freezing, viscosity that depends on temperature
+
+  bool plain() const { return support == 2.5 && !in_double; }
+  /// Of 5 million particles or more: measured in few steps.
+  bool large() const { return block.all() >= 5000000; }
+  /// "2d", "double", or nothing where plain().
+  std::string what() const { return in_double ? "double" : plain() ? "" : "2d"; }
+  /// "<name>/<backend>/<particles>"
+  std::string title(Backend backend) const {
+    return name + (plain() ? "" : "_" + what()) + "/" + name_of(backend) + "/" + std::to_string(block.all());
+  }
 };
 
 /// A World, prepared and past its first steps.
 struct Running {
   std::string key;  ///< which scene on which backend
   meltsim::World world;
-  double dt;  ///< one sub-step
+  double dt;  ///< one sub-step; the paper's step where the scene is the paper's
   std::uint64_t particles;
 };
 /// The one that runs now if it is of this scene, or a new one. Null, with the reason on stderr, when it
 /// halts.
 Running* running(const Scene& scene, Backend backend);
 
-/// "60500" and "1000000" on CUDA; the CPU gets what it can step in a reasonable time.
+/// "60500" and "1000000" on CUDA, ten million where MELTSIM_BENCHMARK_LARGE is set; the CPU gets what it can
+/// step in a reasonable time.
 std::vector<Scene> scenes(Backend backend);
+/// The rows of the paper's Table 2 and the sizes of its Fig. 7.
+std::vector<Scene> paper_scenes(Backend backend);
 
 void register_verbs_cpu();
 void register_verbs_cuda();
-void register_stages();
-void register_steps();
+/// Stages and whole steps of one scene after the other: building ten million particles takes longer than
+/// measuring them.
+void register_scenes();
+void register_stages(const Scene& scene, Backend backend);
+void register_step(const Scene& scene, Backend backend);
+void register_paper();
+void register_threads();
+void register_profile();
+
+/// cudaProfilerStart, cudaProfilerStop.
+void profile(bool on);
 
 }  // namespace bench

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two records of meltsim_benchmarks side by side. Standard library only.
 
-  compare.py BEFORE.json AFTER.json [--filter REGEX] [--worse PERCENT]
+  compare.py BEFORE.json AFTER.json [--filter REGEX] [--threshold PERCENT]
 
-A record is what --benchmark_out=FILE --benchmark_out_format=json wrote. Time is the median over repetitions, spread the
-distance from the fastest to the slowest over that median; a ratio within the spreads says nothing. With --worse the exit
-code is 1 when a benchmark got slower by more than PERCENT and by more than both spreads.
+A record is what --benchmark_out=FILE --benchmark_out_format=json --benchmark_repetitions=N wrote. Times are medians over
+the repetitions, with the fastest and the slowest as the spread. A benchmark is slower (or faster) when its median moved by
+at least the threshold (5 %) and the two spreads do not overlap; a record of one repetition has no spread, so nothing of
+it is ever called slower. Exit code 1 when anything is slower, 2 when there is nothing to compare.
 """
 import argparse
 import json
@@ -22,14 +23,18 @@ def plain_name(name):
     return re.sub(r"/(iterations:\d+|repeats:\d+|manual_time|real_time)", "", name)
 
 
-def read(path):
-    """name -> times of its repetitions [ms]"""
+def runs_of(path):
+    """The repetitions themselves, without aggregates and failures."""
     with open(path, encoding="utf-8") as file:
         record = json.load(file)
+    return [run for run in record.get("benchmarks", []) if run.get("run_type", "iteration") == "iteration"
+            and not run.get("error_occurred") and not run.get("skipped")]
+
+
+def read(path):
+    """name -> times of its repetitions [ms]"""
     times = {}
-    for run in record.get("benchmarks", []):
-        if run.get("run_type", "iteration") != "iteration" or run.get("error_occurred") or run.get("skipped"):
-            continue
+    for run in runs_of(path):
         times.setdefault(plain_name(run["name"]), []).append(run["real_time"] * TO_MS[run["time_unit"]])
     return times
 
@@ -39,8 +44,25 @@ def summary(values):
     return median, (max(values) - min(values)) / median if median > 0 else 0.0
 
 
-def text_of(ms):
-    return f"{ms:10.4f} ms" if ms < 1000 else f"{ms / 1000:10.4f} s "
+def verdict(before, after, threshold):
+    """"slower", "faster", or why neither. threshold in percent."""
+    a, b = statistics.median(before), statistics.median(after)
+    if not a > 0:
+        return "no time before"
+    change = 100 * (b / a - 1)
+    if abs(change) < threshold:
+        return ""
+    if min(len(before), len(after)) < 2:
+        return "one repetition"
+    if max(min(before), min(after)) <= min(max(before), max(after)):
+        return "within spread"
+    return "slower" if change > 0 else "faster"
+
+
+def text_of(values):
+    median, low, high = statistics.median(values), min(values), max(values)
+    scale, unit = (1e-3, "s ") if median >= 1000 else (1, "ms")
+    return f"{median * scale:9.4f} {unit} [{low * scale:.4f}..{high * scale:.4f}]"
 
 
 def main(arguments):
@@ -48,7 +70,7 @@ def main(arguments):
     parser.add_argument("before")
     parser.add_argument("after")
     parser.add_argument("--filter", default="", help="only names that this matches")
-    parser.add_argument("--worse", type=float, default=None, metavar="PERCENT")
+    parser.add_argument("--threshold", type=float, default=5.0, metavar="PERCENT")
     options = parser.parse_args(arguments)
     before, after = read(options.before), read(options.after)
     names = [n for n in before if n in after and re.search(options.filter, n)]
@@ -56,23 +78,21 @@ def main(arguments):
         print("no benchmark is in both records")
         return 2
     width = max(len(n) for n in names)
-    print(f"{'benchmark':{width}}  {'before':>13} spread  {'after':>13} spread  after/before")
+    print(f"{'benchmark':{width}}  {'before':>34}  {'after':>34}  after/before")
     slower = []
     for name in names:
-        (a, spread_a), (b, spread_b) = summary(before[name]), summary(after[name])
-        ratio = b / a if a > 0 else float("nan")
-        noise = max(spread_a, spread_b)
-        sure = abs(ratio - 1) > noise
-        print(f"{name:{width}}  {text_of(a)} {spread_a:6.1%}  {text_of(b)} {spread_b:6.1%}  {ratio:6.3f}"
-              f"{'' if sure else '  (within spread)'}")
-        if options.worse is not None and sure and ratio > 1 + options.worse / 100:
+        a, b = before[name], after[name]
+        said = verdict(a, b, options.threshold)
+        ratio = statistics.median(b) / statistics.median(a) if statistics.median(a) > 0 else float("nan")
+        print(f"{name:{width}}  {text_of(a):>34}  {text_of(b):>34}  {ratio:6.3f}{'  ' + said if said else ''}")
+        if said == "slower":
             slower.append(name)
     for only, record, other in (("before", before, after), ("after", after, before)):
         missing = [n for n in record if n not in other and re.search(options.filter, n)]
         if missing:
             print(f"only {only}: {', '.join(missing)}")
     if slower:
-        print(f"slower by more than {options.worse:g} %: {', '.join(slower)}")
+        print(f"slower by {options.threshold:g} % or more, beyond the spread: {', '.join(slower)}")
     return 1 if slower else 0
 
 

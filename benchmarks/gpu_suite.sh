@@ -5,24 +5,31 @@
 #
 #   benchmarks/gpu_suite.sh OUT_DIR
 #
-# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, the benchmarks, and
-# ice_block on both backends. A part that fails does not stop the others; the exit code is 1 if any did.
+# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, the benchmarks, ncu on one
+# step of several scenes, and ice_block on both backends. A part that fails does not stop the others; the exit code is 1 if
+# any did. Only the tables of docs/performance.md:
 #
-# Writes to OUT_DIR: record.json (what was run, where, with what result), benchmarks.json (for compare.py), log.txt (the
-# output of every part), stats_cpu.csv and stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR
-# and the build directory.
+#   MELTSIM_SUITE_PARTS="build benchmarks profile" benchmarks/gpu_suite.sh OUT_DIR
+#
+# Writes to OUT_DIR: record.json (what was run, where, with what result), benchmarks.json (for compare.py), profile_*.csv
+# (ncu's counters, where it may read them), stages.json and stages.md (both together: stage_table.py), log.txt (the output
+# of every part), stats_cpu.csv and stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR and the
+# build directory.
 #
 # Environment:
 #   MELTSIM_BUILD_DIR       a build to use as it is; default: build/gpu_suite, built here
 #   MELTSIM_CMAKE_ARGS      more arguments for cmake, e.g. -DCMAKE_CUDA_ARCHITECTURES=80
-#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck benchmarks melting reproducible"
+#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck benchmarks profile melting
+#                           reproducible"
 #   MELTSIM_SUITE_SECONDS   time limit of the whole (570); parts that no longer fit are reported as failed
 #   MELTSIM_BENCHMARK_ARGS  more arguments for the benchmarks, e.g. --benchmark_filter=scene
+#   MELTSIM_BENCHMARK_LARGE empty: leave out the scenes of ten million particles
+#   MELTSIM_PROFILE_SCENES  what ncu looks at, as in benchmark names: "melting/cuda/60500 water_2d/cuda/1000000"
 #   MELTSIM_COMMIT          what to record where there is no git
 set -uo pipefail
 
 if [ $# -ne 1 ] || [ "${1#-}" != "$1" ]; then
-  sed -n '4,22s/^# \{0,1\}//p' "$0"
+  sed -n '4,31s/^# \{0,1\}//p' "$0"
   exit 2
 fi
 
@@ -30,15 +37,17 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 mkdir -p "$1" || exit 2
 out=$(cd "$1" && pwd)
 build=${MELTSIM_BUILD_DIR:-$root/build/gpu_suite}
-wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck benchmarks melting reproducible} "
+wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck benchmarks profile melting reproducible} "
 deadline=$((SECONDS + ${MELTSIM_SUITE_SECONDS:-570}))
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 : > "$out/log.txt"
 : > "$work/parts.tsv"
 # A record of an earlier run must not pass for this one's.
-rm -f "$out"/record.json "$out"/benchmarks.json "$out"/stats_cpu.csv "$out"/stats_cuda.csv
+rm -f "$out"/record.json "$out"/benchmarks.json "$out"/profile_*.csv "$out"/stages.json "$out"/stages.md \
+  "$out"/stats_cpu.csv "$out"/stats_cuda.csv
 command -v nvcc > /dev/null || PATH=$PATH:/usr/local/cuda/bin
+if [ -n "${MELTSIM_BENCHMARK_LARGE-yes}" ]; then export MELTSIM_BENCHMARK_LARGE=1; else unset MELTSIM_BENCHMARK_LARGE; fi
 export LD_LIBRARY_PATH=$build/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}
 
 say() { printf '%s\n' "$*" | tee -a "$out/log.txt"; }
@@ -73,9 +82,9 @@ build_all() {
   cmake -S "$root" -B "$build" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_BUILD_TESTS=ON \
     -DMELTSIM_BUILD_BENCHMARKS=ON -DMELTSIM_BUILD_EXAMPLES=ON ${MELTSIM_CMAKE_ARGS:-} || return 1
   # All programs that can be built, even if one cannot.
-  cmake --build "$build" --parallel "$(nproc)" --target meltsim_gpu_tests meltsim_benchmarks meltsim_runner && return 0
-  local target
-  for target in meltsim_gpu_tests meltsim_benchmarks meltsim_runner; do
+  local target all=(meltsim_gpu_tests meltsim_gpu_world_tests meltsim_benchmarks meltsim_runner)
+  cmake --build "$build" --parallel "$(nproc)" --target "${all[@]}" && return 0
+  for target in "${all[@]}"; do
     cmake --build "$build" --parallel "$(nproc)" --target "$target"
   done
   return 1
@@ -89,7 +98,7 @@ gpu_tests() {
   if [ "$home" = "$root" ] && command -v ctest > /dev/null; then
     (cd "$build" && ctest -L gpu --no-tests=error --parallel 4 --output-on-failure --output-junit "$work/tests.xml")
   else  # built elsewhere: CTest's paths mean nothing here
-    "$build/bin/meltsim_gpu_tests" --gtest_output="xml:$work/tests.xml"
+    "$build/bin/meltsim_gpu_tests" --gtest_output="xml:$work/tests.xml" && "$build/bin/meltsim_gpu_world_tests"
   fi
 }
 
@@ -104,6 +113,35 @@ benchmarks() {
   "$build/bin/meltsim_benchmarks" --benchmark_repetitions=3 --benchmark_out="$out/benchmarks.json" \
     --benchmark_out_format=json ${MELTSIM_BENCHMARK_ARGS:-} || return 1
   sed -i 's|"executable": ".*/|"executable": "|' "$out/benchmarks.json"  # a record says nothing of the machine's folders
+}
+
+# One sub-step per scene, between cudaProfilerStart and -Stop. Counters come from several replays of each kernel; caches are
+# left as the replay before filled them, which a step of 60 thousand particles has, too. No counters are no failure: drivers
+# keep them from ordinary users, and the table says so.
+profile() {
+  local scene file metrics run=("$build/bin/meltsim_benchmarks") said=0
+  export MELTSIM_BENCHMARK_PROFILE=1
+  metrics=$(cd "$root/benchmarks" && python3 -B -c 'import ncu_csv; print(",".join(ncu_csv.METRICS))') || return 1
+  local options=(--profile-from-start off --csv --page raw --print-units base --cache-control none --clock-control none)
+  for scene in ${MELTSIM_PROFILE_SCENES:-melting/cuda/1000000 melting/cuda/60500 melting_2d/cuda/1000000 \
+    melting_double/cuda/1000000 melting_2d/cuda/60500 melting/cuda/10000000}; do
+    file=$out/profile_${scene//\/cuda\//_}.csv
+    if ! command -v ncu > /dev/null; then
+      echo "==ERROR== ncu is not installed" | tee "$file"
+      return 0
+    fi
+    echo "-- $scene"
+    ncu "${options[@]}" --metrics "$metrics" "${run[@]}" --benchmark_filter="^profile/$scene/" > "$file" 2>&1
+    # A name that this ncu does not know: the sections hold the same under the names it has.
+    if grep -q 'Failed to find metric' "$file"; then
+      ncu "${options[@]}" --section SpeedOfLight --section MemoryWorkloadAnalysis --section ComputeWorkloadAnalysis \
+        --section LaunchStats --section Occupancy "${run[@]}" --benchmark_filter="^profile/$scene/" > "$file" 2>&1
+    fi
+    grep -c '^"[0-9]' "$file" || { said=1; tail -n 5 "$file"; }
+    if grep -q ERR_NVGPUCTRPERM "$file"; then break; fi
+  done
+  [ "$said" -eq 0 ] || echo "some scenes have no counters"
+  return 0
 }
 
 melting() {
@@ -148,7 +186,7 @@ reproducible() {
 
 # timeout(1) starts programs, not functions: these run in a bash of their own.
 export root out build work
-export -f build_all gpu_tests sanitizer benchmarks melting reproducible
+export -f build_all gpu_tests sanitizer benchmarks profile melting reproducible
 
 nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader > "$work/device.txt" 2>&1 ||
   say "nvidia-smi finds no GPU: $(head -n 1 "$work/device.txt")"
@@ -159,6 +197,7 @@ part tests 150 gpu_tests
 part memcheck 60 sanitizer memcheck
 part racecheck 60 sanitizer racecheck
 part benchmarks 240 benchmarks
+part profile 120 profile
 part melting 120 melting
 part reproducible 150 reproducible
 part initcheck 45 sanitizer initcheck
@@ -170,5 +209,9 @@ if [ "$commit" != unknown ] && [ -n "$(git -C "$root" status --porcelain --untra
 fi
 python3 "$root/benchmarks/gpu_record.py" --work "$work" --out "$out" --commit "$commit"
 code=$?
+if [ -s "$out/benchmarks.json" ]; then
+  python3 "$root/benchmarks/stage_table.py" "$out" > "$out/stages.md" || code=1
+  cat "$out/stages.md"
+fi
 say "record: $out/record.json"
 exit "$code"

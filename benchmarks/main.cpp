@@ -12,8 +12,10 @@ int main(int argc, char** argv) {
   benchmark::AddCustomContext("cuda_device", info.devices.empty() ? info.cuda_reason : info.devices.front());
   bench::register_verbs_cpu();
   bench::register_verbs_cuda();
-  bench::register_stages();
-  bench::register_steps();
+  bench::register_scenes();
+  bench::register_paper();
+  bench::register_threads();
+  bench::register_profile();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   return 0;

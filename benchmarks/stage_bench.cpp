@@ -3,7 +3,6 @@
 // same steps; asking for one of them runs them all.
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include "bench.hpp"
 #include "core/pipeline.hpp"
@@ -16,7 +15,7 @@ using meltsim::core::field_count;
 using meltsim::core::field_table;
 using meltsim::core::StageInfo;
 
-/// Bytes of the channels a stage reads and writes, each counted once for each.
+/// Bytes of the channels a stage reads and writes, each counted once for each: the model of bench.hpp.
 double bytes_of(const StageInfo& stage, const meltsim::Plan& plan) {
   double total = 0;
   for (int f = 0; f < field_count; ++f) {
@@ -40,9 +39,9 @@ struct Medians {
   std::map<std::string, double> bytes;
 };
 
-Medians measure(Running& now, Backend backend) {
+Medians measure(Running& now, const Scene& scene, Backend backend) {
   // Long enough for the stages that run every 16 steps.
-  const int steps = backend == Backend::cuda ? 64 : 16;
+  const int steps = backend == Backend::cuda && !scene.large() ? 64 : 16;
   now.world.scheduler().enable_timings(true);
   Medians m;
   for (int k = 0; k < steps; ++k) {
@@ -62,10 +61,10 @@ Medians measure(Running& now, Backend backend) {
 /// The k-th set of medians; measured when first asked for.
 const Medians& medians(const Scene& scene, Backend backend, std::size_t k) {
   static std::map<std::string, std::vector<Medians>> all;
-  std::vector<Medians>& sets = all[scene.name + name_of(backend) + std::to_string(scene.nx)];
+  std::vector<Medians>& sets = all[scene.title(backend)];
   while (sets.size() <= k) {
     Running* now = running(scene, backend);
-    sets.push_back(now != nullptr ? measure(*now, backend) : Medians{});
+    sets.push_back(now != nullptr ? measure(*now, scene, backend) : Medians{});
   }
   return sets[k];
 }
@@ -73,7 +72,7 @@ const Medians& medians(const Scene& scene, Backend backend, std::size_t k) {
 void register_stage(const StageInfo& info, const Scene& scene, Backend backend) {
   const std::string stage = info.name;
   const std::string name = "stage/" + stage + "/" + name_of(backend) + "/" +
-                           std::to_string(std::int64_t{scene.nx} * scene.ny * scene.nz);
+                           std::to_string(scene.block.all()) + (scene.plain() ? "" : "/" + scene.what());
   benchmark::RegisterBenchmark(
       name.c_str(),
       [stage, scene, backend, repetition = std::size_t{0}](benchmark::State& state) mutable {
@@ -82,6 +81,7 @@ void register_stage(const StageInfo& info, const Scene& scene, Backend backend) 
         for (auto _ : state) state.SetIterationTime(ms != m.ms.end() ? ms->second * 1e-3 : 0.0);
         if (ms == m.ms.end() || !(ms->second > 0)) return state.SkipWithError("the stage did not run");
         state.counters["particles/s"] = static_cast<double>(m.particles) / (ms->second * 1e-3);
+        state.counters["bytes"] = m.bytes.at(stage);
         state.counters["bytes/s"] = m.bytes.at(stage) / (ms->second * 1e-3);
       })
       ->UseManualTime()
@@ -91,27 +91,35 @@ void register_stage(const StageInfo& info, const Scene& scene, Backend backend) 
 
 }  // namespace
 
-void register_stages() {
-  for (const Backend backend : backends()) {
-    std::set<std::string> sizes;
-    for (Scene scene : scenes(backend)) {
-      const std::string size = std::to_string(scene.nx) + "x" + std::to_string(scene.ny);
-      if (!scene.solid || scene.support != 2.5 || !sizes.insert(size).second) continue;
-      for (const StageInfo& info : meltsim::core::stage_table) {
-        Scene own = scene;
-        const std::string stage = info.name;
-        if (stage == "thermal.paper" || stage == "thermal.iwasaki") {
-          own.name = info.stage;
-          own.heat = stage == "thermal.paper" ? meltsim::HeatModel::paper : meltsim::HeatModel::iwasaki;
-        } else if ((info.need & (meltsim::core::fact_freeze | meltsim::core::fact_viscosity |
-                                 meltsim::core::fact_heat_boundary)) != 0u) {
-          own.name = "extras";
-          own.extras = true;
-        }
-        register_stage(info, own, backend);
-      }
+void register_stages(const Scene& scene, Backend backend) {
+  using namespace meltsim::core;
+  std::vector<std::pair<const StageInfo*, Scene>> last;
+  for (const StageInfo& info : stage_table) {
+    const std::string stage = info.name;
+    const bool model = stage == "thermal.paper" || stage == "thermal.iwasaki";
+    const bool few = (info.need & (fact_freeze | fact_viscosity | fact_heat_boundary)) != 0u;
+    if (!model && !few) {
+      register_stage(info, scene, backend);
+      continue;
     }
+    // Scenes of their own, after the rest: Worlds are built once.
+    if (!scene.plain() || scene.large()) continue;
+    Scene own = scene;
+    own.name = model ? info.stage : "extras";
+    own.extras = few;
+    if (model) own.heat = stage == "thermal.paper" ? meltsim::HeatModel::paper : meltsim::HeatModel::iwasaki;
+    last.emplace_back(&info, own);
   }
+  register_step(scene, backend);
+  for (const auto& [info, own] : last) register_stage(*info, own, backend);
+}
+
+void register_scenes() {
+  for (const Backend backend : backends())
+    for (const Scene& scene : scenes(backend)) {
+      if (scene.solid) register_stages(scene, backend);
+      else register_step(scene, backend);
+    }
 }
 
 }  // namespace bench

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cuda_profiler_api.h>
+
 #include "core/exec_cuda_scan.cuh"
 #include "verb_bench.hpp"
 
@@ -11,5 +13,7 @@ meltsim::core::CudaExec make_exec() { return meltsim::core::CudaExec(0, nullptr)
 void register_verbs_cuda() {
   if (backends().back() == Backend::cuda) register_verbs("cuda", {60500, 1000000, 10000000}, make_exec);
 }
+
+void profile(bool on) { (void)(on ? cudaProfilerStart() : cudaProfilerStop()); }
 
 }  // namespace bench

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -24,6 +25,10 @@ class PermutingExec : public meltsim::core::CpuExec {
  public:
   explicit PermutingExec(Order order = Order::forward)
       : Base(1), order_(order), frame_(std::make_shared<meltsim::core::Frame<T>>()) {}
+
+  /// A device with so much memory; upload() asks before it allocates.
+  void limit_memory(std::uint64_t bytes) { free_bytes_ = bytes; }
+  std::uint64_t free_bytes() const { return free_bytes_; }
 
   /// Shared with every copy of this executor.
   const meltsim::core::Frame<T>& frame() const { return *frame_; }
@@ -68,6 +73,7 @@ class PermutingExec : public meltsim::core::CpuExec {
     return order;
   }
   Order order_;
+  std::uint64_t free_bytes_ = std::numeric_limits<std::uint64_t>::max();
   std::shared_ptr<meltsim::core::Frame<T>> frame_;
   std::mt19937 engine_{7};
 };

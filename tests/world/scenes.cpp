@@ -4,11 +4,17 @@
 #include <cstdlib>
 #include <cstring>
 
+// tests/gpu builds some of the texts for the GPU alone.
+#ifndef MELTSIM_USUAL_TEST_BACKEND
+#define MELTSIM_USUAL_TEST_BACKEND "cpu"
+#endif
+
 namespace meltsim_test {
 
 Backend backend() {
   const char* name = std::getenv("MELTSIM_TEST_BACKEND");
-  return name != nullptr && std::strcmp(name, "cuda") == 0 ? Backend::cuda : Backend::cpu;
+  if (name == nullptr) name = MELTSIM_USUAL_TEST_BACKEND;
+  return std::strcmp(name, "cuda") == 0 ? Backend::cuda : Backend::cpu;
 }
 
 WorldDesc describe() {
