@@ -104,7 +104,7 @@ void register_stages() {
           own.name = info.stage;
           own.heat = stage == "thermal.paper" ? meltsim::HeatModel::paper : meltsim::HeatModel::iwasaki;
         } else if ((info.need & (meltsim::core::fact_freeze | meltsim::core::fact_viscosity |
-                                 meltsim::core::fact_heat_boundary)) != 0u) {
+                                 meltsim::core::fact_heat_boundary | meltsim::core::fact_shifting)) != 0u) {
           own.name = "extras";
           own.extras = true;
         }

@@ -70,6 +70,7 @@ enum Fact : std::uint32_t {
   fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
   fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
   fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
+  fact_shifting = 1u << 12,      ///< liquid's particles are kept evenly spread
 };
 
 struct StageInfo {
@@ -129,7 +130,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 4096u; ++facts)
+  for (std::uint32_t facts = 0; facts < 8192u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sph/bodies.hpp"
+#include "sph/shift_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -35,6 +36,11 @@ void forces(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, ReactionBody<T>{w});
+}
+
+template <class E, class T>
+void shift(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, ShiftBody<T>{w});
 }
 
 }  // namespace sph
