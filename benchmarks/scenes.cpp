@@ -40,7 +40,7 @@ meltsim::World build(const Scene& s, Backend backend) {
   desc.domain.max = {size.x, 1.5 * size.y, size.z};
   desc.heat.model = s.heat;
   if (s.extras) desc.domain.heat[2].temperature = 30;
-  desc.particle_shifting = s.extras;
+  desc.tension = desc.particle_shifting = s.extras;
   // Three heat stages, the least that super-time-stepping takes; the latent heat below goes with it.
   desc.heat.time_scale = s.solid && s.heat == HeatModel::enthalpy ? 7e5 : 1;
   World world = value_of(World::create(desc));

@@ -78,7 +78,8 @@ struct WorldDesc {
   /// Liquid may pull: pressure below 0. For liquid that fills its domain; at a free surface it makes clumps.
   bool tension = false;
   /// Liquid's particles are moved slightly towards where there are fewer, so that they stay evenly spread in
-  /// flows that squeeze them into strings (physics/shifting.hpp). One more sweep over the neighbours.
+  /// flows that squeeze them into strings (physics/shifting.hpp). One more sweep over the neighbours. Needs
+  /// tension: below a free surface it stirs the liquid.
   bool particle_shifting = false;
   HeatDesc heat;
 

@@ -83,6 +83,7 @@ TEST(Shifting, FullTankWithABodyStaysAtRest) {
   d.spacing = 0.1;
   d.gravity = {0, 0, 0};
   d.sound_speed = 30;
+  d.tension = true;
   d.particle_shifting = true;
   d.domain.bounded = true;
   d.domain.max = {0.8, 0.8, 0.8};
