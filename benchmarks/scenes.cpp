@@ -60,6 +60,7 @@ meltsim::World build(const Scene& s, Backend backend) {
   desc.domain.max = {size.x, 1.5 * size.y, size.z};
   desc.heat.model = s.heat;
   if (s.extras) desc.domain.heat[2].temperature = 30;
+  desc.tension = desc.particle_shifting = s.extras;
   // Three heat stages, the least that super-time-stepping takes; the latent heat below goes with it:
   // something melts in most steps, and the ice lasts.
   desc.heat.time_scale = s.solid && s.heat == HeatModel::enthalpy ? (s.paper ? 1.7e6 : 7e5) : 1;

@@ -97,7 +97,7 @@ void register_stages(const Scene& scene, Backend backend) {
   for (const StageInfo& info : stage_table) {
     const std::string stage = info.name;
     const bool model = stage == "thermal.paper" || stage == "thermal.iwasaki";
-    const bool few = (info.need & (fact_freeze | fact_viscosity | fact_heat_boundary)) != 0u;
+    const bool few = (info.need & (fact_freeze | fact_viscosity | fact_heat_boundary | fact_shifting)) != 0u;
     if (!model && !few) {
       register_stage(info, scene, backend);
       continue;

@@ -12,6 +12,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, density)
 MELTSIM_INSTANTIATE(core::CudaExec, viscosity)
 MELTSIM_INSTANTIATE(core::CudaExec, forces)
 MELTSIM_INSTANTIATE(core::CudaExec, reaction)
+MELTSIM_INSTANTIATE(core::CudaExec, shift)
 
 }  // namespace sph
 }  // namespace v0

@@ -114,6 +114,8 @@ void load_solver(const Node& node, Scene& scene) {
   if (const auto value = node.find("artificial_viscosity")) {
     world.artificial_viscosity = value->number("Monaghan's alpha");
   }
+  if (const auto value = node.find("tension")) world.tension = value->boolean();
+  if (const auto value = node.find("particle_shifting")) world.particle_shifting = value->boolean();
   if (const auto value = node.find("courant")) world.courant = value->positive("Courant number");
   if (const auto value = node.find("max_substeps")) world.max_substeps = value->small_integer();
   if (const auto value = node.find("pieces_interval")) world.pieces_interval = value->small_integer();

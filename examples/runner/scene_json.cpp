@@ -47,6 +47,8 @@ Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resol
   json["gravity"] = echo(world.gravity);
   json["sound_speed"] = resolved.sound_speed > 0 ? Json(resolved.sound_speed) : Json("auto");
   json["artificial_viscosity"] = world.artificial_viscosity;
+  json["tension"] = world.tension;
+  json["particle_shifting"] = world.particle_shifting;
   json["courant"] = world.courant;
   json["max_substeps"] = world.max_substeps;
   json["pieces_interval"] = world.pieces_interval;

@@ -15,8 +15,8 @@ inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
-inline const List solver{"gravity", "sound_speed",  "artificial_viscosity",
-                         "courant", "max_substeps", "pieces_interval"};
+inline const List solver{"gravity",           "sound_speed", "artificial_viscosity", "tension",
+                         "particle_shifting", "courant",     "max_substeps",         "pieces_interval"};
 inline const List heat{"model", "time_scale", "max_stages", "walls", "regions"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};

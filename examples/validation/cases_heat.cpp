@@ -554,12 +554,16 @@ void models(const Settings& s, Report& report) {
 /// De Vahl Davis (1983), Int. J. Numer. Meth. Fluids 3:249: Ra = 1e4, Pr = 0.71; side walls held at 0 and 1.
 void cavity(const Settings& s, Report& report) {
   constexpr int cells = 40;
-  const double L = 1, h = L / cells, g = 1, expansion = 0.05, Ra = 1e4, Pr = 0.71;
+  const double L = 1, h = L / cells, g = 1, expansion = 0.2, Ra = 1e4, Pr = 0.71;
   const double alpha = std::sqrt(g * expansion * L * L * L / (Ra * Pr)), nu = Pr * alpha;
   WorldDesc d = world_desc(s);
   d.spacing = h;
   d.gravity = {0, -g, 0};
-  d.sound_speed = 10;            // hydrostatic compression 1 %; the flow is 200 times slower
+  // What drives, g beta L = 0.2 m^2/s^2, has to be felt against c^2 = 36: hydrostatic compression is 2.8 %,
+  // and densities differ by 20 %, which is still nearly Boussinesq's case.
+  d.sound_speed = 6;
+  d.tension = true;              // the cavity is full
+  d.particle_shifting = true;    // liquid at rest would be a lattice that withstands small stresses
   d.artificial_viscosity = 0.0;  // the liquid is viscous enough
   d.domain.bounded = true;
   d.domain.max = {L, L, 8 * h};
@@ -609,10 +613,9 @@ void cavity(const Settings& s, Report& report) {
   }
   const StepResult r = world->synchronize();
   report.note =
-      "Falls short: the driving stress, 50 Pa, is no more than what the particles' lattice, as stiff as its "
-      "sound "
-      "speed (rho c^2 = 1e5 Pa), withstands without flowing. Stronger driving overturns (tests: "
-      "WarmLiquidRises).";
+      "tension and particle_shifting on, density +-10 %, sound speed 6. At 20 cells: "
+      "Nusselt number 10 % low, velocity 3 % low. A lattice without shifting, at +-2.5 % and sound speed 10, "
+      "withstands the driving stress: 1.11 and 3.08.";
   if (r.halted || samples == 0) return void(report.error = r.halted ? r.halt_reason : "no sample was taken");
   report.relative("mean Nusselt number, Ra 1e4", nusselt / samples, 2.243, 5,
                   "40 cells; particles carry noise");

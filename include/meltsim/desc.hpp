@@ -77,6 +77,10 @@ struct WorldDesc {
   double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0; noise control, 0.01..0.1
   /// Liquid may pull: pressure below 0. For liquid that fills its domain; at a free surface it makes clumps.
   bool tension = false;
+  /// Liquid's particles are moved slightly towards where there are fewer, so that they stay evenly spread in
+  /// flows that squeeze them into strings (physics/shifting.hpp). One more sweep over the neighbours. Needs
+  /// tension: below a free surface it stirs the liquid.
+  bool particle_shifting = false;
   HeatDesc heat;
 
   double courant = 0.4;      ///< sub-steps keep c dt / H below this, (0, 0.6]

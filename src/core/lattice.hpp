@@ -73,7 +73,8 @@ struct PlacedFit {
   Vec3<T> position{};
 };
 
-/// region_fit holds four planes of one entry per vertex, so that neighbouring threads meet neighbouring words.
+/// region_fit holds four planes of one entry per vertex, so that neighbouring threads meet neighbouring
+/// words.
 template <class T>
 MELTSIM_HD void put_fit(const Frame<T>& w, std::uint64_t v, const PlacedFit<T>& p) {
   const std::uint64_t n = w.vertices;

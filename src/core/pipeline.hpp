@@ -75,6 +75,7 @@ enum Fact : std::uint32_t {
   fact_dry = 1u << 12,           ///< no liquid, now or later
   fact_packed = 1u << 13,        ///< few cells of the domain are empty: they can be counted one by one
   fact_sparse = 1u << 14,        ///< the domain is unbounded or mostly empty
+  fact_shifting = 1u << 15,      ///< liquid's particles are kept evenly spread
 };
 
 struct StageInfo {
@@ -112,7 +113,7 @@ constexpr bool consistent(std::uint32_t f) {
   const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
   return implies(~fact_particles & f, fact_particles) && implies(fact_mobile, fact_solid) &&
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
-         implies(fact_freeze, fact_melt) &&
+         implies(fact_freeze, fact_melt) && implies(fact_shifting, fact_fluid) &&
          ((f & fact_fluid) != 0) != ((f & fact_dry) != 0) &&
          ((f & fact_packed) != 0) != ((f & fact_sparse) != 0) &&
          !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
@@ -136,7 +137,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 32768u; ++facts)
+  for (std::uint32_t facts = 0; facts < 65536u; ++facts)
     if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
   return true;
 }

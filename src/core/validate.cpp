@@ -101,6 +101,10 @@ Status validate(const WorldDesc& d) {
                    "; 0 derives it from the scene");
   if (Status s = within("artificial_viscosity", d.artificial_viscosity, 0, 1, "", "0.01..0.1 is usual"); !s)
     return s;
+  if (d.particle_shifting && !d.tension)
+    return invalid(
+        "particle_shifting: needs tension, since it is for liquid that fills its domain and stirs a ",
+        "free surface; set tension, or leave particle_shifting off");
   if (Status s = within("courant", d.courant, 1e-3, 0.6, "", "0.4 is the default, 0.8 is unstable"); !s)
     return s;
   if (d.max_substeps < 1)

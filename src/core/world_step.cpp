@@ -138,6 +138,7 @@ std::uint32_t WorldImpl::facts() {
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
   for (const MaterialDesc& m : materials)
     if (!m.viscosity_points.empty()) f |= core::fact_viscosity;
+  if (desc.particle_shifting) f |= core::fact_shifting;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   f &= ~disabled_facts_;
   if ((f & core::fact_particles) == 0) return f;

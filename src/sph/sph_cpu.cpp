@@ -12,6 +12,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)
 MELTSIM_INSTANTIATE(core::CpuExec, reaction)
+MELTSIM_INSTANTIATE(core::CpuExec, shift)
 
 }  // namespace sph
 }  // namespace v0

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sph/bodies.hpp"
+#include "sph/shift_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -31,6 +32,11 @@ void forces(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, ReactionBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
+void shift(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, ShiftBody<T>{w});
 }
 
 }  // namespace sph

@@ -96,7 +96,8 @@ struct CheckBody {
   MELTSIM_HD core::LedgerSums ledger_of(std::uint64_t i, std::uint32_t tag, Vec3<T> velocity) const {
     core::LedgerSums s;
     const Vec3<double> v = cast<double>(velocity);
-    const Vec3<double> x = cast<double>(xyz(w.f.position[i])) + v * static_cast<double>(w.f.clock->half_dt);
+    Vec3<double> x = cast<double>(xyz(w.f.position[i])) + v * static_cast<double>(w.f.clock->half_dt);
+    if (w.f.shift != nullptr && is_fluid(tag)) x += cast<double>(w.f.shift[i]);
     s.mass = static_cast<double>(w.f.mass[i]);
     s.momentum = v * s.mass;
     s.angular_momentum = cross(x, v) * s.mass;
@@ -149,6 +150,7 @@ struct IntegrateBody {
     if (is_removed(tag) || (is_solid(tag) && (tag & tag_fixed) != 0u)) return;
     Vec3<T> v = kicked_velocity(w, i);
     Vec3<T> x = physics::drift(xyz(w.f.position[i]), v, w.f.clock->half_dt);
+    if (w.f.shift != nullptr && is_fluid(tag)) x += w.f.shift[i];
     if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
     if (w.grid.periodic != 0u) {
       x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);

@@ -29,6 +29,7 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
   world.desc.heat.model = model;
   world.desc.heat.time_scale = freezing ? 1e6 : 2e4;
   world.desc.pieces_interval = 8;
+  world.desc.particle_shifting = freezing;
   world.engine = std::move(engine);
   MaterialDesc water, ice;
   water.viscosity = 0.2;

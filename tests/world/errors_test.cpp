@@ -36,6 +36,7 @@ TEST(Errors, WorldDescriptions) {
     expect_error(with([&](WorldDesc& d) { d.courant = bad; }), "courant");
   }
   expect_error(with([](WorldDesc& d) { d.gravity.y = nan; }), "gravity");
+  expect_error(with([](WorldDesc& d) { d.particle_shifting = true; }), "needs tension");
   expect_error(with([](WorldDesc& d) { d.support_radius = 1.4 * d.spacing; }), "1.5");
   expect_error(with([](WorldDesc& d) { d.domain.bounded = true; }), "domain.max");
   expect_error(with([](WorldDesc& d) {
