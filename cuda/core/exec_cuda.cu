@@ -36,6 +36,8 @@ struct Repeat {
 /// for step lengths that alternate.
 constexpr std::size_t most_repeats = 16;
 
+constexpr std::uint64_t partials_bytes = kernels::reduce_blocks * kernels::reduce_item + sizeof(unsigned);
+
 struct PairCopy {
   const std::uint64_t* keys;
   const std::uint32_t* values;
@@ -127,8 +129,8 @@ void CudaExec::end_capture(const RepeatKey& key) const {
   ++own_->captures;
   std::vector<Repeat>& all = own_->repeats;
   if (all.size() == most_repeats) {
-    const auto oldest = std::min_element(
-        all.begin(), all.end(), [](const Repeat& a, const Repeat& b) { return a.used < b.used; });
+    const auto oldest = std::min_element(all.begin(), all.end(),
+                                         [](const Repeat& a, const Repeat& b) { return a.used < b.used; });
     (void)cudaGraphExecDestroy(oldest->graph);  // one that still runs is freed when it has ended
     *oldest = made;
   } else {
@@ -209,8 +211,11 @@ std::uint64_t CudaExec::free_bytes() const {
 
 bool CudaExec::reserve(std::uint64_t n) {
   const DeviceScope scope(device_);
-  if (own_->partials == nullptr) own_->partials = allocate(kernels::reduce_blocks * kernels::reduce_item);
-  if (own_->partials == nullptr) return false;
+  if (own_->partials == nullptr) {
+    own_->partials = allocate(partials_bytes);
+    if (own_->partials == nullptr) return false;
+    zero(own_->partials, partials_bytes);
+  }
 
   // Asked for all 64 bits; fewer need no more. The sort runs between its caller's buffers, so this is
   // histograms only, a fraction of a byte per item.
@@ -239,13 +244,18 @@ bool CudaExec::reserve(std::uint64_t n) {
 }
 
 std::uint64_t CudaExec::reserved_bytes() const {
-  return own_->scratch_bytes +
-         (own_->partials != nullptr ? kernels::reduce_blocks * kernels::reduce_item : 0);
+  return own_->scratch_bytes + (own_->partials != nullptr ? partials_bytes : 0);
 }
 
 void* CudaExec::partials() const {
   if (own_->partials == nullptr) check(cudaErrorInvalidValue, "reduce without working space");
   return own_->partials;
+}
+
+/// Behind the partial results.
+unsigned* CudaExec::ticket() const {
+  return reinterpret_cast<unsigned*>(static_cast<unsigned char*>(partials()) +
+                                     kernels::reduce_blocks * kernels::reduce_item);
 }
 
 void* CudaExec::scratch(std::size_t bytes) const {
@@ -254,7 +264,8 @@ void* CudaExec::scratch(std::size_t bytes) const {
   return nullptr;
 }
 
-// --- sums and sort -------------------------------------------------------------------------------------------------
+// --- sums and sort
+// -------------------------------------------------------------------------------------------------
 
 void CudaExec::running_sum(std::uint64_t n, std::uint32_t* values) const {
   if (n == 0) return;

@@ -102,25 +102,94 @@ __device__ R combine_block(const R& mine) {
   return all[threadIdx.x];
 }
 
-template <class R, class Body>
+/// Every block combines its share; the last one to finish combines theirs, in their order. `ticket` counts
+/// the blocks that have finished and is 0 again afterwards.
+template <class R, class Body, class Last>
 __global__ void __launch_bounds__(reduce_block)
-    reduce_first(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* partial) {
+    reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* partial,
+           unsigned* ticket, R* out, const __grid_constant__ Last last) {
+  __shared__ bool is_last;
   if (stopped(guard)) return;
   R r{};
   const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
   for (std::uint64_t i = index(); i < n; i += stride) r = R::combine(r, body(i));
   r = combine_block(r);
-  if (threadIdx.x == 0) partial[blockIdx.x] = r;
+  if (threadIdx.x == 0) {
+    partial[blockIdx.x] = r;
+    __threadfence();
+    is_last = atomicInc(ticket, gridDim.x - 1u) == gridDim.x - 1u;
+  }
+  __syncthreads();
+  if (!is_last) return;
+  __threadfence();
+  r = R{};
+  for (std::uint32_t i = threadIdx.x; i < gridDim.x; i += reduce_block) r = R::combine(r, partial[i]);
+  r = combine_block(r);
+  if (threadIdx.x == 0) {
+    *out = r;
+    last(0);
+  }
 }
 
-template <class R>
-__global__ void __launch_bounds__(reduce_block)
-    reduce_last(const std::uint32_t* guard, std::uint32_t n, const R* partial, R* out) {
+struct NothingBody {
+  __device__ void operator()(std::uint64_t) const {}
+};
+
+// Items per thread and block of sum_by_row: a piece of a million vertices then takes 1,000 additions per sum.
+inline constexpr unsigned sum_items = 8;
+
+template <class Body>
+__global__ void __launch_bounds__(block)
+    sum_by_row(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body,
+               typename Body::Sum* rows) {
+  using Sum = typename Body::Sum;
+  constexpr std::uint32_t none = 0xffffffffu;
+  constexpr unsigned warps = block / 32;
+  static_assert(Sum::words <= 32);
+  __shared__ std::int64_t sums[warps][Sum::words];
+  __shared__ std::uint32_t row_of[warps];
   if (stopped(guard)) return;
-  R r{};
-  for (std::uint32_t i = threadIdx.x; i < n; i += reduce_block) r = R::combine(r, partial[i]);
-  r = combine_block(r);
-  if (threadIdx.x == 0) *out = r;
+  std::uint32_t row = none;
+  std::int64_t sum[Sum::words] = {};
+  const auto send = [&](std::uint32_t to, const std::int64_t* values) {
+    auto* words = reinterpret_cast<std::int64_t*>(rows + to);
+    for (int k = 0; k < Sum::words; ++k) add_one(words + k, values[k]);
+  };
+  for (unsigned k = 0; k < sum_items; ++k) {
+    const std::uint64_t i = (static_cast<std::uint64_t>(blockIdx.x) * sum_items + k) * block + threadIdx.x;
+    if (i >= n) break;
+    Sum s;
+    const std::uint32_t to = body(i, s);
+    if (to == none) continue;
+    const std::int64_t* const values = reinterpret_cast<const std::int64_t*>(&s);
+    if (row != none && to != row) {  // a thread between two pieces sends what it has
+      send(to, values);
+      continue;
+    }
+    row = to;
+    for (int word = 0; word < Sum::words; ++word) sum[word] += values[word];
+  }
+  // Lanes that have nothing go with the others; a warp of several pieces sends lane by lane.
+  const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  const unsigned having = __ballot_sync(~0u, row != none);
+  const std::uint32_t first = __shfl_sync(~0u, row, having != 0u ? __ffs(static_cast<int>(having)) - 1 : 0);
+  const bool alike = __all_sync(~0u, row == none || row == first) != 0;
+  if (!alike && row != none) send(row, sum);
+  for (int word = 0; word < Sum::words; ++word) {
+    const std::uint64_t total = alike ? sum_lanes(~0u, static_cast<std::uint64_t>(sum[word])) : 0u;
+    if (lane == 0) sums[warp][word] = static_cast<std::int64_t>(total);
+  }
+  if (lane == 0) row_of[warp] = alike ? first : none;
+  __syncthreads();
+  if (threadIdx.x >= Sum::words) return;
+  std::int64_t total = 0;
+  for (unsigned k = 0; k < warps; ++k) {
+    if (row_of[k] == none) continue;
+    total += sums[k][threadIdx.x];
+    if (k + 1 < warps && row_of[k + 1] == row_of[k]) continue;
+    add_one(reinterpret_cast<std::int64_t*>(rows + row_of[k]) + threadIdx.x, total);
+    total = 0;
+  }
 }
 
 template <class V>
@@ -181,18 +250,24 @@ class CudaExec {
              kernels::gather_items * kernels::gather_parts, guard_, n, body);
   }
 
-  template <class R, class Body>
-  void reduce(std::uint64_t n, const Body& body, R* out) const {
+  template <class R, class Body, class Last = kernels::NothingBody>
+  void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) const {
     static_assert(
         std::is_trivially_copyable<R>::value && sizeof(R) <= kernels::reduce_item && alignof(R) <= 16,
         "the scratch memory of reductions is sized for small plain results");
     std::uint64_t parts = blocks(n, kernels::reduce_block);
     if (parts > kernels::reduce_blocks) parts = kernels::reduce_blocks;
+    if (parts == 0) parts = 1;
     R* const partial = static_cast<R*>(partials());
+    launch(kernels::reduce<R, Body, Last>, parts, kernels::reduce_block, guard_, n, body, partial, ticket(),
+           out, last);
+  }
+
+  template <class Body>
+  void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) const {
     if (n != 0)
-      launch(kernels::reduce_first<R, Body>, parts, kernels::reduce_block, guard_, n, body, partial);
-    launch(kernels::reduce_last<R>, 1, kernels::reduce_block, guard_, static_cast<std::uint32_t>(parts),
-           static_cast<const R*>(partial), out);
+      launch(kernels::sum_by_row<Body>, blocks(n, std::uint64_t{kernels::block} * kernels::sum_items),
+             kernels::block, guard_, n, body, rows);
   }
 
   /// Defined in core/exec_cuda_scan.cuh.
@@ -259,7 +334,7 @@ class CudaExec {
  private:
   struct Owned;  // stream, working space, events and the first error
 
-  static std::uint64_t blocks(std::uint64_t n, unsigned size) { return (n + size - 1) / size; }
+  static std::uint64_t blocks(std::uint64_t n, std::uint64_t size) { return (n + size - 1) / size; }
 
   template <class... Parameters, class... Arguments>
   void launch(void (*kernel)(Parameters...), std::uint64_t grid, unsigned threads,
@@ -277,6 +352,7 @@ class CudaExec {
   /// Keeps the first error; true = success.
   bool check(cudaError_t result, const char* what) const;
   void* partials() const;
+  unsigned* ticket() const;
   /// values[i] = values[0] + ... + values[i]
   void running_sum(std::uint64_t n, std::uint32_t* values) const;
   bool launch_again(const RepeatKey& key) const;

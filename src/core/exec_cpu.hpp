@@ -5,7 +5,11 @@
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
 //   enough to
 //                                share out; Body::Sum::add; order of addition fixed
-//   reduce(n, body, out)         *out = combine of body(i); R::combine is associative, R{} its identity
+//   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
+//                                last(0)
+//   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
+//   is
+//                                Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
 //   bucket(n, m, body, bucket_of, begin, order, scratch)   bucket_of[i] = body(i) < m; order = 0..n-1 by
@@ -105,8 +109,12 @@ class CpuExec {
     for_each(n, [&body](std::uint64_t i) { body.finish(i, sum_of(body, i)); });
   }
 
-  template <class R, class Body>
-  void reduce(std::uint64_t n, const Body& body, R* out) {
+  struct Nothing {
+    void operator()(std::uint64_t) const {}
+  };
+
+  template <class R, class Body, class Last = Nothing>
+  void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     if (stopped()) return;
     const std::uint64_t chunks = (n + chunk - 1) / chunk;
     static_assert(alignof(R) <= alignof(std::max_align_t));
@@ -123,6 +131,7 @@ class CpuExec {
     R r{};
     for (std::uint64_t c = 0; c < chunks; ++c) r = R::combine(r, partial[c]);
     *out = r;
+    last(0);
   }
 
   template <class Body>
@@ -209,6 +218,40 @@ class CpuExec {
       const CpuAdder add;
       const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * part);
       for (std::uint64_t i = static_cast<std::uint64_t>(c) * part; i < end; ++i) body(i, add);
+    }
+  }
+
+  template <class Body>
+  void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) const {
+    using Sum = typename Body::Sum;
+    constexpr std::uint32_t none = 0xffffffffu;
+    if (n == 0 || stopped()) return;
+    constexpr std::uint64_t part = 256;
+    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (parts > 8)
+    for (std::int64_t c = 0; c < parts; ++c) {
+      std::uint32_t row = none;
+      std::int64_t sum[Sum::words] = {};
+      const auto send = [&] {
+        if (row == none) return;
+        auto* to = reinterpret_cast<std::int64_t*>(rows + row);
+        for (int k = 0; k < Sum::words; ++k) __atomic_fetch_add(to + k, sum[k], __ATOMIC_RELAXED);
+      };
+      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * part);
+      for (std::uint64_t i = static_cast<std::uint64_t>(c) * part; i < end; ++i) {
+        Sum s;
+        const std::uint32_t to = body(i, s);
+        if (to == none) continue;
+        if (to != row) {
+          send();
+          row = to;
+          std::fill(sum, sum + Sum::words, 0);
+        }
+        std::int64_t words[Sum::words];
+        std::memcpy(words, &s, sizeof words);
+        for (int k = 0; k < Sum::words; ++k) sum[k] += words[k];
+      }
+      send();
     }
   }
 

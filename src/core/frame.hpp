@@ -78,7 +78,9 @@ struct BodyHeat {
 struct PieceSums {
   std::int64_t mass = 0;
   std::int64_t momentum[3] = {}, spin[3] = {}, first[3] = {}, second[6] = {};
+  static constexpr int words = 16;  ///< all of them, one after the other
 };
+static_assert(sizeof(PieceSums) == PieceSums::words * sizeof(std::int64_t));
 
 /// What one integer of each sum stands for [kg, kg m/s, kg m^2/s, kg m, kg m^2].
 struct SumUnits {

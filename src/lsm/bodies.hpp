@@ -104,6 +104,7 @@ struct ContactBody {
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
     if (!is_solid(tag) || (tag & tag_fixed) != 0u) return;
+    if ((tag & tag_surface) == 0u) return;  // surfaces touch, and nothing else
     const std::uint32_t piece = w.f.piece[i];
     const Vec3<T> v = xyz(w.f.velocity[i]);
     const Vec4<T> own = w.f.contact_normal[i];
@@ -116,6 +117,7 @@ struct ContactBody {
       const std::uint32_t other = w.f.piece[j];
       if (other == 0u || other == piece) return;
       const std::uint32_t tag_j = w.f.tag[j];
+      if ((tag_j & tag_surface) == 0u) return;
       const physics::ContactGeometry<T> g =
           physics::contact_geometry(own, w.f.contact_normal[j], x_ij, r2, w.c.spacing);
       if (!(g.overlap > T(0)) || !(g.weight > T(0))) return;
@@ -189,41 +191,51 @@ struct GoalsBody {
   }
 };
 
+/// Only the rows of labels are summed into.
+template <class T>
+struct ClearSumsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (w.f.vertex_piece[v] == v) w.f.piece_sums[v] = core::PieceSums{};
+  }
+};
+
 /// What a vertex adds to the sums of its piece, exactly. Positions are relative to the piece's label vertex.
 template <class T>
 struct PieceSumsBody {
   Frame<T> w;
-  template <class Add>
-  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
-    if (!moves(w, v)) return;
+  using Sum = core::PieceSums;
+  /// The row it belongs to, or none.
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t v, Sum& s) const {
+    if (!moves(w, v)) return none;
     const Vec3<double> dv = cast<double>(w.f.shape_velocity[v]);
-    if (!finite(dv)) return;  // step.check reports it
+    if (!finite(dv)) return none;  // step.check reports it
     const std::uint32_t label = w.f.vertex_piece[v];
     const double m = static_cast<double>(w.f.mass[w.f.slot_of_id[w.f.vertex_id[v]]]);
     const Vec3<double> u = cast<double>(
         spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
     const Vec3<double> spin = cross(u, dv);
-    core::PieceSums& s = w.f.piece_sums[label];
-    const auto put = [&](std::int64_t* to, double value, double unit) {
-      add(to, static_cast<std::int64_t>(std::rint(value / unit)));
+    const auto count = [](double value, double unit) {
+      return static_cast<std::int64_t>(std::rint(value / unit));
     };
     const core::SumUnits& q = w.sum_units;
-    put(&s.mass, m, q.mass);
-    put(&s.momentum[0], m * dv.x, q.momentum);
-    put(&s.momentum[1], m * dv.y, q.momentum);
-    put(&s.momentum[2], m * dv.z, q.momentum);
-    put(&s.spin[0], m * spin.x, q.spin);
-    put(&s.spin[1], m * spin.y, q.spin);
-    put(&s.spin[2], m * spin.z, q.spin);
-    put(&s.first[0], m * u.x, q.first);
-    put(&s.first[1], m * u.y, q.first);
-    put(&s.first[2], m * u.z, q.first);
-    put(&s.second[0], m * u.x * u.x, q.second);
-    put(&s.second[1], m * u.y * u.y, q.second);
-    put(&s.second[2], m * u.z * u.z, q.second);
-    put(&s.second[3], m * u.y * u.z, q.second);
-    put(&s.second[4], m * u.z * u.x, q.second);
-    put(&s.second[5], m * u.x * u.y, q.second);
+    s.mass = count(m, q.mass);
+    s.momentum[0] = count(m * dv.x, q.momentum);
+    s.momentum[1] = count(m * dv.y, q.momentum);
+    s.momentum[2] = count(m * dv.z, q.momentum);
+    s.spin[0] = count(m * spin.x, q.spin);
+    s.spin[1] = count(m * spin.y, q.spin);
+    s.spin[2] = count(m * spin.z, q.spin);
+    s.first[0] = count(m * u.x, q.first);
+    s.first[1] = count(m * u.y, q.first);
+    s.first[2] = count(m * u.z, q.first);
+    s.second[0] = count(m * u.x * u.x, q.second);
+    s.second[1] = count(m * u.y * u.y, q.second);
+    s.second[2] = count(m * u.z * u.z, q.second);
+    s.second[3] = count(m * u.y * u.z, q.second);
+    s.second[4] = count(m * u.z * u.x, q.second);
+    s.second[5] = count(m * u.x * u.y, q.second);
+    return label;
   }
 };
 

@@ -161,40 +161,46 @@ MELTSIM_HD std::uint32_t first_not_below(const std::uint64_t* keys, std::uint32_
   return lo;
 }
 
-/// Calls row(r, first, last) for the rows of a cell, as cell keys of which the slots from the first's begin
-/// to the last's end are candidates: cells within H in x of each of the nine (y, z) neighbours are adjacent
-/// in key order. A row that wraps in x splits in two; that is why periodic x has 18 rows.
-template <class T, class Row>
-MELTSIM_HD void for_each_cell_row(const Grid<T>& grid, std::uint64_t key, const Row& row) {
+/// Cells whose particles are candidates, as keys: first to last, none where first > last.
+struct CellRow {
+  std::uint64_t first = 1, last = 0;
+};
+
+/// Row r of a cell: cells within H in x of each of the nine (y, z) neighbours are adjacent in key order. A
+/// row that wraps in x splits in two; that is why periodic x has 18 rows.
+template <class T>
+MELTSIM_HD CellRow cell_row(const Grid<T>& grid, std::uint64_t key, std::uint32_t r) {
   const auto nx = static_cast<std::uint64_t>(grid.nx), ny = static_cast<std::uint64_t>(grid.ny);
   const auto cx = static_cast<std::int32_t>(key % nx);
   const auto cy = static_cast<std::int32_t>((key / nx) % ny);
   const auto cz = static_cast<std::int32_t>(key / (nx * ny));
-  for (std::int32_t k = 0; k < 9; ++k) {
-    std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
-    if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
-    if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
-    if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) continue;
-    const std::int32_t first = cx - grid.reach, last = cx + grid.reach;
-    row(k, cell_key(grid, maximum(first, 0), y, z), cell_key(grid, minimum(last, grid.nx - 1), y, z));
-    if (grid.periodic & 1u) {
-      if (first < 0) row(9 + k, cell_key(grid, first + grid.nx, y, z), cell_key(grid, grid.nx - 1, y, z));
-      if (last >= grid.nx) row(9 + k, cell_key(grid, 0, y, z), cell_key(grid, last - grid.nx, y, z));
+  const auto k = static_cast<std::int32_t>(r % 9u);
+  std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
+  if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
+  if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
+  if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) return {};
+  std::int32_t first = cx - grid.reach, last = cx + grid.reach;
+  if (r >= 9u) {  // what wraps
+    if (first < 0) {
+      first += grid.nx;
+      last = grid.nx - 1;
+    } else {
+      first = 0;
+      last -= grid.nx;
     }
+    if (first > last) return {};
   }
+  return {cell_key(grid, maximum(first, 0), y, z), cell_key(grid, minimum(last, grid.nx - 1), y, z)};
 }
 
-/// The rows of a cell where cells are counted.
+/// One row of a cell where cells are counted.
 template <class T>
 struct RowsBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t cell) const {
-    Range* rows = w.f.group_ranges + cell * w.grid.rows;
-    for (std::uint32_t r = 0; r < w.grid.rows; ++r) rows[r] = Range{0u, 0u};
-    if (w.f.cell_begin[cell] == w.f.cell_begin[cell + 1]) return;  // nobody asks
-    for_each_cell_row(w.grid, cell, [&](std::int32_t r, std::uint64_t first, std::uint64_t last) {
-      rows[r] = Range{w.f.cell_begin[first], w.f.cell_begin[last + 1]};
-    });
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const CellRow row = cell_row(w.grid, k / w.grid.rows, static_cast<std::uint32_t>(k % w.grid.rows));
+    w.f.group_ranges[k] =
+        row.first <= row.last ? Range{w.f.cell_begin[row.first], w.f.cell_begin[row.last + 1]} : Range{};
   }
 };
 
@@ -205,14 +211,17 @@ struct RangesBody {
   MELTSIM_HD void operator()(std::uint64_t g) const {
     const std::uint32_t groups = w.f.status->groups;
     if (g >= groups) return;
-    Range* rows = w.f.group_ranges + g * w.grid.rows;
-    for (std::uint32_t r = 0; r < w.grid.rows; ++r) rows[r] = Range{0u, 0u};
-    for_each_cell_row(w.grid, w.f.group_key[g], [&](std::int32_t r, std::uint64_t first, std::uint64_t last) {
-      const std::uint32_t a = first_not_below(w.f.group_key, groups, first);
-      std::uint32_t b = a;
-      while (b < groups && w.f.group_key[b] <= last) ++b;  // a few
-      rows[r] = Range{w.f.group_begin[a], w.f.group_begin[b]};
-    });
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
+      const CellRow row = cell_row(w.grid, w.f.group_key[g], r);
+      Range slots;
+      if (row.first <= row.last) {
+        const std::uint32_t a = first_not_below(w.f.group_key, groups, row.first);
+        std::uint32_t b = a;
+        while (b < groups && w.f.group_key[b] <= row.last) ++b;  // a few
+        slots = Range{w.f.group_begin[a], w.f.group_begin[b]};
+      }
+      w.f.group_ranges[g * w.grid.rows + r] = slots;
+    }
   }
 };
 

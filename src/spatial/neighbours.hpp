@@ -56,29 +56,28 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
                                 std::uint32_t last, const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
   const core::Range* rows = rows_of(w, i);
-  const auto look = [&](std::uint32_t j, const Vec4<T>& xj, bool exists) {
+  const auto look = [&](std::uint32_t j, const Vec4<T>& xj) {
     const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
     const T r2 = dot(d, d);
-    const bool near = exists && r2 < w.c.kernel.support2;
-    if (on_device() ? exists : near) visit(j, xj, d, r2, near);
+    const bool near = r2 < w.c.kernel.support2;
+    if (on_device() || near) visit(j, xj, d, r2, near);
     return near;
   };
-  // Four at a time: their loads are under way together.
-  const auto look_at_four = [&](std::uint32_t j, std::uint32_t end) {
-    const Vec4<T>* x = w.f.position;
-    const std::uint32_t most = end - 1u;
-    const Vec4<T> x0 = x[j], x1 = x[minimum(j + 1u, most)], x2 = x[minimum(j + 2u, most)],
-                  x3 = x[minimum(j + 3u, most)];
-    std::uint32_t bits = 0;
-    if (look(j, x0, true)) bits |= 1u;
-    if (look(j + 1u, x1, j + 1u < end)) bits |= 2u;
-    if (look(j + 2u, x2, j + 2u < end)) bits |= 4u;
-    if (look(j + 3u, x3, j + 3u < end)) bits |= 8u;
-    return bits;
-  };
   const auto mark = [&](std::uint32_t begin, std::uint32_t end) {
-    std::uint32_t bits = 0, k = 0;
-    for (std::uint32_t j = begin; j < end; j += 4u, k += 4u) bits |= look_at_four(j, end) << k;
+    const Vec4<T>* x = w.f.position;
+    std::uint32_t bits = 0, k = 0, j = begin;
+    // Four at a time: their loads are under way together.
+    for (; j + 4u <= end; j += 4u, k += 4u) {
+      const Vec4<T> x0 = x[j], x1 = x[j + 1u], x2 = x[j + 2u], x3 = x[j + 3u];
+      std::uint32_t four = 0;
+      if (look(j, x0)) four |= 1u;
+      if (look(j + 1u, x1)) four |= 2u;
+      if (look(j + 2u, x2)) four |= 4u;
+      if (look(j + 3u, x3)) four |= 8u;
+      bits |= four << k;
+    }
+    for (; j < end; ++j, ++k)
+      if (look(j, x[j])) bits |= 1u << k;
     return bits;
   };
   for (std::uint32_t r = first; r < last; ++r) {
@@ -88,7 +87,7 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
       bits |= static_cast<std::uint64_t>(mark(row.begin + 32u, minimum(row.begin + bits_per_row, row.end)))
               << 32;
     bits_of(w, i, r) = bits;
-    for (std::uint32_t j = row.begin + bits_per_row; j < row.end; ++j) look(j, w.f.position[j], true);
+    for (std::uint32_t j = row.begin + bits_per_row; j < row.end; ++j) look(j, w.f.position[j]);
   }
 }
 

@@ -20,7 +20,7 @@ void settle(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void rows(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.cells, RowsBody<T>{w});
+  ex.for_each(std::uint64_t{w.cells} * w.grid.rows, RowsBody<T>{w});
 }
 
 template <class E, class T>

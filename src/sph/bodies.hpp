@@ -21,7 +21,7 @@ MELTSIM_HD constexpr T dry_term() {
   return T(-1);
 }
 
-/// phi of a particle and whether liquid is within H of it.
+/// phi of a particle over the kernel's scale, and whether liquid is within H of it.
 template <class T>
 struct Surroundings {
   T phi{};
@@ -45,7 +45,7 @@ struct DensityBody {
     const bool solid = Mixed && is_solid(w.f.tag[i]);
     spatial::find_part<Periodic>(w, i, k,
                                  [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2, bool near) {
-                                   s.phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+                                   s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
                                    if (solid && near) s.wet = s.wet || is_fluid(w.f.tag[j]);
                                  });
     const auto walls = physics::wall_view(w.c.walls, xi);
@@ -53,7 +53,7 @@ struct DensityBody {
     spatial::sweep_part<Periodic>(w, i, k, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
       T value = 0;
       physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
-        value += physics::kernel_value(w.c.kernel, std::sqrt(image2));
+        value += physics::kernel_shape(w.c.kernel, std::sqrt(image2));
       });
       s.phi += xj.w * value;
     });
@@ -61,14 +61,14 @@ struct DensityBody {
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
     const std::uint32_t tag = w.f.tag[i];
+    const T phi = w.c.kernel.w_scale * s.phi;
     T density = 0, term = 0;
     if (is_fluid(tag)) {
-      density = s.phi;
+      density = phi;
       term = physics::pressure_term(
-          physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, s.phi, w.c.lowest_phi),
-          s.phi);
+          physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi, w.c.lowest_phi), phi);
     } else if (Mixed && is_solid(tag)) {
-      term = s.wet ? physics::solid_term(s.phi) : dry_term<T>();
+      term = s.wet ? physics::solid_term(phi) : dry_term<T>();
     }
     w.f.density[i] = density;
     w.f.velocity[i].w = term;
@@ -106,11 +106,19 @@ struct ForcesBody {
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const T vol_i = xi.w, mu = viscosity_of(w, i, mi);
     Vec3<T> force{};
+    const auto walls = physics::wall_view(w.c.walls, xyz(xi));
     spatial::for_each_neighbour<Periodic>(
         w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
           const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
+          if (walls.axes != 0u) {
+            const T term_j = Mixed && is_solid(tag_j) ? stiffness * vj.w : vj.w;
+            physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
+              const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
+              force += physics::pressure_force(vol_i, xj.w, vi.w, term_j, f, x);
+            });
+          }
           if (Mixed && is_solid(tag_j)) {
             const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
             force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
@@ -132,24 +140,8 @@ struct ForcesBody {
                                                      T(0.5) * (density + density_j), vol_i, xj.w, f, r2,
                                                      dot(v_ij, x_ij), x_ij);
         });
-    const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    if (walls.axes != 0u) add_images(i, walls, force);
     if (w.c.no_slip != 0u) force += no_slip(xyz(xi), xyz(vi), mu, vol_i);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
-  }
-  /// Pressure of the images in walls.
-  MELTSIM_HD void add_images(std::uint64_t i, const physics::WallView<T>& walls, Vec3<T>& force) const {
-    const T vol_i = w.f.position[i].w, term_i = w.f.velocity[i].w;
-    const T stiffness = w.f.materials[material_of(w.f.tag[i])].tait_stiffness;
-    spatial::for_each_neighbour<Periodic>(
-        w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
-          const T operand = w.f.velocity[j].w;
-          const T term_j = Mixed && is_solid(w.f.tag[j]) ? stiffness * operand : operand;
-          physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
-            const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-            force += physics::pressure_force(vol_i, xj.w, term_i, term_j, f, x);
-          });
-        });
   }
   /// Traction of every wall within reach, each with its own velocity.
   MELTSIM_HD Vec3<T> no_slip(Vec3<T> x, Vec3<T> v, T mu, T volume) const {

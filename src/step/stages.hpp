@@ -20,8 +20,7 @@ void emit(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void check(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.particles, CheckBody<T>{w}, w.f.check);
-  ex.for_each(1, JudgeBody<T>{w, w.f.check});
+  ex.reduce(w.particles, CheckBody<T>{w}, w.f.check, JudgeBody<T>{w, w.f.check});
 }
 
 template <class E, class T>

@@ -314,26 +314,27 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v) {
   const std::uint32_t center = core::region_bit(h, 0, 0, 0);
   inside[center >> 5] |= 1u << (center & 31u);
   front[center >> 5] |= 1u << (center & 31u);
+  const int side = 2 * h + 1;
   for (int round = 0; round < h; ++round) {
     for (int k = 0; k < Words; ++k) next[k] = 0u;
-    std::uint32_t bit = 0;
-    for (int dz = -h; dz <= h; ++dz)
-      for (int dy = -h; dy <= h; ++dy)
-        for (int dx = -h; dx <= h; ++dx, ++bit) {
-          if (((front[bit >> 5] >> (bit & 31u)) & 1u) == 0u) continue;
-          const std::uint32_t member = w.f.site_vertex[core::site_at(site, b, dx, dy, dz)];
-          const std::uint32_t links = w.f.neighbour_mask[member];
-          std::uint32_t link = 0;
-          for (int ez = -1; ez <= 1; ++ez)
-            for (int ey = -1; ey <= 1; ++ey)
-              for (int ex = -1; ex <= 1; ++ex, ++link) {
-                if (((links >> link) & 1u) == 0u) continue;
-                // A path of at most w steps never leaves the box of half-width w.
-                const std::uint32_t to = core::region_bit(h, dx + ex, dy + ey, dz + ez);
-                if (((inside[to >> 5] >> (to & 31u)) & 1u) == 0u) next[to >> 5] |= 1u << (to & 31u);
-              }
+    for (int k = 0; k < Words; ++k)
+      for (std::uint32_t members = front[k]; members != 0u; members &= members - 1u) {
+        const int bit = 32 * k + lowest_bit(members);
+        const int dx = bit % side - h, dy = bit / side % side - h, dz = bit / (side * side) - h;
+        const std::uint32_t links = w.f.neighbour_mask[w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]];
+        // Links come in rows of three along x. A path of at most w steps never leaves the box of half-width
+        // w.
+        for (int row = 0; row < 9; ++row) {
+          const std::uint64_t three = (links >> (3 * row)) & 7u;
+          if (three == 0u) continue;
+          const std::uint32_t to = core::region_bit(h, dx - 1, dy + row % 3 - 1, dz + row / 3 - 1);
+          const std::uint64_t bits = three << (to & 31u);
+          next[to >> 5] |= static_cast<std::uint32_t>(bits);
+          if ((bits >> 32) != 0u) next[(to >> 5) + 1] |= static_cast<std::uint32_t>(bits >> 32);
         }
+      }
     for (int k = 0; k < Words; ++k) {
+      next[k] &= ~inside[k];
       inside[k] |= next[k];
       front[k] = next[k];
     }

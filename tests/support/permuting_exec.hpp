@@ -52,15 +52,28 @@ class PermutingExec : public meltsim::core::CpuExec {
     Base::for_each(n, [&](std::uint64_t k) { body.finish(order[k], Base::sum_of(body, order[k])); });
   }
   /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
-  template <class R, class Body>
-  void reduce(std::uint64_t n, const Body& body, R* out) {
+  template <class R, class Body, class Last = meltsim::core::CpuExec::Nothing>
+  void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     see(body.w);
     const auto order = indices(n);
     Base::reduce(
-        n, [&](std::uint64_t k) { return body(order[k]); }, out);
+        n, [&](std::uint64_t k) { return body(order[k]); }, out, last);
+  }
+  template <class Body>
+  void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) {
+    see(body.w);
+    const Permuted<Body> permuted{body, indices(n)};
+    Base::sum_by_row(n, permuted, rows);
   }
 
  private:
+  template <class Body>
+  struct Permuted {
+    using Sum = typename Body::Sum;
+    const Body& body;
+    std::vector<std::uint64_t> order;
+    std::uint32_t operator()(std::uint64_t k, Sum& s) const { return body(order[k], s); }
+  };
   template <class F>
   void see(const F& frame) {
     *frame_ = frame;

@@ -120,6 +120,46 @@ struct AddToBins {
   }
 };
 
+/// Bucket of an item.
+struct BucketOf {
+  const std::uint32_t* values;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return values[i]; }
+};
+
+/// A sum in three parts, finished into out[i].
+struct PartsOf {
+  const std::uint32_t* values;
+  std::uint64_t* out;
+  struct Sum {
+    std::uint64_t n = 0;
+    MELTSIM_HD void add(const Sum& o) { n = 10 * n + o.n; }  // tells the order of parts
+  };
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k) const { return {values[i] + k}; }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { out[i] = s.n; }
+};
+
+/// Three integers per row; every fifth item belongs to none.
+struct ThreePerRow {
+  std::int64_t a = 0, b = 0, c = 0;
+  static constexpr int words = 3;
+};
+struct ToRows {
+  std::uint64_t rows, run;  ///< items of a run in a row go to one of `rows`
+  using Sum = ThreePerRow;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t i, Sum& s) const {
+    if (i % 5 == 3) return 0xffffffffu;
+    s = {1, static_cast<std::int64_t>(i) - 1000, -(static_cast<std::int64_t>(i) << 40)};
+    return static_cast<std::uint32_t>(i / run % rows);
+  }
+};
+
+/// Says that it ran, after the result was there.
+struct NoteSum {
+  const Sum* sum;
+  std::uint64_t* noted;
+  MELTSIM_HD void operator()(std::uint64_t) const { *noted = sum->n + 1; }
+};
+
 /// The oracle's: one thread. Annotated because the body that calls it is.
 struct PlainAdder {
   MELTSIM_HD void operator()(std::int64_t* address, std::int64_t value) const { *address += value; }
@@ -267,6 +307,114 @@ TYPED_TEST_P(Verbs, AccumulateIsExact) {
   this->expect_no_fault(ex);
 }
 
+// One bucket, few (all but empty ones between them), and more buckets than items; the last is in any order.
+TYPED_TEST_P(Verbs, BucketEqualsStdStableSort) {
+  VERBS_MAKE(ex);
+  for (const std::uint32_t m : {1u, 2u, 50u, 100000u})
+    for (const std::uint64_t n : sizes()) {
+      if (n > 1000 && m == 2) continue;  // ranks within a bucket cost the square of its size
+      if (n == 0) continue;
+      auto host = this->random(n, m - 1);
+      if (n > 1000 && m == 50)
+        for (std::uint64_t i = 0; i < n; ++i) host[i] = i % 20000 == 0 ? host[i] : m - 1;
+      std::vector<std::uint32_t> expected(n);
+      std::iota(expected.begin(), expected.end(), 0u);
+      std::stable_sort(expected.begin(), expected.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return host[a] < host[b]; });
+      Buffer<TypeParam, std::uint32_t> values(ex, host), bucket_of(ex, n), begin(ex, m + 1, 99u),
+          order(ex, n), scratch(ex, n);
+      ex.bucket(n, m, BucketOf{values.get()}, bucket_of.get(), begin.get(), order.get(), scratch.get());
+      EXPECT_EQ(bucket_of.host(), host);
+      auto got = order.host();
+      const auto first = begin.host();
+      EXPECT_EQ(first[m], n);
+      std::sort(got.begin() + first[m - 1], got.end());
+      EXPECT_EQ(got, expected) << "n " << n << ", buckets " << m;
+      for (std::uint32_t b = 0; b < m; ++b) {
+        const auto at = std::lower_bound(expected.begin(), expected.end(), b,
+                                         [&](std::uint32_t i, std::uint32_t v) { return host[i] < v; });
+        ASSERT_EQ(first[b], static_cast<std::uint32_t>(at - expected.begin())) << "bucket " << b;
+      }
+    }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, GatherAddsPartsInOrder) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 100u);
+    Buffer<TypeParam, std::uint32_t> values(ex, host);
+    Buffer<TypeParam, std::uint64_t> out(ex, n + 1, std::uint64_t{7});
+    ex.gather(n, PartsOf{values.get(), out.get()});
+    const auto got = out.host();
+    for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(got[i], 111u * host[i] + 12u) << "n " << n << ", i " << i;
+    EXPECT_EQ(got[n], 7u);
+  }
+  this->expect_no_fault(ex);
+}
+
+// Runs: one row for all, a change within a warp, within a thread's items, for every item.
+TYPED_TEST_P(Verbs, SumByRowIsExact) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t run :
+       {std::uint64_t{1} << 30, std::uint64_t{1000}, std::uint64_t{45}, std::uint64_t{1}})
+    for (const std::uint64_t n : sizes()) {
+      std::vector<ThreePerRow> expected(7, ThreePerRow{1, 2, 3});
+      for (std::uint64_t i = 0; i < n; ++i) {
+        ThreePerRow s;
+        const std::uint32_t row = ToRows{7, run}(i, s);
+        if (row == 0xffffffffu) continue;
+        expected[row].a += s.a;
+        expected[row].b += s.b;
+        expected[row].c += s.c;
+      }
+      Buffer<TypeParam, ThreePerRow> rows(ex, 7, ThreePerRow{1, 2, 3});
+      ex.sum_by_row(n, ToRows{7, run}, rows.get());
+      const auto got = rows.host();
+      for (int r = 0; r < 7; ++r) {
+        EXPECT_EQ(got[r].a, expected[r].a) << "n " << n << ", run " << run << ", row " << r;
+        EXPECT_EQ(got[r].b, expected[r].b) << "n " << n << ", run " << run << ", row " << r;
+        EXPECT_EQ(got[r].c, expected[r].c) << "n " << n << ", run " << run << ", row " << r;
+      }
+    }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, ReduceTellsWhoComesLast) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    Buffer<TypeParam, std::uint32_t> values(ex, n, 2u);
+    Buffer<TypeParam, Sum> out(ex, 1, Sum{99});
+    Buffer<TypeParam, std::uint64_t> noted(ex, 1);
+    for (int k = 0; k < 2; ++k)  // twice: nothing is left behind
+      ex.reduce(n, SumOf{values.get()}, out.get(), NoteSum{out.get(), noted.get()});
+    EXPECT_EQ(noted.host()[0], 2 * n + 1) << "n " << n;
+  }
+  this->expect_no_fault(ex);
+}
+
+// The same key stands for the same launches: what is recorded runs again without being asked.
+TYPED_TEST_P(Verbs, RepeatRunsTheSameAgain) {
+  VERBS_MAKE(ex);
+  const std::uint64_t n = 1000;
+  Buffer<TypeParam, std::uint32_t> a(ex, n, 0u), b(ex, n, 0u);
+  const auto once = [&](std::uint64_t key, std::uint32_t* to) {
+    ex.repeat({key}, [&] { ex.for_each(n, CountVisits{to}); });
+  };
+  for (int k = 0; k < 5; ++k) once(1, a.get());
+  for (std::uint64_t k = 0; k < 40; ++k) once(100 + k, b.get());  // more than are kept
+  once(1, a.get());
+  std::vector<std::uint32_t> expected(n);
+  for (std::uint64_t i = 0; i < n; ++i) expected[i] = 6u * (static_cast<std::uint32_t>(i) + 1u);
+  EXPECT_EQ(a.host(), expected);
+  const std::uint64_t made = ex.captures();
+  ex.forget_repeats();
+  once(1, a.get());
+  once(1, a.get());
+  EXPECT_LE(ex.captures(), made + 1);
+  this->expect_no_fault(ex);
+}
+
 TYPED_TEST_P(Verbs, CopyAndFillTouchOnlyTheirRange) {
   VERBS_MAKE(ex);
   for (const std::uint64_t n : sizes()) {
@@ -327,9 +475,11 @@ TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
   this->expect_no_fault(ex);
 }
 
-REGISTER_TYPED_TEST_SUITE_P(Verbs, ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate,
-                            ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
-                            SortEqualsStdStableSort, AccumulateIsExact, CopyAndFillTouchOnlyTheirRange,
-                            GuardStopsWhatWritesState, TimingsAreReadAfterSynchronize);
+REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInOrder, SumByRowIsExact,
+                            ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, ForEachVisitsEveryIndexOnce,
+                            ReduceEqualsStdAccumulate, ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit,
+                            ScanEqualsStdPartialSum, SortEqualsStdStableSort, AccumulateIsExact,
+                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
+                            TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test

@@ -39,13 +39,19 @@ struct SphKernel {
   T epsilon2{};         ///< 0.01 (H/2)^2, keeps L finite at r = 0 [m^2]
 };
 
+/// W(r) / w_scale [-], with a = 1 - q: a^4 (5 - 4a) = (1-q)^4 (1+4q). Sums over many neighbours take the
+/// scale outside.
+template <class T>
+MELTSIM_HD T kernel_shape(const SphKernel<T>& k, T r) {
+  const T a = maximum(T(1) - r * k.inv_support, T(0));
+  const T a2 = a * a;
+  return (a2 * a2) * (T(5) - T(4) * a);
+}
+
 /// W(r) [1/m^3]; r in [0, H].
 template <class T>
 MELTSIM_HD T kernel_value(const SphKernel<T>& k, T r) {
-  const T q = r * k.inv_support;
-  const T a = maximum(T(1) - q, T(0));
-  const T a2 = a * a;
-  return k.w_scale * (a2 * a2) * (T(1) + T(4) * q);
+  return k.w_scale * kernel_shape(k, r);
 }
 
 /// Factor f >= 0 with grad_i W_ij = -f x_ij [1/m^5].
