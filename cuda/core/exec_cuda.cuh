@@ -23,6 +23,7 @@
 #include <string>
 #include <type_traits>
 
+#include "core/gather.hpp"
 #include "core/repeat_key.hpp"
 #include "core/timings.hpp"
 #include "core/warp_add.cuh"
@@ -63,29 +64,51 @@ __global__ void __launch_bounds__(block)
   if (i < n) body(i, CudaAdder{});
 }
 
-// Three warps share the sums of 32 items: below 200,000 particles one thread per item would leave most of a
-// large GPU idle, above it shortens the tail of the longest sum.
+// Warp k of a block takes part k of the sums of 32 items.
 inline constexpr unsigned gather_items = 32;
-inline constexpr unsigned gather_parts = 3;
 
-template <class Body>
-__global__ void __launch_bounds__(gather_items* gather_parts)
-    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+/// body.part of all parts, added up in the first warp. True in threads that hold the sum of an item.
+template <unsigned Parts, class Body>
+__device__ bool gathered(std::uint64_t n, const Body& body, std::uint64_t& i, typename Body::Sum& sum) {
   using Sum = typename Body::Sum;
-  // Raw bytes: shared variables may not have constructors.
-  __shared__ alignas(16) unsigned char raw[(gather_parts - 1) * gather_items * sizeof(Sum)];
-  Sum* const others = reinterpret_cast<Sum*>(raw);
+  if constexpr (Parts == 1) {
+    i = index();
+    if (i < n) sum = body.part(i, 0, 1);
+    return i < n;
+  } else {
+    // Raw bytes: shared variables may not have constructors.
+    __shared__ alignas(16) unsigned char raw[(Parts - 1) * gather_items * sizeof(Sum)];
+    Sum* const others = reinterpret_cast<Sum*>(raw);
+    const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
+    i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
+    if (i < n) sum = body.part(i, part, Parts);
+    if (part != 0) others[(part - 1) * gather_items + lane] = sum;
+    __syncthreads();
+    if (part != 0 || i >= n) return false;
+    for (unsigned k = 0; k + 1 < Parts; ++k) sum.add(others[k * gather_items + lane]);
+    return true;
+  }
+}
+
+template <unsigned Parts>
+inline constexpr unsigned gather_block = Parts == 1 ? block : Parts* gather_items;
+
+template <unsigned Parts, class Body>
+__global__ void __launch_bounds__(gather_block<Parts>)
+    gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
   if (stopped(guard)) return;
-  const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
-  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * gather_items + lane;
-  Sum sum{};
-  if (i < n) sum = body.part(i, part);
-  if (part != 0) others[(part - 1) * gather_items + lane] = sum;
-  __syncthreads();
-  if (part != 0 || i >= n) return;
-  sum.add(others[lane]);
-  sum.add(others[gather_items + lane]);
-  body.finish(i, sum);
+  std::uint64_t i;
+  typename Body::Sum sum{};
+  if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum);
+}
+
+template <unsigned Parts, class Body>
+__global__ void __launch_bounds__(gather_block<Parts>)
+    gather_adding(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  if (stopped(guard)) return;
+  std::uint64_t i;
+  typename Body::Sum sum{};
+  if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
 /// Combines the values of a block; thread 0 gets the result.
@@ -245,9 +268,22 @@ class CudaExec {
 
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
-    if (n != 0)
-      launch(kernels::gather<Body>, blocks(n, kernels::gather_items),
-             kernels::gather_items * kernels::gather_parts, guard_, n, body);
+    if (n == 0) return;
+    if (gather_parts(n) == 1)
+      launch(kernels::gather<1, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
+    else
+      launch(kernels::gather<3, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>, guard_, n,
+             body);
+  }
+
+  template <class Body>
+  void gather_adding(std::uint64_t n, const Body& body) const {
+    if (n == 0) return;
+    if (gather_parts(n) == 1)
+      launch(kernels::gather_adding<1, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
+    else
+      launch(kernels::gather_adding<3, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>,
+             guard_, n, body);
   }
 
   template <class R, class Body, class Last = kernels::NothingBody>

@@ -44,6 +44,7 @@
 #include <string>
 #include <vector>
 
+#include "core/gather.hpp"
 #include "core/repeat_key.hpp"
 #include "core/timings.hpp"
 #include "meltsim/types.hpp"
@@ -106,7 +107,16 @@ class CpuExec {
 
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
-    for_each(n, [&body](std::uint64_t i) { body.finish(i, sum_of(body, i)); });
+    const std::uint32_t parts = gather_parts(n);
+    for_each(n, [&body, parts](std::uint64_t i) { body.finish(i, sum_of(body, i, parts)); });
+  }
+
+  template <class Body>
+  void gather_adding(std::uint64_t n, const Body& body) const {
+    const std::uint32_t parts = gather_parts(n);
+    accumulate(n, [&body, parts](std::uint64_t i, const CpuAdder& add) {
+      body.finish(i, sum_of(body, i, parts), add);
+    });
   }
 
   struct Nothing {
@@ -340,10 +350,9 @@ class CpuExec {
 
  protected:
   template <class Body>
-  static typename Body::Sum sum_of(const Body& body, std::uint64_t i) {
-    auto sum = body.part(i, 0);
-    sum.add(body.part(i, 1));
-    sum.add(body.part(i, 2));
+  static typename Body::Sum sum_of(const Body& body, std::uint64_t i, std::uint32_t parts) {
+    auto sum = body.part(i, 0, parts);
+    for (std::uint32_t k = 1; k < parts; ++k) sum.add(body.part(i, k, parts));
     return sum;
   }
 

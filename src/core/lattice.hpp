@@ -40,15 +40,17 @@ MELTSIM_HD std::uint32_t mask_bits(const std::uint32_t* mask, std::uint32_t word
   return static_cast<std::uint32_t>(pair >> shift) & ((1u << side) - 1u);
 }
 
-/// The walk of for_each_member. Half: w where the compiler may know it, so that it can unroll rows; 0: any.
+/// Walks layers [first, last) in z of v's region. Half: w where the compiler may know it, so that it can
+/// unroll rows; 0: any.
 template <int Half, class T, class Visit>
-MELTSIM_HD void walk_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b, const Visit& visit) {
+MELTSIM_HD void walk_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int first, int last,
+                            const Visit& visit) {
   const int h = Half != 0 ? Half : b.region_half_width;
   const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
   const std::uint32_t site = w.f.vertex_site[v];
   const std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
-  std::uint32_t bit = 0;
-  for (int dz = -h; dz <= h; ++dz)
+  std::uint32_t bit = region_bit(h, -h, -h, first);
+  for (int dz = first; dz < last; ++dz)
     for (int dy = -h; dy <= h; ++dy, bit += side) {
       const std::uint32_t row = mask_bits(mask, w.region_words, bit, side);
       const std::uint32_t* vertices = w.f.site_vertex + site_at(site, b, 0, dy, dz);
@@ -57,13 +59,23 @@ MELTSIM_HD void walk_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b
     }
 }
 
-/// visit(vertex, dx, dy, dz) for every member of v's region, v included, x fastest.
+/// visit(vertex, dx, dy, dz) for the members of v's region in one of `parts` parts, x fastest.
+template <class T, class Visit>
+MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, std::uint32_t part, std::uint32_t parts,
+                                const Visit& visit) {
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  const int h = b.region_half_width, layers = 2 * h + 1;
+  const int first = layers * static_cast<int>(part) / static_cast<int>(parts) - h;
+  const int last = layers * static_cast<int>(part + 1u) / static_cast<int>(parts) - h;
+  if (h == 1) walk_region<1>(w, v, b, first, last, visit);
+  else if (h == 2) walk_region<2>(w, v, b, first, last, visit);
+  else walk_region<0>(w, v, b, first, last, visit);
+}
+
+/// All members of v's region, v included.
 template <class T, class Visit>
 MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, const Visit& visit) {
-  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-  if (b.region_half_width == 1) walk_region<1>(w, v, b, visit);
-  else if (b.region_half_width == 2) walk_region<2>(w, v, b, visit);
-  else walk_region<0>(w, v, b, visit);
+  for_each_member(w, v, 0u, 1u, visit);
 }
 
 /// A region's fit and where its vertex is.

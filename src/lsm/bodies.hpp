@@ -97,45 +97,64 @@ struct LoadsBody {
   }
 };
 
-/// Contact with particles of other pieces.
 template <class T>
+struct ContactSum {
+  Vec3<T> force{}, slips{};
+  T touched{};
+  MELTSIM_HD void add(const ContactSum& o) {
+    force += o.force;
+    slips += o.slips;
+    touched += o.touched;
+  }
+};
+
+/// Contact with particles of other pieces.
+template <class T, bool Periodic>
 struct ContactBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
+  using Sum = ContactSum<T>;
+  /// Surfaces touch, and nothing else.
+  MELTSIM_HD bool can_touch(std::uint32_t tag) const {
+    return is_solid(tag) && (tag & (tag_surface | tag_fixed)) == tag_surface;
+  }
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    Sum s;
     const std::uint32_t tag = w.f.tag[i];
-    if (!is_solid(tag) || (tag & tag_fixed) != 0u) return;
-    if ((tag & tag_surface) == 0u) return;  // surfaces touch, and nothing else
+    if (!can_touch(tag)) return s;
     const std::uint32_t piece = w.f.piece[i];
     const Vec3<T> v = xyz(w.f.velocity[i]);
     const Vec4<T> own = w.f.contact_normal[i];
     const T reach2 = T(2) * w.c.spacing * w.c.spacing;  // overlap and offset both below one spacing
     const Vec3<T> own_slip = slip_of(w, i);
-    Vec3<T> force{}, slips{};
-    T touched = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
-      if (!(r2 < reach2) || !(r2 > T(0))) return;
-      const std::uint32_t other = w.f.piece[j];
-      if (other == 0u || other == piece) return;
-      const std::uint32_t tag_j = w.f.tag[j];
-      if ((tag_j & tag_surface) == 0u) return;
-      const physics::ContactGeometry<T> g =
-          physics::contact_geometry(own, w.f.contact_normal[j], x_ij, r2, w.c.spacing);
-      if (!(g.overlap > T(0)) || !(g.weight > T(0))) return;
-      const bool held = (tag_j & tag_fixed) != 0u;
-      const T m = held ? w.f.mass[i] : physics::reduced_mass(w.f.mass[i], w.f.mass[j]);
-      const Vec3<T> slip = held ? own_slip : (own_slip - slip_of(w, j)) * T(0.5);
-      const T friction =
-          T(0.5) * (w.f.materials[material_of(tag)].friction + w.f.materials[material_of(tag_j)].friction);
-      const physics::ContactResponse<T> r =
-          physics::contact_response(physics::body_contact<T>(), g.overlap, g.normal, v - xyz(w.f.velocity[j]),
-                                    slip, m * g.weight, friction, w.f.clock->dt);
-      force += r.force;
-      slips += r.slip * g.weight;
-      touched += g.weight;
-    });
-    w.f.acceleration[i] += force * (T(1) / w.f.mass[i]);
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
+          if (!(r2 < reach2) || !(r2 > T(0))) return;
+          const std::uint32_t other = w.f.piece[j];
+          if (other == 0u || other == piece) return;
+          const std::uint32_t tag_j = w.f.tag[j];
+          if ((tag_j & tag_surface) == 0u) return;
+          const physics::ContactGeometry<T> g =
+              physics::contact_geometry(own, w.f.contact_normal[j], x_ij, r2, w.c.spacing);
+          if (!(g.overlap > T(0)) || !(g.weight > T(0))) return;
+          const bool held = (tag_j & tag_fixed) != 0u;
+          const T m = held ? w.f.mass[i] : physics::reduced_mass(w.f.mass[i], w.f.mass[j]);
+          const Vec3<T> slip = held ? own_slip : (own_slip - slip_of(w, j)) * T(0.5);
+          const T friction = T(0.5) * (w.f.materials[material_of(tag)].friction +
+                                       w.f.materials[material_of(tag_j)].friction);
+          const physics::ContactResponse<T> r = physics::contact_response(
+              physics::body_contact<T>(), g.overlap, g.normal, v - xyz(w.f.velocity[j]), slip, m * g.weight,
+              friction, w.f.clock->dt);
+          s.force += r.force;
+          s.slips += r.slip * g.weight;
+          s.touched += g.weight;
+        });
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    if (!can_touch(w.f.tag[i])) return;
+    w.f.acceleration[i] += s.force * (T(1) / w.f.mass[i]);
     const Vec4<T> walls = w.f.slip_next[i];
-    w.f.slip_next[i] = with_w(xyz(walls) + slips, walls.w + touched);
+    w.f.slip_next[i] = with_w(xyz(walls) + s.slips, walls.w + s.touched);
   }
 };
 
@@ -143,19 +162,27 @@ struct ContactBody {
 template <class T>
 struct RegionsBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!moves(w, v)) return;
+  struct Sum : physics::RegionSums<T> {
+    MELTSIM_HD void add(const Sum& o) { physics::add_sums(*this, o); }
+  };
+  MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t k, std::uint32_t parts) const {
+    Sum sums;
+    if (!moves(w, v)) return sums;
     const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
-    physics::RegionSums<T> sums;
-    core::for_each_member(w, static_cast<std::uint32_t>(v), [&](std::uint32_t j, int dx, int dy, int dz) {
-      const Vec4<T> xj = w.f.vertex_position[j];
-      const Vec3<T> q = Vec3<T>{T(dx), T(dy), T(dz)} * w.c.spacing;
-      physics::add_member(sums, xj.w, spatial::separation(w.grid, xyz(xj), x), q,
-                          xyz(w.f.vertex_velocity[j]) - velocity);
-    });
-    physics::RegionFit<T> fit = physics::fit_region(sums, w.f.region_rotation[v]);
-    fit.velocity += velocity;
-    core::put_fit(w, v, {fit, x});
+    core::for_each_member(w, static_cast<std::uint32_t>(v), k, parts,
+                          [&](std::uint32_t j, int dx, int dy, int dz) {
+                            const Vec4<T> xj = w.f.vertex_position[j];
+                            const Vec3<T> q = Vec3<T>{T(dx), T(dy), T(dz)} * w.c.spacing;
+                            physics::add_member<T>(sums, xj.w, spatial::separation(w.grid, xyz(xj), x), q,
+                                                   xyz(w.f.vertex_velocity[j]) - velocity);
+                          });
+    return sums;
+  }
+  MELTSIM_HD void finish(std::uint64_t v, const Sum& sums) const {
+    if (!moves(w, v)) return;
+    physics::RegionFit<T> fit = physics::fit_region<T>(sums, w.f.region_rotation[v]);
+    fit.velocity += xyz(w.f.vertex_velocity[v]);
+    core::put_fit(w, v, {fit, xyz(w.f.vertex_position[v])});
   }
 };
 
@@ -167,27 +194,44 @@ MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::Materi
   return minimum(physics::modulus_stiffness(m.modulus_rate, half_width, w.f.clock->dt), T(1));
 }
 
+template <class T>
+struct GoalSum {
+  Vec3<T> displacement{}, defect{};
+  T count{};
+  MELTSIM_HD void add(const GoalSum& o) {
+    displacement += o.displacement;
+    defect += o.defect;
+    count += o.count;
+  }
+};
+
 /// Mean of what the regions of a vertex want of it.
 template <class T>
 struct GoalsBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!moves(w, v)) return;
+  using Sum = GoalSum<T>;
+  MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t k, std::uint32_t parts) const {
+    Sum s;
+    if (!moves(w, v)) return s;
     const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
-    Vec3<T> displacement{}, defect{};
-    T count = 0;
     // Membership is symmetric: v is in the region of r exactly if r is in the region of v.
-    core::for_each_member(w, static_cast<std::uint32_t>(v), [&](std::uint32_t r, int dx, int dy, int dz) {
-      const core::PlacedFit<T> p = core::get_fit(w, r);
-      const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
-      const Vec3<T> u = spatial::separation(w.grid, x, p.position);
-      displacement += physics::goal_displacement(p.fit, q, u);
-      defect += physics::rigid_velocity_defect(p.fit, u, velocity);
-      count += T(1);
-    });
+    core::for_each_member(w, static_cast<std::uint32_t>(v), k, parts,
+                          [&](std::uint32_t r, int dx, int dy, int dz) {
+                            const core::PlacedFit<T> p = core::get_fit(w, r);
+                            const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
+                            const Vec3<T> u = spatial::separation(w.grid, x, p.position);
+                            s.displacement += physics::goal_displacement(p.fit, q, u);
+                            s.defect += physics::rigid_velocity_defect(p.fit, u, velocity);
+                            s.count += T(1);
+                          });
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t v, const Sum& s) const {
+    if (!moves(w, v)) return;
     const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];
-    w.f.shape_velocity[v] = physics::shape_velocity(stiffness(w, v, m), m.shape_damping, w.f.clock->dt,
-                                                    displacement * (T(1) / count), defect * (T(1) / count));
+    w.f.shape_velocity[v] =
+        physics::shape_velocity(stiffness(w, v, m), m.shape_damping, w.f.clock->dt,
+                                s.displacement * (T(1) / s.count), s.defect * (T(1) / s.count));
   }
 };
 

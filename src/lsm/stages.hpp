@@ -24,17 +24,17 @@ void loads(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void contact(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, ContactBody<T>{w});
+  spatial::with_periods(w, [&](auto periodic) { ex.gather(w.particles, ContactBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.vertices, RegionsBody<T>{w});
+  ex.gather(w.vertices, RegionsBody<T>{w});
 }
 
 template <class E, class T>
 void goals(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.vertices, GoalsBody<T>{w});
+  ex.gather(w.vertices, GoalsBody<T>{w});
 }
 
 template <class E, class T>

@@ -32,10 +32,6 @@ MELTSIM_HD Vec3<T> separation(const core::Grid<T>& g, Vec3<T> a, Vec3<T> b) {
 /// Candidates of a row that neighbour_bits covers.
 inline constexpr std::uint32_t bits_per_row = 64;
 
-/// The search for neighbours is shared out in parts (exec_cpu.hpp: gather): part k of 3 takes one layer of
-/// cells in z.
-inline constexpr std::uint32_t rows_per_part = 3;
-
 /// Where the bits of row r of particle i stand: row by row, so that neighbouring threads meet neighbouring
 /// words.
 template <class T>
@@ -64,11 +60,11 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
     return near;
   };
   const auto mark = [&](std::uint32_t begin, std::uint32_t end) {
-    const Vec4<T>* x = w.f.position;
+    const Vec4<T>* x = w.f.position + begin;
     std::uint32_t bits = 0, k = 0, j = begin;
     // Four at a time: their loads are under way together.
-    for (; j + 4u <= end; j += 4u, k += 4u) {
-      const Vec4<T> x0 = x[j], x1 = x[j + 1u], x2 = x[j + 2u], x3 = x[j + 3u];
+    for (; j + 4u <= end; j += 4u, k += 4u, x += 4) {
+      const Vec4<T> x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
       std::uint32_t four = 0;
       if (look(j, x0)) four |= 1u;
       if (look(j + 1u, x1)) four |= 2u;
@@ -76,8 +72,8 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
       if (look(j + 3u, x3)) four |= 8u;
       bits |= four << k;
     }
-    for (; j < end; ++j, ++k)
-      if (look(j, x[j])) bits |= 1u << k;
+    for (; j < end; ++j, ++k, ++x)
+      if (look(j, *x)) bits |= 1u << k;
     return bits;
   };
   for (std::uint32_t r = first; r < last; ++r) {
@@ -91,11 +87,22 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
   }
 }
 
+/// The rows of one of `parts` parts (exec_cpu.hpp: gather): all, or one layer of cells in z; those that wrap
+/// in x go with the others. Calls rows(first, last).
+template <class T, class Rows>
+MELTSIM_HD void rows_of_part(const core::Frame<T>& w, std::uint32_t part, std::uint32_t parts,
+                             const Rows& rows) {
+  if (parts == 1u) return rows(0u, w.grid.rows);
+  for (std::uint32_t half = 3u * part; half < w.grid.rows; half += 9u) rows(half, half + 3u);
+}
+
 /// find_neighbours over one part of the rows.
 template <bool Periodic, class T, class Visit>
-MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, const Visit& visit) {
-  for (std::uint32_t half = rows_per_part * part; half < w.grid.rows; half += 9)
-    find_neighbours<Periodic>(w, i, half, half + rows_per_part, visit);
+MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
+                          const Visit& visit) {
+  rows_of_part(w, part, parts, [&](std::uint32_t first, std::uint32_t last) {
+    find_neighbours<Periodic>(w, i, first, last, visit);
+  });
 }
 
 /// visit(j, x_j, x_ij, r2) for the neighbours of i in rows [first, last). All their bits are one sequence:
@@ -111,30 +118,27 @@ MELTSIM_HD void sweep(const core::Frame<T>& w, std::uint64_t i, std::uint32_t fi
     const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
     visit(j, xj, d, dot(d, d));
   };
-  // bits: 32 candidates from begin on; upper: the 32 after those; the next row is loaded ahead.
-  std::uint32_t bits = 0, upper = 0, begin = 0, r = first;
-  std::uint32_t next_begin = rows[r].begin;
-  std::uint64_t next_bits = bits_of(w, i, r);
+  const std::uint64_t* row_bits = &bits_of(w, i, first);
+  const core::Range* row = rows + first;
+  const core::Range* const past = rows + last;
+  std::uint64_t bits = 0, next_bits = *row_bits;  // the next row is loaded ahead
+  std::uint32_t begin = 0, next_begin = row->begin;
   for (;;) {
     while (bits == 0u) {
-      bits = upper;
-      begin += 32u;
-      upper = 0u;
-      if (bits != 0u) break;
-      if (r == last) goto crowded;
-      bits = static_cast<std::uint32_t>(next_bits);
-      upper = static_cast<std::uint32_t>(next_bits >> 32);
+      if (row == past) goto crowded;
+      bits = next_bits;
       begin = next_begin;
-      if (++r == last) continue;
-      next_begin = rows[r].begin;
-      next_bits = bits_of(w, i, r);
+      if (++row == past) continue;
+      row_bits += w.bits_stride;
+      next_bits = *row_bits;
+      next_begin = row->begin;
     }
     const std::uint32_t j = begin + static_cast<std::uint32_t>(lowest_bit(bits));
     bits &= bits - 1u;
     see(j);
   }
 crowded:
-  for (r = first; r < last; ++r)
+  for (std::uint32_t r = first; r < last; ++r)
     for (std::uint32_t j = rows[r].begin + bits_per_row; j < rows[r].end; ++j) {
       const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(w.f.position[j]));
       if (dot(d, d) < w.c.kernel.support2) see(j);
@@ -143,9 +147,10 @@ crowded:
 
 /// sweep over the rows of one part.
 template <bool Periodic, class T, class Visit>
-MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, const Visit& visit) {
-  for (std::uint32_t half = rows_per_part * part; half < w.grid.rows; half += 9)
-    sweep<Periodic>(w, i, half, half + rows_per_part, visit);
+MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
+                           const Visit& visit) {
+  rows_of_part(w, part, parts,
+               [&](std::uint32_t first, std::uint32_t last) { sweep<Periodic>(w, i, first, last, visit); });
 }
 
 /// visit(j, x_j, x_ij, r2) for every particle j with |x_ij| < H, i itself included (x_ij = 0). Needs the

@@ -38,25 +38,26 @@ template <class T, bool Mixed, bool Periodic>
 struct DensityBody {
   Frame<T> w;
   using Sum = Surroundings<T>;
-  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k) const {
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
     const Vec3<T> xi = xyz(w.f.position[i]);
     const bool solid = Mixed && is_solid(w.f.tag[i]);
-    spatial::find_part<Periodic>(w, i, k,
+    spatial::find_part<Periodic>(w, i, k, parts,
                                  [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2, bool near) {
                                    s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
                                    if (solid && near) s.wet = s.wet || is_fluid(w.f.tag[j]);
                                  });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
-    spatial::sweep_part<Periodic>(w, i, k, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
-      T value = 0;
-      physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
-        value += physics::kernel_shape(w.c.kernel, std::sqrt(image2));
-      });
-      s.phi += xj.w * value;
-    });
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
+          T value = 0;
+          physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
+            value += physics::kernel_shape(w.c.kernel, std::sqrt(image2));
+          });
+          s.phi += xj.w * value;
+        });
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
@@ -93,22 +94,29 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
 }
 
+template <class T>
+struct ForceSum {
+  Vec3<T> force{};
+  MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
+};
+
 /// Pressure, viscosity, gravity and walls on every liquid particle. Mixed: there are solids or several
 /// liquids; without, nothing has to be asked of a neighbour but where it is and how it moves.
 template <class T, bool Mixed, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
+  using Sum = ForceSum<T>;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    Sum s;
     const std::uint32_t tag = w.f.tag[i];
-    if (!is_fluid(tag)) return;
+    if (!is_fluid(tag)) return s;
     const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
     const T stiffness = mi.tait_stiffness, density = mi.density;
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const T vol_i = xi.w, mu = viscosity_of(w, i, mi);
-    Vec3<T> force{};
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    spatial::for_each_neighbour<Periodic>(
-        w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
           const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
@@ -116,14 +124,14 @@ struct ForcesBody {
             const T term_j = Mixed && is_solid(tag_j) ? stiffness * vj.w : vj.w;
             physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
               const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-              force += physics::pressure_force(vol_i, xj.w, vi.w, term_j, f, x);
+              s.force += physics::pressure_force(vol_i, xj.w, vi.w, term_j, f, x);
             });
           }
           if (Mixed && is_solid(tag_j)) {
             const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
-            force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+            s.force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
             if (r2 < w.c.leak_distance2)
-              force +=
+              s.force +=
                   physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
             return;
           }
@@ -132,15 +140,20 @@ struct ForcesBody {
           T mu_ij = mu;
           if (!same || w.f.viscosity != nullptr)
             mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
-          const T r = std::sqrt(r2), f = physics::kernel_gradient_factor(w.c.kernel, r);
-          force += physics::pressure_force(vol_i, xj.w, vi.w, vj.w, f, x_ij);
-          force +=
-              physics::viscous_force(mu_ij, vol_i, xj.w, physics::kernel_laplacian(w.c.kernel, r, r2), -v_ij);
-          force += physics::artificial_viscous_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed,
-                                                     T(0.5) * (density + density_j), vol_i, xj.w, f, r2,
-                                                     dot(v_ij, x_ij), x_ij);
+          const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, vj.w, mu_ij, T(0.5) * (density + density_j),
+                                         x_ij,  v_ij};
+          s.force += physics::liquid_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
         });
-    if (w.c.no_slip != 0u) force += no_slip(xyz(xi), xyz(vi), mu, vol_i);
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_fluid(tag)) return;
+    const Vec4<T> x = w.f.position[i];
+    Vec3<T> force = s.force;
+    if (w.c.no_slip != 0u)
+      force +=
+          no_slip(xyz(x), xyz(w.f.velocity[i]), viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
   /// Traction of every wall within reach, each with its own velocity.
@@ -163,15 +176,16 @@ struct ReactionBody {
   MELTSIM_HD bool touched(std::uint64_t k) const {
     return is_solid(w.f.tag[k]) && w.f.velocity[k].w != dry_term<T>();
   }
-  MELTSIM_HD void operator()(std::uint64_t k) const {
-    if (!touched(k)) return;
-    Vec3<T> force{};
+  using Sum = ForceSum<T>;
+  MELTSIM_HD Sum part(std::uint64_t k, std::uint32_t share, std::uint32_t parts) const {
+    Sum s;
+    if (!touched(k)) return s;
     const Vec4<T> vk4 = w.f.velocity[k];
     const T vol_k = w.f.position[k].w, tau = vk4.w;
     const Vec3<T> vk = xyz(vk4);
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
-    spatial::for_each_neighbour<Periodic>(
-        w, k, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
+    spatial::sweep_part<Periodic>(
+        w, k, share, parts, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
           const std::uint32_t tag_i = w.f.tag[i];
           if (!is_fluid(tag_i)) return;
           const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
@@ -179,17 +193,20 @@ struct ReactionBody {
           const physics::CouplingPair<T> p{
               xi.w,  vol_k,       vi.w + mi.tait_stiffness * tau, viscosity_of(w, i, mi), mi.density,
               -x_ki, xyz(vi) - vk};
-          force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+          s.force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
           if (r2 < w.c.leak_distance2)
-            force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
-                                          xyz(vi) - vk, r2);
+            s.force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
+                                            xyz(vi) - vk, r2);
           if (walls.axes != 0u)
             physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
               const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-              force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
+              s.force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
             });
         });
-    w.f.acceleration[k] += force * (T(1) / w.f.mass[k]);
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t k, const Sum& s) const {
+    if (touched(k)) w.f.acceleration[k] += s.force * (T(1) / w.f.mass[k]);
   }
 };
 

@@ -24,14 +24,14 @@ void viscosity(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed) ex.for_each(w.particles, ForcesBody<T, true, periodic()>{w});
-    else ex.for_each(w.particles, ForcesBody<T, false, periodic()>{w});
+    if (w.mixed) ex.gather(w.particles, ForcesBody<T, true, periodic()>{w});
+    else ex.gather(w.particles, ForcesBody<T, false, periodic()>{w});
   });
 }
 
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, ReactionBody<T, periodic()>{w}); });
+  spatial::with_periods(w, [&](auto periodic) { ex.gather(w.particles, ReactionBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

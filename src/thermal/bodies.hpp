@@ -68,6 +68,17 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
   return sum;
 }
 
+/// What reaches a particle from its neighbours [W, W/K].
+template <class T>
+struct ExchangeSum {
+  double rate = 0;
+  T conductance{};
+  MELTSIM_HD void add(const ExchangeSum& o) {
+    rate += o.rate;
+    conductance += o.conductance;
+  }
+};
+
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
 /// is the same number at both ends; sums are double, so that energy is conserved to rounding in double.
 template <class T, bool Boundary, bool Periodic>
@@ -75,8 +86,30 @@ struct StageBody {
   Frame<T> w;
   double mu, nu, mu_tau, gamma_tau;
   bool first;
+  using Sum = ExchangeSum<T>;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    Sum s;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) return s;
+    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    const HeatOperand<T> own = w.f.heat_operand[i];
+    const T volume = w.f.position[i].w;
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+          const HeatOperand<T> other = w.f.heat_operand[j];
+          const T k_own = toward(m, own, other.temperature);
+          const T k_other = other.conductivity < T(0)
+                                ? toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature)
+                                : other.conductivity;
+          const T g = physics::pair_conductance(
+              volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
+          s.rate += static_cast<double>(g * (other.temperature - own.temperature));
+          s.conductance += g;
+        });
+    return s;
+  }
   template <class Add>
-  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag)) {
       w.f.heat_increment_old[i] = 0.0;
@@ -85,24 +118,11 @@ struct StageBody {
       return;
     }
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
-    const HeatOperand<T> own = w.f.heat_operand[i];
-    const T volume = w.f.position[i].w, mass = w.f.mass[i];
-    double rate = 0;
-    T conductance = 0;
-    spatial::for_each_neighbour<Periodic>(
-        w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-          const HeatOperand<T> other = w.f.heat_operand[j];
-          const T k_own = toward(m, own, other.temperature);
-          const T k_other = other.conductivity < T(0)
-                                ? toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature)
-                                : other.conductivity;
-          const T g = physics::pair_conductance(
-              volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
-          rate += static_cast<double>(g * (other.temperature - own.temperature));
-          conductance += g;
-        });
+    const T mass = w.f.mass[i];
+    double rate = s.rate;
+    T conductance = s.conductance;
     if (Boundary) {
-      const auto outside = boundary_heat(w, i, own);
+      const auto outside = boundary_heat(w, i, w.f.heat_operand[i]);
       const bool held = w.f.heat_boundary[i].held != 0u;
       const double in = held ? -rate : static_cast<double>(outside.rate);
       conductance = held ? T(0) : conductance + outside.conductance;

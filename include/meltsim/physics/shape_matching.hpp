@@ -51,6 +51,21 @@ struct RegionSums {
   Vec3<T> muxv{};  ///< sum m~ u x v
 };
 
+/// Both sums as one.
+template <class T>
+MELTSIM_HD void add_sums(RegionSums<T>& s, const RegionSums<T>& o) {
+  s.mass += o.mass;
+  s.mu += o.mu;
+  s.mq += o.mq;
+  s.mv += o.mv;
+  s.muxv += o.muxv;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      s.muq.m[i][j] += o.muq.m[i][j];
+      s.muu.m[i][j] += o.muu.m[i][j];
+    }
+}
+
 template <class T>
 MELTSIM_HD void add_member(RegionSums<T>& s, T mass, Vec3<T> u, Vec3<T> q, Vec3<T> v) {
   s.mass += mass;

@@ -60,12 +60,28 @@ MELTSIM_HD WallView<T> wall_view(const WallBox<T>& b, Vec3<T> x) {
   return v;
 }
 
+/// d_i + d_j across a plane: how far apart i and the image of j in it are.
+template <class T>
+MELTSIM_HD T image_distance(T d, T inward, T x) {
+  return d + maximum(d - inward * x, T(0));
+}
+
 /// Calls visit(x_m, r_m^2) for every image of j within H of i. x_ij = x_i - x_j; 0 = its own image.
 template <class T, class Visit>
 MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, const Visit& visit) {
-  const auto across = [](T d, T inward, T x) { return d + maximum(d - inward * x, T(0)); };  // d_i + d_j
-  const Vec3<T> sum{across(v.distance.x, v.inward.x, x_ij.x), across(v.distance.y, v.inward.y, x_ij.y),
-                    across(v.distance.z, v.inward.z, x_ij.z)};
+  if ((v.axes & (v.axes - 1u)) == 0u) {  // one plane, one image
+    const bool is_x = v.axes == 1u, is_y = v.axes == 2u;
+    const T d = is_x ? v.distance.x : is_y ? v.distance.y : v.distance.z;
+    const T inward = is_x ? v.inward.x : is_y ? v.inward.y : v.inward.z;
+    const T sum = image_distance(d, inward, is_x ? x_ij.x : is_y ? x_ij.y : x_ij.z), across = inward * sum;
+    const Vec3<T> x{is_x ? across : x_ij.x, is_y ? across : x_ij.y, is_x || is_y ? x_ij.z : across};
+    const T square = dot(x, x);
+    if (square < support2) visit(x, square);
+    return;
+  }
+  const Vec3<T> sum{image_distance(v.distance.x, v.inward.x, x_ij.x),
+                    image_distance(v.distance.y, v.inward.y, x_ij.y),
+                    image_distance(v.distance.z, v.inward.z, x_ij.z)};
   // Planes that the image in them alone is out of reach of take part in none: most pairs end here.
   std::uint32_t axes = v.axes;
   if (!(sum.x * sum.x < support2)) axes &= ~1u;
