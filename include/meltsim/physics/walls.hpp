@@ -66,7 +66,8 @@ MELTSIM_HD T image_distance(T d, T inward, T x) {
   return d + maximum(d - inward * x, T(0));
 }
 
-/// Calls visit(x_m, r_m^2) for every image of j within H of i. x_ij = x_i - x_j; 0 = its own image.
+/// Calls visit(x_m, r_m^2) for every image of j within H of i. x_ij = x_i - x_j; 0 = its own image. Where
+/// branches are dear, it may be called for images beyond H, too, where kernels vanish.
 template <class T, class Visit>
 MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, const Visit& visit) {
   if ((v.axes & (v.axes - 1u)) == 0u) {  // one plane, one image
@@ -76,7 +77,7 @@ MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, c
     const T sum = image_distance(d, inward, is_x ? x_ij.x : is_y ? x_ij.y : x_ij.z), across = inward * sum;
     const Vec3<T> x{is_x ? across : x_ij.x, is_y ? across : x_ij.y, is_x || is_y ? x_ij.z : across};
     const T square = dot(x, x);
-    if (square < support2) visit(x, square);
+    if (on_device() || square < support2) visit(x, square);
     return;
   }
   const Vec3<T> sum{image_distance(v.distance.x, v.inward.x, x_ij.x),
