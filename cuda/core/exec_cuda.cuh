@@ -158,10 +158,11 @@ struct NothingBody {
   __device__ void operator()(std::uint64_t) const {}
 };
 
-// Items per thread and block of sum_by_row: a piece of a million vertices then takes 1,000 additions per sum.
+// Items per thread of sum_by_row where there are many: a piece of a million vertices then takes 1,000
+// additions per sum.
 inline constexpr unsigned sum_items = 8;
 
-template <class Body>
+template <unsigned Items, class Body>
 __global__ void __launch_bounds__(block)
     sum_by_row(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body,
                typename Body::Sum* rows) {
@@ -178,8 +179,8 @@ __global__ void __launch_bounds__(block)
     auto* words = reinterpret_cast<std::int64_t*>(rows + to);
     for (int k = 0; k < Sum::words; ++k) add_one(words + k, values[k]);
   };
-  for (unsigned k = 0; k < sum_items; ++k) {
-    const std::uint64_t i = (static_cast<std::uint64_t>(blockIdx.x) * sum_items + k) * block + threadIdx.x;
+  for (unsigned k = 0; k < Items; ++k) {
+    const std::uint64_t i = (static_cast<std::uint64_t>(blockIdx.x) * Items + k) * block + threadIdx.x;
     if (i >= n) break;
     Sum s;
     const std::uint32_t to = body(i, s);
@@ -301,9 +302,13 @@ class CudaExec {
 
   template <class Body>
   void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) const {
-    if (n != 0)
-      launch(kernels::sum_by_row<Body>, blocks(n, std::uint64_t{kernels::block} * kernels::sum_items),
-             kernels::block, guard_, n, body, rows);
+    if (n == 0) return;
+    if (n < gather_few)
+      launch(kernels::sum_by_row<1, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body, rows);
+    else
+      launch(kernels::sum_by_row<kernels::sum_items, Body>,
+             blocks(n, std::uint64_t{kernels::block} * kernels::sum_items), kernels::block, guard_, n, body,
+             rows);
   }
 
   /// Defined in core/exec_cuda_scan.cuh.
