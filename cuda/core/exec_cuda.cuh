@@ -111,18 +111,34 @@ __global__ void __launch_bounds__(gather_block<Parts>)
   if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
-/// Combines the values of a block; thread 0 gets the result.
+/// r of the lane `offset` further up.
 template <class R>
-__device__ R combine_block(const R& mine) {
+__device__ R from_lane_above(const R& r, unsigned offset) {
+  static_assert(sizeof(R) % sizeof(unsigned) == 0);
+  constexpr unsigned words = sizeof(R) / sizeof(unsigned);
+  R other;
+  unsigned* const to = reinterpret_cast<unsigned*>(&other);
+  const unsigned* const from = reinterpret_cast<const unsigned*>(&r);
+#pragma unroll
+  for (unsigned k = 0; k < words; ++k) to[k] = __shfl_down_sync(~0u, from[k], offset);
+  return other;
+}
+
+/// Combines the values of a block, in order; thread 0 gets the result.
+template <class R>
+__device__ R combine_block(R r) {
+  constexpr unsigned warps = reduce_block / 32;
   // Raw bytes: shared variables may not have constructors.
-  __shared__ alignas(16) unsigned char raw[reduce_block * sizeof(R)];
-  R* const all = reinterpret_cast<R*>(raw);
-  all[threadIdx.x] = mine;
-  for (unsigned half = reduce_block / 2; half != 0u; half /= 2) {
-    __syncthreads();
-    if (threadIdx.x < half) all[threadIdx.x] = R::combine(all[threadIdx.x], all[threadIdx.x + half]);
+  __shared__ alignas(16) unsigned char raw[warps * sizeof(R)];
+  R* const of_warp = reinterpret_cast<R*>(raw);
+  for (unsigned offset = 16; offset != 0; offset /= 2) r = R::combine(r, from_lane_above(r, offset));
+  __syncthreads();  // of_warp may still be read from the call before
+  if (threadIdx.x % 32 == 0) of_warp[threadIdx.x / 32] = r;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    for (unsigned k = 1; k < warps; ++k) r = R::combine(r, of_warp[k]);
   }
-  return all[threadIdx.x];
+  return r;
 }
 
 /// Every block combines its share; the last one to finish combines theirs, in their order. `ticket` counts

@@ -167,10 +167,11 @@ struct CellRow {
 };
 
 /// Row r of a cell: cells within H in x of each of the nine (y, z) neighbours are adjacent in key order. A
-/// row that wraps in x splits in two; that is why periodic x has 18 rows.
-template <class T>
-MELTSIM_HD CellRow cell_row(const Grid<T>& grid, std::uint64_t key, std::uint32_t r) {
-  const auto nx = static_cast<std::uint64_t>(grid.nx), ny = static_cast<std::uint64_t>(grid.ny);
+/// row that wraps in x splits in two; that is why periodic x has 18 rows. Key: wide enough for all cells;
+/// narrow divisions are several times faster.
+template <class Key, class T>
+MELTSIM_HD CellRow cell_row(const Grid<T>& grid, Key key, std::uint32_t r) {
+  const auto nx = static_cast<Key>(grid.nx), ny = static_cast<Key>(grid.ny);
   const auto cx = static_cast<std::int32_t>(key % nx);
   const auto cy = static_cast<std::int32_t>((key / nx) % ny);
   const auto cz = static_cast<std::int32_t>(key / (nx * ny));
@@ -193,12 +194,16 @@ MELTSIM_HD CellRow cell_row(const Grid<T>& grid, std::uint64_t key, std::uint32_
   return {cell_key(grid, maximum(first, 0), y, z), cell_key(grid, minimum(last, grid.nx - 1), y, z)};
 }
 
-/// One row of a cell where cells are counted.
+/// The rows of a cell where cells are counted; one call per row.
 template <class T>
 struct RowsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t k) const {
-    const CellRow row = cell_row(w.grid, k / w.grid.rows, static_cast<std::uint32_t>(k % w.grid.rows));
+    const auto narrow = static_cast<std::uint32_t>(k);
+    const bool fits = narrow == k;
+    const std::uint32_t cell = fits ? narrow / w.grid.rows : static_cast<std::uint32_t>(k / w.grid.rows);
+    const std::uint32_t r = fits ? narrow % w.grid.rows : static_cast<std::uint32_t>(k % w.grid.rows);
+    const CellRow row = cell_row(w.grid, cell, r);
     w.f.group_ranges[k] =
         row.first <= row.last ? Range{w.f.cell_begin[row.first], w.f.cell_begin[row.last + 1]} : Range{};
   }
