@@ -143,6 +143,7 @@ void CudaExec::forget_repeats() {
   const DeviceScope scope(device_);
   for (const Repeat& r : own_->repeats) (void)cudaGraphExecDestroy(r.graph);
   own_->repeats.clear();
+  own_->captures = 0;
 }
 
 std::uint64_t CudaExec::captures() const { return own_->captures; }

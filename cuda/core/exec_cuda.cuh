@@ -364,7 +364,7 @@ class CudaExec {
   }
   /// Forgets what repeat() kept: the buffers it names are gone.
   void forget_repeats();
-  /// Graphs made since the executor was.
+  /// Graphs made since then.
   std::uint64_t captures() const;
 
   // --- for the engine ---

@@ -36,6 +36,8 @@ struct Plan {
   std::vector<StageReport> stages;
   std::vector<ChannelReport> channels;
   std::uint64_t bytes = 0;  ///< all buffers together
+  /// CUDA graphs made since the last change of the scene: one per kind of sub-step, then they are replayed.
+  std::uint64_t graphs = 0;
   /// The plan as a table for a terminal.
   MELTSIM_API std::string to_string() const;
 };

@@ -72,7 +72,8 @@ class Invariants {
     const auto m = fetch_(w_.f.mass, w_.particles);
     const auto id = fetch_(w_.f.id, w_.particles);
     std::vector<double> by_id(m.size());
-    for (std::size_t i = 0; i < m.size(); ++i) by_id[id[i]] = static_cast<double>(m[i]);
+    for (std::size_t i = 0; i < m.size(); ++i)
+      if (id[i] < w_.born) by_id[id[i]] = static_cast<double>(m[i]);
     double sum = 0;
     for (const double v : by_id) sum += v;
     return sum;

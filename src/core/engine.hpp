@@ -73,6 +73,8 @@ class Engine {
   virtual std::string fault() = 0;
   virtual std::uint64_t channel_bytes(int field) const = 0;
   virtual std::uint64_t scratch_bytes() const = 0;
+  /// Sub-steps recorded since the last upload.
+  virtual std::uint64_t graphs() const = 0;
   virtual std::uint64_t bytes_needed(const SceneConstants&, const SceneLattice&,
                                      const EngineSetup&) const = 0;
   virtual std::uint64_t free_bytes() const = 0;

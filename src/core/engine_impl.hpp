@@ -34,6 +34,7 @@ class EngineImpl final : public Engine {
   std::string device_name() const override { return device_; }
   std::uint64_t channel_bytes(int field) const override { return bytes_[field] + previous_bytes_[field]; }
   std::uint64_t scratch_bytes() const override { return ex_.reserved_bytes(); }
+  std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
   void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
   void enable_timings(bool on) override { timed_ = on; }
@@ -96,7 +97,7 @@ class EngineImpl final : public Engine {
   void substep(const SubstepArguments& a) override {
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
-    if (w_.particles == 0) return;
+    if (w_.born == 0) return;
     swap_buffers();
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
@@ -131,7 +132,8 @@ class EngineImpl final : public Engine {
     if (s.halted != 0 && !rolled_back_) {
       // Sub-step k read the buffer that was current before it. Every later one swapped once more.
       if ((last_index_ - s.halt_step) % 2 == 0) swap_buffers();
-      w_.particles = s.particles;
+      w_.born = s.particles;
+      w_.particles = slots_for(w_.born);
       rolled_back_ = true;
       ex_.set_guard(nullptr);
       step::reindex<E, T>(ex_, w_);
@@ -155,11 +157,11 @@ class EngineImpl final : public Engine {
 
   void download(SceneState& s) override {
     ex_.synchronize();
-    const std::size_t n = w_.particles;
-    const auto position = fetch(w_.f.position, n), velocity = fetch(w_.f.velocity, n);
-    const auto enthalpy = fetch(w_.f.enthalpy, n);
-    const auto mass = fetch(w_.f.mass, n);
-    const auto tag = fetch(w_.f.tag, n), id = fetch(w_.f.id, n);
+    const std::size_t n = w_.born, slots = w_.particles;
+    const auto position = fetch(w_.f.position, slots), velocity = fetch(w_.f.velocity, slots);
+    const auto enthalpy = fetch(w_.f.enthalpy, slots);
+    const auto mass = fetch(w_.f.mass, slots);
+    const auto tag = fetch(w_.f.tag, slots), id = fetch(w_.f.id, slots);
     s.position.resize(n);
     s.velocity.resize(n);
     s.enthalpy.resize(n);
@@ -167,8 +169,9 @@ class EngineImpl final : public Engine {
     s.volume.resize(n);
     s.tag.resize(n);
     s.vertex_of_id.resize(n, none);
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < slots; ++i) {
       const std::uint32_t k = id[i];
+      if (k >= n) continue;  // to come
       s.position[k] = cast<double>(xyz(position[i]));
       s.velocity[k] = cast<double>(xyz(velocity[i]));
       s.enthalpy[k] = enthalpy[i];
@@ -204,14 +207,15 @@ class EngineImpl final : public Engine {
 
   void download(DerivedState& d) override {
     ex_.synchronize();
-    const std::size_t n = w_.particles;
+    const std::size_t n = w_.born, slots = w_.particles;
     d.density.assign(n, 0.0);
     d.pressure_term.assign(n, 0.0);
     if (w_.f.density == nullptr || last_index_ == 0) return;
-    const auto density = fetch(w_.f.density, n);
-    const auto velocity = fetch(w_.f.velocity, n);
-    const auto id = fetch(w_.f.id, n);
-    for (std::size_t i = 0; i < n; ++i) {
+    const auto density = fetch(w_.f.density, slots);
+    const auto velocity = fetch(w_.f.velocity, slots);
+    const auto id = fetch(w_.f.id, slots);
+    for (std::size_t i = 0; i < slots; ++i) {
+      if (id[i] >= n) continue;  // to come
       d.density[id[i]] = static_cast<double>(density[i]);
       d.pressure_term[id[i]] = static_cast<double>(velocity[i].w);
     }
@@ -230,7 +234,7 @@ class EngineImpl final : public Engine {
     c.backend = E::backend;
     c.precision = sizeof(T) == 8 ? Precision::double_precision : Precision::single_precision;
     c.stream = ex_.native_stream();
-    c.particles = w_.particles;
+    c.particles = w_.born;
     c.position = w_.f.position;
     c.velocity = w_.f.velocity;
     c.acceleration = w_.f.acceleration;
@@ -428,7 +432,9 @@ class EngineImpl final : public Engine {
 
   void fill_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
     const std::size_t n = s.position.size();
-    w_.particles = static_cast<std::uint32_t>(n);
+    const std::size_t capacity = w_.bits_stride;
+    w_.born = static_cast<std::uint32_t>(n);
+    w_.particles = slots_for(w_.born);
     rolled_back_ = false;
     last_index_ = 0;
     std::vector<MaterialRow<T>> materials;
@@ -440,21 +446,29 @@ class EngineImpl final : public Engine {
     std::vector<MaterialProperties<T>> properties;
     for (const MaterialProperties<double>& p : c.properties) properties.push_back(round_properties(p));
     put(w_.f.properties, properties);
-    std::vector<Vec4<T>> position(n), velocity(n);
-    std::vector<T> mass(n);
-    std::vector<std::uint32_t> id(n);
+    // What emitters will fill lies ready in both halves of the double buffer, as if it had been removed.
+    std::vector<Vec4<T>> position(capacity, Vec4<T>{0, 0, 0, 1}), velocity(capacity);
+    std::vector<T> mass(capacity, T(1));
+    std::vector<double> enthalpy(capacity, 0.0);
+    std::vector<std::uint32_t> tag(capacity, tag_removed), id(capacity);
+    for (std::size_t i = 0; i < capacity; ++i) id[i] = static_cast<std::uint32_t>(i);
     for (std::size_t i = 0; i < n; ++i) {
       position[i] = with_w(cast<T>(s.position[i]), static_cast<T>(s.volume[i]));
       velocity[i] = with_w(cast<T>(s.velocity[i]), T(0));
       mass[i] = static_cast<T>(s.mass[i]);
-      id[i] = static_cast<std::uint32_t>(i);
+      enthalpy[i] = s.enthalpy[i];
+      tag[i] = s.tag[i];
     }
-    put(w_.f.position, position);
-    put(w_.f.velocity, velocity);
-    put(w_.f.enthalpy, s.enthalpy);
-    put(w_.f.mass, mass);
-    put(w_.f.tag, s.tag);
-    put(w_.f.id, id);
+    for (int half = 0; half < (capacity > n ? 2 : 1); ++half) {
+      if (half == 1) swap_buffers();
+      put(w_.f.position, position);
+      put(w_.f.velocity, velocity);
+      put(w_.f.enthalpy, enthalpy);
+      put(w_.f.mass, mass);
+      put(w_.f.tag, tag);
+      put(w_.f.id, id);
+    }
+    put(w_.f.slot_of_id, id);
     put(w_.f.vertex_of_id, s.vertex_of_id);
     put(w_.f.vertex_id, s.vertex_id);
     put(w_.f.vertex_site, l.vertex_site);
@@ -488,7 +502,7 @@ class EngineImpl final : public Engine {
     status.frozen = s.frozen;
     status.removed = static_cast<std::int64_t>(s.removed);
     status.heat_in = s.heat_in;
-    status.particles = w_.particles;
+    status.particles = w_.born;
     if (w_.f.status != nullptr) ex_.upload(w_.f.status, &status, sizeof status);
   }
 
@@ -549,6 +563,14 @@ class EngineImpl final : public Engine {
     return v;
   }
 
+  /// Slots that kernels run over: in steps, so that an emitter does not make every sub-step differ from the
+  /// last one.
+  std::uint32_t slots_for(std::uint32_t born) const {
+    const std::uint64_t capacity = w_.bits_stride, step = std::max<std::uint64_t>(capacity / 8, 1);
+    if (born == 0) return 0;
+    return static_cast<std::uint32_t>(std::min(capacity, (born + step - 1) / step * step));
+  }
+
   void emit(const BurstArguments& b) {
     w_.burst.first_point = b.first_point;
     w_.burst.points = b.points;
@@ -558,9 +580,10 @@ class EngineImpl final : public Engine {
     w_.burst.mass = static_cast<T>(b.mass);
     w_.burst.volume = static_cast<T>(b.volume);
     w_.burst.tag = b.tag;
-    w_.burst_first = w_.particles;
+    w_.burst_first = w_.born;
     step::emit<E, T>(ex_, w_);
-    w_.particles += b.points;
+    w_.born += b.points;
+    w_.particles = slots_for(w_.born);
   }
 
   /// All but step.begin, which the clock makes different every time.

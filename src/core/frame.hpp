@@ -265,7 +265,8 @@ struct Frame {
   PreviousViews<T> before;  ///< the state at the start of the sub-step, in its old order
   Constants<T> c;
   Grid<T> grid;
-  std::uint32_t particles = 0;   ///< ids handed out; removed ones included
+  std::uint32_t particles = 0;   ///< slots in use: ids handed out, removed ones included, and some to come
+  std::uint32_t born = 0;        ///< ids handed out
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
   std::uint32_t vertices = 0;

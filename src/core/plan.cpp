@@ -45,6 +45,7 @@ Plan WorldImpl::plan() {
     p.bytes += engine->channel_bytes(i);
   }
   p.bytes += engine->scratch_bytes();
+  p.graphs = engine->graphs();
   return p;
 }
 

@@ -21,25 +21,24 @@ struct BeginBody {
   MELTSIM_HD void operator()(std::uint64_t) const {
     *w.f.clock = w.clock;
     w.f.status->time = w.clock.time;
-    w.f.status->particles = w.particles;  // a World that halts keeps the count of its last sub-step
+    w.f.status->particles = w.born;  // a World that halts keeps the count of its last sub-step
   }
 };
 
-/// One layer of a nozzle: new ids, appended.
+/// One layer of a nozzle: the next ids.
 template <class T>
 struct EmitBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const core::Burst<T>& b = w.burst;
     const auto id = static_cast<std::uint32_t>(w.burst_first + k);
+    const std::uint32_t slot = w.f.slot_of_id[id];  // until now it held nothing, as if removed
     const Vec3<T> offset = xyz(w.f.emitter_points[b.first_point + k]);
-    w.f.position[id] = with_w(b.center + offset, b.volume);
-    w.f.velocity[id] = with_w(b.velocity, T(0));
-    w.f.enthalpy[id] = b.enthalpy;
-    w.f.mass[id] = b.mass;
-    w.f.tag[id] = b.tag;
-    w.f.id[id] = id;
-    w.f.slot_of_id[id] = id;
+    w.f.position[slot] = with_w(b.center + offset, b.volume);
+    w.f.velocity[slot] = with_w(b.velocity, T(0));
+    w.f.enthalpy[slot] = b.enthalpy;
+    w.f.mass[slot] = b.mass;
+    w.f.tag[slot] = b.tag;
     if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
   }
 };

@@ -63,6 +63,37 @@ TEST_P(Capture, StepsReplayAsTheyRun) {
 INSTANTIATE_TEST_SUITE_P(Modes, Capture,
                          ::testing::Values(cudaStreamCaptureModeGlobal, cudaStreamCaptureModeThreadLocal));
 
+// One graph per kind of sub-step, whatever melts and however many particles there are: two halves of the double
+// buffer, with and without the search for pieces (every 16th, so always on the same half), and eight sizes that
+// a growing number of particles goes through.
+TEST(Graphs, SurviveMeltingAndEmitters) {
+  MELTSIM_NEEDS_GPU();
+  MeltingScene scene;
+  World world = make_world(scene);
+  meltsim::MaterialDesc hot;
+  hot.name = "jet";
+  const double wide = scene.side * spacing;
+  meltsim::EmitterDesc jet;
+  jet.material = value_of(world.add_material(hot));
+  jet.center = {0.5 * wide, 0.9 * wide, 0.5 * wide};
+  jet.axis = {0, -1, 0};
+  jet.radius = 1.2 * spacing;
+  jet.speed = 1;
+  jet.until = 1;
+  jet.temperature = 90;
+  ASSERT_TRUE(world.add_emitter(jet));
+  step(world, 40);
+  const auto before = world.synchronize();
+  const std::uint64_t graphs = world.plan().graphs;
+  EXPECT_GE(graphs, 2u);
+  step(world, 400);
+  const auto after = world.synchronize();
+  ASSERT_FALSE(after.halted) << after.halt_reason;
+  EXPECT_GT(after.fluid + after.solid, before.fluid + before.solid) << "the jet does not run";
+  EXPECT_GT(after.melted, before.melted) << "nothing melts";
+  EXPECT_LE(world.plan().graphs, 3u * 8u);
+}
+
 // The host's stream orders the World's work: what the host enqueued before is waited for, and the legacy
 // default stream is not involved.
 TEST(HostStream, GivesTheSameBitsAsItsOwn) {
