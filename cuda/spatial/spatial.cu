@@ -17,6 +17,10 @@ MELTSIM_INSTANTIATE(core::CudaExec, sort)
 MELTSIM_INSTANTIATE(core::CudaExec, reorder)
 MELTSIM_INSTANTIATE(core::CudaExec, groups)
 MELTSIM_INSTANTIATE(core::CudaExec, ranges)
+MELTSIM_INSTANTIATE(core::CudaExec, codes)
+MELTSIM_INSTANTIATE(core::CudaExec, leaves)
+MELTSIM_INSTANTIATE(core::CudaExec, boxes)
+MELTSIM_INSTANTIATE(core::CudaExec, walk)
 MELTSIM_INSTANTIATE(core::CudaExec, neighbours)
 
 }  // namespace spatial

@@ -246,6 +246,8 @@ class EngineImpl final : public Engine {
     std::uint64_t groups = 0, rows = 9;
     std::uint64_t cells = 0;  ///< where they are counted one by one
     int reach = 1;
+    std::uint64_t tree_first[Tree<T>::most_levels] = {};
+    int tree_levels = 0;
   };
 
   static bool double_buffered(int field) {
@@ -266,6 +268,16 @@ class EngineImpl final : public Engine {
       n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
     }
     n.rows = periodic(c, 0) ? 18 : 9;
+    if ((s.facts & fact_tree) != 0) {
+      n.groups = s.particle_capacity;  // a leaf may hold one particle only
+      n.rows = tree_rows;
+      std::uint64_t nodes = 0;
+      for (std::uint64_t level = n.groups; level != 0; level = level == 1 ? 0 : (level + 7) / 8) {
+        n.tree_first[n.tree_levels++] = nodes;
+        nodes += level;
+      }
+      set(Owner::tree_node, nodes);
+    }
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_rows, s.particle_capacity * n.rows);
     set(Owner::id, s.particle_capacity);
@@ -374,6 +386,7 @@ class EngineImpl final : public Engine {
         k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
       }
     fill_grid(c, n.reach);
+    if (n.tree_levels != 0) fill_tree(c, n);
     w_.max_groups = static_cast<std::uint32_t>(n.groups);
     w_.cells = static_cast<std::uint32_t>(n.cells);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
@@ -424,6 +437,30 @@ class EngineImpl final : public Engine {
     // One bit more than the cells need: the key of a removed particle, cut to these bits, still sorts last.
     const double all = double(g.nx) * double(g.ny) * double(g.nz);
     w_.key_bits = static_cast<std::uint32_t>(std::ceil(std::log2(all + 1.0))) + 1u;
+  }
+
+  void fill_tree(const SceneConstants& c, const Sizes& n) {
+    Tree<T>& t = w_.tree;
+    const double cell = c.support / tree_resolution;
+    t.inv_cell = static_cast<T>(1 / cell);
+    t.bits = 21;  // three axes in 63 bits; beyond, only the order suffers
+    t.min = w_.grid.min;
+    double largest = 0;  // coordinate that distances are rounded at, where axes wrap
+    if (c.domain.bounded) {
+      const Vec3d e = c.domain.max - c.domain.min;
+      const double cells = std::max({e.x, e.y, e.z}) / cell;
+      t.bits = static_cast<std::uint32_t>(std::min(21.0, std::ceil(std::log2(std::max(cells, 2.0)))));
+      if (w_.grid.periodic != 0u) largest = std::max({e.x, e.y, e.z});
+    } else {
+      const double low = -cell * double(1 << 20);
+      t.min = cast<T>(Vec3d{low, low, low});
+    }
+    w_.key_bits = 3 * t.bits + 1;
+    w_.grid.rows = static_cast<std::uint32_t>(n.rows);
+    t.levels = n.tree_levels;
+    std::copy(std::begin(n.tree_first), std::end(n.tree_first), t.first);
+    t.reach =
+        static_cast<T>(c.support * (1 + 1e-5) + 8 * double(std::numeric_limits<T>::epsilon()) * largest);
   }
 
   void fill_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {

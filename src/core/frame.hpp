@@ -202,6 +202,25 @@ struct Grid {
   std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
 };
 
+/// Of a node of the search tree. An empty one is low > high.
+template <class T>
+struct TreeBox {
+  Vec3<T> low, high;
+};
+
+/// The search tree: leaves in order of a space-filling curve, eight nodes to one of the next level. It is
+/// sized for a leaf per particle; how many there are is known on the device only.
+template <class T>
+struct Tree {
+  static constexpr int most_levels = 12;  // 8^11 leaves and more
+  Vec3<T> min{};
+  T inv_cell{};                           ///< of the curve [1/m]
+  std::uint32_t bits = 0;                 ///< of the curve, per axis
+  int levels = 0;                         ///< allocated
+  std::uint64_t first[most_levels] = {};  ///< node of a level
+  T reach{};  ///< boxes farther apart hold no neighbours: H and what is rounded [m]
+};
+
 /// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
 template <class T>
 struct PreviousViews {
@@ -263,6 +282,7 @@ struct Frame {
   PreviousViews<T> before;  ///< the state at the start of the sub-step, in its old order
   Constants<T> c;
   Grid<T> grid;
+  Tree<T> tree;
   std::uint32_t particles = 0;   ///< ids handed out; removed ones included
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells

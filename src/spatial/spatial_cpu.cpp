@@ -16,6 +16,10 @@ MELTSIM_INSTANTIATE(core::CpuExec, sort)
 MELTSIM_INSTANTIATE(core::CpuExec, reorder)
 MELTSIM_INSTANTIATE(core::CpuExec, groups)
 MELTSIM_INSTANTIATE(core::CpuExec, ranges)
+MELTSIM_INSTANTIATE(core::CpuExec, codes)
+MELTSIM_INSTANTIATE(core::CpuExec, leaves)
+MELTSIM_INSTANTIATE(core::CpuExec, boxes)
+MELTSIM_INSTANTIATE(core::CpuExec, walk)
 MELTSIM_INSTANTIATE(core::CpuExec, neighbours)
 
 }  // namespace spatial

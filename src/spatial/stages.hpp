@@ -2,6 +2,7 @@
 #pragma once
 
 #include "spatial/bodies.hpp"
+#include "spatial/tree_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -47,6 +48,28 @@ void groups(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void ranges(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.max_groups, RangesBody<T>{w});
+}
+
+template <class E, class T>
+void codes(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, CodesBody<T>{w});
+}
+
+template <class E, class T>
+void leaves(E& ex, const core::Frame<T>& w) {
+  ex.scan(w.particles, LeafHeadBody<T>{w}, w.f.sort_slot);
+  ex.for_each(w.particles, LeavesBody<T>{w});
+}
+
+template <class E, class T>
+void boxes(E& ex, const core::Frame<T>& w) {
+  for (int level = 0; level < w.tree.levels; ++level)
+    ex.for_each(nodes_of(w.max_groups, level), BoxBody<T>{w, level});
+}
+
+template <class E, class T>
+void walk(E& ex, const core::Frame<T>& w) {
+  with_periods(w, [&](auto periodic) { ex.for_each(w.max_groups, WalkBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

@@ -37,6 +37,7 @@ class Neighbours : public testing::Test {
   /// Largest number of candidates in a row.
   static std::uint32_t check(const Cloud& cloud) {
     if (cloud.constants.domain.bounded) check(cloud, core::fact_packed);
+    check(cloud, core::fact_tree);
     return check(cloud, core::fact_sparse);
   }
   static std::uint32_t check(const Cloud& cloud, std::uint32_t search) {
