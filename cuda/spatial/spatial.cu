@@ -9,6 +9,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
+MELTSIM_INSTANTIATE(core::CudaExec, moved)
+MELTSIM_INSTANTIATE(core::CudaExec, skin)
 MELTSIM_INSTANTIATE(core::CudaExec, cells)
 MELTSIM_INSTANTIATE(core::CudaExec, settle)
 MELTSIM_INSTANTIATE(core::CudaExec, rows)

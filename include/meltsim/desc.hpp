@@ -65,6 +65,10 @@ struct HeatDesc {
 enum class NeighbourSearch {
   automatic,  ///< grid: the fastest in every scene measured (docs/performance.md)
   grid,       ///< cells of size H: counted where the domain is well filled, else occupied ones are sorted
+  verlet,     ///< a grid that is kept while no particle moves more than half of a skin of 0.1 H. Taking a
+           ///< snapshot rebuilds it, so that the World and a restored one go on with the same bits; a World
+           ///< of which none was taken goes on with other ones. A mostly empty or unbounded domain gets
+           ///< `grid`
   tree  ///< boxes over leaves of up to 8 particles that are near in space (the paper's KD-tree, built in
         ///< parallel along a space-filling curve). Where particles crowd far beyond their spacing
 };

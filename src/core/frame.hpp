@@ -112,9 +112,10 @@ struct BodyRow {
 
 template <class T>
 struct Clock {
-  T dt{}, half_dt{};       ///< of this sub-step [s]
-  std::uint64_t step = 0;  ///< index of this sub-step, from 1
-  double time = 0;         ///< at its start [s]
+  T dt{}, half_dt{};          ///< of this sub-step [s]
+  std::uint64_t step = 0;     ///< index of this sub-step, from 1
+  double time = 0;            ///< at its start [s]
+  std::uint32_t rebuild = 0;  ///< 1: a kept grid is not kept
 };
 
 /// Which check stopped the World; order = order of the stages.
@@ -202,6 +203,24 @@ struct Grid {
   std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
 };
 
+/// Whether any particle did.
+struct Moved {
+  std::uint32_t any = 0;
+  MELTSIM_HD static Moved combine(const Moved& a, const Moved& b) { return {a.any | b.any}; }
+};
+
+struct KeptSearch {
+  std::uint32_t keep = 0;
+  std::uint32_t built = 0;  ///< how often since the upload
+};
+
+/// A grid that is kept for several sub-steps.
+template <class T>
+struct Kept {
+  T reach2{};  ///< (H + skin)^2 [m^2]
+  T moved2{};  ///< (skin / 2)^2, less what is rounded [m^2]
+};
+
 /// Of a node of the search tree. An empty one is low > high.
 template <class T>
 struct TreeBox {
@@ -283,6 +302,7 @@ struct Frame {
   Constants<T> c;
   Grid<T> grid;
   Tree<T> tree;
+  Kept<T> kept;
   std::uint32_t particles = 0;   ///< ids handed out; removed ones included
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells

@@ -80,11 +80,12 @@ enum Fact : std::uint32_t {
   fact_sorted = 1u << 15,  ///< particles are sorted by a key
   fact_sparse = 1u << 16,  ///< grid; the domain is unbounded or mostly empty
   fact_tree = 1u << 17,    ///< tree
+  fact_kept = 1u << 18,    ///< grid, packed, kept for several sub-steps
 };
 
-inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
-                                                 fact_sorted | fact_tree};
-inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree;
+inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
+                                                 fact_sorted | fact_sparse, fact_sorted | fact_tree};
+inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree | fact_kept;
 
 struct StageInfo {
   const char* module;
@@ -133,7 +134,9 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
   FieldSet available = 0;
   for (int i = 0; i < field_count; ++i)
     if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
-        i == field_neighbour_mask || i == field_region_mask)  // kept up to date by topology, built at upload
+        i == field_neighbour_mask ||
+        i == field_region_mask ||  // kept up to date by topology, built at upload
+        i == field_anchor)         // of an earlier sub-step; the first one after an upload asks for none
       available |= FieldSet{1} << i;
   for (int i = 0; i < stage_count; ++i) {
     if (!runs(stage_table[i], facts)) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "spatial/bodies.hpp"
+#include "spatial/kept_bodies.hpp"
 #include "spatial/tree_bodies.hpp"
 
 namespace meltsim {
@@ -9,7 +10,20 @@ inline namespace v0 {
 namespace spatial {
 
 template <class E, class T>
+void moved(E& ex, const core::Frame<T>& w) {
+  ex.reduce(w.particles, MovedBody<T>{w}, w.f.moved);
+  ex.for_each(1, KeepBody<T>{w});
+}
+
+template <class E, class T>
+void skin(E& ex, const core::Frame<T>& w) {
+  const WhereRebuilt<E, T> only(ex, w);
+  with_periods(w, [&](auto periodic) { ex.for_each(w.particles, SkinBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
 void cells(E& ex, const core::Frame<T>& w) {
+  const WhereRebuilt<E, T> only(ex, w);
   ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of_id, w.f.cell_begin, w.f.cell_order,
             w.f.cell_scratch);
 }
@@ -21,6 +35,7 @@ void settle(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void rows(E& ex, const core::Frame<T>& w) {
+  const WhereRebuilt<E, T> only(ex, w);
   ex.for_each(w.cells, RowsBody<T>{w});
 }
 
