@@ -59,11 +59,30 @@ struct Scene {
   bool extras =
       false;  ///< also what few scenes need: warm walls, freezing, viscosity that depends on temperature
 
-  bool plain() const { return support == 2.5 && !in_double; }
+  meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
+  std::string layout;  ///< of the comparison of searches: "pool", "slosh" or "droplets"
+
+  bool plain() const { return support == 2.5 && !in_double && layout.empty(); }
   /// Of 5 million particles or more: measured in few steps.
   bool large() const { return block.all() >= 5000000; }
-  /// "2d", "double", or nothing where plain().
-  std::string what() const { return in_double ? "double" : plain() ? "" : "2d"; }
+  /// "2d", "double", "<layout>_<search>", or nothing where plain().
+  std::string what() const {
+    if (!layout.empty()) return layout + "_" + search_name();
+    return in_double ? "double" : plain() ? "" : "2d";
+  }
+  std::string search_name() const {
+    switch (search) {
+      case meltsim::NeighbourSearch::automatic:
+        return "automatic";
+      case meltsim::NeighbourSearch::grid:
+        return "grid";
+      case meltsim::NeighbourSearch::verlet:
+        return "verlet";
+      case meltsim::NeighbourSearch::tree:
+        return "tree";
+    }
+    return "";
+  }
   /// "<name>/<backend>/<particles>"
   std::string title(Backend backend) const {
     return name + (plain() ? "" : "_" + what()) + "/" + name_of(backend) + "/" + std::to_string(block.all());
@@ -84,6 +103,8 @@ Running* running(const Scene& scene, Backend backend);
 /// "60500" and "1000000" on CUDA, ten million where MELTSIM_BENCHMARK_LARGE is set; the CPU gets what it can
 /// step in a reasonable time.
 std::vector<Scene> scenes(Backend backend);
+/// A pool at rest, one that sloshes, and two droplets in an unbounded domain, by every structure.
+std::vector<Scene> search_scenes(Backend backend);
 /// The rows of the paper's Table 2 and the sizes of its Fig. 7.
 std::vector<Scene> paper_scenes(Backend backend);
 
@@ -94,6 +115,8 @@ void register_verbs_cuda();
 void register_scenes();
 void register_stages(const Scene& scene, Backend backend);
 void register_step(const Scene& scene, Backend backend);
+/// Every structure that finds neighbours, in scenes that differ in what it costs.
+void register_searches();
 void register_paper();
 void register_threads();
 void register_profile();

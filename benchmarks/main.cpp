@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   bench::register_verbs_cpu();
   bench::register_verbs_cuda();
   bench::register_scenes();
+  bench::register_searches();
   bench::register_paper();
   bench::register_threads();
   bench::register_profile();

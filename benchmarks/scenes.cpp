@@ -2,6 +2,8 @@
 // Two scenes, at the sizes the targets are stated for.
 //   water     a pool at one temperature: neighbour search, liquid, integration
 //   melting   the same with a third of it ice, w = 2: everything, and something melts in most steps
+// Structures that find neighbours are compared in water: a pool at rest, one that sloshes, and two droplets
+// that stand 1000 H apart where nothing bounds them.
 // And what the paper's Table 2 and Fig. 7 time: melting again, at its spacing and step, with as many
 // particles of each kind. The arrangement is ours (the ice in the middle of the pool); the paper's is known
 // from pictures only.
@@ -59,6 +61,13 @@ meltsim::World build(const Scene& s, Backend backend) {
   const Vec3d size{s.block.x * spacing, s.block.y * spacing, s.block.z * spacing};
   desc.domain.max = {size.x, 1.5 * size.y, size.z};
   desc.heat.model = s.heat;
+  desc.neighbour_search = s.search;
+  const bool droplets = s.layout == "droplets";
+  if (droplets) {
+    desc.domain = {};
+    desc.gravity = {};
+    desc.sound_speed = 30;  // the pool's, about
+  }
   if (s.extras) desc.domain.heat[2].temperature = 30;
   desc.tension = desc.particle_shifting = s.extras;
   // Three heat stages, the least that super-time-stepping takes; the latent heat below goes with it:
@@ -79,9 +88,20 @@ meltsim::World build(const Scene& s, Backend backend) {
                               {std::round(double(s.block.x) * (k + 1) / slabs) * spacing, size.y, size.z});
       pool.material = water_id;
       pool.temperature = 20 + 80.0 / slabs * k;
+      if (s.layout == "slosh") pool.velocity = {0.5 * std::sqrt(2 * 9.81 * size.y), 0, 0};
       value_of(world.add_fluid(pool));
     }
   };
+  if (droplets) {
+    const double apart = 1000 * s.support * spacing;
+    for (const double x : {0.0, apart}) {
+      FluidDesc half;
+      half.shape = Shape::box({x, 0, 0}, {x + std::round(0.5 * s.block.x) * spacing, size.y, size.z});
+      half.material = water_id;
+      value_of(world.add_fluid(half));
+    }
+    return world;
+  }
   if (!s.solid) {
     fill();
     return world;
@@ -140,6 +160,27 @@ std::vector<Scene> scenes(Backend backend) {
     if (std::getenv("MELTSIM_BENCHMARK_LARGE") != nullptr) add({250, 160, 250}, support);  // 10 million
   }
   if (backend == Backend::cuda) add({100, 100, 100}, 2.5, true);
+  return all;
+}
+
+std::vector<Scene> search_scenes(Backend backend) {
+  using meltsim::NeighbourSearch;
+  std::vector<Scene> all;
+  for (const char* layout : {"pool", "slosh", "droplets"})
+    for (const NeighbourSearch search :
+         {NeighbourSearch::grid, NeighbourSearch::verlet, NeighbourSearch::tree}) {
+      Scene s;
+      s.name = "water";
+      s.layout = layout;
+      s.search = search;
+      s.block = {44, 25, 55};
+      // Where nothing bounds the domain no grid is kept.
+      if (s.layout == "droplets" && search == NeighbourSearch::verlet) continue;
+      all.push_back(s);
+      if (backend == Backend::cpu) continue;
+      s.block = {100, 100, 100};
+      all.push_back(s);
+    }
   return all;
 }
 

@@ -98,6 +98,7 @@ void register_stages(const Scene& scene, Backend backend) {
     const std::string stage = info.name;
     const bool model = stage == "thermal.paper" || stage == "thermal.iwasaki";
     const bool few = (info.need & (fact_freeze | fact_viscosity | fact_heat_boundary | fact_shifting)) != 0u;
+    if ((info.need & (any_search & ~fact_packed)) != 0u) continue;  // register_searches
     if (!model && !few) {
       register_stage(info, scene, backend);
       continue;
@@ -112,6 +113,22 @@ void register_stages(const Scene& scene, Backend backend) {
   }
   register_step(scene, backend);
   for (const auto& [info, own] : last) register_stage(*info, own, backend);
+}
+
+void register_searches() {
+  using namespace meltsim::core;
+  for (const Backend backend : backends())
+    for (const Scene& scene : search_scenes(backend)) {
+      std::uint32_t facts = fact_packed;
+      if (scene.layout == "droplets") facts = fact_sorted | fact_sparse;
+      if (scene.search == meltsim::NeighbourSearch::verlet) facts |= fact_kept;
+      if (scene.search == meltsim::NeighbourSearch::tree) facts = fact_sorted | fact_tree;
+      for (const StageInfo& info : stage_table) {
+        const bool search = (info.need & any_search) != 0u && runs(info, facts);
+        if (search || std::string(info.name) == "sph.density") register_stage(info, scene, backend);
+      }
+      register_step(scene, backend);
+    }
 }
 
 void register_scenes() {

@@ -71,7 +71,7 @@ def stages_of(times, backend):
     """(particles, what) -> stage -> entry"""
     tables = {}
     for name, entry in times.items():
-        match = re.fullmatch(rf"stage/([\w.]+)/{backend}/(\d+)(?:/(\w+))?", name)
+        match = re.fullmatch(rf"stage/([\w.]+)/{backend}/(\d+)(?:/(2d|double))?", name)
         if match:
             tables.setdefault((int(match[2]), match[3] or ""), {})[match[1]] = entry
     return tables
@@ -81,7 +81,7 @@ def scenes_of(times):
     """(scene, particles, what) -> backend -> entry"""
     tables = {}
     for name, entry in times.items():
-        match = re.fullmatch(r"scene/([a-z]+)(?:_(\w+))?/(\w+)/(\d+)", name)
+        match = re.fullmatch(r"scene/([a-z]+)(?:_(2d|double))?/(\w+)/(\d+)", name)
         if match:
             tables.setdefault((match[1], int(match[4]), match[2] or ""), {})[match[3]] = entry
     return tables
@@ -153,6 +153,29 @@ def stage_table(times, order):
         if any(cells):
             rows.append([stage, *cells])
     return markdown(["stage", *(name for name, _ in columns)], rows) if columns else ""
+
+
+LAYOUTS = {"pool": "a pool at rest", "slosh": "a pool that sloshes", "droplets": "two droplets 1000 H apart, unbounded"}
+
+
+def search_table(times):
+    """Structures that find neighbours, side by side: ms of the search itself, of the density pass, of the sub-step."""
+    found = {}
+    for name, entry in times.items():
+        match = re.fullmatch(r"scene/water_(\w+?)_(grid|verlet|tree)/(\w+)/(\d+)", name)
+        if match:
+            found.setdefault((match[1], int(match[4]), match[2]), {}).setdefault(match[3], {})["step"] = entry["ms"]
+        match = re.fullmatch(r"stage/([\w.]+)/(\w+)/(\d+)/(\w+?)_(grid|verlet|tree)", name)
+        if match:
+            row = found.setdefault((match[4], int(match[3]), match[5]), {}).setdefault(match[2], {})
+            kind = "search" if match[1].startswith("spatial.") else "density"
+            row[kind] = row.get(kind, 0.0) + entry["ms"]
+    rows = []
+    for (layout, particles, search), row in sorted(found.items(), key=lambda i: (list(LAYOUTS).index(i[0][0]), i[0][1:])):
+        cells = [digits(row.get(backend, {}).get(kind)) for backend in ("cpu", "cuda") for kind in ("search", "density", "step")]
+        rows.append([f"{LAYOUTS[layout]}, {count(particles)}", search, *cells])
+    return markdown(["scene", "structure", "CPU search", "CPU density", "CPU sub-step", "GPU search", "GPU density",
+                     "GPU sub-step"], rows) if rows else ""
 
 
 def counter_table(key, counters, times, order):
@@ -237,6 +260,7 @@ def report(folder, times, counted, refused, order):
         parts += [f"{key[0]}, {title(key[1:])}:", counter_table(key, counters, times, order)]
     for key, why in refused.items():
         parts.append(f"{key[0]}, {title(key[1:])}: no counters: {why}.")
+    parts += ["### Ways to find neighbours [ms]", search_table(times) or missing]
     parts += ["### CPU threads [ms per sub-step]", thread_table(times) or missing]
     return "\n\n".join(parts) + "\n"
 

@@ -9,6 +9,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
+MELTSIM_INSTANTIATE(core::CudaExec, moved)
+MELTSIM_INSTANTIATE(core::CudaExec, skin)
 MELTSIM_INSTANTIATE(core::CudaExec, cells)
 MELTSIM_INSTANTIATE(core::CudaExec, settle)
 MELTSIM_INSTANTIATE(core::CudaExec, rows)
@@ -17,6 +19,10 @@ MELTSIM_INSTANTIATE(core::CudaExec, sort)
 MELTSIM_INSTANTIATE(core::CudaExec, reorder)
 MELTSIM_INSTANTIATE(core::CudaExec, groups)
 MELTSIM_INSTANTIATE(core::CudaExec, ranges)
+MELTSIM_INSTANTIATE(core::CudaExec, codes)
+MELTSIM_INSTANTIATE(core::CudaExec, leaves)
+MELTSIM_INSTANTIATE(core::CudaExec, boxes)
+MELTSIM_INSTANTIATE(core::CudaExec, walk)
 MELTSIM_INSTANTIATE(core::CudaExec, neighbours)
 
 }  // namespace spatial

@@ -116,6 +116,12 @@ void load_solver(const Node& node, Scene& scene) {
   }
   if (const auto value = node.find("tension")) world.tension = value->boolean();
   if (const auto value = node.find("particle_shifting")) world.particle_shifting = value->boolean();
+  if (const auto value = node.find("neighbour_search")) {
+    const std::string search = value->choice(keys::neighbour_search);
+    if (search == "grid") world.neighbour_search = meltsim::NeighbourSearch::grid;
+    if (search == "verlet") world.neighbour_search = meltsim::NeighbourSearch::verlet;
+    if (search == "tree") world.neighbour_search = meltsim::NeighbourSearch::tree;
+  }
   if (const auto value = node.find("courant")) world.courant = value->positive("Courant number");
   if (const auto value = node.find("max_substeps")) world.max_substeps = value->small_integer();
   if (const auto value = node.find("pieces_interval")) world.pieces_interval = value->small_integer();

@@ -42,6 +42,20 @@ Json time_json(const SceneTime& time) {
   return json;
 }
 
+const char* name_of(meltsim::NeighbourSearch search) {
+  switch (search) {
+    case meltsim::NeighbourSearch::automatic:
+      return "auto";
+    case meltsim::NeighbourSearch::grid:
+      return "grid";
+    case meltsim::NeighbourSearch::verlet:
+      return "verlet";
+    case meltsim::NeighbourSearch::tree:
+      return "tree";
+  }
+  return "auto";
+}
+
 Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resolved) {
   Json json;
   json["gravity"] = echo(world.gravity);
@@ -49,6 +63,7 @@ Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resol
   json["artificial_viscosity"] = world.artificial_viscosity;
   json["tension"] = world.tension;
   json["particle_shifting"] = world.particle_shifting;
+  json["neighbour_search"] = name_of(resolved.neighbour_search);
   json["courant"] = world.courant;
   json["max_substeps"] = world.max_substeps;
   json["pieces_interval"] = world.pieces_interval;

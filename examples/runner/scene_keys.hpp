@@ -15,8 +15,9 @@ inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
-inline const List solver{"gravity",           "sound_speed", "artificial_viscosity", "tension",
-                         "particle_shifting", "courant",     "max_substeps",         "pieces_interval"};
+inline const List solver{"gravity", "sound_speed",       "artificial_viscosity",
+                         "tension", "particle_shifting", "neighbour_search",
+                         "courant", "max_substeps",      "pieces_interval"};
 inline const List heat{"model", "time_scale", "max_stages", "walls", "regions"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
@@ -49,6 +50,7 @@ inline const List ellipsoid{"center", "radii"};
 // Words that values may be.
 inline const List walls{"box", "open", "none"};
 inline const List face{"wall", "open", "periodic"};
+inline const List neighbour_search{"auto", "grid", "verlet", "tree"};
 inline const List stepping{"fixed", "adaptive"};
 inline const List end_when{"time", "melted"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};

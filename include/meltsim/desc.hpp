@@ -60,6 +60,19 @@ struct HeatDesc {
   int max_stages = 64;  ///< Runge-Kutta-Legendre stages per heat sub-step, 2..1024
 };
 
+/// How neighbours are found. Every choice finds the same ones; sums are taken in another order, so results
+/// differ by rounding.
+enum class NeighbourSearch {
+  automatic,  ///< grid: the fastest in every scene measured (docs/performance.md)
+  grid,       ///< cells of size H: counted where the domain is well filled, else occupied ones are sorted
+  verlet,     ///< a grid that is kept while no particle moves more than half of a skin of 0.1 H. Taking a
+           ///< snapshot rebuilds it, so that the World and a restored one go on with the same bits; a World
+           ///< of which none was taken goes on with other ones. A mostly empty or unbounded domain gets
+           ///< `grid`
+  tree  ///< boxes over leaves of up to 8 particles that are near in space (the paper's KD-tree, built in
+        ///< parallel along a space-filling curve). Where particles crowd far beyond their spacing
+};
+
 /// A World. Zero means "derive it" where a field says automatic.
 struct WorldDesc {
   std::uint32_t header_version = MELTSIM_VERSION_NUMBER;  ///< leave as it is
@@ -83,6 +96,7 @@ struct WorldDesc {
   bool particle_shifting = false;
   HeatDesc heat;
 
+  NeighbourSearch neighbour_search = NeighbourSearch::automatic;
   double courant = 0.4;      ///< sub-steps keep c dt / H below this, (0, 0.6]
   int max_substeps = 64;     ///< a step that needs more is refused, >= 1
   int pieces_interval = 16;  ///< steps between searches for pieces that came apart, >= 1

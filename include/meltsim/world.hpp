@@ -123,10 +123,12 @@ struct Resolved {
   Backend backend = Backend::cpu;
   std::string backend_reason;
   std::string device_name;
-  double support_radius = 0;  ///< [m]
-  double sound_speed = 0;     ///< [m/s]; 0 while empty
-  double stable_dt = 0;       ///< largest sub-step [s]; infinity when nothing limits it
-  int heat_stages = 0;        ///< Runge-Kutta-Legendre stages at that sub-step; 0 = no heat
+  NeighbourSearch neighbour_search = NeighbourSearch::grid;  ///< what automatic chose, or what was asked for
+  std::string neighbour_reason;                              ///< which form of it, and why
+  double support_radius = 0;                                 ///< [m]
+  double sound_speed = 0;                                    ///< [m/s]; 0 while empty
+  double stable_dt = 0;  ///< largest sub-step [s]; infinity when nothing limits it
+  int heat_stages = 0;   ///< Runge-Kutta-Legendre stages at that sub-step; 0 = no heat
   /// Share of the diffusivity asked for that the heat model delivers at that sub-step, for the best
   /// conductor: 1 for enthalpy; below 1 for paper, falling with the step (its energy drift shows in
   /// Totals::thermal).

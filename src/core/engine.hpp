@@ -65,6 +65,8 @@ class Engine {
   virtual void download(LatticeMasks& masks) = 0;
   /// Enqueues one sub-step. No allocation, no wait, no copy from the host.
   virtual void substep(const SubstepArguments& arguments) = 0;
+  /// The next sub-step builds what is kept between sub-steps anew, as one after an upload does.
+  virtual void rebuild() = 0;
   /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
   virtual WorldStatus synchronize() = 0;
   /// Waits; as it is, nothing cleared.

@@ -97,12 +97,15 @@ class EngineImpl final : public Engine {
   void substep(const SubstepArguments& a) override {
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
+    rebuild_ = rebuild_ || a.bursts != nullptr;
     if (w_.born == 0) return;
     swap_buffers();
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
+    w_.clock.rebuild = rebuild_ ? 1u : 0u;
+    rebuild_ = false;
     w_.heat_dt = static_cast<T>(a.heat_dt);
     w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
     w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
@@ -123,6 +126,8 @@ class EngineImpl final : public Engine {
     if (plain) ex_.repeat(repeat_key(a), [&] { run_stages(a); });
     else run_stages(a);
   }
+
+  void rebuild() override { rebuild_ = true; }
 
   WorldStatus synchronize() override {
     ex_.synchronize();
@@ -250,6 +255,9 @@ class EngineImpl final : public Engine {
     std::uint64_t groups = 0, rows = 9;
     std::uint64_t cells = 0;  ///< where they are counted one by one
     int reach = 1;
+    double skin = 0;  ///< of a kept grid [m]
+    std::uint64_t tree_first[Tree<T>::most_levels] = {};
+    int tree_levels = 0;
   };
 
   static bool double_buffered(int field) {
@@ -265,11 +273,22 @@ class EngineImpl final : public Engine {
     const auto set = [&n](Owner o, std::uint64_t v) { n.count[static_cast<int>(o)] = v; };
     n.groups = s.particle_capacity;
     if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support, 1));
+    if ((s.facts & fact_kept) != 0) n.skin = kept_skin * c.support;
     if ((s.facts & fact_packed) != 0) {
-      n.reach = std::max(1, packed_reach(c.domain, c.support, s.particle_capacity));
-      n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
+      n.reach = std::max(1, packed_reach(c.domain, c.support + n.skin, s.particle_capacity));
+      n.cells = n.groups = cell_count(c.domain, c.support + n.skin, n.reach);
     }
     n.rows = periodic(c, 0) ? 18 : 9;
+    if ((s.facts & fact_tree) != 0) {
+      n.groups = s.particle_capacity;  // a leaf may hold one particle only
+      n.rows = tree_rows;
+      std::uint64_t nodes = 0;
+      for (std::uint64_t level = n.groups; level != 0; level = level == 1 ? 0 : (level + 7) / 8) {
+        n.tree_first[n.tree_levels++] = nodes;
+        nodes += level;
+      }
+      set(Owner::tree_node, nodes);
+    }
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_rows, s.particle_capacity * n.rows);
     set(Owner::id, s.particle_capacity);
@@ -377,7 +396,10 @@ class EngineImpl final : public Engine {
         if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
         k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
       }
-    fill_grid(c, n.reach);
+    fill_grid(c, c.support + n.skin, n.reach);
+    w_.kept.reach2 = static_cast<T>(std::pow(c.support + n.skin, 2));
+    w_.kept.moved2 = static_cast<T>(std::pow(0.4999 * n.skin, 2));
+    if (n.tree_levels != 0) fill_tree(c, n);
     w_.max_groups = static_cast<std::uint32_t>(n.groups);
     w_.cells = static_cast<std::uint32_t>(n.cells);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
@@ -400,23 +422,23 @@ class EngineImpl final : public Engine {
     }
   }
 
-  void fill_grid(const SceneConstants& c, int reach) {
+  void fill_grid(const SceneConstants& c, double support, int reach) {
     Grid<T>& g = w_.grid;
     g.reach = reach;
     if (!c.domain.bounded) {
       // An unbounded lattice of cells around the origin; only occupied ones cost anything.
       g.nx = g.ny = g.nz = 1 << 21;
-      const double low = -c.support * double(1 << 20);
+      const double low = -support * double(1 << 20);
       g.min = cast<T>(Vec3d{low, low, low});
-      g.inv_cell = cast<T>(Vec3d{1 / c.support, 1 / c.support, 1 / c.support});
+      g.inv_cell = cast<T>(Vec3d{1 / support, 1 / support, 1 / support});
       w_.key_bits = 64;
       return;
     }
     const Vec3d e = c.domain.max - c.domain.min;
     g.min = cast<T>(c.domain.min);
-    g.nx = cells_along(e.x, c.support / reach);
-    g.ny = cells_along(e.y, c.support);
-    g.nz = cells_along(e.z, c.support);
+    g.nx = cells_along(e.x, support / reach);
+    g.ny = cells_along(e.y, support);
+    g.nz = cells_along(e.z, support);
     g.inv_cell = cast<T>(Vec3d{g.nx / e.x, g.ny / e.y, g.nz / e.z});
     for (int axis = 0; axis < 3; ++axis)
       if (periodic(c, axis)) g.periodic |= 1u << axis;
@@ -430,12 +452,37 @@ class EngineImpl final : public Engine {
     w_.key_bits = static_cast<std::uint32_t>(std::ceil(std::log2(all + 1.0))) + 1u;
   }
 
+  void fill_tree(const SceneConstants& c, const Sizes& n) {
+    Tree<T>& t = w_.tree;
+    const double cell = c.support / tree_resolution;
+    t.inv_cell = static_cast<T>(1 / cell);
+    t.bits = 21;  // three axes in 63 bits; beyond, only the order suffers
+    t.min = w_.grid.min;
+    double largest = 0;  // coordinate that distances are rounded at, where axes wrap
+    if (c.domain.bounded) {
+      const Vec3d e = c.domain.max - c.domain.min;
+      const double cells = std::max({e.x, e.y, e.z}) / cell;
+      t.bits = static_cast<std::uint32_t>(std::min(21.0, std::ceil(std::log2(std::max(cells, 2.0)))));
+      if (w_.grid.periodic != 0u) largest = std::max({e.x, e.y, e.z});
+    } else {
+      const double low = -cell * double(1 << 20);
+      t.min = cast<T>(Vec3d{low, low, low});
+    }
+    w_.key_bits = 3 * t.bits + 1;
+    w_.grid.rows = static_cast<std::uint32_t>(n.rows);
+    t.levels = n.tree_levels;
+    std::copy(std::begin(n.tree_first), std::end(n.tree_first), t.first);
+    t.reach =
+        static_cast<T>(c.support * (1 + 1e-5) + 8 * double(std::numeric_limits<T>::epsilon()) * largest);
+  }
+
   void fill_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
     const std::size_t n = s.position.size();
     const std::size_t capacity = w_.bits_stride;
     w_.born = static_cast<std::uint32_t>(n);
     w_.particles = slots_for(w_.born);
     rolled_back_ = false;
+    rebuild_ = true;
     last_index_ = 0;
     std::vector<MaterialRow<T>> materials;
     for (const MaterialRow<double>& m : c.materials) {
@@ -655,7 +702,7 @@ class EngineImpl final : public Engine {
   double largest_mass_ = 1, spacing_ = 1, body_size_ = 1;
   int sum_bits_ = 40;
   std::uint64_t last_index_ = 0;
-  bool timed_ = false, rolled_back_ = false;
+  bool timed_ = false, rolled_back_ = false, rebuild_ = true;
   double mass_ = 0;     ///< checked builds: at the upload [kg]
   std::string broken_;  ///< checked builds: the first broken invariant
 };

@@ -114,9 +114,10 @@ struct BodyRow {
 
 template <class T>
 struct Clock {
-  T dt{}, half_dt{};       ///< of this sub-step [s]
-  std::uint64_t step = 0;  ///< index of this sub-step, from 1
-  double time = 0;         ///< at its start [s]
+  T dt{}, half_dt{};          ///< of this sub-step [s]
+  std::uint64_t step = 0;     ///< index of this sub-step, from 1
+  double time = 0;            ///< at its start [s]
+  std::uint32_t rebuild = 0;  ///< 1: a kept grid is not kept
 };
 
 /// Which check stopped the World; order = order of the stages.
@@ -204,6 +205,43 @@ struct Grid {
   std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
 };
 
+/// Whether any particle did.
+struct Moved {
+  std::uint32_t any = 0;
+  MELTSIM_HD static Moved combine(const Moved& a, const Moved& b) { return {a.any | b.any}; }
+};
+
+struct KeptSearch {
+  std::uint32_t keep = 0;
+  std::uint32_t built = 0;  ///< how often since the upload
+};
+
+/// A grid that is kept for several sub-steps.
+template <class T>
+struct Kept {
+  T reach2{};  ///< (H + skin)^2 [m^2]
+  T moved2{};  ///< (skin / 2)^2, less what is rounded [m^2]
+};
+
+/// Of a node of the search tree. An empty one is low > high.
+template <class T>
+struct TreeBox {
+  Vec3<T> low, high;
+};
+
+/// The search tree: leaves in order of a space-filling curve, eight nodes to one of the next level. It is
+/// sized for a leaf per particle; how many there are is known on the device only.
+template <class T>
+struct Tree {
+  static constexpr int most_levels = 12;  // 8^11 leaves and more
+  Vec3<T> min{};
+  T inv_cell{};                           ///< of the curve [1/m]
+  std::uint32_t bits = 0;                 ///< of the curve, per axis
+  int levels = 0;                         ///< allocated
+  std::uint64_t first[most_levels] = {};  ///< node of a level
+  T reach{};  ///< boxes farther apart hold no neighbours: H and what is rounded [m]
+};
+
 /// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
 template <class T>
 struct PreviousViews {
@@ -265,6 +303,8 @@ struct Frame {
   PreviousViews<T> before;  ///< the state at the start of the sub-step, in its old order
   Constants<T> c;
   Grid<T> grid;
+  Tree<T> tree;
+  Kept<T> kept;
   std::uint32_t particles = 0;   ///< slots in use: ids handed out, removed ones included, and some to come
   std::uint32_t born = 0;        ///< ids handed out
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0

@@ -27,6 +27,7 @@ enum class Owner {
   cell,
   group,
   group_rows,
+  tree_node,
   vertex,
   vertex_words,
   vertex_fits,
@@ -73,10 +74,18 @@ enum Fact : std::uint32_t {
   fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
   fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
   fact_dry = 1u << 12,           ///< no liquid, now or later
-  fact_packed = 1u << 13,        ///< few cells of the domain are empty: they can be counted one by one
-  fact_sparse = 1u << 14,        ///< the domain is unbounded or mostly empty
-  fact_shifting = 1u << 15,      ///< liquid's particles are kept evenly spread
+  fact_shifting = 1u << 13,      ///< liquid's particles are kept evenly spread
+  // How neighbours are found: one of search_facts.
+  fact_packed = 1u << 14,  ///< grid; few cells of the domain are empty: they can be counted one by one
+  fact_sorted = 1u << 15,  ///< particles are sorted by a key
+  fact_sparse = 1u << 16,  ///< grid; the domain is unbounded or mostly empty
+  fact_tree = 1u << 17,    ///< tree
+  fact_kept = 1u << 18,    ///< grid, packed, kept for several sub-steps
 };
+
+inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
+                                                 fact_sorted | fact_sparse, fact_sorted | fact_tree};
+inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree | fact_kept;
 
 struct StageInfo {
   const char* module;
@@ -115,7 +124,6 @@ constexpr bool consistent(std::uint32_t f) {
          implies(fact_contact, fact_mobile) && implies(fact_melt, fact_solid | fact_fluid) &&
          implies(fact_freeze, fact_melt) && implies(fact_shifting, fact_fluid) &&
          ((f & fact_fluid) != 0) != ((f & fact_dry) != 0) &&
-         ((f & fact_packed) != 0) != ((f & fact_sparse) != 0) &&
          !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
          !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
          implies(fact_heat_boundary, fact_heat_enthalpy);
@@ -126,7 +134,9 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
   FieldSet available = 0;
   for (int i = 0; i < field_count; ++i)
     if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
-        i == field_neighbour_mask || i == field_region_mask)  // kept up to date by topology, built at upload
+        i == field_neighbour_mask ||
+        i == field_region_mask ||  // kept up to date by topology, built at upload
+        i == field_anchor)         // of an earlier sub-step; the first one after an upload asks for none
       available |= FieldSet{1} << i;
   for (int i = 0; i < stage_count; ++i) {
     if (!runs(stage_table[i], facts)) continue;
@@ -137,8 +147,10 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
 }
 
 constexpr bool pipeline_is_fed() {
-  for (std::uint32_t facts = 0; facts < 65536u; ++facts)
-    if (consistent(facts) && first_unfed_stage(facts) >= 0) return false;
+  for (std::uint32_t facts = 0; facts < fact_packed; ++facts)
+    if (consistent(facts))
+      for (const std::uint32_t search : search_facts)
+        if (first_unfed_stage(facts | search) >= 0) return false;
   return true;
 }
 static_assert(pipeline_is_fed(), "a stage reads a channel that no earlier stage of that scene produced");

@@ -28,6 +28,8 @@ Plan WorldImpl::plan() {
     r.reason = r.runs ? info.why : info.why_not;
     if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
     if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
+    // Of several ways to search, the one that runs says why the others do not.
+    if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;
     if (r.module == "thermal") r.interval = thermal_interval_;
     if (r.module == "topology")
       r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;

@@ -130,6 +130,7 @@ Result<std::uint64_t> WorldImpl::state_hash() {
 
 Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   fetch_state();
+  engine->rebuild();  // as a World that is restored from this one will
   Writer w;
   w.bytes.insert(w.bytes.end(), magic, magic + 8);
   w.value(format_version);

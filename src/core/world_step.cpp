@@ -144,9 +144,8 @@ std::uint32_t WorldImpl::facts() {
   if ((f & core::fact_particles) == 0) return f;
   if ((f & core::fact_fluid) == 0) f |= core::fact_dry;
   const std::uint64_t particles = state_.position.size() + planned_emission();
-  f |= core::packed_reach(desc.domain, core::support_of(desc), particles) != 0 ? core::fact_packed
-                                                                               : core::fact_sparse;
-  return f;
+  search_ = core::choose_search(desc, core::support_of(desc), particles);
+  return f | search_.facts;
 }
 
 /// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with.
@@ -561,6 +560,8 @@ Resolved WorldImpl::resolved() {
   r.backend = engine->backend();
   r.backend_reason = backend_reason;
   r.device_name = engine->device_name();
+  r.neighbour_search = search_.search;
+  r.neighbour_reason = search_.reason;
   r.support_radius = core::support_of(desc);
   r.sound_speed = (facts_ & core::fact_particles) != 0 ? sound_speed_ : 0;
   r.stable_dt = static_dt_;

@@ -44,12 +44,39 @@ MELTSIM_HD const core::Range* rows_of(const core::Frame<T>& w, std::uint64_t i) 
   return w.f.group_ranges + static_cast<std::uint64_t>(w.f.group_of[i]) * w.grid.rows;
 }
 
+/// What find_neighbours does where a kept grid says which candidates lay within H and skin: the others are
+/// not looked at.
+template <bool Periodic, class T, class Visit>
+MELTSIM_HD void find_among_kept(const core::Frame<T>& w, std::uint64_t i, std::uint32_t first,
+                                std::uint32_t last, const Visit& visit) {
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  const core::Range* rows = rows_of(w, i);
+  const auto look = [&](std::uint32_t j) {
+    const Vec4<T> xj = w.f.position[j];
+    const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
+    const T r2 = dot(d, d);
+    const bool near = r2 < w.c.kernel.support2;
+    if (on_device() || near) visit(j, xj, d, r2, near);
+    return near;
+  };
+  for (std::uint32_t r = first; r < last; ++r) {
+    const core::Range row = rows[r];
+    const std::uint64_t far = w.f.far_bits[static_cast<std::uint64_t>(r) * w.bits_stride + i];
+    std::uint64_t near = far;
+    for (std::uint64_t bits = far; bits != 0u; bits &= bits - 1u)
+      if (!look(row.begin + static_cast<std::uint32_t>(lowest_bit(bits)))) near &= ~(bits & (~bits + 1u));
+    bits_of(w, i, r) = near;
+    for (std::uint32_t j = row.begin + bits_per_row; j < row.end; ++j) look(j);
+  }
+}
+
 /// visit(j, x_j, x_ij, r2, near) for every candidate in rows [first, last), and stores which are near: the
 /// first sweep of a sub-step. Where branches are dear, candidates that are not near are visited, too; what
 /// vanishes beyond H needs no branch.
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::uint32_t first,
                                 std::uint32_t last, const Visit& visit) {
+  if (w.f.far_bits != nullptr) return find_among_kept<Periodic>(w, i, first, last, visit);
   const Vec3<T> xi = xyz(w.f.position[i]);
   const core::Range* rows = rows_of(w, i);
   const auto look = [&](std::uint32_t j, const Vec4<T>& xj) {

@@ -8,6 +8,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
+MELTSIM_INSTANTIATE(core::CpuExec, moved)
+MELTSIM_INSTANTIATE(core::CpuExec, skin)
 MELTSIM_INSTANTIATE(core::CpuExec, cells)
 MELTSIM_INSTANTIATE(core::CpuExec, settle)
 MELTSIM_INSTANTIATE(core::CpuExec, rows)
@@ -16,6 +18,10 @@ MELTSIM_INSTANTIATE(core::CpuExec, sort)
 MELTSIM_INSTANTIATE(core::CpuExec, reorder)
 MELTSIM_INSTANTIATE(core::CpuExec, groups)
 MELTSIM_INSTANTIATE(core::CpuExec, ranges)
+MELTSIM_INSTANTIATE(core::CpuExec, codes)
+MELTSIM_INSTANTIATE(core::CpuExec, leaves)
+MELTSIM_INSTANTIATE(core::CpuExec, boxes)
+MELTSIM_INSTANTIATE(core::CpuExec, walk)
 MELTSIM_INSTANTIATE(core::CpuExec, neighbours)
 
 }  // namespace spatial

@@ -2,13 +2,28 @@
 #pragma once
 
 #include "spatial/bodies.hpp"
+#include "spatial/kept_bodies.hpp"
+#include "spatial/tree_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
 template <class E, class T>
+void moved(E& ex, const core::Frame<T>& w) {
+  ex.reduce(w.particles, MovedBody<T>{w}, w.f.moved);
+  ex.for_each(1, KeepBody<T>{w});
+}
+
+template <class E, class T>
+void skin(E& ex, const core::Frame<T>& w) {
+  const WhereRebuilt<E, T> only(ex, w);
+  with_periods(w, [&](auto periodic) { ex.for_each(w.particles, SkinBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
 void cells(E& ex, const core::Frame<T>& w) {
+  const WhereRebuilt<E, T> only(ex, w);
   ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of_id, w.f.cell_begin, w.f.cell_order,
             w.f.cell_scratch);
 }
@@ -20,6 +35,7 @@ void settle(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void rows(E& ex, const core::Frame<T>& w) {
+  const WhereRebuilt<E, T> only(ex, w);
   ex.for_each(std::uint64_t{w.cells} * w.grid.rows, RowsBody<T>{w});
 }
 
@@ -47,6 +63,28 @@ void groups(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void ranges(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.max_groups, RangesBody<T>{w});
+}
+
+template <class E, class T>
+void codes(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, CodesBody<T>{w});
+}
+
+template <class E, class T>
+void leaves(E& ex, const core::Frame<T>& w) {
+  ex.scan(w.particles, LeafHeadBody<T>{w}, w.f.sort_slot);
+  ex.for_each(w.particles, LeavesBody<T>{w});
+}
+
+template <class E, class T>
+void boxes(E& ex, const core::Frame<T>& w) {
+  for (int level = 0; level < w.tree.levels; ++level)
+    ex.for_each(nodes_of(w.max_groups, level), BoxBody<T>{w, level});
+}
+
+template <class E, class T>
+void walk(E& ex, const core::Frame<T>& w) {
+  with_periods(w, [&](auto periodic) { ex.for_each(w.max_groups, WalkBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

@@ -123,6 +123,10 @@ class StageTable(unittest.TestCase):
         runs += self.benchmark("scene/melting_double/cuda/1000000", 9.0)
         runs += self.benchmark("paper/table2_35k_5k/cuda/40000", 1.5, substeps=3)
         runs += self.benchmark("paper/fig7/cuda/200000", 6, substeps=4)
+        runs += self.benchmark("stage/spatial.leaves/cpu/60500/pool_tree", 0.25)
+        runs += self.benchmark("stage/spatial.walk/cpu/60500/pool_tree", 0.5)
+        runs += self.benchmark("stage/sph.density/cpu/60500/pool_tree", 2)
+        runs += self.benchmark("scene/water_pool_tree/cuda/60500", 0.7)
         for threads, ms in ((1, 160), (2, 80), (16, 16)):
             runs += self.benchmark(f"threads/water_2d/cpu/60500/{threads}", ms)
         (path / "benchmarks.json").write_text(json.dumps({"benchmarks": runs}))
@@ -155,6 +159,8 @@ class StageTable(unittest.TestCase):
         self.assertIn("water, 1,000,000, 2 dx: no counters: the driver lets no ordinary user read", text)
         self.assertIn("| 35k liquid + 5k solid | 22.5 | GPU | 1.5 | 3 | 0.5 | 15 |", text)
         self.assertIn("| 200,000 | 6 | 4 | 1.5 |", text)
+        self.assertIn("| a pool at rest, 60,500 | tree | 0.75 | 2 |  |  |  | 0.7 |", text)
+        self.assertNotIn("spatial.walk", text)
         self.assertIn("| water, 60,500, 2 dx | 160 | 80 (2.0x) | 16 (10.0x) |", text)
         self.assertEqual(record["counters"]["melting/60500"]["sph.forces"]["bound"], "issue")
 

@@ -10,6 +10,7 @@
 
 #include "modules/engine.hpp"
 #include "spatial/neighbours.hpp"
+#include "spatial/tree_bodies.hpp"
 
 namespace {
 
@@ -36,14 +37,20 @@ class Neighbours : public testing::Test {
  protected:
   /// Largest number of candidates in a row.
   static std::uint32_t check(const Cloud& cloud) {
-    if (cloud.constants.domain.bounded) check(cloud, core::fact_packed);
+    if (cloud.constants.domain.bounded) {
+      check(cloud, core::fact_packed);
+      if (core::keeps(cloud.constants.domain, support)) check(cloud, core::fact_kept);
+    }
+    check(cloud, core::fact_tree);
     return check(cloud, core::fact_sparse);
   }
   static std::uint32_t check(const Cloud& cloud, std::uint32_t search) {
     Rig<T> rig;
     rig.upload(cloud.constants, {}, cloud.state, core::fact_particles | search);
     rig.run({"step.begin", "spatial"});
-    const core::Frame<T>& w = rig.frame();
+    return compare(cloud, rig.frame());
+  }
+  static std::uint32_t compare(const Cloud& cloud, const core::Frame<T>& w) {
     std::uint32_t widest = 0;
     EXPECT_EQ(w.particles, cloud.state.position.size());
     for (std::uint32_t i = 0; i < w.particles; ++i) {
@@ -198,6 +205,127 @@ TYPED_TEST(Neighbours, SlotsAreInOrderOfCellThenId) {
     for (std::uint32_t i = 1; i < w.particles; ++i) {
       ASSERT_LE(w.f.group_of[i - 1], w.f.group_of[i]);
       ASSERT_TRUE(w.f.group_of[i - 1] != w.f.group_of[i] || w.f.id[i - 1] < w.f.id[i]);
+    }
+  }
+}
+
+// Two droplets 1000 H apart, and a gas of single particles 20 H apart.
+TYPED_TEST(Neighbours, DropletsFarApart) {
+  Random random(79);
+  Cloud c;
+  for (const double x : {-250.0, 250.0})
+    for (int n = 0; n < 300; ++n) c.add(Vec3d{x, 0, 0} + random.vector(0.8));
+  for (int n = 0; n < 60; ++n) c.add(random.vector(40));
+  this->check(c);
+}
+
+// 150 particles within 0.2 H, far more than fit a leaf or the bits of a row, and strings of them.
+TYPED_TEST(Neighbours, DenseClumps) {
+  Random random(80);
+  Cloud c;
+  c.bound({4, 4, 4});
+  for (int clump = 0; clump < 5; ++clump) {
+    const Vec3d at = Vec3d{2, 2, 2} + random.vector(1.7);
+    for (int n = 0; n < 150; ++n) c.add(at + random.vector(0.05));
+  }
+  for (int n = 0; n < 300; ++n) c.add({0.5 + 0.01 * n, 2, 2});
+  this->check(c);
+}
+
+TYPED_TEST(Neighbours, ClumpsThatCoincide) {
+  Cloud c;
+  c.bound({3, 3, 3});
+  for (int n = 0; n < 200; ++n) c.add(n % 3 ? Vec3d{1, 1, 1} : Vec3d{1.3, 1.1, 1});
+  this->check(c);
+}
+
+// A kept grid serves sub-steps in which particles have moved since it was built.
+TYPED_TEST(Neighbours, KeptWhileLittleMoves) {
+  Random random(81);
+  for (const bool periodic : {false, true}) {
+    Cloud c;
+    c.bound({2.2, 2.2, 2.2}, periodic, periodic, periodic);
+    for (std::uint32_t n = 0; n < 900; ++n) {
+      c.add(Vec3d{1.1, 1.1, 1.1} + random.vector(1.09), n % 50 ? 0 : tag_removed);
+      c.state.velocity.back() = random.vector(0.01);  // the fastest leaves half of the skin after 3 of 12
+    }
+    Rig<TypeParam> rig;
+    rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_kept);
+    for (int k = 0; k < 12; ++k) {
+      rig.run({"step.begin", "spatial"});
+      this->compare(c, rig.frame());
+    }
+    EXPECT_GT(rig.frame().f.search->built, 1u);
+    EXPECT_LT(rig.frame().f.search->built, 8u);
+    const std::uint32_t built = rig.frame().f.search->built;
+    rig.engine->rebuild();
+    rig.run({"step.begin", "spatial"});
+    EXPECT_EQ(rig.frame().f.search->built, built + 1);
+  }
+}
+
+// Leaves hold few particles, ids ascend among those at one place, and the order forgets its history.
+TYPED_TEST(Neighbours, LeavesOfTheTree) {
+  Random random(82);
+  Cloud c;
+  for (int n = 0; n < 700; ++n) c.add(random.vector(1.2));
+  for (int n = 0; n < 40; ++n) c.add({0.01, 0.01, 0.01});
+  Rig<TypeParam> rig;
+  rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_tree);
+  std::vector<std::uint32_t> first;
+  for (int k = 0; k < 3; ++k) {
+    rig.run({"step.begin", "spatial"});
+    const auto& w = rig.frame();
+    const std::vector<std::uint32_t> ids(w.f.id, w.f.id + w.particles);
+    if (k == 0) first = ids;
+    EXPECT_EQ(ids, first);
+    for (std::uint32_t g = 0; g < w.f.status->groups; ++g) {
+      const std::uint32_t size = w.f.group_begin[g + 1] - w.f.group_begin[g];
+      EXPECT_GE(size, 1u);
+      EXPECT_LE(size, spatial::leaf_size);
+      for (std::uint32_t i = w.f.group_begin[g]; i < w.f.group_begin[g + 1]; ++i) {
+        EXPECT_EQ(w.f.group_of[i], g);
+        if (i > w.f.group_begin[g] && w.f.sort_key_alt[i] == w.f.sort_key_alt[i - 1]) {
+          EXPECT_LT(w.f.id[i - 1], w.f.id[i]);
+        }
+      }
+    }
+  }
+}
+
+// However many runs there are: no slot is lost or comes twice, and what rows cover ascends.
+TEST(RowList, KeepsEverySlot) {
+  Random random(83);
+  for (int n = 0; n < 300; ++n) {
+    std::vector<core::Range> rows(18, core::Range{7, 7});
+    spatial::RowList list(rows.data(), 18);
+    std::set<std::uint32_t> wanted;
+    std::uint32_t at = 0;
+    const int runs = n % 60;
+    for (int k = 0; k < runs; ++k) {
+      at += static_cast<std::uint32_t>(random.uniform(0, 30));
+      const auto length = static_cast<std::uint32_t>(random.uniform(1, n % 2 ? 9 : 150));
+      for (std::uint32_t j = at; j < at + length; ++j) wanted.insert(j);
+      list.add({at, at + length});
+      at += length;
+    }
+    list.finish();
+    std::set<std::uint32_t> found;
+    std::uint32_t end = 0;
+    bool crowded = false, spare = false;
+    for (const core::Range& row : rows) {
+      ASSERT_LE(row.begin, row.end);
+      spare = spare || row.begin == row.end;
+      crowded = crowded || row.end - row.begin > spatial::bits_per_row;
+      if (row.begin == row.end) continue;
+      ASSERT_GE(row.begin, end);
+      end = row.end;
+      for (std::uint32_t j = row.begin; j < row.end; ++j) found.insert(j);
+    }
+    EXPECT_FALSE(crowded && spare);
+    for (const std::uint32_t j : wanted) ASSERT_TRUE(found.count(j)) << n;
+    if (runs <= 18) {
+      EXPECT_EQ(found, wanted);
     }
   }
 }
