@@ -7,8 +7,9 @@ is left - fills, the second half of a reduction, CUB's sort, bodies of two stage
 """
 import re
 
-# What a kernel's name says of the verb that launched it (cuda/core).
-VERBS = [("sort", r"RadixSort|Onesweep|radix_sort"), ("scan", r"DeviceScan|DeviceCompactInit"),
+# What a kernel's name says of the verb that launched it (cuda/core). A bucket's counts are summed by a scan, too.
+VERBS = [("sort", r"RadixSort|Onesweep|radix_sort"), ("bucket", r"CountBody|PlaceBody|SettleRankBody"),
+         ("scan", r"DeviceScan|DeviceCompactInit"), ("bucket", r"DeviceScan"),
          ("reduce", r"reduce_first|reduce_last|DeviceReduce"), ("fill", r"FillBody"), ("copy", r"CopyBody")]
 
 
@@ -34,7 +35,7 @@ def with_called(name, functions, seen=()):
     """A function's text and that of what it calls."""
     text = functions[name]
     for other in functions:
-        if other not in (name, *seen) and re.search(rf"\b{other}(<[^;()]*>)?\(ex\b", text):
+        if other not in (name, *seen) and re.search(rf"\b{other}(<[^;]*?>)?\(ex\b", text):
             text += with_called(other, functions, (name, *seen))
     return text
 
@@ -62,9 +63,9 @@ class Kernels:
         for module, body in re.findall(r"\b(\w+)::(\w+Body)\b", kernel):
             if module in self.modules:
                 return self.bodies.get(f"{module}::{body}") or {s for s in self.order if s.startswith(module + ".")}
-        for verb, pattern in VERBS:
-            if re.search(pattern, kernel):
-                return self.verbs.get(verb, set())
+        verbs = [verb for verb, pattern in VERBS if re.search(pattern, kernel)]
+        if verbs:
+            return set().union(*(self.verbs.get(verb, set()) for verb in verbs))
         return set(self.order)
 
     def stages_of(self, kernels):

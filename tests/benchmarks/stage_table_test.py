@@ -71,6 +71,8 @@ class StageKernels(unittest.TestCase):
 
     def test_every_stage_can_be_found(self):
         found = set().union(*self.kernels.bodies.values(), self.kernels.verbs.get("sort", set()))
+        for verb in ("sort", "scan", "bucket", "reduce"):
+            self.assertTrue(self.kernels.verbs.get(verb), verb)
         self.assertEqual(found, set(self.kernels.order))
 
     def test_equal_names_in_two_modules(self):
@@ -84,15 +86,25 @@ class StageKernels(unittest.TestCase):
         last = "void meltsim::v0::core::kernels::reduce_last<meltsim::v0::core::CheckResult>(const unsigned int *)"
         names = [each("spatial::KeysBody<float>"), "void cub::DeviceRadixSortOnesweepKernel<cub::Policy800>(int)",
                  each("lsm::GoalsBody<float>"), fill, each("lsm::BalanceBody<float>"),
-                 each("thermal::OperandsBody<float>"), each("thermal::StageBody<float, false>"),
+                 each("thermal::OperandsBody<float>"), each("thermal::StageBody<float, false, true>"),
                  "void meltsim::v0::core::kernels::reduce_first<meltsim::v0::core::CheckResult, "
                  "meltsim::v0::step::CheckBody<float>>(int)", last, each("step::JudgeBody<float>"), "memset_kernel()"]
         self.assertEqual(self.kernels.stages_of(names), [
             "spatial.keys", "spatial.sort", "lsm.goals", "lsm.balance", "lsm.balance", "thermal.exchange",
             "thermal.exchange", "step.check", "step.check", "step.check", "step.check"])
 
+    def test_a_bucket_is_several_kernels(self):
+        scan = "void cub::DeviceScanKernel<cub::Policy900>(int)"
+        counted = [each("core::kernels::CountBody<meltsim::v0::spatial::CellBody<float>>"), scan,
+                   each("core::kernels::PlaceBody"), each("core::kernels::SettleRankBody"),
+                   each("spatial::SettleBody<float>"), each("spatial::RowsBody<float>")]
+        self.assertEqual(self.kernels.stages_of(counted), [*["spatial.cells"] * 4, "spatial.settle", "spatial.rows"])
+        scanned = [each("spatial::ReorderBody<float>"), each("core::kernels::CopyBody<int>"), scan,
+                   each("spatial::GroupsBody<float>")]
+        self.assertEqual(self.kernels.stages_of(scanned)[2:], ["spatial.groups", "spatial.groups"])
+
     def test_functions_that_stages_call_belong_to_them(self):
-        text = "void a(E& ex, const F& w) { ex.one(1); b<true>(ex, w); }\nvoid b(E& ex, F& w) { { ex.two(X); } }\n"
+        text = "void a(E& ex, F& w) { ex.one(1); b<true, periodic()>(ex, w); }\nvoid b(E& ex, F& w) { { ex.two(X); } }\n"
         functions = stage_kernels.functions_of(text)
         self.assertEqual(set(functions), {"a", "b"})
         self.assertIn("ex.two", stage_kernels.with_called("a", functions))

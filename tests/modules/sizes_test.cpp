@@ -67,7 +67,7 @@ TYPED_TEST(EngineSizes, WhatDoesNotFitTheDeviceIsRefusedWithBothNumbers) {
   core::SceneState s;
   for (int n = 0; n < 10; ++n) add_particle(s, c, {n * dx, 0, 0}, 0);
   core::EngineSetup setup;
-  setup.facts = core::fact_particles | core::fact_fluid;
+  setup.facts = core::fact_particles | core::fact_fluid | core::fact_sparse;
   setup.channels = core::channels_for(setup.facts);
   setup.particle_capacity = 4000000000u;  // 930 GB
   const std::uint64_t needed = engine->bytes_needed(c, {}, setup);
