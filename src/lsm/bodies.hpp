@@ -87,7 +87,7 @@ struct LoadsBody {
       if (((w.c.walls.faces >> k) & 1u) == 0u || !(depth[k] > T(0))) continue;
       const physics::ContactResponse<T> r =
           physics::contact_response(physics::body_contact<T>(), depth[k], normal[k], v - w.c.wall_velocity[k],
-                                    slip, w.f.mass[i], friction, w.f.clock->dt);
+                                    slip, w.f.mass[i], friction, w.f.clock->dt, w.f.clock->spring_dt);
       force += r.force;
       slips += r.slip;
       touched += T(1);
@@ -126,7 +126,7 @@ struct ContactBody {
           T(0.5) * (w.f.materials[material_of(tag)].friction + w.f.materials[material_of(tag_j)].friction);
       const physics::ContactResponse<T> r =
           physics::contact_response(physics::body_contact<T>(), g.overlap, g.normal, v - xyz(w.f.velocity[j]),
-                                    slip, m * g.weight, friction, w.f.clock->dt);
+                                    slip, m * g.weight, friction, w.f.clock->dt, w.f.clock->spring_dt);
       force += r.force;
       slips += r.slip * g.weight;
       touched += g.weight;
@@ -157,10 +157,11 @@ struct RegionsBody {
   }
 };
 
-/// alpha of a vertex: as given, or what its material's modulus asks for at this step.
+/// alpha of a vertex at this step: as given, or what its material's modulus asks for.
 template <class T>
 MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::MaterialRow<T>& m) {
-  if (!(m.modulus_rate > T(0))) return m.shape_stiffness;
+  if (!(m.modulus_rate > T(0)))
+    return physics::stiffness_of_step(m.shape_stiffness, w.f.clock->dt, w.f.clock->spring_dt);
   const int half_width = w.f.bodies[w.f.vertex_body[v]].region_half_width;
   return minimum(physics::modulus_stiffness(m.modulus_rate, half_width, w.f.clock->dt), T(1));
 }
@@ -184,7 +185,8 @@ struct GoalsBody {
       count += T(1);
     });
     const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];
-    w.f.shape_velocity[v] = physics::shape_velocity(stiffness(w, v, m), m.shape_damping, w.f.clock->dt,
+    const T damping = m.shape_damping * (w.f.clock->dt / w.f.clock->spring_dt);
+    w.f.shape_velocity[v] = physics::shape_velocity(stiffness(w, v, m), damping, w.f.clock->dt,
                                                     displacement * (T(1) / count), defect * (T(1) / count));
   }
 };

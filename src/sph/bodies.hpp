@@ -115,8 +115,8 @@ struct ForcesBody {
             const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
             force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
             if (r2 < w.c.leak_distance2)
-              force +=
-                  physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
+              force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], x_ij,
+                                           v_ij, r2);
             return;
           }
           const bool same = !Mixed || material_of(tag_j) == material_of(tag);
@@ -189,7 +189,7 @@ struct ReactionBody {
               -x_ki, xyz(vi) - vk};
           force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
           if (r2 < w.c.leak_distance2)
-            force += -physics::leak_force(w.c.spacing, w.f.clock->dt, w.f.mass[i], w.f.mass[k], -x_ki,
+            force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k], -x_ki,
                                           xyz(vi) - vk, r2);
           if (walls.axes != 0u)
             physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
