@@ -286,7 +286,7 @@ class CudaExec {
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
     if (n == 0) return;
-    if (gather_parts(n) == 1)
+    if (gather_parts<Body>(n) == 1)
       launch(kernels::gather<1, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
     else
       launch(kernels::gather<3, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>, guard_, n,
@@ -296,7 +296,7 @@ class CudaExec {
   template <class Body>
   void gather_adding(std::uint64_t n, const Body& body) const {
     if (n == 0) return;
-    if (gather_parts(n) == 1)
+    if (gather_parts<Body>(n) == 1)
       launch(kernels::gather_adding<1, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
     else
       launch(kernels::gather_adding<3, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>,

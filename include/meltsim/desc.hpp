@@ -83,7 +83,7 @@ struct WorldDesc {
   int threads = 0;         ///< CPU threads; 0 = all
 
   double spacing = 0.2;       ///< dx [m], > 0
-  double support_radius = 0;  ///< H [m], 1.5..4 dx; automatic = 2.5 dx
+  double support_radius = 0;  ///< H [m], 1.5..6 dx, above 4 is wasteful; automatic = 2.5 dx
   DomainDesc domain;
   Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
   double sound_speed = 0;      ///< c [m/s]; automatic = 10 sqrt(2 g depth) of the scene when first stepped

@@ -43,7 +43,8 @@ struct MaterialDesc {
   bool freezes = false;
 
   int region_half_width = 2;  ///< w of lattice shape matching, 0..8; larger is stiffer (0 = free particles)
-  double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]: the modulus then follows density and step
+  double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]: the modulus then follows density and
+                              ///< step; the latter down to a quarter of courant H/c, below it stays the same
   /// Young's modulus E [Pa], >= 0; 0 = `stiffness` holds. Above 0 it replaces `stiffness`: at every sub-step
   /// alpha is what gives E for the length of that sub-step, and where alpha would exceed 1 regions are
   /// widened, from region_half_width (then at least 1) up to 8. A change of width makes step() rebuild the

@@ -15,6 +15,7 @@
 #include "core/lattice.hpp"
 #include "core/repeat_key.hpp"
 #include "core/stage_functions.hpp"
+#include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 
 namespace meltsim {
@@ -102,6 +103,8 @@ class EngineImpl final : public Engine {
     swap_buffers();
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
+    const double spring_dt = physics::spring_dt(a.dt, spring_reference_);
+    w_.clock.spring_dt = static_cast<T>(spring_dt);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
     w_.clock.rebuild = rebuild_ ? 1u : 0u;
@@ -111,8 +114,9 @@ class EngineImpl final : public Engine {
     w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
     w_.c.heat_bound = a.heat_bound;
     // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
-    // body.
-    const double speed = spacing_ / a.dt, size = spacing_ * body_size_;
+    // body. A modulus may be stiffer than springs are.
+    const double modulus = std::min(1 / a.dt, 1.5 * largest_modulus_rate_ * a.dt);
+    const double speed = spacing_ * std::max(1 / spring_dt, modulus), size = spacing_ * body_size_;
     w_.sum_units.mass = std::ldexp(largest_mass_, -sum_bits_);
     w_.sum_units.momentum = w_.sum_units.mass * speed;
     w_.sum_units.spin = w_.sum_units.momentum * size;
@@ -408,6 +412,10 @@ class EngineImpl final : public Engine {
     w_.region_words = words_for(l.max_half_width);
     largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;
     spacing_ = c.spacing;
+    spring_reference_ = c.spring_reference;
+    largest_modulus_rate_ = 0;
+    for (const MaterialRow<double>& m : c.materials)
+      largest_modulus_rate_ = std::max(largest_modulus_rate_, m.modulus_rate);
     // 63 bits hold the sum of all vertices, each at most a few units of motion: 6 bits of head room.
     sum_bits_ = 56 - static_cast<int>(std::ceil(std::log2(double(w_.vertices) + 1.0)));
     Vec3i low{}, high{};
@@ -700,6 +708,7 @@ class EngineImpl final : public Engine {
   std::uint64_t bytes_[field_count] = {}, previous_bytes_[field_count] = {};
   const std::vector<PlacedStage>* custom_ = nullptr;
   double largest_mass_ = 1, spacing_ = 1, body_size_ = 1;
+  double spring_reference_ = 0, largest_modulus_rate_ = 0;
   int sum_bits_ = 40;
   std::uint64_t last_index_ = 0;
   bool timed_ = false, rolled_back_ = false, rebuild_ = true;

@@ -107,13 +107,13 @@ class CpuExec {
 
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
-    const std::uint32_t parts = gather_parts(n);
+    const std::uint32_t parts = gather_parts<Body>(n);
     for_each(n, [&body, parts](std::uint64_t i) { body.finish(i, sum_of(body, i, parts)); });
   }
 
   template <class Body>
   void gather_adding(std::uint64_t n, const Body& body) const {
-    const std::uint32_t parts = gather_parts(n);
+    const std::uint32_t parts = gather_parts<Body>(n);
     accumulate(n, [&body, parts](std::uint64_t i, const CpuAdder& add) {
       body.finish(i, sum_of(body, i, parts), add);
     });

@@ -12,8 +12,11 @@ namespace core {
 /// decides.
 inline constexpr std::uint64_t gather_few = 200000;
 
-/// Parts a sum over each of n items is made of.
-constexpr std::uint32_t gather_parts(std::uint64_t n) { return n < gather_few ? 3u : 1u; }
+/// Parts that each of n sums of a body is made of. Body::shared: whether sharing out pays (measured).
+template <class Body>
+constexpr std::uint32_t gather_parts(std::uint64_t n) {
+  return Body::shared && n < gather_few ? 3u : 1u;
+}
 
 }  // namespace core
 }  // namespace v0

@@ -44,6 +44,7 @@ struct SceneLattice {
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
   double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
+  double spring_reference = 0;  ///< physics::spring_dt's [s]
   bool tension = false;
   Vec3d gravity;
   DomainDesc domain;  ///< relative to the origin

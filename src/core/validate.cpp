@@ -92,7 +92,7 @@ Status validate(const WorldDesc& d) {
     return invalid("support_radius: must be finite and >= 0 m, got ", d.support_radius,
                    "; 0 means 2.5 spacings");
   const double support = support_of(d), ratio = support / d.spacing;
-  if (!(ratio >= 1.5 - 1e-9 && ratio <= 6))
+  if (!(ratio >= 1.5 * (1 - 1e-9) && ratio <= 6 * (1 + 1e-9)))  // 6 x 0.2 m is above 6 spacings of 0.2 m
     return invalid("support_radius: must be 1.5..6 spacings, got ", ratio,
                    "; below 1.5 a particle has too few neighbours, 2..2.5 is usual");
   if (Status s = finite_vector("gravity", d.gravity); !s) return s;

@@ -130,6 +130,7 @@ class WorldImpl final : public Scheduler {
   double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
   core::SearchChoice search_;
+  double spring_reference_ = 0;       ///< the acoustic step, where springs are loaded [s]
   double static_dt_ = infinity;       ///< largest sub-step [s] whatever moves
   double substep_ = 0;                ///< the last one [s], 0 before the first
   bool modulus_unreachable_ = false;  ///< since the last synchronize()

@@ -189,6 +189,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.spacing = desc.spacing;
   c.support = core::support_of(desc);
   c.sound_speed = sound_speed_;
+  c.spring_reference = spring_reference_;
   c.artificial_viscosity = desc.artificial_viscosity;
   c.tension = desc.tension;
   c.courant = desc.courant;
@@ -249,6 +250,9 @@ void WorldImpl::derive_limits() {
   static_dt_ = infinity;
   heat_lambda_ = 0;
   const double support = core::support_of(desc);
+  // Of the scene alone, not of what has melted by now: static_dt_ also follows densities and viscosities.
+  const bool loaded = length(desc.gravity) > 0 || (facts_ & core::fact_fluid) != 0;
+  spring_reference_ = loaded ? physics::acoustic_dt(desc.courant, support, sound_speed_) : 0;
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
   if ((facts_ & core::fact_fluid) != 0) {
     static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
@@ -287,7 +291,7 @@ Stiffness WorldImpl::stiffness_of(const MaterialDesc& m, double dt) const {
     s.region_half_width =
         physics::modulus_half_width(rate, m.region_half_width, physics::most_half_width, dt);
     s.stiffness = std::min(1.0, physics::modulus_stiffness(rate, s.region_half_width, dt));
-  }
+  } else s.stiffness = physics::stiffness_of_step(s.stiffness, dt, physics::spring_dt(dt, spring_reference_));
   s.youngs_modulus = physics::shape_modulus(s.stiffness, s.region_half_width, m.density, desc.spacing, dt);
   return s;
 }

@@ -87,7 +87,7 @@ struct LoadsBody {
       if (((w.c.walls.faces >> k) & 1u) == 0u || !(depth[k] > T(0))) continue;
       const physics::ContactResponse<T> r =
           physics::contact_response(physics::body_contact<T>(), depth[k], normal[k], v - w.c.wall_velocity[k],
-                                    slip, w.f.mass[i], friction, w.f.clock->dt);
+                                    slip, w.f.mass[i], friction, w.f.clock->dt, w.f.clock->spring_dt);
       force += r.force;
       slips += r.slip;
       touched += T(1);
@@ -112,6 +112,7 @@ struct ContactSum {
 template <class T, bool Periodic>
 struct ContactBody {
   Frame<T> w;
+  static constexpr bool shared = true;
   using Sum = ContactSum<T>;
   /// Surfaces touch, and nothing else.
   MELTSIM_HD bool can_touch(std::uint32_t tag) const {
@@ -143,7 +144,7 @@ struct ContactBody {
                                        w.f.materials[material_of(tag_j)].friction);
           const physics::ContactResponse<T> r = physics::contact_response(
               physics::body_contact<T>(), g.overlap, g.normal, v - xyz(w.f.velocity[j]), slip, m * g.weight,
-              friction, w.f.clock->dt);
+              friction, w.f.clock->dt, w.f.clock->spring_dt);
           s.force += r.force;
           s.slips += r.slip * g.weight;
           s.touched += g.weight;
@@ -162,6 +163,7 @@ struct ContactBody {
 template <class T>
 struct RegionsBody {
   Frame<T> w;
+  static constexpr bool shared = true;
   struct Sum : physics::RegionSums<T> {
     MELTSIM_HD void add(const Sum& o) { physics::add_sums(*this, o); }
   };
@@ -186,10 +188,11 @@ struct RegionsBody {
   }
 };
 
-/// alpha of a vertex: as given, or what its material's modulus asks for at this step.
+/// alpha of a vertex at this step: as given, or what its material's modulus asks for.
 template <class T>
 MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::MaterialRow<T>& m) {
-  if (!(m.modulus_rate > T(0))) return m.shape_stiffness;
+  if (!(m.modulus_rate > T(0)))
+    return physics::stiffness_of_step(m.shape_stiffness, w.f.clock->dt, w.f.clock->spring_dt);
   const int half_width = w.f.bodies[w.f.vertex_body[v]].region_half_width;
   return minimum(physics::modulus_stiffness(m.modulus_rate, half_width, w.f.clock->dt), T(1));
 }
@@ -209,6 +212,7 @@ struct GoalSum {
 template <class T>
 struct GoalsBody {
   Frame<T> w;
+  static constexpr bool shared = true;
   using Sum = GoalSum<T>;
   MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
@@ -229,9 +233,10 @@ struct GoalsBody {
   MELTSIM_HD void finish(std::uint64_t v, const Sum& s) const {
     if (!moves(w, v)) return;
     const auto& m = w.f.materials[material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]])];
+    const T damping = m.shape_damping * (w.f.clock->dt / w.f.clock->spring_dt);
     w.f.shape_velocity[v] =
-        physics::shape_velocity(stiffness(w, v, m), m.shape_damping, w.f.clock->dt,
-                                s.displacement * (T(1) / s.count), s.defect * (T(1) / s.count));
+        physics::shape_velocity(stiffness(w, v, m), damping, w.f.clock->dt, s.displacement * (T(1) / s.count),
+                                s.defect * (T(1) / s.count));
   }
 };
 

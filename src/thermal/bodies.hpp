@@ -86,6 +86,7 @@ struct StageBody {
   Frame<T> w;
   double mu, nu, mu_tau, gamma_tau;
   bool first;
+  static constexpr bool shared = true;
   using Sum = ExchangeSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;

@@ -82,16 +82,16 @@ class StageKernels(unittest.TestCase):
                                                          "topology.regions"])
 
     def test_kernels_of_several_stages_go_by_their_place(self):
-        fill = each("core::kernels::FillBody<meltsim::v0::core::PieceSums>")
-        last = "void meltsim::v0::core::kernels::reduce_last<meltsim::v0::core::CheckResult>(const unsigned int *)"
+        fill = each("core::kernels::FillBody<double>")
         names = [each("spatial::KeysBody<float>"), "void cub::DeviceRadixSortOnesweepKernel<cub::Policy800>(int)",
-                 each("lsm::GoalsBody<float>"), fill, each("lsm::BalanceBody<float>"),
-                 each("thermal::OperandsBody<float>"), each("thermal::StageBody<float, false, true>"),
-                 "void meltsim::v0::core::kernels::reduce_first<meltsim::v0::core::CheckResult, "
-                 "meltsim::v0::step::CheckBody<float>>(int)", last, each("step::JudgeBody<float>"), "memset_kernel()"]
+                 each("lsm::GoalsBody<float>"), each("lsm::ClearSumsBody<float>"), each("lsm::BalanceBody<float>"),
+                 each("thermal::OperandsBody<float>"),
+                 "void meltsim::v0::core::kernels::gather_adding<3u, meltsim::v0::thermal::StageBody<float, false, "
+                 "true>>(int)", fill, "void meltsim::v0::core::kernels::reduce<meltsim::v0::core::CheckResult, "
+                 "meltsim::v0::step::CheckBody<float>, meltsim::v0::step::JudgeBody<float>>(int)", "memset_kernel()"]
         self.assertEqual(self.kernels.stages_of(names), [
             "spatial.keys", "spatial.sort", "lsm.goals", "lsm.balance", "lsm.balance", "thermal.exchange",
-            "thermal.exchange", "step.check", "step.check", "step.check", "step.check"])
+            "thermal.exchange", "thermal.exchange", "step.check", "step.check"])
 
     def test_a_bucket_is_several_kernels(self):
         scan = "void cub::DeviceScanKernel<cub::Policy900>(int)"

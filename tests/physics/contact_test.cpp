@@ -53,6 +53,15 @@ TEST(Contact, SpringAndDashpot) {
               1e-9);
 }
 
+// A step far shorter than the one that springs go by has the forces of that one.
+TEST(Contact, SpringsGoByTheirOwnStep) {
+  const Vec3<double> up{0, 0, 1}, v{0.1, 0, -0.2}, slip{1e-9, 0, 0};
+  const auto usual = contact_response(body_contact<double>(), 0.01, up, v, {}, mass, friction, dt, dt);
+  const auto brief = contact_response(body_contact<double>(), 0.01, up, v, slip, mass, friction, 1e-9, dt);
+  EXPECT_DOUBLE_EQ(brief.force.z, usual.force.z);
+  EXPECT_NEAR(brief.slip.x, 1e-9 + 1e-10, 1e-15);
+}
+
 // Static friction. A particle pressed on a plane and pushed along it by less than friction holds stops at the
 // spring's balance, force/(0.2 m/dt^2), and stays: no creep over 1e5 steps. Pushed by more it slides off with
 // what is left of the push, to rounding and the first steps.
@@ -64,7 +73,7 @@ TEST(Contact, HoldsWhatFrictionCanHoldAndNothingMore) {
     Vec3<double> x{}, v{}, slip{};
     for (int n = 0; n < (share < 1 ? 100000 : 100); ++n) {
       x += v * (0.5 * dt);
-      const auto r = contact_response(body_contact<double>(), 0.01, up, v, slip, mass, friction, dt);
+      const auto r = contact_response(body_contact<double>(), 0.01, up, v, slip, mass, friction, dt, dt);
       v += (push + Vec3<double>{r.force.x, r.force.y, 0}) * (dt / mass);
       x += v * (0.5 * dt);
       slip = r.slip;
@@ -86,8 +95,9 @@ TEST(Contact, ResponseIsOdd) {
   for (int n = 0; n < 1000; ++n) {
     const Vec3<float> normal = cast<float>(unit(random.vector() + Vec3<double>{0, 0, 1e-3}));
     const Vec3<float> v = cast<float>(random.vector()), slip = cast<float>(random.vector(1e-3));
-    const auto a = contact_response(body_contact<float>(), 0.01f, normal, v, slip, 8.0f, 0.3f, 1e-3f);
-    const auto b = contact_response(body_contact<float>(), 0.01f, -normal, -v, -slip, 8.0f, 0.3f, 1e-3f);
+    const auto a = contact_response(body_contact<float>(), 0.01f, normal, v, slip, 8.0f, 0.3f, 1e-3f, 1e-3f);
+    const auto b =
+        contact_response(body_contact<float>(), 0.01f, -normal, -v, -slip, 8.0f, 0.3f, 1e-3f, 1e-3f);
     ASSERT_TRUE(a.force.x == -b.force.x && a.force.y == -b.force.y && a.force.z == -b.force.z);
     ASSERT_TRUE(a.slip.x == -b.slip.x && a.slip.y == -b.slip.y && a.slip.z == -b.slip.z);
   }

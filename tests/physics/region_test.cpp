@@ -227,6 +227,15 @@ TEST(Modulus, HalfWidthIsTheSmallestThatReaches) {
   EXPECT_EQ(modulus_half_width(1.44e6, 1, 8, 1), 8);
 }
 
+// shape_modulus of the two is the same.
+TEST(ShapeVelocity, AStiffnessOfAShorterStepKeepsTheModulus) {
+  EXPECT_EQ(stiffness_of_step(0.7, 1e-3, 1e-3), 0.7);
+  for (const double dt : {1e-3, 2.5e-4, 1e-9})
+    EXPECT_NEAR(shape_modulus(stiffness_of_step(0.7, dt, 1e-3), 2, 900, 0.1, dt) /
+                    shape_modulus(0.7, 2, 900, 0.1, 1e-3),
+                1, 1e-12);
+}
+
 TEST(ShapeVelocity, StiffnessOverStepAndDamping) {
   const Vec3<double> v = shape_velocity(0.5, 0.1, 0.01, Vec3<double>{0.02, 0, 0}, Vec3<double>{0, 3, 0});
   EXPECT_DOUBLE_EQ(v.x, 1.0);

@@ -49,14 +49,14 @@ class PermutingExec : public meltsim::core::CpuExec {
   void gather(std::uint64_t n, const Body& body) {
     see(body.w);
     const auto order = indices(n);
-    const std::uint32_t parts = meltsim::core::gather_parts(n);
+    const std::uint32_t parts = meltsim::core::gather_parts<Body>(n);
     Base::for_each(n, [&](std::uint64_t k) { body.finish(order[k], Base::sum_of(body, order[k], parts)); });
   }
   template <class Body>
   void gather_adding(std::uint64_t n, const Body& body) {
     see(body.w);
     const auto order = indices(n);
-    const std::uint32_t parts = meltsim::core::gather_parts(n);
+    const std::uint32_t parts = meltsim::core::gather_parts<Body>(n);
     Base::accumulate(n, [&](std::uint64_t k, const auto& add) {
       body.finish(order[k], Base::sum_of(body, order[k], parts), add);
     });

@@ -129,6 +129,7 @@ struct BucketOf {
 
 /// A sum in three parts, finished into out[i].
 struct PartsOf {
+  static constexpr bool shared = true;
   const std::uint32_t* values;
   std::uint64_t* out;
   struct Sum {
@@ -344,7 +345,7 @@ TYPED_TEST_P(Verbs, GatherAddsPartsInOrder) {
   VERBS_MAKE(ex);
   for (const std::uint64_t n : sizes()) {
     const auto host = this->random(n, 100u);
-    const std::uint32_t parts = meltsim::core::gather_parts(n);
+    const std::uint32_t parts = meltsim::core::gather_parts<PartsOf>(n);
     Buffer<TypeParam, std::uint32_t> values(ex, host);
     Buffer<TypeParam, std::uint64_t> out(ex, n + 1, std::uint64_t{7});
     ex.gather(n, PartsOf{values.get(), out.get()});

@@ -38,6 +38,14 @@ TEST(Errors, WorldDescriptions) {
   expect_error(with([](WorldDesc& d) { d.gravity.y = nan; }), "gravity");
   expect_error(with([](WorldDesc& d) { d.particle_shifting = true; }), "needs tension");
   expect_error(with([](WorldDesc& d) { d.support_radius = 1.4 * d.spacing; }), "1.5");
+  expect_error(with([](WorldDesc& d) { d.support_radius = 6.01 * d.spacing; }), "1.5..6 spacings");
+  for (const double spacing : {0.1, 0.2, 0.3, 0.7})
+    for (const double ratio : {1.5, 6.0})  // 6 * 0.2 is above 6 spacings by a bit, 1.5 * 0.7 below
+      EXPECT_TRUE(with([&](WorldDesc& d) {
+        d.spacing = spacing;
+        d.support_radius = ratio * spacing;
+      })) << ratio
+          << " x " << spacing;
   expect_error(with([](WorldDesc& d) { d.domain.bounded = true; }), "domain.max");
   expect_error(with([](WorldDesc& d) {
                  d.domain.bounded = true;

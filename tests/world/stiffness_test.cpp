@@ -165,5 +165,93 @@ TEST(Stiffness, BodiesOfOtherMaterialsKeepTheirRegions) {
   EXPECT_EQ(other, 3u);   // itself and one on each side
 }
 
+/// A cube on the floor of a tank with another on top of it, both under water.
+World loaded(double modulus) {
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.domain.bounded = true;
+  d.domain.max = {12 * dx, 16 * dx, 12 * dx};
+  auto world = World::create(d);
+  EXPECT_TRUE(world);
+  MaterialDesc m;
+  m.name = "stone";
+  m.density = 3000;
+  m.youngs_modulus = modulus;
+  SolidDesc s;
+  s.material = *world->add_material(m);
+  for (const int y : {0, 4}) {
+    s.shape = Shape::box({4 * dx, y * dx, 4 * dx}, {8 * dx, (y + 4) * dx, 8 * dx});
+    require(world->add_solid(s));
+  }
+  FluidDesc f;
+  f.material = *world->add_material(MaterialDesc{});
+  f.shape = Shape::box({0, 0, 0}, {12 * dx, 10 * dx, 12 * dx});
+  require(world->add_fluid(f));
+  return std::move(*world);
+}
+
+// Goals and contacts hold a load by distances that belong to the steps before. A step that is far shorter may
+// not turn those into speeds, distance over dt. Stiffness stops growing at a quarter of the acoustic step, so
+// forces are at most 16 times those of long steps: under eight layers of stone 80 g, with a modulus, whose
+// regions change their width, 120 g. Floats leave 1e-6 of a few cm/s. At full stiffness it is 11 m/s at 1e-2,
+// 114 m/s at 1e-3.
+TEST(Stiffness, AShortStepThrowsNothing) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double modulus : {0.0, 1e7}) {
+    World world = loaded(modulus);
+    const double usual = world.resolved().stable_dt;
+    for (int k = 0; k < 200; ++k) require(world.step(usual));
+    const auto snapshot = *world.snapshot();
+    const ParticleData before = *world.particles();
+    for (const double share : {0.25, 1e-2, 1e-3, 1e-6}) {
+      require(world.restore(snapshot.data(), snapshot.size()));
+      require(world.step(share * usual));
+      const StepResult r = world.synchronize();
+      ASSERT_FALSE(r.halted) << r.halt_reason;
+      const ParticleData after = *world.particles();
+      double most = 0;
+      for (std::size_t i = 0; i < before.id.size(); ++i)
+        most = std::max(most, length(after.velocity[i] - before.velocity[i]));
+      EXPECT_LT(most, 200 * 9.81 * share * usual + 1e-6) << "share " << share << ", modulus " << modulus;
+      // The long steps after it find what they left.
+      for (int k = 0; k < 5; ++k) require(world.step(usual));
+      EXPECT_LT(world.synchronize().max_speed, 0.5);
+    }
+  }
+}
+
+// The length that springs go by is the scene's, not its history's: bit for bit.
+TEST(Stiffness, ARestoredWorldTakesTheSameShortStep) {
+  MELTSIM_NEEDS_BACKEND();
+  World a = loaded(0), b = loaded(0);
+  const double usual = a.resolved().stable_dt;
+  for (int k = 0; k < 20; ++k) require(a.step(usual));
+  const auto snapshot = *a.snapshot();
+  require(b.restore(snapshot.data(), snapshot.size()));
+  for (World* w : {&a, &b})
+    for (const double share : {1e-3, 1.0, 0.1}) require(w->step(share * usual));
+  EXPECT_EQ(*a.state_hash(), *b.state_hash());
+}
+
+// What is said of it: the modulus follows the step down to a quarter of the acoustic step.
+TEST(Stiffness, TheModulusOfShortStepsIsTheScenes) {
+  MELTSIM_NEEDS_BACKEND();
+  World world = loaded(0);
+  const Resolved r = world.resolved();
+  const double reference = 0.4 * r.support_radius / r.sound_speed;
+  const auto after = [&](double dt) {
+    require(world.step(dt));
+    return world.resolved().stiffness.at(0);
+  };
+  for (const double dt : {0.5 * reference, 0.25 * reference}) {
+    const Stiffness s = after(dt);
+    EXPECT_NEAR(s.stiffness, 1, 1e-12);
+    EXPECT_NEAR(s.youngs_modulus / (2 * 3000 * (dx / dt) * (dx / dt)), 1, 1e-12);
+  }
+  const Stiffness s = after(0.025 * reference);
+  EXPECT_NEAR(s.stiffness, 0.01, 1e-12);
+  EXPECT_NEAR(s.youngs_modulus / (2 * 3000 * std::pow(4 * dx / reference, 2)), 1, 1e-12);
+}
+
 }  // namespace
 }  // namespace meltsim_test

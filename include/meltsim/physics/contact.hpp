@@ -4,9 +4,10 @@
 // Source: Cundall & Strack (1979), Geotechnique 29:47 (soft spheres: spring, dashpot, Coulomb limit), with
 // the stiffness chosen from the step as in Tsuji, Kawaguchi & Tanaka (1993), Powder Technol. 77:79.
 //
-//   k = kappa m*/dt^2,   c_n = 2 zeta sqrt(kappa) m*/dt,   k_t = kappa_t m*/dt^2,   c_t = tau m*/dt
+//   k = kappa m*/dt_s^2,   c_n = 2 zeta sqrt(kappa) m*/dt_s,   k_t = kappa_t m*/dt_s^2,   c_t = tau m*/dt_s
 //   F_t = -k_t s - c_t v_t,   |F_t| <= friction F_n
 //   m* = m_i m_j/(m_i + m_j), or m_i against something immovable;  contact begins at one spacing.
+//   dt_s: the step, but never below a share of the scene's acoustic step (integrate.hpp: spring_dt).
 //
 // What touches a particle weighs 1 in all (below), so k dt^2/m is kappa per side: with the dashpot 1.2 of the
 // explicit limit of 4, beside shape matching's 1; light on heavy is safe because m* never exceeds the lighter
@@ -31,7 +32,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// The numbers of a contact, in units of m*/dt^2 and m*/dt.
+/// The numbers of a contact, in units of m*/dt_s^2 and m*/dt_s.
 template <class T>
 struct ContactLaw {
   T kappa, dashpot;          ///< normal: spring, and 2 zeta sqrt(kappa)
@@ -57,17 +58,17 @@ struct ContactResponse {
 };
 
 /// n: unit normal towards i; overlap > 0 [m]; v: velocity of i relative to the other; slip: of i along the
-/// other at the start of the step [m]; the force is that of the middle of the step, where positions are. Odd
-/// in (n, v, slip) to the last bit.
+/// other at the start of the step [m]; the force is that of the middle of the step, where positions are;
+/// spring_dt: dt_s. Odd in (n, v, slip) to the last bit.
 template <class T>
 MELTSIM_HD ContactResponse<T> contact_response(const ContactLaw<T>& law, T overlap, Vec3<T> n, Vec3<T> v,
-                                               Vec3<T> slip, T reduced_mass, T friction, T dt) {
+                                               Vec3<T> slip, T reduced_mass, T friction, T dt, T spring_dt) {
   const T vn = dot(v, n);
-  const T rate = reduced_mass / dt;
-  const T normal = maximum(law.kappa * rate * overlap / dt - law.dashpot * rate * vn, T(0));
+  const T rate = reduced_mass / spring_dt;
+  const T normal = maximum(law.kappa * rate * overlap / spring_dt - law.dashpot * rate * vn, T(0));
   const Vec3<T> vt = v - n * vn, st = slip - n * dot(slip, n);
   const Vec3<T> wanted =
-      (st + vt * (T(0.5) * dt)) * (law.kappa_along * rate / dt) + vt * (law.tau_along * rate);
+      (st + vt * (T(0.5) * dt)) * (law.kappa_along * rate / spring_dt) + vt * (law.tau_along * rate);
   const T size = length(wanted), most = friction * normal;
   const T share = size > most ? most / size : T(1);
   return {n * normal - wanted * share, (st + vt * dt) * share};
@@ -75,8 +76,10 @@ MELTSIM_HD ContactResponse<T> contact_response(const ContactLaw<T>& law, T overl
 
 /// The force of something without a past [N].
 template <class T>
-MELTSIM_HD Vec3<T> contact_force(T overlap, Vec3<T> n, Vec3<T> v, T reduced_mass, T friction, T dt) {
-  return contact_response(passing_contact<T>(), overlap, n, v, Vec3<T>{}, reduced_mass, friction, dt).force;
+MELTSIM_HD Vec3<T> contact_force(T overlap, Vec3<T> n, Vec3<T> v, T reduced_mass, T friction, T spring_dt) {
+  return contact_response(passing_contact<T>(), overlap, n, v, Vec3<T>{}, reduced_mass, friction, spring_dt,
+                          spring_dt)
+      .force;
 }
 
 /// Outward normal of a lattice vertex in space (unit, or zero inside); w = number of live direct neighbours.

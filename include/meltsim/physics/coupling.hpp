@@ -68,15 +68,16 @@ MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed,
 inline constexpr double leak_distance = 0.9;
 
 /// Last resort against leaking through thin solids: the contact spring of contact.hpp on the liquid particle
-/// [N], without friction; the solid receives the negative. It stops 0.15 dx/dt normal to a single layer
+/// [N], without friction; the solid receives the negative. It stops 0.15 dx/dt_s normal to a single layer
 /// (0.8 dx, half of that, lets liquid through that a falling block squeezes against a plate).
 /// x_ik, v_ik as in CouplingPair.
 template <class T>
-MELTSIM_HD Vec3<T> leak_force(T spacing, T dt, T fluid_mass, T solid_mass, Vec3<T> x_ik, Vec3<T> v_ik, T r2) {
+MELTSIM_HD Vec3<T> leak_force(T spacing, T spring_dt, T fluid_mass, T solid_mass, Vec3<T> x_ik, Vec3<T> v_ik,
+                              T r2) {
   const T r = std::sqrt(r2);
   if (!(r > T(0))) return {};
   return contact_force(T(leak_distance) * spacing - r, x_ik * (T(1) / r), v_ik,
-                       reduced_mass(fluid_mass, solid_mass), T(0), dt);
+                       reduced_mass(fluid_mass, solid_mass), T(0), spring_dt);
 }
 
 }  // namespace physics

@@ -23,7 +23,9 @@
 // 2 L/c_l of the first mode): within 0.05 % for w = 1..8. A wave of n regions' half-widths is slower by about
 // 7/n^2. A fit in use, c_l = (0.23 + 0.555 w) sqrt(alpha) dx/dt, is 4..5 % lower throughout: it takes L as
 // the distance of the end particles, one spacing less than what their mass fills, in bars of some 20 sites.
-// A given E is met by alpha = E/rho (dt/dx)^2/(w(w+1)/3), with w large enough that alpha <= 1.
+// A given E is met by alpha = E/rho (dt/dx)^2/(w(w+1)/3), with w large enough that alpha <= 1. Without one, E
+// follows the step down to dt_s (integrate.hpp: spring_dt) and stays the same below: goals are distances, and
+// at alpha a single short step would cover what long ones hold against a load, at that distance over dt.
 //
 // Deviations: positions enter only as differences (displacement form): with absolute positions the weights'
 // rounding acts as an anti-spring about the origin; and what rounding leaves of a piece's momentum and spin
@@ -126,6 +128,13 @@ MELTSIM_HD Vec3<T> rigid_velocity_defect(const RegionFit<T>& f, Vec3<T> u, Vec3<
 template <class T>
 MELTSIM_HD Vec3<T> shape_velocity(T stiffness, T damping, T dt, Vec3<T> displacement, Vec3<T> defect) {
   return displacement * (stiffness / dt) + defect * damping;
+}
+
+/// alpha at a step dt of what has alpha at a step spring_dt: the same E. Damping goes as the first power.
+template <class T>
+MELTSIM_HD T stiffness_of_step(T stiffness, T dt, T spring_dt) {
+  const T share = dt / spring_dt;
+  return stiffness * (share * share);
 }
 
 inline constexpr int most_half_width = 8;  ///< a region has at most 17^3 sites
