@@ -69,6 +69,8 @@ INSTANTIATE_TEST_SUITE_P(Modes, Capture,
 TEST(Graphs, SurviveMeltingAndEmitters) {
   MELTSIM_NEEDS_GPU();
   MeltingScene scene;
+  scene.latent_heat = 1e4;
+  scene.heat_time_scale = 2e5;
   World world = make_world(scene);
   meltsim::MaterialDesc hot;
   hot.name = "jet";
