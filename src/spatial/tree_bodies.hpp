@@ -32,26 +32,22 @@ MELTSIM_HD std::uint64_t spread_bits(std::uint64_t v) {
 /// Hilbert curve": axes to transpose).
 MELTSIM_HD std::uint64_t hilbert_code(std::uint32_t x, std::uint32_t y, std::uint32_t z, std::uint32_t bits) {
   const std::uint32_t top = 1u << (bits - 1u);
+  // Bits are as good as random: selected by masks, not by branches.
   const auto turn = [&x](std::uint32_t& a, std::uint32_t bit) {
-    const std::uint32_t low = bit - 1u;
-    if (a & bit) {
-      x ^= low;
-    } else {
-      const std::uint32_t t = (x ^ a) & low;
-      x ^= t;
-      a ^= t;
-    }
+    const std::uint32_t low = bit - 1u, set = (a & bit) != 0u ? low : 0u;
+    const std::uint32_t t = (x ^ a) & (low ^ set);
+    x ^= set ^ t;
+    a ^= t;
   };
   for (std::uint32_t bit = top; bit > 1u; bit >>= 1) {
-    if (x & bit) x ^= bit - 1u;
+    x ^= (x & bit) != 0u ? bit - 1u : 0u;
     turn(y, bit);
     turn(z, bit);
   }
   y ^= x;
   z ^= y;
   std::uint32_t t = 0;
-  for (std::uint32_t bit = top; bit > 1u; bit >>= 1)
-    if (z & bit) t ^= bit - 1u;
+  for (std::uint32_t bit = top; bit > 1u; bit >>= 1) t ^= (z & bit) != 0u ? bit - 1u : 0u;
   return spread_bits(x ^ t) << 2 | spread_bits(y ^ t) << 1 | spread_bits(z ^ t);
 }
 
@@ -98,8 +94,8 @@ struct LeafHeadBody {
       const int a = before >= 0 ? shared_depth(keys[before], mine, bits) : -1;
       const int b = after < n && keys[after] != removed_key ? shared_depth(keys[after], mine, bits) : -1;
       depth = maximum(a, b);
-      if (a >= b) --before;
-      else ++after;
+      before -= a >= b ? 1 : 0;
+      after += a >= b ? 0 : 1;
     }
     if (depth == bits) {  // more than fit share one cell of the curve: runs of that many
       const std::uint32_t first = first_not_below(keys, static_cast<std::uint32_t>(i), mine);
@@ -243,23 +239,38 @@ struct WalkBody {
     if (leaf >= groups) return;
     RowList rows(w.f.group_ranges + leaf * w.grid.rows, w.grid.rows);
     const core::TreeBox<T> mine = w.f.tree_box[leaf];
+    // Eight brothers at a time: where they begin and which of them are still to be visited.
+    std::uint32_t first[core::Tree<T>::most_levels], left[core::Tree<T>::most_levels];
     int top = 0;
-    while (nodes_of(groups, top) != 1u) ++top;
+    while (nodes_of(groups, top) > 1u) ++top;
     int level = top;
-    std::uint64_t node = 0;
-    do {
-      if (within_reach<Periodic>(w, mine, w.f.tree_box[w.tree.first[level] + node])) {
-        if (level != 0) {
-          --level;
-          node *= 8u;
-          continue;
-        }
-        rows.add(Range{w.f.group_begin[node], w.f.group_begin[node + 1]});
+    first[top] = 0u;
+    left[top] = 1u;
+    for (;;) {
+      if (left[level] == 0u) {
+        if (level == top) break;
+        ++level;
+        continue;
       }
-      ++node;
-      for (; node % 8u == 0u && level < top; ++level) node /= 8u;
-    } while (node < nodes_of(groups, level));
+      const std::uint32_t node = first[level] + static_cast<std::uint32_t>(lowest_bit(left[level]));
+      left[level] &= left[level] - 1u;
+      if (level == 0) {
+        rows.add(Range{w.f.group_begin[node], w.f.group_begin[node + 1]});
+      } else {
+        --level;
+        first[level] = 8u * node;
+        left[level] = brothers_within_reach(mine, groups, level, first[level]);
+      }
+    }
     rows.finish();
+  }
+  MELTSIM_HD std::uint32_t brothers_within_reach(const core::TreeBox<T>& mine, std::uint64_t groups,
+                                                 int level, std::uint32_t first) const {
+    const core::TreeBox<T>* boxes = w.f.tree_box + w.tree.first[level] + first;
+    const auto n = static_cast<std::uint32_t>(minimum(nodes_of(groups, level) - first, std::uint64_t{8}));
+    std::uint32_t bits = 0;
+    for (std::uint32_t k = 0; k < n; ++k) bits |= (within_reach<Periodic>(w, mine, boxes[k]) ? 1u : 0u) << k;
+    return bits;
   }
 };
 
