@@ -17,7 +17,7 @@ struct Outcome {
 };
 
 template <class T>
-Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing) {
+Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing, NeighbourSearch search) {
   const double dx = 0.1;
   WorldImpl world;
   world.desc.backend = Backend::cpu;
@@ -30,6 +30,7 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
   world.desc.heat.time_scale = freezing ? 1e6 : 2e4;
   world.desc.pieces_interval = 8;
   world.desc.particle_shifting = freezing;
+  world.desc.neighbour_search = search;
   world.engine = std::move(engine);
   MaterialDesc water, ice;
   water.viscosity = 0.2;
@@ -70,11 +71,12 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
 }
 
 template <class T>
-void expect_any_order(HeatModel model, bool freezing = false) {
-  const Outcome forward = run<T>(Rig<T>(Order::forward).engine, model, freezing);
+void expect_any_order(HeatModel model, bool freezing = false,
+                      NeighbourSearch search = NeighbourSearch::grid) {
+  const Outcome forward = run<T>(Rig<T>(Order::forward).engine, model, freezing, search);
   EXPECT_GT(freezing ? forward.frozen : forward.melted, 10u);
   for (const Order order : {Order::reversed, Order::shuffled}) {
-    const Outcome other = run<T>(Rig<T>(order).engine, model, freezing);
+    const Outcome other = run<T>(Rig<T>(order).engine, model, freezing, search);
     EXPECT_EQ(other.hash, forward.hash);
     EXPECT_EQ(other.melted, forward.melted);
     EXPECT_EQ(other.density, forward.density);
@@ -84,12 +86,18 @@ void expect_any_order(HeatModel model, bool freezing = false) {
   WorldDesc desc;
   desc.threads = 3;
   if (sizeof(T) == 8) desc.precision = Precision::double_precision;
-  EXPECT_EQ(run<T>(*core::make_cpu_engine(desc), model, freezing).hash, forward.hash);
+  EXPECT_EQ(run<T>(*core::make_cpu_engine(desc), model, freezing, search).hash, forward.hash);
 }
 
 TEST(Order, ChangesNoBitInSinglePrecision) { expect_any_order<float>(HeatModel::enthalpy); }
 TEST(Order, ChangesNoBitInDoublePrecision) { expect_any_order<double>(HeatModel::enthalpy); }
 TEST(Order, ChangesNoBitWhereLiquidFreezes) { expect_any_order<float>(HeatModel::enthalpy, true); }
+TEST(Order, ChangesNoBitWithATree) {
+  expect_any_order<float>(HeatModel::enthalpy, false, NeighbourSearch::tree);
+}
+TEST(Order, ChangesNoBitWithAKeptGrid) {
+  expect_any_order<float>(HeatModel::enthalpy, false, NeighbourSearch::verlet);
+}
 TEST(Order, ChangesNoBitInPaperMode) { expect_any_order<float>(HeatModel::paper); }
 
 }  // namespace
