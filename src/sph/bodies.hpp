@@ -153,6 +153,9 @@ struct ForcesBody {
     if (!is_fluid(tag)) return;
     const Vec4<T> x = w.f.position[i];
     Vec3<T> force = s.force;
+    const auto walls = physics::wall_view(w.c.walls, xyz(x));
+    if (walls.axes != 0u)
+      force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.c.gravity) * w.f.mass[i];
     if (w.c.no_slip != 0u)
       force +=
           no_slip(xyz(x), xyz(w.f.velocity[i]), viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
