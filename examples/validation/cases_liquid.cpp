@@ -84,7 +84,8 @@ void hydrostatic(const Settings& s, Report& r) { tank(s, r, 16, false); }
 void hydrostatic_coarse(const Settings& s, Report& r) {
   tank(s, r, 8, false);
   r.note =
-      "8 layers: the surface, half a spacing unsure, is 6 % of the depth; its two layers make the error.";
+      "8 layers: the surface, half a spacing unsure, is 6 % of the depth; its two layers make what error is "
+      "left.";
 }
 void sloshed(const Settings& s, Report& r) { tank(s, r, 16, true); }
 

@@ -365,6 +365,7 @@ class EngineImpl final : public Engine {
     k.walls.support = static_cast<T>(c.support);
     k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
     k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
+    k.walls.push_scale = physics::floor_push_scale<T>(c.support, c.spacing);
     k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
     k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
     k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));

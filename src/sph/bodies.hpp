@@ -133,7 +133,10 @@ struct ForcesBody {
                                                      dot(v_ij, x_ij), x_ij);
         });
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    if (walls.axes != 0u) add_images(i, walls, force);
+    if (walls.axes != 0u) {
+      add_images(i, walls, force);
+      force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.c.gravity) * w.f.mass[i];
+    }
     if (w.c.no_slip != 0u) force += no_slip(xyz(xi), xyz(vi), mu, vol_i);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
