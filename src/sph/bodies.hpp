@@ -124,13 +124,9 @@ struct ForcesBody {
           T mu_ij = mu;
           if (!same || w.f.viscosity != nullptr)
             mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
-          const T r = std::sqrt(r2), f = physics::kernel_gradient_factor(w.c.kernel, r);
-          force += physics::pressure_force(vol_i, xj.w, vi.w, vj.w, f, x_ij);
-          force +=
-              physics::viscous_force(mu_ij, vol_i, xj.w, physics::kernel_laplacian(w.c.kernel, r, r2), -v_ij);
-          force += physics::artificial_viscous_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed,
-                                                     T(0.5) * (density + density_j), vol_i, xj.w, f, r2,
-                                                     dot(v_ij, x_ij), x_ij);
+          const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, vj.w, mu_ij, T(0.5) * (density + density_j),
+                                         x_ij,  v_ij};
+          force += physics::liquid_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
         });
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
     if (walls.axes != 0u) add_images(i, walls, force);

@@ -68,6 +68,13 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
   return sum;
 }
 
+/// What a particle and its neighbours exchange at one stage.
+template <class T>
+struct Exchanged {
+  double rate = 0;  ///< [W]
+  T conductance{};  ///< sum of g_ij [W/K]
+};
+
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
 /// is the same number at both ends; sums are double, so that energy is conserved to rounding in double.
 template <class T, bool Boundary, bool Periodic>
@@ -84,11 +91,13 @@ struct StageBody {
       if (Boundary) w.f.heat_boundary_rate[i] = 0.0;
       return;
     }
-    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    finish(i, exchanged(i), add);
+  }
+  MELTSIM_HD Exchanged<T> exchanged(std::uint64_t i) const {
+    const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
     const HeatOperand<T> own = w.f.heat_operand[i];
-    const T volume = w.f.position[i].w, mass = w.f.mass[i];
-    double rate = 0;
-    T conductance = 0;
+    const T volume = w.f.position[i].w;
+    Exchanged<T> sum;
     spatial::for_each_neighbour<Periodic>(
         w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
           const HeatOperand<T> other = w.f.heat_operand[j];
@@ -98,11 +107,19 @@ struct StageBody {
                                 : other.conductivity;
           const T g = physics::pair_conductance(
               volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
-          rate += static_cast<double>(g * (other.temperature - own.temperature));
-          conductance += g;
+          sum.rate += static_cast<double>(g * (other.temperature - own.temperature));
+          sum.conductance += g;
         });
+    return sum;
+  }
+  template <class Add>
+  MELTSIM_HD void finish(std::uint64_t i, const Exchanged<T>& sum, const Add& add) const {
+    const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
+    const T mass = w.f.mass[i];
+    double rate = sum.rate;
+    T conductance = sum.conductance;
     if (Boundary) {
-      const auto outside = boundary_heat(w, i, own);
+      const auto outside = boundary_heat(w, i, w.f.heat_operand[i]);
       const bool held = w.f.heat_boundary[i].held != 0u;
       const double in = held ? -rate : static_cast<double>(outside.rate);
       conductance = held ? T(0) : conductance + outside.conductance;

@@ -85,6 +85,26 @@ MELTSIM_HD Vec3<T> artificial_viscous_force(const SphKernel<T>& k, T alpha, T so
   return x_ij * ((volume_i * volume_j) * (-density * rate * approach) * f);
 }
 
+/// Everything one pair of liquid particles needs.
+template <class T>
+struct LiquidPair {
+  T volume_i, volume_j;  ///< V0 [m^3]
+  T term_i, term_j;      ///< pressure_term [Pa]
+  T viscosity, density;  ///< of the pair: mu [Pa s], mean rest density [kg/m^3]
+  Vec3<T> x_ij, v_ij;    ///< x_i - x_j [m], v_i - v_j [m/s]
+};
+
+/// All that j does to i [N].
+template <class T>
+MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {
+  const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
+  Vec3<T> force = pressure_force(p.volume_i, p.volume_j, p.term_i, p.term_j, f, p.x_ij);
+  force += viscous_force(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2), -p.v_ij);
+  force += artificial_viscous_force(k, alpha, sound_speed, p.density, p.volume_i, p.volume_j, f, r2,
+                                    dot(p.v_ij, p.x_ij), p.x_ij);
+  return force;
+}
+
 }  // namespace physics
 }  // namespace v0
 }  // namespace meltsim
