@@ -2,6 +2,7 @@
 #pragma once
 
 #include "spatial/bodies.hpp"
+#include "spatial/lanes.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -51,7 +52,11 @@ void ranges(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void neighbours(E& ex, const core::Frame<T>& w) {
-  with_periods(w, [&](auto periodic) { ex.for_each(w.particles, NeighboursBody<T, periodic()>{w}); });
+  with_periods(w, [&](auto periodic) {
+    if constexpr (core::runs_lanes<E>)
+      ex.for_each(w.particles, NeighboursLanes<T, periodic()>{w, ex.split(w.particles, w.f.position)});
+    else ex.for_each(w.particles, NeighboursBody<T, periodic()>{w});
+  });
 }
 
 }  // namespace spatial
