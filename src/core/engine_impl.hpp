@@ -12,6 +12,7 @@
 #include "core/checked.hpp"
 #include "core/engine.hpp"
 #include "core/frame.hpp"
+#include "core/lane_positions.hpp"
 #include "core/lattice.hpp"
 #include "core/repeat_key.hpp"
 #include "core/stage_functions.hpp"
@@ -80,6 +81,7 @@ class EngineImpl final : public Engine {
     if (!ex_.reserve(std::max<std::uint64_t>(n.count[static_cast<int>(Owner::particle)],
                                              n.count[static_cast<int>(Owner::vertex)])))
       return out_of_memory(needed, available);
+    if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
     link();
     fill_constants(c, l, n);
     fill_state(c, l, state);

@@ -45,8 +45,11 @@
 #include <vector>
 
 #include "core/gather.hpp"
+#include "core/lane_positions.hpp"
 #include "core/repeat_key.hpp"
 #include "core/timings.hpp"
+#include "core/wide.hpp"
+#include "meltsim/physics/math.hpp"
 #include "meltsim/types.hpp"
 
 namespace meltsim {
@@ -94,15 +97,21 @@ class CpuExec {
  public:
   explicit CpuExec(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
 
+  /// Sweeps over neighbours run on several of them at a time (spatial/lanes.hpp).
+  static constexpr bool lanes = sums_by_lanes;
   int threads() const { return threads_; }
   void set_guard(const std::uint32_t* guard) { guard_ = guard; }
 
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
     if (n == 0 || stopped()) return;
-    const auto count = static_cast<std::int64_t>(n);
-#pragma omp parallel for schedule(dynamic, 256) num_threads(threads_) if (count > 2048)
-    for (std::int64_t i = 0; i < count; ++i) body(static_cast<std::uint64_t>(i));
+    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (n > 2048)
+    for (std::int64_t c = 0; c < parts; ++c) {
+      const std::uint64_t begin = static_cast<std::uint64_t>(c) * part, end = std::min(n, begin + part);
+      if (wide_) run_wide(body, begin, end);
+      else run(body, begin, end);
+    }
   }
 
   template <class Body>
@@ -221,13 +230,14 @@ class CpuExec {
   template <class Body>
   void accumulate(std::uint64_t n, const Body& body) const {
     if (n == 0 || stopped()) return;
-    constexpr std::uint64_t part = 256;
     const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (parts > 8)
     for (std::int64_t c = 0; c < parts; ++c) {
       const CpuAdder add;
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * part);
-      for (std::uint64_t i = static_cast<std::uint64_t>(c) * part; i < end; ++i) body(i, add);
+      const auto one = [&](std::uint64_t i) { body(i, add); };
+      const std::uint64_t begin = static_cast<std::uint64_t>(c) * part, end = std::min(n, begin + part);
+      if (wide_) run_wide(one, begin, end);
+      else run(one, begin, end);
     }
   }
 
@@ -263,6 +273,22 @@ class CpuExec {
       }
       send();
     }
+  }
+
+  /// Positions by coordinate, for bodies that work on lanes.
+  template <class T>
+  LanePositions<T> split(std::uint64_t n, const Vec4<T>* from) {
+    const std::uint64_t stride = n + meltsim::core::lanes;
+    if (split_.size() < split_bytes<T>(n)) split_.resize(split_bytes<T>(n));
+    T* to = reinterpret_cast<T*>(split_.data());
+    CpuExec::for_each(stride, [=](std::uint64_t i) {
+      const Vec4<T> v = i < n ? from[i] : Vec4<T>{};
+      to[i] = v.x;
+      to[stride + i] = v.y;
+      to[2 * stride + i] = v.z;
+      to[3 * stride + i] = v.w;
+    });
+    return {to, to + stride, to + 2 * stride, to + 3 * stride};
   }
 
   template <class V>
@@ -305,8 +331,13 @@ class CpuExec {
     histogram_.reserve(static_cast<std::size_t>(threads_ + 1) << digit_bits);
     return true;
   }
+  template <class T>
+  void reserve_split(std::uint64_t n) {
+    split_.resize(split_bytes<T>(n));
+  }
   std::uint64_t reserved_bytes() const {
-    return partial_.capacity() + (histogram_.capacity() + sums_.capacity()) * sizeof(std::uint32_t);
+    return partial_.capacity() + split_.capacity() +
+           (histogram_.capacity() + sums_.capacity()) * sizeof(std::uint32_t);
   }
   void* native_stream() const { return nullptr; }
   std::string fault() const { return {}; }
@@ -360,12 +391,27 @@ class CpuExec {
   static constexpr std::uint32_t digit_bits = 11;    // of a radix pass
   static constexpr std::size_t largest_result = 64;  // of a reduction [bytes]
   static constexpr std::uint64_t chunk = 4096;  // fixed: the shape of a reduction may not depend on threads
+  template <class T>
+  static std::size_t split_bytes(std::uint64_t n) {
+    return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);
+  }
+  static constexpr std::uint64_t part = 256;  // items a thread takes at a time
+  template <class Body>
+  static void run(const Body& body, std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t i = begin; i < end; ++i) body(i);
+  }
+  template <class Body>
+  MELTSIM_WIDE static void run_wide(const Body& body, std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t i = begin; i < end; ++i) body(i);
+  }
   bool stopped() const { return guard_ != nullptr && *guard_ != 0; }
   int threads_;
+  bool wide_ = wide_instructions();
   const std::uint32_t* guard_ = nullptr;
   std::chrono::steady_clock::time_point started_;
   Timings timings_;
   std::vector<unsigned char> partial_;
+  std::vector<unsigned char> split_;
   std::vector<std::uint32_t> sums_;
   std::vector<std::uint32_t> histogram_;  // keeps its capacity between steps
 };

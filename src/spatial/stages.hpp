@@ -3,6 +3,7 @@
 
 #include "spatial/bodies.hpp"
 #include "spatial/kept_bodies.hpp"
+#include "spatial/lanes.hpp"
 #include "spatial/tree_bodies.hpp"
 
 namespace meltsim {
@@ -89,7 +90,11 @@ void walk(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void neighbours(E& ex, const core::Frame<T>& w) {
-  with_periods(w, [&](auto periodic) { ex.for_each(w.particles, NeighboursBody<T, periodic()>{w}); });
+  with_periods(w, [&](auto periodic) {
+    if constexpr (core::runs_lanes<E>)
+      ex.for_each(w.particles, NeighboursLanes<T, periodic()>{w, ex.split(w.particles, w.f.position)});
+    else ex.for_each(w.particles, NeighboursBody<T, periodic()>{w});
+  });
 }
 
 }  // namespace spatial

@@ -161,6 +161,8 @@ struct ForcesBody {
           no_slip(xyz(x), xyz(w.f.velocity[i]), viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
     w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
   }
+  /// One particle, where bodies are called one by one.
+  MELTSIM_HD void operator()(std::uint64_t i) const { finish(i, part(i, 0, 1)); }
   /// Traction of every wall within reach, each with its own velocity.
   MELTSIM_HD Vec3<T> no_slip(Vec3<T> x, Vec3<T> v, T mu, T volume) const {
     const auto& b = w.c.walls;

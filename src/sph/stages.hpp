@@ -2,17 +2,25 @@
 #pragma once
 
 #include "sph/bodies.hpp"
+#include "sph/lane_bodies.hpp"
 #include "sph/shift_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
+template <bool Mixed, bool Periodic, class E, class T>
+void density_of(E& ex, const core::Frame<T>& w) {
+  if constexpr (core::runs_lanes<E>)
+    ex.for_each(w.particles, DensityLanes<T, Mixed, Periodic>(w, ex.split(w.particles, w.f.position)));
+  else ex.gather(w.particles, DensityBody<T, Mixed, Periodic>{w});
+}
+
 template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed) ex.gather(w.particles, DensityBody<T, true, periodic()>{w});
-    else ex.gather(w.particles, DensityBody<T, false, periodic()>{w});
+    if (w.mixed) density_of<true, periodic()>(ex, w);
+    else density_of<false, periodic()>(ex, w);
   });
 }
 
@@ -21,11 +29,17 @@ void viscosity(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, ViscosityBody<T>{w});
 }
 
+template <bool Mixed, bool Periodic, class E, class T>
+void forces_of(E& ex, const core::Frame<T>& w) {
+  if constexpr (core::runs_lanes<E>) ex.for_each(w.particles, ForcesLanes<T, Mixed, Periodic>(w));
+  else ex.gather(w.particles, ForcesBody<T, Mixed, Periodic>{w});
+}
+
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed) ex.gather(w.particles, ForcesBody<T, true, periodic()>{w});
-    else ex.gather(w.particles, ForcesBody<T, false, periodic()>{w});
+    if (w.mixed) forces_of<true, periodic()>(ex, w);
+    else forces_of<false, periodic()>(ex, w);
   });
 }
 

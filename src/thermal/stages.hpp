@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "thermal/bodies.hpp"
+#include "thermal/lane_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -28,8 +29,10 @@ void super_steps(E& ex, core::Frame<T>& w) {
       // Stage 2 finds d_0 = 0 where stage 1 never wrote: the first stage overwrote d_{-1} only.
       if (j == 2) ex.fill(w.particles, 0.0, w.f.heat_increment_old);
       const double tau = static_cast<double>(w.heat_dt);
-      ex.gather_adding(w.particles, StageBody<T, Boundary, Periodic>{w, c.mu, c.nu, c.mu_rate * tau,
-                                                                     c.gamma_rate * tau, j == 1});
+      const StageBody<T, Boundary, Periodic> stage{w,     c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau,
+                                                   j == 1};
+      if constexpr (core::runs_lanes<E>) ex.accumulate(w.particles, StageLanes<T, Boundary, Periodic>(stage));
+      else ex.gather_adding(w.particles, stage);
       if (Boundary) {
         ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
         ex.for_each(1,

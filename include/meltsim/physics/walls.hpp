@@ -73,6 +73,13 @@ MELTSIM_HD T image_distance(T d, T inward, T x) {
   return d + maximum(d - inward * x, T(0));
 }
 
+/// d_i + d_j per axis.
+template <class T>
+MELTSIM_HD Vec3<T> image_distances(const WallView<T>& v, Vec3<T> x_ij) {
+  return {image_distance(v.distance.x, v.inward.x, x_ij.x), image_distance(v.distance.y, v.inward.y, x_ij.y),
+          image_distance(v.distance.z, v.inward.z, x_ij.z)};
+}
+
 /// Calls visit(x_m, r_m^2) for every image of j within H of i. x_ij = x_i - x_j; 0 = its own image. Where
 /// branches are dear, it may be called for images beyond H, too, where kernels vanish.
 template <class T, class Visit>
@@ -87,9 +94,7 @@ MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, c
     if (on_device() || square < support2) visit(x, square);
     return;
   }
-  const Vec3<T> sum{image_distance(v.distance.x, v.inward.x, x_ij.x),
-                    image_distance(v.distance.y, v.inward.y, x_ij.y),
-                    image_distance(v.distance.z, v.inward.z, x_ij.z)};
+  const Vec3<T> sum = image_distances(v, x_ij);
   // Planes that the image in them alone is out of reach of take part in none: most pairs end here.
   std::uint32_t axes = v.axes;
   if (!(sum.x * sum.x < support2)) axes &= ~1u;
@@ -103,6 +108,23 @@ MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, c
     const T square = dot(x, x);
     if (square < support2) visit(x, square);
   }
+}
+
+/// The same image by image instead of pair by pair, for many j: what `mask` (bit a: axis a) makes of x_ij.
+/// Images out of reach are not left out; what vanishes beyond H need not ask.
+template <class T>
+struct ImageIn {
+  Vec3<T> keep, mirror;  ///< 1 and 0 along planes, 0 and the inward direction across
+  MELTSIM_HD Vec3<T> operator()(const WallView<T>& v, Vec3<T> x_ij) const {
+    const Vec3<T> sum = image_distances(v, x_ij);
+    return {keep.x * x_ij.x + mirror.x * sum.x, keep.y * x_ij.y + mirror.y * sum.y,
+            keep.z * x_ij.z + mirror.z * sum.z};
+  }
+};
+template <class T>
+MELTSIM_HD ImageIn<T> image_in(const WallView<T>& v, std::uint32_t mask) {
+  const bool x = (mask & 1u) != 0u, y = (mask & 2u) != 0u, z = (mask & 4u) != 0u;
+  return {{T(!x), T(!y), T(!z)}, {x ? v.inward.x : T(0), y ? v.inward.y : T(0), z ? v.inward.z : T(0)}};
 }
 
 /// Integral of W over the outside of one plane at distance d, without scale: 2 pi w H^3 b^6 (1/6 - 3b/14 +

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wider instructions where the CPU has them, without a second build of the library: a function marked
+// MELTSIM_WIDE is compiled for AVX2 together with everything it calls (flatten), and is only called where
+// wide_instructions() says so. Nothing else in its translation unit is, so no inline function that others
+// share can come out with instructions that another machine lacks; what the compiler does not inline is
+// called as it is.
+//
+// Without fused multiply-add, which would be worth little here: results then have the same bits on every CPU,
+// wide or not, and what two bodies compute by one formula stays equal to the last bit.
+#pragma once
+
+#if defined(__x86_64__) && defined(__GNUC__)
+#define MELTSIM_WIDE [[gnu::target("avx2,bmi,bmi2,popcnt"), gnu::flatten, gnu::noinline]]
+#else
+#define MELTSIM_WIDE
+#endif
+
+/// Before a loop whose turns have nothing to do with each other: it is to become vector instructions.
+#if defined(__GNUC__) && !defined(__clang__)
+#define MELTSIM_SIDE_BY_SIDE _Pragma("GCC ivdep")
+#else
+#define MELTSIM_SIDE_BY_SIDE
+#endif
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+inline bool wide_instructions() {
+#if defined(__x86_64__) && defined(__GNUC__)
+  static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
+                          __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+  return has;
+#else
+  return false;
+#endif
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// The neighbour loops for a CPU: `lanes` candidates or neighbours side by side, in loops that compilers turn
+// into vector instructions. Sums are kept per lane and added up in one order, so they depend on neither the
+// number of threads nor the width of the instructions; formulas are the same scalar functions as everywhere.
+#pragma once
+
+#include <cstring>
+
+#include "core/lane_positions.hpp"
+#include "core/wide.hpp"
+#include "spatial/neighbours.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+using core::LanePositions;
+using core::lanes;
+
+/// One number per lane; total() adds them up in one order.
+template <class T>
+struct LaneSum {
+  T lane[lanes] = {};
+  T total() const {
+    return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
+  }
+};
+
+/// visit(lane, V_j, x_ij, r2) for every candidate of i, row by row, and stores which are near, as
+/// find_neighbours does. What vanishes beyond H needs no branch; V_j is 0 in lanes beyond the end of a row.
+template <bool Periodic, class T, class Visit>
+inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, std::uint64_t i,
+                          const Visit& visit) {
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  const core::Grid<T> grid = w.grid;
+  const T support2 = w.c.kernel.support2;
+  const core::Range* rows = rows_of(w, i);
+  for (std::uint32_t r = 0; r < grid.rows; ++r) {
+    const std::uint32_t end = rows[r].end;
+    std::uint64_t bits = 0;
+    std::uint32_t done = 0;
+    for (std::uint32_t first = rows[r].begin; first < end; first += 32u, done += 32u) {
+      std::uint32_t near_bits[lanes] = {};
+      for (std::uint32_t k = 0; k < 32u && first + k < end; k += lanes) {
+        const auto left = static_cast<std::int32_t>(end - first - k);
+        const T *x = p.x + first + k, *y = p.y + first + k, *z = p.z + first + k, *v = p.w + first + k;
+        MELTSIM_SIDE_BY_SIDE
+        for (std::uint32_t l = 0; l < lanes; ++l) {
+          const Vec3<T> d = separation<Periodic>(grid, xi, Vec3<T>{x[l], y[l], z[l]});
+          const T r2 = dot(d, d), volume = v[l];
+          const bool exists = static_cast<std::int32_t>(l) < left;
+          near_bits[l] |= (exists & (r2 < support2) ? 1u : 0u) << (k + l);
+          visit(l, exists ? volume : T(0), d, r2);
+        }
+      }
+      std::uint32_t found = 0;
+      for (std::uint32_t l = 0; l < lanes; ++l) found |= near_bits[l];
+      if (done < bits_per_row) bits |= static_cast<std::uint64_t>(found) << done;
+    }
+    bits_of(w, i, r) = bits;
+  }
+}
+
+/// NeighboursBody.
+template <class T, bool Periodic>
+struct NeighboursLanes {
+  core::Frame<T> w;
+  LanePositions<T> p;
+  void operator()(std::uint64_t i) const {
+    if (w.f.group_of[i] == core::none) return;  // removed
+    find_in_lanes<Periodic>(w, p, i, [](std::size_t, T, const Vec3<T>&, T) {});
+  }
+};
+
+/// Positions of the set bits of a byte, and how many there are.
+struct ByteBits {
+  std::uint8_t at[256][8] = {};
+  std::uint8_t count[256] = {};
+  constexpr ByteBits() {
+    for (unsigned b = 0; b < 256; ++b)
+      for (std::uint8_t k = 0; k < 8; ++k)
+        if (((b >> k) & 1u) != 0u) at[b][count[b]++] = k;
+  }
+};
+inline constexpr ByteBits byte_bits{};
+
+/// Neighbours that are looked at in one go: those of several rows.
+inline constexpr std::uint32_t batch = 3 * bits_per_row;
+
+/// The neighbours of a particle in order, a batch at a time.
+template <bool Periodic, class T>
+class Batches {
+ public:
+  Batches(const core::Frame<T>& w, std::uint64_t i)
+      : w_(w), x_(xyz(w.f.position[i])), i_(i), rows_(rows_of(w, i)) {}
+  /// Slots of the next neighbours, none when there are no more. Filled up to whole lanes with i.
+  std::uint32_t next() {
+    std::uint32_t n = 0;
+    for (; row_ < w_.grid.rows && n + bits_per_row <= batch; ++row_) {
+      std::uint32_t begin = rows_[row_].begin;
+      crowded_ = crowded_ || rows_[row_].end - begin > bits_per_row;
+      for (std::uint64_t bits = bits_of(w_, i_, row_); bits != 0u; bits >>= 8, begin += 8u) {
+        const auto byte = static_cast<std::uint32_t>(bits & 255u);
+        std::uint32_t* to = slots + n;
+        MELTSIM_SIDE_BY_SIDE
+        for (std::uint32_t k = 0; k < 8u; ++k) to[k] = begin + byte_bits.at[byte][k];
+        n += byte_bits.count[byte];
+      }
+    }
+    if (row_ == w_.grid.rows && crowded_) n = beyond(n);
+    const auto all = static_cast<std::uint32_t>((n + lanes - 1u) / lanes * lanes);
+    for (std::uint32_t k = n; k < all; ++k) slots[k] = static_cast<std::uint32_t>(i_);
+    return n;
+  }
+  alignas(64) std::uint32_t slots[batch + lanes];
+
+ private:
+  /// Those past the 64th candidate of a row.
+  std::uint32_t beyond(std::uint32_t n) {
+    for (; crowded_row_ < w_.grid.rows; ++crowded_row_, done_ = 0) {
+      const core::Range row = rows_[crowded_row_];
+      while (row.begin + bits_per_row + done_ < row.end) {
+        if (n == batch) return n;
+        const std::uint32_t j = row.begin + bits_per_row + done_++;
+        const Vec3<T> d = separation<Periodic>(w_.grid, x_, xyz(w_.f.position[j]));
+        if (dot(d, d) < w_.c.kernel.support2) slots[n++] = j;
+      }
+    }
+    return n;
+  }
+  const core::Frame<T>& w_;
+  Vec3<T> x_;
+  std::uint64_t i_;
+  const core::Range* rows_;
+  std::uint32_t row_ = 0, crowded_row_ = 0, done_ = 0;
+  bool crowded_ = false;
+};
+
+/// Takes lanes beyond the last of n neighbours out of a sum that is in proportion to `weight`.
+template <class T>
+inline void cut(T* weight, std::uint32_t n) {
+  for (std::uint32_t k = n; k % lanes != 0u; ++k) weight[k] = T(0);
+}
+
+/// 16 bytes: vectors that every x86-64 and ARMv8 has. Out of plain loops compilers make poor code here.
+template <class T>
+struct LaneVector {
+  typedef T Half [[gnu::vector_size(16)]];
+};
+
+/// What stands at the slots of a batch, one array per component.
+template <class T>
+struct LaneVectors {
+  alignas(64) T x[batch + lanes], y[batch + lanes], z[batch + lanes], w[batch + lanes];
+  /// Of n neighbours, and on to whole lanes.
+  void load(const Vec4<T>* from, const std::uint32_t* slots, std::uint32_t n) {
+    for (std::size_t k = 0; k < n; k += lanes) {
+      transpose(from, slots + k, k);
+      transpose(from, slots + k + 4, k + 4);
+    }
+  }
+
+ private:
+  using Half = typename LaneVector<T>::Half;
+  static Half half(const Vec4<T>& v, int which) {
+    Half h;
+    std::memcpy(&h, reinterpret_cast<const unsigned char*>(&v) + 16 * which, 16);
+    return h;
+  }
+  static void put(T* to, Half h) { std::memcpy(to, &h, 16); }
+  void transpose(const Vec4<T>* from, const std::uint32_t* s, std::size_t k) {
+    const Vec4<T>&a = from[s[0]], &b = from[s[1]], &c = from[s[2]], &d = from[s[3]];
+    if constexpr (sizeof(T) == 4) {
+      const Half v0 = half(a, 0), v1 = half(b, 0), v2 = half(c, 0), v3 = half(d, 0);
+      const Half xy01 = __builtin_shufflevector(v0, v1, 0, 4, 1, 5),
+                 xy23 = __builtin_shufflevector(v2, v3, 0, 4, 1, 5),
+                 zw01 = __builtin_shufflevector(v0, v1, 2, 6, 3, 7),
+                 zw23 = __builtin_shufflevector(v2, v3, 2, 6, 3, 7);
+      put(x + k, __builtin_shufflevector(xy01, xy23, 0, 1, 4, 5));
+      put(y + k, __builtin_shufflevector(xy01, xy23, 2, 3, 6, 7));
+      put(z + k, __builtin_shufflevector(zw01, zw23, 0, 1, 4, 5));
+      put(w + k, __builtin_shufflevector(zw01, zw23, 2, 3, 6, 7));
+    } else {
+      const auto pair = [&](const Vec4<T>& p, const Vec4<T>& q, std::size_t at) {
+        const Half p0 = half(p, 0), q0 = half(q, 0), p1 = half(p, 1), q1 = half(q, 1);
+        put(x + at, __builtin_shufflevector(p0, q0, 0, 2));
+        put(y + at, __builtin_shufflevector(p0, q0, 1, 3));
+        put(z + at, __builtin_shufflevector(p1, q1, 0, 2));
+        put(w + at, __builtin_shufflevector(p1, q1, 1, 3));
+      };
+      pair(a, b, k);
+      pair(c, d, k + 2);
+    }
+  }
+};
+
+/// The same of pairs of numbers.
+template <class T>
+struct LanePairs {
+  alignas(64) T first[batch + lanes], second[batch + lanes];
+  template <class Pair>
+  void load(const Pair* from, const std::uint32_t* slots, std::uint32_t n) {
+    static_assert(sizeof(Pair) == 2 * sizeof(T));
+    constexpr std::size_t each = 16 / sizeof(T);
+    for (std::size_t k = 0; k < n; k += each) {
+      alignas(16) T two[2][each];
+      for (std::size_t h = 0; h < each; ++h)
+        std::memcpy(&two[0][0] + 2 * h, from + slots[k + h], 2 * sizeof(T));
+      Half a, b;
+      std::memcpy(&a, two[0], 16);
+      std::memcpy(&b, two[1], 16);
+      if constexpr (each == 4) {
+        put(first + k, __builtin_shufflevector(a, b, 0, 2, 4, 6));
+        put(second + k, __builtin_shufflevector(a, b, 1, 3, 5, 7));
+      } else {
+        put(first + k, __builtin_shufflevector(a, b, 0, 2));
+        put(second + k, __builtin_shufflevector(a, b, 1, 3));
+      }
+    }
+  }
+
+ private:
+  using Half = typename LaneVector<T>::Half;
+  static void put(T* to, Half h) { std::memcpy(to, &h, 16); }
+};
+
+/// visit(lane, k) for k in [0, n), `lanes` of them side by side, and on to whole lanes.
+template <class Visit>
+inline void in_lanes(std::uint32_t n, const Visit& visit) {
+  for (std::size_t first = 0; first < n; first += lanes) {
+    MELTSIM_SIDE_BY_SIDE
+    for (std::size_t l = 0; l < lanes; ++l) visit(l, first + l);
+  }
+}
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sweeps of the liquid for a CPU: what they add up is what DensityBody and ForcesBody add up, many
+// neighbours at a time. Images in walls vanish beyond H like everything else, so none has to be asked for.
+#pragma once
+
+#include "spatial/lanes.hpp"
+#include "sph/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+template <class T, bool Mixed, bool Periodic>
+struct DensityLanes : DensityBody<T, Mixed, Periodic> {
+  using Base = DensityBody<T, Mixed, Periodic>;
+  using Base::w;
+  spatial::LanePositions<T> p;
+  DensityLanes(const Frame<T>& frame, const spatial::LanePositions<T>& positions)
+      : Base{frame}, p(positions) {}
+
+  void operator()(std::uint64_t i) const {
+    Surroundings<T> s;
+    if (w.f.group_of[i] != core::none) s = sum(i);
+    Base::finish(i, s);
+  }
+  Surroundings<T> sum(std::uint64_t i) const {
+    const auto kernel = w.c.kernel;
+    spatial::LaneSum<T> phi;
+    spatial::find_in_lanes<Periodic>(w, p, i, [&](std::size_t l, T volume, const Vec3<T>&, T r2) {
+      phi.lane[l] += volume * physics::kernel_shape(kernel, std::sqrt(r2));
+    });
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+    if (walls.axes != 0u) add_images(i, walls, phi);
+    Surroundings<T> s;
+    s.phi = phi.total();
+    if (Mixed && is_solid(w.f.tag[i])) s.wet = touches_liquid(i);
+    return s;
+  }
+  void add_images(std::uint64_t i, const physics::WallView<T>& walls, spatial::LaneSum<T>& phi) const {
+    const auto kernel = w.c.kernel;
+    const auto grid = w.grid;
+    const Vec3<T> xi = xyz(w.f.position[i]);
+    spatial::Batches<Periodic, T> neighbours(w, i);
+    while (const std::uint32_t n = neighbours.next()) {
+      spatial::LaneVectors<T> x;
+      x.load(w.f.position, neighbours.slots, n);
+      spatial::cut(x.w, n);
+      for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
+        const auto image = physics::image_in(walls, mask);
+        spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
+          const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
+          phi.lane[l] += x.w[k] * physics::kernel_shape(kernel, length(image(walls, x_ij)));
+        });
+      }
+    }
+  }
+  bool touches_liquid(std::uint64_t i) const {
+    spatial::Batches<Periodic, T> neighbours(w, i);
+    while (const std::uint32_t n = neighbours.next())
+      for (std::uint32_t k = 0; k < n; ++k)
+        if (is_fluid(w.f.tag[neighbours.slots[k]])) return true;
+    return false;
+  }
+};
+
+/// Where a neighbour is anything but the same liquid, and where viscosity depends on temperature, ForcesBody
+/// does the work.
+template <class T, bool Mixed, bool Periodic>
+struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
+  using Base = ForcesBody<T, Mixed, Periodic>;
+  using Base::w;
+  explicit ForcesLanes(const Frame<T>& frame) : Base{frame} {}
+
+  void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_fluid(tag)) return;
+    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    Vec3<T> force{};
+    if (w.f.viscosity != nullptr || !add(i, tag, m.viscosity, m.density, force)) return Base::operator()(i);
+    Base::finish(i, {force});
+  }
+  /// False where something else than the same liquid is near.
+  bool add(std::uint64_t i, std::uint32_t tag, T mu, T density, Vec3<T>& sum) const {
+    const auto kernel = w.c.kernel;
+    const auto grid = w.grid;
+    const T alpha = w.c.artificial_viscosity, sound_speed = w.c.sound_speed;
+    const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
+    const auto walls = physics::wall_view(w.c.walls, xyz(xi));
+    spatial::LaneSum<T> fx, fy, fz;
+    spatial::Batches<Periodic, T> neighbours(w, i);
+    while (const std::uint32_t n = neighbours.next()) {
+      if (Mixed && !alike(neighbours.slots, n, tag)) return false;
+      spatial::LaneVectors<T> x, v;
+      x.load(w.f.position, neighbours.slots, n);
+      v.load(w.f.velocity, neighbours.slots, n);
+      spatial::cut(x.w, n);
+      spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
+        const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
+        const Vec3<T> v_ij = xyz(vi) - Vec3<T>{v.x[k], v.y[k], v.z[k]};
+        const physics::LiquidPair<T> pair{xi.w, x.w[k], vi.w, v.w[k], mu, density, x_ij, v_ij};
+        const Vec3<T> f = physics::liquid_force(kernel, alpha, sound_speed, pair, dot(x_ij, x_ij));
+        fx.lane[l] += f.x;
+        fy.lane[l] += f.y;
+        fz.lane[l] += f.z;
+      });
+      for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
+        const auto image = physics::image_in(walls, mask);
+        spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
+          const Vec3<T> x_m =
+              image(walls, spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]}));
+          const T factor = physics::kernel_gradient_factor(kernel, length(x_m));
+          const Vec3<T> f = physics::pressure_force(xi.w, x.w[k], vi.w, v.w[k], factor, x_m);
+          fx.lane[l] += f.x;
+          fy.lane[l] += f.y;
+          fz.lane[l] += f.z;
+        });
+      }
+    }
+    sum = {fx.total(), fy.total(), fz.total()};
+    return true;
+  }
+  bool alike(const std::uint32_t* slots, std::uint32_t n, std::uint32_t tag) const {
+    std::uint32_t other = 0;
+    for (std::uint32_t k = 0; k < n; ++k) other |= w.f.tag[slots[k]] ^ tag;
+    return (other & (tag_material_mask | tag_solid)) == 0u;
+  }
+};
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim

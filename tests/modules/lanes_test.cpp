@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sweeps that work on several neighbours at a time against the bodies that take them one by one: the same
+// neighbours, to the last bit; the same sums, to rounding (a few units in the last place of the sum of what
+// they add up, at up to 500 neighbours).
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "modules/engine.hpp"
+#include "sph/lane_bodies.hpp"
+#include "thermal/lane_bodies.hpp"
+
+namespace {
+
+using namespace modules_test;
+
+constexpr double spacing = 0.2;
+
+struct Cloud {
+  core::SceneConstants constants = plain_constants(spacing);
+  core::SceneState state;
+  void add(Vec3d x, std::uint32_t tag, Vec3d v) { add_particle(state, constants, x, tag, v); }
+  void bound(Vec3d max, int periodic) {
+    DomainDesc& d = constants.domain;
+    d.bounded = true;
+    d.max = max;
+    for (std::size_t a = 0; a < 3; ++a)
+      if ((periodic >> a) & 1) d.faces[2 * a] = d.faces[2 * a + 1] = Face::periodic;
+  }
+  /// n particles of these kinds anywhere in the box.
+  void scatter(int n, Random& random, std::initializer_list<std::uint32_t> tags) {
+    const Vec3d e = constants.domain.max;
+    for (int k = 0; k < n; ++k) {
+      const std::uint32_t tag = *(tags.begin() + k % static_cast<int>(tags.size()));
+      const double x = random.uniform(0, e.x), y = random.uniform(0, e.y);
+      add({x, y, random.uniform(0, e.z)}, tag, random.vector(1));
+    }
+  }
+};
+
+template <class T>
+class Lanes : public testing::Test {
+ protected:
+  static constexpr T tolerance = 64 * std::numeric_limits<T>::epsilon();
+
+  static void check(Cloud cloud, bool mixed) {
+    if (!mixed) cloud.constants.materials.resize(1);
+    for (const std::uint32_t search : {core::fact_packed, core::fact_sparse}) {
+      Rig<T> rig;
+      rig.upload(cloud.constants, {}, cloud.state,
+                 core::fact_particles | core::fact_fluid | core::fact_heat_enthalpy | search);
+      rig.run({"step.begin", "spatial", "sph.density", "sph.forces"}, 0.001);
+      const core::Frame<T>& w = rig.frame();
+      ASSERT_EQ(w.mixed, mixed);
+      spatial::with_periods(w, [&](auto periodic) {
+        if (mixed) compare<true, periodic()>(w);
+        else compare<false, periodic()>(w);
+      });
+    }
+  }
+
+ private:
+  template <bool Mixed, bool Periodic>
+  static void compare(const core::Frame<T>& w) {
+    const std::size_t n = w.particles;
+    std::vector<T> density(w.f.density, w.f.density + n), term;
+    std::vector<Vec3<T>> acceleration(w.f.acceleration, w.f.acceleration + n);
+    std::vector<std::uint64_t> bits;
+    for (std::size_t i = 0; i < n; ++i) {
+      term.push_back(w.f.velocity[i].w);
+      for (std::uint32_t r = 0; r < w.grid.rows; ++r) bits.push_back(spatial::bits_of(w, i, r));
+    }
+    const sph::DensityBody<T, Mixed, Periodic> body{w};
+    const sph::ForcesBody<T, Mixed, Periodic> forces{w};
+    for (std::size_t i = 0; i < n; ++i) {
+      body.finish(i, body.part(i, 0, 1));
+      EXPECT_NEAR(w.f.density[i], density[i], tolerance * density[i]) << i;
+      // Pressure grows with the seventh power, and a difference is taken.
+      EXPECT_NEAR(w.f.velocity[i].w, term[i], 20 * tolerance * (std::fabs(term[i]) + 1e5)) << i;
+      w.f.velocity[i].w = term[i];
+      if (is_removed(w.f.tag[i])) continue;
+      for (std::uint32_t r = 0; r < w.grid.rows; ++r)
+        EXPECT_EQ(spatial::bits_of(w, i, r), bits[i * w.grid.rows + r]) << i << ", row " << r;
+    }
+    T largest = 0;
+    for (std::size_t i = 0; i < n; ++i) largest = maximum(largest, length(acceleration[i]));
+    EXPECT_GT(largest, T(10));
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!is_fluid(w.f.tag[i])) continue;
+      forces(i);
+      EXPECT_LE(length(w.f.acceleration[i] - acceleration[i]), tolerance * largest) << i;
+    }
+    compare_heat<Periodic>(w);
+  }
+  /// Some particles hold both phases: their conductivity is marked.
+  template <bool Periodic>
+  static void compare_heat(const core::Frame<T>& w) {
+    Random random(91);
+    for (std::size_t i = 0; i < w.particles; ++i) {
+      const T k = static_cast<T>(random.uniform(0.5, 2));
+      w.f.heat_operand[i] = {static_cast<T>(random.uniform(-20, 20)), i % 5 == 0 ? -k : k};
+    }
+    const thermal::StageBody<T, false, Periodic> body{w, 0, 0, 1, 0, true};
+    const thermal::StageLanes<T, false, Periodic> lanes(body);
+    for (std::size_t i = 0; i < w.particles; ++i) {
+      if (is_removed(w.f.tag[i])) continue;
+      const auto a = body.part(i, 0, 1), b = lanes.exchanged(i);
+      EXPECT_NEAR(a.conductance, b.conductance, tolerance * a.conductance) << i;
+      EXPECT_NEAR(a.rate, b.rate, 40 * static_cast<double>(tolerance * a.conductance)) << i;
+    }
+  }
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(Lanes, Scalars);
+
+TYPED_TEST(Lanes, WallsOnAllSides) {
+  Random random(92);
+  Cloud c;
+  c.bound({1.3, 1.7, 1.1}, 0);  // images in planes, edges and corners; some see both of two walls
+  c.scatter(500, random, {0u});
+  this->check(c, false);
+}
+
+TYPED_TEST(Lanes, PeriodicAlongSomeAxes) {
+  Random random(93);
+  for (int periodic = 1; periodic < 8; ++periodic) {
+    Cloud c;
+    c.bound({1.6, 2.1, 1.7}, periodic);
+    c.scatter(700, random, {0u});
+    this->check(c, false);
+  }
+}
+
+TYPED_TEST(Lanes, SolidsAndASecondLiquid) {
+  Random random(94);
+  Cloud c;
+  c.bound({1.6, 1.9, 1.7}, 0);
+  c.scatter(300, random, {0u, 0u, 0u, 0u, 1u | tag_solid, 2u, 0u | tag_removed});
+  for (int n = 0; n < 200; ++n) c.add({3 + random.uniform(0, 0.5), 1, 1}, 0u, random.vector(1));  // alike
+  c.bound({4, 1.9, 1.7}, 0);
+  this->check(c, true);
+}
+
+// More candidates in a row than have a bit, more neighbours than a batch holds.
+TYPED_TEST(Lanes, Crowds) {
+  Random random(95);
+  Cloud c;
+  c.bound({2, 2, 2}, 0);
+  c.scatter(200, random, {0u});
+  for (int n = 0; n < 500; ++n) c.add(Vec3d{0.3, 0.3, 1} + random.vector(0.12), 0u, random.vector(1));
+  this->check(c, false);
+}
+
+TYPED_TEST(Lanes, FewParticles) {
+  for (const int n : {1, 2, 7, 8, 9}) {
+    Random random(96);
+    Cloud c;
+    c.bound({0.6, 0.6, 0.6}, 0);
+    c.constants.gravity = {0, -20, 0};
+    c.scatter(n, random, {0u});
+    this->check(c, false);
+  }
+}
+
+}  // namespace
