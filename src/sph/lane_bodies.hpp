@@ -63,8 +63,7 @@ struct DensityLanes : DensityBody<T, Mixed, Periodic> {
   }
 };
 
-/// Where a neighbour is anything but the same liquid, and where viscosity depends on temperature, ForcesBody
-/// does the work.
+/// Where a neighbour is anything but the same liquid, ForcesBody does the work.
 template <class T, bool Mixed, bool Periodic>
 struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
   using Base = ForcesBody<T, Mixed, Periodic>;
@@ -76,7 +75,7 @@ struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
     if (!is_fluid(tag)) return;
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     Vec3<T> force{};
-    if (w.f.viscosity != nullptr || !add(i, tag, m.viscosity, m.density, force)) return Base::operator()(i);
+    if (!add(i, tag, viscosity_of(w, i, m), m.density, force)) return Base::operator()(i);
     Base::finish(i, {force});
   }
   /// False where something else than the same liquid is near.
@@ -94,10 +93,15 @@ struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
       x.load(w.f.position, neighbours.slots, n);
       v.load(w.f.velocity, neighbours.slots, n);
       spatial::cut(x.w, n);
+      alignas(64) T mu_ij[spatial::batch + spatial::lanes];
+      for (std::size_t k = 0; k < n + spatial::lanes; ++k) mu_ij[k] = mu;
+      if (w.f.viscosity != nullptr)
+        for (std::uint32_t k = 0; k < n; ++k)
+          mu_ij[k] = physics::pair_viscosity(mu, w.f.viscosity[neighbours.slots[k]]);
       spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
         const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
         const Vec3<T> v_ij = xyz(vi) - Vec3<T>{v.x[k], v.y[k], v.z[k]};
-        const physics::LiquidPair<T> pair{xi.w, x.w[k], vi.w, v.w[k], mu, density, x_ij, v_ij};
+        const physics::LiquidPair<T> pair{xi.w, x.w[k], vi.w, v.w[k], mu_ij[k], density, x_ij, v_ij};
         const Vec3<T> f = physics::liquid_force(kernel, alpha, sound_speed, pair, dot(x_ij, x_ij));
         fx.lane[l] += f.x;
         fy.lane[l] += f.y;
