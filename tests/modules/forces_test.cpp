@@ -102,6 +102,11 @@ struct Oracle {
     for (std::size_t i = 0; i < n; ++i) {
       force[i] += c.gravity * mass[i];
       if (!solid(i) && c.domain.bounded)
+        force[i] +=
+            cast<double>(physics::floor_push(
+                w.c.walls, w.c.kernel, physics::wall_view(w.c.walls, xyz(w.f.position[i])), w.c.gravity)) *
+            mass[i];
+      if (!solid(i) && c.domain.bounded)
         for (const double d : {x[i].x - c.domain.min.x, c.domain.max.x - x[i].x, x[i].y - c.domain.min.y,
                                c.domain.max.y - x[i].y, x[i].z - c.domain.min.z, c.domain.max.z - x[i].z})
           force[i] += v[i] * (-rows[material_of(tag[i])].viscosity * volume[i] *
