@@ -63,9 +63,9 @@ TEST_P(Capture, StepsReplayAsTheyRun) {
 INSTANTIATE_TEST_SUITE_P(Modes, Capture,
                          ::testing::Values(cudaStreamCaptureModeGlobal, cudaStreamCaptureModeThreadLocal));
 
-// One graph per kind of sub-step, whatever melts and however many particles there are: two halves of the double
-// buffer, with and without the search for pieces (every 16th, so always on the same half), and eight sizes that
-// a growing number of particles goes through.
+// One graph per kind of sub-step, whatever melts and however many particles there are: two halves of the
+// double buffer, with and without the search for pieces (every 16th, so always on the same half), and eight
+// sizes that a growing number of particles goes through.
 TEST(Graphs, SurviveMeltingAndEmitters) {
   MELTSIM_NEEDS_GPU();
   MeltingScene scene;
