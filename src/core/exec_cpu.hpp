@@ -3,27 +3,25 @@
 //
 //   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
-//   enough to
-//                                share out; Body::Sum::add; order of addition fixed
+//                                enough to share out; Body::Sum::add; order of addition fixed
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
-//                                last(0)
+//                                last(0). With Body::Item, read(i) and body(i, item) it may read ahead
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
-//   is
-//                                Sum::words 64-bit integers, so order does not matter
+//                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
-//   bucket(n, m, body, bucket_of, begin, order, scratch)   bucket_of[i] = body(i) < m; order = 0..n-1 by
-//   bucket,
-//                                ascending in each but the last; begin[b] = first of bucket b, begin[m] = n
+//   bucket(n, m, body, bucket_of, begin, order, scratch)
+//                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, ascending in each but
+//                                the last; begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
 //   repeat(key, enqueue)         enqueue(), which may be recorded: the same key later stands for the same
-//   launches allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working
-//   space for verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device
-//   errors)
+//                                launches
+//   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space for
+//   verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
 //
 // `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
 // keeps its last good state without the host having to look. Threads: OpenMP, which costs an embedding host

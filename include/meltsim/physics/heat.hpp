@@ -107,7 +107,8 @@ MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
 template <class T>
 MELTSIM_HD T pair_conductivity(T k_i, T k_j) {
   const T sum = k_i + k_j;
-  return sum > T(0) ? T(2) * (k_i * k_j) / sum : T(0);
+  // A reciprocal is one instruction on a GPU; that of a sum below 1e-37 would be infinite in single precision.
+  return sum > T(1e-37) ? T(2) * (k_i * k_j) * (T(1) / sum) : T(0);
 }
 
 /// g_ij [W/K].
