@@ -97,14 +97,35 @@ struct SurfaceShareBody {
     if (g >= groups_of(w)) return;  // none, or no room
     const Vec4<T> p = w.point[i];
     const std::uint8_t* const mark = w.mark;
-    const FieldSums<T> s =
-        sums_at(w, w.group_rows + std::uint64_t{9} * g, xyz(p), w.point,
-                [mark](std::uint32_t j, T v) { return (mark[j] & mark_solid) != 0u ? v : T(0); });
+    const FieldSums<T> s = sums_at(
+        w, w.group_rows + std::uint64_t{9} * g, xyz(p), w.point,
+        [mark](std::uint32_t j, T v) { return (mark[j] & mark_solid) != 0u ? v : T(0); },
+        [](std::uint32_t, Vec3<T>, T straight) { return straight; });
     const bool solid = w.two_fields && w.mark[i] == mark_solid;
     w.share[i] = with_w(xyz(p), p.w * physics::surface_gain(w.field, s.all));
     if (w.two_fields) w.solid_share[i] = solid ? p.w * physics::surface_gain(w.field, s.solid) : T(0);
-    const bool at_surface = s.all < w.interior_sum || (solid && s.solid < w.interior_sum);
+    const bool at_surface = s.all < w.field.full_sum || (solid && s.solid < w.field.full_sum);
     w.at_surface[i] = at_surface ? 1u : 0u;
+  }
+};
+
+/// Makes ellipsoids of the balls.
+template <class T>
+struct SurfaceShapeBody {
+  SurfaceFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t g = w.group_of[i];
+    if (g >= groups_of(w)) return;
+    const Vec4<T> p = w.share[i];
+    const bool solid = w.two_fields && w.mark[i] == mark_solid;
+    const physics::Ellipsoid<T> e = physics::make_ellipsoid(
+        shape_sums(w, w.group_rows + std::uint64_t{9} * g, xyz(w.point[i]), solid), w.field.full);
+    // What is flat stands for its volume; only what stands alone needs more.
+    const auto share = [&](T gained, T volume) { return e.det * (gained + e.trust * (volume - gained)); };
+    const T volume = w.point[i].w;
+    w.share[i] = with_w(xyz(p), share(p.w, volume));
+    if (w.two_fields) w.solid_share[i] = solid ? share(w.solid_share[i], volume) : T(0);
+    w.shape[i] = {{e.xx, e.yy, e.zz, e.xy}, e.yz, e.zx};
   }
 };
 
@@ -183,7 +204,7 @@ struct SurfaceLinksBody {
 };
 
 /// The field at a node.
-template <class T>
+template <class T, bool Anisotropic>
 struct SurfaceNodesBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -195,9 +216,7 @@ struct SurfaceNodesBody {
     bool in = must == link_inside;
     if (must == 0u) {
       const Vec3<T> x = node_position(w, coordinates(w, w.block_key[b]), n), at = clipped(w, x);
-      const T* const solid_share = w.solid_share;
-      const FieldSums<T> s = sums_at(w, w.block_rows + std::uint64_t{9} * b, at, w.share,
-                                     [solid_share](std::uint32_t j, T) { return solid_share[j]; });
+      const FieldSums<T> s = field_at<Anisotropic>(w, w.block_rows + std::uint64_t{9} * b, at);
       value = s.all - w.field.level;
       solid = w.field.level - s.solid;
       in = value > T(0) && (!w.two_fields || solid > T(0)) && x.x > w.clip_min.x && x.y > w.clip_min.y &&

@@ -19,6 +19,7 @@ void blocks(E& ex, const SurfaceFrame<T>& w) {
   ex.for_each(w.particles, SurfaceGroupsBody<T>{w});
   ex.for_each(std::uint64_t{9} * w.max_groups, SurfaceRowsBody<T>{w});
   ex.for_each(w.particles, SurfaceShareBody<T>{w});
+  if (w.anisotropic) ex.for_each(w.particles, SurfaceShapeBody<T>{w});
   ex.for_each(w.max_groups, SurfaceDeepBody<T>{w});
   const std::uint64_t cells = std::uint64_t{27} * w.max_groups;
   ex.for_each(cells, SurfaceOwnsBody<T>{w});
@@ -31,7 +32,8 @@ template <class E, class T>
 void build(E& ex, const SurfaceFrame<T>& w, int smoothing) {
   blocks(ex, w);
   const std::uint64_t nodes = std::uint64_t{w.max_blocks} * w.grid.volume;
-  ex.for_each(nodes, SurfaceNodesBody<T>{w});
+  if (w.anisotropic) ex.for_each(nodes, SurfaceNodesBody<T, true>{w});
+  else ex.for_each(nodes, SurfaceNodesBody<T, false>{w});
   ex.for_each(nodes, SurfaceCodeBody<T>{w});
   ex.scan(nodes, SurfaceVertexCountBody{w.code}, w.vertex_end);
   ex.scan(nodes, SurfaceTriangleCountBody{w.code, w.cases}, w.triangle_end);
