@@ -78,6 +78,7 @@ class SurfaceRun {
     w_.two_fields = q.of == SurfaceOf::liquid && q.solids;
     if (w_.anisotropic != q.anisotropic) laid_out_ = false;
     w_.anisotropic = q.anisotropic;
+    w_.coarse_first = q.cell <= 0.5001 * q.spacing;
     if (spacing_ != q.spacing) {
       spacing_ = q.spacing;
       for (const bool anisotropic : {false, true})

@@ -39,6 +39,8 @@ inline constexpr double surface_support(bool anisotropic) { return anisotropic ?
 inline constexpr double ellipsoid_least = 0.6;
 /// Share of an edge that a vertex keeps away from its ends, so that no triangle degenerates.
 inline constexpr double edge_margin = 1.0 / 64;
+/// phi - level of what lies far from the surface, where nodes are a spacing apart.
+inline constexpr double far_from_level = 0.3;
 /// The two steps of Taubin's filter: inward, outward.
 inline constexpr double smooth_in = 0.5, smooth_out = -0.53;
 
