@@ -198,11 +198,14 @@ struct LaneVectors {
 template <class T>
 struct LanePairs {
   alignas(64) T first[batch + lanes], second[batch + lanes];
+  /// Of n neighbours, and on to whole lanes: a lane whose weight is zero still must not meet a NaN.
   template <class Pair>
   void load(const Pair* from, const std::uint32_t* slots, std::uint32_t n) {
     static_assert(sizeof(Pair) == 2 * sizeof(T));
     constexpr std::size_t each = 16 / sizeof(T);
-    for (std::size_t k = 0; k < n; k += each) {
+    static_assert(lanes % each == 0);
+    const std::size_t all = (n + lanes - 1u) / lanes * lanes;
+    for (std::size_t k = 0; k < all; k += each) {
       alignas(16) T two[2][each];
       for (std::size_t h = 0; h < each; ++h)
         std::memcpy(&two[0][0] + 2 * h, from + slots[k + h], 2 * sizeof(T));

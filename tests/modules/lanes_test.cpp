@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
 
 #include "modules/engine.hpp"
 #include "sph/lane_bodies.hpp"
@@ -160,6 +161,33 @@ TYPED_TEST(Lanes, FewParticles) {
     c.scatter(n, random, {0u});
     this->check(c, false);
   }
+}
+
+// A weight of zero takes nothing out of a NaN: lanes beyond the last neighbour must be loaded, too. On g++ 13 what lay
+// on the stack halted Worlds.
+template <class T>
+void loads_whole_lanes() {
+  struct Pair {
+    T a, b;
+  };
+  const Pair from[2] = {{T(1), T(2)}, {T(3), T(4)}};
+  for (std::uint32_t n = 1; n <= 2 * spatial::lanes; ++n) {
+    std::uint32_t slots[2 * spatial::lanes] = {};
+    slots[n - 1] = 1;
+    auto pairs = std::make_unique<spatial::LanePairs<T>>();
+    for (std::size_t k = 0; k < spatial::batch + spatial::lanes; ++k)
+      pairs->first[k] = pairs->second[k] = std::numeric_limits<T>::quiet_NaN();
+    pairs->load(from, slots, n);
+    const std::size_t all = (n + spatial::lanes - 1) / spatial::lanes * spatial::lanes;
+    for (std::size_t k = 0; k < all; ++k) {
+      ASSERT_EQ(pairs->first[k], k == n - 1 ? T(3) : T(1)) << n << " neighbours, lane " << k;
+      ASSERT_EQ(pairs->second[k], k == n - 1 ? T(4) : T(2)) << n << " neighbours, lane " << k;
+    }
+  }
+}
+TEST(Lanes, PairsAreLoadedOnToWholeLanes) {
+  loads_whole_lanes<float>();
+  loads_whole_lanes<double>();
 }
 
 }  // namespace
