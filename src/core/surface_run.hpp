@@ -27,7 +27,7 @@ namespace core {
 template <class E, class T>
 class SurfaceRun {
  public:
-  /// Waits. True: the World halted before, so that the state was not the last good one; nothing was read.
+  /// Waits. True: the World has halted; the mesh is that of the state as it lies there.
   /// reserved: items that the engine's own verbs work on. timed: what is enqueued is, as surface_stage.
   Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, bool timed, const SurfaceRequest& q,
                    SurfaceMesh& mesh) {
@@ -50,12 +50,12 @@ class SurfaceRun {
       if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
       if (const std::string fault = ex.fault(); !fault.empty())
         return Error{ErrorCode::internal, "device: " + fault};
-      if (c.halted != 0) return true;
       if (!grow(room, c)) {
         shrink(room, c);
         fetch(ex, c, mesh);
         const std::string lost = ex.fault();
-        return lost.empty() ? Result<bool>(false) : Error{ErrorCode::internal, "device: " + lost};
+        if (!lost.empty()) return Error{ErrorCode::internal, "device: " + lost};
+        return c.halted != 0;
       }
     }
   }
