@@ -96,8 +96,8 @@ void tank(const Settings& s, Report& r) {
     }
     const std::string which = std::string(", ") + name_of(kernel);
     r.relative("volume of a tank at rest" + which, size_of(m).volume, 0.5, 2, "the target for a sphere");
-    r.absolute("height of bumps of a surface at rest" + which, (high - low) / dx, 0, 0.5, "dx",
-               "particles at rest are no lattice: their own heights differ by a third of a spacing");
+    r.absolute("height of bumps of a surface at rest" + which, (high - low) / dx, 0, 0.2, "dx",
+               "particles at rest are nearly a lattice; bumps that can be seen are larger");
     r.absolute("how far it reaches through a wall" + which, at_wall / dx, 0, 1e-4, "dx", "rounding");
   }
 }

@@ -196,7 +196,8 @@ class MELTSIM_API World {
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
 
   /// Surface of the liquid, of the solids or of one body, as a closed mesh; no vertices where there are no
-  /// such particles. Working space is kept for the next call. Errors: invalid_argument (names the field),
+  /// such particles. Synchronises; changes nothing. Working space is kept for the next call.
+  /// Errors: invalid_argument (names the field),
   /// out_of_memory.
   Result<SurfaceMesh> surface(const SurfaceDesc& desc = {});
 

@@ -88,8 +88,8 @@ class Engine {
   virtual void enable_timings(bool on) = 0;
   virtual double median_ms(int stage) = 0;  ///< custom_stage + k for custom stage k
   virtual StageContext context() const = 0;
-  /// Waits. Fills the mesh from the state as it is; true: the World halted, nothing was read. Timed as stage
-  /// surface_stage.
+  /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
+  /// the last good one. Timed as stage surface_stage.
   virtual Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) = 0;
 };
 

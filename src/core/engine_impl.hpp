@@ -242,7 +242,9 @@ class EngineImpl final : public Engine {
   }
 
   Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
-    return surface_.run(ex_, w_, reserved_, timed_, request, mesh);
+    auto halted = surface_.run(ex_, w_, reserved_, timed_, request, mesh);
+    // The flag stays up after the World went back to its last good state.
+    return halted && *halted && rolled_back_ ? Result<bool>(false) : halted;
   }
 
   StageContext context() const override {

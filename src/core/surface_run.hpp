@@ -27,14 +27,19 @@ namespace core {
 template <class E, class T>
 class SurfaceRun {
  public:
-  /// Waits. True: the World halted before, so that the state was not the last good one; nothing was read.
+  /// Waits. True: the World has halted; the mesh is that of the state as it lies there.
   /// reserved: items that the engine's own verbs work on. timed: what is enqueued is, as surface_stage.
   Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, bool timed, const SurfaceRequest& q,
                    SurfaceMesh& mesh) {
     if (scene.born == 0) return false;
     describe(scene, q);
-    if (w_.max_groups == 0) first_guess();
+    Room& room = rooms_[static_cast<std::size_t>(q.of)][q.anisotropic ? 1 : 0];
+    if (room.groups == 0) room = first_guess();
     for (;;) {
+      w_.max_groups = room.groups;
+      w_.max_blocks = room.blocks;
+      w_.max_vertices = room.vertices;
+      w_.max_triangles = room.triangles;
       if (Status s = fit(ex, reserved); !s) return s.error();
       ex.set_guard(nullptr);
       if (timed) ex.begin_stage(surface_stage, "surface.build");
@@ -45,10 +50,12 @@ class SurfaceRun {
       if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
       if (const std::string fault = ex.fault(); !fault.empty())
         return Error{ErrorCode::internal, "device: " + fault};
-      if (c.halted != 0) return true;
-      if (!grow(c)) {
+      if (!grow(room, c)) {
+        shrink(room, c);
         fetch(ex, c, mesh);
-        return false;
+        const std::string lost = ex.fault();
+        if (!lost.empty()) return Error{ErrorCode::internal, "device: " + lost};
+        return c.halted != 0;
       }
     }
   }
@@ -57,7 +64,7 @@ class SurfaceRun {
     if (arena_ != nullptr) ex.release(arena_);
     arena_ = nullptr;
     arena_bytes_ = 0;
-    laid_out_ = false;
+    forget_ = true;
   }
   std::uint64_t bytes() const { return arena_bytes_; }
 
@@ -71,12 +78,10 @@ class SurfaceRun {
     w_.materials = scene.f.materials;
     w_.status = scene.f.status;
     w_.particles = scene.born;
-    if (capacity_ != scene.bits_stride) laid_out_ = false;
     capacity_ = scene.bits_stride;
     w_.only_solids = q.of == SurfaceOf::liquid ? 0u : 1u;
     w_.only_body = q.of == SurfaceOf::body ? q.body : 0u;
     w_.two_fields = q.of == SurfaceOf::liquid && q.solids;
-    if (w_.anisotropic != q.anisotropic) laid_out_ = false;
     w_.anisotropic = q.anisotropic;
     w_.coarse_first = q.cell <= 0.5001 * q.spacing;
     if (spacing_ != q.spacing) {
@@ -97,7 +102,6 @@ class SurfaceRun {
   void describe_grid(const SurfaceRequest& q, double support) {
     SurfaceGrid<T>& g = w_.grid;
     const auto side = static_cast<std::int32_t>(std::ceil(support / q.cell * (1 - 1e-9)));
-    if (g.side != side) laid_out_ = false;
     g.side = side;
     g.volume = static_cast<std::uint32_t>(side * side * side);
     const double edge = side * q.cell;
@@ -148,31 +152,55 @@ class SurfaceRun {
         std::min(64u, static_cast<std::uint32_t>(std::ceil(std::log2(n[0] * n[1] * n[2] + 1.0))) + 1u);
   }
 
+  /// How much there may be of what is found.
+  struct Room {
+    std::uint32_t groups = 0, blocks = 0, vertices = 0, triangles = 0;
+  };
+
   /// Of a compact body of liquid; what was found replaces it.
-  void first_guess() {
-    w_.max_groups = w_.particles / 12 + 64;
-    w_.max_blocks = w_.max_groups;
-    w_.max_vertices = w_.particles + 1024;
-    w_.max_triangles = 2 * w_.max_vertices;
+  Room first_guess() const {
+    Room r;
+    r.groups = static_cast<std::uint32_t>(capacity_ / 12 + 64);
+    r.blocks = std::min(r.groups, static_cast<std::uint32_t>(20 * std::pow(r.groups, 2.0 / 3)) + 64);
+    r.vertices = 12 * r.blocks + 1024;
+    r.triangles = 2 * r.vertices;
+    return r;
+  }
+
+  static std::uint32_t enough_for(std::uint32_t count) {
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(count + std::uint64_t{count} / 4 + 64, none - 1));
   }
 
   /// More room where there was too little; false where there was enough. A count is right if those before it
   /// fitted.
-  bool grow(const SurfaceCounts& c) {
+  bool grow(Room& r, const SurfaceCounts& c) {
     const auto more = [](std::uint32_t& room, std::uint32_t needed) {
       if (needed <= room) return false;
-      room =
-          static_cast<std::uint32_t>(std::min<std::uint64_t>(needed + std::uint64_t{needed} / 4, none - 1));
+      room = enough_for(needed);
       return true;
     };
-    bool grown = more(w_.max_groups, c.groups);
-    if (!grown) grown = more(w_.max_blocks, c.blocks);
+    bool grown = more(r.groups, c.groups);
+    if (!grown) grown = more(r.blocks, c.blocks);
     if (!grown) {
-      grown = more(w_.max_vertices, c.vertices);
-      grown = more(w_.max_triangles, c.triangles) || grown;
+      grown = more(r.vertices, c.vertices);
+      grown = more(r.triangles, c.triangles) || grown;
     }
-    if (grown) laid_out_ = false;
+    forget_ = forget_ || grown;
     return grown;
+  }
+
+  /// Kernels run over all of the room: far too much of it costs time.
+  void shrink(Room& r, const SurfaceCounts& c) {
+    const auto less = [this](std::uint32_t& room, std::uint32_t needed) {
+      if (room / 8 <= enough_for(needed)) return;
+      room = enough_for(needed);
+      forget_ = true;
+    };
+    less(r.groups, c.groups);
+    less(r.blocks, c.blocks);
+    less(r.vertices, c.vertices);
+    less(r.triangles, c.triangles);
   }
 
   struct Arena {
@@ -242,20 +270,20 @@ class SurfaceRun {
     const std::uint64_t needed = lay_out(nullptr);
     if (nodes >= (std::uint64_t{1} << 30) || std::uint64_t{w_.max_triangles} * 3 >= none)
       return too_much(needed);
-    if (!laid_out_) ex.forget_repeats();
     if (needed > arena_bytes_) {
       release(ex);
       if (needed > ex.free_bytes()) return too_much(needed);
       arena_ = ex.allocate(needed);
       if (arena_ == nullptr) return too_much(needed);
       arena_bytes_ = needed;
+      lay_out(arena_);
+      static const std::array<CubeCase, 256> cases = make_cube_table();
+      ex.upload(const_cast<CubeCase*>(w_.cases), cases.data(),
+                sizeof cases);  // the first thing in any layout
     }
     lay_out(arena_);
-    if (!laid_out_) {
-      static const std::array<CubeCase, 256> cases = make_cube_table();
-      ex.upload(const_cast<CubeCase*>(w_.cases), cases.data(), sizeof cases);
-    }
-    laid_out_ = true;
+    if (forget_) ex.forget_repeats();
+    forget_ = false;
     const std::uint64_t before = ex.reserved_bytes();
     if (!ex.reserve(std::max({reserved, std::uint64_t{27} * w_.max_groups, nodes, capacity_})))
       return too_much(needed);
@@ -304,7 +332,8 @@ class SurfaceRun {
   SurfaceFrame<T> w_;
   void* arena_ = nullptr;
   std::uint64_t arena_bytes_ = 0;
-  bool laid_out_ = false;
+  Room rooms_[3][2];                   ///< per SurfaceOf and kernel
+  bool forget_ = false;                ///< what was recorded points elsewhere
   std::uint64_t capacity_ = 0;         ///< particles
   std::array<RepeatKey, 6> recent_{};  ///< both halves of the double buffer, of a few kinds of surface
   std::size_t next_recent_ = 0;

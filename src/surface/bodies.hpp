@@ -89,7 +89,7 @@ struct SurfaceRowsBody {
 };
 
 /// The sum around a particle says how much it stands for, and whether it is at a surface.
-template <class T>
+template <class T, bool Periodic>
 struct SurfaceShareBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -97,7 +97,7 @@ struct SurfaceShareBody {
     if (g >= groups_of(w)) return;  // none, or no room
     const Vec4<T> p = w.point[i];
     const std::uint8_t* const mark = w.mark;
-    const FieldSums<T> s = sums_at(
+    const FieldSums<T> s = sums_at<Periodic>(
         w, w.group_rows + std::uint64_t{9} * g, xyz(p), w.point,
         [mark](std::uint32_t j, T v) { return (mark[j] & mark_solid) != 0u ? v : T(0); },
         [](std::uint32_t, Vec3<T>, T straight) { return straight; });
@@ -110,7 +110,7 @@ struct SurfaceShareBody {
 };
 
 /// Makes ellipsoids of the balls.
-template <class T>
+template <class T, bool Periodic>
 struct SurfaceShapeBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -119,7 +119,7 @@ struct SurfaceShapeBody {
     const Vec4<T> p = w.share[i];
     const bool solid = w.two_fields && w.mark[i] == mark_solid;
     const physics::Ellipsoid<T> e = physics::make_ellipsoid(
-        shape_sums(w, w.group_rows + std::uint64_t{9} * g, xyz(w.point[i]), solid), w.field.full);
+        shape_sums<Periodic>(w, w.group_rows + std::uint64_t{9} * g, xyz(w.point[i]), solid), w.field.full);
     // What is flat stands for its volume; only what stands alone needs more.
     const auto share = [&](T gained, T volume) { return e.det * (gained + e.trust * (volume - gained)); };
     const T volume = w.point[i].w;
@@ -204,7 +204,7 @@ struct SurfaceLinksBody {
 };
 
 /// The field at a node, and whether that is inside.
-template <bool Anisotropic, class T>
+template <bool Anisotropic, bool Periodic, class T>
 MELTSIM_HD void evaluate_node(const SurfaceFrame<T>& w, std::uint32_t b, Index3 n) {
   const Vec3<T> x = node_position(w, coordinates(w, w.block_key[b]), n), at = clipped(w, x);
   const std::uint32_t must = forced(w, b, n);
@@ -215,7 +215,7 @@ MELTSIM_HD void evaluate_node(const SurfaceFrame<T>& w, std::uint32_t b, Index3 
   const T cell = T(0.99) * w.grid.cell;
   const bool near = std::fabs(beyond.x) < cell && std::fabs(beyond.y) < cell && std::fabs(beyond.z) < cell;
   if (must == 0u && near) {
-    const FieldSums<T> s = field_at<Anisotropic>(w, w.block_rows + std::uint64_t{9} * b, at);
+    const FieldSums<T> s = field_at<Anisotropic, Periodic>(w, w.block_rows + std::uint64_t{9} * b, at);
     value = s.all - w.field.level;
     solid = w.field.level - s.solid;
     in = value > T(0) && (!w.two_fields || solid > T(0)) && x.x > w.clip_min.x && x.y > w.clip_min.y &&
@@ -229,7 +229,7 @@ MELTSIM_HD void evaluate_node(const SurfaceFrame<T>& w, std::uint32_t b, Index3 
 
 /// Nodes with even coordinates in their block, first: an eighth of them says where the rest need not be
 /// looked at.
-template <class T, bool Anisotropic>
+template <class T, bool Anisotropic, bool Periodic>
 struct SurfaceCoarseBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -237,14 +237,14 @@ struct SurfaceCoarseBody {
     const auto b = static_cast<std::uint32_t>(i / all);
     if (b >= blocks_of(w)) return;
     const Index3 n = node_in_block(static_cast<std::uint32_t>(i % all), static_cast<std::int32_t>(half));
-    evaluate_node<Anisotropic>(w, b, {2 * n.x, 2 * n.y, 2 * n.z});
+    evaluate_node<Anisotropic, Periodic>(w, b, {2 * n.x, 2 * n.y, 2 * n.z});
   }
 };
 
 /// The others: what lies between even nodes that are all far inside, or all far outside, is that, too. The
 /// mesh is closed whatever a node is said to be; no drop is small enough to be missed, because phi of a
 /// particle that stands alone is 0.33 at 0.87 dx, the farthest that it can be from the even nodes around it.
-template <class T, bool Anisotropic>
+template <class T, bool Anisotropic, bool Periodic>
 struct SurfaceNodesBody {
   SurfaceFrame<T> w;
 
@@ -273,7 +273,7 @@ struct SurfaceNodesBody {
         if (up == 0u || all == 0u) break;
       }
     }
-    if (all == 0u) return evaluate_node<Anisotropic>(w, b, n);
+    if (all == 0u) return evaluate_node<Anisotropic, Periodic>(w, b, n);
     w.value[i] = all == 1u ? T(0.5) : T(-0.5);
     if (w.two_fields) w.solid_value[i] = T(0.5);
     w.inside[i] = all == 1u ? 1u : 0u;

@@ -53,7 +53,7 @@ MELTSIM_HD Vec3<T> clipped(const SurfaceFrame<T>& w, Vec3<T> x) {
 
 /// sum V W over `points` (volumes in w) and, where there are two fields, over solids alone. square(j, d):
 /// |d|^2, or what stands for it.
-template <class T, class SolidVolume, class Square>
+template <bool Periodic, class T, class SolidVolume, class Square>
 MELTSIM_HD FieldSums<T> sums_at(const SurfaceFrame<T>& w, const Range* rows, Vec3<T> x, const Vec4<T>* points,
                                 const SolidVolume& solid_volume, const Square& square) {
   const physics::SphKernel<T>& k = w.field.kernel;
@@ -70,7 +70,7 @@ MELTSIM_HD FieldSums<T> sums_at(const SurfaceFrame<T>& w, const Range* rows, Vec
     if (w.two_fields) s.solid += solid_volume(j, p.w) * shape;
   };
   visit_rows(rows, [&](std::uint32_t j) { add(j, x); });
-  visit_images(w, x, add);
+  if constexpr (Periodic) visit_images(w, x, add);
   const T scale = k.w_scale / physics::open_share(w.walls, k, x);
   s.all *= scale;
   s.solid *= scale;
@@ -78,11 +78,11 @@ MELTSIM_HD FieldSums<T> sums_at(const SurfaceFrame<T>& w, const Range* rows, Vec
 }
 
 /// phi and phi of the solids.
-template <bool Anisotropic, class T>
+template <bool Anisotropic, bool Periodic, class T>
 MELTSIM_HD FieldSums<T> field_at(const SurfaceFrame<T>& w, const Range* rows, Vec3<T> x) {
   const T* const solid_share = w.solid_share;
   const core::SurfaceShape<T>* const shape = w.shape;
-  return sums_at(
+  return sums_at<Periodic>(
       w, rows, x, w.share, [solid_share](std::uint32_t j, T) { return solid_share[j]; },
       [shape](std::uint32_t j, Vec3<T> d, T straight) {
         if (!Anisotropic) return straight;
@@ -93,7 +93,7 @@ MELTSIM_HD FieldSums<T> field_at(const SurfaceFrame<T>& w, const Range* rows, Ve
 }
 
 /// Which way the particles around one lie. Solids look at solids only, so that their surface is theirs alone.
-template <class T>
+template <bool Periodic, class T>
 MELTSIM_HD physics::ShapeSums<T> shape_sums(const SurfaceFrame<T>& w, const Range* rows, Vec3<T> x,
                                             bool solid) {
   const physics::SphKernel<T>& k = w.field.kernel;
@@ -110,7 +110,7 @@ MELTSIM_HD physics::ShapeSums<T> shape_sums(const SurfaceFrame<T>& w, const Rang
                               [&](const Vec3<T>& m, T m2) { physics::add_neighbour(s, k, -m, m2); });
   };
   visit_rows(rows, [&](std::uint32_t j) { add(j, x); });
-  visit_images(w, x, add);
+  if constexpr (Periodic) visit_images(w, x, add);
   return s;
 }
 

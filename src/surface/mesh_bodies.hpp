@@ -128,12 +128,11 @@ struct SurfaceVertexBody {
     const T step = (low_in ? t : T(1) - t) * w.grid.cell;
     const Vec3<T> p{x.x + T(along.x) * step, x.y + T(along.y) * step, x.z + T(along.z) * step};
     w.vertex[v] = with_w(p, clip ? T(1) : T(0));
-    w.ring[v] = ring(node, axis, b, n, low_in);
+    w.ring[v] = ring(axis, b, n, low_in);
   }
 
   /// Across the faces on the sides +u, +v, -u, -v of the edge.
-  MELTSIM_HD core::SurfaceRing ring(std::uint32_t node, std::uint32_t axis, std::uint32_t b, Index3 n,
-                                    bool low_in) const {
+  MELTSIM_HD core::SurfaceRing ring(std::uint32_t axis, std::uint32_t b, Index3 n, bool low_in) const {
     const Index3 along = corner_offset(1u << axis);
     core::SurfaceRing r;
     for (std::uint32_t k = 0; k < 4; ++k) {
@@ -154,7 +153,6 @@ struct SurfaceVertexBody {
       // Clockwise seen along the axis is counter-clockwise against it.
       r.at[low_in ? k : (4u - k) % 4u] = minimum(to, w.max_vertices - 1u);
     }
-    static_cast<void>(node);
     return r;
   }
 };

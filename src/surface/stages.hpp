@@ -3,12 +3,22 @@
 // than there is room for the host does it again with more.
 #pragma once
 
+#include <type_traits>
+
 #include "surface/bodies.hpp"
 #include "surface/mesh_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace surface {
+
+/// Calls f(whether an axis is periodic), known when f is compiled: few are, and the others need fewer
+/// registers.
+template <class T, class Function>
+void with_periods(const SurfaceFrame<T>& w, const Function& f) {
+  if (w.period.x > T(0) || w.period.y > T(0) || w.period.z > T(0)) f(std::true_type{});
+  else f(std::false_type{});
+}
 
 /// Particles into cells; which blocks of nodes lie near the surface.
 template <class E, class T>
@@ -18,8 +28,10 @@ void blocks(E& ex, const SurfaceFrame<T>& w) {
   ex.scan(w.particles, SurfaceHeadBody<T>{w}, w.group_of);
   ex.for_each(w.particles, SurfaceGroupsBody<T>{w});
   ex.for_each(std::uint64_t{9} * w.max_groups, SurfaceRowsBody<T>{w});
-  ex.for_each(w.particles, SurfaceShareBody<T>{w});
-  if (w.anisotropic) ex.for_each(w.particles, SurfaceShapeBody<T>{w});
+  with_periods(w, [&](auto periodic) {
+    ex.for_each(w.particles, SurfaceShareBody<T, periodic()>{w});
+    if (w.anisotropic) ex.for_each(w.particles, SurfaceShapeBody<T, periodic()>{w});
+  });
   ex.for_each(w.max_groups, SurfaceDeepBody<T>{w});
   const std::uint64_t cells = std::uint64_t{27} * w.max_groups;
   ex.for_each(cells, SurfaceOwnsBody<T>{w});
@@ -28,18 +40,21 @@ void blocks(E& ex, const SurfaceFrame<T>& w) {
   ex.for_each(std::uint64_t{27} * w.max_blocks, SurfaceLinksBody<T>{w});
 }
 
-template <bool Anisotropic, class E, class T>
+template <bool Anisotropic, bool Periodic, class E, class T>
 void nodes(E& ex, const SurfaceFrame<T>& w) {
   const std::uint64_t half = static_cast<std::uint64_t>(w.grid.side + 1) / 2;
-  if (w.coarse_first) ex.for_each(w.max_blocks * half * half * half, SurfaceCoarseBody<T, Anisotropic>{w});
-  ex.for_each(std::uint64_t{w.max_blocks} * w.grid.volume, SurfaceNodesBody<T, Anisotropic>{w});
+  if (w.coarse_first)
+    ex.for_each(w.max_blocks * half * half * half, SurfaceCoarseBody<T, Anisotropic, Periodic>{w});
+  ex.for_each(std::uint64_t{w.max_blocks} * w.grid.volume, SurfaceNodesBody<T, Anisotropic, Periodic>{w});
 }
 
 template <class E, class T>
 void build(E& ex, const SurfaceFrame<T>& w, int smoothing) {
   blocks(ex, w);
-  if (w.anisotropic) nodes<true>(ex, w);
-  else nodes<false>(ex, w);
+  with_periods(w, [&](auto periodic) {
+    if (w.anisotropic) nodes<true, periodic()>(ex, w);
+    else nodes<false, periodic()>(ex, w);
+  });
   const std::uint64_t all = std::uint64_t{w.max_blocks} * w.grid.volume;
   ex.for_each(all, SurfaceCodeBody<T>{w});
   ex.scan(all, SurfaceVertexCountBody{w.code}, w.vertex_end);
