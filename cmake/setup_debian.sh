@@ -38,7 +38,7 @@ meltsim_install_packages() {
 }
 
 meltsim_build_packages=(g++ cmake ninja-build pkg-config)
-meltsim_runner_packages=(libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev)
+meltsim_runner_packages=(libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev libpng-dev zlib1g-dev)
 meltsim_test_packages=(libgtest-dev libeigen3-dev libbenchmark-dev python3 binutils)
 
 # The CUDA backend is worth its build time where a GPU can run it. MELTSIM_CUDA=ON|OFF in the environment

@@ -30,11 +30,13 @@ double share(std::uint64_t part, std::uint64_t whole) {
 
 }  // namespace
 
-Recorder::Recorder(const Scene& scene, RunDirectory directory, const RunState* resumed)
+Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
+                   const RunState* resumed)
     : scene_(scene),
       directory_(std::move(directory)),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
-      bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)) {
+      bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)),
+      pictures_(scene, directory_, built, planned_frames, resumed) {
   probes_ = open_table(directory_.file("probes.csv"), probes_header, 1, resumed);
   for (const std::string& row : kept_stats_) {
     const double time = parse_number(split_commas(row).at(1)).value_or(0);
@@ -66,8 +68,9 @@ void Recorder::write_bodies(Built& built, double time) {
 
 void Recorder::write_particles(meltsim::World& world, const RunState& state) {
   const std::vector<std::string>& formats = scene_.output.formats;
-  if (formats.empty()) return;
+  if (formats.empty() && !pictures_.wants(state.next_frame)) return;
   const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
+  pictures_.frame(state.next_frame, state.time, particles);
   for (const std::string& format : formats) {
     const std::string text =
         format == "vtp" ? vtp_text(particles, state.time) : ply_text(particles, state.time);
@@ -105,6 +108,16 @@ void Recorder::flush() {
   stats_.flush();
   bodies_.flush();
   probes_->flush();
+}
+
+void Recorder::save() {
+  flush();
+  pictures_.save();
+}
+
+void Recorder::finish(meltsim::World& world, const RunState& state) {
+  flush();
+  pictures_.finish(world, state);
 }
 
 }  // namespace runner

@@ -135,6 +135,7 @@ int Run::report(Outcome outcome) {
   }
   const Json block = final_block(outcome);
   write_run_json(block);
+  recorder_->finish(built_.world, state_);
   if (outcome == Outcome::diverged) {
     log_.error(divergence_message());
     return static_cast<int>(ExitCode::diverged);

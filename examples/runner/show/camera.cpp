@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "show/camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace runner {
+
+namespace {
+
+using meltsim::Vec3d;
+
+Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
+
+std::optional<Vec3d> given(const Json& camera, const char* key) {
+  if (!camera.is_object() || !camera.contains(key)) return std::nullopt;
+  const Json& v = camera.at(key);
+  return Vec3d{v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
+}
+
+}  // namespace
+
+void Box::add(const Vec3d& x) {
+  min = {std::min(min.x, x.x), std::min(min.y, x.y), std::min(min.z, x.z)};
+  max = {std::max(max.x, x.x), std::max(max.y, x.y), std::max(max.z, x.z)};
+}
+
+Vec3d Box::size() const { return empty() ? Vec3d{0, 0, 0} : max - min; }
+
+Vec3d upward(const Scene& scene) {
+  const Vec3d g = scene.world.gravity;
+  if (length(g) == 0) return {0, 1, 0};
+  return unit(Vec3d{0, 0, 0} - g);
+}
+
+Box view_box(const Scene& scene, const Box& contents) {
+  const meltsim::DomainDesc& domain = scene.world.domain;
+  if (!domain.bounded) return contents;
+  Box box;
+  box.add(domain.min);
+  box.add(domain.max);
+  if (contents.empty()) return box;
+  // Air above what happens is of no interest; walls beside it are.
+  const Vec3d up = upward(scene);
+  const auto lower = [](double limit, double top) { return std::min(limit, top); };
+  if (up.x > 0.9) box.max.x = lower(box.max.x, contents.max.x);
+  if (up.y > 0.9) box.max.y = lower(box.max.y, contents.max.y);
+  if (up.z > 0.9) box.max.z = lower(box.max.z, contents.max.z);
+  return box;
+}
+
+Camera scene_camera(const Scene& scene, const Box& box) {
+  const Json& wish = scene.output.camera;
+  Camera camera;
+  camera.up = given(wish, "up").value_or(upward(scene));
+  if (wish.is_object() && wish.contains("fov")) camera.fov = wish.at("fov").get<double>();
+  const Vec3d size = box.size(), center = box.empty() ? Vec3d{0, 0, 0} : box.min + size * 0.5;
+  camera.look_at = given(wish, "look_at").value_or(center);
+  if (const auto eye = given(wish, "eye")) {
+    camera.eye = *eye;
+    return camera;
+  }
+  // From in front, a little from the right and above; far enough for a ball around the box to fit.
+  const Vec3d towards = std::abs(camera.up.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{0, -1, 0};
+  const Vec3d front = unit(towards - camera.up * dot(towards, camera.up)), side = cross(camera.up, front);
+  const double radius = std::max(0.5 * length(size), scene.world.spacing);
+  const double half_angle = 0.5 * std::min(camera.fov, 170.0) * 3.14159265358979 / 180;
+  camera.eye =
+      camera.look_at + unit(front + side * 0.55 + camera.up * 0.45) * (0.92 * radius / std::sin(half_angle));
+  return camera;
+}
+
+}  // namespace runner
