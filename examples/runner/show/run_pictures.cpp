@@ -6,6 +6,7 @@
 #include "expect.hpp"
 #include "files.hpp"
 #include "numbers.hpp"
+#include "show/draw.hpp"
 #include "show/replay_page.hpp"
 
 namespace runner {
@@ -52,16 +53,33 @@ void RunPictures::finish(meltsim::World& world, const RunState& state) const {
   if (frames.empty() || frames.back().time < state.time - 1e-9) {
     frames.push_back(replay_.picked(state.next_frame, state.time, particles));
   }
+  const Box seen = view_box(scene_, box_of(frames));
+  write_page(std::move(frames), seen, state);
+  write_still(particles, seen, state.time);
+}
+
+void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {
   ReplayPage page;
   page.title = scene_.title.empty() ? scene_.name : scene_.title;
   page.note = note(scene_, replay_, state);
   page.spacing = scene_.world.spacing;
   page.box = view_box(scene_, {});
-  page.camera = scene_camera(scene_, view_box(scene_, box_of(frames)));
+  page.camera = scene_camera(scene_, seen);
   for (const SceneBody& body : scene_.bodies) page.bodies.push_back(body.desc.name);
   page.stats_file = directory_.file("stats.csv");
   page.share = replay_.share();
   write_file(directory_.file("index.html"), replay_page(page, frames));
+}
+
+void RunPictures::write_still(const std::vector<FrameParticle>& particles, const Box& seen,
+                              double time) const {
+  FrameShapes shapes;
+  shapes.time = time;
+  shapes.origin = seen.empty() ? meltsim::Vec3d{0, 0, 0} : seen.min;
+  add_balls(shapes, particles, scene_.world.spacing);
+  PictureWish wish;
+  wish.threads = scene_.world.threads;
+  write_file(directory_.file("still.png"), png_text(draw(shapes, scene_, scene_camera(scene_, seen), wish)));
 }
 
 }  // namespace runner

@@ -5,6 +5,7 @@
 #include "build_world.hpp"
 #include "checkpoint.hpp"
 #include "run_directory.hpp"
+#include "show/camera.hpp"
 #include "show/replay.hpp"
 
 namespace runner {
@@ -24,6 +25,9 @@ class RunPictures {
   void finish(meltsim::World& world, const RunState& state) const;
 
  private:
+  void write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const;
+  void write_still(const std::vector<FrameParticle>& particles, const Box& seen, double time) const;
+
   const Scene& scene_;
   RunDirectory directory_;
   Replay replay_;

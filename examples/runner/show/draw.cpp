@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "show/draw.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace runner {
+
+namespace {
+
+/// The lowest corner of a box, seen along `up`.
+double bottom(const Box& box, const meltsim::Vec3d& up) {
+  const auto low = [](double direction, double min, double max) {
+    return direction * (direction > 0 ? min : max);
+  };
+  return low(up.x, box.min.x, box.max.x) + low(up.y, box.min.y, box.max.y) + low(up.z, box.min.z, box.max.z);
+}
+
+}  // namespace
+
+Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, const PictureWish& wish) {
+  TraceSettings settings;
+  settings.width = wish.width;
+  settings.height = wish.height;
+  settings.samples = wish.samples;
+  settings.threads = wish.threads;
+  settings.look = wish.look;
+  settings.cold = wish.cold;
+  settings.hot = wish.hot;
+  settings.spacing = scene.world.spacing;
+  // Without bounds there is nothing to stand on.
+  settings.has_floor = scene.world.domain.bounded;
+  if (settings.has_floor) {
+    settings.floor = bottom(view_box(scene, {}), camera.up) - 0.02 * scene.world.spacing;
+  }
+  Image image = traced(shapes, camera, settings);
+  draw_caption(image, fmt::format("t = {:.2f} s", shapes.time));
+  if (wish.look == Look::temperature) draw_legend(image, wish.cold, wish.hot);
+  return image;
+}
+
+void widen_range(const FrameShapes& shapes, double& cold, double& hot) {
+  const auto take = [&](double t) {
+    cold = std::min(cold, t);
+    hot = std::max(hot, t);
+  };
+  for (const Mesh* mesh : {&shapes.liquid, &shapes.solid}) {
+    for (const float t : mesh->temperature) take(t);
+  }
+  for (const Ball& ball : shapes.balls) take(ball.temperature);
+}
+
+}  // namespace runner

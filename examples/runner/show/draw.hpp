@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame to a finished picture of the built-in renderer.
+#pragma once
+
+#include "show/image.hpp"
+#include "show/shapes.hpp"
+#include "show/tracer.hpp"
+
+namespace runner {
+
+struct PictureWish {
+  int width = 960, height = 540, samples = 2, threads = 0;
+  Look look = Look::natural;
+  double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
+};
+
+/// With its time, and in the temperature view with a legend.
+Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, const PictureWish& wish);
+
+/// Ends of the ramp: of what `shapes` shows, widened to what `cold` and `hot` say already.
+void widen_range(const FrameShapes& shapes, double& cold, double& hot);
+
+}  // namespace runner

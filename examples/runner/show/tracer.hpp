@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built-in renderer: light traced through a frame, on the CPU, with nothing to install.
+#pragma once
+
+#include "show/bvh.hpp"
+#include "show/camera.hpp"
+#include "show/image.hpp"
+
+namespace runner {
+
+enum class Look {
+  natural,     ///< water that refracts, solids in a colour per body
+  temperature  ///< cold blue, hot red; liquid lets half of what is behind it through
+};
+
+struct TraceSettings {
+  int width = 960, height = 540;
+  int samples = 2;  ///< per pixel along each side
+  int threads = 0;  ///< 0 = all
+  Look look = Look::natural;
+  double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
+  double spacing = 0;        ///< [m]
+  bool has_floor = true;
+  double floor = 0;  ///< its height along the camera's up [m]
+};
+
+Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings);
+/// Whether the camera stands inside something solid, and would see nothing but its inside.
+bool eye_in_solid(const FrameShapes& shapes, const Camera& camera);
+
+}  // namespace runner
