@@ -13,6 +13,7 @@
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
 #include "meltsim/span.hpp"
+#include "meltsim/surface.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -193,6 +194,11 @@ class MELTSIM_API World {
   /// Uniform samples at points: field is "temperature", "pressure", "density" or "velocity" (magnitude);
   /// SPH average over the particles within H, NaN where there are none.
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
+
+  /// Surface of the liquid, of the solids or of one body, as a closed mesh; no vertices where there are no
+  /// such particles. Working space is kept for the next call. Errors: invalid_argument (names the field),
+  /// out_of_memory.
+  Result<SurfaceMesh> surface(const SurfaceDesc& desc = {});
 
   Plan plan();
   Scheduler& scheduler();

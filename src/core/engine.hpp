@@ -8,6 +8,7 @@
 
 #include "core/pipeline.hpp"
 #include "core/scene.hpp"
+#include "core/surface_request.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
 #include "meltsim/world.hpp"
@@ -33,6 +34,9 @@ struct SubstepArguments {
   double heat_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
 };
+
+/// Numbers for timings beyond the stage table.
+inline constexpr int surface_stage = stage_count, custom_stage = stage_count + 1;
 
 /// A host's stage and where it goes.
 struct PlacedStage {
@@ -82,8 +86,11 @@ class Engine {
   virtual std::uint64_t free_bytes() const = 0;
   virtual void set_custom_stages(const std::vector<PlacedStage>* stages) = 0;
   virtual void enable_timings(bool on) = 0;
-  virtual double median_ms(int stage) = 0;  ///< stage_count + k for custom stage k
+  virtual double median_ms(int stage) = 0;  ///< custom_stage + k for custom stage k
   virtual StageContext context() const = 0;
+  /// Waits. Fills the mesh from the state as it is; true: the World halted, nothing was read. Timed as stage
+  /// surface_stage.
+  virtual Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) = 0;
 };
 
 /// Result of asking for an engine: the engine, or why there is none.

@@ -16,6 +16,7 @@
 #include "core/lattice.hpp"
 #include "core/repeat_key.hpp"
 #include "core/stage_functions.hpp"
+#include "core/surface_run.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 
@@ -35,7 +36,7 @@ class EngineImpl final : public Engine {
   Backend backend() const override { return E::backend; }
   std::string device_name() const override { return device_; }
   std::uint64_t channel_bytes(int field) const override { return bytes_[field] + previous_bytes_[field]; }
-  std::uint64_t scratch_bytes() const override { return ex_.reserved_bytes(); }
+  std::uint64_t scratch_bytes() const override { return ex_.reserved_bytes() + surface_.bytes(); }
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
   void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
@@ -78,9 +79,9 @@ class EngineImpl final : public Engine {
       ex_.zero(buffers_[i], bytes);
       if (previous_[i] != nullptr) ex_.zero(previous_[i], bytes);
     }
-    if (!ex_.reserve(std::max<std::uint64_t>(n.count[static_cast<int>(Owner::particle)],
-                                             n.count[static_cast<int>(Owner::vertex)])))
-      return out_of_memory(needed, available);
+    reserved_ =
+        std::max(n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)]);
+    if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
     if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
     link();
     fill_constants(c, l, n);
@@ -240,6 +241,13 @@ class EngineImpl final : public Engine {
       m.region_mask = fetch(w_.f.region_mask, static_cast<std::size_t>(w_.vertices) * w_.region_words);
   }
 
+  Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
+    if (timed_) ex_.begin_stage(surface_stage, "surface.build");
+    auto halted = surface_.run(ex_, w_, reserved_, request, mesh);
+    if (timed_) ex_.end_stage(surface_stage);
+    return halted;
+  }
+
   StageContext context() const override {
     StageContext c;
     c.backend = E::backend;
@@ -345,6 +353,7 @@ class EngineImpl final : public Engine {
 
   void release() {
     ex_.forget_repeats();
+    surface_.release(ex_);
     for (int i = 0; i < field_count; ++i) {
       if (buffers_[i] != nullptr) ex_.release(buffers_[i]);
       if (previous_[i] != nullptr) ex_.release(previous_[i]);
@@ -698,14 +707,15 @@ class EngineImpl final : public Engine {
     StageContext c = context();
     c.dt = a.dt;
     c.time = a.time;
-    if (timed_) ex_.begin_stage(stage_count + k, stage.name.c_str());
+    if (timed_) ex_.begin_stage(custom_stage + k, stage.name.c_str());
     stage.run(c, stage.user);
-    if (timed_) ex_.end_stage(stage_count + k);
+    if (timed_) ex_.end_stage(custom_stage + k);
   }
 
   E ex_;
   std::string device_;
   Frame<T> w_;
+  SurfaceRun<E, T> surface_;
   void* buffers_[field_count] = {};
   void* previous_[field_count] = {};
   std::uint64_t bytes_[field_count] = {}, previous_bytes_[field_count] = {};
@@ -714,6 +724,7 @@ class EngineImpl final : public Engine {
   double spring_reference_ = 0, largest_modulus_rate_ = 0;
   int sum_bits_ = 40;
   std::uint64_t last_index_ = 0;
+  std::uint64_t reserved_ = 0;  ///< items that verbs may work on
   bool timed_ = false, rolled_back_ = false, rebuild_ = true;
   double mass_ = 0;     ///< checked builds: at the upload [kg]
   std::string broken_;  ///< checked builds: the first broken invariant

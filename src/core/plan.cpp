@@ -39,7 +39,7 @@ Plan WorldImpl::plan() {
       if (custom_[k].after == s)
         p.stages.push_back({"custom." + custom_[k].stage.name, "custom", true,
                             std::string("added by the host after ") + info.name, 1,
-                            engine->median_ms(core::stage_count + static_cast<int>(k))});
+                            engine->median_ms(core::custom_stage + static_cast<int>(k))});
   }
   for (int i = 0; i < core::field_count; ++i) {
     const core::FieldInfo& f = core::field_table[static_cast<std::size_t>(i)];

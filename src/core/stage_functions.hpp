@@ -29,6 +29,16 @@ void build(E& ex, const core::Frame<T>& w);
 }
 
 namespace core {
+template <class T>
+struct SurfaceFrame;
+}
+namespace surface {
+/// Between sub-steps; w as core/surface_run.hpp fills it.
+template <class E, class T>
+void build(E& ex, const core::SurfaceFrame<T>& w, int smoothing);
+}  // namespace surface
+
+namespace core {
 
 template <class E, class T>
 using StageFunction = void (*)(E&, const Frame<T>&);

@@ -108,6 +108,9 @@ Status World::restore(const void* data, std::size_t bytes) {
 Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points, const std::string& field) {
   return guarded<Result<std::vector<double>>>([&] { return impl_->sample(points, field); });
 }
+Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
+  return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });
+}
 Plan World::plan() { return impl_->plan(); }
 Scheduler& World::scheduler() { return *impl_; }
 Resolved World::resolved() { return impl_->resolved(); }

@@ -49,6 +49,8 @@ class WorldImpl final : public Scheduler {
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
+  // world_surface.cpp
+  Result<SurfaceMesh> surface(const SurfaceDesc& d);
   // snapshot.cpp
   Result<std::uint64_t> state_hash();
   Result<std::vector<std::uint8_t>> snapshot();

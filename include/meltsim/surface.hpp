@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// The surface of a World as a triangle mesh: World::surface().
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "meltsim/handle.hpp"
+#include "meltsim/types.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+/// Whose surface.
+enum class SurfaceOf {
+  liquid,  ///< all liquid; where it touches a solid, the solid's own surface bounds it
+  solids,  ///< all solid particles, as one
+  body     ///< the solid particles of one body
+};
+
+/// What a particle's share of the field looks like.
+enum class SurfaceKernel {
+  isotropic,   ///< a ball: round drops, edges rounded by half a spacing
+  anisotropic  ///< an ellipsoid along its neighbours (Yu & Turk 2013): flatter and smoother; several times
+               ///< the cost
+};
+
+struct SurfaceDesc {
+  SurfaceOf of = SurfaceOf::liquid;
+  BodyId body;      ///< which one, for SurfaceOf::body
+  double cell = 0;  ///< edge of the marching cubes' cells [m], 1/16 to 2 spacings; 0 = half a spacing
+  SurfaceKernel kernel = SurfaceKernel::isotropic;
+  int smoothing = 4;  ///< passes over the mesh that take out bumps and keep the volume, 0 to 100
+};
+
+/// A closed surface: every edge belongs to two triangles, vertices are shared. Arrays per vertex are
+/// parallel.
+struct SurfaceMesh {
+  Vec3d origin;                        ///< add it to positions [m]; zero unless they are too large for float
+  std::vector<Vec3f> position;         ///< [m]
+  std::vector<Vec3f> normal;           ///< unit, outward
+  std::vector<float> temperature;      ///< [degrees Celsius], average of the particles around
+  std::vector<float> liquid_fraction;  ///< 0 solid .. 1 liquid: latent heat taken up, likewise
+  std::vector<std::uint32_t> body;     ///< 0 = liquid, else body index + 1
+  std::vector<std::uint32_t> triangles;  ///< 3 vertices per triangle, counter-clockwise seen from outside
+};
+
+}  // namespace v0
+}  // namespace meltsim
