@@ -11,6 +11,7 @@
 #include "checkpoint.hpp"
 #include "csv.hpp"
 #include "run_directory.hpp"
+#include "show/frame_export.hpp"
 #include "show/run_pictures.hpp"
 #include "tables.hpp"
 
@@ -39,6 +40,8 @@ class Recorder {
   void save();
   /// The pictures a run ends with.
   void finish(meltsim::World& world, const RunState& state);
+  /// What went wrong with surfaces, if anything did.
+  const std::string& problem() const;
 
   const StatsRow& last() const { return last_; }
   bool anything_left_to_melt() const { return meltable_left_ > 0; }
@@ -53,8 +56,8 @@ class Recorder {
   std::vector<std::string> kept_stats_;  ///< rows from before a resume
   CsvFile stats_, bodies_;
   std::optional<CsvFile> probes_;
+  FrameExport export_;
   RunPictures pictures_;
-  std::vector<std::pair<double, std::string>> vtp_frames_;
   StatsRow last_;
   std::uint64_t meltable_left_ = 0;
 };

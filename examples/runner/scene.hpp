@@ -73,7 +73,7 @@ struct SceneTime {
 
 struct SceneOutput {
   std::vector<std::string> formats{"ply"};
-  Json surface, camera;  ///< kept for the renderer; this version does not read them
+  Json surface, camera, picture;  ///< what was given of their keys, checked
 };
 
 struct Scene {

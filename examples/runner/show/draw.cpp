@@ -19,7 +19,21 @@ double bottom(const Box& box, const meltsim::Vec3d& up) {
 
 }  // namespace
 
-Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, const PictureWish& wish) {
+PictureWish picture_wish(const Scene& scene, double cold, double hot) {
+  const Json& given = scene.output.picture;
+  PictureWish wish;
+  wish.threads = scene.world.threads;
+  wish.cold = cold;
+  wish.hot = hot;
+  if (!given.is_object()) return wish;
+  wish.width = given.value("width", wish.width);
+  wish.height = given.value("height", wish.height);
+  wish.samples = given.value("samples", wish.samples);
+  if (given.value("look", "natural") == std::string("temperature")) wish.look = Look::temperature;
+  return wish;
+}
+
+TraceSettings trace_settings(const Scene& scene, const Camera& camera, const PictureWish& wish) {
   TraceSettings settings;
   settings.width = wish.width;
   settings.height = wish.height;
@@ -34,10 +48,18 @@ Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, 
   if (settings.has_floor) {
     settings.floor = bottom(view_box(scene, {}), camera.up) - 0.02 * scene.world.spacing;
   }
-  Image image = traced(shapes, camera, settings);
-  draw_caption(image, fmt::format("t = {:.2f} s", shapes.time));
-  if (wish.look == Look::temperature) draw_legend(image, wish.cold, wish.hot);
+  return settings;
+}
+
+Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, const PictureWish& wish) {
+  Image image = traced(shapes, camera, trace_settings(scene, camera, wish));
+  annotate(image, shapes.time, wish);
   return image;
+}
+
+void annotate(Image& image, double time, const PictureWish& wish) {
+  draw_caption(image, fmt::format("t = {:.2f} s", time));
+  if (wish.look == Look::temperature) draw_legend(image, wish.cold, wish.hot);
 }
 
 void widen_range(const FrameShapes& shapes, double& cold, double& hot) {

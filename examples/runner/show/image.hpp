@@ -35,5 +35,6 @@ Image contact_sheet(const std::vector<Image>& pictures, int columns, int width);
 Image reduced(const Image& image, int width);
 
 std::string png_text(const Image& image);  ///< a whole file
+Image read_png(const std::string& path);
 
 }  // namespace runner

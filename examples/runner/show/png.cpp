@@ -23,4 +23,15 @@ std::string png_text(const Image& image) {
   throw Failure(ExitCode::io, std::string("a picture could not be packed as PNG: ") + header.message);
 }
 
+Image read_png(const std::string& path) {
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_file(&header, path.c_str()) != 0) {
+    header.format = PNG_FORMAT_RGB;
+    Image image(static_cast<int>(header.width), static_cast<int>(header.height));
+    if (png_image_finish_read(&header, nullptr, image.rgb.data(), 0, nullptr) != 0) return image;
+  }
+  throw Failure(ExitCode::io, path + ": cannot be read as PNG: " + header.message);
+}
+
 }  // namespace runner

@@ -7,7 +7,9 @@
 #include "files.hpp"
 #include "numbers.hpp"
 #include "show/draw.hpp"
+#include "show/frame_export.hpp"
 #include "show/replay_page.hpp"
+#include "show/surfaces.hpp"
 
 namespace runner {
 
@@ -47,7 +49,7 @@ void RunPictures::frame(std::uint64_t index, double time, const std::vector<Fram
 
 void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
 
-void RunPictures::finish(meltsim::World& world, const RunState& state) const {
+void RunPictures::finish(meltsim::World& world, const RunState& state) {
   const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
   std::vector<ReplayFrame> frames = replay_.frames();
   if (frames.empty() || frames.back().time < state.time - 1e-9) {
@@ -55,7 +57,7 @@ void RunPictures::finish(meltsim::World& world, const RunState& state) const {
   }
   const Box seen = view_box(scene_, box_of(frames));
   write_page(std::move(frames), seen, state);
-  write_still(particles, seen, state.time);
+  write_still(world, particles, seen, state.time);
 }
 
 void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {
@@ -71,15 +73,14 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   write_file(directory_.file("index.html"), replay_page(page, frames));
 }
 
-void RunPictures::write_still(const std::vector<FrameParticle>& particles, const Box& seen,
-                              double time) const {
-  FrameShapes shapes;
-  shapes.time = time;
-  shapes.origin = seen.empty() ? meltsim::Vec3d{0, 0, 0} : seen.min;
-  add_balls(shapes, particles, scene_.world.spacing);
-  PictureWish wish;
-  wish.threads = scene_.world.threads;
-  write_file(directory_.file("still.png"), png_text(draw(shapes, scene_, scene_camera(scene_, seen), wish)));
+void RunPictures::write_still(meltsim::World& world, const std::vector<FrameParticle>& particles,
+                              const Box& seen, double time) {
+  const FrameShapes shapes = world_shapes(world, scene_, time, particles, problem_);
+  const auto [cold, hot] = temperature_range(scene_);
+  const Camera camera = scene_camera(scene_, seen);
+  if (eye_in_solid(shapes, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";
+  write_file(directory_.file("still.png"),
+             png_text(draw(shapes, scene_, camera, picture_wish(scene_, cold, hot))));
 }
 
 }  // namespace runner

@@ -22,15 +22,19 @@ class RunPictures {
   /// With the checkpoint: what a resumed run needs.
   void save() const;
   /// The pictures a run ends with.
-  void finish(meltsim::World& world, const RunState& state) const;
+  void finish(meltsim::World& world, const RunState& state);
+  /// Why the still is not what it should be, if so.
+  const std::string& problem() const { return problem_; }
 
  private:
   void write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const;
-  void write_still(const std::vector<FrameParticle>& particles, const Box& seen, double time) const;
+  void write_still(meltsim::World& world, const std::vector<FrameParticle>& particles, const Box& seen,
+                   double time);
 
   const Scene& scene_;
   RunDirectory directory_;
   Replay replay_;
+  std::string problem_;
 };
 
 }  // namespace runner

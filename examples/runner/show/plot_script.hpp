@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// stats.csv as plots, by gnuplot.
+#pragma once
+
+#include <string>
+
+namespace runner {
+
+/// A gnuplot script that reads `stats` and writes `picture`, PNG or SVG by its ending.
+std::string plot_script(const std::string& stats, const std::string& picture, const std::string& title,
+                        bool svg);
+
+}  // namespace runner
