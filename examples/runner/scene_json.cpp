@@ -126,6 +126,7 @@ Json material_json(const SceneMaterial& material) {
   else json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
   json["friction"] = desc.friction;
+  if (material.color) json["color"] = *material.color;
   return json;
 }
 

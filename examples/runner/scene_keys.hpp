@@ -23,7 +23,8 @@ inline const List surface_heat{"temperature", "flux", "convection", "emissivity"
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
 inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
                            "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
-                           "stiffness", "damping",       "friction",     "freezes",       "youngs_modulus"};
+                           "stiffness", "damping",       "friction",     "freezes",       "youngs_modulus",
+                           "color"};
 inline const List fluid{"shape", "material", "temperature", "velocity"};
 inline const List body{"name",        "shape",    "material",         "density",
                        "temperature", "velocity", "angular_velocity", "fixed",

@@ -10,6 +10,9 @@ namespace {
 
 using meltsim::Vec3d;
 
+constexpr double margin = 0.88;    ///< share of the picture that the contents may fill
+constexpr double narrowest = 1.4;  ///< width to height of a picture that automatic cameras fit
+
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
 std::optional<Vec3d> given(const Json& camera, const char* key) {
@@ -60,13 +63,22 @@ Camera scene_camera(const Scene& scene, const Box& box) {
     camera.eye = *eye;
     return camera;
   }
-  // From in front, a little from the right and above; far enough for a ball around the box to fit.
+  // From in front, a little from the right and above; as near as lets every corner of the box be seen.
   const Vec3d towards = std::abs(camera.up.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{0, -1, 0};
   const Vec3d front = unit(towards - camera.up * dot(towards, camera.up)), side = cross(camera.up, front);
-  const double radius = std::max(0.5 * length(size), scene.world.spacing);
-  const double half_angle = 0.5 * std::min(camera.fov, 170.0) * 3.14159265358979 / 180;
-  camera.eye =
-      camera.look_at + unit(front + side * 0.55 + camera.up * 0.45) * (0.92 * radius / std::sin(half_angle));
+  const Vec3d back = unit(front + side * 0.55 + camera.up * 0.45);
+  const Vec3d right = unit(cross(camera.up, back)), above = cross(back, right);
+  const double slope = margin * std::tan(0.5 * camera.fov * 3.14159265358979 / 180);
+  double distance = 2 * scene.world.spacing;
+  for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+    const Vec3d x{(corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
+                  (corner & 4) != 0 ? box.max.z : box.min.z};
+    const Vec3d off = x - camera.look_at;
+    const double nearer = dot(off, back);
+    distance = std::max({distance, nearer + std::abs(dot(off, above)) / slope,
+                         nearer + std::abs(dot(off, right)) / (slope * narrowest)});
+  }
+  camera.eye = camera.look_at + back * distance;
   return camera;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace runner {
 
@@ -43,6 +44,11 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
   settings.cold = wish.cold;
   settings.hot = wish.hot;
   settings.spacing = scene.world.spacing;
+  for (const auto& given : scene.output.body_colors) {
+    Rgb color = body_color({}, settings.bodies.size() + 1);
+    for (std::size_t k = 0; k < 3 && given; ++k) color[k] = std::pow((*given)[k], 2.2);  // to linear light
+    settings.bodies.push_back(color);
+  }
   // Without bounds there is nothing to stand on.
   settings.has_floor = scene.world.domain.bounded;
   if (settings.has_floor) {

@@ -78,13 +78,13 @@ std::vector<std::pair<std::uint32_t, Mesh>> by_body(const Mesh& all) {
 }
 
 const char* const head = R"(#version 3.7;
-global_settings {{ assumed_gamma 1 max_trace_level 12 }}
+global_settings {{ assumed_gamma 1 max_trace_level 8 }}
 background {{ rgb <0.80,0.84,0.88> }}
 sky_sphere {{ pigment {{ gradient {up} color_map {{ [0 rgb <0.80,0.84,0.88>] [0.9 rgb <0.36,0.50,0.70>] }} }} }}
 // Coordinates are right-handed: the picture's right is turned round.
 camera {{ perspective location {eye} right -x*{aspect:.6g} up y sky {up} angle {angle:.6g} look_at {look_at} }}
-light_source {{ {sun} rgb 1.05*<1,0.96,0.89> area_light {side1} {side2} 4 4 adaptive 1 jitter circular orient parallel point_at {look_at} }}
-light_source {{ {fill} rgb 0.28*<0.85,0.92,1> shadowless parallel point_at {look_at} }}
+light_source {{ {sun} rgb 1.35*<1,0.96,0.89> area_light {side1} {side2} 3 3 adaptive 0 jitter circular orient parallel point_at {look_at} }}
+light_source {{ {fill} rgb 0.35*<0.85,0.92,1> shadowless parallel point_at {look_at} }}
 #default {{ finish {{ ambient 0 emission 0 diffuse 0.8 }} }}
 )";
 
@@ -92,7 +92,7 @@ const char* const looks = R"(
 #macro Body(Rgb) texture {{ pigment {{ rgb Rgb }} finish {{ ambient 0.25 diffuse 0.7 specular 0.25 roughness 0.02 }} }} #end
 #macro Water(Reach) material {{ texture {{ pigment {{ rgbt <1,1,1,1> }}
     finish {{ ambient 0 diffuse 0 specular 0.6 roughness 0.002 reflection {{ 0.02, 1 fresnel on }} conserve_energy }} }}
-  interior {{ ior 1.333 fade_distance Reach fade_power 1001 fade_color <0.35,0.75,0.87> }} }} photons {{ target off }} #end
+  interior {{ ior 1.333 fade_distance Reach fade_power 1001 fade_color <0.05,0.45,0.62> }} }} photons {{ target off }} #end
 )";
 
 std::string warmth_macro() {
@@ -136,7 +136,7 @@ std::string pov_text(const FrameShapes& shapes, const Camera& camera, const Trac
     const double tile = std::pow(10.0, std::floor(std::log10(size / 5))) * 2;
     text += fmt::format(
         "plane {{ {}, {:.6g} pigment {{ checker rgb <0.50,0.52,0.55> rgb <0.60,0.62,0.64> scale {:.4g} }} "
-        "finish {{ ambient 0.2 diffuse 0.7 }} }}\n",
+        "finish {{ ambient 0.3 diffuse 0.75 }} }}\n",
         vec(up), s.floor - dot(up, shapes.origin), tile);
     // Beyond what the picture is about the floor fades into the horizon.
     text += fmt::format("fog {{ distance {:.4g} rgb <0.80,0.84,0.88> fog_type 1 }}\n", 12 * size);
@@ -144,18 +144,18 @@ std::string pov_text(const FrameShapes& shapes, const Camera& camera, const Trac
   const bool warm = s.look == Look::temperature;
   if (shapes.solid.empty() && shapes.balls.empty()) text += "// nothing solid in this frame\n";
   for (const auto& [body, part] : by_body(shapes.solid)) {
-    const Rgb c = body_color(body);
+    const Rgb c = body_color(s, body);
     text +=
         mesh(part, s, "0") +
         (warm ? std::string("}\n") : fmt::format("  Body(<{:.3f},{:.3f},{:.3f}>)\n}}\n", c[0], c[1], c[2]));
   }
   if (!shapes.liquid.empty()) {
     text += mesh(shapes.liquid, s, "0.45") +
-            (warm ? std::string("}\n") : fmt::format("  Water({:.4g})\n}}\n", size));
+            (warm ? std::string("}\n") : fmt::format("  Water({:.4g})\n}}\n", 0.6 * size));
   }
   for (const Ball& ball : shapes.balls) {
     text += fmt::format("sphere {{ {},{:.5g} ", vec(ball.center), ball.radius);
-    const Rgb c = ball.solid ? body_color(ball.body) : Rgb{0.07, 0.24, 0.55};
+    const Rgb c = ball.solid ? body_color(s, ball.body) : Rgb{0.07, 0.24, 0.55};
     text += warm ? fmt::format("texture {{ Warmth({}, 0) }} }}\n", shade_of(ball.temperature, s))
                  : fmt::format("Body(<{:.3f},{:.3f},{:.3f}>) }}\n", c[0], c[1], c[2]);
   }

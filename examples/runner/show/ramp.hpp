@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 
 namespace runner {
 
@@ -26,13 +25,6 @@ inline Rgb ramp(double x) {
   for (std::size_t k = 0; k < 3; ++k)
     color[k] = ramp_stops[i][k] + part * (ramp_stops[i + 1][k] - ramp_stops[i][k]);
   return color;
-}
-
-/// Linear light of a body, 1 + its index; the seventh has the first one's.
-inline Rgb body_color(std::size_t body) {
-  constexpr Rgb colors[] = {{0.74, 0.85, 0.93}, {0.90, 0.56, 0.13}, {0.72, 0.18, 0.12},
-                            {0.25, 0.52, 0.20}, {0.40, 0.27, 0.60}, {0.80, 0.36, 0.48}};
-  return colors[(std::max<std::size_t>(body, 1) - 1) % 6];
 }
 
 }  // namespace runner

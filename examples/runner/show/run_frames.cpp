@@ -33,7 +33,15 @@ Scene run_scene_of(const RunDirectory& directory) {
   for (const char* key : {"meltsim", "title", "domain", "particles", "solver", "time", "output"}) {
     if (run["scene"].contains(key)) scene[key] = run["scene"][key];
   }
-  return parse_scene(scene.dump(), path, directory.path, {});
+  Scene read = parse_scene(scene.dump(), path, directory.path, {});
+  for (const Json& body : run["scene"].value("bodies", Json::array())) {
+    const Json material =
+        run["scene"].value("materials", Json::object()).value(body.value("material", ""), Json::object());
+    read.output.body_colors.emplace_back();
+    if (material.contains("color"))
+      read.output.body_colors.back() = material["color"].get<std::array<double, 3>>();
+  }
+  return read;
 }
 
 std::vector<std::uint64_t> frames_on_disk(const RunDirectory& directory) {

@@ -115,7 +115,7 @@ class Tracer {
       const auto linear = [](double c) { return static_cast<float>(std::pow(c, 2.2)); };
       s.color = {linear(shown[0]), linear(shown[1]), linear(shown[2])};
     } else {
-      s.color = s.solid ? as_vector(body_color(body)) : liquid_color;
+      s.color = s.solid ? as_vector(body_color(settings_, body)) : liquid_color;
     }
     return s;
   }
@@ -155,7 +155,7 @@ class Tracer {
     const Vec3f dome = mix(Vec3f{0.34f, 0.33f, 0.32f}, Vec3f{0.62f, 0.68f, 0.76f}, 0.5f + 0.5f * dot(n, up_));
     const bool even = settings_.look == Look::temperature;  // colours are to be read
     Vec3f color =
-        times(s.color, dome * (open * (even ? 1.0f : 0.8f)) + sunlight * (sun * (even ? 0.22f : 0.42f)));
+        times(s.color, dome * (open * (even ? 1.0f : 0.66f)) + sunlight * (sun * (even ? 0.22f : 0.38f)));
     if (gloss > 0 && sun > 0) {
       const Vec3f halfway = unit(sun_ - along);
       color = color + sunlight * (gloss * std::pow(std::max(0.0f, dot(n, halfway)), 60.0f));
@@ -265,6 +265,13 @@ Rgb shown(const Vec3f& light) {
 }
 
 }  // namespace
+
+Rgb body_color(const TraceSettings& settings, std::size_t body) {
+  constexpr Rgb palette[] = {{0.66, 0.80, 0.90}, {0.80, 0.42, 0.09}, {0.64, 0.15, 0.10},
+                             {0.22, 0.46, 0.18}, {0.36, 0.24, 0.55}, {0.72, 0.32, 0.43}};
+  const std::size_t index = std::max<std::size_t>(body, 1) - 1;
+  return index < settings.bodies.size() ? settings.bodies[index] : palette[index % std::size(palette)];
+}
 
 Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings) {
   Image image(settings.width, settings.height);

@@ -19,11 +19,14 @@ struct TraceSettings {
   int threads = 0;  ///< 0 = all
   Look look = Look::natural;
   double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
+  std::vector<Rgb> bodies;   ///< colours of the first ones; a palette goes on from there
   double spacing = 0;        ///< [m]
   bool has_floor = true;
   double floor = 0;  ///< its height along the camera's up [m]
 };
 
+/// Linear light of a body, 1 + its index.
+Rgb body_color(const TraceSettings& settings, std::size_t body);
 Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings);
 /// Whether the camera stands inside something solid, and would see nothing but its inside.
 bool eye_in_solid(const FrameShapes& shapes, const Camera& camera);
