@@ -2,6 +2,7 @@
 // `meltsim plot DIR`: stats.csv as plots.svg and plots.png.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "commands.hpp"
@@ -28,11 +29,13 @@ int cmd_plot(const std::string& path) {
             "need only a browser",
             directory.file("index.html")));
   }
+  const std::string table = read_file(directory.file("stats.csv"));
+  const auto rows = std::count(table.begin(), table.end(), '\n');  // with the header
   for (const char* name : {"plots.svg", "plots.png"}) {
     const std::string picture = directory.file(name), temporary = picture + ".tmp", script = picture + ".gp",
                       said = picture + ".log";
     write_file(script, plot_script(directory.file("stats.csv"), temporary,
-                                   scene.title.empty() ? path : scene.title, name[6] == 's'));
+                                   scene.title.empty() ? path : scene.title, name[6] == 's', rows < 3));
     const int status = run_program({gnuplot, script}, said);
     if (status != 0 || !exists(temporary)) {
       throw Failure(ExitCode::io,

@@ -36,7 +36,7 @@ std::string plot(const char* title, const char* unit, std::initializer_list<Curv
 }  // namespace
 
 std::string plot_script(const std::string& stats, const std::string& picture, const std::string& title,
-                        bool svg) {
+                        bool svg, bool only_start) {
   std::string text = fmt::format(
       "data = {}\nset datafile separator ','\nset terminal {}\nset output {}\n"
       "set style data lines\nset style line 1 lw 2\nset for [i=1:8] linetype i lw 2\nset grid lc rgb "
@@ -70,8 +70,10 @@ std::string plot_script(const std::string& stats, const std::string& picture, co
   text += plot("largest speed", "m/s", {{"speed", "column('max_speed')", "#1f8a8a"}},
                "set yrange [0:*]\nset key off\n") +
           "set key\n";
-  text += plot("time per step", "ms", {{"ms", "$0 > 0 ? column('ms_per_step') : NaN", "#555555"}},
-               "set yrange [0:*]\nset key off\n");
+  text +=
+      plot("time per step", "ms",
+           {{"ms", only_start ? "column('ms_per_step')" : "$0 > 0 ? column('ms_per_step') : NaN", "#555555"}},
+           "set yrange [0:*]\nset key off\n");
   return text + "unset multiplot\nset output\n";
 }
 

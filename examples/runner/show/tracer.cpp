@@ -67,8 +67,10 @@ class Tracer {
     across_ = unit(cross(up_, sun_));
     floor_ = static_cast<float>(settings.floor - dot(camera.up, shapes.origin));
     const Box box = box_of(shapes);
-    size_ = static_cast<float>(std::max(length(box.size()), settings.spacing));
-    middle_ = box.empty() ? eye_ + front_ : meltsim::cast<float>((box.min + box.max) * 0.5 - shapes.origin);
+    size_ =
+        static_cast<float>(std::max(box.empty() ? settings.extent : length(box.size()), settings.spacing));
+    middle_ =
+        meltsim::cast<float>((box.empty() ? camera.look_at : (box.min + box.max) * 0.5) - shapes.origin);
     tile_ = std::pow(10.0f, std::floor(std::log10(size_ / 5)));
     if (size_ / tile_ > 20) tile_ *= 2;
     see_through_ = !shapes.liquid.empty();
