@@ -38,17 +38,10 @@ Vec3d upward(const Scene& scene) {
 
 Box view_box(const Scene& scene, const Box& contents) {
   const meltsim::DomainDesc& domain = scene.world.domain;
-  if (!domain.bounded) return contents;
+  if (!contents.empty() || !domain.bounded) return contents;
   Box box;
   box.add(domain.min);
   box.add(domain.max);
-  if (contents.empty()) return box;
-  // Air above what happens is of no interest; walls beside it are.
-  const Vec3d up = upward(scene);
-  const auto lower = [](double limit, double top) { return std::min(limit, top); };
-  if (up.x > 0.9) box.max.x = lower(box.max.x, contents.max.x);
-  if (up.y > 0.9) box.max.y = lower(box.max.y, contents.max.y);
-  if (up.z > 0.9) box.max.z = lower(box.max.z, contents.max.z);
   return box;
 }
 

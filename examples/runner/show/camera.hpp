@@ -22,7 +22,7 @@ struct Camera {
 meltsim::Vec3d upward(const Scene& scene);
 /// The camera of output.camera; what it leaves out follows from `box`, what there is to see.
 Camera scene_camera(const Scene& scene, const Box& box);
-/// What there is to see: the domain where it has bounds, but no higher than `contents` needs.
+/// What there is to see: `contents`, or the domain while there are none.
 Box view_box(const Scene& scene, const Box& contents);
 
 }  // namespace runner

@@ -57,7 +57,10 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index) {
   }
   if (wants("glb")) write_file(directory_.frame("surface", index, "glb"), glb_text(shapes, cold, hot));
   const PictureWish wish = picture_wish(scene_, cold, hot);
-  const Camera camera = scene_camera(scene_, view_box(scene_, box_of(shapes)));
+  // What will be where later is not known yet; a camera that moves from frame to frame is worse than a wide
+  // view.
+  const Box all = view_box(scene_, {});
+  const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all);
   if (wants("pov")) {
     write_file(directory_.frame("scene", index, "pov"),
                pov_text(shapes, camera, trace_settings(scene_, camera, wish)));

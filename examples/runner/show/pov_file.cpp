@@ -83,13 +83,13 @@ background {{ rgb <0.80,0.84,0.88> }}
 sky_sphere {{ pigment {{ gradient {up} color_map {{ [0 rgb <0.80,0.84,0.88>] [0.9 rgb <0.36,0.50,0.70>] }} }} }}
 // Coordinates are right-handed: the picture's right is turned round.
 camera {{ perspective location {eye} right -x*{aspect:.6g} up y sky {up} angle {angle:.6g} look_at {look_at} }}
-light_source {{ {sun} rgb 1.35*<1,0.96,0.89> area_light {side1} {side2} 3 3 adaptive 0 jitter circular orient parallel point_at {look_at} }}
-light_source {{ {fill} rgb 0.35*<0.85,0.92,1> shadowless parallel point_at {look_at} }}
+light_source {{ {sun} rgb 1.1*<1,0.96,0.89> area_light {side1} {side2} 3 3 adaptive 0 jitter circular orient parallel point_at {look_at} }}
+light_source {{ {fill} rgb 0.3*<0.85,0.92,1> shadowless parallel point_at {look_at} }}
 #default {{ finish {{ ambient 0 emission 0 diffuse 0.8 }} }}
 )";
 
 const char* const looks = R"(
-#macro Body(Rgb) texture {{ pigment {{ rgb Rgb }} finish {{ ambient 0.25 diffuse 0.7 specular 0.25 roughness 0.02 }} }} #end
+#macro Body(Rgb) texture {{ pigment {{ rgb Rgb }} finish {{ ambient 0.15 diffuse 0.7 specular 0.25 roughness 0.02 }} }} #end
 #macro Water(Reach) material {{ texture {{ pigment {{ rgbt <1,1,1,1> }}
     finish {{ ambient 0 diffuse 0 specular 0.6 roughness 0.002 reflection {{ 0.02, 1 fresnel on }} conserve_energy }} }}
   interior {{ ior 1.333 fade_distance Reach fade_power 1001 fade_color <0.05,0.45,0.62> }} }} photons {{ target off }} #end
@@ -134,13 +134,12 @@ std::string pov_text(const FrameShapes& shapes, const Camera& camera, const Trac
       fmt::arg("fill", vec(look_at + (up * 0.4 + right - front * 0.5) * far)));
   text += fmt::format(looks) + warmth_macro();
   if (s.has_floor) {
-    const double tile = std::pow(10.0, std::floor(std::log10(size / 5))) * 2;
     text += fmt::format(
         "plane {{ {}, {:.6g} pigment {{ checker rgb <0.50,0.52,0.55> rgb <0.60,0.62,0.64> scale {:.4g} }} "
-        "finish {{ ambient 0.3 diffuse 0.75 }} }}\n",
-        vec(up), s.floor - dot(up, shapes.origin), tile);
+        "finish {{ ambient 0.12 diffuse 0.7 }} }}\n",
+        vec(up), s.floor - dot(up, shapes.origin), tile_size(size));
     // Beyond what the picture is about the floor fades into the horizon.
-    text += fmt::format("fog {{ distance {:.4g} rgb <0.80,0.84,0.88> fog_type 1 }}\n", 12 * size);
+    text += fmt::format("fog {{ distance {:.4g} rgb <0.80,0.84,0.88> fog_type 1 }}\n", 8 * size);
   }
   const bool warm = s.look == Look::temperature;
   if (shapes.solid.empty() && shapes.balls.empty()) text += "// nothing solid in this frame\n";

@@ -71,8 +71,7 @@ class Tracer {
         static_cast<float>(std::max(box.empty() ? settings.extent : length(box.size()), settings.spacing));
     middle_ =
         meltsim::cast<float>((box.empty() ? camera.look_at : (box.min + box.max) * 0.5) - shapes.origin);
-    tile_ = std::pow(10.0f, std::floor(std::log10(size_ / 5)));
-    if (size_ / tile_ > 20) tile_ *= 2;
+    tile_ = static_cast<float>(tile_size(size_));
     see_through_ = !shapes.liquid.empty();
   }
 
@@ -176,7 +175,7 @@ class Tracer {
     s.at = at;
     s.normal = up_;
     s.color = dark ? Vec3f{0.50f, 0.52f, 0.55f} : Vec3f{0.60f, 0.62f, 0.64f};
-    const float far = smooth(1.2f * size_, 5 * size_, length(level));
+    const float far = smooth(0.9f * size_, 3.5f * size_, length(level));
     // Beyond what the picture is about the floor fades into the horizon.
     if (far >= 1) return horizon;
     return mix(lit(s, along, dice, sample, 0), horizon, far);
@@ -267,6 +266,11 @@ Rgb shown(const Vec3f& light) {
 }
 
 }  // namespace
+
+double tile_size(double size) {
+  const double power = std::pow(10.0, std::floor(std::log10(size / 6))), rest = size / 6 / power;
+  return power * (rest < 2 ? 1 : rest < 5 ? 2 : 5);
+}
 
 Rgb body_color(const TraceSettings& settings, std::size_t body) {
   constexpr Rgb palette[] = {{0.66, 0.80, 0.90}, {0.80, 0.42, 0.09}, {0.64, 0.15, 0.10},

@@ -26,6 +26,8 @@ struct TraceSettings {
   double floor = 0;  ///< its height along the camera's up [m]
 };
 
+/// Edge of the floor's tiles for a picture of something this large [m]: 1, 2 or 5 times a power of ten.
+double tile_size(double size);
 /// Linear light of a body, 1 + its index.
 Rgb body_color(const TraceSettings& settings, std::size_t body);
 Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings);
