@@ -112,11 +112,13 @@ class Own(Pictures):
             self.meltsim("render", "run", "--renderer", "builtin", "--pictures", "1")
 
     def test_every_run_ends_in_a_picture(self):
-        self.run_scene("--frames", "1", "--export", "none", "--set", "output.picture.look=temperature")
+        self.run_scene("--frames", "1", "--export", "none", "--set", "output.picture.look=temperature",
+                       "--set", "emitters=[]")
         width, height, _ = read_png(self.path("run", "still.png"))
         self.assertEqual((width, height), (64, 36))
         shown = colors(self.path("run", "still.png"))
         self.assertGreater(sum(n for (r, _, b), n in shown.items() if b > r + 50), 10)  # ice at -10
+        self.assertGreater(sum(n for (r, _, b), n in shown.items() if r > b + 50), 50)  # water at 40
         self.assertEqual(os.listdir(self.path("run", "frames")), [])
 
     def test_nothing_at_all_is_a_picture_of_the_floor(self):
