@@ -9,6 +9,9 @@
 //   paper/<table2_...|fig7>/<backend>/<particles>         5 ms, the paper's step, in as many sub-steps as
 //                                                         that takes (counter substeps)
 //   threads/<name>[_<what>]/cpu/<particles>/<threads>     scene/... on so many threads of the CPU
+//   surface/<whose>_<kernel>/<backend>/<particles>   World::surface() of the melting scene between
+//                                                         steps; counter device_ms: what of it the backend
+//                                                         works, without the host's copies
 //   profile/<name>[_<what>]/cuda/<particles>              one step between cudaProfilerStart and -Stop, for
 //                                                         ncu; only where MELTSIM_BENCHMARK_PROFILE is set
 //
@@ -119,6 +122,8 @@ void register_step(const Scene& scene, Backend backend);
 void register_searches();
 void register_paper();
 void register_threads();
+/// Surfaces of the scene of 60,500 particles, and on CUDA of the one of a million.
+void register_surfaces();
 void register_profile();
 
 /// cudaProfilerStart, cudaProfilerStop.

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   bench::register_searches();
   bench::register_paper();
   bench::register_threads();
+  bench::register_surfaces();
   bench::register_profile();
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

@@ -8,10 +8,9 @@
 //   - reduce asks for a combine that is commutative, too: threads take strided shares. Its shape depends on n
 //     alone, so equal inputs give equal bits.
 //   - scan is defined in core/exec_cuda_scan.cuh, because CUB's header would cost every stage seconds to
-//   compile.
+//     compile.
 //   - repeat() captures what is enqueued into a graph, kept by its key, and launches that the next time.
-//   Where
-//     the host captures the stream itself, or makes it do so, nothing is kept.
+//     Where the host captures the stream itself, or makes it do so, nothing is kept.
 //   - Hosts use other devices: every entry selects its own and puts the host's back.
 //   - The first error is kept until fault() is asked; nothing is thrown or printed.
 #pragma once
@@ -37,9 +36,12 @@ namespace kernels {
 
 // 128: at 60 thousand particles every multiprocessor of a large GPU still gets several blocks.
 inline constexpr unsigned block = 128;
-inline constexpr unsigned reduce_block = 256;
-inline constexpr std::uint64_t reduce_blocks = 1024;  // most blocks of a reduction's first pass
-inline constexpr std::size_t reduce_item = 160;       // largest result of a reduction, bytes
+// Four blocks of 128 threads that keep a ledger (112 registers) fit on a multiprocessor, and as many as an
+// H200 runs at once are all there are: a second wave would pay the combining of a block again.
+inline constexpr unsigned reduce_block = 128;
+inline constexpr unsigned reduce_resident = 4;
+inline constexpr std::uint64_t reduce_blocks = 528;  // most blocks of a reduction's first pass
+inline constexpr std::size_t reduce_item = 160;      // largest result of a reduction, bytes
 
 __device__ inline bool stopped(const std::uint32_t* guard) { return guard != nullptr && *guard != 0u; }
 
@@ -141,17 +143,35 @@ __device__ R combine_block(R r) {
   return r;
 }
 
+/// Bodies with `Item read(i)`: a reduction reads the next item while it works on one. A compiler otherwise
+/// moves loads into the branches that use them, each with a wait of its own.
+template <class Body, class = void>
+struct reads_ahead : std::false_type {};
+template <class Body>
+struct reads_ahead<Body, std::void_t<typename Body::Item>> : std::true_type {};
+
 /// Every block combines its share; the last one to finish combines theirs, in their order. `ticket` counts
 /// the blocks that have finished and is 0 again afterwards.
 template <class R, class Body, class Last>
-__global__ void __launch_bounds__(reduce_block)
+__global__ void __launch_bounds__(reduce_block, reduce_resident)
     reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* partial,
            unsigned* ticket, R* out, const __grid_constant__ Last last) {
   __shared__ bool is_last;
   if (stopped(guard)) return;
   R r{};
   const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
-  for (std::uint64_t i = index(); i < n; i += stride) r = R::combine(r, body(i));
+  std::uint64_t i = index();
+  if constexpr (reads_ahead<Body>::value) {
+    typename Body::Item next{};
+    if (i < n) next = body.read(i);
+    for (; i < n; i += stride) {
+      const typename Body::Item item = next;
+      if (i + stride < n) next = body.read(i + stride);
+      r = R::combine(r, body(i, item));
+    }
+  } else {
+    for (; i < n; i += stride) r = R::combine(r, body(i));
+  }
   r = combine_block(r);
   if (threadIdx.x == 0) {
     partial[blockIdx.x] = r;

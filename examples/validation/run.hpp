@@ -81,6 +81,9 @@ class Run {
   Totals totals() {
     return take([&] { return world_->totals(); });
   }
+  SurfaceMesh surface(const SurfaceDesc& d) {
+    return take([&] { return world_->surface(d); });
+  }
   double stable_dt() { return good() && world_->prepare() ? world_->stable_dt() : 0; }
   const StepResult& last() const { return last_; }  ///< of the last to()
   bool good() const { return world_ && report_.error.empty(); }

@@ -72,6 +72,7 @@ std::vector<Case> phase_cases();
 std::vector<Case> liquid_cases();
 std::vector<Case> coupling_cases();
 std::vector<Case> solid_cases();
+std::vector<Case> surface_cases();
 
 /// A WorldDesc with the settings filled in.
 meltsim::WorldDesc world_desc(const Settings& s);

@@ -16,10 +16,10 @@ inline namespace v0 {
 
 struct StageReport {
   std::string name;    ///< "module.stage"; also profiler range, timing row and benchmark name
-  std::string module;  ///< spatial, sph, lsm, thermal, topology, step, or "custom"
+  std::string module;  ///< spatial, sph, lsm, thermal, topology, step, surface, or "custom"
   bool runs = false;
   std::string reason;    ///< why it runs or why it is left out
-  int interval = 1;      ///< runs every this many steps
+  int interval = 1;      ///< runs every this many steps; 0 = when the host asks
   double median_ms = 0;  ///< over the last timed steps; 0 when timing is off
 };
 

@@ -242,10 +242,7 @@ class EngineImpl final : public Engine {
   }
 
   Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
-    if (timed_) ex_.begin_stage(surface_stage, "surface.build");
-    auto halted = surface_.run(ex_, w_, reserved_, request, mesh);
-    if (timed_) ex_.end_stage(surface_stage);
-    return halted;
+    return surface_.run(ex_, w_, reserved_, timed_, request, mesh);
   }
 
   StageContext context() const override {

@@ -3,27 +3,25 @@
 //
 //   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
-//   enough to
-//                                share out; Body::Sum::add; order of addition fixed
+//                                enough to share out; Body::Sum::add; order of addition fixed
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
-//                                last(0)
+//                                last(0). With Body::Item, read(i) and body(i, item) it may read ahead
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
-//   is
-//                                Sum::words 64-bit integers, so order does not matter
+//                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
-//   bucket(n, m, body, bucket_of, begin, order, scratch)   bucket_of[i] = body(i) < m; order = 0..n-1 by
-//   bucket,
-//                                ascending in each but the last; begin[b] = first of bucket b, begin[m] = n
+//   bucket(n, m, body, bucket_of, begin, order, scratch)
+//                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, ascending in each but
+//                                the last; begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
 //   repeat(key, enqueue)         enqueue(), which may be recorded: the same key later stands for the same
-//   launches allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working
-//   space for verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device
-//   errors)
+//                                launches
+//   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space for
+//   verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
 //
 // `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
 // keeps its last good state without the host having to look. Threads: OpenMP, which costs an embedding host
@@ -47,6 +45,7 @@
 #include "core/gather.hpp"
 #include "core/lane_positions.hpp"
 #include "core/repeat_key.hpp"
+#include "core/shares.hpp"
 #include "core/timings.hpp"
 #include "core/wide.hpp"
 #include "meltsim/physics/math.hpp"
@@ -95,7 +94,8 @@ class CpuAdder {
 
 class CpuExec {
  public:
-  explicit CpuExec(int threads = 0) : threads_(threads > 0 ? threads : omp_get_max_threads()) {}
+  explicit CpuExec(int threads = 0)
+      : threads_(threads > 0 ? threads : omp_get_max_threads()), shares_(threads_) {}
 
   /// Sweeps over neighbours run on several of them at a time (spatial/lanes.hpp).
   static constexpr bool lanes = sums_by_lanes;
@@ -105,13 +105,10 @@ class CpuExec {
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
     if (n == 0 || stopped()) return;
-    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (n > 2048)
-    for (std::int64_t c = 0; c < parts; ++c) {
-      const std::uint64_t begin = static_cast<std::uint64_t>(c) * part, end = std::min(n, begin + part);
+    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
       if (wide_) run_wide(body, begin, end);
       else run(body, begin, end);
-    }
+    });
   }
 
   template <class Body>
@@ -230,15 +227,12 @@ class CpuExec {
   template <class Body>
   void accumulate(std::uint64_t n, const Body& body) const {
     if (n == 0 || stopped()) return;
-    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (parts > 8)
-    for (std::int64_t c = 0; c < parts; ++c) {
+    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
       const CpuAdder add;
       const auto one = [&](std::uint64_t i) { body(i, add); };
-      const std::uint64_t begin = static_cast<std::uint64_t>(c) * part, end = std::min(n, begin + part);
       if (wide_) run_wide(one, begin, end);
       else run(one, begin, end);
-    }
+    });
   }
 
   template <class Body>
@@ -246,10 +240,7 @@ class CpuExec {
     using Sum = typename Body::Sum;
     constexpr std::uint32_t none = 0xffffffffu;
     if (n == 0 || stopped()) return;
-    constexpr std::uint64_t part = 256;
-    const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads_) if (parts > 8)
-    for (std::int64_t c = 0; c < parts; ++c) {
+    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
       std::uint32_t row = none;
       std::int64_t sum[Sum::words] = {};
       const auto send = [&] {
@@ -257,8 +248,7 @@ class CpuExec {
         auto* to = reinterpret_cast<std::int64_t*>(rows + row);
         for (int k = 0; k < Sum::words; ++k) __atomic_fetch_add(to + k, sum[k], __ATOMIC_RELAXED);
       };
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * part);
-      for (std::uint64_t i = static_cast<std::uint64_t>(c) * part; i < end; ++i) {
+      for (std::uint64_t i = begin; i < end; ++i) {
         Sum s;
         const std::uint32_t to = body(i, s);
         if (to == none) continue;
@@ -272,7 +262,7 @@ class CpuExec {
         for (int k = 0; k < Sum::words; ++k) sum[k] += words[k];
       }
       send();
-    }
+    });
   }
 
   /// Positions by coordinate, for bodies that work on lanes.
@@ -404,8 +394,20 @@ class CpuExec {
   MELTSIM_WIDE static void run_wide(const Body& body, std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t i = begin; i < end; ++i) body(i);
   }
+  /// run(begin, end) over pieces of [0, n); small loops are not worth waking threads.
+  template <class Run>
+  void each_part(std::uint64_t n, std::uint64_t size, const Run& run) const {
+    const auto parts = static_cast<std::int64_t>((n + size - 1) / size);
+    const auto one = [&](std::int64_t c) {
+      const std::uint64_t begin = static_cast<std::uint64_t>(c) * size;
+      run(begin, std::min(n, begin + size));
+    };
+    if (threads_ > 1 && n > 2048) return shares_.each(parts, one);
+    for (std::int64_t c = 0; c < parts; ++c) one(c);
+  }
   bool stopped() const { return guard_ != nullptr && *guard_ != 0; }
   int threads_;
+  mutable Shares shares_;
   bool wide_ = wide_instructions();
   const std::uint32_t* guard_ = nullptr;
   std::chrono::steady_clock::time_point started_;

@@ -41,6 +41,8 @@ Plan WorldImpl::plan() {
                             std::string("added by the host after ") + info.name, 1,
                             engine->median_ms(core::custom_stage + static_cast<int>(k))});
   }
+  if (const double ms = engine->median_ms(core::surface_stage); ms > 0)
+    p.stages.push_back({"surface.build", "surface", true, "the host asks for it", 0, ms});
   for (int i = 0; i < core::field_count; ++i) {
     const core::FieldInfo& f = core::field_table[static_cast<std::size_t>(i)];
     p.channels.push_back({f.name, f.type, f.owner_name, f.lifetime_name, f.unit, engine->channel_bytes(i)});

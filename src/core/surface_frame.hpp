@@ -24,6 +24,13 @@ struct SurfaceHeat {
   T temperature{}, liquid_fraction{};
 };
 
+/// G of a particle's ellipsoid.
+template <class T>
+struct SurfaceShape {
+  Vec4<T> diagonal;  ///< xx, yy, zz; w = xy
+  T yz{}, zx{};
+};
+
 /// The four vertices that a vertex is joined to across the faces beside its edge, counter-clockwise seen from
 /// outside.
 struct alignas(16) SurfaceRing {
@@ -66,13 +73,13 @@ struct SurfaceFrame {
   std::uint32_t only_body = 0;  ///< body index + 1; 0 = any
   bool two_fields = false;      ///< liquid beside solids: all of it, less the solids
   bool anisotropic = false;
+  bool coarse_first = false;  ///< cells are small enough that every second node tells about those between
 
   physics::SurfaceField<T> field;
   WallBox<T> walls;
   Vec3<T> clip_min{}, clip_max{};  ///< the mesh is closed there; far away where it is not
   Vec3<T> period{};                ///< 0 = not periodic
   Vec3<T> shift{};                 ///< taken off the positions handed out
-  T interior_sum{};
   SurfaceGrid<T> grid;
   std::uint32_t max_groups = 0, max_blocks = 0, max_vertices = 0, max_triangles = 0;
 
@@ -82,6 +89,7 @@ struct SurfaceFrame {
   std::uint32_t *slot = nullptr, *slot_out = nullptr, *group_of = nullptr;
   Vec4<T>* point = nullptr;            ///< position, V
   Vec4<T>* share = nullptr;            ///< position, V g
+  SurfaceShape<T>* shape = nullptr;    ///< where anisotropic
   T* solid_share = nullptr;            ///< V g of solids by themselves, 0 for liquid
   std::uint8_t* mark = nullptr;        ///< what it is
   std::uint8_t* at_surface = nullptr;  ///< 1: yes

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/engine.hpp"
 #include "core/repeat_key.hpp"
 #include "core/scene.hpp"
 #include "core/stage_functions.hpp"
@@ -27,7 +28,8 @@ template <class E, class T>
 class SurfaceRun {
  public:
   /// Waits. True: the World halted before, so that the state was not the last good one; nothing was read.
-  Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, const SurfaceRequest& q,
+  /// reserved: items that the engine's own verbs work on. timed: what is enqueued is, as surface_stage.
+  Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, bool timed, const SurfaceRequest& q,
                    SurfaceMesh& mesh) {
     if (scene.born == 0) return false;
     describe(scene, q);
@@ -35,7 +37,9 @@ class SurfaceRun {
     for (;;) {
       if (Status s = fit(ex, reserved); !s) return s.error();
       ex.set_guard(nullptr);
+      if (timed) ex.begin_stage(surface_stage, "surface.build");
       enqueue(ex, q, scene);
+      if (timed) ex.end_stage(surface_stage);
       SurfaceCounts c;
       ex.download(&c, w_.counts, sizeof c);
       if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
@@ -72,13 +76,16 @@ class SurfaceRun {
     w_.only_solids = q.of == SurfaceOf::liquid ? 0u : 1u;
     w_.only_body = q.of == SurfaceOf::body ? q.body : 0u;
     w_.two_fields = q.of == SurfaceOf::liquid && q.solids;
+    if (w_.anisotropic != q.anisotropic) laid_out_ = false;
     w_.anisotropic = q.anisotropic;
+    w_.coarse_first = q.cell <= 0.5001 * q.spacing;
     if (spacing_ != q.spacing) {
       spacing_ = q.spacing;
-      w_.field = physics::make_surface_field<T>(q.spacing);
+      for (const bool anisotropic : {false, true})
+        fields_[anisotropic ? 1 : 0] = physics::make_surface_field<T>(q.spacing, anisotropic);
     }
-    w_.interior_sum = static_cast<T>(physics::surface_particle_sum);
-    const double support = physics::surface_support * q.spacing;
+    w_.field = fields_[q.anisotropic ? 1 : 0];
+    const double support = physics::surface_support(q.anisotropic) * q.spacing;
     w_.walls = scene.c.walls;
     w_.walls.support = w_.field.kernel.support;
     w_.walls.cover_scale = T(1);
@@ -193,6 +200,7 @@ class SurfaceRun {
     a.place(w_.group_of, n);
     a.place(w_.point, n);
     a.place(w_.share, n);
+    a.place(w_.shape, w_.anisotropic ? n : 0);
     a.place(w_.solid_share, n);
     a.place(w_.mark, n);
     a.place(w_.at_surface, n);
@@ -301,6 +309,7 @@ class SurfaceRun {
   std::array<RepeatKey, 6> recent_{};  ///< both halves of the double buffer, of a few kinds of surface
   std::size_t next_recent_ = 0;
   double spacing_ = 0;
+  physics::SurfaceField<T> fields_[2];  ///< isotropic, anisotropic
 };
 
 }  // namespace core

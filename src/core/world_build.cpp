@@ -131,8 +131,10 @@ Status WorldImpl::choose_origin(const std::vector<Vec3d>& positions, const char*
   }
   Vec3d origin = origin_;
   if (!origin_set_) {
-    // Zero unless that costs precision: most hosts then never need to think of an origin.
-    const bool far = std::max(reach(lo), reach(hi)) * epsilon > 1e-4 * desc.spacing;
+    // Zero unless that costs precision: most hosts then never need to think of an origin. Rounding at every
+    // step shakes what moves: a spinning cube of 0.6 m at 100 m had 7 % more energy after 1e6 steps in single
+    // precision, at 10 m 0.03 % (validation case solid.drift_long).
+    const bool far = std::max(reach(lo), reach(hi)) * epsilon > 1e-5 * desc.spacing;
     const Vec3d middle = (lo + hi) * 0.5;
     origin = far ? Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)} : Vec3d{};
   }

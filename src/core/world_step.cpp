@@ -359,8 +359,8 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   if ((facts_ & core::fact_heat_enthalpy) == 0) return;
   const double lambda = heat_lambda_;
   stages = physics::heat_stage_count(tau * lambda);
-  const int most = desc.heat.max_stages % 2 == 1 ? desc.heat.max_stages : desc.heat.max_stages - 1;
-  if (stages > most && most >= 3) {
+  const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
+  if (stages > most) {
     supersteps = static_cast<int>(std::min(std::ceil(tau * lambda / physics::heat_stage_reach(most)), 1e6));
     stages = physics::heat_stage_count(tau * lambda / supersteps);
   }

@@ -43,67 +43,98 @@ struct EmitBody {
   }
 };
 
-/// New velocity of particle i; every force stage has written what it has by now. Channels that the plan does
-/// not hold are null.
+/// Velocity v of particle i, kicked by acceleration a; every force stage has written what it has by now.
+/// Channels that the plan does not hold are null.
 template <class T>
-MELTSIM_HD Vec3<T> kicked_velocity(const Frame<T>& w, std::uint64_t i) {
-  const std::uint32_t tag = w.f.tag[i];
-  Vec3<T> v = xyz(w.f.velocity[i]);
+MELTSIM_HD Vec3<T> kicked(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> v, Vec3<T> a) {
   if ((tag & tag_fixed) != 0u && is_solid(tag)) return v;
-  if (w.f.acceleration != nullptr) v = physics::kick(v, w.f.acceleration[i], w.f.clock->dt);
+  if (w.f.acceleration != nullptr) v = physics::kick(v, a, w.f.clock->dt);
   if (w.f.shape_velocity != nullptr && is_solid(tag)) v += w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]];
   return v;
 }
 
-/// Looks for the first stage that produced something unusable, before anything is committed.
+template <class T>
+MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
+  return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
+}
+
+/// Looks for the first stage that produced something unusable, before anything is committed; keeps the
+/// ledger.
 template <class T>
 struct CheckBody {
   Frame<T> w;
-  MELTSIM_HD CheckResult operator()(std::uint64_t i) const {
+  /// What a sub-step produced for a particle.
+  struct Item {
+    std::uint32_t tag = 0;
+    T phi{}, mass{};
+    Vec3<T> position, velocity, acceleration, shift;
+    double enthalpy = 0;
+  };
+  MELTSIM_HD Item read(std::uint64_t i) const {
+    Item p;
+    p.tag = w.f.tag[i];
+    if (w.f.density != nullptr) p.phi = w.f.density[i];
+    p.mass = w.f.mass[i];
+    p.position = xyz(w.f.position[i]);
+    p.velocity = xyz(w.f.velocity[i]);
+    p.acceleration = acceleration_of(w, i);
+    if (w.f.shift != nullptr) p.shift = w.f.shift[i];
+    p.enthalpy = w.f.enthalpy[i];
+    return p;
+  }
+  MELTSIM_HD CheckResult operator()(std::uint64_t i) const { return (*this)(i, read(i)); }
+  MELTSIM_HD CheckResult operator()(std::uint64_t i, const Item& p) const {
     CheckResult r;
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag)) return r;
-    const auto fail = [&](Halt why, double value) {
+    if (is_removed(p.tag)) return r;
+    const Vec3<T> v = kicked(w, i, p.tag, p.velocity, p.acceleration);
+    const double speed = static_cast<double>(length(v));
+    Vec3<T> x = p.position;
+    if (is_fluid(p.tag)) {
+      r.max_density = static_cast<double>(p.phi);
+      x += p.shift;
+    }
+    // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way.
+    Halt why = Halt::no;
+    if (speed * static_cast<double>(w.f.clock->dt) > static_cast<double>(w.c.kernel.support))
+      why = Halt::speed;
+    double value = speed;
+    const auto blame = [&](bool good, Halt stage, double found) {
+      if (good) return;
+      why = stage;
+      value = found;
+    };
+    // The first stage that went wrong speaks last.
+    blame(std::isfinite(p.enthalpy), Halt::heat, p.enthalpy);
+    blame(finite(v), Halt::shape, speed);
+    blame(finite(p.acceleration), Halt::force, static_cast<double>(length(p.acceleration)));
+    blame(std::isfinite(r.max_density), Halt::density, r.max_density);
+    if (why != Halt::no) {
       r.bad = static_cast<std::uint32_t>(why);
       r.bad_id = w.f.id[i];
       r.bad_value = value;
-      return r;
-    };
-    if (w.f.density != nullptr && is_fluid(tag)) {
-      const T phi = w.f.density[i];
-      if (!std::isfinite(phi)) return fail(Halt::density, static_cast<double>(phi));
-      r.max_density = static_cast<double>(phi);
     }
-    if (w.f.acceleration != nullptr && !finite(w.f.acceleration[i]))
-      return fail(Halt::force, static_cast<double>(length(w.f.acceleration[i])));
-    const Vec3<T> v = kicked_velocity(w, i);
-    if (!finite(v)) return fail(Halt::shape, static_cast<double>(length(v)));
-    if (!std::isfinite(w.f.enthalpy[i])) return fail(Halt::heat, w.f.enthalpy[i]);
-    r.max_speed = static_cast<double>(length(v));
-    r.sums = ledger_of(i, tag, v);
+    r.max_speed = speed;
+    r.sums = ledger_of(p.tag, static_cast<double>(p.mass), x, v, p.enthalpy);
     if (r.max_density > 1.0) {
       r.sums.excess = r.max_density - 1.0;
       r.sums.dense = 1.0;
     }
-    // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way.
-    if (r.max_speed * static_cast<double>(w.f.clock->dt) > static_cast<double>(w.c.kernel.support))
-      return fail(Halt::speed, r.max_speed);
     return r;
   }
-  /// What the particle adds to the ledger once this sub-step is committed. Positions are those after the
+  /// What a particle adds to the ledger once this sub-step is committed. Positions are those after the
   /// second half drift, before walls hold anything back.
-  MELTSIM_HD core::LedgerSums ledger_of(std::uint64_t i, std::uint32_t tag, Vec3<T> velocity) const {
+  MELTSIM_HD core::LedgerSums ledger_of(std::uint32_t tag, double mass, Vec3<T> position, Vec3<T> velocity,
+                                        double enthalpy) const {
     core::LedgerSums s;
     const Vec3<double> v = cast<double>(velocity);
-    Vec3<double> x = cast<double>(xyz(w.f.position[i])) + v * static_cast<double>(w.f.clock->half_dt);
-    if (w.f.shift != nullptr && is_fluid(tag)) x += cast<double>(w.f.shift[i]);
-    s.mass = static_cast<double>(w.f.mass[i]);
-    s.momentum = v * s.mass;
-    s.angular_momentum = cross(x, v) * s.mass;
-    s.kinetic = physics::kinetic_energy(s.mass, v);
-    s.potential = physics::potential_energy(s.mass, cast<double>(w.c.gravity), x);
-    s.thermal = w.f.enthalpy[i];
-    s.latent = physics::latent_energy(w.f.materials[material_of(tag)], s.mass, s.thermal);
+    const Vec3<double> x = cast<double>(position) + v * static_cast<double>(w.f.clock->half_dt);
+    s.mass = mass;
+    s.momentum = v * mass;
+    s.angular_momentum = cross(x, v) * mass;
+    s.kinetic = physics::kinetic_energy(mass, v);
+    s.potential = physics::potential_energy(mass, cast<double>(w.c.gravity), x);
+    s.thermal = enthalpy;
+    s.latent = physics::latent_energy(w.f.materials[material_of(tag)], mass, enthalpy);
     return s;
   }
 };
@@ -147,7 +178,7 @@ struct IntegrateBody {
   MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag) || (is_solid(tag) && (tag & tag_fixed) != 0u)) return;
-    Vec3<T> v = kicked_velocity(w, i);
+    Vec3<T> v = kicked(w, i, tag, xyz(w.f.velocity[i]), acceleration_of(w, i));
     Vec3<T> x = physics::drift(xyz(w.f.position[i]), v, w.f.clock->half_dt);
     if (w.f.shift != nullptr && is_fluid(tag)) x += w.f.shift[i];
     if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);

@@ -194,6 +194,11 @@ MELTSIM_HD std::uint32_t forced(const SurfaceFrame<T>& w, std::uint32_t block, I
   return 0;
 }
 
+/// Which coordinates are odd, a bit each.
+MELTSIM_HD std::uint32_t corner_number(Index3 n) {
+  return static_cast<std::uint32_t>((n.x & 1) | (n.y & 1) << 1 | (n.z & 1) << 2);
+}
+
 /// Corner offset of a cell.
 MELTSIM_HD Index3 corner_offset(std::uint32_t c) {
   return {static_cast<std::int32_t>(c & 1u), static_cast<std::int32_t>(c >> 1 & 1u),

@@ -18,8 +18,14 @@ struct SurfaceCodeBody {
     std::uint32_t code = 0;
     if (b < blocks_of(w)) {
       const Index3 n = node_in_block(static_cast<std::uint32_t>(i % w.grid.volume), w.grid.side);
-      for (std::uint32_t c = 0; c < 8; ++c)
-        if (is_inside(w, node_at(w, b, n + corner_offset(c)))) code |= 1u << c;
+      const std::int32_t last = w.grid.side - 1;
+      const bool within = n.x < last && n.y < last && n.z < last;
+      for (std::uint32_t c = 0; c < 8; ++c) {
+        const Index3 o = corner_offset(c);
+        const auto step = static_cast<std::uint32_t>((o.z * w.grid.side + o.y) * w.grid.side + o.x);
+        const bool in = within ? w.inside[i + step] != 0u : is_inside(w, node_at(w, b, n + o));
+        if (in) code |= 1u << c;
+      }
       for (std::uint32_t axis = 0; axis < 3; ++axis)
         if (((code >> (1u << axis) ^ code) & 1u) != 0u) code |= 1u << (8 + axis);
     }

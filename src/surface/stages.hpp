@@ -19,6 +19,7 @@ void blocks(E& ex, const SurfaceFrame<T>& w) {
   ex.for_each(w.particles, SurfaceGroupsBody<T>{w});
   ex.for_each(std::uint64_t{9} * w.max_groups, SurfaceRowsBody<T>{w});
   ex.for_each(w.particles, SurfaceShareBody<T>{w});
+  if (w.anisotropic) ex.for_each(w.particles, SurfaceShapeBody<T>{w});
   ex.for_each(w.max_groups, SurfaceDeepBody<T>{w});
   const std::uint64_t cells = std::uint64_t{27} * w.max_groups;
   ex.for_each(cells, SurfaceOwnsBody<T>{w});
@@ -27,15 +28,23 @@ void blocks(E& ex, const SurfaceFrame<T>& w) {
   ex.for_each(std::uint64_t{27} * w.max_blocks, SurfaceLinksBody<T>{w});
 }
 
+template <bool Anisotropic, class E, class T>
+void nodes(E& ex, const SurfaceFrame<T>& w) {
+  const std::uint64_t half = static_cast<std::uint64_t>(w.grid.side + 1) / 2;
+  if (w.coarse_first) ex.for_each(w.max_blocks * half * half * half, SurfaceCoarseBody<T, Anisotropic>{w});
+  ex.for_each(std::uint64_t{w.max_blocks} * w.grid.volume, SurfaceNodesBody<T, Anisotropic>{w});
+}
+
 template <class E, class T>
 void build(E& ex, const SurfaceFrame<T>& w, int smoothing) {
   blocks(ex, w);
-  const std::uint64_t nodes = std::uint64_t{w.max_blocks} * w.grid.volume;
-  ex.for_each(nodes, SurfaceNodesBody<T>{w});
-  ex.for_each(nodes, SurfaceCodeBody<T>{w});
-  ex.scan(nodes, SurfaceVertexCountBody{w.code}, w.vertex_end);
-  ex.scan(nodes, SurfaceTriangleCountBody{w.code, w.cases}, w.triangle_end);
-  ex.for_each(nodes, SurfaceEmitBody<T>{w});
+  if (w.anisotropic) nodes<true>(ex, w);
+  else nodes<false>(ex, w);
+  const std::uint64_t all = std::uint64_t{w.max_blocks} * w.grid.volume;
+  ex.for_each(all, SurfaceCodeBody<T>{w});
+  ex.scan(all, SurfaceVertexCountBody{w.code}, w.vertex_end);
+  ex.scan(all, SurfaceTriangleCountBody{w.code, w.cases}, w.triangle_end);
+  ex.for_each(all, SurfaceEmitBody<T>{w});
   ex.for_each(w.max_vertices, SurfaceVertexBody<T>{w});
   for (int pass = 0; pass < smoothing; ++pass) {
     ex.for_each(w.max_vertices, SurfaceSmoothBody<T>{w, w.vertex, w.vertex_next, T(physics::smooth_in)});

@@ -98,10 +98,11 @@ struct StageBody {
     spatial::sweep_part<Periodic>(
         w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
           const HeatOperand<T> other = w.f.heat_operand[j];
-          const T k_own = toward(m, own, other.temperature);
-          const T k_other = other.conductivity < T(0)
-                                ? toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature)
-                                : other.conductivity;
+          T k_own = own.conductivity, k_other = other.conductivity;
+          if (k_own < T(0) || k_other < T(0)) {
+            k_own = toward(m, own, other.temperature);
+            k_other = toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
+          }
           const T g = physics::pair_conductance(
               volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
           s.rate += static_cast<double>(g * (other.temperature - own.temperature));

@@ -6,6 +6,7 @@
 #include "spatial/stages.hpp"
 #include "sph/stages.hpp"
 #include "step/stages.hpp"
+#include "surface/stages.hpp"
 #include "thermal/stages.hpp"
 #include "topology/stages.hpp"
 

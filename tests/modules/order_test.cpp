@@ -14,6 +14,8 @@ using namespace modules_test;
 struct Outcome {
   std::uint64_t hash = 0, melted = 0, frozen = 0;
   std::vector<double> density, operand;
+  std::vector<float> surface;  ///< coordinates, normals and what vertices carry
+  std::vector<std::uint32_t> triangles;
 };
 
 template <class T>
@@ -67,7 +69,23 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
   EXPECT_FALSE(r.halted) << r.halt_reason;
   core::DerivedState derived;
   world.engine->download(derived);
-  return {*world.state_hash(), r.melted, r.frozen, derived.density, derived.pressure_term};
+  Outcome o{*world.state_hash(), r.melted, r.frozen, derived.density, derived.pressure_term, {}, {}};
+  for (const auto of : {SurfaceOf::liquid, SurfaceOf::solids})
+    for (const auto kernel : {SurfaceKernel::isotropic, SurfaceKernel::anisotropic}) {
+      SurfaceDesc d;
+      d.of = of;
+      d.kernel = kernel;
+      const auto mesh = world.surface(d);
+      EXPECT_TRUE(mesh) << mesh.error().message;
+      for (std::size_t v = 0; v < mesh->position.size(); ++v) {
+        const Vec3f p = mesh->position[v], n = mesh->normal[v];
+        o.surface.insert(o.surface.end(), {p.x, p.y, p.z, n.x, n.y, n.z, mesh->temperature[v],
+                                           mesh->liquid_fraction[v], float(mesh->body[v])});
+      }
+      o.triangles.insert(o.triangles.end(), mesh->triangles.begin(), mesh->triangles.end());
+    }
+  EXPECT_GT(o.triangles.size(), 10000u);
+  return o;
 }
 
 template <class T>
@@ -81,6 +99,8 @@ void expect_any_order(HeatModel model, bool freezing = false,
     EXPECT_EQ(other.melted, forward.melted);
     EXPECT_EQ(other.density, forward.density);
     EXPECT_EQ(other.operand, forward.operand);
+    EXPECT_TRUE(other.surface == forward.surface);
+    EXPECT_TRUE(other.triangles == forward.triangles);
   }
   // And the library's own executor, with threads.
   WorldDesc desc;

@@ -27,6 +27,12 @@ TEST(HeatStages, OneStageIsEuler) {
   for (const double z : {0.0, 0.3, 1.0}) EXPECT_DOUBLE_EQ(amplification(1, z), 1 - z);
 }
 
+// P_2(1 - z/3), the second Legendre polynomial shifted to [0, 6].
+TEST(HeatStages, TwoStagesAreRkl1) {
+  for (const double z : {0.0, 0.3, 1.0, 3.0, 6.0})
+    EXPECT_NEAR(amplification(2, z), 1 - z + z * z / 6, 1e-14) << z;
+}
+
 // Second order: R = 1 - z + z^2/2 + O(z^3) with a third-order coefficient below 1/6.
 TEST(HeatStages, SecondOrder) {
   for (int s = 3; s <= 65; ++s)
@@ -47,7 +53,7 @@ TEST(HeatStages, ErrorFallsByFour) {
 // |R| <= 1 on all of [0, reach]; 1e-10 for the rounding of 65 stages. Just beyond it must grow: the reach is
 // not understated.
 TEST(HeatStages, StableUpToTheReach) {
-  for (int s = 3; s <= 65; ++s) {
+  for (int s = 1; s <= 65; ++s) {
     const double reach = heat_stage_reach(s);
     for (int k = 0; k <= 400; ++k)
       ASSERT_LE(std::fabs(amplification(s, reach * k / 400)), 1 + 1e-10)
@@ -59,19 +65,23 @@ TEST(HeatStages, StableUpToTheReach) {
   }
 }
 
-TEST(HeatStages, CountIsTheSmallestOddThatReaches) {
+TEST(HeatStages, CountIsTheSmallestThatReaches) {
   for (double z = 0.01; z < 3000; z *= 1.037) {
     const int s = heat_stage_count(z);
-    if (z < 1) {
-      EXPECT_EQ(s, 1) << z;
-      continue;
-    }
-    EXPECT_EQ(s % 2, 1) << z;
-    EXPECT_GE(s, 3);
     EXPECT_GE(heat_stage_reach(s), z);
-    EXPECT_TRUE(s == 3 || heat_stage_reach(s - 2) < z) << z;
+    if (z <= 2) {
+      EXPECT_EQ(s, 1) << z;
+    } else if (z <= 6) {
+      EXPECT_EQ(s, 2) << z;
+    } else {
+      EXPECT_EQ(s % 2, 1) << z;
+      EXPECT_GE(s, 5);
+      EXPECT_TRUE(s == 5 || heat_stage_reach(s - 2) < z) << z;
+    }
   }
-  for (int s = 3; s <= 65; s += 2) EXPECT_EQ(heat_stage_count(heat_stage_reach(s)), s);
+  EXPECT_EQ(heat_stage_count(heat_stage_reach(1)), 1);
+  EXPECT_EQ(heat_stage_count(heat_stage_reach(2)), 2);
+  for (int s = 5; s <= 65; s += 2) EXPECT_EQ(heat_stage_count(heat_stage_reach(s)), s);
 }
 
 }  // namespace

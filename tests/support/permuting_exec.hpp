@@ -13,6 +13,7 @@
 
 #include "core/exec_cpu.hpp"
 #include "core/frame.hpp"
+#include "core/surface_frame.hpp"
 
 namespace test_support {
 
@@ -84,10 +85,8 @@ class PermutingExec : public meltsim::core::CpuExec {
     std::vector<std::uint64_t> order;
     std::uint32_t operator()(std::uint64_t k, Sum& s) const { return body(order[k], s); }
   };
-  template <class F>
-  void see(const F& frame) {
-    *frame_ = frame;
-  }
+  void see(const meltsim::core::Frame<T>& frame) { *frame_ = frame; }
+  void see(const meltsim::core::SurfaceFrame<T>&) {}  // between steps, with a frame of its own
   std::vector<std::uint64_t> indices(std::uint64_t n) {
     std::vector<std::uint64_t> order(n);
     std::iota(order.begin(), order.end(), std::uint64_t{0});

@@ -24,7 +24,7 @@ MELTSIM_HD constexpr bool on_device() {
 
 MELTSIM_HD int lowest_bit(std::uint32_t v) {
 #if defined(__CUDA_ARCH__)
-  return __ffs(static_cast<int>(v)) - 1;
+  return __clz(static_cast<int>(__brev(v)));  // two instructions; by way of __ffs five
 #else
   return __builtin_ctz(v);
 #endif

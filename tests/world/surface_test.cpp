@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces of Worlds whose shape is known. dx = 0.1 m; cells are half of it unless said otherwise.
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "scenes.hpp"
+#include "support/mesh_check.hpp"
+#include "support/random.hpp"
+
+namespace meltsim_test {
+namespace {
+
+using test_support::check_mesh;
+using test_support::expect_surface;
+using test_support::MeshCheck;
+
+constexpr double dx = 0.1, cube = dx * dx * dx, pi = 3.14159265358979323846;
+
+template <class T>
+T value_of(Result<T> r) {
+  EXPECT_TRUE(r) << (r ? "" : r.error().message);
+  return r ? *std::move(r) : T{};
+}
+
+/// Nothing moves unless something is pushed.
+WorldDesc weightless() {
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.gravity = {};
+  d.sound_speed = 20;
+  return d;
+}
+
+World make(const WorldDesc& d) {
+  auto w = World::create(d);
+  EXPECT_TRUE(w) << w.error().message;
+  return std::move(*w);
+}
+
+World liquid(const WorldDesc& d, const std::vector<Shape>& shapes) {
+  World w = make(d);
+  const MaterialId water = value_of(w.add_material({}));
+  for (const Shape& s : shapes) {
+    FluidDesc f;
+    f.shape = s;
+    f.material = water;
+    value_of(w.add_fluid(f));
+  }
+  return w;
+}
+
+/// Sites of the lattice, from low to high.
+Shape sites(Vec3i low, Vec3i high) {
+  return Shape::box(Vec3d{low.x * dx, low.y * dx, low.z * dx}, Vec3d{high.x * dx, high.y * dx, high.z * dx});
+}
+
+class Kernels : public ::testing::TestWithParam<SurfaceKernel> {
+ protected:
+  SurfaceDesc desc() const {
+    SurfaceDesc d;
+    d.kernel = GetParam();
+    return d;
+  }
+};
+
+// R = 10 dx, three places of the centre on the lattice. The targets are the issue's: 2 % of the volume, 3 %
+// of the area. A lattice has steps where the sphere has none: its own particles are 0.8 % too many at the
+// first place, and steps are what most of the area's error is.
+TEST_P(Kernels, SphereHasItsVolumeAndArea) {
+  MELTSIM_NEEDS_BACKEND();
+  const double R = 10 * dx;
+  for (const Vec3d centre :
+       {Vec3d{0, 0, 0}, Vec3d{0.5 * dx, 0.5 * dx, 0.5 * dx}, Vec3d{0.031, 0.017, 0.042}}) {
+    World w = liquid(weightless(), {Shape::sphere(centre, R)});
+    const SurfaceMesh m = value_of(w.surface(desc()));
+    const MeshCheck c = expect_surface(m, dx / 2, 0.9);
+    EXPECT_EQ(c.euler, std::vector<int>{2});
+    EXPECT_NEAR(c.volume / (4.0 / 3 * pi * R * R * R), 1, 0.02);
+    EXPECT_NEAR(c.area / (4 * pi * R * R), 1, 0.03);
+    for (std::size_t v = 0; v < m.position.size(); ++v) {
+      const Vec3d r = cast<double>(m.position[v]) - centre;
+      ASSERT_NEAR(length(r), R, 0.8 * dx);  // a step of the lattice and half a spacing of rounding
+      ASSERT_GT(dot(r, cast<double>(m.normal[v])), 0);
+    }
+  }
+}
+
+// Nodes of cells of one and of a third of a spacing stand exactly on the lattice's particles; 2 dx is coarser
+// than the smallest thing here.
+TEST_P(Kernels, FewParticlesInCellsOfAnySize) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double cell : {dx / 16, dx / 8, dx / 3, dx / 2, dx, 2 * dx}) {
+    SurfaceDesc d = desc();
+    d.cell = cell;
+    World one = liquid(weightless(), {sites({0, 0, 0}, {1, 1, 1})});
+    World touching = liquid(weightless(), {sites({0, 0, 0}, {2, 1, 1})});
+    World apart = liquid(weightless(), {sites({0, 0, 0}, {1, 1, 1}), sites({5, 0, 0}, {6, 1, 1})});
+    const SurfaceMesh ball = value_of(one.surface(d));
+    if (cell > dx) continue;  // between the nodes: no error, whether or not something is left
+    const MeshCheck a = expect_surface(ball, cell);
+    EXPECT_EQ(a.euler, std::vector<int>{2});
+    const MeshCheck b = expect_surface(value_of(touching.surface(d)), cell);
+    EXPECT_EQ(b.euler, std::vector<int>{2});
+    const MeshCheck two = expect_surface(value_of(apart.surface(d)), cell);
+    EXPECT_EQ(two.euler, (std::vector<int>{2, 2}));
+    if (cell > dx / 3) continue;  // too few vertices to have a volume
+    // A ball of a spacing's volume by construction. Fine cells lose a little to the chords of the mesh; 10 %
+    // at dx/3.
+    EXPECT_NEAR(a.volume / cube, 1, cell > dx / 8 ? 0.2 : 0.05);
+    EXPECT_NEAR(two.volume / cube, 2, cell > dx / 8 ? 0.4 : 0.1);
+    EXPECT_GT(b.volume, 1.5 * a.volume);
+  }
+}
+
+// A third of the sites of a block, flying apart: drops, strings, films, holes.
+TEST_P(Kernels, RandomSetsAreClosed) {
+  MELTSIM_NEEDS_BACKEND();
+  test_support::Random random(5);
+  for (int round = 0; round < 4; ++round) {
+    World w = make(weightless());
+    const MaterialId water = value_of(w.add_material({}));
+    for (int n = 0; n < 400; ++n) {
+      const auto at = [&] { return static_cast<int>(random.below(11)); };
+      const int x = at(), y = at(), z = at();
+      FluidDesc f;
+      f.shape = sites({x, y, z}, {x + 1, y + 1, z + 1});
+      f.material = water;
+      f.velocity = random.vector(2);
+      static_cast<void>(w.add_fluid(f));  // taken sites are refused
+    }
+    for (int k = 0; k < 15; ++k) require(w.step(0.002));
+    for (const double cell : {dx / 2, dx / 4, dx}) {
+      SurfaceDesc d = desc();
+      d.cell = cell;
+      d.smoothing = round;
+      const SurfaceMesh m = value_of(w.surface(d));
+      const MeshCheck c = check_mesh(m);
+      EXPECT_EQ(c.open_edges, 0u);
+      EXPECT_EQ(c.unused, 0u);
+      EXPECT_EQ(c.split, 0u);
+      EXPECT_GT(c.smallest_area, 0);
+      EXPECT_GT(c.volume, 0);
+      if (d.smoothing == 0) {
+        for (const double v : c.volumes) EXPECT_NE(v, 0);
+        EXPECT_GT(c.smallest_area, 1e-5 * cell * cell);
+      }
+    }
+  }
+}
+
+// A full tank is its box: faces at the walls, to rounding, volume and area to the rounding of twelve edges by
+// a quarter of a spacing. 15 % of the corners' cells are clamped to the plane by 1/64 of a cell at most.
+TEST_P(Kernels, WaterMeetsWallsAtTheWall) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = weightless();
+  d.domain.bounded = true;
+  d.domain.min = {-0.3, 0, 0.2};
+  d.domain.max = {1.0, 0.9, 1.07};  // not a multiple of the cell in z
+  World full = liquid(d, {Shape::box(d.domain.min, {1.0, 0.9, 1.1})});
+  World half = liquid(d, {Shape::box(d.domain.min, {1.0, 0.5, 1.1})});
+  for (World* w : {&full, &half}) {
+    const double top = w == &full ? 0.9 : 0.5;
+    const SurfaceMesh m = value_of(w->surface(desc()));
+    const MeshCheck c = expect_surface(m, dx / 2);
+    EXPECT_EQ(c.euler, std::vector<int>{2});
+    const double wide = 1.3, deep = 0.87;
+    EXPECT_NEAR(c.volume / (wide * top * deep), 1, 0.02);
+    EXPECT_NEAR(c.area / (2 * (wide * top + top * deep + deep * wide)), 1, 0.04);
+    float low[3] = {9, 9, 9}, high[3] = {-9, -9, -9};
+    for (const Vec3f& p : m.position) {
+      const float at[3] = {p.x, p.y, p.z};
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], at[a]);
+        high[a] = std::max(high[a], at[a]);
+      }
+    }
+    EXPECT_NEAR(low[0], -0.3, 1e-6);
+    EXPECT_NEAR(low[1], 0, 1e-6);
+    EXPECT_NEAR(low[2], 0.2, 1e-6);
+    EXPECT_NEAR(high[0], 1.0, 1e-6);
+    EXPECT_NEAR(high[2], 1.07, 1e-6);
+    EXPECT_NEAR(high[1], top, w == &full ? 1e-6 : 0.15 * dx);  // the line where it meets the wall: 0.11 dx
+  }
+}
+
+// Periodic faces close the mesh, too, and what is beyond one counts on the other side: the surface is flat up
+// to it.
+TEST(Surface, PeriodicFacesCutStraight) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = weightless();
+  d.domain.bounded = true;
+  d.domain.max = {1.2, 1.2, 1.0};
+  d.domain.faces = {Face::periodic, Face::periodic, Face::open, Face::open, Face::wall, Face::wall};
+  World w = liquid(d, {Shape::box({0, 0, 0}, {1.2, 0.6, 1.0})});
+  const SurfaceMesh m = value_of(w.surface());
+  const MeshCheck c = expect_surface(m, dx / 2);
+  EXPECT_EQ(c.euler, std::vector<int>{2});
+  EXPECT_NEAR(c.volume / (1.2 * 0.6 * 1.0), 1, 0.01);
+  for (const Vec3f& p : m.position) {
+    if (p.y < 0.5f || p.x < 0.01f || p.x > 1.19f || p.z < 0.01f || p.z > 0.99f) continue;
+    ASSERT_NEAR(p.y, 0.6, 0.1 * dx);  // bumps of the lattice are 0.01 dx, the mesh's chords as much
+  }
+}
+
+/// Water around and above a block of ice.
+Scene submerged(int threads = 0, Precision precision = Precision::single_precision) {
+  WorldDesc d = describe();
+  d.threads = threads;
+  d.precision = precision;
+  IceScene s;
+  s.depth = 2.2;
+  s.block = 5;
+  s.block_floor = 0.6;
+  s.fixed = true;
+  return ice_in_water(d, s);
+}
+
+// Where water touches ice both meshes have the same vertices, so that there is neither gap nor overlap.
+// Exactly: the two cross the same edge at t and 1 - t. Smoothing moves both alike, to rounding.
+TEST(Surface, LiquidAndSolidShareTheirInterface) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const int smoothing : {0, 4}) {
+    Scene s = submerged();
+    SurfaceDesc d;
+    d.smoothing = smoothing;
+    const SurfaceMesh water = value_of(s.world.surface(d));
+    d.of = SurfaceOf::solids;
+    const SurfaceMesh ice = value_of(s.world.surface(d));
+    const MeshCheck a = expect_surface(water, 0.1), b = expect_surface(ice, 0.1);
+    EXPECT_EQ(a.euler, (std::vector<int>{2, 2}));  // the tank and the hole
+    EXPECT_EQ(b.euler, std::vector<int>{2});
+    EXPECT_NEAR(*std::min_element(a.volumes.begin(), a.volumes.end()), -b.volume, 1e-5 * b.volume);
+    const auto cell_of = [](Vec3f p) {
+      return std::make_tuple(std::lround(p.x * 50), std::lround(p.y * 50), std::lround(p.z * 50));
+    };
+    std::multimap<std::tuple<long, long, long>, Vec3f> near;
+    for (const Vec3f& p : water.position) near.emplace(cell_of(p), p);
+    std::size_t shared = 0;
+    for (const Vec3f& p : ice.position) {
+      bool found = false;
+      for (float ox : {-1e-4f, 1e-4f})
+        for (float oy : {-1e-4f, 1e-4f})
+          for (float oz : {-1e-4f, 1e-4f}) {
+            const auto range = near.equal_range(cell_of({p.x + ox, p.y + oy, p.z + oz}));
+            for (auto it = range.first; it != range.second; ++it)
+              found = found || length(it->second - p) < 5e-6f;  // ten roundings of a coordinate of 2 m
+          }
+      shared += found ? 1 : 0;
+    }
+    EXPECT_EQ(shared, ice.position.size()) << "smoothing " << smoothing;
+  }
+}
+
+// A dry body has no film of liquid on it, and liquid that touches nothing solid is as without it.
+TEST(Surface, DrySolidsCarryNoLiquid) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene s;
+  s.block_floor = 1.8;  // 0.8 m above the water
+  Scene with = ice_in_water(describe(), s);
+  s.block = 0;
+  Scene without = ice_in_water(describe(), s);
+  const SurfaceMesh a = value_of(with.world.surface()), b = value_of(without.world.surface());
+  ASSERT_EQ(a.position.size(), b.position.size());
+  EXPECT_EQ(a.triangles, b.triangles);
+  for (std::size_t v = 0; v < a.position.size(); ++v) ASSERT_EQ(length(a.position[v] - b.position[v]), 0);
+}
+
+TEST(Surface, VerticesCarryWhatParticlesDo) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = submerged();
+  const SurfaceMesh water = value_of(s.world.surface());
+  SurfaceDesc d;
+  d.of = SurfaceOf::solids;
+  const SurfaceMesh ice = value_of(s.world.surface(d));
+  for (std::size_t v = 0; v < water.position.size(); ++v) {
+    ASSERT_NEAR(water.temperature[v], 80, 1e-3);
+    ASSERT_NEAR(water.liquid_fraction[v], 1, 1e-6);
+    ASSERT_EQ(water.body[v], 0u);
+  }
+  for (std::size_t v = 0; v < ice.position.size(); ++v) {
+    ASSERT_NEAR(ice.temperature[v], -10, 1e-3);
+    ASSERT_EQ(ice.liquid_fraction[v], 0);
+    ASSERT_EQ(ice.body[v], 1u);
+  }
+}
+
+TEST(Surface, OneBodyOfSeveral) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = make(weightless());
+  MaterialDesc stone;
+  stone.name = "stone";
+  const MaterialId id = value_of(w.add_material(stone));
+  std::vector<BodyId> bodies;
+  for (int k = 0; k < 3; ++k) {
+    SolidDesc b;
+    b.shape = sites({10 * k, 0, 0}, {10 * k + 3 + k, 3, 3});
+    b.material = id;
+    bodies.push_back(value_of(w.add_solid(b)));
+  }
+  SurfaceDesc d;
+  d.of = SurfaceOf::solids;
+  const MeshCheck all = expect_surface(value_of(w.surface(d)), dx / 2);
+  EXPECT_EQ(all.euler, (std::vector<int>{2, 2, 2}));
+  d.of = SurfaceOf::body;
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    d.body = bodies[k];
+    const SurfaceMesh m = value_of(w.surface(d));
+    const MeshCheck c = expect_surface(m, dx / 2);
+    EXPECT_EQ(c.euler, std::vector<int>{2});
+    sum += c.volume;
+    for (const std::uint32_t b : m.body) ASSERT_EQ(b, k + 1);
+  }
+  EXPECT_NEAR(sum, all.volume, 1e-5 * sum);  // far apart: nothing but the order of single-precision sums
+}
+
+bool same(const SurfaceMesh& a, const SurfaceMesh& b) {
+  const auto equal = [](const auto& x, const auto& y) {
+    return x.size() == y.size() &&
+           (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof x[0]) == 0);
+  };
+  return equal(a.position, b.position) && equal(a.normal, b.normal) && equal(a.temperature, b.temperature) &&
+         equal(a.liquid_fraction, b.liquid_fraction) && equal(a.body, b.body) &&
+         equal(a.triangles, b.triangles);
+}
+
+TEST(Surface, BitsDoNotDependOnTheNumberOfThreads) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
+    std::vector<SurfaceMesh> meshes;
+    for (const int threads : {1, 2, 3, 8}) {
+      WorldDesc d = describe();
+      d.threads = threads;
+      d.precision = precision;
+      Scene s = ice_in_water(d);
+      for (int k = 0; k < 60; ++k) require(s.world.step(0.005));
+      meshes.push_back(value_of(s.world.surface()));
+      expect_surface(meshes.back(), 0.1, -1);
+      EXPECT_TRUE(same(meshes.front(), meshes.back())) << threads;
+    }
+  }
+}
+
+// Working space is kept: what an earlier surface left in it, larger or smaller, must not show; nor may asking
+// show in the state.
+TEST(Surface, IsAFunctionOfTheState) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene a = ice_in_water(describe()), b = ice_in_water(describe());
+  SurfaceDesc fine, solids;
+  fine.cell = 0.05;
+  solids.of = SurfaceOf::solids;
+  for (int k = 0; k < 40; ++k) {
+    require(a.world.step(0.005));
+    require(b.world.step(0.005));
+    if (k % 4 == 0) {
+      require(a.world.surface());
+      require(a.world.surface(fine));
+      require(a.world.surface(solids));
+    }
+  }
+  EXPECT_TRUE(same(value_of(a.world.surface()), value_of(b.world.surface())));
+  EXPECT_TRUE(same(value_of(a.world.surface(solids)), value_of(b.world.surface(solids))));
+  EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
+}
+
+TEST(Surface, NothingHasNoSurface) {
+  MELTSIM_NEEDS_BACKEND();
+  World empty = make(weightless());
+  World water = liquid(weightless(), {sites({0, 0, 0}, {3, 3, 3})});
+  SurfaceDesc solids;
+  solids.of = SurfaceOf::solids;
+  for (World* w : {&empty, &water}) {
+    const SurfaceMesh m = value_of(w->surface(solids));
+    EXPECT_TRUE(m.position.empty());
+    EXPECT_TRUE(m.triangles.empty());
+  }
+  EXPECT_TRUE(value_of(empty.surface()).position.empty());
+  IceScene dry;
+  dry.water = false;
+  Scene ice = ice_in_water(describe(), dry);
+  EXPECT_TRUE(value_of(ice.world.surface()).position.empty());
+  EXPECT_FALSE(value_of(ice.world.surface(solids)).position.empty());
+}
+
+// A million metres out: positions relative to an origin, in both precisions.
+TEST(Surface, FarFromTheOrigin) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
+    WorldDesc d = weightless();
+    d.precision = precision;
+    d.domain.bounded = true;
+    d.domain.min = {1e6, 0, -1e6};
+    d.domain.max = {1e6 + 2, 2, -1e6 + 2};
+    const Vec3d centre{1e6 + 1, 1, -1e6 + 1};
+    World w = liquid(d, {Shape::sphere(centre, 0.5)});
+    const SurfaceMesh m = value_of(w.surface());
+    expect_surface(m, dx / 2);
+    for (const Vec3f& p : m.position) ASSERT_NEAR(length(m.origin + cast<double>(p) - centre), 0.5, 0.8 * dx);
+  }
+}
+
+TEST(Surface, RefusesWhatItCannotDo) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = liquid(weightless(), {sites({0, 0, 0}, {3, 3, 3})});
+  const std::uint64_t before = *w.state_hash();
+  const auto refused = [&](const SurfaceDesc& d, const char* field) {
+    const auto r = w.surface(d);
+    ASSERT_FALSE(r);
+    EXPECT_EQ(r.error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(r.error().message.find(field), std::string::npos) << r.error().message;
+  };
+  for (const double cell : {-0.1, 0.001, 0.3, std::nan(""), infinity}) {
+    SurfaceDesc d;
+    d.cell = cell;
+    refused(d, "cell");
+  }
+  for (const int passes : {-1, 101}) {
+    SurfaceDesc d;
+    d.smoothing = passes;
+    refused(d, "smoothing");
+  }
+  SurfaceDesc body;
+  body.of = SurfaceOf::body;
+  refused(body, "body");
+  EXPECT_EQ(*w.state_hash(), before);
+}
+
+INSTANTIATE_TEST_SUITE_P(Surface, Kernels,
+                         ::testing::Values(SurfaceKernel::isotropic, SurfaceKernel::anisotropic),
+                         [](const auto& info) {
+                           return info.param == SurfaceKernel::isotropic ? "Isotropic" : "Anisotropic";
+                         });
+
+}  // namespace
+}  // namespace meltsim_test
