@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Imports surfaces of a meltsim run (`--export surface`) into Blender 3.3 or later, with their temperature.
 
-  blender --background --python import_meltsim.py -- RUN_DIRECTORY [--frame N] [--save FILE.blend]
+  blender --background --python import_meltsim.py -- RUN_DIRECTORY [--frame N] [--up y|z] [--save FILE.blend]
 
 or in Blender's own Scripting tab: run it, then `import_frame("out/ice_block-001", 12)`. Temperatures come as the
 vertex attribute "temperature" [degrees Celsius] and as the colour attribute "warmth" (blue, yellow, red), which the
-materials "meltsim solid" and "meltsim liquid" show. Arrays are handed over whole (foreach_set), so a surface of
+materials "meltsim solid" and "meltsim liquid" show. Debian: apt install blender python3-numpy. Arrays are handed over whole (foreach_set), so a surface of
 160,000 triangles takes a fraction of a second.
 """
 import argparse
@@ -51,12 +51,11 @@ def material(name, alpha):
     return made
 
 
-def add(name, vertices, triangles, cold, hot, alpha):
+def add(name, vertices, triangles, cold, hot, alpha, up):
     mesh = bpy.data.meshes.new(name)
     mesh.vertices.add(len(vertices))
-    # y is up in meltsim's scenes, z in Blender.
     x, y, z = vertices["position"].T
-    mesh.vertices.foreach_set("co", numpy.stack([x, -z, y], 1).ravel())
+    mesh.vertices.foreach_set("co", numpy.stack([x, -z, y] if up == "y" else [x, y, z], 1).ravel())
     mesh.loops.add(3 * len(triangles))
     mesh.loops.foreach_set("vertex_index", triangles.astype(numpy.int32).ravel())
     mesh.polygons.add(len(triangles))
@@ -75,15 +74,16 @@ def add(name, vertices, triangles, cold, hot, alpha):
     return made
 
 
-def import_frame(directory, frame):
-    """Objects of the liquid and of the solids of one frame; surfaces that hold nothing are left out."""
+def import_frame(directory, frame, up="y"):
+    """Objects of the liquid and of the solids of one frame; surfaces that hold nothing are left out. `up` is the scene's
+    axis that becomes Blender's z."""
     read_parts = {}
     for name in ("liquid", "solid"):
         vertices, triangles, placeholder = read(os.path.join(directory, "frames", f"{name}_{frame:05}.ply"))
         if not placeholder:
             read_parts[name] = (vertices, triangles)
     every = numpy.concatenate([vertices["temperature"] for vertices, _ in read_parts.values()] or [numpy.zeros(1)])
-    return [add(f"{name}_{frame:05}", *part, every.min(), every.max(), 0.5 if name == "liquid" else 1.0)
+    return [add(f"{name}_{frame:05}", *part, every.min(), every.max(), 0.5 if name == "liquid" else 1.0, up)
             for name, part in read_parts.items()]
 
 
@@ -91,9 +91,10 @@ if __name__ == "__main__" and "--" in sys.argv:
     parser = argparse.ArgumentParser()
     parser.add_argument("directory")
     parser.add_argument("--frame", type=int, default=0)
+    parser.add_argument("--up", choices=("y", "z"), default="y")
     parser.add_argument("--save")
     options = parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
-    for made in import_frame(options.directory, options.frame):
+    for made in import_frame(options.directory, options.frame, options.up):
         values = numpy.empty(len(made.data.vertices), numpy.float32)
         made.data.attributes["temperature"].data.foreach_get("value", values)
         print(f"{made.name}: {len(made.data.vertices)} vertices, {len(made.data.polygons)} triangles, "

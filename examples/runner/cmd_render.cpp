@@ -105,6 +105,7 @@ class Renderer {
       seen.add(box.min);
       seen.add(box.max);
     }
+    wish_.extent = length(seen.size());
     return scene_camera(scene_, view_box(scene_, seen));
   }
 

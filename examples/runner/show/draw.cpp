@@ -49,7 +49,7 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
     for (std::size_t k = 0; k < 3 && given; ++k) color[k] = std::pow((*given)[k], 2.2);  // to linear light
     settings.bodies.push_back(color);
   }
-  settings.extent = length(view_box(scene, {}).size());
+  settings.extent = wish.extent > 0 ? wish.extent : length(view_box(scene, {}).size());
   // Without bounds there is nothing to stand on.
   settings.has_floor = scene.world.domain.bounded;
   if (settings.has_floor) {

@@ -12,6 +12,7 @@ struct PictureWish {
   int width = 960, height = 540, samples = 3, threads = 0;
   Look look = Look::natural;
   double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
+  double extent = 0;  ///< [m] of what a row of pictures shows: tiles and shades stay as they are; 0 = domain
 };
 
 /// With its time, and in the temperature view with a legend.

@@ -120,7 +120,7 @@ std::string pov_text(const FrameShapes& shapes, const Camera& camera, const Trac
   const Vec3d up = camera.up * (1 / length(camera.up));
   const Vec3d towards = up * 1.25 - right * 0.75 - front * 0.55;
   const Box seen = box_of(shapes);
-  const double size = std::max(seen.empty() ? s.extent : length(seen.size()), s.spacing),
+  const double size = std::max(s.extent > 0 ? s.extent : length(seen.size()), s.spacing),
                far = 20 * size + 2 * length(look_at - eye);
   const double aspect = static_cast<double>(s.width) / s.height,
                half = std::tan(0.5 * std::min(camera.fov, 170.0) * 3.14159265358979 / 180);

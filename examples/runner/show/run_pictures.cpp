@@ -79,8 +79,9 @@ void RunPictures::write_still(meltsim::World& world, const std::vector<FramePart
   const auto [cold, hot] = temperature_range(scene_);
   const Camera camera = scene_camera(scene_, seen);
   if (eye_in_solid(shapes, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";
-  write_file(directory_.file("still.png"),
-             png_text(draw(shapes, scene_, camera, picture_wish(scene_, cold, hot))));
+  PictureWish wish = picture_wish(scene_, cold, hot);
+  wish.extent = length(seen.size());
+  write_file(directory_.file("still.png"), png_text(draw(shapes, scene_, camera, wish)));
 }
 
 }  // namespace runner

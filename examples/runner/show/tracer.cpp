@@ -67,8 +67,8 @@ class Tracer {
     across_ = unit(cross(up_, sun_));
     floor_ = static_cast<float>(settings.floor - dot(camera.up, shapes.origin));
     const Box box = box_of(shapes);
-    size_ =
-        static_cast<float>(std::max(box.empty() ? settings.extent : length(box.size()), settings.spacing));
+    size_ = static_cast<float>(
+        std::max(settings.extent > 0 ? settings.extent : length(box.size()), settings.spacing));
     middle_ =
         meltsim::cast<float>((box.empty() ? camera.look_at : (box.min + box.max) * 0.5) - shapes.origin);
     tile_ = static_cast<float>(tile_size(size_));

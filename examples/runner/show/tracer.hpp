@@ -21,7 +21,7 @@ struct TraceSettings {
   double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
   std::vector<Rgb> bodies;   ///< colours of the first ones; a palette goes on from there
   double spacing = 0;        ///< [m]
-  double extent = 0;         ///< [m] of the scene, for a frame that shows nothing of it
+  double extent = 0;         ///< [m] of what a row of pictures shows; 0 = of this frame
   bool has_floor = true;
   double floor = 0;  ///< its height along the camera's up [m]
 };
