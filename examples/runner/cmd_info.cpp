@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `meltsim info` and `meltsim list`, and the commands of a later version.
+// `meltsim info` and `meltsim list`.
 #include <fmt/format.h>
 
 #include "builtin.hpp"
@@ -27,14 +27,6 @@ int cmd_info() {
 int cmd_list() {
   for (const BuiltinScene& scene : builtin_scenes()) fmt::print("{:<16}{}\n", scene.name, scene.title);
   return 0;
-}
-
-int cmd_later(const std::string& command) {
-  throw Failure(
-      ExitCode::usage,
-      fmt::format("meltsim {}: not available in this version; the frames of a run open in ParaView and "
-                  "Blender (--export vtp,ply), stats.csv in any spreadsheet",
-                  command));
 }
 
 }  // namespace runner

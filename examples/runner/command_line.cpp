@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <tuple>
 
 #include "commands.hpp"
 #include "failure.hpp"
@@ -20,6 +21,9 @@ namespace {
 
 const std::vector<std::string> command_names{"run",  "check",    "list",   "new",
                                              "info", "validate", "render", "plot"};
+
+/// Options that `render` has and `run` does not.
+const std::vector<std::string> render_only{"--renderer", "--look", "--pictures", "--size", "--samples"};
 
 /// Options as typed: CLI11 sorts them, option_values checks them, so that all errors read alike.
 struct Typed {
@@ -48,10 +52,9 @@ class CommandLine {
     fresh->add_option("NAME", typed_.argument, "name of the scene; writes NAME.yaml")->required();
     app_.add_subcommand("info", "say what this build and this machine can do");
     add_validate();
-    for (const char* later : {"render", "plot"}) {
-      CLI::App* command = app_.add_subcommand(later, "not available in this version");
-      command->add_option("DIR", typed_.argument, "directory of a run");
-    }
+    add_render();
+    CLI::App* plot = app_.add_subcommand("plot", "draw the plots of a run (needs gnuplot)");
+    plot->add_option("DIR", typed_.argument, "directory of a run")->required();
   }
 
   int parse_and_run(int argc, char** argv) {
@@ -85,9 +88,9 @@ class CommandLine {
     value(command, "--precision", "single|double", "floating-point numbers of the simulation");
   }
 
-  void add_shared(CLI::App* command) {
-    command->add_option("SCENE", typed_.argument, "scene file (YAML or JSON) or name of a built-in scene")
-        ->required();
+  void add_shared(CLI::App* command, const std::string& name = "SCENE",
+                  const std::string& what = "scene file (YAML or JSON) or name of a built-in scene") {
+    command->add_option(name, typed_.argument, what)->required();
     add_machine(command);
     value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
     value(command, "--quality", "draft|balanced|accurate",
@@ -108,7 +111,7 @@ class CommandLine {
     value(run, "--frames", "N", "frames after the starting one, instead of the scene's end");
     value(run, "--steps", "N", "time steps, instead of the scene's end");
     value(run, "--fps", "F", "frames per simulated second");
-    value(run, "--export", "ply,vtp", "what each frame is written as, or none");
+    value(run, "--export", "ply,surface,...", "what each frame is written as, or none");
     value(run, "--log", "text|json", "how to report; json is one object per line");
     run->add_flag("--deterministic", typed_.deterministic, "accepted; runs always repeat bit for bit");
     run->add_flag("--resume", typed_.resume, "continue the run in --out DIR from its checkpoint");
@@ -118,6 +121,20 @@ class CommandLine {
 
   void add_check() {
     add_shared(app_.add_subcommand("check", "say what a run would be, without running it"));
+  }
+
+  void add_render() {
+    CLI::App* render = app_.add_subcommand("render", "make pictures and a movie of a run, or of a scene");
+    add_shared(render, "DIR|SCENE", "directory of a run, or a scene to run first");
+    value(render, "--renderer", "auto|povray|builtin", "auto takes POV-Ray when it is installed");
+    value(render, "--look", "natural|temperature", "what colours show; by default what output.picture says");
+    value(render, "--pictures", "N", "how many at most, evenly spread; 60 by default, 0 = all");
+    value(render, "--size", "WxH", "pixels of a picture, e.g. 1920x1080");
+    value(render, "--samples", "N", "builtin: samples along each side of a pixel");
+    value(render, "--out", "DIR", "of a scene: directory to run it in; by default a new out/<name>-NNN");
+    value(render, "--time", "S", "of a scene: simulated seconds, instead of the scene's end");
+    value(render, "--fps", "F", "of a scene: frames per simulated second");
+    render->add_flag("--quiet", typed_.quiet, "say nothing but warnings and errors");
   }
 
   void add_validate() {
@@ -222,6 +239,23 @@ class CommandLine {
     return options;
   }
 
+  RenderOptions render_options(int argc, char** argv) const {
+    RenderOptions options;
+    options.run = run_options(argc, argv);
+    while (options.run.scene.scene.size() > 1 && options.run.scene.scene.back() == '/')
+      options.run.scene.scene.pop_back();
+    if (typed_.has("--renderer")) {
+      options.renderer = option_choice("--renderer", typed_.get("--renderer"), {"auto", "povray", "builtin"});
+    }
+    if (typed_.has("--look"))
+      options.look = option_choice("--look", typed_.get("--look"), {"natural", "temperature"});
+    if (typed_.has("--pictures")) options.frames = option_count("--pictures", typed_.get("--pictures"));
+    if (typed_.has("--size"))
+      std::tie(options.width, options.height) = option_size("--size", typed_.get("--size"));
+    if (typed_.has("--samples")) options.samples = option_between("--samples", typed_.get("--samples"), 1, 8);
+    return options;
+  }
+
   static void check_together(const RunOptions& options) {
     const int ends = (options.time ? 1 : 0) + (options.frames ? 1 : 0) + (options.steps ? 1 : 0);
     if (ends > 1) throw Failure(ExitCode::usage, "--time, --frames, --steps: give one of them");
@@ -237,7 +271,10 @@ class CommandLine {
     std::string command = "meltsim";
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
-      if (word == "--out") ++i;
+      const std::string option = word.substr(0, word.find('='));
+      if (std::count(render_only.begin(), render_only.end(), option) > 0) i += option == word ? 1 : 0;
+      else if (i == 1 && word == "render") command += " run --export surface";
+      else if (word == "--out") ++i;
       else if (word.compare(0, 6, "--out=") != 0 && word != "--resume" && word != "--overwrite") {
         command += " " + shell_quoted(word);
       }
@@ -253,7 +290,8 @@ class CommandLine {
     if (name == "new") return cmd_new(typed_.argument);
     if (name == "info") return cmd_info();
     if (name == "validate") return cmd_validate(validate_options());
-    return cmd_later(name);
+    if (name == "render") return cmd_render(render_options(argc, argv));
+    return cmd_plot(typed_.argument);
   }
 
   CLI::App app_;

@@ -16,8 +16,8 @@ int cmd_new(const std::string& name);
 int cmd_info();
 /// 0 when every row of every case passes, else 1.
 int cmd_validate(const ValidateOptions& options);
-/// `render` and `plot` are promised for a later version.
-int cmd_later(const std::string& command);
+int cmd_render(const RenderOptions& options);
+int cmd_plot(const std::string& directory);
 
 /// Reads the scene and applies --set, --scale and --quality.
 Scene load_scene(const SceneOptions& options);

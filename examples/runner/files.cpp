@@ -29,7 +29,12 @@ void write_file(const std::string& path, const std::string& content) {
     if (!file) fail(temporary, "written");
     file.write(content.data(), static_cast<std::streamsize>(content.size()));
     file.close();
-    if (!file) fail(temporary, "written");
+    if (!file) {
+      const int why = errno;
+      std::remove(temporary.c_str());  // half a file helps nobody, least of all on a full disk
+      errno = why;
+      fail(path, "written");
+    }
   }
   if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "replaced");
 }

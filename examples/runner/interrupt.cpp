@@ -21,6 +21,8 @@ void watch_interrupts() {
   sigaction(SIGTERM, &action, nullptr);
   // A closed pipe (`meltsim run ... | head`) must not kill a long run.
   std::signal(SIGPIPE, SIG_IGN);
+  // Nor must a limit on the size of files: writing fails, and that is said.
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 int interrupt_signal() { return noted; }

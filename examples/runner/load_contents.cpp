@@ -70,6 +70,9 @@ void load_bodies(const Node& node, Scene& scene) {
     body.desc.name = load_name(item, "body", scene.bodies.size() + 1);
     body.shape = load_shape(item.require("shape", "e.g. {box: [[0,0,0],[1,1,1]]} (m)"));
     body.material = load_material_name(item, scene);
+    for (const SceneMaterial& material : scene.materials) {
+      if (material.desc.name == body.material) scene.output.body_colors.push_back(material.color);
+    }
     body.desc.shape = body.shape.shape;
     body.desc.temperature = load_temperature(item, body.desc.temperature);
     if (const auto value = item.find("density")) body.density = value->positive("kg/m^3");

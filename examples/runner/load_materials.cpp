@@ -19,6 +19,14 @@ double melting_point(const Node& node) {
   return node.is_word("never") ? meltsim::infinity : node.number_or_infinite("degrees Celsius, or never");
 }
 
+std::array<double, 3> color_of(const Node& node) {
+  const meltsim::Vec3d color = node.vector("red, green, blue: 0 to 1");
+  for (const double c : {color.x, color.y, color.z}) {
+    if (c < 0 || c > 1) node.fail(fmt::format("expected red, green and blue from 0 to 1, got {:g}", c));
+  }
+  return {color.x, color.y, color.z};
+}
+
 SceneMaterial load_material(const std::string& name, const Node& node) {
   node.allow_keys(keys::material);
   SceneMaterial material;
@@ -49,6 +57,7 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   if (const auto value = node.find("region_half_width")) desc.region_half_width = value->small_integer();
   if (const auto value = node.find("becomes")) material.becomes = value->text("the name of a material");
   if (const auto value = node.find("freezes")) desc.freezes = value->boolean();
+  if (const auto value = node.find("color")) material.color = color_of(*value);
   return material;
 }
 

@@ -55,15 +55,26 @@ std::vector<std::string> option_formats(const std::string& value) {
   std::vector<std::string> formats;
   if (value == "none") return formats;
   for (const std::string& format : split_commas(value)) {
-    if (std::count(keys::later_formats.begin(), keys::later_formats.end(), format) > 0) {
-      throw Failure(ExitCode::usage,
-                    fmt::format("--export: \"{}\" is not available in this version; available: {}", format,
-                                fmt::join(keys::formats, ", ")));
-    }
     option_choice("--export", format, keys::formats);
     if (std::count(formats.begin(), formats.end(), format) == 0) formats.push_back(format);
   }
   return formats;
+}
+
+int option_between(const std::string& option, const std::string& value, int least, int most) {
+  const auto number = parse_integer(value);
+  if (!number || *number < least || *number > most)
+    bad(option, fmt::format("a whole number from {} to {}", least, most), value);
+  return static_cast<int>(*number);
+}
+
+std::pair<int, int> option_size(const std::string& option, const std::string& value) {
+  const std::size_t x = value.find('x');
+  const auto width = parse_integer(value.substr(0, x)),
+             height = parse_integer(x == std::string::npos ? "" : value.substr(x + 1));
+  const auto fits = [](const std::optional<std::int64_t>& n) { return n && *n >= 16 && *n <= 8192; };
+  if (!fits(width) || !fits(height)) bad(option, "WIDTHxHEIGHT, 16 to 8192 pixels each, e.g. 960x540", value);
+  return {static_cast<int>(*width), static_cast<int>(*height)};
 }
 
 std::string shell_quoted(const std::string& word) {

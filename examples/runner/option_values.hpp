@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "options.hpp"
@@ -18,6 +19,10 @@ std::string option_choice(const std::string& option, const std::string& value,
 std::vector<std::string> option_formats(const std::string& value);
 
 /// `'a b'` where a shell would take it apart.
+/// A whole number from `least` to `most`.
+int option_between(const std::string& option, const std::string& value, int least, int most);
+/// "960x540"
+std::pair<int, int> option_size(const std::string& option, const std::string& value);
 std::string shell_quoted(const std::string& word);
 
 }  // namespace runner

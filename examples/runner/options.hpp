@@ -42,6 +42,15 @@ struct RunOptions {
   std::string resume_command;  ///< the command that continues this run, but for --out
 };
 
+/// `render`: of what, how, how many.
+struct RenderOptions {
+  RunOptions run;                 ///< run.scene.scene is the directory, or the scene to run first
+  std::string renderer = "auto";  ///< auto, povray or builtin
+  std::optional<std::string> look;
+  std::optional<int> width, height, samples;
+  std::uint64_t frames = 60;  ///< pictures at most; 0 = all
+};
+
 /// `validate`: which cases, how, and where to write.
 struct ValidateOptions {
   MachineOptions machine;

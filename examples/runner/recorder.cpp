@@ -24,22 +24,27 @@ CsvFile open_table(const std::string& path, const std::string& header, std::size
   return CsvFile::resume(path, header, time_column, resumed->time, kept);
 }
 
+std::vector<double> times_of(const std::vector<std::string>& rows) {
+  std::vector<double> times;
+  for (const std::string& row : rows) times.push_back(parse_number(split_commas(row).at(1)).value_or(0));
+  return times;
+}
+
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0 : std::min(1.0, static_cast<double>(part) / static_cast<double>(whole));
 }
 
 }  // namespace
 
-Recorder::Recorder(const Scene& scene, RunDirectory directory, const RunState* resumed)
+Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
+                   const RunState* resumed)
     : scene_(scene),
       directory_(std::move(directory)),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
-      bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)) {
+      bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)),
+      export_(scene, directory_, times_of(kept_stats_)),
+      pictures_(scene, directory_, built, planned_frames, resumed) {
   probes_ = open_table(directory_.file("probes.csv"), probes_header, 1, resumed);
-  for (const std::string& row : kept_stats_) {
-    const double time = parse_number(split_commas(row).at(1)).value_or(0);
-    vtp_frames_.emplace_back(time, directory_.frame_name(vtp_frames_.size(), "vtp"));
-  }
 }
 
 void Recorder::frame(Built& built, const RunState& state, double dt, double ms_per_step) {
@@ -65,17 +70,14 @@ void Recorder::write_bodies(Built& built, double time) {
 }
 
 void Recorder::write_particles(meltsim::World& world, const RunState& state) {
-  const std::vector<std::string>& formats = scene_.output.formats;
-  if (formats.empty()) return;
+  if (!export_.any() && !pictures_.wants(state.next_frame)) return;
   const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
-  for (const std::string& format : formats) {
-    const std::string text =
-        format == "vtp" ? vtp_text(particles, state.time) : ply_text(particles, state.time);
-    write_file(directory_.frame(state.next_frame, format), text);
-  }
-  if (std::count(formats.begin(), formats.end(), "vtp") == 0) return;
-  vtp_frames_.emplace_back(state.time, directory_.frame_name(state.next_frame, "vtp"));
-  write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
+  pictures_.frame(state.next_frame, state.time, particles);
+  export_.write(world, state.next_frame, state.time, particles);
+}
+
+const std::string& Recorder::problem() const {
+  return pictures_.problem().empty() ? export_.problem() : pictures_.problem();
 }
 
 double Recorder::next_probe(const RunState& state) const {
@@ -105,6 +107,16 @@ void Recorder::flush() {
   stats_.flush();
   bodies_.flush();
   probes_->flush();
+}
+
+void Recorder::save() {
+  flush();
+  pictures_.save();
+}
+
+void Recorder::finish(meltsim::World& world, const RunState& state) {
+  flush();
+  pictures_.finish(world, state);
 }
 
 }  // namespace runner

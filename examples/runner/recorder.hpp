@@ -11,6 +11,8 @@
 #include "checkpoint.hpp"
 #include "csv.hpp"
 #include "run_directory.hpp"
+#include "show/frame_export.hpp"
+#include "show/run_pictures.hpp"
 #include "tables.hpp"
 
 namespace runner {
@@ -23,7 +25,9 @@ inline std::uint64_t net_melted(std::uint64_t melted, std::uint64_t frozen) {
 class Recorder {
  public:
   /// `resumed`: goes on with the tables in the directory from this state's time.
-  Recorder(const Scene& scene, RunDirectory directory, const RunState* resumed);
+  /// `planned_frames` is a guess for pictures, 0 = not known.
+  Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
+           const RunState* resumed);
 
   /// One row of stats.csv, the bodies, and the exported files of frame state.next_frame.
   void frame(Built& built, const RunState& state, double dt, double ms_per_step);
@@ -32,6 +36,12 @@ class Recorder {
   /// When the next sample is due; infinite without probes.
   double next_probe(const RunState& state) const;
   void flush();
+  /// flush(), and what pictures need to go on after a resume.
+  void save();
+  /// The pictures a run ends with.
+  void finish(meltsim::World& world, const RunState& state);
+  /// What went wrong with surfaces, if anything did.
+  const std::string& problem() const;
 
   const StatsRow& last() const { return last_; }
   bool anything_left_to_melt() const { return meltable_left_ > 0; }
@@ -46,7 +56,8 @@ class Recorder {
   std::vector<std::string> kept_stats_;  ///< rows from before a resume
   CsvFile stats_, bodies_;
   std::optional<CsvFile> probes_;
-  std::vector<std::pair<double, std::string>> vtp_frames_;
+  FrameExport export_;
+  RunPictures pictures_;
   StatsRow last_;
   std::uint64_t meltable_left_ = 0;
 };

@@ -61,7 +61,7 @@ void Run::resolve_dt() {
 }
 
 void Run::begin() {
-  recorder_.emplace(scene_, directory_, nullptr);
+  recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr);
   state_.meltable = built_.meltable;
   write_run_json({});
   recorder_->probes(built_.world, state_);
@@ -93,7 +93,7 @@ void Run::resume() {
   checkpoint.state.probe_samples.resize(scene_.probes.size());
   state_ = checkpoint.state;
   wall_before_ = state_.wall_s;
-  recorder_.emplace(scene_, directory_, &state_);
+  recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_);
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
 }
@@ -107,6 +107,11 @@ double Run::end() const {
 double Run::frame_end() const {
   // The next frame of the regular grid that lies ahead, or the end when that comes first.
   return std::min(static_cast<double>(state_.next_frame) / time_.fps, end());
+}
+
+std::uint64_t Run::planned_frames() const {
+  const double frames = end() * time_.fps;
+  return std::isfinite(frames) ? static_cast<std::uint64_t>(std::min(frames, 1e12)) : 0;
 }
 
 double Run::frame_start() const { return static_cast<double>(state_.next_frame - 1) / time_.fps; }
@@ -212,7 +217,7 @@ void Run::check_melted() {
 void Run::save_checkpoint() {
   state_.wall_s = wall();
   state_.stable_dt = time_.adaptive ? built_.world.stable_dt() : 0;
-  recorder_->flush();
+  recorder_->save();
   write_checkpoint(directory_.file("checkpoint.bin"),
                    {state_, resolved_scene_, expect(built_.world.snapshot())});
   state_.stable_dt = 0;

@@ -42,6 +42,7 @@ class Run {
   void show_progress(const meltsim::StepResult& result);
   bool at_end() const;
   double end() const;
+  std::uint64_t planned_frames() const;
   double frame_start() const;
   double frame_end() const;
   double wall() const;  ///< [s] of all sessions

@@ -23,21 +23,21 @@ void make(const fs::path& path) {
     throw Failure(ExitCode::io, fmt::format("{}: cannot be created: {}", path.string(), error.message()));
 }
 
-/// "particles_00012.ply" -> 12
-std::optional<std::int64_t> frame_number(const std::string& file) {
-  const std::string stem = "particles_";
-  if (file.compare(0, stem.size(), stem) != 0) return std::nullopt;
-  return parse_integer(file.substr(stem.size(), file.find('.') - stem.size()));
-}
-
 }  // namespace
 
-std::string RunDirectory::frame_name(std::uint64_t index, const std::string& extension) const {
-  return fmt::format("frames/particles_{:05}.{}", index, extension);
+std::optional<std::int64_t> frame_number(const std::string& file) {
+  const std::size_t dot = file.find('.'), line = file.rfind('_', dot);
+  if (dot == std::string::npos || line == std::string::npos || dot - line < 6) return std::nullopt;
+  return parse_integer(file.substr(line + 1, dot - line - 1));
 }
 
-std::string RunDirectory::frame(std::uint64_t index, const std::string& extension) const {
-  return file(frame_name(index, extension));
+std::string frame_file(const std::string& what, std::uint64_t index, const std::string& extension) {
+  return fmt::format("frames/{}_{:05}.{}", what, index, extension);
+}
+
+std::string RunDirectory::frame(const std::string& what, std::uint64_t index,
+                                const std::string& extension) const {
+  return file(frame_file(what, index, extension));
 }
 
 RunDirectory new_run_directory(const std::string& name) {
@@ -54,6 +54,13 @@ RunDirectory new_run_directory(const std::string& name) {
       make(fs::path(path) / "frames");
       return {path};
     }
+  }
+}
+
+std::string fresh_run_directory(const std::string& name) {
+  for (int number = 1;; ++number) {
+    const std::string path = fmt::format("out/{}-{:03}", name, number);
+    if (!exists(path)) return path;
   }
 }
 

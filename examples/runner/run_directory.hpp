@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace runner {
@@ -10,12 +11,18 @@ namespace runner {
 struct RunDirectory {
   std::string path;
   std::string file(const std::string& name) const { return path + "/" + name; }
-  std::string frame(std::uint64_t index, const std::string& extension) const;  ///< frames/particles_00012.ply
-  std::string frame_name(std::uint64_t index, const std::string& extension) const;
+  std::string frame(const std::string& what, std::uint64_t index, const std::string& extension) const;
 };
+
+/// frames/particles_00012.ply, relative to the run directory.
+std::string frame_file(const std::string& what, std::uint64_t index, const std::string& extension);
+/// "particles_00012.ply" -> 12
+std::optional<std::int64_t> frame_number(const std::string& file);
 
 /// out/<name>-001, -002, ... under the current directory.
 RunDirectory new_run_directory(const std::string& name);
+/// The path that it would have now.
+std::string fresh_run_directory(const std::string& name);
 /// Fails when --out DIR exists: said before a long build, not after it.
 void refuse_existing(const std::string& path);
 /// --out DIR.

@@ -135,6 +135,11 @@ int Run::report(Outcome outcome) {
   }
   const Json block = final_block(outcome);
   write_run_json(block);
+  recorder_->finish(built_.world, state_);
+  if (!recorder_->problem().empty()) {
+    log_.warn("pictures: " + recorder_->problem());
+    write_run_json(block);
+  }
   if (outcome == Outcome::diverged) {
     log_.error(divergence_message());
     return static_cast<int>(ExitCode::diverged);

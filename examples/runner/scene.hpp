@@ -3,6 +3,7 @@
 // plus where each part stood in the file.
 #pragma once
 
+#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -23,7 +24,8 @@ struct SceneShape {
 
 struct SceneMaterial {
   meltsim::MaterialDesc desc;
-  std::string becomes;  ///< name of the liquid it melts into, or empty
+  std::string becomes;                         ///< name of the liquid it melts into, or empty
+  std::optional<std::array<double, 3>> color;  ///< red, green, blue in pictures, 0..1
   Source source;
 };
 
@@ -73,7 +75,9 @@ struct SceneTime {
 
 struct SceneOutput {
   std::vector<std::string> formats{"ply"};
-  Json surface, camera;  ///< kept for the renderer; this version does not read them
+  /// Of each body in pictures; empty where the scene does not say.
+  std::vector<std::optional<std::array<double, 3>>> body_colors;
+  Json surface, camera, picture;  ///< what was given of their keys, checked
 };
 
 struct Scene {

@@ -126,6 +126,7 @@ Json material_json(const SceneMaterial& material) {
   else json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
   json["friction"] = desc.friction;
+  if (material.color) json["color"] = *material.color;
   return json;
 }
 
@@ -190,6 +191,7 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
   json["output"]["export"] = scene.output.formats;
   if (!scene.output.surface.is_null()) json["output"]["surface"] = scene.output.surface;
   if (!scene.output.camera.is_null()) json["output"]["camera"] = scene.output.camera;
+  if (!scene.output.picture.is_null()) json["output"]["picture"] = scene.output.picture;
   return json;
 }
 

@@ -23,7 +23,8 @@ inline const List surface_heat{"temperature", "flux", "convection", "emissivity"
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
 inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
                            "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
-                           "stiffness", "damping",       "friction",     "freezes",       "youngs_modulus"};
+                           "stiffness", "damping",       "friction",     "freezes",       "youngs_modulus",
+                           "color"};
 inline const List fluid{"shape", "material", "temperature", "velocity"};
 inline const List body{"name",        "shape",    "material",         "density",
                        "temperature", "velocity", "angular_velocity", "fixed",
@@ -32,9 +33,10 @@ inline const List emitter{"name",        "nozzle", "speed", "material",
                           "temperature", "from",   "until", "max_particles"};
 inline const List nozzle{"center", "axis", "radius"};
 inline const List probe{"name", "at", "fields", "every"};
-inline const List output{"export", "surface", "camera"};
-inline const List surface{"cell"};
+inline const List output{"export", "surface", "camera", "picture"};
+inline const List surface{"cell", "kernel", "smoothing"};
 inline const List camera{"eye", "look_at", "up", "fov"};
+inline const List picture{"width", "height", "samples", "look"};
 
 inline const List shapes{"box",   "sphere", "capsule", "cylinder",  "torus",
                          "blend", "mesh",   "union",   "difference"};
@@ -55,7 +57,8 @@ inline const List stepping{"fixed", "adaptive"};
 inline const List end_when{"time", "melted"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
 inline const List probe_field{"temperature", "pressure", "density", "velocity"};
-inline const List formats{"ply", "vtp"};                       ///< written by this version
-inline const List later_formats{"pov", "obj", "png", "html"};  ///< known, not written yet
+inline const List formats{"ply", "vtp", "surface", "obj", "glb", "pov", "png", "html"};
+inline const List look{"natural", "temperature"};
+inline const List surface_kernel{"isotropic", "anisotropic"};
 
 }  // namespace runner::keys

@@ -69,7 +69,8 @@ probes:
     every: 0.1                   # s
 
 output:
-  export: [ply]                  # ply | vtp
+  export: [ply]                  # ply | vtp | surface | obj | glb | pov | png; index.html and still.png are always written
+  picture: {look: natural}       # natural | temperature
 )YAML";
 
 }  // namespace runner

@@ -44,6 +44,8 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   EXPECT_EQ(properties(top.at("heat")), sorted(keys::heat));
   EXPECT_EQ(properties(top.at("output")), sorted(keys::output));
   EXPECT_EQ(properties(top.at("output").at("properties").at("camera")), sorted(keys::camera));
+  EXPECT_EQ(properties(top.at("output").at("properties").at("picture")), sorted(keys::picture));
+  EXPECT_EQ(properties(top.at("output").at("properties").at("surface")), sorted(keys::surface));
   EXPECT_EQ(properties(defs.at("material")), sorted(keys::material));
   EXPECT_EQ(properties(defs.at("fluid")), sorted(keys::fluid));
   EXPECT_EQ(properties(defs.at("body")), sorted(keys::body));
@@ -78,6 +80,9 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   EXPECT_EQ(words(top.at("time").at("properties").at("end_when")), sorted(keys::end_when));
   EXPECT_EQ(words(top.at("heat").at("properties").at("model")), sorted(keys::heat_model));
   EXPECT_EQ(words(top.at("output").at("properties").at("export").at("items")), sorted(keys::formats));
+  EXPECT_EQ(words(top.at("output").at("properties").at("picture").at("properties").at("look")), sorted(keys::look));
+  EXPECT_EQ(words(top.at("output").at("properties").at("surface").at("properties").at("kernel")),
+            sorted(keys::surface_kernel));
   const Json& probe = schema().at("$defs").at("probe").at("properties");
   EXPECT_EQ(words(probe.at("fields").at("items")), sorted(keys::probe_field));
 }

@@ -160,6 +160,12 @@ class WholeRuns(unittest.TestCase):
             self.meltsim("run", SCENE, "--steps", "1", "--backend", "cpu")
             self.assertTrue(os.path.exists(self.path("out", f"tiny-00{number}", "run.json")))
 
+    def replay(self, name):
+        """What index.html says of the run, and its frames as they are packed."""
+        page = Path(self.path(name, "index.html")).read_text()
+        return [json.loads(re.search(r'id="about-run"[^>]*>(.*?)</script>', page, re.S).group(1)),
+                re.search(r'id="frames"[^>]*>(.*?)</script>', page, re.S).group(1)]
+
     def interrupted_and_resumed(self, *options):
         """An uninterrupted run, and one that was interrupted and resumed."""
         common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--time", "2", *options]
@@ -182,6 +188,8 @@ class WholeRuns(unittest.TestCase):
         self.assertIn("--out cut --resume", said)
         run = json.loads(Path(self.path("cut", "run.json")).read_text())
         self.assertEqual(run["final"]["status"], "interrupted")
+        self.assertGreaterEqual(len(self.replay("cut")[0]["frames"]), 3)
+        self.assertTrue(os.path.exists(self.path("cut", "still.png")))
         # Rows from after the checkpoint (a killed run leaves some) are computed again.
         with open(self.path("cut", "stats.csv"), "a") as file:
             file.write(",".join(["99", "1.99"] + ["0"] * (len(STATS) - 2)) + "\n")
@@ -198,6 +206,12 @@ class WholeRuns(unittest.TestCase):
             self.assertEqual(Path(self.path("whole", name)).read_bytes(), Path(self.path("cut", name)).read_bytes())
         probes = [table(self.path(name, "probes.csv")) for name in ("whole", "cut")]
         self.assertEqual(probes[0], probes[1])
+        pages = [self.replay(name) for name in ("whole", "cut")]
+        self.assertEqual(len(pages[0][0]["frames"]), 51)
+        self.assertEqual(pages[0][0]["frames"], pages[1][0]["frames"])
+        self.assertEqual(pages[0][1], pages[1][1])
+        self.assertEqual(Path(self.path("whole", "still.png")).read_bytes(),
+                         Path(self.path("cut", "still.png")).read_bytes())
 
     def test_adaptive_runs_resume_too(self):
         whole, cut = self.interrupted_and_resumed("--set", "time.stepping=adaptive", "--set", "time.dt=auto")

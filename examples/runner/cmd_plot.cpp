@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltsim plot DIR`: stats.csv as plots.svg and plots.png.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "commands.hpp"
+#include "failure.hpp"
+#include "files.hpp"
+#include "run_directory.hpp"
+#include "show/plot_script.hpp"
+#include "show/programs.hpp"
+#include "show/run_frames.hpp"
+
+namespace runner {
+
+int cmd_plot(const std::string& path) {
+  const RunDirectory directory{path};
+  const Scene scene = run_scene_of(directory);
+  if (!exists(directory.file("stats.csv")))
+    throw Failure(ExitCode::io, directory.file("stats.csv") + ": is missing; run the scene again");
+  const std::string gnuplot = find_program("gnuplot");
+  if (gnuplot.empty()) {
+    throw Failure(
+        ExitCode::usage,
+        fmt::format(
+            "plot: gnuplot is not in PATH (Debian/Ubuntu: apt install gnuplot-nox); {} has plots that "
+            "need only a browser",
+            directory.file("index.html")));
+  }
+  const std::string table = read_file(directory.file("stats.csv"));
+  const auto rows = std::count(table.begin(), table.end(), '\n');  // with the header
+  for (const char* name : {"plots.svg", "plots.png"}) {
+    const std::string picture = directory.file(name), temporary = picture + ".tmp", script = picture + ".gp",
+                      said = picture + ".log";
+    write_file(script, plot_script(directory.file("stats.csv"), temporary,
+                                   scene.title.empty() ? path : scene.title, name[6] == 's', rows < 3));
+    const int status = run_program({gnuplot, script}, said);
+    if (status != 0 || !exists(temporary)) {
+      throw Failure(ExitCode::io,
+                    fmt::format("{}: gnuplot ended with {}; it said why in {}", script, status, said));
+    }
+    if (std::rename(temporary.c_str(), picture.c_str()) != 0)
+      throw Failure(ExitCode::io, picture + ": cannot be replaced");
+    for (const std::string& file : {script, said}) std::remove(file.c_str());
+    fmt::print("{}\n", picture);
+  }
+  return 0;
+}
+
+}  // namespace runner

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+// `meltsim render DIR|SCENE`: pictures of a run's frames, a sheet of them, and a movie.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "commands.hpp"
+#include "failure.hpp"
+#include "files.hpp"
+#include "log.hpp"
+#include "show/draw.hpp"
+#include "show/pov_file.hpp"
+#include "show/programs.hpp"
+#include "show/run_frames.hpp"
+
+namespace runner {
+
+namespace {
+
+constexpr std::size_t sheet_pictures = 12;
+constexpr int sheet_columns = 4, sheet_width = 480;
+
+/// At most `most` of them, evenly spread, with the first and the last; 0 = all.
+std::vector<std::uint64_t> spread(const std::vector<std::uint64_t>& all, std::uint64_t most) {
+  if (most == 0 || all.size() <= most) return all;
+  std::vector<std::uint64_t> some;
+  for (std::uint64_t i = 0; i < most; ++i) {
+    some.push_back(all[most == 1 ? all.size() - 1 : i * (all.size() - 1) / (most - 1)]);
+  }
+  return some;
+}
+
+class Renderer {
+ public:
+  Renderer(const RenderOptions& options, RunDirectory directory, Log& log)
+      : options_(options), directory_(std::move(directory)), log_(log), scene_(run_scene_of(directory_)) {
+    const auto [cold, hot] = range_on_disk(directory_);
+    wish_ = picture_wish(scene_, cold, hot);
+    if (options.width) wish_.width = *options.width;
+    if (options.height) wish_.height = *options.height;
+    if (options.samples) wish_.samples = *options.samples;
+    if (options.look) wish_.look = *options.look == "temperature" ? Look::temperature : Look::natural;
+    wish_.threads = options.run.machine.threads;
+    name_ = wish_.look == Look::temperature ? "temperature" : "natural";
+    choose_renderer();
+  }
+
+  int execute() {
+    const std::vector<std::uint64_t> all = frames_on_disk(directory_);
+    if (all.empty()) {
+      throw Failure(
+          ExitCode::io,
+          fmt::format("{}: holds no frames as PLY; run the scene with --export surface (smooth) or ply",
+                      directory_.path));
+    }
+    const std::vector<std::uint64_t> chosen = spread(all, options_.frames);
+    camera_ = common_camera(chosen);
+    std::filesystem::create_directories(directory_.file("pictures"));
+    std::vector<std::pair<double, std::string>> pictures;
+    std::vector<Image> small;
+    const std::vector<std::uint64_t> on_sheet = spread(chosen, sheet_pictures);
+    for (const std::uint64_t index : chosen) {
+      const FrameShapes shapes = frame_on_disk(directory_, scene_, index);
+      say_once(shapes);
+      const Image image = picture(shapes, index);
+      const std::string file = fmt::format("pictures/{}_{:05}.png", name_, index);
+      write_file(directory_.file(file), png_text(image));
+      pictures.emplace_back(shapes.time, file);
+      if (std::count(on_sheet.begin(), on_sheet.end(), index) > 0)
+        small.push_back(reduced(image, sheet_width));
+      log_.info(fmt::format("{} ({} of {})", directory_.file(file), pictures.size(), chosen.size()));
+    }
+    const std::string sheet = directory_.file(name_ + "_sheet.png");
+    write_file(sheet, png_text(contact_sheet(
+                          small, std::min<int>(sheet_columns, static_cast<int>(small.size())), sheet_width)));
+    log_.info("all at a glance: " + sheet);
+    if (pictures.size() > 1) movie(pictures);
+    return 0;
+  }
+
+ private:
+  void choose_renderer() {
+    povray_ = options_.renderer == "builtin" ? "" : find_program("povray");
+    if (options_.renderer == "povray" && povray_.empty()) {
+      throw Failure(
+          ExitCode::usage,
+          "--renderer povray: povray is not in PATH (Debian/Ubuntu: apt install povray); --renderer "
+          "builtin needs nothing");
+    }
+    log_.info(povray_.empty()
+                  ? "renderer: builtin" +
+                        std::string(options_.renderer == "auto" ? " (povray is not installed)" : "")
+                  : "renderer: " + povray_);
+  }
+
+  /// One camera for all pictures: what there is to see in the first, a middle and the last.
+  Camera common_camera(const std::vector<std::uint64_t>& chosen) {
+    Box seen;
+    for (const std::uint64_t index : spread(chosen, 3)) {
+      const Box box = box_of(frame_on_disk(directory_, scene_, index));
+      if (box.empty()) continue;
+      seen.add(box.min);
+      seen.add(box.max);
+    }
+    wish_.extent = length(seen.size());
+    return scene_camera(scene_, view_box(scene_, seen));
+  }
+
+  void say_once(const FrameShapes& shapes) {
+    if (!shapes.balls.empty()) {
+      log_.warn(
+          fmt::format("{} holds particles only: they are drawn as balls; --export surface writes surfaces",
+                      directory_.path));
+    }
+    if (eye_in_solid(shapes, camera_)) {
+      log_.warn("the camera stands inside a solid in some frames: move output.camera.eye");
+    }
+  }
+
+  Image picture(const FrameShapes& shapes, std::uint64_t index) {
+    if (povray_.empty()) return draw(shapes, scene_, camera_, wish_);
+    const std::string base = directory_.file(fmt::format("pictures/{}_{:05}", name_, index));
+    const std::string pov = base + ".pov", png = base + ".povray.png", said = base + ".log";
+    write_file(pov, pov_text(shapes, camera_, trace_settings(scene_, camera_, wish_)));
+    std::vector<std::string> command{povray_,
+                                     "+I" + pov,
+                                     "+O" + png,
+                                     fmt::format("+W{}", wish_.width),
+                                     fmt::format("+H{}", wish_.height),
+                                     "+A0.1",
+                                     "+R2",
+                                     "-D",
+                                     "+FN8"};
+    if (wish_.threads > 0) command.push_back(fmt::format("+WT{}", wish_.threads));
+    const int status = run_program(command, said);
+    if (status != 0 || !exists(png)) {
+      throw Failure(
+          ExitCode::io,
+          fmt::format("{}: povray ended with {}; it said why in {}; --renderer builtin does without it", pov,
+                      status, said));
+    }
+    Image image = read_png(png);
+    for (const std::string& file : {pov, png, said}) std::remove(file.c_str());  // our own, a moment old
+    annotate(image, shapes.time, wish_);
+    return image;
+  }
+
+  void movie(const std::vector<std::pair<double, std::string>>& pictures) {
+    const std::string ffmpeg = find_program("ffmpeg");
+    if (ffmpeg.empty()) {
+      log_.info("no movie: ffmpeg is not installed (Debian/Ubuntu: apt install ffmpeg)");
+      return;
+    }
+    const std::string list = directory_.file(name_ + ".ffconcat"),
+                      said = directory_.file(name_ + ".ffmpeg.log");
+    std::string text = "ffconcat version 1.0\n";
+    for (std::size_t i = 0; i < pictures.size(); ++i) {
+      const double until = i + 1 < pictures.size() ? pictures[i + 1].first : pictures[i].first + 1;
+      text += fmt::format("file '{}'\nduration {:.6f}\n", pictures[i].second,
+                          std::max(1e-3, until - pictures[i].first));
+    }
+    // The last picture stays for a second; ffmpeg forgets a last duration that no file follows.
+    text += fmt::format("file '{}'\n", pictures.back().second);
+    write_file(list, text);
+    const std::string movie = directory_.file(name_ + ".mp4"),
+                      temporary = directory_.file(name_ + ".part.mp4");
+    for (const char* codec : {"libx264", "mpeg4"}) {
+      const int status = run_program({ffmpeg,
+                                      "-hide_banner",
+                                      "-y",
+                                      "-f",
+                                      "concat",
+                                      "-safe",
+                                      "0",
+                                      "-i",
+                                      list,
+                                      "-vf",
+                                      "fps=25,scale=trunc(iw/2)*2:trunc(ih/2)*2",
+                                      "-c:v",
+                                      codec,
+                                      "-q:v",
+                                      "3",
+                                      "-pix_fmt",
+                                      "yuv420p",
+                                      "-movflags",
+                                      "+faststart",
+                                      temporary},
+                                     said);
+      if (status != 0) continue;
+      if (std::rename(temporary.c_str(), movie.c_str()) != 0)
+        throw Failure(ExitCode::io, movie + ": cannot be replaced");
+      for (const std::string& file : {list, said}) std::remove(file.c_str());
+      log_.info("movie: " + movie);
+      return;
+    }
+    log_.warn(fmt::format("no movie: ffmpeg failed and said why in {}", said));
+  }
+
+  const RenderOptions& options_;
+  RunDirectory directory_;
+  Log& log_;
+  Scene scene_;
+  PictureWish wish_;
+  Camera camera_;
+  std::string name_, povray_;
+};
+
+}  // namespace
+
+int cmd_render(const RenderOptions& options) {
+  std::error_code error;
+  std::string directory = options.run.scene.scene;
+  if (!std::filesystem::is_directory(directory, error)) {
+    // A scene: run it first, with the surfaces that pictures are made of.
+    RunOptions run = options.run;
+    run.formats = {"surface"};
+    if (run.out.empty()) run.out = fresh_run_directory(load_scene(run.scene).name);
+    directory = run.out;
+    const int code = cmd_run(run);
+    if (code != 0) return code;
+  }
+  Log log(LogStyle::text, options.run.quiet);
+  try {
+    return Renderer(options, {directory}, log).execute();
+  } catch (const Failure& failure) {
+    log.error(failure.what());
+    return static_cast<int>(failure.code());
+  }
+}
+
+}  // namespace runner

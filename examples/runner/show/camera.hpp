@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where pictures are taken from: as the scene says, or so that everything is in view.
+#pragma once
+
+#include "scene.hpp"
+
+namespace runner {
+
+struct Box {
+  meltsim::Vec3d min{1e300, 1e300, 1e300}, max{-1e300, -1e300, -1e300};  ///< [m]; empty at first
+  bool empty() const { return min.x > max.x; }
+  void add(const meltsim::Vec3d& x);
+  meltsim::Vec3d size() const;
+};
+
+struct Camera {
+  meltsim::Vec3d eye, look_at, up{0, 1, 0};
+  double fov = 40;  ///< degrees, from top to bottom of the picture
+};
+
+/// Against gravity, or y where there is none.
+meltsim::Vec3d upward(const Scene& scene);
+/// The camera of output.camera; what it leaves out follows from `box`, what there is to see.
+Camera scene_camera(const Scene& scene, const Box& box);
+/// What there is to see: `contents`, or the domain while there are none.
+Box view_box(const Scene& scene, const Box& contents);
+
+}  // namespace runner

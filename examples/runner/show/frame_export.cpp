@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "show/frame_export.hpp"
+
+#include <algorithm>
+
+#include "files.hpp"
+#include "show/draw.hpp"
+#include "show/mesh_files.hpp"
+#include "show/pov_file.hpp"
+#include "show/surfaces.hpp"
+
+namespace runner {
+
+FrameExport::FrameExport(const Scene& scene, RunDirectory directory, const std::vector<double>& times)
+    : scene_(scene),
+      directory_(std::move(directory)),
+      formats_(scene.output.formats.begin(), scene.output.formats.end()) {
+  for (const double time : times)
+    vtp_frames_.emplace_back(time, frame_file("particles", vtp_frames_.size(), "vtp"));
+}
+
+bool FrameExport::any() const {
+  // index.html is no file of a frame.
+  return std::any_of(formats_.begin(), formats_.end(),
+                     [](const std::string& format) { return format != "html"; });
+}
+
+void FrameExport::write(meltsim::World& world, std::uint64_t index, double time,
+                        const std::vector<FrameParticle>& particles) {
+  write_particles(index, time, particles);
+  for (const char* format : {"surface", "obj", "glb", "pov", "png"}) {
+    if (!wants(format)) continue;
+    write_shapes(world_shapes(world, scene_, time, particles, problem_), index);
+    return;
+  }
+}
+
+void FrameExport::write_particles(std::uint64_t index, double time,
+                                  const std::vector<FrameParticle>& particles) {
+  if (wants("ply")) write_file(directory_.frame("particles", index, "ply"), ply_text(particles, time));
+  if (!wants("vtp")) return;
+  write_file(directory_.frame("particles", index, "vtp"), vtp_text(particles, time));
+  vtp_frames_.emplace_back(time, frame_file("particles", index, "vtp"));
+  write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
+}
+
+void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index) {
+  const auto [cold, hot] = temperature_range(scene_);
+  for (const auto& [name, mesh] :
+       {std::pair<const char*, const Mesh*>{"liquid", &shapes.liquid}, {"solid", &shapes.solid}}) {
+    if (wants("surface"))
+      write_file(directory_.frame(name, index, "ply"), mesh_ply_text(*mesh, shapes.origin, shapes.time));
+    if (wants("obj")) {
+      write_file(directory_.frame(name, index, "obj"),
+                 mesh_obj_text(*mesh, shapes.origin, shapes.time, name, cold, hot));
+    }
+  }
+  if (wants("glb")) write_file(directory_.frame("surface", index, "glb"), glb_text(shapes, cold, hot));
+  const PictureWish wish = picture_wish(scene_, cold, hot);
+  // What will be where later is not known yet; a camera that moves from frame to frame is worse than a wide
+  // view.
+  const Box all = view_box(scene_, {});
+  const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all);
+  if (wants("pov")) {
+    write_file(directory_.frame("scene", index, "pov"),
+               pov_text(shapes, camera, trace_settings(scene_, camera, wish)));
+  }
+  if (wants("png"))
+    write_file(directory_.frame("picture", index, "png"), png_text(draw(shapes, scene_, camera, wish)));
+}
+
+std::pair<double, double> temperature_range(const Scene& scene) {
+  double cold = 1e300, hot = -1e300;
+  const auto take = [&](double t) {
+    cold = std::min(cold, t);
+    hot = std::max(hot, t);
+  };
+  for (const SceneFluid& fluid : scene.fluids) take(fluid.desc.temperature);
+  for (const SceneBody& body : scene.bodies) take(body.desc.temperature);
+  for (const SceneEmitter& emitter : scene.emitters) take(emitter.desc.temperature);
+  for (const meltsim::SurfaceHeatDesc& wall : scene.world.domain.heat) {
+    if (wall.temperature) take(*wall.temperature);
+  }
+  for (const SceneHeatRegion& region : scene.heat_regions) {
+    if (region.desc.temperature) take(*region.desc.temperature);
+  }
+  if (cold > hot) return {0, 1};
+  if (hot - cold < 1e-3) return {cold - 0.5, hot + 0.5};
+  return {cold, hot};
+}
+
+}  // namespace runner

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// The files of a frame that output.export and --export name.
+#pragma once
+
+#include <set>
+
+#include "build_world.hpp"
+#include "checkpoint.hpp"
+#include "run_directory.hpp"
+#include "show/camera.hpp"
+#include "show/shapes.hpp"
+
+namespace runner {
+
+class FrameExport {
+ public:
+  /// `times` of the frames that were written before a resume.
+  FrameExport(const Scene& scene, RunDirectory directory, const std::vector<double>& times);
+
+  /// Whether it needs the particles of a frame at all.
+  bool any() const;
+  void write(meltsim::World& world, std::uint64_t index, double time,
+             const std::vector<FrameParticle>& particles);
+  /// Why surfaces were replaced by particles, if they were.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  bool wants(const char* format) const { return formats_.count(format) > 0; }
+  void write_particles(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
+  void write_shapes(const FrameShapes& shapes, std::uint64_t index);
+
+  const Scene& scene_;
+  RunDirectory directory_;
+  std::set<std::string> formats_;
+  std::vector<std::pair<double, std::string>> vtp_frames_;
+  std::string problem_;
+};
+
+/// The coldest and the warmest that the scene itself names: colours that stay the same from frame to frame.
+std::pair<double, double> temperature_range(const Scene& scene);
+
+}  // namespace runner

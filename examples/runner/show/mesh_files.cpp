@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "show/mesh_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+
+#include "scene.hpp"
+#include "show/ramp.hpp"
+
+namespace runner {
+
+namespace {
+
+using meltsim::Vec3f;
+
+template <class T>
+void append(std::string& to, T value) {
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  to.append(bytes, sizeof(T));
+}
+
+Mesh placeholder() {
+  Mesh mesh;
+  mesh.position = {{0, 0, 0}, {1e-6f, 0, 0}, {0, 0, -1e-6f}};
+  mesh.normal.assign(3, {0, 1, 0});
+  mesh.temperature.assign(3, 0);
+  mesh.body.assign(3, 0);
+  mesh.triangles = {0, 1, 2};
+  return mesh;
+}
+
+/// Comments, one a line behind `mark`.
+std::string comments(const char* mark, bool empty, double time) {
+  std::string text =
+      fmt::format("{0} meltsim surface\n{0} time_s {1:.9g}\n{0} units m, degrees Celsius\n", mark, time);
+  if (empty) text += fmt::format("{} {}: this frame has no such surface\n", mark, placeholder_word);
+  return text;
+}
+
+Rgb color_of(float temperature, double cold, double hot) {
+  return ramp((temperature - cold) / std::max(hot - cold, 1e-9));
+}
+
+/// The parts of a GLB file: JSON that points into one block of bytes.
+class Glb {
+ public:
+  explicit Glb(Json& json) : json_(json) {}
+
+  /// Returns the accessor's number. glTF wants bounds of positions.
+  template <class T>
+  std::size_t add(const std::vector<T>& values, const char* type, int component, int target,
+                  const Json& bounds = {}) {
+    const std::size_t components = sizeof(T) / 4;
+    const Json view{{"buffer", 0},
+                    {"byteOffset", bytes_.size()},
+                    {"byteLength", values.size() * sizeof(T)},
+                    {"target", target}};
+    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    json_["bufferViews"].push_back(view);
+    Json accessor{{"bufferView", json_["bufferViews"].size() - 1},
+                  {"componentType", component},
+                  {"count", values.size()},
+                  {"type", components == 1 ? "SCALAR" : type}};
+    if (!bounds.is_null()) accessor.update(bounds);
+    json_["accessors"].push_back(accessor);
+    return json_["accessors"].size() - 1;
+  }
+  std::string take_bytes() { return std::move(bytes_); }
+
+ private:
+  Json& json_;
+  std::string bytes_;
+};
+
+constexpr int gl_float = 5126, gl_unsigned = 5125, gl_vertices = 34962, gl_indices = 34963;
+
+Json bounds_of(const std::vector<Vec3f>& points) {
+  Box box;
+  for (const Vec3f& x : points) box.add(meltsim::cast<double>(x));
+  return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
+}
+
+void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& origin, const std::string& name,
+              int material, double cold, double hot) {
+  const Mesh mesh = given.empty() ? placeholder() : given;
+  std::vector<Vec3f> colors;
+  for (const float t : mesh.temperature) {
+    const Rgb c = color_of(t, cold, hot);
+    const auto linear = [](double x) {
+      return static_cast<float>(std::pow(x, 2.2));
+    };  // as glTF's colours are
+    colors.push_back({linear(c[0]), linear(c[1]), linear(c[2])});
+  }
+  Json primitive;
+  primitive["attributes"] = {
+      {"POSITION", glb.add(mesh.position, "VEC3", gl_float, gl_vertices, bounds_of(mesh.position))},
+      {"NORMAL", glb.add(mesh.normal, "VEC3", gl_float, gl_vertices)},
+      {"COLOR_0", glb.add(colors, "VEC3", gl_float, gl_vertices)},
+      {"_TEMPERATURE", glb.add(mesh.temperature, "SCALAR", gl_float, gl_vertices)}};
+  primitive["indices"] = glb.add(mesh.triangles, "SCALAR", gl_unsigned, gl_indices);
+  primitive["material"] = material;
+  json["meshes"].push_back({{"name", name}, {"primitives", Json::array({primitive})}});
+  json["nodes"].push_back({{"name", given.empty() ? name + " " + placeholder_word : name},
+                           {"mesh", json["meshes"].size() - 1},
+                           {"translation", {origin.x, origin.y, origin.z}}});
+}
+
+}  // namespace
+
+std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, double time) {
+  const Mesh mesh = given.empty() ? placeholder() : given;
+  std::string text = "ply\nformat binary_little_endian 1.0\n" + comments("comment", given.empty(), time) +
+                     fmt::format("element vertex {}\n", mesh.position.size());
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "temperature"})
+    text += fmt::format("property float {}\n", name);
+  text +=
+      fmt::format("property int body\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+                  mesh.triangles.size() / 3);
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+    const Vec3f x = meltsim::cast<float>(origin + meltsim::cast<double>(mesh.position[i])),
+                n = mesh.normal[i];
+    for (const float value : {x.x, x.y, x.z, n.x, n.y, n.z, mesh.temperature[i]}) append(text, value);
+    append(text, static_cast<std::int32_t>(mesh.body[i]) - 1);
+  }
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    append(text, std::uint8_t{3});
+    for (std::size_t k = 0; k < 3; ++k) append(text, mesh.triangles[t + k]);
+  }
+  return text;
+}
+
+std::string mesh_obj_text(const Mesh& given, const meltsim::Vec3d& origin, double time,
+                          const std::string& name, double cold, double hot) {
+  const Mesh mesh = given.empty() ? placeholder() : given;
+  fmt::memory_buffer out;
+  const auto to = std::back_inserter(out);
+  fmt::format_to(
+      to,
+      "{}# vt: temperature, 0. Colours of v: red-yellow-blue from {:.6g} to {:.6g} degrees Celsius\no {}\n",
+      comments("#", given.empty(), time), cold, hot, name);
+  for (std::size_t i = 0; i < mesh.position.size(); ++i) {
+    const meltsim::Vec3d x = origin + meltsim::cast<double>(mesh.position[i]);
+    const Rgb c = color_of(mesh.temperature[i], cold, hot);
+    fmt::format_to(to, "v {:.7g} {:.7g} {:.7g} {:.4f} {:.4f} {:.4f}\n", x.x, x.y, x.z, c[0], c[1], c[2]);
+  }
+  for (const float t : mesh.temperature) fmt::format_to(to, "vt {:.6g} 0\n", t);
+  for (const Vec3f& n : mesh.normal) fmt::format_to(to, "vn {:.5f} {:.5f} {:.5f}\n", n.x, n.y, n.z);
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    fmt::format_to(to, "f {0}/{0}/{0} {1}/{1}/{1} {2}/{2}/{2}\n", mesh.triangles[t] + 1,
+                   mesh.triangles[t + 1] + 1, mesh.triangles[t + 2] + 1);
+  }
+  return fmt::to_string(out);
+}
+
+std::string glb_text(const FrameShapes& shapes, double cold, double hot) {
+  Json json;
+  json["asset"] = {{"version", "2.0"}, {"generator", "meltsim"}};
+  json["scene"] = 0;
+  json["scenes"] = Json::array({{{"nodes", {0, 1}}, {"extras", {{"time_s", shapes.time}}}}});
+  const auto material = [](const char* name, double alpha, double roughness) {
+    Json m{{"name", name},
+           {"pbrMetallicRoughness",
+            {{"baseColorFactor", {1, 1, 1, alpha}}, {"metallicFactor", 0}, {"roughnessFactor", roughness}}}};
+    if (alpha < 1) m["alphaMode"] = "BLEND";
+    return m;
+  };
+  json["materials"] = {material("liquid", 0.6, 0.1), material("solid", 1, 0.6)};
+  Glb glb(json);
+  add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot);
+  add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot);
+  std::string bytes = glb.take_bytes();
+  json["buffers"] = Json::array({{{"byteLength", bytes.size()}}});
+  std::string head = json.dump();
+  head.resize((head.size() + 3) / 4 * 4, ' ');
+  bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
+  std::string file = "glTF";
+  append<std::uint32_t>(file, 2);
+  append(file, static_cast<std::uint32_t>(12 + 8 + head.size() + 8 + bytes.size()));
+  append(file, static_cast<std::uint32_t>(head.size()));
+  file += "JSON" + head;
+  append(file, static_cast<std::uint32_t>(bytes.size()));
+  file.append("BIN\0", 4);
+  return file + bytes;
+}
+
+}  // namespace runner

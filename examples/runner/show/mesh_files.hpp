@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces as files other programs open: binary PLY, OBJ and binary glTF, in world coordinates, with normals
+// and temperature. A surface of nothing is written as a triangle too small to be seen, because importers stop
+// at empty meshes.
+#pragma once
+
+#include <string>
+
+#include "show/shapes.hpp"
+
+namespace runner {
+
+/// A word in the comments of the file (PLY, OBJ) or a name (glTF) that says it holds no surface.
+inline const char* const placeholder_word = "placeholder";
+
+/// Vertices x, y, z, nx, ny, nz, temperature (float), body (int, from 0, -1 = liquid), then the triangles.
+std::string mesh_ply_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time);
+/// `v` with the temperature's colour, `vt` with the temperature itself as its first number, `vn`.
+std::string mesh_obj_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time,
+                          const std::string& name, double cold, double hot);
+/// Liquid and solid of a frame as two nodes, with the attribute _TEMPERATURE beside the colours.
+std::string glb_text(const FrameShapes& shapes, double cold, double hot);
+
+}  // namespace runner

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// stats.csv as plots, by gnuplot.
+#pragma once
+
+#include <string>
+
+namespace runner {
+
+/// A gnuplot script that reads `stats` and writes `picture`, PNG or SVG.
+/// `only_start`: stats.csv has a single row, of which no step was taken.
+std::string plot_script(const std::string& stats, const std::string& picture, const std::string& title,
+                        bool svg, bool only_start);
+
+}  // namespace runner

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Colours of temperature, the same in every picture: blue is cold, yellow between, red hot.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+namespace runner {
+
+using Rgb = std::array<double, 3>;  ///< 0..1, as monitors show it (sRGB)
+
+inline constexpr std::array<Rgb, 6> ramp_stops{{{0.14, 0.25, 0.62},
+                                                {0.27, 0.55, 0.85},
+                                                {0.68, 0.86, 0.91},
+                                                {0.99, 0.90, 0.45},
+                                                {0.96, 0.52, 0.22},
+                                                {0.75, 0.09, 0.12}}};
+
+/// 0 cold .. 1 hot; beyond both the ends' colours.
+inline Rgb ramp(double x) {
+  const double at = std::clamp(x, 0.0, 1.0) * static_cast<double>(ramp_stops.size() - 1);
+  const std::size_t i = std::min(ramp_stops.size() - 2, static_cast<std::size_t>(at));
+  const double part = at - static_cast<double>(i);
+  Rgb color{};
+  for (std::size_t k = 0; k < 3; ++k)
+    color[k] = ramp_stops[i][k] + part * (ramp_stops[i + 1][k] - ramp_stops[i][k]);
+  return color;
+}
+
+}  // namespace runner

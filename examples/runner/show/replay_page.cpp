@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames are packed as replay.html unpacks them: per frame the steps between ids (7 bits a byte), then, for
+// all particles one after the other, the low and high bytes of what x, y and z changed since the particle's
+// last frame, the change of temperature, and phase and body exclusive-or'ed. All of it deflated.
+#include "show/replay_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "csv.hpp"
+#include "files.hpp"
+#include "numbers.hpp"
+#include "show/deflate.hpp"
+#include "show/ramp.hpp"
+
+namespace runner {
+
+namespace {
+
+constexpr std::size_t most_bytes =
+    9500000;                             ///< of frames in base64, which leaves half a megabyte for the rest
+constexpr std::size_t most_rows = 1500;  ///< of stats.csv: plots are not wider
+const char* const plotted[] = {"time_s", "melted_fraction", "T_min",       "T_mean",
+                               "T_max",  "kinetic_J",       "potential_J", "ms_per_step"};
+
+/// Where numbers of the page are, and how large their steps.
+struct Scale {
+  Box box;
+  meltsim::Vec3d step;
+  double cold = 0, hot = 1;
+};
+
+double axis_of(const meltsim::Vec3d& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+Scale scale_of(const ReplayPage& page, const std::vector<ReplayFrame>& frames) {
+  Scale scale;
+  scale.box = page.box;
+  double cold = 1e300, hot = -1e300;
+  for (const ReplayFrame& frame : frames) {
+    for (const ReplayParticle& p : frame.particles) {
+      scale.box.add({p.position[0], p.position[1], p.position[2]});
+      cold = std::min<double>(cold, p.temperature);
+      hot = std::max<double>(hot, p.temperature);
+    }
+  }
+  if (scale.box.empty()) scale.box.add({0, 0, 0});
+  // A 50th of a spacing is not seen; finer steps would only make the file larger.
+  const auto step = [&page](double extent) { return std::max(extent / 65000, page.spacing / 50); };
+  const meltsim::Vec3d size = scale.box.size();
+  scale.step = {step(size.x), step(size.y), step(size.z)};
+  if (cold <= hot) scale.cold = cold, scale.hot = hot;
+  if (scale.hot - scale.cold < 1e-3) scale.cold -= 0.5, scale.hot += 0.5;
+  return scale;
+}
+
+struct Packed {
+  std::uint32_t id;
+  std::uint16_t position[3];
+  std::uint8_t temperature, look;
+};
+
+Packed packed_particle(const ReplayParticle& p, const Scale& scale) {
+  Packed packed{p.id, {}, 0, static_cast<std::uint8_t>(p.look)};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double at = (p.position[axis] - axis_of(scale.box.min, axis)) / axis_of(scale.step, axis);
+    packed.position[axis] = static_cast<std::uint16_t>(std::lround(std::clamp(at, 0.0, 65535.0)));
+  }
+  packed.temperature = static_cast<std::uint8_t>(
+      std::lround(std::clamp(255 * (p.temperature - scale.cold) / (scale.hot - scale.cold), 0.0, 255.0)));
+  return packed;
+}
+
+void append_frame(std::string& bytes, const std::vector<Packed>& now, const std::vector<Packed>& before) {
+  const auto byte = [&bytes](unsigned value) { bytes += static_cast<char>(value & 255u); };
+  std::uint32_t expected = 0;
+  std::vector<Packed> old(now.size());  // zero where the particle is new
+  for (std::size_t i = 0, j = 0; i < now.size(); ++i) {
+    std::uint32_t gap = now[i].id - expected;
+    expected = now[i].id + 1;
+    for (; gap > 127; gap >>= 7) byte(gap | 128u);
+    byte(gap);
+    while (j < before.size() && before[j].id < now[i].id) ++j;
+    if (j < before.size() && before[j].id == now[i].id) old[i] = before[j];
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    std::string high;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const auto change = static_cast<std::int16_t>(now[i].position[axis] - old[i].position[axis]);
+      const auto zigzag = static_cast<unsigned>(change < 0 ? -2 * change - 1 : 2 * change);
+      byte(zigzag);
+      high += static_cast<char>(zigzag >> 8 & 255u);
+    }
+    bytes += high;
+  }
+  for (std::size_t i = 0; i < now.size(); ++i) byte(256u + now[i].temperature - old[i].temperature);
+  for (std::size_t i = 0; i < now.size(); ++i) byte(static_cast<unsigned>(now[i].look ^ old[i].look));
+}
+
+std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& scale) {
+  std::string bytes;
+  std::vector<Packed> before;
+  for (const ReplayFrame& frame : frames) {
+    std::vector<Packed> now;
+    now.reserve(frame.particles.size());
+    for (const ReplayParticle& p : frame.particles) now.push_back(packed_particle(p, scale));
+    append_frame(bytes, now, before);
+    before = std::move(now);
+  }
+  return base64(deflated(bytes, 6));
+}
+
+/// Every second frame, and the last one.
+std::vector<ReplayFrame> half_of(const std::vector<ReplayFrame>& frames) {
+  std::vector<ReplayFrame> kept;
+  for (std::size_t i = 0; i < frames.size(); i += 2) kept.push_back(frames[i]);
+  if (frames.size() % 2 == 0) kept.push_back(frames.back());
+  return kept;
+}
+
+Json stats_of(const std::string& path) {
+  std::istringstream table(read_file(path));
+  std::string line;
+  std::getline(table, line);
+  const std::vector<std::string> header = split_commas(line);
+  Json columns = Json::array(), rows = Json::array();
+  std::vector<std::size_t> wanted;
+  for (const char* name : plotted) {
+    wanted.push_back(
+        static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()));
+    columns.push_back(name);
+  }
+  std::vector<std::string> lines;
+  while (std::getline(table, line)) lines.push_back(line);
+  const std::size_t every = lines.size() / most_rows + 1;
+  for (std::size_t i = 0; i < lines.size(); i += every) {
+    const std::vector<std::string> cells = split_commas(lines[i]);
+    Json row = Json::array();
+    for (const std::size_t column : wanted) {
+      const auto value = column < cells.size() ? parse_number(cells[column]) : std::nullopt;
+      // JSON has no "nan"; null leaves a gap in the plot.
+      row.push_back(value && std::isfinite(*value) ? Json(std::stod(fmt::format("{:.6g}", *value))) : Json());
+    }
+    rows.push_back(row);
+  }
+  return {{"columns", columns}, {"rows", rows}};
+}
+
+Json vector_json(const meltsim::Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
+
+Json ramp_json() {
+  Json stops = Json::array();
+  for (const Rgb& color : ramp_stops) {
+    Json stop = Json::array();
+    for (const double c : color) stop.push_back(std::lround(255 * c));
+    stops.push_back(stop);
+  }
+  return stops;
+}
+
+/// Drawn radius as a multiple of the spacing: where few particles stand for many, they are larger.
+double drawn_radius(const ReplayPage& page, double share) { return 0.55 * page.spacing * std::cbrt(share); }
+
+std::string with(std::string text, const std::string& mark, const std::string& value) {
+  return text.replace(text.find(mark), mark.size(), value);
+}
+
+}  // namespace
+
+std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& all) {
+  std::vector<ReplayFrame> frames = all;
+  if (frames.empty()) frames.emplace_back();
+  const Scale scale = scale_of(page, frames);
+  std::string text = frames_text(frames, scale);
+  while (text.size() > most_bytes && frames.size() > 2) {
+    frames = half_of(frames);
+    text = frames_text(frames, scale);
+  }
+  Json meta;
+  meta["title"] = page.title;
+  meta["note"] = page.note + fmt::format(" {} are here.", frames.size());
+  meta["frames"] = Json::array();
+  for (const ReplayFrame& frame : frames) {
+    meta["frames"].push_back({{"time", frame.time}, {"n", frame.particles.size()}});
+  }
+  meta["min"] = vector_json(scale.box.min);
+  meta["size"] = vector_json(scale.box.size());
+  meta["step"] = vector_json(scale.step);
+  meta["temperature"] = {scale.cold, scale.hot};
+  meta["radius"] = drawn_radius(page, static_cast<double>(page.share));
+  meta["up"] = vector_json(page.camera.up);
+  meta["camera"] = {{"eye", vector_json(page.camera.eye)},
+                    {"look_at", vector_json(page.camera.look_at)},
+                    {"fov", page.camera.fov}};
+  meta["bodies"] = page.bodies;
+  meta["ramp"] = ramp_json();
+  meta["stats"] = stats_of(page.stats_file);
+  std::string json = meta.dump(-1, ' ', true, Json::error_handler_t::replace);
+  // A title may hold "</script>"; JSON may write its slash with a backslash.
+  for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos;) json.insert(at + 1, "\\");
+  return with(with(replay_template, "%META%", json), "%FRAMES%", text);
+}
+
+}  // namespace runner

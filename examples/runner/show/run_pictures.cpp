@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "show/run_pictures.hpp"
+
+#include <fmt/format.h>
+
+#include "expect.hpp"
+#include "files.hpp"
+#include "numbers.hpp"
+#include "show/draw.hpp"
+#include "show/frame_export.hpp"
+#include "show/replay_page.hpp"
+#include "show/surfaces.hpp"
+
+namespace runner {
+
+namespace {
+
+std::uint64_t live(Built& built) {
+  const meltsim::StepResult now = built.world.synchronize();
+  return now.fluid + now.solid;
+}
+
+/// What there is to see in any of the frames.
+Box box_of(const std::vector<ReplayFrame>& frames) {
+  Box box;
+  for (const ReplayFrame& frame : frames) {
+    for (const ReplayParticle& p : frame.particles) box.add({p.position[0], p.position[1], p.position[2]});
+  }
+  return box;
+}
+
+std::string note(const Scene& scene, const Replay& replay, const RunState& state) {
+  std::string text = fmt::format("Particles {:.3g} m apart.", scene.world.spacing);
+  if (replay.share() > 1) text += fmt::format(" One particle in {} is shown, larger.", replay.share());
+  return text + fmt::format(" {} frames were computed,", state.next_frame);
+}
+
+}  // namespace
+
+RunPictures::RunPictures(const Scene& scene, RunDirectory directory, Built& built,
+                         std::uint64_t planned_frames, const RunState* resumed)
+    : scene_(scene), directory_(std::move(directory)), replay_(planned_frames, live(built)) {
+  if (resumed != nullptr) replay_.load(directory_.file("replay.bin"), resumed->time);
+}
+
+void RunPictures::frame(std::uint64_t index, double time, const std::vector<FrameParticle>& particles) {
+  if (replay_.wants(index)) replay_.add(index, time, particles);
+}
+
+void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
+
+void RunPictures::finish(meltsim::World& world, const RunState& state) {
+  const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
+  std::vector<ReplayFrame> frames = replay_.frames();
+  if (frames.empty() || frames.back().time < state.time - 1e-9) {
+    frames.push_back(replay_.picked(state.next_frame, state.time, particles));
+  }
+  const Box seen = view_box(scene_, box_of(frames));
+  write_page(std::move(frames), seen, state);
+  write_still(world, particles, seen, state.time);
+}
+
+void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {
+  ReplayPage page;
+  page.title = scene_.title.empty() ? scene_.name : scene_.title;
+  page.note = note(scene_, replay_, state);
+  page.spacing = scene_.world.spacing;
+  page.box = view_box(scene_, {});
+  page.camera = scene_camera(scene_, seen);
+  for (const SceneBody& body : scene_.bodies) page.bodies.push_back(body.desc.name);
+  page.stats_file = directory_.file("stats.csv");
+  page.share = replay_.share();
+  write_file(directory_.file("index.html"), replay_page(page, frames));
+}
+
+void RunPictures::write_still(meltsim::World& world, const std::vector<FrameParticle>& particles,
+                              const Box& seen, double time) {
+  const FrameShapes shapes = world_shapes(world, scene_, time, particles, problem_);
+  const auto [cold, hot] = temperature_range(scene_);
+  const Camera camera = scene_camera(scene_, seen);
+  if (eye_in_solid(shapes, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";
+  PictureWish wish = picture_wish(scene_, cold, hot);
+  wish.extent = length(seen.size());
+  write_file(directory_.file("still.png"), png_text(draw(shapes, scene_, camera, wish)));
+}
+
+}  // namespace runner

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What makes a run seen: index.html, written when it ends however it ends.
+#pragma once
+
+#include "build_world.hpp"
+#include "checkpoint.hpp"
+#include "run_directory.hpp"
+#include "show/camera.hpp"
+#include "show/replay.hpp"
+
+namespace runner {
+
+class RunPictures {
+ public:
+  /// `resumed`: goes on with what the interrupted run kept in replay.bin.
+  RunPictures(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
+              const RunState* resumed);
+
+  /// Whether frame `index` is kept, so that the run copies its particles from the World.
+  bool wants(std::uint64_t index) const { return replay_.wants(index); }
+  void frame(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
+  /// With the checkpoint: what a resumed run needs.
+  void save() const;
+  /// The pictures a run ends with.
+  void finish(meltsim::World& world, const RunState& state);
+  /// Why the still is not what it should be, if so.
+  const std::string& problem() const { return problem_; }
+
+ private:
+  void write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const;
+  void write_still(meltsim::World& world, const std::vector<FrameParticle>& particles, const Box& seen,
+                   double time);
+
+  const Scene& scene_;
+  RunDirectory directory_;
+  Replay replay_;
+  std::string problem_;
+};
+
+}  // namespace runner

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one place where the runner asks the library for surfaces.
+#pragma once
+
+#include "build_world.hpp"
+#include "show/shapes.hpp"
+
+namespace runner {
+
+/// What a World looks like now: surfaces of liquid and solids as output.surface says. Particles as balls
+/// where a surface could not be made, which `problem` then explains.
+FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
+                         const std::vector<FrameParticle>& particles, std::string& problem);
+
+}  // namespace runner

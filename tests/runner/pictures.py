@@ -1,0 +1,292 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Surfaces, pictures, movies and plots: written, and read back by readers that are not ours.
+
+  pictures.py MELTSIM SCENE own|vtk|povray|movie|plot
+
+All parts but `own` need a program and end with 77 (skipped) where there is none.
+"""
+import collections
+import json
+import math
+import os
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, os.path.dirname(__file__))
+from mesh_reader import read_glb, read_mesh, read_obj  # noqa: E402
+from png_reader import read_png  # noqa: E402
+
+PROGRAM, SCENE, PART = str(Path(sys.argv[1]).resolve()), str(Path(sys.argv[2]).resolve()), sys.argv[3]
+MELT = ["--set", "heat.time_scale=1e7", "--set", "time.end_when=melted", "--set", "time.end=20"]
+DRY = ["--set", "fluids=[]", "--set", "emitters=[]"]
+
+
+def colors(path):
+    _, _, rows = read_png(path)
+    return collections.Counter(pixel for row in rows for pixel in row)
+
+
+class Pictures(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory()
+        self.addCleanup(self.directory.cleanup)
+
+    def path(self, *parts):
+        return os.path.join(self.directory.name, *parts)
+
+    def meltsim(self, *arguments, code=0, **options):
+        done = subprocess.run([PROGRAM, *arguments], cwd=self.directory.name, capture_output=True, text=True,
+                              timeout=300, **options)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def run_scene(self, *options, **more):
+        return self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options, **more)
+
+    def frame(self, name):
+        return self.path("run", "frames", name)
+
+
+class Own(Pictures):
+    def assert_closed(self, mesh):
+        edges = collections.Counter()
+        for a, b, c in mesh.faces:
+            for edge in ((a, b), (b, c), (c, a)):
+                edges[edge] += 1
+        self.assertTrue(all(n == 1 and edges[(b, a)] == 1 for (a, b), n in edges.items()))
+
+    def test_surfaces_hold_what_the_frame_holds(self):
+        self.run_scene("--frames", "2", "--export", "surface,obj,glb")
+        for index in range(3):
+            nodes = read_glb(self.frame(f"surface_{index:05}.glb"))
+            for name, body in (("liquid", -1), ("solid", 0)):
+                mesh = read_mesh(self.frame(f"{name}_{index:05}.ply"))
+                self.assertFalse(mesh.placeholder)
+                self.assertGreater(len(mesh.faces), 100)
+                self.assert_closed(mesh)
+                for x, y, z, nx, ny, nz, temperature, owner in mesh.vertices:
+                    self.assertTrue(-0.2 < x < 1.8 and -0.2 < y < 2.2 and -0.2 < z < 1.8)
+                    self.assertAlmostEqual(math.hypot(nx, ny, nz), 1, places=4)
+                    self.assertTrue(-10.1 < temperature < 90.1)
+                    self.assertEqual(owner, body)
+                # Outward, and counter-clockwise from there: the volume they enclose is positive.
+                volume = 0
+                for a, b, c in mesh.faces:
+                    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (mesh.vertices[i][:3] for i in (a, b, c))
+                    volume += (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6
+                n = {"liquid": 192, "solid": 32}[name]  # and a nozzle's worth
+                self.assertTrue(0.6 * n * 0.2 ** 3 < volume < 1.6 * n * 0.2 ** 3, (name, volume))
+                positions, shades, temperatures, normals, faces = read_obj(self.frame(f"{name}_{index:05}.obj"))
+                self.assertEqual(faces, mesh.faces)
+                self.assertTrue(all(0 <= c <= 1 for shade in shades for c in shade))
+                glb = nodes[name]
+                self.assertEqual(glb["indices"], [i for face in faces for i in face])
+                for i, vertex in enumerate(mesh.vertices):
+                    for axis in range(3):
+                        self.assertAlmostEqual(positions[i][axis], vertex[axis], places=5)
+                        self.assertAlmostEqual(normals[i][axis], vertex[3 + axis], places=4)
+                        self.assertAlmostEqual(glb["POSITION"][i][axis] + glb["translation"][axis], vertex[axis],
+                                               places=5)
+                    self.assertAlmostEqual(temperatures[i], vertex[6], delta=1e-4 * (1 + abs(vertex[6])))
+                    self.assertEqual(glb["_TEMPERATURE"][i][0], vertex[6])
+
+    def test_a_frame_without_solids_or_without_liquid_is_whole_too(self):
+        for options, missing, there in ((MELT, "solid", "liquid"), (DRY + ["--frames", "1"], "liquid", "solid")):
+            self.run_scene(*options, "--export", "surface,obj,glb,png,pov", "--overwrite")
+            last = json.loads(Path(self.path("run", "run.json")).read_text())["final"]["frames"] - 1
+            mesh = read_mesh(self.frame(f"{missing}_{last:05}.ply"))
+            self.assertTrue(mesh.placeholder)
+            self.assertEqual(len(mesh.faces), 1)
+            self.assertEqual(len(read_obj(self.frame(f"{missing}_{last:05}.obj"))[4]), 1)
+            self.assertFalse(read_mesh(self.frame(f"{there}_{last:05}.ply")).placeholder)
+            self.assertIn(f"{missing} placeholder", read_glb(self.frame(f"surface_{last:05}.glb")))
+            self.assertGreater(len(colors(self.frame(f"picture_{last:05}.png"))), 50)
+            self.meltsim("render", "run", "--renderer", "builtin", "--pictures", "1")
+
+    def test_every_run_ends_in_a_picture(self):
+        self.run_scene("--frames", "1", "--export", "none", "--set", "output.picture.look=temperature",
+                       "--set", "emitters=[]")
+        width, height, _ = read_png(self.path("run", "still.png"))
+        self.assertEqual((width, height), (64, 36))
+        shown = colors(self.path("run", "still.png"))
+        self.assertGreater(sum(n for (r, _, b), n in shown.items() if b > r + 50), 10)  # ice at -10
+        self.assertGreater(sum(n for (r, _, b), n in shown.items() if r > b + 50), 50)  # water at 40
+        self.assertEqual(os.listdir(self.path("run", "frames")), [])
+
+    def test_nothing_at_all_is_a_picture_of_the_floor(self):
+        self.run_scene("--frames", "1", *DRY, "--set", "bodies=[]", "--export", "surface,obj,glb,pov,png,ply,vtp")
+        self.assertGreater(len(colors(self.path("run", "still.png"))), 5)
+        self.meltsim("render", "run", "--renderer", "builtin")
+
+    def test_render_draws_surfaces_and_particles(self):
+        self.run_scene("--frames", "4", "--export", "ply,surface")
+        size = ["--renderer", "builtin", "--size", "80x60", "--samples", "1"]
+        said = self.meltsim("render", "run/", *size, "--pictures", "3", "--look", "temperature")
+        self.assertNotIn("balls", said.stderr)
+        self.assertEqual(sorted(os.listdir(self.path("run", "pictures"))),
+                         [f"temperature_{i:05}.png" for i in (0, 2, 4)])
+        width, height, _ = read_png(self.path("run", "temperature_sheet.png"))
+        self.assertEqual((width, height), (3 * 84 + 4, 68))
+        shown = colors(self.path("run", "pictures", "temperature_00004.png"))
+        self.assertGreater(sum(n for (r, _, b), n in shown.items() if b > r + 50), 20)
+        # Without the surfaces: balls, and that is said.
+        for name in os.listdir(self.path("run", "frames")):
+            if not name.startswith("particles"):
+                os.remove(self.frame(name))
+        said = self.meltsim("render", "run", *size, "--pictures", "1")
+        self.assertIn("drawn as balls", said.stderr)
+        self.assertGreater(len(colors(self.path("run", "pictures", "natural_00004.png"))), 100)
+        Path(self.frame("particles_00004.ply")).write_bytes(Path(self.frame("particles_00004.ply")).read_bytes()[:-1])
+        self.assertIn("particles_00004.ply: is not a whole file", self.meltsim("render", "run", *size, code=5).stderr)
+
+    def test_render_runs_a_scene(self):
+        said = self.meltsim("render", SCENE, "--backend", "cpu", "--time", "0.04", "--renderer", "builtin").stdout
+        self.assertIn("out/tiny-001/natural_sheet.png", said)
+        self.assertTrue(os.path.exists(self.path("out", "tiny-001", "pictures", "natural_00001.png")))
+
+    def test_a_camera_inside_a_solid_is_said(self):
+        said = self.run_scene("--frames", "0", "--set", "output.camera.eye=[0.8, 1, 0.8]",
+                              "--set", "output.camera.look_at=[0.8, 0, 0.8]")
+        self.assertIn("the camera stands inside a solid", said.stderr)
+        self.assertIn("camera", json.loads(Path(self.path("run", "run.json")).read_text())["warnings"][0])
+
+    def test_a_full_disk_leaves_no_half_frames(self):
+        def small_files():  # as a full disk does, a limit makes writing fail in the middle of a file
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60000, 60000))
+
+        failed = self.run_scene("--export", "ply,surface", code=5, preexec_fn=small_files)
+        said = re.match(r"run/frames/(liquid_\d+\.ply): cannot be written: \w", failed.stderr)
+        self.assertTrue(said, failed.stderr)
+        self.assertTrue(os.path.exists(self.frame("particles_00000.ply")))
+        left = os.listdir(self.path("run", "frames"))
+        self.assertFalse([name for name in left if name.startswith(said[1]) or name.endswith(".tmp")])
+        for name in left:
+            if not name.startswith("particles"):
+                read_mesh(self.frame(name))  # whole
+
+
+VTK = """
+import json, sys
+from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+from vtkmodules.vtkIOPLY import vtkPLYReader
+from vtkmodules.vtkIOGeometry import vtkOBJReader
+found = {}
+for path in sys.argv[1:]:
+    reader = {"vtp": vtkXMLPolyDataReader, "ply": vtkPLYReader, "obj": vtkOBJReader}[path[-3:]]()
+    reader.SetFileName(path)
+    reader.Update()
+    data = reader.GetOutput()
+    arrays = data.GetPointData()
+    found[path.split("/")[-1]] = {
+        "points": data.GetNumberOfPoints(), "polys": data.GetNumberOfPolys(), "bounds": data.GetBounds(),
+        "arrays": {arrays.GetArrayName(i): arrays.GetArray(i).GetRange() for i in range(arrays.GetNumberOfArrays())}}
+print(json.dumps(found))
+"""
+
+
+def python_with_vtk():
+    for python in (sys.executable, "/usr/bin/python3"):
+        if shutil.which(python) and subprocess.run([python, "-c", "import vtkmodules.vtkIOXML"],
+                                                   capture_output=True).returncode == 0:
+            return python
+    return None
+
+
+class Vtk(Pictures):
+    def read(self, *names):
+        done = subprocess.run([python_with_vtk(), "-c", VTK, *(self.frame(name) for name in names)],
+                              capture_output=True, text=True, timeout=120)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return json.loads(done.stdout)
+
+    def test_vtk_reads_particles_and_surfaces(self):
+        self.run_scene("--frames", "1", "--export", "vtp,surface,obj")
+        found = self.read("particles_00000.vtp", "liquid_00000.ply", "solid_00000.obj")
+        self.assertEqual(found["particles_00000.vtp"]["points"], 192 + 32)
+        self.assertEqual(found["particles_00000.vtp"]["arrays"]["temperature"], [-10, 40])
+        self.assertEqual(found["particles_00000.vtp"]["arrays"]["phase"], [0, 1])
+        liquid, solid = read_mesh(self.frame("liquid_00000.ply")), read_mesh(self.frame("solid_00000.ply"))
+        self.assertEqual([found["liquid_00000.ply"][key] for key in ("points", "polys")],
+                         [len(liquid.vertices), len(liquid.faces)])
+        self.assertEqual(found["solid_00000.obj"]["polys"], len(solid.faces))
+
+    def test_vtk_reads_what_is_empty(self):
+        self.run_scene("--frames", "0", *DRY, "--set", "bodies=[]", "--export", "vtp,surface,obj")
+        found = self.read("particles_00000.vtp", "liquid_00000.ply", "solid_00000.obj")
+        self.assertEqual(found["particles_00000.vtp"]["points"], 1)
+        self.assertEqual((found["liquid_00000.ply"]["polys"], found["solid_00000.obj"]["polys"]), (1, 1))
+
+
+class Povray(Pictures):
+    def test_povray_draws_every_kind_of_frame(self):
+        for options in (["--frames", "0"], MELT, DRY + ["--frames", "0"],
+                        DRY + ["--frames", "0", "--set", "bodies=[]"],
+                        ["--frames", "0", "--set", "output.picture.look=temperature"]):
+            self.run_scene(*options, "--export", "pov", "--overwrite")
+            last = json.loads(Path(self.path("run", "run.json")).read_text())["final"]["frames"] - 1
+            done = subprocess.run(["povray", f"+I{self.frame(f'scene_{last:05}.pov')}", "+O" + self.path("pov.png"),
+                                   "+W64", "+H36", "-D"], capture_output=True, text=True, timeout=300)
+            self.assertEqual(done.returncode, 0, done.stderr[-2000:])
+            shown = colors(self.path("pov.png"))
+            self.assertGreater(len(shown), 20)
+            if "output.picture.look=temperature" in options:
+                self.assertGreater(sum(n for (r, _, b), n in shown.items() if b > r + 50), 10)
+
+    def test_render_takes_povray(self):
+        self.run_scene("--frames", "0", "--export", "surface")
+        said = self.meltsim("render", "run")
+        self.assertIn("renderer: /", said.stdout)
+        self.assertEqual(os.listdir(self.path("run", "pictures")), ["natural_00000.png"])
+        self.assertGreater(len(colors(self.path("run", "pictures", "natural_00000.png"))), 50)
+
+
+class Movie(Pictures):
+    def test_the_movie_lasts_as_long_as_the_run(self):
+        self.run_scene("--export", "ply")
+        self.meltsim("render", "run", "--renderer", "builtin")
+        said = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "format=duration:stream=width,height", "-of",
+                               "json", self.path("run", "natural.mp4")], capture_output=True, text=True, check=True)
+        found = json.loads(said.stdout)
+        self.assertEqual((found["streams"][0]["width"], found["streams"][0]["height"]), (64, 36))
+        # 0.2 s of the run, and the last picture stays for a second.
+        self.assertAlmostEqual(float(found["format"]["duration"]), 1.2, delta=0.09)
+        self.assertEqual([name for name in os.listdir(self.path("run")) if "ffmpeg" in name or "ffconcat" in name], [])
+
+
+class Plot(Pictures):
+    def test_plots_are_drawn(self):
+        self.run_scene()
+        self.meltsim("plot", "run")
+        svg = Path(self.path("run", "plots.svg")).read_text()
+        for title in ("melted", "temperature", "largest speed", "time per step", "tiny"):
+            self.assertIn(title, svg)
+        shown = colors(self.path("run", "plots.png"))
+        for ink in ((0xd1, 0x39, 0x2b), (0x2f, 0x62, 0xc4), (0x1f, 0x8a, 0x8a)):  # max, min, speed
+            self.assertGreater(sum(n for pixel, n in shown.items() if max(abs(a - b) for a, b in zip(pixel, ink)) < 40), 50)
+
+    def test_a_run_of_one_row_has_plots_too(self):
+        self.run_scene("--frames", "0")
+        self.meltsim("plot", "run")
+
+
+NEEDS = {"own": (Own, True, ""), "vtk": (Vtk, PART == "vtk" and python_with_vtk(), "python3-vtk9"),
+         "povray": (Povray, shutil.which("povray"), "povray"),
+         "movie": (Movie, shutil.which("ffmpeg") and shutil.which("ffprobe"), "ffmpeg"),
+         "plot": (Plot, shutil.which("gnuplot"), "gnuplot-nox")}
+
+if __name__ == "__main__":
+    case, there, package = NEEDS[PART]
+    if not there:
+        print(f"SKIPPED: needs what is in the Debian package {package}")
+        sys.exit(77)
+    suite = unittest.defaultTestLoader.loadTestsFromTestCase(case)
+    sys.exit(not unittest.TextTestRunner(verbosity=2).run(suite).wasSuccessful())

@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""index.html: what it holds is what the frames hold; in a browser it shows that.
+
+  replay_page.py MELTSIM SCENE data|browser
+
+`browser` needs Chromium and ends with 77 (skipped) where there is none.
+"""
+import base64
+import json
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+from pathlib import Path
+
+sys.path.insert(0, os.path.dirname(__file__))
+from png_reader import read_png  # noqa: E402
+
+PROGRAM, SCENE, PART = str(Path(sys.argv[1]).resolve()), str(Path(sys.argv[2]).resolve()), sys.argv[3]
+BROWSER = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))),
+               None)
+
+
+def part(page, name):
+    return re.search(rf'<script id="{name}"[^>]*>(.*?)</script>', page, re.S).group(1)
+
+
+def unpacked(page):
+    """[(time, {id: (x, y, z, temperature, look)})], as the page's own script reads it."""
+    run = json.loads(part(page, "about-run"))
+    data, at, before, frames = zlib.decompress(base64.b64decode(part(page, "frames"))), 0, {}, []
+    low, high = run["temperature"]
+    for frame in run["frames"]:
+        n, ids, last = frame["n"], [], -1
+        for _ in range(n):
+            gap = shift = 0
+            while True:
+                byte = data[at]
+                at += 1
+                gap |= (byte & 127) << shift
+                shift += 7
+                if byte < 128:
+                    break
+            last += 1 + gap
+            ids.append(last)
+        columns = []
+        for axis in range(3):
+            zigzag = [data[at + i] | data[at + n + i] << 8 for i in range(n)]
+            columns.append([(before.get(k, (0,) * 5)[axis] + (z >> 1 ^ -(z & 1))) & 65535 for k, z in zip(ids, zigzag)])
+            at += 2 * n
+        columns.append([(data[at + i] + before.get(k, (0,) * 5)[3]) & 255 for i, k in enumerate(ids)])
+        columns.append([data[at + n + i] ^ before.get(k, (0,) * 5)[4] for i, k in enumerate(ids)])
+        at += 2 * n
+        before = dict(zip(ids, zip(*columns)))
+        frames.append((frame["time"], {
+            k: (*(run["min"][a] + run["step"][a] * v[a] for a in range(3)), low + (high - low) * v[3] / 255, v[4])
+            for k, v in before.items()}))
+    assert at == len(data), "bytes are left over"
+    return run, frames
+
+
+def read_ply(path):
+    data = Path(path).read_bytes()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    return list(struct.iter_unpack("<7fBiI", data[end:]))
+
+
+class Page(unittest.TestCase):
+    def setUp(self):
+        self.directory = tempfile.TemporaryDirectory()
+        self.addCleanup(self.directory.cleanup)
+        self.run_scene("--frames", "3")
+
+    def run_scene(self, *options):
+        subprocess.run([PROGRAM, "run", SCENE, "--backend", "cpu", "--out", "run", "--overwrite", "--quiet", *options],
+                       cwd=self.directory.name, check=True, timeout=300)
+        self.file = Path(self.directory.name, "run", "index.html")
+        self.page = self.file.read_text()
+
+
+class Data(Page):
+    def test_nothing_comes_from_elsewhere(self):
+        self.assertLess(len(self.page), 10e6)
+        self.assertEqual(re.findall(r"https?://|src=|@import|<link", self.page), [])
+
+    def test_frames_are_those_of_the_run(self):
+        run, frames = unpacked(self.page)
+        self.assertEqual([round(time, 9) for time, _ in frames], [0, 0.04, 0.08, 0.12])
+        degree = (run["temperature"][1] - run["temperature"][0]) / 255
+        for index, (_, particles) in enumerate(frames):
+            written = read_ply(Path(self.directory.name, "run", "frames", f"particles_{index:05}.ply"))
+            self.assertEqual(len(written), len(particles))
+            for x, y, z, _, _, _, temperature, phase, body, number in written:
+                shown = particles[number]
+                for a, b in zip(shown, (x, y, z)):
+                    self.assertLess(abs(a - b), 0.2 / 100 * 1.01)  # half of a 50th of the spacing
+                self.assertLess(abs(shown[3] - temperature), 0.51 * degree)
+                self.assertEqual(shown[4], 128 * phase + body + 1)
+
+    def test_nothing_to_see_makes_a_page(self):
+        self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters=[]", "--export", "none", "--frames", "3")
+        run, frames = unpacked(self.page)
+        self.assertEqual([len(particles) for _, particles in frames], [0] * 4)
+        self.assertEqual(run["stats"]["rows"][0][0], 0)
+
+    def test_a_title_cannot_end_the_script(self):
+        self.run_scene("--set", "title=\"</script><b>x\"")
+        self.assertEqual(json.loads(part(self.page, "about-run"))["title"], "</script><b>x")
+
+
+class Browser(Page):
+    def setUp(self):
+        super().setUp()
+        self.run_scene("--frames", "3", "--set", "emitters=[]")  # then the water is what is hottest
+
+    def pixels(self, wish):
+        picture = Path(self.directory.name, "page.png")
+        picture.unlink(missing_ok=True)
+        done = subprocess.run(
+            [BROWSER, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
+             "--enable-unsafe-swiftshader", "--hide-scrollbars", "--window-size=900,600",
+             f"--user-data-dir={self.directory.name}/profile", "--virtual-time-budget=4000", f"--screenshot={picture}",
+             f"file://{self.file}#{wish}"], capture_output=True, text=True, timeout=180)
+        self.assertTrue(picture.exists(), done.stderr)
+        _, _, rows = read_png(picture)
+        # Panels have colours of their own: look at the middle of the picture.
+        return [pixel for row in rows[80:390] for pixel in row[280:660]]
+
+    def test_it_shows_hot_water_and_cold_ice(self):
+        hot = [p for p in self.pixels("t=0.04&color=temperature") if p[0] > p[2] + 60]
+        cold = [p for p in self.pixels("t=0.04&color=temperature&liquid=hidden") if p[2] > p[0] + 60]
+        # Of 117,800: the scene fills a good part of the picture.
+        self.assertGreater(len(hot), 2000)
+        self.assertGreater(len(cold), 500)
+        without = [p for p in self.pixels("t=0.04&color=temperature&liquid=hidden") if p[0] > p[2] + 60]
+        self.assertLess(len(without), len(hot) / 10)
+
+    def test_phases_have_their_colours(self):
+        shown = self.pixels("t=0.04&color=phase")
+        self.assertGreater(len([p for p in shown if p[2] > p[0] + 60]), 2000)
+        self.assertGreater(len([p for p in shown if min(p) > 120 and max(p) - min(p) < 40]), 200)
+
+
+if __name__ == "__main__":
+    if PART == "browser" and BROWSER is None:
+        print("SKIPPED: no chromium here (Debian: apt install chromium)")
+        sys.exit(77)
+    suite = unittest.defaultTestLoader.loadTestsFromTestCase(Browser if PART == "browser" else Data)
+    sys.exit(not unittest.TextTestRunner(verbosity=2).run(suite).wasSuccessful())

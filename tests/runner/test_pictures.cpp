@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parts of pictures: what a replay keeps, cameras, rays, packing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "files.hpp"
+#include "show/bvh.hpp"
+#include "show/camera.hpp"
+#include "show/deflate.hpp"
+#include "show/image.hpp"
+#include "show/replay.hpp"
+#include "show/tracer.hpp"
+
+namespace runner {
+namespace {
+
+using meltsim::Vec3d;
+using meltsim::Vec3f;
+
+std::vector<FrameParticle> particles(std::uint32_t count) {
+  std::vector<FrameParticle> list;
+  for (std::uint32_t id = 0; id < count; ++id) list.push_back({{0, 0, 0}, {0, 0, 0}, 20, 0, -1, id});
+  return list;
+}
+
+TEST(Replay, KeepsTheSameParticlesOfTheSameFramesWhateverWasPlanned) {
+  // 150,000 particles are more than are shown: one in four is the first power of two below 60,000. Frames
+  // beyond 4,000,000 particles in all are thinned; ~37,500 a frame make 106 of them, so of 120 every second
+  // is left.
+  const std::vector<FrameParticle> all = particles(150000);
+  Replay planned(120, all.size()), surprised;
+  for (std::uint64_t i = 0; i < 120; ++i) {
+    for (Replay* replay : {&planned, &surprised}) {
+      if (replay->wants(i)) replay->add(i, 0.04 * static_cast<double>(i), all);
+    }
+  }
+  EXPECT_EQ(planned.share(), 4u);
+  EXPECT_EQ(surprised.share(), 4u);
+  EXPECT_EQ(planned.every(), surprised.every());
+  ASSERT_EQ(planned.frames().size(), surprised.frames().size());
+  EXPECT_LE(planned.particles(), 4000000u);
+  for (std::size_t i = 0; i < planned.frames().size(); ++i) {
+    EXPECT_EQ(planned.frames()[i].index, i * planned.every());
+    ASSERT_EQ(planned.frames()[i].particles.size(), surprised.frames()[i].particles.size());
+  }
+  // A hash picks them, so it is a quarter within some standard deviations of 170.
+  EXPECT_NEAR(static_cast<double>(planned.frames()[0].particles.size()), 37500, 1000);
+}
+
+TEST(Replay, ComesBackFromItsFileUpToTheTimeOfTheCheckpoint) {
+  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
+  const std::string directory = mkdtemp(name.data()), path = directory + "/replay.bin";
+  Replay replay;
+  for (std::uint64_t i = 0; i < 5; ++i)
+    replay.add(i, 0.5 * static_cast<double>(i), particles(10 + static_cast<std::uint32_t>(i)));
+  replay.save(path);
+  Replay back;
+  ASSERT_TRUE(back.load(path, 1.0));
+  ASSERT_EQ(back.frames().size(), 3u);
+  EXPECT_EQ(back.frames()[2].particles.size(), 12u);
+  EXPECT_EQ(back.frames()[2].particles[11].id, 11u);
+  std::string file = read_file(path);
+  for (const std::size_t cut : {std::size_t{0}, std::size_t{7}, std::size_t{20}, file.size() - 1}) {
+    write_file(path, file.substr(0, cut));
+    EXPECT_FALSE(Replay().load(path, 1.0)) << cut;
+  }
+  EXPECT_FALSE(Replay().load(directory + "/none", 1.0));
+  std::filesystem::remove_all(directory);
+}
+
+TEST(Replay, BytesAreBase64) {
+  // RFC 4648, section 10.
+  const char* words[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};
+  const char* coded[] = {"", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"};
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(base64(words[i]), coded[i]);
+}
+
+TEST(Camera, SeesAllThereIsAndStandsAboveTheFloor) {
+  for (const Vec3d& gravity : {Vec3d{0, -9.81, 0}, Vec3d{0, 0, -9.81}, Vec3d{0, 0, 0}}) {
+    Scene scene;
+    scene.world.gravity = gravity;
+    Box box;
+    box.add({-3, 1, 2});
+    box.add({5, 2, 4});
+    const Camera camera = scene_camera(scene, box);
+    const Vec3d front = (camera.look_at - camera.eye) * (1 / length(camera.look_at - camera.eye));
+    EXPECT_LT(dot(front, camera.up), -0.1);
+    const double widest = std::tan(0.5 * camera.fov * 3.14159265 / 180);
+    for (const double x : {-3.0, 5.0}) {
+      for (const double y : {1.0, 2.0}) {
+        for (const double z : {2.0, 4.0}) {
+          const Vec3d off = Vec3d{x, y, z} - camera.eye, right = cross(front, camera.up);
+          const double deep = dot(off, front), wide = std::abs(dot(off, right)) / length(right);
+          EXPECT_LT(wide, 16.0 / 9 * widest * deep);
+          EXPECT_LT(std::abs(dot(off, cross(right, front))) / length(right), widest * deep);
+        }
+      }
+    }
+  }
+}
+
+/// A cube of 12 triangles, from -1 to 1.
+Mesh cube() {
+  Mesh mesh;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3f x{(i & 1) != 0 ? 1.0f : -1.0f, (i & 2) != 0 ? 1.0f : -1.0f, (i & 4) != 0 ? 1.0f : -1.0f};
+    mesh.position.push_back(x);
+    mesh.normal.push_back(x * (1 / std::sqrt(3.0f)));
+    mesh.temperature.push_back(0);
+    mesh.body.push_back(1);
+  }
+  mesh.triangles = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
+                    2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
+  return mesh;
+}
+
+TEST(Rays, MeetTheNearestOfManyBallsAsAllPairsDo) {
+  FrameShapes shapes;
+  std::uint32_t state = 1;
+  const auto next = [&state] {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<float>(state >> 8) / 16777216.0f;
+  };
+  for (int i = 0; i < 300; ++i)
+    shapes.balls.push_back({{next(), next(), next()}, 0.01f + 0.05f * next(), 0, 0, i % 2 == 0});
+  const Bvh bvh(shapes);
+  int met = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3f from{3 * next() - 1, 3 * next() - 1, 3 * next() - 1}, to{next(), next(), next()};
+    const Ray ray{from, (to - from) * (1 / length(to - from))};
+    float nearest = 1e30f;
+    for (const Ball& ball : shapes.balls) {  // in double, from the formula
+      const double b = dot(meltsim::cast<double>(ray.along), meltsim::cast<double>(ball.center - from));
+      const double c =
+          dot(meltsim::cast<double>(ball.center - from), meltsim::cast<double>(ball.center - from)) -
+          static_cast<double>(ball.radius) * ball.radius;
+      if (b * b < c) continue;
+      const double t = b - std::sqrt(b * b - c) > 0 ? b - std::sqrt(b * b - c) : b + std::sqrt(b * b - c);
+      if (t > 0) nearest = std::min(nearest, static_cast<float>(t));
+    }
+    const Hit hit = bvh.nearest(ray);
+    ASSERT_EQ(hit.any(), nearest < 1e29f);
+    EXPECT_EQ(bvh.blocked(ray, Seen::all), hit.any());
+    if (!hit.any()) continue;
+    ++met;
+    EXPECT_NEAR(hit.distance, nearest, 1e-4);
+  }
+  EXPECT_GT(met, 100);
+}
+
+TEST(Rays, MeetACubeAndKnowItsInside) {
+  FrameShapes shapes;
+  shapes.solid = cube();
+  const Bvh bvh(shapes);
+  const Hit hit = bvh.nearest({{0.2f, 0.3f, 5}, {0, 0, -1}});
+  EXPECT_NEAR(hit.distance, 4, 1e-5);
+  EXPECT_FALSE(bvh.nearest({{1.2f, 0.3f, 5}, {0, 0, -1}}).any());
+  Ray ray{{0.2f, 0.3f, 5}, {0, 0, -1}};
+  ray.most = 3.9f;
+  EXPECT_FALSE(bvh.blocked(ray, Seen::all));
+  Camera camera;
+  camera.eye = {0.1, 0.2, 0.3};
+  camera.look_at = {5, 5, 5};
+  EXPECT_TRUE(eye_in_solid(shapes, camera));
+  camera.eye = {0.1, 0.2, 3};
+  camera.look_at = {0, 0, 0};
+  EXPECT_FALSE(eye_in_solid(shapes, camera));
+}
+
+TEST(Tracer, PicturesDoNotDependOnThreads) {
+  FrameShapes shapes;
+  shapes.liquid = cube();
+  shapes.balls.push_back({{0, 0, 0}, 0.5f, 10, 1, true});
+  Camera camera;
+  camera.eye = {3, 4, 6};
+  camera.look_at = {0, 0, 0};
+  TraceSettings settings;
+  settings.width = 40;
+  settings.height = 30;
+  settings.spacing = 0.1;
+  settings.floor = -1;
+  settings.threads = 1;
+  const Image one = traced(shapes, camera, settings);
+  settings.threads = 3;
+  EXPECT_EQ(one.rgb, traced(shapes, camera, settings).rgb);
+}
+
+TEST(Image, SheetIsAGridAndPngComesBack) {
+  Image red(40, 20), blue(40, 20);
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      red.set(x, y, {1, 0, 0});
+      blue.set(x, y, {0, 0, 1});
+    }
+  }
+  Image sheet = contact_sheet({red, blue, red}, 2, 20);
+  EXPECT_EQ(sheet.width, 2 * 24 + 4);
+  EXPECT_EQ(sheet.height, 2 * 14 + 4);
+  EXPECT_EQ(sheet.at(5, 5)[0], 255);
+  EXPECT_EQ(sheet.at(30, 5)[2], 255);
+  EXPECT_EQ(sheet.at(5, 20)[0], 255);
+  EXPECT_EQ(sheet.at(30, 20)[1], 255);  // white where there is no fourth
+  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
+  const std::string directory = mkdtemp(name.data());
+  write_file(directory + "/sheet.png", png_text(sheet));
+  EXPECT_EQ(read_png(directory + "/sheet.png").rgb, sheet.rgb);
+  std::filesystem::remove_all(directory);
+}
+
+}  // namespace
+}  // namespace runner
