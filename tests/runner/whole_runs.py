@@ -166,6 +166,31 @@ class WholeRuns(unittest.TestCase):
         return [json.loads(re.search(r'id="about-run"[^>]*>(.*?)</script>', page, re.S).group(1)),
                 re.search(r'id="frames"[^>]*>(.*?)</script>', page, re.S).group(1)]
 
+    def built_in_scenes(self):
+        return [line.split()[0] for line in self.meltsim("list").stdout.splitlines()]
+
+    def test_every_built_in_scene_passes_check(self):
+        names = self.built_in_scenes()
+        self.assertIn("four_densities", names)
+        for name in names:
+            with self.subTest(scene=name):
+                said = self.meltsim("check", name, "--backend", "cpu").stdout
+                self.assertRegex(said.splitlines()[-1], r"^ok")
+                warnings = [line for line in said.splitlines() if line.startswith("warning: ")]
+                self.assertTrue(all("so each step is split into" in line for line in warnings), warnings)
+
+    def test_scenes_after_the_paper_have_its_particle_numbers(self):
+        """Within 1 % of Table 2 of Shao & Yu 2017, what the jets bring counted."""
+        for name, liquid, solid in (("four_densities", 35000, 5000), ("bunnies_ducks", 48500, 12000),
+                                    ("scaling", 40500, 20000)):
+            with self.subTest(scene=name):
+                said = self.meltsim("check", name, "--backend", "cpu", "--set", "heat.model=paper").stdout
+                total = re.search(r"^total +([\d,]+) liquid and ([\d,]+) solid", said, re.M)
+                jets = re.findall(r"^emitter .*about ([\d,]+) particles", said, re.M)
+                has = [sum(int(n.replace(",", "")) for n in group) for group in ([total[1], *jets], [total[2]])]
+                self.assertAlmostEqual(has[0], liquid, delta=0.01 * liquid)
+                self.assertAlmostEqual(has[1], solid, delta=0.01 * solid)
+
     def interrupted_and_resumed(self, *options):
         """An uninterrupted run, and one that was interrupted and resumed."""
         common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--time", "2", *options]
