@@ -119,13 +119,15 @@ Mat4 Camera::projection(const Viewport& viewport, const Vec3d& center, double ra
   const double depth = dot(eye() - center, axes().back);
   const double far = std::max(depth + radius, 2 * distance_);
   const double near = std::max({depth - radius, 1e-3 * distance_, 1e-4 * far});
-  return perspective(fov, viewport.aspect(), near, far);
+  Mat4 p = perspective(fov, viewport.aspect(), near, far);
+  p.at(0, 2) = static_cast<float>(-shift_);
+  return p;
 }
 
 Ray Camera::ray(double x, double y, const Viewport& viewport) const {
   const Axes a = axes();
   const double h = half_height();
-  const double right = (2 * x / viewport.width - 1) * h * viewport.aspect();
+  const double right = (2 * x / viewport.width - 1 - shift_) * h * viewport.aspect();
   const double top = (1 - 2 * y / viewport.height) * h;
   return {eye(), normalized(a.right * right + a.up * top - a.back)};
 }
@@ -135,7 +137,7 @@ bool Camera::project(const Vec3d& point, const Viewport& viewport, double& x, do
   const Vec3d d = point - eye();
   const double depth = -dot(d, a.back), h = half_height();
   if (depth <= 0) return false;
-  x = 0.5 * viewport.width * (1 + dot(d, a.right) / (depth * h * viewport.aspect()));
+  x = 0.5 * viewport.width * (1 + shift_ + dot(d, a.right) / (depth * h * viewport.aspect()));
   y = 0.5 * viewport.height * (1 - dot(d, a.up) / (depth * h));
   return true;
 }

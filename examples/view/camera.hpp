@@ -48,6 +48,9 @@ class Camera {
   void pan(double dx, double dy);
   void zoom(double steps);  ///< one step of the wheel is a tenth
 
+  /// The target is seen this far to the right of the window's middle, in half widths: beside a panel.
+  void shift(double x) { shift_ = x; }
+
   Vec3d eye() const;
   const Vec3d& target() const { return target_; }
   const Vec3d& up() const { return up_; }
@@ -68,7 +71,7 @@ class Camera {
   Axes axes() const;
 
   Vec3d target_{0, 0, 0}, up_{0, 1, 0};
-  double yaw_ = 0.6, pitch_ = 0.35, distance_ = 5;
+  double yaw_ = 0.6, pitch_ = 0.35, distance_ = 5, shift_ = 0;
 };
 
 }  // namespace view

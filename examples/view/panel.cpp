@@ -21,7 +21,7 @@ void draw_value(const char* name, const std::string& value) {
   ImGui::TextWrapped("%s", value.c_str());
 }
 
-void draw_panel(const PanelInput& in) {
+float draw_panel(const PanelInput& in) {
   const float letter = ImGui::GetFontSize() * 0.54f, height = ImGui::GetIO().DisplaySize.y;
   ImGui::SetNextWindowPos({10, 10}, ImGuiCond_Always);
   ImGui::SetNextWindowSizeConstraints({width_in_letters * letter, 0},
@@ -41,6 +41,7 @@ void draw_panel(const PanelInput& in) {
     ImGui::PopItemWidth();
   }
   ImGui::End();
+  return 20 + width_in_letters * letter;
 }
 
 }  // namespace view

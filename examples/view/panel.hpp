@@ -18,9 +18,8 @@ enum class Rebuild { none, keep_state, start_again };
 struct PanelState {
   bool paused = false;
   bool step_once = false;
-  double pace = 1;        ///< simulated seconds per second on the clock
-  double budget_ms = 25;  ///< for steps, per frame
-  Edits edits;            ///< as the sliders stand
+  double pace = 1;  ///< simulated seconds per second on the clock
+  Edits edits;      ///< as the sliders stand
   Rebuild rebuild = Rebuild::none;
   bool timings = false, reset_camera = false, fit_temperature = false;
 };
@@ -38,6 +37,7 @@ struct Picked {
 struct Slow {
   meltsim::Plan plan;
   meltsim::Resolved resolved;
+  std::string backend;
 };
 
 struct PanelInput {
@@ -51,7 +51,8 @@ struct PanelInput {
   const std::string& renderer;
 };
 
-void draw_panel(const PanelInput& in);
+/// Returns the width it takes from the left of the window, in units of the panel.
+float draw_panel(const PanelInput& in);
 
 // Its parts, in their order.
 void draw_run_controls(const PanelInput& in);

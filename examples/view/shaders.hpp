@@ -80,7 +80,7 @@ out vec4 shade;
 
 void main() {
   vec2 ndc = 2.0 * gl_FragCoord.xy / viewport - 1.0;
-  vec3 ray = normalize(vec3(ndc.x / projection[0][0], ndc.y / projection[1][1], -1.0));
+  vec3 ray = normalize(vec3((ndc.x + projection[2][0]) / projection[0][0], ndc.y / projection[1][1], -1.0));
   float along = dot(center, ray);
   float inside = (radius * radius - dot(center, center) + along * along) / (radius * radius);
   float coverage = clamp(inside / max(fwidth(inside), 1e-6) + 0.5, 0.0, 1.0);

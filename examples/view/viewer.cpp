@@ -36,6 +36,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+constexpr double budget_s = 0.025;  // for steps, per frame
 constexpr double refresh_s = 0.5;   // of what is slow to ask for
 constexpr double picked_s = 0.1;    // of the particle that was clicked at
 constexpr double longest_s = 0.1;   // a frame that took longer is not made up for
@@ -187,7 +188,7 @@ class Viewer {
     if (options_.scripted() && !state_.paused) {
       session_.advance(1 / session_.scene().time.fps, far_behind, elapsed);
     } else if (!state_.paused) {
-      session_.advance(state_.pace * std::min(elapsed, longest_s), 1e-3 * state_.budget_ms, elapsed);
+      session_.advance(state_.pace * std::min(elapsed, longest_s), budget_s, elapsed);
     } else if (state_.step_once) {
       session_.single_step();
     }
@@ -199,6 +200,7 @@ class Viewer {
   void refresh() {
     slow_.plan = session_.world().plan();
     slow_.resolved = session_.world().resolved();
+    slow_.backend = runner::backend_text(session_.world());
     last_refresh_ = Clock::now();
   }
 
@@ -218,7 +220,8 @@ class Viewer {
     around_.draw_around(frame, look_, box_);
     if (picked_ && !picked_->gone) mark_picked();
     const std::string path = feed_.path();
-    if (look_.panel) draw_panel({session_, state_, look_, slow_, box_, picked_, path, renderer_});
+    if (look_.panel)
+      panel_width_ = draw_panel({session_, state_, look_, slow_, box_, picked_, path, renderer_});
     draw_errors(session_);
     draw_legend(session_, look_);
     window_.draw_panel();
@@ -270,6 +273,7 @@ class Viewer {
   std::optional<Picked> picked_;
   std::string renderer_;
   std::uint64_t frames_drawn_ = 0;
+  double panel_width_ = 0;  ///< as it was in the last frame
   bool timed_ = false, shoot_ = false;
   Clock::time_point last_frame_, last_refresh_, last_picked_;
 };
