@@ -49,6 +49,7 @@ struct PanelInput {
   std::optional<Picked>& picked;
   const std::string& data_path;  ///< how particles get into the picture
   const std::string& renderer;
+  double picture_s;  ///< what the last picture took
 };
 
 /// Returns the width it takes from the left of the window, in units of the panel.

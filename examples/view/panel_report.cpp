@@ -83,6 +83,7 @@ void draw_timings(const PanelInput& in) {
 
 void draw_plan(const PanelInput& in) {
   const meltsim::Plan& plan = in.slow.plan;
+  draw_value("backend", in.slow.backend);
   draw_value("memory", runner::bytes_text(static_cast<double>(plan.bytes)));
   draw_value("neighbours", in.slow.resolved.neighbour_reason);
   draw_value("stable step", fmt::format("{:.3g} ms", 1e3 * in.slow.resolved.stable_dt));

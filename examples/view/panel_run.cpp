@@ -64,14 +64,14 @@ void draw_numbers(const PanelInput& in) {
   }
   if (session.ledger()) {
     const meltsim::Ledger& ledger = *session.ledger();
-    draw_value("energy",
-               fmt::format("kinetic {:.3g} J, potential {:.3g} J", ledger.kinetic, ledger.potential));
+    draw_value("motion", fmt::format("{:.3g} J; potential {:.3g} J", ledger.kinetic, ledger.potential));
     draw_value("heat", fmt::format("{:.5g} J; latent {:.3g} J", ledger.thermal, ledger.latent));
     if (ledger.heat_in != 0) draw_value("came in", fmt::format("{:.3g} J", ledger.heat_in));
     draw_value("fastest", fmt::format("{:.3g} m/s", ledger.max_speed));
   }
-  draw_value("backend", in.slow.backend);
-  draw_value("picture", in.data_path);
+  draw_value("backend", fmt::format("{}, {}", runner::backend_name(in.slow.resolved.backend),
+                                    in.slow.resolved.device_name));
+  draw_value("picture", fmt::format("{:.3g} ms; {}", 1e3 * in.picture_s, in.data_path));
 }
 
 void draw_errors(const Session& session) {

@@ -36,7 +36,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-constexpr double budget_s = 0.025;  // for steps, per frame
+// For steps, per frame; as much as the picture takes where that is slow, or little would be left for them.
+constexpr double budget_s = 0.025, longest_budget_s = 0.5;
 constexpr double refresh_s = 0.5;   // of what is slow to ask for
 constexpr double picked_s = 0.1;    // of the particle that was clicked at
 constexpr double longest_s = 0.1;   // a frame that took longer is not made up for
@@ -75,9 +76,11 @@ class Viewer {
       simulate();
       follow_picked();
       if (seconds_since(last_refresh_) > refresh_s) refresh();
+      const Clock::time_point start = Clock::now();
       draw();
       if (finished()) return finish();
       window_.show();
+      picture_s_ = 0.7 * picture_s_ + 0.3 * seconds_since(start);
     }
     return 0;
   }
@@ -188,7 +191,8 @@ class Viewer {
     if (options_.scripted() && !state_.paused) {
       session_.advance(1 / session_.scene().time.fps, far_behind, elapsed);
     } else if (!state_.paused) {
-      session_.advance(state_.pace * std::min(elapsed, longest_s), budget_s, elapsed);
+      session_.advance(state_.pace * std::min(elapsed, longest_s),
+                       std::clamp(picture_s_, budget_s, longest_budget_s), elapsed);
     } else if (state_.step_once) {
       session_.single_step();
     }
@@ -212,6 +216,7 @@ class Viewer {
   }
 
   void draw() {
+    camera_.shift(look_.panel ? panel_width_ * window_.pixel_ratio() / window_.framebuffer().width : 0);
     const Frame frame =
         make_frame(camera_, window_.framebuffer(), box_, feed_.origin(), session_.scene().world.spacing);
     particles_.cast(frame, look_, feed_.buffer(), feed_.count());
@@ -221,7 +226,7 @@ class Viewer {
     if (picked_ && !picked_->gone) mark_picked();
     const std::string path = feed_.path();
     if (look_.panel)
-      panel_width_ = draw_panel({session_, state_, look_, slow_, box_, picked_, path, renderer_});
+      panel_width_ = draw_panel({session_, state_, look_, slow_, box_, picked_, path, renderer_, picture_s_});
     draw_errors(session_);
     draw_legend(session_, look_);
     window_.draw_panel();
@@ -273,6 +278,7 @@ class Viewer {
   std::optional<Picked> picked_;
   std::string renderer_;
   std::uint64_t frames_drawn_ = 0;
+  double picture_s_ = 0;    ///< what a picture takes, of late
   double panel_width_ = 0;  ///< as it was in the last frame
   bool timed_ = false, shoot_ = false;
   Clock::time_point last_frame_, last_refresh_, last_picked_;
