@@ -107,7 +107,7 @@ std::vector<double> ticks(const Range& range, int most) {
   std::vector<double> at;
   const double slack = 1e-9 * width;
   for (double k = std::ceil((range.low - slack) / step); k * step <= range.high + slack; ++k)
-    at.push_back(k * step);
+    at.push_back(k * step + 0.0);  // no -0
   return at;
 }
 

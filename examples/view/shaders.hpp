@@ -93,7 +93,7 @@ void main() {
   float diffuse = max(dot(normal, sun), 0.0) * mix(0.25, 1.0, light);
   float sky = 0.5 + 0.5 * dot(normal, up);
   float edge = 0.72 + 0.28 * smoothstep(0.0, 0.55, inside);
-  vec3 lit = color * (0.34 + 0.22 * sky + 0.52 * diffuse) * edge;
+  vec3 lit = color * (0.40 + 0.24 * sky + 0.48 * diffuse) * edge;
   float glint = pow(max(dot(normal, normalize(sun - ray)), 0.0), 48.0) * gloss * light;
   shade = vec4(lit + glint, coverage);
 }

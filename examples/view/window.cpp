@@ -40,13 +40,14 @@ struct WindowEvents {
   static void button(GLFWwindow* handle, int button, int action, int) {
     Window& w = of(handle);
     if (action == GLFW_PRESS) {
-      w.dragging_ = !ImGui::GetIO().WantCaptureMouse;
+      w.held_ = true;
+      w.owner_ = Window::Owner::open;
       w.press_x_ = w.mouse_x_;
       w.press_y_ = w.mouse_y_;
       return;
     }
     const double moved = std::hypot(w.mouse_x_ - w.press_x_, w.mouse_y_ - w.press_y_);
-    if (w.dragging_ && button == GLFW_MOUSE_BUTTON_LEFT && moved < click_slack) {
+    if (button == GLFW_MOUSE_BUTTON_LEFT && moved < click_slack) {
       int width = 1, height = 1;
       glfwGetWindowSize(handle, &width, &height);
       const Viewport pixels = w.framebuffer();
@@ -54,7 +55,7 @@ struct WindowEvents {
       w.input_.click_x = w.mouse_x_ * pixels.width / std::max(width, 1);
       w.input_.click_y = w.mouse_y_ * pixels.height / std::max(height, 1);
     }
-    w.dragging_ = false;
+    w.held_ = false;
   }
 
   static void move(GLFWwindow* handle, double x, double y) {
@@ -64,7 +65,7 @@ struct WindowEvents {
     const double dx = (x - w.mouse_x_) / std::max(height, 1), dy = (y - w.mouse_y_) / std::max(height, 1);
     w.mouse_x_ = x;
     w.mouse_y_ = y;
-    if (!w.dragging_) return;
+    if (!w.held_) return;
     const auto down = [handle](int button) { return glfwGetMouseButton(handle, button) == GLFW_PRESS; };
     const bool shift = glfwGetKey(handle, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
                        glfwGetKey(handle, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
@@ -78,9 +79,7 @@ struct WindowEvents {
     }
   }
 
-  static void scroll(GLFWwindow* handle, double, double y) {
-    if (!ImGui::GetIO().WantCaptureMouse) of(handle).input_.zoom += y;
-  }
+  static void scroll(GLFWwindow* handle, double, double y) { of(handle).input_.zoom += y; }
 
   static void key(GLFWwindow* handle, int key, int, int action, int) {
     if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput) return;
@@ -135,7 +134,17 @@ void Window::begin_frame() {
   ImGui::NewFrame();
 }
 
-Input Window::take_input() { return std::exchange(input_, {}); }
+Input Window::take_input() {
+  const bool panel_wants = ImGui::GetIO().WantCaptureMouse;
+  if (owner_ == Owner::open) owner_ = panel_wants ? Owner::panel : Owner::scene;
+  Input input = std::exchange(input_, {});
+  const bool panel_has = owner_ == Owner::panel || (owner_ == Owner::nobody && panel_wants);
+  if (!held_) owner_ = Owner::nobody;
+  if (!panel_has) return input;
+  Input keys;
+  keys.keys = std::move(input.keys);
+  return keys;
+}
 
 Viewport Window::framebuffer() const {
   Viewport size;

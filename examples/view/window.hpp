@@ -32,7 +32,7 @@ class Window {
   bool closing() const;
   void close();
   void begin_frame();  ///< handles events; the panel may be built from here on
-  Input take_input();
+  Input take_input();  ///< after begin_frame()
   Viewport framebuffer() const;
   double pixel_ratio() const;  ///< framebuffer pixels per unit of the panel
   void draw_panel();           ///< on top of what has been drawn
@@ -44,7 +44,9 @@ class Window {
   GLFWwindow* window_ = nullptr;
   Input input_;
   double mouse_x_ = 0, mouse_y_ = 0, press_x_ = 0, press_y_ = 0;
-  bool dragging_ = false;
+  /// Whose the mouse is while a button is held. Open until the panel has seen where it was pressed.
+  enum class Owner { nobody, open, scene, panel } owner_ = Owner::nobody;
+  bool held_ = false;
 };
 
 }  // namespace view
