@@ -69,12 +69,13 @@ Mat4 orthographic(double half, double near, double far) {
   return p;
 }
 
-void Camera::frame(const meltsim::Box& box, const Vec3d& up) {
+void Camera::frame(const meltsim::Box& box, const Vec3d& up, double aspect) {
   up_ = normalized(up);
   target_ = (box.min + box.max) * 0.5;
   yaw_ = 0.6;
   pitch_ = 0.35;
-  distance_ = std::max(1e-6, 0.52 * length(box.max - box.min) / half_height());
+  distance_ =
+      std::max(1e-6, 0.52 * length(box.max - box.min) / (half_height() * std::clamp(aspect, 0.2, 1.0)));
 }
 
 void Camera::place(const Vec3d& eye, const Vec3d& target, const Vec3d& up) {

@@ -38,8 +38,9 @@ class Camera {
  public:
   static constexpr double fov = 40;  ///< degrees, from top to bottom
 
-  /// Everything in `box` is in view, from the front, the right and above.
-  void frame(const meltsim::Box& box, const Vec3d& up);
+  /// Everything in `box` is in view, from the front, the right and above, in a window `aspect` times as wide
+  /// as high.
+  void frame(const meltsim::Box& box, const Vec3d& up, double aspect);
   /// As if from `eye`, looking at `target`.
   void place(const Vec3d& eye, const Vec3d& target, const Vec3d& up);
 

@@ -29,6 +29,7 @@ Session::Session(runner::Scene base, runner::MachineOptions machine, double scal
   built_.emplace(runner::build_world(scene_, machine_));
   step_.automatic = scene_.time.adaptive || !scene_.time.dt;
   step_.dt = scene_.time.dt.value_or(runner::automatic_dt(built_->world.stable_dt(), 1 / scene_.time.fps));
+  result_ = built_->world.synchronize();
   read_back();
 }
 
@@ -51,6 +52,7 @@ void Session::rebuild(const Edits& edits, bool keep_state) {
     edits_ = edits;
     owed_ = ratio_ = paced_simulated_ = paced_elapsed_ = 0;
     ++generation_;
+    result_ = built_->world.synchronize();
     read_back();
   } catch (const runner::Failure& failure) {
     error_ = failure.what();
@@ -69,6 +71,7 @@ void Session::advance(double seconds, double budget, double elapsed) {
   if (stopped()) return;
   const Clock::time_point start = Clock::now();
   const double before = time();
+  result_.courant_exceeded = result_.heat_bound_exceeded = false;
   owed_ += seconds;
   while (true) {
     const double dt = choose_dt(), left = budget - seconds_since(start);
@@ -97,10 +100,10 @@ bool Session::step(double dt, int count) {
     const meltsim::Status status = built_->world.step(dt);
     if (status) continue;
     if (status.error().code != meltsim::ErrorCode::halted) error_ = status.error().message;
-    result_ = built_->world.synchronize();
+    wait();
     return false;
   }
-  result_ = built_->world.synchronize();
+  wait();
   last_dt_ = dt;
   const double ms = 1e3 * seconds_since(start) / count;
   ms_per_step_ = ms_per_step_ > 0 ? 0.8 * ms_per_step_ + 0.2 * ms : ms;
@@ -108,8 +111,15 @@ bool Session::step(double dt, int count) {
   return !result_.halted;
 }
 
-void Session::read_back() {
+/// Flags are those of the steps since the World was last asked; what is shown is all of a frame.
+void Session::wait() {
+  const meltsim::StepResult before = result_;
   result_ = built_->world.synchronize();
+  result_.courant_exceeded |= before.courant_exceeded;
+  result_.heat_bound_exceeded |= before.heat_bound_exceeded;
+}
+
+void Session::read_back() {
   if (result_.halted) error_ = "stopped: " + result_.halt_reason;
   auto ledger = built_->world.ledger();
   if (ledger) ledger_ = *ledger;

@@ -58,6 +58,7 @@ class Session {
   using Clock = std::chrono::steady_clock;
   double choose_dt();
   bool step(double dt, int count);
+  void wait();
   void read_back();
   void count_pace(double simulated, double elapsed);
 

@@ -40,7 +40,7 @@ double seconds_since(Clock::time_point start) {
 constexpr double budget_s = 0.025, longest_budget_s = 0.5;
 constexpr double refresh_s = 0.5;   // of what is slow to ask for
 constexpr double picked_s = 0.1;    // of the particle that was clicked at
-constexpr double longest_s = 0.1;   // a frame that took longer is not made up for
+constexpr double longest_s = 0.5;   // a frame that took longer is not made up for
 constexpr double far_behind = 1e9;  // a budget that is never used up
 
 class Viewer {
@@ -78,6 +78,7 @@ class Viewer {
       if (seconds_since(last_refresh_) > refresh_s) refresh();
       const Clock::time_point start = Clock::now();
       draw();
+      if (frames_drawn_ == 0) place_camera();  // now that the panel's width is known
       if (finished()) return finish();
       window_.show();
       picture_s_ = 0.7 * picture_s_ + 0.3 * seconds_since(start);
@@ -87,7 +88,9 @@ class Viewer {
 
  private:
   void place_camera() {
-    camera_.frame(box_, upward(session_.scene()));
+    const Viewport viewport = window_.framebuffer();
+    const double beside_panel = viewport.width - (look_.panel ? panel_width_ * window_.pixel_ratio() : 0);
+    camera_.frame(box_, upward(session_.scene()), beside_panel / viewport.height);
     const auto& given = session_.scene().output.camera;
     if (!given.contains("eye")) return;
     const auto vector = [&given](const char* key, const Vec3d& otherwise) {
@@ -175,7 +178,10 @@ class Viewer {
     session_.rebuild(state_.edits, keep);
     state_.edits = session_.edits();  // as they were, when that failed
     feed_.attach(session_.built());
-    if (!keep) picked_.reset();
+    if (!keep) {
+      picked_.reset();
+      look_.temperature = temperature_range(session_.scene());
+    }
     timed_ = false;
     refresh();
     last_frame_ = Clock::now();
@@ -198,7 +204,7 @@ class Viewer {
     }
     state_.step_once = false;
     feed_.after_steps(session_.built(), session_.world().steps() != before);
-    look_.speed.high = std::max(look_.speed.high, session_.result().max_speed);
+    if (session_.ledger()) look_.speed.high = std::max(look_.speed.high, session_.ledger()->max_speed);
   }
 
   void refresh() {

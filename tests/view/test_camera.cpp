@@ -25,7 +25,7 @@ Vec3d through_matrices(const Camera& camera, const Vec3d& x) {
 TEST(Camera, FramedBoxIsInsideTheWindow) {
   for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}, Vec3d{1, 0, 0}}) {
     Camera camera;
-    camera.frame(box, up);
+    camera.frame(box, up, viewport.aspect());
     for (int i = 0; i < 8; ++i) {
       const Vec3d corner{i & 1 ? 2.0 : 0.0, i & 2 ? 1.0 : 0.0, i & 4 ? 3.0 : 0.0};
       const Vec3d pixel = through_matrices(camera, corner);
@@ -38,7 +38,7 @@ TEST(Camera, FramedBoxIsInsideTheWindow) {
 TEST(Camera, UpIsUpInThePicture) {
   for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}, Vec3d{0, 0, -1}, Vec3d{0, -1, 0}}) {
     Camera camera;
-    camera.frame(box, up);
+    camera.frame(box, up, viewport.aspect());
     const Vec3d low = through_matrices(camera, camera.target());
     const Vec3d high = through_matrices(camera, camera.target() + up * 0.3);
     EXPECT_LT(high.y, low.y - 5);
@@ -54,7 +54,7 @@ TEST(Camera, PlacedWhereAsked) {
 
 TEST(Camera, RayProjectionAndMatricesAgreeAlsoBesideAPanel) {
   Camera camera;
-  camera.frame(box, {0, 1, 0});
+  camera.frame(box, {0, 1, 0}, viewport.aspect());
   camera.orbit(0.2, 0.1);
   camera.pan(0.05, -0.1);
   camera.shift(0.3);
@@ -71,7 +71,7 @@ TEST(Camera, RayProjectionAndMatricesAgreeAlsoBesideAPanel) {
 
 TEST(Camera, PanMovesTheTargetWithThePointer) {
   Camera camera;
-  camera.frame(box, {0, 1, 0});
+  camera.frame(box, {0, 1, 0}, viewport.aspect());
   const Vec3d target = camera.target();
   camera.pan(60 / 600.0, 30 / 600.0);
   double x = 0, y = 0;
@@ -82,7 +82,7 @@ TEST(Camera, PanMovesTheTargetWithThePointer) {
 
 TEST(Camera, WheelGoesNearerAndBack) {
   Camera camera;
-  camera.frame(box, {0, 1, 0});
+  camera.frame(box, {0, 1, 0}, viewport.aspect());
   const double distance = camera.distance();
   camera.zoom(3);
   EXPECT_LT(camera.distance(), 0.8 * distance);
