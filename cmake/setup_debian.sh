@@ -41,6 +41,9 @@ meltsim_build_packages=(g++ cmake ninja-build pkg-config)
 meltsim_runner_packages=(libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev libpng-dev zlib1g-dev)
 # povray and gnuplot are small; tests that need chromium, ffmpeg or python3-vtk9 say SKIPPED without them.
 meltsim_test_packages=(libgtest-dev libeigen3-dev libbenchmark-dev python3 binutils povray gnuplot-nox)
+# Not for the viewer: OpenGL and X11 are much to bring to a machine that may have no display, and nothing else needs
+# them. Where libglfw3-dev, libimgui-dev and libepoxy-dev are, it is built; its test also wants xvfb and
+# libgl1-mesa-dri, and says SKIPPED without.
 
 # The CUDA backend is worth its build time where a GPU can run it. MELTSIM_CUDA=ON|OFF in the environment
 # decides otherwise. Sets meltsim_cuda_options.
