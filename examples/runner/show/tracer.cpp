@@ -182,7 +182,8 @@ class Tracer {
     return mix(lit(s, along, dice, sample, 0), horizon, far);
   }
 
-  Vec3f color(const Ray& ray, Dice& dice, int sample, int depth, float weight) const {
+  /// submerged: the ray starts in liquid.
+  Vec3f color(const Ray& ray, Dice& dice, int sample, int depth, float weight, bool submerged = false) const {
     const Hit hit = bvh_.nearest(ray);
     const bool met = hit.any();
     Surface s;
@@ -200,7 +201,10 @@ class Tracer {
     }
     if (!met) return sky(ray.along);
     if (settings_.look == Look::temperature) return warm_color(ray, s, dice, sample, depth, weight);
-    if (s.solid) return lit(s, ray.along, dice, sample, 0.25f);
+    if (s.solid) {
+      const Vec3f own = lit(s, ray.along, dice, sample, 0.25f);
+      return submerged ? times(own, passing(hit.distance)) : own;
+    }
     if (!see_through_) return lit(s, ray.along, dice, sample, 0.35f);
     if (const auto wetted = inside ? wetted_solid(ray, s) : std::nullopt)
       return times(lit(*wetted, ray.along, dice, sample, 0.25f), passing(hit.distance));
@@ -245,16 +249,16 @@ class Tracer {
     const Vec3f mirrored = unit(ray.along + n * (2 * cosine));
     if (depth >= deepest || weight < 0.02f) return times(sky(mirrored), through);
     const Ray back{s.at + n * lift(), mirrored};
-    if (k <= 0) return times(color(back, dice, sample, depth + 1, weight), through);
+    if (k <= 0) return times(color(back, dice, sample, depth + 1, weight, true), through);
     const float outer = s.outside ? cosine : std::sqrt(k), grazing = 1 - outer, g2 = grazing * grazing;
     const float fresnel = 0.02f + 0.98f * g2 * g2 * grazing;  // Schlick 1994
     const Vec3f bent = unit(ray.along * eta + n * (eta * cosine - std::sqrt(k)));
     const Ray on{s.at - n * lift(), bent};
-    const Vec3f refracted = color(on, dice, sample, depth + 1, weight * (1 - fresnel));
+    const Vec3f refracted = color(on, dice, sample, depth + 1, weight * (1 - fresnel), s.outside);
     // Faint mirrorings of mirrorings are not worth a ray.
     const Vec3f reflected = fresnel * weight < 0.03f && depth > 0
                                 ? sky(mirrored)
-                                : color(back, dice, sample, depth + 1, weight * fresnel);
+                                : color(back, dice, sample, depth + 1, weight * fresnel, !s.outside);
     return times(refracted * (1 - fresnel) + reflected * fresnel, through);
   }
 
