@@ -17,7 +17,7 @@ struct Rgb {
   std::uint8_t r = 0, g = 0, b = 0;
 };
 
-/// One row per ColorBy, in its order: ramps from low to high for temperature (blue, yellow, red) and speed;
+/// One row per ColorBy, in its order: ramps from low to high for temperature (runner::ramp: blue, yellow, red) and speed;
 /// phase_colors; and a colour per body, 0 for liquid that never belonged to one.
 inline constexpr int table_width = 256;
 using ColorTable = std::array<std::array<Rgb, table_width>, color_choices>;

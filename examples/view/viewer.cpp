@@ -23,6 +23,7 @@
 #include "picking.hpp"
 #include "screenshot.hpp"
 #include "session.hpp"
+#include "show/camera.hpp"
 #include "stage_renderer.hpp"
 #include "window.hpp"
 
@@ -90,16 +91,13 @@ class Viewer {
   void place_camera() {
     const Viewport viewport = window_.framebuffer();
     const double beside_panel = viewport.width - (look_.panel ? panel_width_ * window_.pixel_ratio() : 0);
-    camera_.frame(box_, upward(session_.scene()), beside_panel / viewport.height);
-    const auto& given = session_.scene().output.camera;
-    if (!given.contains("eye")) return;
-    const auto vector = [&given](const char* key, const Vec3d& otherwise) {
-      if (!given.contains(key)) return otherwise;
-      const auto& v = given[key];
-      return Vec3d{v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
-    };
-    const Vec3d target = vector("look_at", camera_.target());
-    camera_.place(vector("eye", {}), target, vector("up", camera_.up()));
+    camera_.frame(box_, runner::upward(session_.scene()), beside_panel / viewport.height);
+    if (!session_.scene().output.camera.contains("eye")) return;
+    runner::Box all;
+    all.add(box_.min);
+    all.add(box_.max);
+    const runner::Camera asked = runner::scene_camera(session_.scene(), all);
+    camera_.place(asked.eye, asked.look_at, asked.up);
   }
 
   void handle(const Input& input) {
