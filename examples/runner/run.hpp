@@ -51,6 +51,7 @@ class Run {
   Json final_block(Outcome outcome) const;
   std::string resume_hint() const;
   std::string divergence_message() const;
+  void finish_pictures(Outcome outcome);
   int report(Outcome outcome);
 
   const Scene& scene_;

@@ -116,6 +116,16 @@ std::string Run::divergence_message() const {
                      state_.time, reason, directory_.file("checkpoint.bin"), advice);
 }
 
+/// After a divergence or an interrupt, that and how to go on must be said even where no picture can be made.
+void Run::finish_pictures(Outcome outcome) {
+  try {
+    recorder_->finish(built_.world, state_);
+  } catch (const Failure& failure) {
+    if (outcome == Outcome::finished) throw;
+    log_.warn(fmt::format("pictures: {}", failure.what()));
+  }
+}
+
 int Run::report(Outcome outcome) {
   if (outcome != Outcome::finished) {
     state_.frame_dt = outcome == Outcome::diverged ? 0 : state_.frame_dt;
@@ -135,7 +145,7 @@ int Run::report(Outcome outcome) {
   }
   const Json block = final_block(outcome);
   write_run_json(block);
-  recorder_->finish(built_.world, state_);
+  finish_pictures(outcome);
   if (!recorder_->problem().empty()) {
     log_.warn("pictures: " + recorder_->problem());
     write_run_json(block);

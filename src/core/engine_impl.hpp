@@ -141,17 +141,7 @@ class EngineImpl final : public Engine {
     WorldStatus s;
     if (w_.f.status == nullptr) return s;
     ex_.download(&s, w_.f.status, sizeof s);
-    if (s.halted != 0 && !rolled_back_) {
-      // Sub-step k read the buffer that was current before it. Every later one swapped once more.
-      if ((last_index_ - s.halt_step) % 2 == 0) swap_buffers();
-      w_.born = s.particles;
-      w_.particles = slots_for(w_.born);
-      rolled_back_ = true;
-      ex_.set_guard(nullptr);
-      step::reindex<E, T>(ex_, w_);
-      ex_.set_guard(&w_.f.status->halted);
-      ex_.synchronize();
-    }
+    roll_back(s);
     WorldStatus cleared = s;
     cleared.max_speed = cleared.max_density = 0;
     cleared.courant_exceeded = 0;
@@ -169,6 +159,11 @@ class EngineImpl final : public Engine {
 
   void download(SceneState& s) override {
     ex_.synchronize();
+    if (w_.f.status != nullptr) {
+      WorldStatus status;
+      ex_.download(&status, w_.f.status, sizeof status);
+      roll_back(status);
+    }
     const std::size_t n = w_.born, slots = w_.particles;
     const auto position = fetch(w_.f.position, slots), velocity = fetch(w_.f.velocity, slots);
     const auto enthalpy = fetch(w_.f.enthalpy, slots);
@@ -373,6 +368,20 @@ class EngineImpl final : public Engine {
     w_.before.mass = static_cast<T*>(previous_[field_mass]);
     w_.before.tag = static_cast<std::uint32_t*>(previous_[field_tag]);
     w_.before.id = static_cast<std::uint32_t*>(previous_[field_id]);
+  }
+
+  /// To the last good state, once; the stream has been waited for.
+  void roll_back(const WorldStatus& s) {
+    if (s.halted == 0 || rolled_back_) return;
+    // Sub-step k read the buffer that was current before it. Every later one swapped once more.
+    if ((last_index_ - s.halt_step) % 2 == 0) swap_buffers();
+    w_.born = s.particles;
+    w_.particles = slots_for(w_.born);
+    rolled_back_ = true;
+    ex_.set_guard(nullptr);
+    step::reindex<E, T>(ex_, w_);
+    ex_.set_guard(&w_.f.status->halted);
+    ex_.synchronize();
   }
 
   void swap_buffers() {

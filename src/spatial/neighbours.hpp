@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The neighbour loop. Particles are sorted into groups; every group carries rows, half-open slot ranges that
-// together hold each candidate once. Any structure that can fill `group_of` and `group_ranges` (grid today,
-// tree tomorrow) serves every body unchanged. Order is fixed: rows ascending, slots ascending.
+// together hold each candidate once. Any structure that can fill `group_of` and `group_ranges` (a grid, a
+// tree) serves every body unchanged. Order is fixed: rows ascending, slots ascending.
 #pragma once
 
 #include <type_traits>
