@@ -71,6 +71,13 @@ const ColorTable& color_table() {
   return table;
 }
 
+ColorTable color_table(const std::vector<std::optional<std::array<double, 3>>>& bodies) {
+  ColorTable table = color_table();
+  for (std::size_t i = 0; i < bodies.size() && i + 1 < table[2].size(); ++i)
+    if (bodies[i]) table[2][i + 1] = {byte((*bodies[i])[0]), byte((*bodies[i])[1]), byte((*bodies[i])[2])};
+  return table;
+}
+
 int ramp_index(double value, const Range& range) {
   const double width = range.high - range.low;
   const double x = width > 0 ? (value - range.low) / width : 0.5;

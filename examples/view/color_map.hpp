@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,8 @@ struct Rgb {
 inline constexpr int table_width = 256;
 using ColorTable = std::array<std::array<Rgb, table_width>, color_choices>;
 const ColorTable& color_table();
+/// With the colours that a scene gives its bodies, in their order; 0..1.
+ColorTable color_table(const std::vector<std::optional<std::array<double, 3>>>& bodies);
 
 /// Places in the row of phases.
 enum class Phase { liquid, solid, melted };  ///< melted: liquid that once belonged to a body

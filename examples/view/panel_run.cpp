@@ -64,8 +64,8 @@ void draw_numbers(const PanelInput& in) {
   }
   if (session.ledger()) {
     const meltsim::Ledger& ledger = *session.ledger();
-    draw_value("motion", fmt::format("{:.3g} J; potential {:.3g} J", ledger.kinetic, ledger.potential));
-    draw_value("heat", fmt::format("{:.5g} J; latent {:.3g} J", ledger.thermal, ledger.latent));
+    draw_value("motion", fmt::format("{:.3g}, potential {:.3g} J", ledger.kinetic, ledger.potential));
+    draw_value("heat", fmt::format("{:.5g}, latent {:.3g} J", ledger.thermal, ledger.latent));
     if (ledger.heat_in != 0) draw_value("came in", fmt::format("{:.3g} J", ledger.heat_in));
     draw_value("fastest", fmt::format("{:.3g} m/s", ledger.max_speed));
   }
