@@ -195,10 +195,12 @@ void Bvh::walk(const Ray& ray, Visit visit) const {
   }
 }
 
-Hit Bvh::nearest(const Ray& ray) const {
+Hit Bvh::nearest(const Ray& ray, Seen seen) const {
   Hit hit;
-  walk(ray,
-       [&](std::uint32_t primitive, float most) { return meets(ray, primitive, hit) ? hit.distance : most; });
+  walk(ray, [&](std::uint32_t primitive, float most) {
+    if (seen != Seen::all && is_solid(primitive) != (seen == Seen::solid)) return most;
+    return meets(ray, primitive, hit) ? hit.distance : most;
+  });
   return hit;
 }
 

@@ -29,7 +29,7 @@ class Bvh {
  public:
   explicit Bvh(const FrameShapes& shapes);
 
-  Hit nearest(const Ray& ray) const;
+  Hit nearest(const Ray& ray, Seen seen = Seen::all) const;
   /// Whether anything of `seen` stands between the ray's ends.
   bool blocked(const Ray& ray, Seen seen) const;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <thread>
 
 namespace runner {
@@ -201,6 +202,8 @@ class Tracer {
     if (settings_.look == Look::temperature) return warm_color(ray, s, dice, sample, depth, weight);
     if (s.solid) return lit(s, ray.along, dice, sample, 0.25f);
     if (!see_through_) return lit(s, ray.along, dice, sample, 0.35f);
+    if (const auto wetted = inside ? wetted_solid(ray, s) : std::nullopt)
+      return times(lit(*wetted, ray.along, dice, sample, 0.25f), passing(hit.distance));
     return liquid(ray, s, hit.distance, dice, sample, depth, weight);
   }
 
@@ -214,6 +217,16 @@ class Tracer {
     const Vec3f behind =
         color({s.at + ray.along * lift(), ray.along}, fork, sample, depth + 1, weight * (1 - opaque));
     return own * opaque + behind * (1 - opaque);
+  }
+
+  /// The solid that a ray leaving the liquid meets at once. Both have a surface where they touch, and the film of
+  /// air that rounding leaves between would be a mirror.
+  std::optional<Surface> wetted_solid(const Ray& ray, const Surface& left) const {
+    Ray on{left.at - ray.along * lift(), ray.along};
+    on.most = static_cast<float>(settings_.spacing);
+    const Hit next = bvh_.nearest(on, Seen::solid);
+    if (!next.any()) return std::nullopt;
+    return surface(on, next);
   }
 
   /// What liquid lets through over a distance.
