@@ -131,16 +131,19 @@ void Session::read_back() {
 }
 
 std::string Session::warning() const {
-  if (result_.courant_exceeded) return "something moves too far in one sub-step: take a shorter time step";
-  if (result_.heat_bound_exceeded) return "heat is faster than its sub-step: take a shorter time step";
-  if (result_.emitter_exhausted) return "an emitter has reached its max_particles";
-  if (squeezed_ > squeezed_too_much) {
-    return fmt::format(
-        "liquid was squeezed to {:.3g} of its rest density at the start: shapes overlap or touch, or the "
-        "spacing does not fit the domain; try another quality",
-        squeezed_);
-  }
-  return "";
+  std::string text;
+  const auto say = [&text](bool so, const std::string& what) {
+    if (so) text += (text.empty() ? "" : "\n") + what;
+  };
+  say(squeezed_ > squeezed_too_much,
+      fmt::format(
+          "liquid was squeezed to {:.3g} of its rest density at the start: shapes overlap or touch, or the "
+          "spacing does not fit the domain; try another quality",
+          squeezed_));
+  say(result_.courant_exceeded, "something moves too far in one sub-step: take a shorter time step");
+  say(result_.heat_bound_exceeded, "heat is faster than its sub-step: take a shorter time step");
+  say(result_.emitter_exhausted, "an emitter has reached its max_particles");
+  return text;
 }
 
 double Session::melted_share() const {
