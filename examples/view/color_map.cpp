@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "meltsim/particle_tag.hpp"
+#include "show/ramp.hpp"
 
 namespace view {
 
@@ -14,9 +15,6 @@ struct Stop {
   double at, r, g, b;
 };
 
-constexpr Stop temperature_stops[] = {
-    {0.00, 0.09, 0.22, 0.68}, {0.20, 0.20, 0.52, 0.92}, {0.38, 0.62, 0.84, 0.93}, {0.50, 0.97, 0.94, 0.66},
-    {0.64, 1.00, 0.79, 0.28}, {0.82, 0.95, 0.43, 0.16}, {1.00, 0.74, 0.07, 0.13}};
 constexpr Stop speed_stops[] = {
     {0.00, 0.12, 0.20, 0.44}, {0.30, 0.13, 0.47, 0.67}, {0.65, 0.45, 0.80, 0.72}, {1.00, 1.00, 0.98, 0.82}};
 
@@ -49,7 +47,8 @@ ColorTable make_table() {
   for (int i = 0; i < table_width; ++i) {
     const double x = i / (table_width - 1.0);
     const auto k = static_cast<std::size_t>(i);
-    table[0][k] = between(temperature_stops, x);
+    const runner::Rgb warmth = runner::ramp(x);
+    table[0][k] = {byte(warmth[0]), byte(warmth[1]), byte(warmth[2])};
     table[1][k] = Rgb{58, 132, 205};
     table[2][k] = hue(i);
     table[3][k] = between(speed_stops, x);
@@ -69,6 +68,13 @@ const std::vector<std::string>& color_names() {
 
 const ColorTable& color_table() {
   static const ColorTable table = make_table();
+  return table;
+}
+
+ColorTable color_table(const std::vector<std::optional<std::array<double, 3>>>& bodies) {
+  ColorTable table = color_table();
+  for (std::size_t i = 0; i < bodies.size() && i + 1 < table[2].size(); ++i)
+    if (bodies[i]) table[2][i + 1] = {byte((*bodies[i])[0]), byte((*bodies[i])[1]), byte((*bodies[i])[2])};
   return table;
 }
 

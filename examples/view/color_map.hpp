@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,13 @@ struct Rgb {
   std::uint8_t r = 0, g = 0, b = 0;
 };
 
-/// One row per ColorBy, in its order: ramps from low to high for temperature (blue, yellow, red) and speed;
+/// One row per ColorBy, in its order: ramps from low to high for temperature (runner::ramp: blue, yellow, red) and speed;
 /// phase_colors; and a colour per body, 0 for liquid that never belonged to one.
 inline constexpr int table_width = 256;
 using ColorTable = std::array<std::array<Rgb, table_width>, color_choices>;
 const ColorTable& color_table();
+/// With the colours that a scene gives its bodies, in their order; 0..1.
+ColorTable color_table(const std::vector<std::optional<std::array<double, 3>>>& bodies);
 
 /// Places in the row of phases.
 enum class Phase { liquid, solid, melted };  ///< melted: liquid that once belonged to a body

@@ -97,10 +97,4 @@ meltsim::Box scene_box(const runner::Scene& scene) {
   return box;
 }
 
-meltsim::Vec3d upward(const runner::Scene& scene) {
-  const meltsim::Vec3d g = scene.world.gravity;
-  const double size = length(g);
-  return size > 0 ? g * (-1 / size) : meltsim::Vec3d{0, 1, 0};
-}
-
 }  // namespace view

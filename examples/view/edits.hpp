@@ -45,7 +45,5 @@ runner::Scene edited(const runner::Scene& scene, const Edits& edits, runner::Qua
 Range temperature_range(const runner::Scene& scene);
 /// What there is to see: the domain where it has bounds, else the fluids and bodies.
 meltsim::Box scene_box(const runner::Scene& scene);
-/// Against gravity; y where there is none.
-meltsim::Vec3d upward(const runner::Scene& scene);
 
 }  // namespace view

@@ -10,6 +10,7 @@ namespace view {
 
 struct Look {
   ColorBy by = ColorBy::temperature;
+  ColorTable colors = color_table();
   Range temperature, speed{0, 1};
   float liquid_size = 1, solid_size = 1;  ///< of the particles, in half spacings; 0 hides them
   int cut_axis = -1;                      ///< 0..2: only what lies below cut_at on this axis is shown

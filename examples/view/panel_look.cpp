@@ -19,12 +19,12 @@ struct Swatch {
   std::string name;
 };
 
-std::vector<Swatch> swatches(const Session& session, ColorBy by) {
+std::vector<Swatch> swatches(const Session& session, const Look& look) {
   std::vector<Swatch> list;
-  const auto at = [by](int i) {
-    return color_table()[static_cast<std::size_t>(by)][static_cast<std::size_t>(i)];
+  const auto at = [&row = look.colors[static_cast<std::size_t>(look.by)]](int i) {
+    return row[static_cast<std::size_t>(i)];
   };
-  if (by == ColorBy::phase) {
+  if (look.by == ColorBy::phase) {
     list = {{at(static_cast<int>(Phase::liquid)), "liquid"},
             {at(static_cast<int>(Phase::solid)), "solid"},
             {at(static_cast<int>(Phase::melted)), "melted"}};
@@ -39,9 +39,9 @@ std::vector<Swatch> swatches(const Session& session, ColorBy by) {
   return list;
 }
 
-void draw_swatches(const Session& session, ColorBy by) {
+void draw_swatches(const Session& session, const Look& look) {
   const float size = ImGui::GetFontSize();
-  for (const Swatch& swatch : swatches(session, by)) {
+  for (const Swatch& swatch : swatches(session, look)) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     ImGui::GetWindowDrawList()->AddRectFilled(at, {at.x + size, at.y + size}, packed(swatch.color), 3);
     ImGui::Dummy({size, size});
@@ -50,11 +50,12 @@ void draw_swatches(const Session& session, ColorBy by) {
   }
 }
 
-void draw_ramp(ColorBy by, const Range& range) {
+void draw_ramp(const Look& look) {
+  const Range& range = look.range();
   const float letter = ImGui::GetFontSize(), width = 22 * letter, height = letter;
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const auto& row = color_table()[static_cast<std::size_t>(by)];
+  const auto& row = look.colors[static_cast<std::size_t>(look.by)];
   constexpr int pieces = 64;
   for (int i = 0; i < pieces; ++i) {
     const auto color = [&](int k) {
@@ -92,8 +93,8 @@ void draw_legend(const Session& session, const Look& look) {
           "temperature, \xc2\xb0"
           "C");
     if (look.by == ColorBy::speed) ImGui::TextUnformatted("speed, m/s");
-    if (ramp) draw_ramp(look.by, look.range());
-    else draw_swatches(session, look.by);
+    if (ramp) draw_ramp(look);
+    else draw_swatches(session, look);
   }
   ImGui::End();
   ImGui::PopStyleVar();

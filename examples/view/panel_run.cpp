@@ -64,8 +64,8 @@ void draw_numbers(const PanelInput& in) {
   }
   if (session.ledger()) {
     const meltsim::Ledger& ledger = *session.ledger();
-    draw_value("motion", fmt::format("{:.3g} J; potential {:.3g} J", ledger.kinetic, ledger.potential));
-    draw_value("heat", fmt::format("{:.5g} J; latent {:.3g} J", ledger.thermal, ledger.latent));
+    draw_value("motion", fmt::format("{:.3g}, potential {:.3g} J", ledger.kinetic, ledger.potential));
+    draw_value("heat", fmt::format("{:.5g}, latent {:.3g} J", ledger.thermal, ledger.latent));
     if (ledger.heat_in != 0) draw_value("came in", fmt::format("{:.3g} J", ledger.heat_in));
     draw_value("fastest", fmt::format("{:.3g} m/s", ledger.max_speed));
   }
@@ -76,12 +76,7 @@ void draw_numbers(const PanelInput& in) {
 
 void draw_errors(const Session& session) {
   const bool failed = !session.error().empty();
-  const meltsim::StepResult& result = session.result();
-  std::string text = failed ? session.error() : "";
-  if (!failed && result.courant_exceeded)
-    text = "something moves too far in one step: take a shorter time step";
-  if (!failed && result.heat_bound_exceeded) text = "heat is faster than its step: take a shorter time step";
-  if (!failed && result.emitter_exhausted) text = "an emitter has reached its max_particles";
+  const std::string text = failed ? session.error() : session.warning();
   if (text.empty()) return;
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float width = std::min(0.46f * size.x, 640.0f);

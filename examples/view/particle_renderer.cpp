@@ -26,18 +26,6 @@ void set_cut(const GlProgram& program, const Frame& frame, const Look& look) {
   program.set("radii", radius * look.liquid_size, radius * look.solid_size);
 }
 
-GLuint make_color_texture() {
-  GLuint texture = 0;
-  glGenTextures(1, &texture);
-  glBindTexture(GL_TEXTURE_2D, texture);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, table_width, color_choices, 0, GL_RGB, GL_UNSIGNED_BYTE,
-               color_table().data());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  return texture;
-}
-
 GLuint make_depth_texture() {
   GLuint texture = 0;
   glGenTextures(1, &texture);
@@ -78,7 +66,8 @@ ParticleRenderer::ParticleRenderer()
                shaders::particle_fragment),
       casters_("shadows of spheres", shaders::particle, shaders::caster_vertex, shaders::caster_fragment) {
   glGenVertexArrays(1, &layout_);
-  colors_ = make_color_texture();
+  glGenTextures(1, &colors_);
+  set_colors(color_table());
   depth_ = make_depth_texture();
   glGenFramebuffers(1, &target_);
   glBindFramebuffer(GL_FRAMEBUFFER, target_);
@@ -93,6 +82,15 @@ ParticleRenderer::~ParticleRenderer() {
   glDeleteTextures(1, &depth_);
   glDeleteTextures(1, &colors_);
   glDeleteVertexArrays(1, &layout_);
+}
+
+void ParticleRenderer::set_colors(const ColorTable& table) {
+  glBindTexture(GL_TEXTURE_2D, colors_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, table_width, color_choices, 0, GL_RGB, GL_UNSIGNED_BYTE,
+               table.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
 void ParticleRenderer::read(unsigned buffer) const {

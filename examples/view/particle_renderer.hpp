@@ -14,6 +14,7 @@ class ParticleRenderer {
   ParticleRenderer(const ParticleRenderer&) = delete;
   ParticleRenderer& operator=(const ParticleRenderer&) = delete;
 
+  void set_colors(const ColorTable& table);
   /// Draws `count` ParticleVertex of `buffer` into the shadow map.
   void cast(const Frame& frame, const Look& look, unsigned buffer, std::size_t count) const;
   /// Draws them into the window.

@@ -3,30 +3,25 @@
 
 #include <epoxy/gl.h>
 
-#include <cerrno>
-#include <cstring>
-#include <vector>
+#include <algorithm>
 
-#define STB_IMAGE_WRITE_IMPLEMENTATION
-#define STB_IMAGE_WRITE_STATIC
-#include <stb_image_write.h>
-
-#include "failure.hpp"
+#include "files.hpp"
+#include "show/image.hpp"
 
 namespace view {
 
 void save_screenshot(const std::string& file, const Viewport& viewport) {
-  const auto row = 3 * static_cast<std::size_t>(viewport.width);
-  std::vector<unsigned char> pixels(row * static_cast<std::size_t>(viewport.height));
+  runner::Image image(viewport.width, viewport.height);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadBuffer(GL_BACK);
-  glReadPixels(0, 0, viewport.width, viewport.height, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
-  stbi_flip_vertically_on_write(1);  // OpenGL's rows begin at the bottom
-  errno = 0;
-  if (stbi_write_png(file.c_str(), viewport.width, viewport.height, 3, pixels.data(),
-                     static_cast<int>(row)) != 0)
-    return;
-  throw runner::Failure(runner::ExitCode::io, file + ": cannot be written: " + std::strerror(errno));
+  glReadPixels(0, 0, viewport.width, viewport.height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
+  const auto row = 3 * static_cast<std::ptrdiff_t>(viewport.width);
+  for (int y = 0; y < viewport.height / 2; ++y) {  // OpenGL's rows begin at the bottom
+    const auto top = image.rgb.begin() + y * row,
+               bottom = image.rgb.begin() + (viewport.height - 1 - y) * row;
+    std::swap_ranges(top, top + row, bottom);
+  }
+  runner::write_file(file, runner::png_text(image));
 }
 
 }  // namespace view

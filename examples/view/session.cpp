@@ -21,6 +21,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 // Waiting costs a little on a GPU, so steps are enqueued together, but never more than the budget may hold.
 constexpr int most_together = 8;
 
+// As `meltsim run` has it.
+constexpr double squeezed_too_much = 1.2;
+
 }  // namespace
 
 Session::Session(runner::Scene base, runner::MachineOptions machine, double scale, runner::Quality quality)
@@ -50,7 +53,7 @@ void Session::rebuild(const Edits& edits, bool keep_state) {
     scene_ = std::move(scene);
     built_.emplace(std::move(fresh));
     edits_ = edits;
-    owed_ = ratio_ = paced_simulated_ = paced_elapsed_ = 0;
+    squeezed_ = owed_ = ratio_ = paced_simulated_ = paced_elapsed_ = 0;
     ++generation_;
     result_ = built_->world.synchronize();
     read_back();
@@ -117,6 +120,7 @@ void Session::wait() {
   result_ = built_->world.synchronize();
   result_.courant_exceeded |= before.courant_exceeded;
   result_.heat_bound_exceeded |= before.heat_bound_exceeded;
+  if (result_.time <= 1 / scene_.time.fps) squeezed_ = std::max(squeezed_, result_.max_density_ratio);
 }
 
 void Session::read_back() {
@@ -124,6 +128,22 @@ void Session::read_back() {
   auto ledger = built_->world.ledger();
   if (ledger) ledger_ = *ledger;
   else ledger_.reset();
+}
+
+std::string Session::warning() const {
+  std::string text;
+  const auto say = [&text](bool so, const std::string& what) {
+    if (so) text += (text.empty() ? "" : "\n") + what;
+  };
+  say(squeezed_ > squeezed_too_much,
+      fmt::format(
+          "liquid was squeezed to {:.3g} of its rest density at the start: shapes overlap or touch, or the "
+          "spacing does not fit the domain; try another quality",
+          squeezed_));
+  say(result_.courant_exceeded, "something moves too far in one sub-step: take a shorter time step");
+  say(result_.heat_bound_exceeded, "heat is faster than its sub-step: take a shorter time step");
+  say(result_.emitter_exhausted, "an emitter has reached its max_particles");
+  return text;
 }
 
 double Session::melted_share() const {

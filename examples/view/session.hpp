@@ -52,6 +52,7 @@ class Session {
   double ratio() const { return ratio_; }
   bool stopped() const { return result_.halted; }
   const std::string& error() const { return error_; }  ///< empty: all is well
+  std::string warning() const;                         ///< what makes the results doubtful; empty: nothing
   const std::string& note() const { return note_; }    ///< what the last rebuild did
 
  private:
@@ -74,6 +75,7 @@ class Session {
   double owed_ = 0;  ///< [s] of simulated time that whole steps did not cover yet
   double last_dt_ = 0, ms_per_step_ = 0, ratio_ = 0;
   double paced_simulated_ = 0, paced_elapsed_ = 0;
+  double squeezed_ = 0;  ///< largest rho/rho0 of the first frame
   int generation_ = 0;
 };
 

@@ -23,6 +23,7 @@
 #include "picking.hpp"
 #include "screenshot.hpp"
 #include "session.hpp"
+#include "show/camera.hpp"
 #include "stage_renderer.hpp"
 #include "window.hpp"
 
@@ -57,6 +58,8 @@ class Viewer {
     look_.temperature = temperature_range(session_.scene());
     const bool heats = session_.scene().world.heat.model != meltsim::HeatModel::none;
     look_.by = options.color.value_or(heats ? ColorBy::temperature : ColorBy::speed);
+    look_.colors = color_table(session_.scene().output.body_colors);
+    particles_.set_colors(look_.colors);
     box_ = scene_box(session_.scene());
     place_camera();
     feed_.attach(session_.built());
@@ -89,17 +92,17 @@ class Viewer {
  private:
   void place_camera() {
     const Viewport viewport = window_.framebuffer();
-    const double beside_panel = viewport.width - (look_.panel ? panel_width_ * window_.pixel_ratio() : 0);
-    camera_.frame(box_, upward(session_.scene()), beside_panel / viewport.height);
-    const auto& given = session_.scene().output.camera;
-    if (!given.contains("eye")) return;
-    const auto vector = [&given](const char* key, const Vec3d& otherwise) {
-      if (!given.contains(key)) return otherwise;
-      const auto& v = given[key];
-      return Vec3d{v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
-    };
-    const Vec3d target = vector("look_at", camera_.target());
-    camera_.place(vector("eye", {}), target, vector("up", camera_.up()));
+    const double panel = look_.panel ? panel_width_ * window_.pixel_ratio() : 0;
+    const double beside_panel = std::max(viewport.width - panel, 0.2 * viewport.height);
+    camera_.frame(box_, runner::upward(session_.scene()), beside_panel / viewport.height);
+    if (!session_.scene().output.camera.contains("eye")) return;
+    runner::Box all;
+    all.add(box_.min);
+    all.add(box_.max);
+    const runner::Camera asked = runner::scene_camera(session_.scene(), all);
+    // Its author had a picture of usual width in mind.
+    const double back = std::max(1.0, 1.4 * viewport.height / beside_panel);
+    camera_.place(asked.look_at + (asked.eye - asked.look_at) * back, asked.look_at, asked.up);
   }
 
   void handle(const Input& input) {

@@ -45,6 +45,13 @@ TEST(Colors, FirstBodiesDifferFromEachOtherAndFromLiquid) {
   EXPECT_EQ(body_index(256), 1);
 }
 
+TEST(Colors, BodiesTakeTheScenesColors) {
+  const ColorTable table = color_table({std::nullopt, std::array<double, 3>{1, 0.5, 0}});
+  EXPECT_EQ(table[2][1].g, color_table()[2][1].g);
+  EXPECT_EQ(table[2][2].r, 255);
+  EXPECT_EQ(table[2][2].b, 0);
+}
+
 TEST(Colors, TicksAreRoundAndInside) {
   EXPECT_EQ(ticks({-10, 40}, 7), (std::vector<double>{-10, 0, 10, 20, 30, 40}));
   EXPECT_EQ(ticks({0, 2.8}, 7), (std::vector<double>{0, 0.5, 1, 1.5, 2, 2.5}));

@@ -30,11 +30,11 @@ bodies:
   - {name: block, shape: {box: [[0.6, 0.6, 0.6], [1.2, 1.2, 1.2]]}, material: ice, temperature: -10, growth: 1}
 )";
 
-Session make_session() {
+Session make_session(double scale = 1) {
   runner::MachineOptions machine;
   machine.backend = meltsim::Backend::cpu;
   machine.threads = 1;
-  return {runner::parse_scene(text, "session.yaml", "", {}), machine, 1, runner::Quality::balanced};
+  return {runner::parse_scene(text, "session.yaml", "", {}), machine, scale, runner::Quality::balanced};
 }
 
 constexpr double ample = 1e9;  // budget [s]
@@ -92,6 +92,14 @@ TEST(Session, TemperatureAndQualityStartAgain) {
   session.rebuild(edits, false);
   EXPECT_EQ(session.time(), 0);
   EXPECT_GT(session.result().fluid, particles);
+}
+
+TEST(Session, SpacingThatDoesNotFitTheDomainIsSaid) {
+  Session good = make_session(), bad = make_session(0.7);  // 1.6 m are 5.6 spacings
+  good.advance(0.02, ample, 1);
+  EXPECT_EQ(good.warning(), "");
+  bad.advance(0.02, ample, 1);
+  EXPECT_NE(bad.warning().find("squeezed"), std::string::npos) << bad.warning();
 }
 
 TEST(Session, WhatCannotBeBuiltLeavesTheOldWorld) {

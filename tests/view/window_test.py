@@ -6,48 +6,15 @@
 """
 import os
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
-import zlib
 from pathlib import Path
 
+sys.path.append(str(Path(__file__).resolve().parent.parent / "runner"))
+from png_reader import read_png  # noqa: E402
+
 SKIPPED = 77
-
-
-def read_png(path):
-    """(width, height, rows of RGB bytes) of an 8-bit RGB PNG."""
-    data = path.read_bytes()
-    assert data[:8] == b"\x89PNG\r\n\x1a\n", "no PNG"
-    at, packed, width, height = 8, b"", 0, 0
-    while at < len(data):
-        length, kind = struct.unpack(">I4s", data[at:at + 8])
-        body = data[at + 8:at + 8 + length]
-        if kind == b"IHDR":
-            width, height, depth, colors = struct.unpack(">IIBB", body[:10])
-            assert (depth, colors) == (8, 2), "expected 8-bit RGB"
-        if kind == b"IDAT":
-            packed += body
-        at += 12 + length
-    raw, stride, rows, above = zlib.decompress(packed), 3 * width, [], bytearray(3 * width)
-    for y in range(height):
-        kind, row = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
-        for i in range(stride):
-            left, up, corner = (row[i - 3] if i > 2 else 0), above[i], (above[i - 3] if i > 2 else 0)
-            if kind == 1:
-                row[i] = (row[i] + left) & 255
-            elif kind == 2:
-                row[i] = (row[i] + up) & 255
-            elif kind == 3:
-                row[i] = (row[i] + (left + up) // 2) & 255
-            elif kind == 4:
-                nearest = min((abs(up - corner), 0, left), (abs(left - corner), 1, up),
-                              (abs(left + up - 2 * corner), 2, corner))[2]
-                row[i] = (row[i] + nearest) & 255
-        rows.append(row)
-        above = row
-    return width, height, rows
 
 
 class Display:
@@ -91,8 +58,8 @@ def share(rows, is_color):
     """Of the pixels above the legend."""
     hits = total = 0
     for row in rows[:390:2]:
-        for x in range(0, len(row), 6):
-            hits += is_color(row[x], row[x + 1], row[x + 2])
+        for pixel in row[::2]:
+            hits += is_color(*pixel)
             total += 1
     return hits / total
 
