@@ -99,6 +99,7 @@ void register_stages(const Scene& scene, Backend backend) {
     const bool model = stage == "thermal.paper" || stage == "thermal.iwasaki";
     const bool few = (info.need & (fact_freeze | fact_viscosity | fact_heat_boundary | fact_shifting)) != 0u;
     if ((info.need & (any_search & ~fact_packed)) != 0u) continue;  // register_searches
+    if ((info.need & fact_dry) != 0u) continue;                     // there is liquid in every scene
     if (!model && !few) {
       register_stage(info, scene, backend);
       continue;
