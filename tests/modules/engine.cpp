@@ -1,23 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "modules/engine.hpp"
 
-#include "core/engine_impl.hpp"
-#include "lsm/stages.hpp"
-#include "spatial/stages.hpp"
-#include "sph/stages.hpp"
-#include "step/stages.hpp"
-#include "surface/stages.hpp"
-#include "thermal/stages.hpp"
-#include "topology/stages.hpp"
-
 namespace modules_test {
-
-template <class T>
-std::shared_ptr<core::Engine> make_engine(const PermutingExec<T>& exec) {
-  return std::make_shared<core::EngineImpl<PermutingExec<T>, T>>(exec, "test");
-}
-template std::shared_ptr<core::Engine> make_engine<float>(const PermutingExec<float>&);
-template std::shared_ptr<core::Engine> make_engine<double>(const PermutingExec<double>&);
 
 void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConstants& c,
               const std::vector<Vec3i>& points, int half_width, const std::vector<Vec3i>& free) {
