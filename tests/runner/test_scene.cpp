@@ -2,6 +2,8 @@
 // Reading scenes: values, defaults, --set, and that the resolved scene is a scene again.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "builtin.hpp"
 #include "failure.hpp"
 #include "load_scene.hpp"
@@ -114,6 +116,22 @@ TEST(Scene, ScaleKeepsTheRatioOfSupportToSpacing) {
   apply_resolution(scene, 0.8, Quality::balanced);
   EXPECT_DOUBLE_EQ(scene.world.spacing, 0.125);
   EXPECT_DOUBLE_EQ(scene.world.support_radius, 0.3125);
+}
+
+// 4.8 m are 16.8 spacings of 0.2/0.7 m: the last layer would stand 0.3 spacings from the wall.
+TEST(Scene, ScaledSpacingFitsBetweenTheWalls) {
+  const std::vector<std::string> tank = {"domain={min: [0,0,0], max: [4.8,4,4.8], walls: box}"};
+  for (const double scale : {0.7, 0.83, 1.3}) {
+    Scene scene = parse(small, tank);
+    const double wanted = scene.world.spacing / scale;
+    apply_resolution(scene, scale, Quality::balanced);
+    const double cells = 4.8 / scene.world.spacing;
+    EXPECT_NEAR(cells, std::round(cells), 1e-9) << scale;
+    EXPECT_NEAR(scene.world.spacing, wanted, 0.06 * wanted);
+  }
+  Scene same = parse(small, tank);
+  apply_resolution(same, 1, Quality::balanced);
+  EXPECT_DOUBLE_EQ(same.world.spacing, 0.1);
 }
 
 TEST(Scene, QualityChangesResolutionAndSupport) {
