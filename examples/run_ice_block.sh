@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From a fresh machine to a melting ice block: installs what is missing, builds, runs `meltsim run ice_block`.
-# Arguments go to that command, e.g.  examples/run_ice_block.sh --time 2 --out /tmp/ice
+# From a fresh machine to pictures of a melting ice block: installs what is missing, builds, and runs the scene by way of
+# `meltsim render`. With arguments it is `meltsim run ice_block` with them: examples/run_ice_block.sh --time 2 --out /tmp/ice
 # BUILD_DIR (default build/release) is reused when it exists.
 set -euo pipefail
 # shellcheck source=../cmake/setup_debian.sh
@@ -15,5 +15,10 @@ meltsim_configure "$build" -DCMAKE_BUILD_TYPE=Release "${meltsim_cuda_options[@]
   -DMELTSIM_BUILD_EXAMPLES=ON -DMELTSIM_BUILD_RUNNER=ON
 meltsim_build "$build" --target meltsim_runner
 
-meltsim_say "$build/bin/meltsim run ice_block $*"
-exec "$build/bin/meltsim" run ice_block "$@"
+if [ $# -gt 0 ]; then
+  command=(run ice_block "$@")
+else  # without POV-Ray, which takes several times as long and which a fresh machine has not
+  command=(render ice_block --fps 10 --pictures 12 --renderer builtin)
+fi
+meltsim_say "$build/bin/meltsim ${command[*]}"
+exec "$build/bin/meltsim" "${command[@]}"
