@@ -99,6 +99,7 @@ class EngineImpl final : public Engine {
   }
 
   void substep(const SubstepArguments& a) override {
+    if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
     rebuild_ = rebuild_ || a.bursts != nullptr;
