@@ -80,7 +80,8 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   EXPECT_EQ(words(top.at("time").at("properties").at("end_when")), sorted(keys::end_when));
   EXPECT_EQ(words(top.at("heat").at("properties").at("model")), sorted(keys::heat_model));
   EXPECT_EQ(words(top.at("output").at("properties").at("export").at("items")), sorted(keys::formats));
-  EXPECT_EQ(words(top.at("output").at("properties").at("picture").at("properties").at("look")), sorted(keys::look));
+  EXPECT_EQ(words(top.at("output").at("properties").at("picture").at("properties").at("look")),
+            sorted(keys::look));
   EXPECT_EQ(words(top.at("output").at("properties").at("surface").at("properties").at("kernel")),
             sorted(keys::surface_kernel));
   const Json& probe = schema().at("$defs").at("probe").at("properties");
