@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/profiler_range.cuh"
+#include "core/schedule.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -36,7 +37,9 @@ struct Repeat {
 /// for step lengths that alternate.
 constexpr std::size_t most_repeats = 16;
 
-constexpr std::uint64_t partials_bytes = kernels::reduce_blocks * kernels::reduce_item + sizeof(unsigned);
+/// Of one track.
+constexpr std::uint64_t partials_bytes =
+    kernels::reduce_blocks * kernels::reduce_item + 128;  // the ticket, aligned
 
 struct PairCopy {
   const std::uint64_t* keys;
@@ -55,10 +58,13 @@ struct CudaExec::Owned {
   cudaStream_t stream = nullptr;  // null when the stream is the host's
   void* partials = nullptr;
   void* scratch = nullptr;
-  std::uint64_t scratch_bytes = 0;
+  std::uint64_t scratch_bytes = 0;  // of one track
   std::string fault;
   std::vector<StageEvents> stages;
   std::vector<Repeat> repeats;
+  cudaStream_t tracks[most_tracks] = {};  // 0: the stream itself
+  bool entered[most_tracks] = {};         // since begin_tracks
+  std::vector<cudaEvent_t> marks;         // a stage has ended; the last one: the tracks begin
   std::uint64_t launches = 0, captures = 0;
   bool timing = false;  // between begin_stage and end_stage
   Timings timings;
@@ -67,16 +73,23 @@ struct CudaExec::Owned {
 CudaExec::CudaExec(int device, void* stream)
     : device_(device), stream_(static_cast<cudaStream_t>(stream)), own_(new Owned) {
   const DeviceScope scope(device_);
-  if (stream_ != nullptr) return;
   // Non-blocking: the host's legacy default stream neither waits for this one nor holds it up.
-  if (check(cudaStreamCreateWithFlags(&own_->stream, cudaStreamNonBlocking), "making a stream"))
-    stream_ = own_->stream;
+  const auto make = [this](cudaStream_t* made) {
+    return check(cudaStreamCreateWithFlags(made, cudaStreamNonBlocking), "making a stream");
+  };
+  if (stream_ == nullptr && make(&own_->stream)) stream_ = own_->stream;
+  own_->tracks[0] = stream_;
+  for (int k = 1; k < most_tracks; ++k) make(&own_->tracks[k]);
+  own_->marks.resize(stage_count + 1);
+  for (cudaEvent_t& e : own_->marks)
+    check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming), "making an event");
 }
 
 CudaExec::CudaExec(CudaExec&&) noexcept = default;
 
 CudaExec& CudaExec::operator=(CudaExec&& other) noexcept {
   std::swap(device_, other.device_);
+  std::swap(track_, other.track_);
   std::swap(stream_, other.stream_);
   std::swap(guard_, other.guard_);
   std::swap(own_, other.own_);
@@ -94,7 +107,38 @@ CudaExec::~CudaExec() {
     }
   if (own_->partials != nullptr) (void)cudaFree(own_->partials);
   if (own_->scratch != nullptr) (void)cudaFree(own_->scratch);
+  for (const cudaEvent_t e : own_->marks)
+    if (e != nullptr) (void)cudaEventDestroy(e);
+  for (int k = 1; k < most_tracks; ++k)
+    if (own_->tracks[k] != nullptr) (void)cudaStreamDestroy(own_->tracks[k]);
   if (own_->stream != nullptr) (void)cudaStreamDestroy(own_->stream);
+}
+
+// --- stages side by side ----------------------------------------------------------------------------------
+
+void CudaExec::begin_tracks() {
+  const DeviceScope scope(device_);
+  std::fill(std::begin(own_->entered), std::end(own_->entered), false);
+  own_->entered[0] = true;
+  mark_stage(stage_count);
+}
+
+void CudaExec::enter_track(int track) {
+  track_ = track;
+  stream_ = own_->tracks[track];
+  if (own_->entered[track]) return;
+  own_->entered[track] = true;
+  wait_for_stage(stage_count);
+}
+
+void CudaExec::mark_stage(int stage) {
+  const DeviceScope scope(device_);
+  check(cudaEventRecord(own_->marks[static_cast<std::size_t>(stage)], stream_), "marking the end of a stage");
+}
+
+void CudaExec::wait_for_stage(int stage) const {
+  const DeviceScope scope(device_);
+  check(cudaStreamWaitEvent(stream_, own_->marks[static_cast<std::size_t>(stage)], 0), "waiting for a stage");
 }
 
 // --- repeated sub-steps -----------------------------------------------------------------------------------
@@ -213,9 +257,9 @@ std::uint64_t CudaExec::free_bytes() const {
 bool CudaExec::reserve(std::uint64_t n) {
   const DeviceScope scope(device_);
   if (own_->partials == nullptr) {
-    own_->partials = allocate(partials_bytes);
+    own_->partials = allocate(most_tracks * partials_bytes);
     if (own_->partials == nullptr) return false;
-    zero(own_->partials, partials_bytes);
+    zero(own_->partials, most_tracks * partials_bytes);
   }
 
   // Asked for all 64 bits; fewer need no more. The sort runs between its caller's buffers, so this is
@@ -235,22 +279,26 @@ bool CudaExec::reserve(std::uint64_t n) {
              "asking for the scan's working space"))
     return false;
   // A scan over a body may be tiled more finely than one over memory: 8 bytes for every 64 items at least.
-  const std::uint64_t needed = std::max<std::uint64_t>({sort_bytes, 2 * scan_bytes, n / 8 + 65536});
+  const std::uint64_t needed =
+      (std::max<std::uint64_t>({sort_bytes, 2 * scan_bytes, n / 8 + 65536}) + 255) / 256 * 256;
   if (own_->scratch != nullptr && own_->scratch_bytes >= needed && own_->scratch_bytes / 2 <= needed)
     return true;
   if (own_->scratch != nullptr) release(own_->scratch);
-  own_->scratch = allocate(needed);
+  own_->scratch = allocate(most_tracks * needed);
   own_->scratch_bytes = own_->scratch != nullptr ? needed : 0;
   return own_->scratch != nullptr;
 }
 
 std::uint64_t CudaExec::reserved_bytes() const {
-  return own_->scratch_bytes + (own_->partials != nullptr ? partials_bytes : 0);
+  return most_tracks * own_->scratch_bytes + (own_->partials != nullptr ? most_tracks * partials_bytes : 0);
 }
 
 void* CudaExec::partials() const {
-  if (own_->partials == nullptr) check(cudaErrorInvalidValue, "reduce without working space");
-  return own_->partials;
+  if (own_->partials == nullptr) {
+    check(cudaErrorInvalidValue, "reduce without working space");
+    return nullptr;
+  }
+  return static_cast<unsigned char*>(own_->partials) + static_cast<std::uint64_t>(track_) * partials_bytes;
 }
 
 /// Behind the partial results.
@@ -260,7 +308,9 @@ unsigned* CudaExec::ticket() const {
 }
 
 void* CudaExec::scratch(std::size_t bytes) const {
-  if (bytes <= own_->scratch_bytes) return own_->scratch;
+  if (bytes <= own_->scratch_bytes)
+    return static_cast<unsigned char*>(own_->scratch) +
+           static_cast<std::uint64_t>(track_) * own_->scratch_bytes;
   check(cudaErrorInvalidValue, "scan or sort of more items than were reserved");
   return nullptr;
 }

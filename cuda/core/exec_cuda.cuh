@@ -9,6 +9,8 @@
 //     alone, so equal inputs give equal bits.
 //   - scan is defined in core/exec_cuda_scan.cuh, because CUB's header would cost every stage seconds to
 //     compile.
+//   - Stages that do not need each other run on streams of their own, which fork from that one and join it
+//     again within a sub-step; a capture takes them along.
 //   - repeat() captures what is enqueued into a graph, kept by its key, and launches that the next time.
 //     Where the host captures the stream itself, or makes it do so, nothing is kept.
 //   - Hosts use other devices: every entry selects its own and puts the host's back.
@@ -382,6 +384,16 @@ class CudaExec {
     enqueue();
     if (captured) end_capture(key);
   }
+
+  // --- stages side by side (core/schedule.hpp): track 0 is the stream itself; each has its own working
+  // space for reductions, scans and sorts.
+  void begin_tracks();
+  /// What follows is enqueued on this track; the first time on one other than 0, behind what came before
+  /// begin_tracks.
+  void enter_track(int track);
+  void mark_stage(int stage);
+  void wait_for_stage(int stage) const;
+
   /// Forgets what repeat() kept: the buffers it names are gone.
   void forget_repeats();
   /// Graphs made since then.
@@ -440,7 +452,8 @@ class CudaExec {
   void harvest();
 
   int device_ = 0;
-  cudaStream_t stream_ = nullptr;
+  int track_ = 0;
+  cudaStream_t stream_ = nullptr;  // of the track
   const std::uint32_t* guard_ = nullptr;
   std::unique_ptr<Owned> own_;
 };

@@ -15,6 +15,7 @@
 #include "core/lane_positions.hpp"
 #include "core/lattice.hpp"
 #include "core/repeat_key.hpp"
+#include "core/schedule.hpp"
 #include "core/stage_functions.hpp"
 #include "core/surface_run.hpp"
 #include "meltsim/physics/integrate.hpp"
@@ -131,7 +132,7 @@ class EngineImpl final : public Engine {
     static_assert(stage_step_begin == 0);
     // A host's own stages may do anything, timings and checks look at stages one by one.
     const bool plain = !timed_ && !checked_build && (custom_ == nullptr || custom_->empty());
-    if (plain) ex_.repeat(repeat_key(a), [&] { run_stages(a); });
+    if (plain) ex_.repeat(repeat_key(a), [&] { run_plain(a); });
     else run_stages(a);
   }
 
@@ -669,6 +670,28 @@ class EngineImpl final : public Engine {
       if (custom_ != nullptr)
         for (std::size_t k = 0; k < custom_->size(); ++k)
           if ((*custom_)[k].after == s) run_custom(static_cast<int>(k), a);
+    }
+  }
+
+  /// The same with nobody looking on: where the executor can, what needs not wait runs side by side.
+  void run_plain(const SubstepArguments& a) {
+    if constexpr (!runs_tracks<E>) {
+      run_stages(a);
+    } else {
+      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin));
+      ex_.begin_tracks();
+      for (int s = 0; s < stage_count; ++s) {
+        const auto at = static_cast<std::size_t>(s);
+        if (plan.track[at] < 0) continue;
+        ex_.enter_track(plan.track[at]);
+        for (int t = 0; t < s; ++t)
+          if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
+        run(s, stage_functions<E, T>[s]);
+        if (((plan.awaited >> s) & 1u) != 0) ex_.mark_stage(s);
+      }
+      ex_.enter_track(0);
+      for (int s = 0; s < stage_count; ++s)
+        if (((plan.last >> s) & 1u) != 0) ex_.wait_for_stage(s);
     }
   }
 

@@ -93,14 +93,15 @@ struct StageInfo {
   const char* name;
   std::uint32_t need;
   FieldSet reads, writes;
+  FieldSet may;  ///< reads or writes where the scene has them
   const char* why;
   const char* why_not;
 };
 
 #define F(field) (FieldSet{1} << field_##field)
 inline constexpr std::array stage_table{
-#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) \
-  StageInfo{#module, #stage, #module "." #stage, (need), (reads), (writes), why, why_not},
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) \
+  StageInfo{#module, #stage, #module "." #stage, (need), (reads), (writes), (may), why, why_not},
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
 };
@@ -108,7 +109,7 @@ inline constexpr std::array stage_table{
 inline constexpr int stage_count = static_cast<int>(stage_table.size());
 
 enum Stage : int {
-#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) stage_##module##_##stage,
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) stage_##module##_##stage,
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
 };

@@ -8,10 +8,10 @@
 namespace meltsim {
 inline namespace v0 {
 
-#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) \
-  namespace module {                                                    \
-  template <class E, class T>                                           \
-  void stage(E& ex, const core::Frame<T>& w);                           \
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) \
+  namespace module {                                                         \
+  template <class E, class T>                                                \
+  void stage(E& ex, const core::Frame<T>& w);                                \
   }
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
@@ -46,7 +46,7 @@ using StageFunction = void (*)(E&, const Frame<T>&);
 /// In the order of the stage table.
 template <class E, class T>
 inline constexpr StageFunction<E, T> stage_functions[] = {
-#define MELTSIM_STAGE(module, stage, need, reads, writes, why, why_not) &module::stage<E, T>,
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) &module::stage<E, T>,
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
 };

@@ -5,6 +5,7 @@
   rules.py includes DIR          who may include whom
   rules.py macros DIR            no #if about CUDA outside physics/hd.hpp
   rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
+  rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
@@ -141,6 +142,46 @@ def check_instantiations(root):
             yield f"{name}:{start}: \"{statement[:80]}\" is not an explicit instantiation"
 
 
+def definitions(text):
+    """name -> text of every struct and function at the left margin."""
+    found = {}
+    for pattern in (r"^struct (\w+)[^;\n]*\{\n(.*?)^\};",
+                    r"^(?=\S)(?!struct|namespace|inline namespace|#)[^\n;{}]*?\b(\w+)\([^;{}]*\)\s*(?:const )?\{\n(.*?)^\}"):
+        for match in re.finditer(pattern, text, re.M | re.S):
+            found[match[1]] = found.get(match[1], "") + match[0]
+    return found
+
+
+def check_channels(root):
+    """Stages run side by side where the table says that they may (core/schedule.hpp), so it has to be complete."""
+    fields = set(re.findall(r"^MELTSIM_FIELD\((\w+),", (root / "include/meltsim/fields.def").read_text(), re.M))
+    table = root / "src/core/pipeline.def"
+    rows = re.findall(r'^MELTSIM_STAGE\((\w+), (\w+), [^,]+, (.*?), "', table.read_text(), re.M)
+    if not rows:
+        yield "no stage found: the pattern is broken"
+    for module, stage, sets in rows:
+        known = {}
+        for path in sorted({*(root / "src" / module).glob("*.hpp"), root / "src/spatial/neighbours.hpp"}):
+            if path.is_file():
+                for name, text in definitions(strip_comments(path.read_text())).items():
+                    known[name] = known.get(name, "") + text
+        stages = {other for m, other, _ in rows if m == module}
+        todo, seen, text = [stage], set(), ""
+        while todo:
+            name = todo.pop()
+            if name in seen or name not in known:
+                continue
+            seen.add(name)
+            text += known[name]
+            todo += [word for word in re.findall(r"\b([A-Za-z_]\w+)\b(?=[<({])", known[name])
+                     if word not in stages]
+        if not text:
+            yield f"{module}.{stage}: no function found in src/{module}/stages.hpp"
+        touched = (set(re.findall(r"\bf\.(\w+)", text)) | set(re.findall(r"\bbefore\.(\w+)", text))) & fields
+        for name in sorted(touched - set(re.findall(r"F\((\w+)\)", sets))):
+            yield f"{table.relative_to(root)}: {module}.{stage} touches {name}, which its row does not name"
+
+
 def check_symbols(library):
     listing = subprocess.run(["nm", "-D", "--defined-only", "-C", str(library)], check=True,
                              capture_output=True, text=True).stdout
@@ -245,6 +286,13 @@ def selftest():
             (check_instantiations, "cuda/sph/a.cu", "constexpr float g = 9.81f;\n", 1),
             (check_instantiations, "cuda/core/a.cu", "__global__ void k() {}\n", 0),
         ]
+        write("include/meltsim/fields.def", "MELTSIM_FIELD(mass, T, particle, State, \"kg\", \"\")\n"
+                                            "MELTSIM_FIELD(tag, T, particle, State, \"-\", \"\")\n")
+        write("src/core/pipeline.def", 'MELTSIM_STAGE(sph, density, 0, F(tag), 0, 0, "", "")\n')
+        write("src/sph/stages.hpp", "void density(E& ex) {\n  ex.for_each(1, DensityBody<T>{w});\n}\n")
+        body = "struct DensityBody {\n  void part() {\n    weigh(w);\n  }\n};\nT weigh(F w) {\n  return w.f.%s[0];\n}\n"
+        cases += [(check_channels, "src/sph/bodies.hpp", body % "tag", 0),
+                  (check_channels, "src/sph/bodies.hpp", body % "mass", 1)]
         broken = 0
         for check, name, text, expected in cases:
             found = findings(check, name, text)
@@ -267,7 +315,7 @@ def main(arguments):
         found = list(check(Path(rest[0]).resolve(), rest[rest.index("--") + 1:]))
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
-                  "symbols": check_symbols}
+                  "channels": check_channels, "symbols": check_symbols}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)

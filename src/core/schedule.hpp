@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which stages of a sub-step may run side by side. Everything follows from the stage table: two stages of
+// which one writes what the other touches keep their order, others need not. Stages are laid on a few tracks
+// (an executor runs the stages of one track in order); between tracks they wait for each other by name.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include "core/pipeline.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// Executors with begin_tracks, enter_track, mark_stage and wait_for_stage.
+template <class E, class = void>
+inline constexpr bool runs_tracks = false;
+template <class E>
+inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().begin_tracks())>> = true;
+
+/// More never were of use at once: forces, shape matching, heat, and one to spare.
+inline constexpr int most_tracks = 4;
+
+struct Schedule {
+  std::array<std::int8_t, stage_count> track{};  ///< of every stage that runs; -1 of the others
+  std::array<std::uint64_t, stage_count>
+      waits{};                ///< bit per stage: ends on another track before this begins
+  std::uint64_t awaited = 0;  ///< stages that others wait for
+  std::uint64_t last = 0;     ///< the last one of every track but the first
+};
+static_assert(stage_count <= 64);
+
+/// Every kernel asks whether the World was halted: what step.check says holds for all stages after it, and
+/// for none before it.
+constexpr bool is_barrier(int stage) { return stage == stage_step_begin || stage == stage_step_check; }
+
+constexpr bool in_order(int first, int second) {
+  const StageInfo &a = stage_table[static_cast<std::size_t>(first)],
+                  &b = stage_table[static_cast<std::size_t>(second)];
+  const FieldSet a_writes = a.writes | a.may, b_writes = b.writes | b.may;
+  return is_barrier(first) || is_barrier(second) || (a_writes & (b.reads | b_writes)) != 0 ||
+         (a.reads & b_writes) != 0;
+}
+
+/// The schedule of the stages in `running` (bit per stage).
+constexpr Schedule make_schedule(std::uint64_t running) {
+  Schedule r;
+  std::array<std::uint64_t, stage_count> before{};  // everything that has ended when a stage begins
+  std::array<int, most_tracks> end{};               // last stage of a track
+  int tracks = 0;
+  for (int s = 0; s < stage_count; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    r.track[at] = -1;
+    if (((running >> s) & 1u) == 0) continue;
+    std::uint64_t direct = 0;
+    for (int t = 0; t < s; ++t)
+      if (((running >> t) & 1u) != 0 && in_order(t, s)) {
+        direct |= std::uint64_t{1} << t;
+        before[at] |= (std::uint64_t{1} << t) | before[static_cast<std::size_t>(t)];
+      }
+    // Behind a stage it has to wait for; else on a new track; else on the one that has been idle longest.
+    int track = -1;
+    for (int k = 0; k < tracks && track < 0; ++k)
+      if (((direct >> end[static_cast<std::size_t>(k)]) & 1u) != 0) track = k;
+    if (is_barrier(s) && tracks != 0) track = 0;
+    if (track < 0 && tracks < most_tracks) {
+      track = tracks++;
+    } else if (track < 0) {
+      track = 1;
+      for (int k = 2; k < tracks; ++k)
+        if (end[static_cast<std::size_t>(k)] < end[static_cast<std::size_t>(track)]) track = k;
+    }
+    // What is waited for by way of another stage, or on the same track, need not be waited for again.
+    std::uint64_t waits = 0;
+    for (int t = s - 1; t >= 0; --t) {
+      const std::uint64_t bit = std::uint64_t{1} << t;
+      if ((direct & bit) == 0) continue;
+      bool known = r.track[static_cast<std::size_t>(t)] == track;
+      for (int u = t + 1; u < s; ++u)
+        known = known || ((direct >> u) & 1u && (before[static_cast<std::size_t>(u)] & bit));
+      if (!known) waits |= bit;
+    }
+    r.track[at] = static_cast<std::int8_t>(track);
+    r.waits[at] = waits;
+    r.awaited |= waits;
+    const bool fresh = end[static_cast<std::size_t>(track)] == 0;
+    if (!fresh)
+      before[at] |= (std::uint64_t{1} << end[static_cast<std::size_t>(track)]) |
+                    before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
+    end[static_cast<std::size_t>(track)] = s;
+  }
+  for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
+  r.awaited |= r.last;
+  return r;
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which stages run side by side: whatever the scene, stages that touch the same channel keep their order.
+#include "core/schedule.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace {
+
+using namespace meltsim::core;
+
+std::uint64_t stages_of(std::uint32_t facts) {
+  std::uint64_t bits = 0;
+  for (int s = 1; s < stage_count; ++s)  // step.begin runs ahead of what repeats
+    if (runs(stage_table[static_cast<std::size_t>(s)], facts)) bits |= std::uint64_t{1} << s;
+  return bits;
+}
+
+/// What has surely ended when a stage begins, from nothing but tracks and waits.
+std::vector<std::uint64_t> ended_before(const Schedule& plan) {
+  std::vector<std::uint64_t> before(stage_count, 0);
+  int last[most_tracks] = {};
+  for (int s = 0; s < stage_count; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    if (plan.track[at] < 0) continue;
+    const auto take = [&](int t) {
+      before[at] |= before[static_cast<std::size_t>(t)] | (std::uint64_t{1} << t);
+    };
+    int& end = last[plan.track[at]];
+    if (end != 0) take(end);
+    for (int t = 0; t < s; ++t)
+      if (((plan.waits[at] >> t) & 1u) != 0) take(t);
+    end = s;
+  }
+  return before;
+}
+
+TEST(Schedule, StagesThatTouchTheSameChannelKeepTheirOrder) {
+  int pairs = 0;
+  for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
+    if (!consistent(facts)) continue;
+    for (const std::uint32_t search : search_facts) {
+      const std::uint64_t running = stages_of(facts | search);
+      const Schedule plan = make_schedule(running);
+      const auto before = ended_before(plan);
+      for (int s = 0; s < stage_count; ++s)
+        for (int t = 0; t < s; ++t) {
+          if (((running >> s) & (running >> t) & 1u) == 0) continue;
+          const StageInfo &a = stage_table[static_cast<std::size_t>(t)],
+                          &b = stage_table[static_cast<std::size_t>(s)];
+          const FieldSet a_all = a.reads | a.writes | a.may, b_all = b.reads | b.writes | b.may;
+          if (((a.writes | a.may) & b_all) == 0 && ((b.writes | b.may) & a_all) == 0) continue;
+          ++pairs;
+          ASSERT_TRUE((before[static_cast<std::size_t>(s)] >> t) & 1u)
+              << a.name << " and " << b.name << " with facts " << (facts | search);
+        }
+    }
+  }
+  EXPECT_GT(pairs, 10000);
+}
+
+TEST(Schedule, NothingPassesTheCheckAndAllEndsOnTheFirstTrack) {
+  for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
+    if (!consistent(facts) || (facts & fact_particles) == 0) continue;
+    const std::uint64_t running = stages_of(facts | fact_packed);
+    const Schedule plan = make_schedule(running);
+    const auto before = ended_before(plan);
+    const std::uint64_t ahead = running & ((std::uint64_t{1} << stage_step_check) - 1);
+    ASSERT_EQ(before[stage_step_check] & ahead, ahead) << facts;
+    std::uint64_t joined = plan.last;
+    for (int s = 0; s < stage_count; ++s) {
+      if (((running >> s) & 1u) == 0) continue;
+      if (plan.track[static_cast<std::size_t>(s)] == 0 || ((plan.last >> s) & 1u) != 0)
+        joined |= before[static_cast<std::size_t>(s)] | (std::uint64_t{1} << s);
+      if (s > stage_step_check) {
+        ASSERT_TRUE((before[static_cast<std::size_t>(s)] >> stage_step_check) & 1u);
+      }
+    }
+    ASSERT_EQ(joined, running) << facts;
+  }
+}
+
+TEST(Schedule, WaterIsAChainMeltingIsNot) {
+  const std::uint32_t water = fact_particles | fact_fluid | fact_packed;
+  const Schedule one = make_schedule(stages_of(water));
+  for (int s = 0; s < stage_count; ++s)
+    if (s != stage_spatial_rows) {
+      EXPECT_LE(one.track[static_cast<std::size_t>(s)], 0) << s;
+    }
+  // Rows need how many particles a cell has, not which.
+  EXPECT_EQ(one.track[stage_spatial_rows], 1);
+
+  const std::uint32_t melting =
+      water | fact_solid | fact_mobile | fact_contact | fact_melt | fact_heat_enthalpy;
+  const Schedule many = make_schedule(stages_of(melting));
+  const auto before = ended_before(many);
+  const auto apart = [&](int a, int b) {
+    return ((before[static_cast<std::size_t>(a)] >> b) & 1u) == 0 &&
+           ((before[static_cast<std::size_t>(b)] >> a) & 1u) == 0;
+  };
+  EXPECT_TRUE(apart(stage_sph_forces, stage_thermal_exchange));
+  EXPECT_TRUE(apart(stage_sph_forces, stage_lsm_goals));
+  EXPECT_TRUE(apart(stage_lsm_goals, stage_thermal_exchange));
+}
+
+}  // namespace
