@@ -115,6 +115,63 @@ __global__ void __launch_bounds__(gather_block<Parts>)
   if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
+/// list[0] counts, the rest follows in whatever order blocks come.
+template <class Body>
+__global__ void __launch_bounds__(block) select(const std::uint32_t* guard, std::uint64_t n,
+                                                const __grid_constant__ Body body, std::uint32_t* list) {
+  __shared__ unsigned first[block / 32];
+  if (stopped(guard)) return;
+  const std::uint64_t i = index();
+  const bool wanted = i < n && body.wanted(i);
+  const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  const unsigned all = __ballot_sync(~0u, wanted);
+  if (lane == 0) first[warp] = static_cast<unsigned>(__popc(all));
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    unsigned total = 0;
+    for (unsigned k = 0; k < block / 32; ++k) total += first[k];
+    unsigned at = total != 0 ? atomicAdd(list, total) : 0u;
+    for (unsigned k = 0; k < block / 32; ++k) {
+      const unsigned of_warp = first[k];
+      first[k] = at;
+      at += of_warp;
+    }
+  }
+  __syncthreads();
+  if (wanted)
+    list[1 + first[warp] + static_cast<unsigned>(__popc(all & ((1u << lane) - 1u)))] =
+        static_cast<std::uint32_t>(i);
+}
+
+// Most blocks over a list; how long it is, the device knows. Those beyond its end cost next to nothing, a
+// second round of the others would cost as much as the first.
+inline constexpr std::uint64_t listed_blocks = 8448;
+
+template <class Body>
+__global__ void __launch_bounds__(listed_parts* gather_items)
+    gather_listed(const std::uint32_t* guard, const std::uint32_t* list, const __grid_constant__ Body body) {
+  using Sum = typename Body::Sum;
+  // Raw bytes: shared variables may not have constructors.
+  __shared__ alignas(16) unsigned char raw[(listed_parts - 1) * gather_items * sizeof(Sum)];
+  Sum* const others = reinterpret_cast<Sum*>(raw);
+  if (stopped(guard)) return;
+  const std::uint32_t n = list[0];
+  const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
+  for (std::uint32_t first = blockIdx.x * gather_items; first < n; first += gridDim.x * gather_items) {
+    const bool mine = first + lane < n;
+    const std::uint64_t i = mine ? list[1 + first + lane] : 0u;
+    Sum sum{};
+    if (mine) sum = body.part(i, part, listed_parts);
+    if (part != 0) others[(part - 1) * gather_items + lane] = sum;
+    __syncthreads();
+    if (part == 0 && mine) {
+      for (unsigned k = 0; k + 1 < listed_parts; ++k) sum.add(others[k * gather_items + lane]);
+      body.finish(i, sum);
+    }
+    __syncthreads();
+  }
+}
+
 /// r of the lane `offset` further up.
 template <class R>
 __device__ R from_lane_above(const R& r, unsigned offset) {
@@ -323,6 +380,22 @@ class CudaExec {
     else
       launch(kernels::gather_adding<3, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>,
              guard_, n, body);
+  }
+
+  static constexpr bool lists = true;
+  template <class Body>
+  void select(std::uint64_t n, const Body& body, std::uint32_t* list) const {
+    zero(list, sizeof *list);
+    if (n != 0)
+      launch(kernels::select<Body>, blocks(n, kernels::block), kernels::block, guard_, n, body, list);
+  }
+
+  template <class Body>
+  void gather_listed(std::uint64_t n, const std::uint32_t* list, const Body& body) const {
+    if (n == 0) return;
+    const std::uint64_t all = blocks(n, kernels::gather_items);
+    const std::uint64_t grid = all < kernels::listed_blocks ? all : kernels::listed_blocks;
+    launch(kernels::gather_listed<Body>, grid, listed_parts * kernels::gather_items, guard_, list, body);
   }
 
   template <class R, class Body, class Last = kernels::NothingBody>

@@ -300,6 +300,7 @@ class EngineImpl final : public Engine {
       set(Owner::tree_node, nodes);
     }
     set(Owner::particle, s.particle_capacity);
+    set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
     set(Owner::particle_rows, s.particle_capacity * n.rows);
     set(Owner::id, s.particle_capacity);
     set(Owner::cell, n.cells + 2);

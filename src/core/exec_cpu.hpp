@@ -4,6 +4,9 @@
 //   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
 //                                enough to share out; Body::Sum::add; order of addition fixed
+//   select(n, body, list)        list = those i with body.wanted(i), in any order; list[0] = how many. Where
+//                                asking again costs nothing, nothing (lists = false)
+//   gather_listed(n, list, body) gather over what was selected by the same wanted(i)
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
 //                                last(0). With Body::Item, read(i) and body(i, item) it may read ahead
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
@@ -122,6 +125,17 @@ class CpuExec {
     const std::uint32_t parts = gather_parts<Body>(n);
     accumulate(n, [&body, parts](std::uint64_t i, const CpuAdder& add) {
       body.finish(i, sum_of(body, i, parts), add);
+    });
+  }
+
+  static constexpr bool lists = false;
+  template <class Body>
+  void select(std::uint64_t, const Body&, std::uint32_t*) const {}
+
+  template <class Body>
+  void gather_listed(std::uint64_t n, const std::uint32_t*, const Body& body) const {
+    for_each(n, [&body](std::uint64_t i) {
+      if (body.wanted(i)) body.finish(i, sum_of(body, i, listed_parts));
     });
   }
 

@@ -18,6 +18,9 @@ constexpr std::uint32_t gather_parts(std::uint64_t n) {
   return Body::shared && n < gather_few ? 3u : 1u;
 }
 
+/// The same for items of a list, which are few.
+inline constexpr std::uint32_t listed_parts = 9;
+
 }  // namespace core
 }  // namespace v0
 }  // namespace meltsim

@@ -22,6 +22,7 @@ static_assert(field_count <= 128);
 
 enum class Owner {
   particle,
+  particle_list,
   particle_rows,
   id,
   cell,

@@ -97,6 +97,16 @@ struct LoadsBody {
   }
 };
 
+/// Surfaces of bodies that can move touch others, and nothing else does.
+template <class T>
+struct MeetingBody {
+  Frame<T> w;
+  MELTSIM_HD bool wanted(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    return is_solid(tag) && (tag & (tag_surface | tag_fixed)) == tag_surface;
+  }
+};
+
 template <class T>
 struct ContactSum {
   Vec3<T> force{}, slips{};
@@ -112,16 +122,11 @@ struct ContactSum {
 template <class T, bool Periodic>
 struct ContactBody {
   Frame<T> w;
-  static constexpr bool shared = true;
   using Sum = ContactSum<T>;
-  /// Surfaces touch, and nothing else.
-  MELTSIM_HD bool can_touch(std::uint32_t tag) const {
-    return is_solid(tag) && (tag & (tag_surface | tag_fixed)) == tag_surface;
-  }
+  MELTSIM_HD bool wanted(std::uint64_t i) const { return MeetingBody<T>{w}.wanted(i); }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     const std::uint32_t tag = w.f.tag[i];
-    if (!can_touch(tag)) return s;
     const std::uint32_t piece = w.f.piece[i];
     const Vec3<T> v = xyz(w.f.velocity[i]);
     const Vec4<T> own = w.f.contact_normal[i];
@@ -152,7 +157,6 @@ struct ContactBody {
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
-    if (!can_touch(w.f.tag[i])) return;
     w.f.acceleration[i] += s.force * (T(1) / w.f.mass[i]);
     const Vec4<T> walls = w.f.slip_next[i];
     w.f.slip_next[i] = with_w(xyz(walls) + s.slips, walls.w + s.touched);

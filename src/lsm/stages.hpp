@@ -15,6 +15,7 @@ void gather(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void pieces(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, PiecesBody<T>{w});
+  ex.select(w.particles, MeetingBody<T>{w}, w.f.meeting);
 }
 
 template <class E, class T>
@@ -24,7 +25,8 @@ void loads(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void contact(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(w, [&](auto periodic) { ex.gather(w.particles, ContactBody<T, periodic()>{w}); });
+  spatial::with_periods(
+      w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.meeting, ContactBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

@@ -237,7 +237,7 @@ struct NeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     if (w.f.group_of[i] == none) return;  // removed
-    find_neighbours<Periodic>(w, i, 0, w.grid.rows,
+    find_neighbours<Periodic>(w, i, AllRows{0u, w.grid.rows},
                               [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T, bool) {});
   }
 };

@@ -44,11 +44,48 @@ MELTSIM_HD const core::Range* rows_of(const core::Frame<T>& w, std::uint64_t i) 
   return w.f.group_ranges + static_cast<std::uint64_t>(w.f.group_of[i]) * w.grid.rows;
 }
 
+/// Rows [next, last), ascending.
+struct AllRows {
+  std::uint32_t next, last;
+  MELTSIM_HD bool empty() const { return next == last; }
+  MELTSIM_HD std::uint32_t take() { return next++; }
+};
+
+/// Rows whose bits are set, ascending. Of a grid, row r is the one in layer r % 3 of cells in y and r / 3 % 3
+/// in z, the particle's own being 1; those from 9 on wrap in x.
+struct SomeRows {
+  std::uint32_t bits;
+  MELTSIM_HD bool empty() const { return bits == 0u; }
+  MELTSIM_HD std::uint32_t take() {
+    const auto r = static_cast<std::uint32_t>(lowest_bit(bits));
+    bits &= bits - 1u;
+    return r;
+  }
+};
+
+/// Part k of the rows (core/gather.hpp). A third has a row of every layer in y and in z, so that beside
+/// walls, where layers are missing, all parts still have as much to do.
+template <class T>
+MELTSIM_HD SomeRows rows_of_part(const core::Frame<T>& w, std::uint32_t k, std::uint32_t parts) {
+  const std::uint32_t third = k == 0u ? 0x0a1u : k == 1u ? 0x10au : 0x054u;
+  const std::uint32_t rows = parts == 1u ? 0x1ffu : parts == 3u ? third : 1u << k;
+  return {(rows | rows << 9) & ((1u << w.grid.rows) - 1u)};
+}
+
+/// Rows that may hold what has images within H in walls of these axes. Cells are no shorter than H in y and z
+/// and begin at the walls, so where d_i + d_j < H both are in the layer beside the wall.
+template <class T>
+MELTSIM_HD std::uint32_t rows_beside_walls(const core::Frame<T>& w, std::uint32_t axes) {
+  if ((axes & 1u) != 0u || w.tree.levels != 0) return ~0u;  // leaves know nothing of walls
+  const std::uint32_t y = 0x092u, z = 0x038u;
+  const std::uint32_t rows = ((axes & 2u) != 0u ? y : 0u) | ((axes & 4u) != 0u ? z : 0u);
+  return rows | rows << 9;
+}
+
 /// What find_neighbours does where a kept grid says which candidates lay within H and skin: the others are
 /// not looked at.
-template <bool Periodic, class T, class Visit>
-MELTSIM_HD void find_among_kept(const core::Frame<T>& w, std::uint64_t i, std::uint32_t first,
-                                std::uint32_t last, const Visit& visit) {
+template <bool Periodic, class T, class Rows, class Visit>
+MELTSIM_HD void find_among_kept(const core::Frame<T>& w, std::uint64_t i, Rows set, const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
   const core::Range* rows = rows_of(w, i);
   const auto look = [&](std::uint32_t j) {
@@ -59,7 +96,8 @@ MELTSIM_HD void find_among_kept(const core::Frame<T>& w, std::uint64_t i, std::u
     if (on_device() || near) visit(j, xj, d, r2, near);
     return near;
   };
-  for (std::uint32_t r = first; r < last; ++r) {
+  while (!set.empty()) {
+    const std::uint32_t r = set.take();
     const core::Range row = rows[r];
     const std::uint64_t far = w.f.far_bits[static_cast<std::uint64_t>(r) * w.bits_stride + i];
     std::uint64_t near = far;
@@ -70,13 +108,12 @@ MELTSIM_HD void find_among_kept(const core::Frame<T>& w, std::uint64_t i, std::u
   }
 }
 
-/// visit(j, x_j, x_ij, r2, near) for every candidate in rows [first, last), and stores which are near: the
-/// first sweep of a sub-step. Where branches are dear, candidates that are not near are visited, too; what
+/// visit(j, x_j, x_ij, r2, near) for every candidate in these rows, and stores which are near: the first
+/// sweep of a sub-step. Where branches are dear, candidates that are not near are visited, too; what
 /// vanishes beyond H needs no branch.
-template <bool Periodic, class T, class Visit>
-MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::uint32_t first,
-                                std::uint32_t last, const Visit& visit) {
-  if (w.f.far_bits != nullptr) return find_among_kept<Periodic>(w, i, first, last, visit);
+template <bool Periodic, class T, class Rows, class Visit>
+MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, Rows set, const Visit& visit) {
+  if (w.f.far_bits != nullptr) return find_among_kept<Periodic>(w, i, set, visit);
   const Vec3<T> xi = xyz(w.f.position[i]);
   const core::Range* rows = rows_of(w, i);
   const auto look = [&](std::uint32_t j, const Vec4<T>& xj) {
@@ -103,7 +140,8 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
       if (look(j, *x)) bits |= 1u << k;
     return bits;
   };
-  for (std::uint32_t r = first; r < last; ++r) {
+  while (!set.empty()) {
+    const std::uint32_t r = set.take();
     const core::Range row = rows[r];
     std::uint64_t bits = mark(row.begin, minimum(row.begin + 32u, row.end));
     if (row.end - row.begin > 32u)
@@ -114,30 +152,20 @@ MELTSIM_HD void find_neighbours(const core::Frame<T>& w, std::uint64_t i, std::u
   }
 }
 
-/// The rows of one of `parts` parts (exec_cpu.hpp: gather): all, or one layer of cells in z; those that wrap
-/// in x go with the others. Calls rows(first, last).
-template <class T, class Rows>
-MELTSIM_HD void rows_of_part(const core::Frame<T>& w, std::uint32_t part, std::uint32_t parts,
-                             const Rows& rows) {
-  if (parts == 1u) return rows(0u, w.grid.rows);
-  for (std::uint32_t half = 3u * part; half < w.grid.rows; half += 9u) rows(half, half + 3u);
-}
-
 /// find_neighbours over one part of the rows.
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
                           const Visit& visit) {
-  rows_of_part(w, part, parts, [&](std::uint32_t first, std::uint32_t last) {
-    find_neighbours<Periodic>(w, i, first, last, visit);
-  });
+  if (parts == 1u) find_neighbours<Periodic>(w, i, AllRows{0u, w.grid.rows}, visit);
+  else find_neighbours<Periodic>(w, i, rows_of_part(w, part, parts), visit);
 }
 
-/// visit(j, x_j, x_ij, r2) for the neighbours of i in rows [first, last). All their bits are one sequence:
-/// threads that run side by side wait for the longest sum, not for the longest of every row (72 turns instead
-/// of 149 at 61 neighbours).
-template <bool Periodic, class T, class Visit>
-MELTSIM_HD void sweep(const core::Frame<T>& w, std::uint64_t i, std::uint32_t first, std::uint32_t last,
-                      const Visit& visit) {
+/// visit(j, x_j, x_ij, r2) for the neighbours of i in these rows. All their bits are one sequence: threads
+/// that run side by side wait for the longest sum, not for the longest of every row (72 turns instead of 149
+/// at 61 neighbours).
+template <bool Periodic, class T, class Rows, class Visit>
+MELTSIM_HD void sweep(const core::Frame<T>& w, std::uint64_t i, Rows set, const Visit& visit) {
+  if (set.empty()) return;
   const Vec3<T> xi = xyz(w.f.position[i]);
   const core::Range* rows = rows_of(w, i);
   const auto see = [&](std::uint32_t j) {
@@ -145,46 +173,49 @@ MELTSIM_HD void sweep(const core::Frame<T>& w, std::uint64_t i, std::uint32_t fi
     const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
     visit(j, xj, d, dot(d, d));
   };
-  const std::uint64_t* row_bits = &bits_of(w, i, first);
-  const core::Range* row = rows + first;
-  const core::Range* const past = rows + last;
-  std::uint64_t bits = 0, next_bits = *row_bits;  // the next row is loaded ahead
-  std::uint32_t begin = 0, next_begin = row->begin;
+  Rows left = set;
+  std::uint32_t r = left.take();
+  std::uint64_t bits = 0, next_bits = bits_of(w, i, r);  // the next row is loaded ahead
+  std::uint32_t begin = 0, next_begin = rows[r].begin;
+  bool more = true;
   for (;;) {
     while (bits == 0u) {
-      if (row == past) goto crowded;
+      if (!more) goto crowded;
       bits = next_bits;
       begin = next_begin;
-      if (++row == past) continue;
-      row_bits += w.bits_stride;
-      next_bits = *row_bits;
-      next_begin = row->begin;
+      more = !left.empty();
+      if (!more) continue;
+      r = left.take();
+      next_bits = bits_of(w, i, r);
+      next_begin = rows[r].begin;
     }
     const std::uint32_t j = begin + static_cast<std::uint32_t>(lowest_bit(bits));
     bits &= bits - 1u;
     see(j);
   }
 crowded:
-  for (std::uint32_t r = first; r < last; ++r)
-    for (std::uint32_t j = rows[r].begin + bits_per_row; j < rows[r].end; ++j) {
+  while (!set.empty()) {
+    const core::Range row = rows[set.take()];
+    for (std::uint32_t j = row.begin + bits_per_row; j < row.end; ++j) {
       const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(w.f.position[j]));
       if (dot(d, d) < w.c.kernel.support2) see(j);
     }
+  }
 }
 
 /// sweep over the rows of one part.
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
                            const Visit& visit) {
-  rows_of_part(w, part, parts,
-               [&](std::uint32_t first, std::uint32_t last) { sweep<Periodic>(w, i, first, last, visit); });
+  if (parts == 1u) sweep<Periodic>(w, i, AllRows{0u, w.grid.rows}, visit);
+  else sweep<Periodic>(w, i, rows_of_part(w, part, parts), visit);
 }
 
 /// visit(j, x_j, x_ij, r2) for every particle j with |x_ij| < H, i itself included (x_ij = 0). Needs the
 /// neighbours that the first sweep stored.
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void for_each_neighbour(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
-  sweep<Periodic>(w, i, 0, w.grid.rows, visit);
+  sweep<Periodic>(w, i, AllRows{0u, w.grid.rows}, visit);
 }
 
 /// The same where it is not worth two kernels; row by row.

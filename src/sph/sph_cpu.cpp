@@ -11,6 +11,7 @@ namespace sph {
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)
+MELTSIM_INSTANTIATE(core::CpuExec, wetted)
 MELTSIM_INSTANTIATE(core::CpuExec, reaction)
 MELTSIM_INSTANTIATE(core::CpuExec, shift)
 

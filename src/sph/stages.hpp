@@ -44,8 +44,14 @@ void forces(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
+void wetted(E& ex, const core::Frame<T>& w) {
+  ex.select(w.particles, WettedBody<T>{w}, w.f.wetted);
+}
+
+template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(w, [&](auto periodic) { ex.gather(w.particles, ReactionBody<T, periodic()>{w}); });
+  spatial::with_periods(
+      w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.wetted, ReactionBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

@@ -62,6 +62,15 @@ class PermutingExec : public meltsim::core::CpuExec {
       body.finish(order[k], Base::sum_of(body, order[k], parts), add);
     });
   }
+  template <class Body>
+  void gather_listed(std::uint64_t n, const std::uint32_t*, const Body& body) {
+    see(body.w);
+    const auto order = indices(n);
+    Base::for_each(n, [&](std::uint64_t k) {
+      if (body.wanted(order[k]))
+        body.finish(order[k], Base::sum_of(body, order[k], meltsim::core::listed_parts));
+    });
+  }
   /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
   template <class R, class Body, class Last = meltsim::core::CpuExec::Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {

@@ -140,6 +140,21 @@ struct PartsOf {
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { out[i] = s.n; }
 };
 
+/// Nine parts of the items that are wanted: none in long runs, all in others, some elsewhere.
+struct PartsOfSome {
+  const std::uint32_t* values;
+  std::uint64_t* out;
+  struct Sum {
+    std::uint64_t n = 0;
+    MELTSIM_HD void add(const Sum& o) { n = 10 * n + o.n; }
+  };
+  MELTSIM_HD bool wanted(std::uint64_t i) const {
+    return i / 500u % 3u == 0u || (i / 500u % 3u == 1u && values[i] % 3u == 0u);
+  }
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t) const { return {values[i] % 7u + k}; }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { out[i] += s.n; }
+};
+
 /// Three integers per row; every fifth item belongs to none.
 struct ThreePerRow {
   std::int64_t a = 0, b = 0, c = 0;
@@ -306,6 +321,28 @@ TYPED_TEST_P(Verbs, AccumulateIsExact) {
       ex.accumulate(n, AddToBins{sums.get(), bins});
       EXPECT_EQ(sums.host(), expected) << "n " << n << ", bins " << bins;
     }
+  this->expect_no_fault(ex);
+}
+
+TYPED_TEST_P(Verbs, GatherListedVisitsWhatIsWantedOnce) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 1000u);
+    Buffer<TypeParam, std::uint32_t> values(ex, host), list(ex, n + 1, 99u);
+    Buffer<TypeParam, std::uint64_t> out(ex, n, std::uint64_t{5});
+    const PartsOfSome body{values.get(), out.get()};
+    for (int round = 0; round < 2; ++round) {  // a list made anew forgets the one before
+      ex.select(n, body, list.get());
+      ex.gather_listed(n, list.get(), body);
+    }
+    const auto got = out.host();
+    for (std::uint64_t i = 0; i < n; ++i) {
+      std::uint64_t sum = host[i] % 7u;
+      for (std::uint64_t k = 1; k < 9; ++k) sum = 10 * sum + host[i] % 7u + k;
+      const bool wanted = PartsOfSome{host.data(), nullptr}.wanted(i);
+      ASSERT_EQ(got[i], wanted ? 5 + 2 * sum : 5u) << "n " << n << ", i " << i;
+    }
+  }
   this->expect_no_fault(ex);
 }
 
@@ -483,7 +520,7 @@ REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInO
                             ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, ForEachVisitsEveryIndexOnce,
                             ReduceEqualsStdAccumulate, ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit,
                             ScanEqualsStdPartialSum, SortEqualsStdStableSort, AccumulateIsExact,
-                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
-                            TimingsAreReadAfterSynchronize);
+                            GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
+                            GuardStopsWhatWritesState, TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test
