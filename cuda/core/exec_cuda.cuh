@@ -185,21 +185,71 @@ __device__ R from_lane_above(const R& r, unsigned offset) {
   return other;
 }
 
-/// Combines the values of a block, in order; thread 0 gets the result.
+/// Results that are half sums (exec_cpu.hpp: reduce).
+template <class R, class = void>
+struct has_sums : std::false_type {};
+template <class R>
+struct has_sums<R, std::void_t<typename R::Sums>> : std::true_type {};
+
+/// Sums over a warp, every lane keeping half of what it kept before: 16 exchanges instead of 5 for each of 13
+/// sums. Lane l ends with sum number sum_of_lane(l).
+inline constexpr int most_sums = 16;
+template <int Half>
+__device__ double spread_sums(double (&s)[most_sums]) {
+  if constexpr (Half == 0) {
+    return s[0] + __shfl_xor_sync(~0u, s[0], 1);
+  } else {
+    const bool upper = (threadIdx.x & (2u * Half)) != 0u;
+#pragma unroll
+    for (int k = 0; k < Half; ++k) {
+      const double keep = upper ? s[k + Half] : s[k], give = upper ? s[k] : s[k + Half];
+      s[k] = keep + __shfl_xor_sync(~0u, give, 2 * Half);
+    }
+    return spread_sums<Half / 2>(s);
+  }
+}
+__device__ inline unsigned sum_of_lane(unsigned lane) { return lane >> 1; }
+
+/// The sums of a block, in thread 0.
+template <class Sums>
+__device__ void combine_sums(Sums& sums) {
+  constexpr unsigned warps = reduce_block / 32;
+  static_assert(Sums::words <= most_sums && sizeof(Sums) == Sums::words * sizeof(double));
+  __shared__ double of_warp[warps][most_sums];
+  double s[most_sums] = {};
+  sums.each_word([&](int k, double word) { s[k] = word; });
+  const double mine = spread_sums<most_sums / 2>(s);
+  const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
+  __syncthreads();  // of_warp may still be read from the call before
+  if (lane % 2 == 0) of_warp[warp][sum_of_lane(lane)] = mine;
+  __syncthreads();
+  if (threadIdx.x < most_sums)
+    for (unsigned k = 1; k < warps; ++k) of_warp[0][threadIdx.x] += of_warp[k][threadIdx.x];
+  __syncthreads();
+  if (threadIdx.x == 0) sums.each_word([&](int k, double& word) { word = of_warp[0][k]; });
+}
+
+/// Combines the values of a block, in an order that depends on nothing; thread 0 gets the result.
 template <class R>
 __device__ R combine_block(R r) {
-  constexpr unsigned warps = reduce_block / 32;
-  // Raw bytes: shared variables may not have constructors.
-  __shared__ alignas(16) unsigned char raw[warps * sizeof(R)];
-  R* const of_warp = reinterpret_cast<R*>(raw);
-  for (unsigned offset = 16; offset != 0; offset /= 2) r = R::combine(r, from_lane_above(r, offset));
-  __syncthreads();  // of_warp may still be read from the call before
-  if (threadIdx.x % 32 == 0) of_warp[threadIdx.x / 32] = r;
-  __syncthreads();
-  if (threadIdx.x == 0) {
-    for (unsigned k = 1; k < warps; ++k) r = R::combine(r, of_warp[k]);
+  if constexpr (has_sums<R>::value) {
+    static_cast<typename R::Worst&>(r) = combine_block(static_cast<const typename R::Worst&>(r));
+    combine_sums(r.sums);
+    return r;
+  } else {
+    constexpr unsigned warps = reduce_block / 32;
+    // Raw bytes: shared variables may not have constructors.
+    __shared__ alignas(16) unsigned char raw[warps * sizeof(R)];
+    R* const of_warp = reinterpret_cast<R*>(raw);
+    for (unsigned offset = 16; offset != 0; offset /= 2) r = R::combine(r, from_lane_above(r, offset));
+    __syncthreads();  // of_warp may still be read from the call before
+    if (threadIdx.x % 32 == 0) of_warp[threadIdx.x / 32] = r;
+    __syncthreads();
+    if (threadIdx.x == 0) {
+      for (unsigned k = 1; k < warps; ++k) r = R::combine(r, of_warp[k]);
+    }
+    return r;
   }
-  return r;
 }
 
 /// Bodies with `Item read(i)`: a reduction reads the next item while it works on one. A compiler otherwise

@@ -8,7 +8,9 @@
 //                                asking again costs nothing, nothing (lists = false)
 //   gather_listed(n, list, body) gather over what was selected by the same wanted(i)
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
-//                                last(0). With Body::Item, read(i) and body(i, item) it may read ahead
+//                                last(0). With Body::Item, read(i) and body(i, item) it may read ahead; an R
+//                                made of R::Worst (a base) and `R::Sums sums` (R::Sums::words doubles) may be
+//                                combined in two
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)

@@ -130,7 +130,16 @@ struct LedgerSums {
   Vec3<double> momentum, angular_momentum;  ///< about the stored origin
   double kinetic = 0, potential = 0;        ///< potential at the stored origin is 0
   double thermal = 0, latent = 0;
-  double excess = 0, dense = 0;  ///< sum and count of rho/rho0 - 1 where above 0
+  double excess = 0, dense = 0;     ///< sum and count of rho/rho0 - 1 where above 0
+  static constexpr int words = 13;  ///< all of them, one after the other
+  /// visit(k, word k) for all of them.
+  template <class Visit>
+  MELTSIM_HD void each_word(const Visit& visit) {
+    visit(0, mass), visit(1, momentum.x), visit(2, momentum.y), visit(3, momentum.z);
+    visit(4, angular_momentum.x), visit(5, angular_momentum.y), visit(6, angular_momentum.z);
+    visit(7, kinetic), visit(8, potential), visit(9, thermal), visit(10, latent), visit(11, excess);
+    visit(12, dense);
+  }
   MELTSIM_HD void add(const LedgerSums& o) {
     mass += o.mass;
     momentum += o.momentum;
@@ -144,17 +153,16 @@ struct LedgerSums {
   }
 };
 
+static_assert(sizeof(LedgerSums) == LedgerSums::words * sizeof(double));
+
 /// The worst of a set of particles. Order-independent: ties go to the smaller id.
-struct CheckResult {
+struct WorstOf {
   double max_speed = 0, max_density = 0;
   double bad_value = 0;
   std::uint32_t bad = 0;  ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
-  LedgerSums sums;
-  MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
-    CheckResult r;
-    r.sums = a.sums;
-    r.sums.add(b.sums);
+  MELTSIM_HD static WorstOf combine(const WorstOf& a, const WorstOf& b) {
+    WorstOf r;
     r.max_speed = maximum(a.max_speed, b.max_speed);
     r.max_density = maximum(a.max_density, b.max_density);
     const bool take_b =
@@ -162,6 +170,20 @@ struct CheckResult {
     r.bad = take_b ? b.bad : a.bad;
     r.bad_id = take_b ? b.bad_id : a.bad_id;
     r.bad_value = take_b ? b.bad_value : a.bad_value;
+    return r;
+  }
+};
+
+/// The worst, and sums. Worst and Sums: executors may combine the two apart (exec_cpu.hpp: reduce).
+struct CheckResult : WorstOf {
+  LedgerSums sums;
+  using Worst = WorstOf;
+  using Sums = LedgerSums;
+  MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
+    CheckResult r;
+    static_cast<WorstOf&>(r) = WorstOf::combine(a, b);
+    r.sums = a.sums;
+    r.sums.add(b.sums);
     return r;
   }
 };
