@@ -79,7 +79,8 @@ struct WorldDesc {
   bool tension = false;
   /// Liquid's particles are moved slightly towards where there are fewer, so that they stay evenly spread in
   /// flows that squeeze them into strings (physics/shifting.hpp). One more sweep over the neighbours. Needs
-  /// tension: below a free surface it stirs the liquid.
+  /// tension: below a free surface it stirs the liquid. Liquid then moves with its velocity plus the shift:
+  /// displacements tell how it flows, ParticleData::velocity has more noise and higher peaks.
   bool particle_shifting = false;
   HeatDesc heat;
 
