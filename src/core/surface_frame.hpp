@@ -73,7 +73,7 @@ struct SurfaceFrame {
   std::uint32_t only_body = 0;  ///< body index + 1; 0 = any
   bool two_fields = false;      ///< liquid beside solids: all of it, less the solids
   bool anisotropic = false;
-  bool coarse_first = false;  ///< cells are so small that every second node is asked about those between
+  bool coarse_first = false;  ///< cells are small enough that every second node tells about those between
 
   physics::SurfaceField<T> field;
   WallBox<T> walls;

@@ -83,8 +83,7 @@ class SurfaceRun {
     w_.only_body = q.of == SurfaceOf::body ? q.body : 0u;
     w_.two_fields = q.of == SurfaceOf::liquid && q.solids;
     w_.anisotropic = q.anisotropic;
-    // Larger cells have too few nodes between those far from the surface.
-    w_.coarse_first = q.cell <= 0.2501 * q.spacing;
+    w_.coarse_first = q.cell <= 0.5001 * q.spacing;
     if (spacing_ != q.spacing) {
       spacing_ = q.spacing;
       for (const bool anisotropic : {false, true})

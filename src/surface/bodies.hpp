@@ -234,13 +234,13 @@ template <class T, bool Anisotropic, bool Periodic>
 struct SurfaceNodesBody {
   SurfaceFrame<T> w;
   std::int32_t step = 1;
-  static constexpr bool shared = false;  // there are enough lines, and lines of a block differ by layer
+  static constexpr bool shared = true;
   static constexpr std::uint32_t most = most_in_line<Anisotropic>;
   using Sum = LineSums<T, most>;
 
   struct Line {
     std::uint32_t block = none;
-    Index3 first;
+    Index3 of_block, first;
     std::uint32_t count = 0;
   };
   MELTSIM_HD std::uint32_t nodes_along() const {
@@ -257,6 +257,7 @@ struct SurfaceNodesBody {
     const std::uint32_t length = (along + lines - 1u) / lines, x = at % lines * length;
     const auto place = [this](std::uint32_t n) { return static_cast<std::int32_t>(n) * step; };
     return {block,
+            coordinates(w, w.block_key[block]),
             {place(x), place(at / lines % along), place(at / lines / along)},
             x < along ? minimum(length, along - x) : 0u};
   }
@@ -296,7 +297,7 @@ struct SurfaceNodesBody {
   }
 
   MELTSIM_HD Vec3<T> position(const Line& l, std::uint32_t k) const {
-    return node_position(w, coordinates(w, w.block_key[l.block]), node(l, k));
+    return node_position(w, l.of_block, node(l, k));
   }
 
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t part, std::uint32_t parts) const {

@@ -214,7 +214,8 @@ MELTSIM_HD LineSums<T, N> field_along(const SurfaceFrame<T>& w, const Range* row
         const Vec4<T> p = w.share[j];
         const T solid = w.two_fields ? w.solid_share[j] : T(0);
         const T dy = y - p.y, dz = z - p.z, across = dy * dy + dz * dz;
-        for (std::uint32_t k = 0; k < N; ++k) add(j, k, {x[k] - p.x, dy, dz}, across, p.w, solid);
+        for (std::uint32_t k = 0; k < N; ++k)
+          if (k < count) add(j, k, {x[k] - p.x, dy, dz}, across, p.w, solid);
       });
   if constexpr (Periodic) {
     if (part != 0u) return s;
