@@ -245,7 +245,7 @@ TEST(Shapes, LiquidOfAColourIsTakenFromTheClearOne) {
 TEST(Tracer, NothingShinesThroughLiquidOfAColour) {
   FrameShapes shapes;
   shapes.liquid = cube();
-  shapes.balls.push_back({{0, 0, 0}, 0.5f, 10, 1, true});
+  shapes.balls.push_back({{0, 0, 0}, 0.5f, 10, 1, true, 1});
   Camera camera;
   camera.eye = {0, 0, 6};
   camera.look_at = {0, 0, 0};
