@@ -230,12 +230,12 @@ struct SurfaceLinksBody {
 /// closed whatever a node is said to be; no drop is small enough to be missed, because phi of a particle that
 /// stands alone is 0.33 at 0.87 dx, the farthest that it can be from the even nodes around it where they are
 /// a spacing apart.
-template <class T, bool Anisotropic, bool Periodic>
+template <class T, bool Anisotropic, bool Periodic, int Step>
 struct SurfaceNodesBody {
   SurfaceFrame<T> w;
-  std::int32_t step = 1;
+  static constexpr std::int32_t step = Step;
   static constexpr bool shared = true;
-  static constexpr std::uint32_t most = most_in_line<Anisotropic>;
+  static constexpr std::uint32_t most = most_in_line<Anisotropic, Step>;
   using Sum = LineSums<T, most>;
 
   struct Line {
@@ -255,7 +255,7 @@ struct SurfaceNodesBody {
     const std::uint32_t block = number / all, at = number % all;
     if (block >= blocks_of(w)) return {};
     const std::uint32_t length = (along + lines - 1u) / lines, x = at % lines * length;
-    const auto place = [this](std::uint32_t n) { return static_cast<std::int32_t>(n) * step; };
+    const auto place = [](std::uint32_t n) { return static_cast<std::int32_t>(n) * step; };
     return {block,
             coordinates(w, w.block_key[block]),
             {place(x), place(at / lines % along), place(at / lines / along)},

@@ -169,9 +169,9 @@ MELTSIM_HD physics::ShapeSums<T> shape_around(const SurfaceFrame<T>& w, const Ra
 }
 
 /// Nodes along x that are worked out together, so that a particle is read, and found near, once for all of
-/// them. As many as a block has along an edge at cells of half a spacing.
-template <bool Anisotropic>
-inline constexpr std::uint32_t most_in_line = Anisotropic ? 6 : 5;
+/// them. As many as a block has along an edge at cells of half a spacing, all or (step 2) every second one.
+template <bool Anisotropic, int Step>
+inline constexpr std::uint32_t most_in_line = ((Anisotropic ? 6 : 5) + Step - 1) / Step;
 
 template <class T, std::uint32_t N>
 struct LineSums {
@@ -184,7 +184,8 @@ struct LineSums {
   }
 };
 
-/// phi and phi of the solids at (x[k], y, z), k < count, without W's scale; x ascends.
+/// phi and phi of the solids at (x[k], y, z), k < count, without W's scale; x ascends. The rest of x may hold
+/// anything.
 template <bool Anisotropic, bool Periodic, class T, std::uint32_t N>
 MELTSIM_HD LineSums<T, N> field_along(const SurfaceFrame<T>& w, const Range* rows, std::uint32_t part,
                                       std::uint32_t parts, const T (&x)[N], std::uint32_t count, T y, T z) {
@@ -214,8 +215,7 @@ MELTSIM_HD LineSums<T, N> field_along(const SurfaceFrame<T>& w, const Range* row
         const Vec4<T> p = w.share[j];
         const T solid = w.two_fields ? w.solid_share[j] : T(0);
         const T dy = y - p.y, dz = z - p.z, across = dy * dy + dz * dz;
-        for (std::uint32_t k = 0; k < N; ++k)
-          if (k < count) add(j, k, {x[k] - p.x, dy, dz}, across, p.w, solid);
+        for (std::uint32_t k = 0; k < N; ++k) add(j, k, {x[k] - p.x, dy, dz}, across, p.w, solid);
       });
   if constexpr (Periodic) {
     if (part != 0u) return s;

@@ -45,12 +45,11 @@ void blocks(E& ex, const SurfaceFrame<T>& w) {
 
 template <bool Anisotropic, bool Periodic, class E, class T>
 void nodes(E& ex, const SurfaceFrame<T>& w) {
-  const auto pass = [&](std::int32_t step) {
-    const SurfaceNodesBody<T, Anisotropic, Periodic> body{w, step};
+  const auto pass = [&](const auto& body) {
     ex.gather(std::uint64_t{w.max_blocks} * body.lines_of_block(), body);
   };
-  if (w.coarse_first) pass(2);
-  pass(1);
+  if (w.coarse_first) pass(SurfaceNodesBody<T, Anisotropic, Periodic, 2>{w});
+  pass(SurfaceNodesBody<T, Anisotropic, Periodic, 1>{w});
 }
 
 template <class E, class T>
