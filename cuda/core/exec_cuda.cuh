@@ -473,8 +473,8 @@ class CudaExec {
   }
 
   /// Defined in core/exec_cuda_scan.cuh.
-  template <class Body>
-  void scan(std::uint64_t n, const Body& body, std::uint32_t* out) const;
+  template <class Body, class Count>
+  void scan(std::uint64_t n, const Body& body, Count* out) const;
 
   /// Defined in core/exec_cuda_bucket.cuh. In the last bucket indices are in no order.
   template <class Body>

@@ -16,8 +16,8 @@ inline namespace v0 {
 namespace core {
 
 /// No guard: what is scanned is working space, which a World that halted does not read again.
-template <class Body>
-void CudaExec::scan(std::uint64_t n, const Body& body, std::uint32_t* out) const {
+template <class Body, class Count>
+void CudaExec::scan(std::uint64_t n, const Body& body, Count* out) const {
   if (n == 0) return;
   const DeviceScope scope(device_);
   (void)cudaGetLastError();  // CUB would take an earlier error of the host's for its own

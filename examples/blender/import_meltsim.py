@@ -17,7 +17,8 @@ import numpy
 
 RAMP = numpy.array([(0.14, 0.25, 0.62), (0.27, 0.55, 0.85), (0.68, 0.86, 0.91), (0.99, 0.90, 0.45), (0.96, 0.52, 0.22),
                     (0.75, 0.09, 0.12)])
-VERTEX = numpy.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("temperature", "<f4"), ("body", "<i4")])
+VERTEX = numpy.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("temperature", "<f4"), ("body", "<i4"),
+                      ("material", "<i4")])
 FACE = numpy.dtype([("count", "u1"), ("vertices", "<u4", 3)])
 
 
@@ -26,8 +27,10 @@ def read(path):
         data = file.read()
     end = data.index(b"end_header\n") + len(b"end_header\n")
     counts = [int(line.split()[2]) for line in data[:end].splitlines() if line.startswith(b"element")]
-    vertices = numpy.frombuffer(data, VERTEX, counts[0], end)
-    faces = numpy.frombuffer(data, FACE, counts[1], end + counts[0] * VERTEX.itemsize)
+    # Files of earlier versions end with the body.
+    kind = VERTEX if b"property int material" in data[:end] else numpy.dtype(VERTEX.descr[:-1])
+    vertices = numpy.frombuffer(data, kind, counts[0], end)
+    faces = numpy.frombuffer(data, FACE, counts[1], end + counts[0] * kind.itemsize)
     return vertices, faces["vertices"], b"comment placeholder" in data[:end]
 
 
@@ -64,6 +67,9 @@ def add(name, vertices, triangles, cold, hot, alpha, up):
     mesh.polygons.foreach_set("use_smooth", numpy.ones(len(triangles), dtype=bool))
     temperature = numpy.ascontiguousarray(vertices["temperature"])
     mesh.attributes.new("temperature", "FLOAT", "POINT").data.foreach_set("value", temperature)
+    if "material" in vertices.dtype.names:
+        numbers = numpy.ascontiguousarray(vertices["material"])
+        mesh.attributes.new("material", "INT", "POINT").data.foreach_set("value", numbers)
     warmth = mesh.attributes.new("warmth", "FLOAT_COLOR", "POINT")
     warmth.data.foreach_set("color", colors(temperature, cold, hot).astype(numpy.float32).ravel())
     mesh.update(calc_edges=True)

@@ -7,6 +7,7 @@
 
 #include "expect.hpp"
 #include "library_error.hpp"
+#include "load_scene.hpp"
 #include "memory.hpp"
 
 namespace runner {
@@ -91,9 +92,8 @@ class Builder {
     accept(built_.world.add_emitter(desc), emitter.source);
   }
 
-  /// A body's own density is a material of its own, alike in everything else.
   MaterialId with_density(const SceneBody& body) {
-    const std::string name = fmt::format("{} ({:g} kg/m^3)", body.material, *body.density);
+    const std::string name = dense_material(body.material, *body.density);
     const auto known = ids_.find(name);
     if (known != ids_.end()) return known->second;
     meltsim::MaterialDesc desc = built_.world.material(ids_.at(body.material));

@@ -89,9 +89,31 @@ void load_sections(const Node& root, Scene& scene) {
     if (const auto section = root.find(name)) read(*section, scene);
   }
   for (const char* named : {"bodies", "emitters", "probes"}) check_names(root, named);
+  for (const SceneMaterial& material : scene.materials)
+    add_look(scene.output, material.desc.name, material.color);
+  for (const SceneBody& body : scene.bodies)
+    if (body.density) add_look(scene.output, body.material, *body.density);
 }
 
 }  // namespace
+
+void add_look(SceneOutput& output, const std::string& material, std::optional<std::array<double, 3>> color) {
+  output.looks.push_back({material, color});
+}
+
+void add_look(SceneOutput& output, const std::string& material, double density) {
+  const std::string name = dense_material(material, density);
+  std::optional<std::array<double, 3>> color;
+  for (const SceneLook& look : output.looks) {
+    if (look.name == name) return;
+    if (look.name == material) color = look.color;
+  }
+  output.looks.push_back({name, color});
+}
+
+std::string dense_material(const std::string& material, double density) {
+  return fmt::format("{} ({:g} kg/m^3)", material, density);
+}
 
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& directory,
                   const std::vector<std::string>& set_options) {

@@ -16,4 +16,10 @@ Scene load_scene(const std::string& file_or_name, const std::vector<std::string>
 Scene parse_scene(const std::string& text, const std::string& file, const std::string& directory,
                   const std::vector<std::string>& set_options);
 
+/// Materials as build_world makes them: those of the scene, then one per density that a body has of its own.
+void add_look(SceneOutput& output, const std::string& material, std::optional<std::array<double, 3>> color);
+void add_look(SceneOutput& output, const std::string& material, double density);
+/// A body's own density is a material of its own, alike in everything else.
+std::string dense_material(const std::string& material, double density);
+
 }  // namespace runner

@@ -19,6 +19,7 @@ struct FrameParticle {
   std::uint8_t phase;  ///< 0 liquid, 1 solid, 255 placeholder of an empty frame
   std::int32_t body;   ///< from 0, kept after melting; -1 = none
   std::uint32_t id;
+  std::int32_t material = 0;  ///< index, in order of `meltsim check`'s materials
 };
 
 /// Live particles in order of id. When there are none, one placeholder: empty meshes break importers.

@@ -29,6 +29,12 @@ struct SceneMaterial {
   Source source;
 };
 
+/// How a material is shown.
+struct SceneLook {
+  std::string name;
+  std::optional<std::array<double, 3>> color;  ///< red, green, blue, 0..1; a liquid without one is clear
+};
+
 struct SceneFluid {
   SceneShape shape;
   std::string material;
@@ -77,6 +83,7 @@ struct SceneOutput {
   std::vector<std::string> formats{"ply"};
   /// Of each body in pictures; empty where the scene does not say.
   std::vector<std::optional<std::array<double, 3>>> body_colors;
+  std::vector<SceneLook> looks;   ///< by the material index in a particle's tag
   Json surface, camera, picture;  ///< what was given of their keys, checked
 };
 

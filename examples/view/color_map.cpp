@@ -52,6 +52,7 @@ ColorTable make_table() {
     table[1][k] = Rgb{58, 132, 205};
     table[2][k] = hue(i);
     table[3][k] = between(speed_stops, x);
+    table[4][k] = i < solid_materials ? Rgb{58, 132, 205} : Rgb{226, 234, 240};
   }
   table[1][static_cast<std::size_t>(Phase::solid)] = Rgb{226, 234, 240};
   table[1][static_cast<std::size_t>(Phase::melted)] = Rgb{120, 205, 190};
@@ -62,7 +63,7 @@ ColorTable make_table() {
 }  // namespace
 
 const std::vector<std::string>& color_names() {
-  static const std::vector<std::string> names{"temperature", "phase", "body", "speed"};
+  static const std::vector<std::string> names{"temperature", "phase", "body", "speed", "material"};
   return names;
 }
 
@@ -71,10 +72,13 @@ const ColorTable& color_table() {
   return table;
 }
 
-ColorTable color_table(const std::vector<std::optional<std::array<double, 3>>>& bodies) {
+ColorTable color_table(const Colors& bodies, const Colors& materials) {
   ColorTable table = color_table();
+  const auto bytes = [](const std::array<double, 3>& c) { return Rgb{byte(c[0]), byte(c[1]), byte(c[2])}; };
   for (std::size_t i = 0; i < bodies.size() && i + 1 < table[2].size(); ++i)
-    if (bodies[i]) table[2][i + 1] = {byte((*bodies[i])[0]), byte((*bodies[i])[1]), byte((*bodies[i])[2])};
+    if (bodies[i]) table[2][i + 1] = bytes(*bodies[i]);
+  for (std::size_t i = 0; i < materials.size() && i < solid_materials; ++i)
+    if (materials[i]) table[4][i] = table[4][i + solid_materials] = bytes(*materials[i]);
   return table;
 }
 
@@ -93,12 +97,18 @@ int body_index(std::uint32_t body) {
   return body == 0 ? 0 : 1 + static_cast<int>((body - 1) % (table_width - 1));
 }
 
+int material_index(std::uint32_t tag) {
+  const int material = static_cast<int>(meltsim::material_of(tag)) % solid_materials;
+  return material + (meltsim::is_solid(tag) ? solid_materials : 0);
+}
+
 Rgb color_of(ColorBy by, double temperature, double speed, std::uint32_t tag, const Range& range) {
   int at = 0;
   if (by == ColorBy::temperature) at = ramp_index(temperature, range);
   if (by == ColorBy::phase) at = static_cast<int>(phase_of(tag));
   if (by == ColorBy::body) at = body_index(meltsim::body_of(tag));
   if (by == ColorBy::speed) at = ramp_index(speed, range);
+  if (by == ColorBy::material) at = material_index(tag);
   return color_table()[static_cast<std::size_t>(by)][static_cast<std::size_t>(at)];
 }
 

@@ -30,8 +30,14 @@ std::vector<Swatch> swatches(const Session& session, const Look& look) {
             {at(static_cast<int>(Phase::melted)), "melted"}};
     return list;
   }
-  list.push_back({at(0), "liquid"});
   constexpr std::size_t most = 12;
+  if (look.by == ColorBy::material) {
+    const auto& looks = session.scene().output.looks;
+    for (std::size_t i = 0; i < looks.size() && i < most; ++i)
+      list.push_back({at(static_cast<int>(i % solid_materials)), looks[i].name});
+    return list;
+  }
+  list.push_back({at(0), "liquid"});
   const auto& bodies = session.scene().bodies;
   for (std::size_t i = 0; i < bodies.size() && i < most; ++i)
     list.push_back({at(body_index(static_cast<std::uint32_t>(i + 1))), bodies[i].desc.name});

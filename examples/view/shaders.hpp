@@ -58,6 +58,7 @@ void main() {
   int at = ramp(color_by == 0 ? temperature : position_speed.w);
   if (color_by == 1) at = is_solid ? 1 : body != 0u ? 2 : 0;
   if (color_by == 2) at = body == 0u ? 0 : 1 + int((body - 1u) % 255u);
+  if (color_by == 4) at = int(tag & 127u) + (is_solid ? 128 : 0);
   color = texelFetch(colors, ivec2(at, color_by), 0).rgb;
   gloss = is_solid ? 0.10 : 0.28;
   gl_Position = projection * vec4(center, 1.0);

@@ -122,7 +122,7 @@ std::optional<ViewOptions> parse_view_options(int argc, char** argv) {
       ->allow_extra_args(false)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   app.add_flag("--paused", options.paused, "wait for the space bar");
-  typed.add(app, "--color", "temperature|phase|body|speed", "what particles are coloured by");
+  typed.add(app, "--color", "temperature|phase|body|speed|material", "what particles are coloured by");
   typed.add(app, "--size", "WIDTHxHEIGHT", "of the window, in pixels");
   app.add_flag("--no-panel", no_panel, "start without the panel; P shows it");
   typed.add(app, "--screenshot", "FILE.png", "write a picture and end");

@@ -58,7 +58,9 @@ class Viewer {
     look_.temperature = temperature_range(session_.scene());
     const bool heats = session_.scene().world.heat.model != meltsim::HeatModel::none;
     look_.by = options.color.value_or(heats ? ColorBy::temperature : ColorBy::speed);
-    look_.colors = color_table(session_.scene().output.body_colors);
+    Colors materials;
+    for (const runner::SceneLook& look : session_.scene().output.looks) materials.push_back(look.color);
+    look_.colors = color_table(session_.scene().output.body_colors, materials);
     particles_.set_colors(look_.colors);
     box_ = scene_box(session_.scene());
     place_camera();

@@ -42,6 +42,9 @@ struct SurfaceMesh {
   std::vector<float> temperature;      ///< [degrees Celsius], average of the particles around
   std::vector<float> liquid_fraction;  ///< 0 solid .. 1 liquid: latent heat taken up, likewise
   std::vector<std::uint32_t> body;     ///< 0 = liquid, else body index + 1
+  /// MaterialId::index of the particle that weighs most there; of two that weigh the same the one first in
+  /// order of cell, then id. So colours change from vertex to vertex, not in between.
+  std::vector<std::uint32_t> material;
   std::vector<std::uint32_t> triangles;  ///< 3 vertices per triangle, counter-clockwise seen from outside
 };
 

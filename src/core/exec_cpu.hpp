@@ -13,7 +13,7 @@
 //                                combined in two
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
-//   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32-bit counts)
+//   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
 //   bucket(n, m, body, bucket_of, begin, order, scratch)
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, ascending in each but
@@ -166,15 +166,15 @@ class CpuExec {
     last(0);
   }
 
-  template <class Body>
-  void scan(std::uint64_t n, const Body& body, std::uint32_t* out) {
+  template <class Body, class Count>
+  void scan(std::uint64_t n, const Body& body, Count* out) {
     if (n == 0 || stopped()) return;
     const std::uint64_t chunks = (n + chunk - 1) / chunk;
     sums_.assign(static_cast<std::size_t>(chunks) + 1, 0);
     const auto count = static_cast<std::int64_t>(chunks);
 #pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
     for (std::int64_t c = 0; c < count; ++c) {
-      std::uint32_t s = 0;
+      Count s = 0;
       const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
       for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i) out[i] = s += body(i);
       sums_[static_cast<std::size_t>(c) + 1] = s;
@@ -184,7 +184,7 @@ class CpuExec {
     for (std::int64_t c = 1; c < count; ++c) {
       const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
       for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i)
-        out[i] += sums_[static_cast<std::size_t>(c)];
+        out[i] += static_cast<Count>(sums_[static_cast<std::size_t>(c)]);
     }
   }
 
@@ -342,8 +342,8 @@ class CpuExec {
     split_.resize(split_bytes<T>(n));
   }
   std::uint64_t reserved_bytes() const {
-    return partial_.capacity() + split_.capacity() +
-           (histogram_.capacity() + sums_.capacity()) * sizeof(std::uint32_t);
+    return partial_.capacity() + split_.capacity() + histogram_.capacity() * sizeof(std::uint32_t) +
+           sums_.capacity() * sizeof(std::uint64_t);
   }
   void* native_stream() const { return nullptr; }
   std::string fault() const { return {}; }
@@ -430,7 +430,7 @@ class CpuExec {
   Timings timings_;
   std::vector<unsigned char> partial_;
   std::vector<unsigned char> split_;
-  std::vector<std::uint32_t> sums_;
+  std::vector<std::uint64_t> sums_;
   std::vector<std::uint32_t> histogram_;  // keeps its capacity between steps
 };
 

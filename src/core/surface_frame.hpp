@@ -40,8 +40,8 @@ struct alignas(16) SurfaceRing {
 /// Links of a block to a neighbour that is not in the list: all its nodes are outside, or inside.
 inline constexpr std::uint32_t link_outside = 0xffffffffu, link_inside = 0xfffffffeu;
 
-// Marks of a particle.
-inline constexpr std::uint8_t mark_solid = 1, mark_liquid = 2;
+// Marks of a particle, and of a group: of all its particles.
+inline constexpr std::uint8_t mark_solid = 1, mark_liquid = 2, mark_surface = 4;
 
 /// Blocks of side^3 nodes are also the cells of the particle grid: occupied ones are groups. Node 0 of a
 /// block is its low corner.
@@ -97,8 +97,10 @@ struct SurfaceFrame {
   // per group
   std::uint64_t* group_key = nullptr;
   std::uint32_t* group_begin = nullptr;  ///< one more than groups
-  Range* group_rows = nullptr;           ///< 9 per group
-  std::uint32_t* group_deep = nullptr;   ///< 0, link_inside or link_outside
+  Range* group_rows = nullptr;           ///< 9 per group: particles
+  Range* group_near = nullptr;           ///< the same rows: groups
+  std::uint8_t* group_mark = nullptr;
+  std::uint32_t* group_deep = nullptr;  ///< 0, link_inside or link_outside
   std::uint32_t* owns = nullptr;  ///< 27 per group: blocks around it that it lists; then their running count
   // per block
   std::uint64_t* block_key = nullptr;
@@ -109,14 +111,14 @@ struct SurfaceFrame {
   T* solid_value = nullptr;  ///< level - phi of the solids
   std::uint8_t* inside = nullptr;
   std::uint32_t* code = nullptr;  ///< bits 0-7: corners of its cell inside; 8-10: its three edges crossed
-  std::uint32_t *vertex_end = nullptr, *triangle_end = nullptr;  ///< running counts
+  std::uint64_t* ends = nullptr;  ///< running counts: vertices in the low half, triangles in the high one
   // per vertex
   std::uint32_t* vertex_edge = nullptr;              ///< 4 node + axis
   Vec4<T>*vertex = nullptr, *vertex_next = nullptr;  ///< w = 1: it stays where it is
   SurfaceRing* ring = nullptr;
   Vec3<float>*out_position = nullptr, *out_normal = nullptr;
   float *out_temperature = nullptr, *out_fraction = nullptr;
-  std::uint32_t* out_body = nullptr;
+  std::uint32_t *out_body = nullptr, *out_material = nullptr;
   std::uint32_t* out_triangles = nullptr;
   const CubeCase* cases = nullptr;
 };

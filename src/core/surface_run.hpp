@@ -155,9 +155,10 @@ class SurfaceRun {
   /// How much there may be of what is found.
   struct Room {
     std::uint32_t groups = 0, blocks = 0, vertices = 0, triangles = 0;
+    bool guessed = true;  ///< nothing has been found yet
   };
 
-  /// Of a compact body of liquid; what was found replaces it.
+  /// Of a compact body of liquid.
   Room first_guess() const {
     Room r;
     r.groups = static_cast<std::uint32_t>(capacity_ / 12 + 64);
@@ -190,10 +191,13 @@ class SurfaceRun {
     return grown;
   }
 
-  /// Kernels run over all of the room: far too much of it costs time.
+  /// Kernels run over all of the room, so that too much of it costs time; to change it costs what was
+  /// recorded.
   void shrink(Room& r, const SurfaceCounts& c) {
-    const auto less = [this](std::uint32_t& room, std::uint32_t needed) {
-      if (room / 8 <= enough_for(needed)) return;
+    const std::uint32_t most = r.guessed ? 1 : 2;
+    r.guessed = false;
+    const auto less = [this, most](std::uint32_t& room, std::uint32_t needed) {
+      if (room / most <= enough_for(needed)) return;
       room = enough_for(needed);
       forget_ = true;
     };
@@ -236,6 +240,8 @@ class SurfaceRun {
     a.place(w_.group_key, g);
     a.place(w_.group_begin, g + 1);
     a.place(w_.group_rows, 9 * g);
+    a.place(w_.group_near, 9 * g);
+    a.place(w_.group_mark, g);
     a.place(w_.group_deep, g);
     a.place(w_.owns, 27 * g);
     a.place(w_.block_key, b);
@@ -245,8 +251,7 @@ class SurfaceRun {
     a.place(w_.solid_value, nodes);
     a.place(w_.inside, nodes);
     a.place(w_.code, nodes);
-    a.place(w_.vertex_end, nodes);
-    a.place(w_.triangle_end, nodes);
+    a.place(w_.ends, nodes);
     a.place(w_.vertex_edge, v);
     a.place(w_.vertex, v);
     a.place(w_.vertex_next, v);
@@ -256,6 +261,7 @@ class SurfaceRun {
     a.place(w_.out_temperature, v);
     a.place(w_.out_fraction, v);
     a.place(w_.out_body, v);
+    a.place(w_.out_material, v);
     a.place(w_.out_triangles, std::uint64_t{3} * w_.max_triangles);
     return a.used;
   }
@@ -325,6 +331,7 @@ class SurfaceRun {
     take(mesh.temperature, w_.out_temperature, c.vertices);
     take(mesh.liquid_fraction, w_.out_fraction, c.vertices);
     take(mesh.body, w_.out_body, c.vertices);
+    take(mesh.material, w_.out_material, c.vertices);
     take(mesh.triangles, w_.out_triangles, std::size_t{3} * c.triangles);
     mesh.origin = cast<double>(w_.shift);
   }

@@ -32,13 +32,19 @@ struct SurfaceKeysBody {
   }
 };
 
+/// 1 where a new cell begins. Not left to the scan, which has a few threads with many items each.
 template <class T>
 struct SurfaceHeadBody {
   SurfaceFrame<T> w;
-  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const {
+  MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint64_t key = w.key_out[i];
-    return key != core::removed_key && (i == 0 || w.key_out[i - 1] != key) ? 1u : 0u;
+    w.group_of[i] = key != core::removed_key && (i == 0 || w.key_out[i - 1] != key) ? 1u : 0u;
   }
+};
+
+struct SurfaceCountsBody {
+  const std::uint32_t* counts;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t k) const { return counts[k]; }
 };
 
 /// Lists the groups; copies what later sums need into their order.
@@ -81,10 +87,11 @@ template <class T>
 struct SurfaceRowsBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t k) const {
-    const auto g = static_cast<std::uint32_t>(k / 9);
+    const auto entry = static_cast<std::uint32_t>(k), g = entry / 9u;
     if (g >= groups_of(w)) return;
-    w.group_rows[k] =
-        particles_in(w, key_row(w, coordinates(w, w.group_key[g]), static_cast<std::uint32_t>(k % 9)));
+    const Range near = groups_in(w, key_row(w, coordinates(w, w.group_key[g]), entry % 9u));
+    w.group_near[k] = near;
+    w.group_rows[k] = particles_of(w, near);
   }
 };
 
@@ -92,19 +99,22 @@ struct SurfaceRowsBody {
 template <class T, bool Periodic>
 struct SurfaceShareBody {
   SurfaceFrame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
+  static constexpr bool shared = true;
+  using Sum = FieldSums<T>;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     const std::uint32_t g = w.group_of[i];
-    if (g >= groups_of(w)) return;  // none, or no room
+    if (g >= groups_of(w)) return {};  // none, or no room
+    return volume_around<Periodic>(w, w.group_rows + std::uint64_t{9} * g, k, parts, xyz(w.point[i]));
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    if (w.group_of[i] >= groups_of(w)) return;
     const Vec4<T> p = w.point[i];
-    const std::uint8_t* const mark = w.mark;
-    const FieldSums<T> s = sums_at<Periodic>(
-        w, w.group_rows + std::uint64_t{9} * g, xyz(p), w.point,
-        [mark](std::uint32_t j, T v) { return (mark[j] & mark_solid) != 0u ? v : T(0); },
-        [](std::uint32_t, Vec3<T>, T straight) { return straight; });
+    const T scale = w.field.kernel.w_scale / physics::open_share(w.walls, w.field.kernel, xyz(p));
+    const T all = s.all * scale, of_solids = s.solid * scale;
     const bool solid = w.two_fields && w.mark[i] == mark_solid;
-    w.share[i] = with_w(xyz(p), p.w * physics::surface_gain(w.field, s.all));
-    if (w.two_fields) w.solid_share[i] = solid ? p.w * physics::surface_gain(w.field, s.solid) : T(0);
-    const bool at_surface = s.all < w.field.full_sum || (solid && s.solid < w.field.full_sum);
+    w.share[i] = with_w(xyz(p), p.w * physics::surface_gain(w.field, all));
+    if (w.two_fields) w.solid_share[i] = solid ? p.w * physics::surface_gain(w.field, of_solids) : T(0);
+    const bool at_surface = all < w.field.full_sum || (solid && of_solids < w.field.full_sum);
     w.at_surface[i] = at_surface ? 1u : 0u;
   }
 };
@@ -113,19 +123,38 @@ struct SurfaceShareBody {
 template <class T, bool Periodic>
 struct SurfaceShapeBody {
   SurfaceFrame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
+  static constexpr bool shared = true;
+  using Sum = physics::ShapeSums<T>;
+  MELTSIM_HD bool by_itself(std::uint64_t i) const { return w.two_fields && w.mark[i] == mark_solid; }
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     const std::uint32_t g = w.group_of[i];
-    if (g >= groups_of(w)) return;
+    if (g >= groups_of(w)) return {};
+    return shape_around<Periodic>(w, w.group_rows + std::uint64_t{9} * g, k, parts, xyz(w.point[i]),
+                                  by_itself(i));
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    if (w.group_of[i] >= groups_of(w)) return;
     const Vec4<T> p = w.share[i];
-    const bool solid = w.two_fields && w.mark[i] == mark_solid;
-    const physics::Ellipsoid<T> e = physics::make_ellipsoid(
-        shape_sums<Periodic>(w, w.group_rows + std::uint64_t{9} * g, xyz(w.point[i]), solid), w.field.full);
+    const physics::Ellipsoid<T> e = physics::make_ellipsoid(s, w.field.full);
     // What is flat stands for its volume; only what stands alone needs more.
     const auto share = [&](T gained, T volume) { return e.det * (gained + e.trust * (volume - gained)); };
     const T volume = w.point[i].w;
     w.share[i] = with_w(xyz(p), share(p.w, volume));
-    if (w.two_fields) w.solid_share[i] = solid ? share(w.solid_share[i], volume) : T(0);
+    if (w.two_fields) w.solid_share[i] = by_itself(i) ? share(w.solid_share[i], volume) : T(0);
     w.shape[i] = {{e.xx, e.yy, e.zz, e.xy}, e.yz, e.zx};
+  }
+};
+
+/// What is in a group, so that those around it need not look at its particles.
+template <class T>
+struct SurfaceMarkBody {
+  SurfaceFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t g) const {
+    if (g >= groups_of(w)) return;
+    std::uint32_t marks = 0;
+    for (std::uint32_t j = w.group_begin[g]; j < w.group_begin[g + 1]; ++j)
+      marks |= w.mark[j] | (w.at_surface[j] != 0u ? core::mark_surface : 0u);
+    w.group_mark[g] = static_cast<std::uint8_t>(marks);
   }
 };
 
@@ -134,24 +163,20 @@ template <class T>
 struct SurfaceDeepBody {
   SurfaceFrame<T> w;
   MELTSIM_HD std::uint32_t deep(std::uint32_t g) const {
-    const std::uint32_t groups = groups_of(w);
     const Index3 c = coordinates(w, w.group_key[g]);
     const Vec3<T> low = node_position(w, c, {}), high = node_position(w, c + Index3{1, 1, 1}, {});
     const bool clear = low.x > w.clip_min.x && low.y > w.clip_min.y && low.z > w.clip_min.z &&
                        high.x < w.clip_max.x && high.y < w.clip_max.y && high.z < w.clip_max.z;
     if (!clear) return 0;
-    std::uint8_t kinds = 0;
+    std::uint32_t marks = 0;
     for (std::uint32_t r = 0; r < 9; ++r) {
-      const KeyRow row = key_row(w, c, r);
-      const std::uint32_t a = spatial::first_not_below(w.group_key, groups, row.first);
-      if (a + 2 >= groups || w.group_key[a] != row.first || w.group_key[a + 2] != row.last) return 0;
-      for (std::uint32_t j = w.group_begin[a]; j < w.group_begin[a + 3]; ++j) {
-        if (w.at_surface[j] != 0u) return 0;
-        kinds |= w.mark[j];
-      }
+      const Range near = w.group_near[std::uint64_t{9} * g + r];
+      if (near.end - near.begin != 3u) return 0;
+      for (std::uint32_t k = near.begin; k < near.end; ++k) marks |= w.group_mark[k];
     }
+    if ((marks & core::mark_surface) != 0u) return 0;
     if (!w.two_fields) return link_inside;
-    return kinds == mark_liquid ? link_inside : kinds == mark_solid ? link_outside : 0u;
+    return marks == mark_liquid ? link_inside : marks == mark_solid ? link_outside : 0u;
   }
   MELTSIM_HD void operator()(std::uint64_t g) const {
     if (g < groups_of(w)) w.group_deep[g] = deep(static_cast<std::uint32_t>(g));
@@ -170,13 +195,9 @@ struct SurfaceOwnsBody {
     return group_at(w, c) == none && owner_of(w, c) == g;
   }
   MELTSIM_HD void operator()(std::uint64_t k) const {
-    w.owns[k] = owns(static_cast<std::uint32_t>(k / 27), static_cast<std::uint32_t>(k % 27)) ? 1u : 0u;
+    const auto entry = static_cast<std::uint32_t>(k);
+    w.owns[k] = owns(entry / 27u, entry % 27u) ? 1u : 0u;
   }
-};
-
-struct SurfaceOwnsCountBody {
-  const std::uint32_t* owns;
-  MELTSIM_HD std::uint32_t operator()(std::uint64_t k) const { return owns[k]; }
 };
 
 template <class T>
@@ -195,88 +216,128 @@ template <class T>
 struct SurfaceLinksBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t k) const {
-    const auto b = static_cast<std::uint32_t>(k / 27), d = static_cast<std::uint32_t>(k % 27);
+    const auto entry = static_cast<std::uint32_t>(k), b = entry / 27u, d = entry % 27u;
     if (b >= blocks_of(w)) return;
     const Index3 c = coordinates(w, w.block_key[b]);
     w.block_link[k] = d == 13u ? b : link_to(w, c + direction(d));
-    if (d < 9u) w.block_rows[std::uint64_t{9} * b + d] = particles_in(w, key_row(w, c, d));
+    if (d < 9u) w.block_rows[std::uint64_t{9} * b + d] = particles_of(w, groups_in(w, key_row(w, c, d)));
   }
 };
 
-/// The field at a node, and whether that is inside.
-template <bool Anisotropic, bool Periodic, class T>
-MELTSIM_HD void evaluate_node(const SurfaceFrame<T>& w, std::uint32_t b, Index3 n) {
-  const Vec3<T> x = node_position(w, coordinates(w, w.block_key[b]), n), at = clipped(w, x);
-  const std::uint32_t must = forced(w, b, n);
-  T value = must == link_inside ? T(0.5) : T(-0.5), solid = T(0.5);
-  bool in = must == link_inside;
-  const Vec3<T> beyond = x - at;
-  // Next to what is beyond a face of the domain by more than a cell there are no vertices.
-  const T cell = T(0.99) * w.grid.cell;
-  const bool near = std::fabs(beyond.x) < cell && std::fabs(beyond.y) < cell && std::fabs(beyond.z) < cell;
-  if (must == 0u && near) {
-    const FieldSums<T> s = field_at<Anisotropic, Periodic>(w, w.block_rows + std::uint64_t{9} * b, at);
-    value = s.all - w.field.level;
-    solid = w.field.level - s.solid;
-    in = value > T(0) && (!w.two_fields || solid > T(0)) && x.x > w.clip_min.x && x.y > w.clip_min.y &&
-         x.z > w.clip_min.z && x.x < w.clip_max.x && x.y < w.clip_max.y && x.z < w.clip_max.z;
-  }
-  const std::uint32_t i = node_at(w, b, n);
-  w.value[i] = value;
-  if (w.two_fields) w.solid_value[i] = solid;
-  w.inside[i] = in ? 1u : 0u;
-}
-
-/// Nodes with even coordinates in their block, first: an eighth of them says where the rest need not be
-/// looked at.
-template <class T, bool Anisotropic, bool Periodic>
-struct SurfaceCoarseBody {
-  SurfaceFrame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    const std::uint32_t half = static_cast<std::uint32_t>(w.grid.side + 1) / 2u, all = half * half * half;
-    const auto b = static_cast<std::uint32_t>(i / all);
-    if (b >= blocks_of(w)) return;
-    const Index3 n = node_in_block(static_cast<std::uint32_t>(i % all), static_cast<std::int32_t>(half));
-    evaluate_node<Anisotropic, Periodic>(w, b, {2 * n.x, 2 * n.y, 2 * n.z});
-  }
-};
-
-/// The others: what lies between even nodes that are all far inside, or all far outside, is that, too. The
-/// mesh is closed whatever a node is said to be; no drop is small enough to be missed, because phi of a
-/// particle that stands alone is 0.33 at 0.87 dx, the farthest that it can be from the even nodes around it.
-template <class T, bool Anisotropic, bool Periodic>
+/// The field at the nodes of a line, and which are inside. Step 2: nodes with even coordinates in their
+/// block, before the rest; where cells are small an eighth of all says where the others need not be looked
+/// at. What lies between even nodes that are all far inside, or all far outside, is that, too. The mesh is
+/// closed whatever a node is said to be; no drop is small enough to be missed, because phi of a particle that
+/// stands alone is 0.33 at 0.87 dx, the farthest that it can be from the even nodes around it where they are
+/// a spacing apart.
+template <class T, bool Anisotropic, bool Periodic, int Step>
 struct SurfaceNodesBody {
   SurfaceFrame<T> w;
+  static constexpr std::int32_t step = Step;
+  static constexpr bool shared = true;
+  static constexpr std::uint32_t most = most_in_line<Anisotropic, Step>;
+  using Sum = LineSums<T, most>;
 
-  /// 1 far inside, 2 far outside, 0 neither.
-  MELTSIM_HD std::uint32_t verdict(std::uint32_t node) const {
-    if (node >= link_inside) return node == link_inside ? 1u : 2u;
-    const T far = static_cast<T>(physics::far_from_level), value = w.value[node];
-    const T solid = w.two_fields ? w.solid_value[node] : T(1);
-    if (value < -far || solid < -far) return 2u;
-    return value > far && solid > far && w.inside[node] != 0u ? 1u : 0u;
+  struct Line {
+    std::uint32_t block = none;
+    Index3 of_block, first;
+    std::uint32_t count = 0;
+  };
+  MELTSIM_HD std::uint32_t nodes_along() const {
+    return static_cast<std::uint32_t>((w.grid.side + step - 1) / step);
+  }
+  MELTSIM_HD std::uint32_t lines_along() const { return (nodes_along() + most - 1u) / most; }
+  MELTSIM_HD std::uint32_t lines_of_block() const { return lines_along() * nodes_along() * nodes_along(); }
+
+  MELTSIM_HD Line line(std::uint64_t i) const {
+    const std::uint32_t along = nodes_along(), lines = lines_along(), all = lines * along * along;
+    const auto number = static_cast<std::uint32_t>(i);
+    const std::uint32_t block = number / all, at = number % all;
+    if (block >= blocks_of(w)) return {};
+    const std::uint32_t length = (along + lines - 1u) / lines, x = at % lines * length;
+    const auto place = [](std::uint32_t n) { return static_cast<std::int32_t>(n) * step; };
+    return {block,
+            coordinates(w, w.block_key[block]),
+            {place(x), place(at / lines % along), place(at / lines / along)},
+            x < along ? minimum(length, along - x) : 0u};
+  }
+  MELTSIM_HD Index3 node(const Line& l, std::uint32_t k) const {
+    return {l.first.x + static_cast<std::int32_t>(k) * step, l.first.y, l.first.z};
   }
 
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    const auto b = static_cast<std::uint32_t>(i / w.grid.volume);
-    if (b >= blocks_of(w)) return;
-    const Index3 n = node_in_block(static_cast<std::uint32_t>(i % w.grid.volume), w.grid.side);
+  enum What : std::uint32_t { unknown, far_inside, far_outside, known };
+
+  MELTSIM_HD What verdict(std::uint32_t number) const {
+    if (number >= link_inside) return number == link_inside ? far_inside : far_outside;
+    const T far = static_cast<T>(physics::far_from_level), value = w.value[number];
+    const T solid = w.two_fields ? w.solid_value[number] : T(1);
+    if (value < -far || solid < -far) return far_outside;
+    return value > far && solid > far && w.inside[number] != 0u ? far_inside : unknown;
+  }
+
+  /// What can be said of a node without the field.
+  MELTSIM_HD What what(std::uint32_t b, Index3 n, Vec3<T> x, Vec3<T> at) const {
+    const bool second = w.coarse_first && step == 1;
     const std::uint32_t odd = corner_number(n);
-    std::uint32_t all = 0;
-    if (w.coarse_first) {
-      if (odd == 0u) return;  // done
-      all = 3;
-      for (std::uint32_t up = odd;; up = (up - 1u) & odd) {
-        const Index3 plus = corner_offset(up), minus = corner_offset(odd & ~up);
-        all &=
-            verdict(node_at(w, b, {n.x + plus.x - minus.x, n.y + plus.y - minus.y, n.z + plus.z - minus.z}));
-        if (up == 0u || all == 0u) break;
-      }
+    if (second && odd == 0u) return known;
+    const std::uint32_t must = forced(w, b, n);
+    if (must != 0u) return must == link_inside ? far_inside : far_outside;
+    // Next to what is beyond a face of the domain by more than a cell there are no vertices.
+    const T cell = T(0.99) * w.grid.cell;
+    if (!(std::fabs(x.x - at.x) < cell && std::fabs(x.y - at.y) < cell && std::fabs(x.z - at.z) < cell))
+      return far_outside;
+    if (!second) return unknown;
+    std::uint32_t all = far_inside | far_outside;
+    for (std::uint32_t up = odd;; up = (up - 1u) & odd) {
+      const Index3 plus = corner_offset(up), minus = corner_offset(odd & ~up);
+      all &= verdict(node_at(w, b, {n.x + plus.x - minus.x, n.y + plus.y - minus.y, n.z + plus.z - minus.z}));
+      if (up == 0u || all == 0u) break;
     }
-    if (all == 0u) return evaluate_node<Anisotropic, Periodic>(w, b, n);
-    w.value[i] = all == 1u ? T(0.5) : T(-0.5);
-    if (w.two_fields) w.solid_value[i] = T(0.5);
-    w.inside[i] = all == 1u ? 1u : 0u;
+    return static_cast<What>(all);
+  }
+
+  MELTSIM_HD Vec3<T> position(const Line& l, std::uint32_t k) const {
+    return node_position(w, l.of_block, node(l, k));
+  }
+
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t part, std::uint32_t parts) const {
+    const Line l = line(i);
+    if (l.count == 0u) return {};
+    T along[most];
+    Vec3<T> at{};
+    bool look = false;
+    for (std::uint32_t k = 0; k < most; ++k) {
+      const Vec3<T> x = position(l, minimum(k, l.count - 1u));
+      at = clipped(w, x);
+      along[k] = at.x;
+      look = look || (k < l.count && what(l.block, node(l, k), x, at) == unknown);
+    }
+    if (!look) return {};
+    return field_along<Anisotropic, Periodic>(w, w.block_rows + std::uint64_t{9} * l.block, part, parts,
+                                              along, l.count, at.y, at.z);
+  }
+
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    const Line l = line(i);
+    for (std::uint32_t k = 0; k < most; ++k) {
+      if (k >= l.count) return;
+      const Vec3<T> x = position(l, k), at = clipped(w, x);
+      const What is = what(l.block, node(l, k), x, at);
+      if (is == known) continue;
+      T value = is == far_inside ? T(0.5) : T(-0.5), solid = T(0.5);
+      bool in = is == far_inside;
+      if (is == unknown) {
+        const T scale = w.field.kernel.w_scale / physics::open_share(w.walls, w.field.kernel, at);
+        value = s.all[k] * scale - w.field.level;
+        solid = w.field.level - s.solid[k] * scale;
+        in = value > T(0) && (!w.two_fields || solid > T(0)) && x.x > w.clip_min.x && x.y > w.clip_min.y &&
+             x.z > w.clip_min.z && x.x < w.clip_max.x && x.y < w.clip_max.y && x.z < w.clip_max.z;
+      }
+      const std::uint32_t to = node_at(w, l.block, node(l, k));
+      w.value[to] = value;
+      if (w.two_fields) w.solid_value[to] = solid;
+      w.inside[to] = in ? 1u : 0u;
+    }
   }
 };
 

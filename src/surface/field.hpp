@@ -8,11 +8,66 @@ namespace meltsim {
 inline namespace v0 {
 namespace surface {
 
-/// Calls visit(j) for the particles of nine rows.
-template <class Visit>
-MELTSIM_HD void visit_rows(const Range* rows, const Visit& visit) {
-  for (std::uint32_t r = 0; r < 9; ++r)
-    for (std::uint32_t j = rows[r].begin; j < rows[r].end; ++j) visit(j);
+/// Bits of those of points[begin, end), 32 at most, that near(point) lets pass.
+template <class T, class Near>
+MELTSIM_HD std::uint32_t mark_near(const Vec4<T>* points, std::uint32_t begin, std::uint32_t end,
+                                   const Near& near) {
+  std::uint32_t bits = 0, k = 0;
+  // Four at a time: their loads are under way together.
+  for (; begin + k + 4u <= end; k += 4u) {
+    const Vec4<T>* const p = points + begin + k;
+    const Vec4<T> p0 = p[0], p1 = p[1], p2 = p[2], p3 = p[3];
+    bits |= ((near(p0) ? 1u : 0u) | (near(p1) ? 2u : 0u) | (near(p2) ? 4u : 0u) | (near(p3) ? 8u : 0u)) << k;
+  }
+  for (; begin + k < end; ++k)
+    if (near(points[begin + k])) bits |= 1u << k;
+  return bits;
+}
+
+/// Calls visit(j) for the particles in rows [first, last) whose points near() lets pass, in order. One in six
+/// does. Threads that run side by side look at all of them first, in few instructions, and then wait for the
+/// longest of their sums, not for whoever is near at each.
+template <class T, class Near, class Visit>
+MELTSIM_HD void visit_near(const Range* rows, std::uint32_t first, std::uint32_t last, const Vec4<T>* points,
+                           const Near& near, const Visit& visit) {
+  struct Found {
+    std::uint32_t begin, bits;
+  };
+  constexpr std::uint32_t room = 24;  // nine rows of 64; a denser set takes several turns
+  Found found[room];
+  std::uint32_t r = first, begin = 0, end = 0;
+  for (bool more = true; more;) {
+    std::uint32_t n = 0;
+    while (n < room) {
+      if (!(begin < end)) {
+        more = r < last;
+        if (!more) break;
+        begin = rows[r].begin;
+        end = rows[r].end;
+        ++r;
+        continue;
+      }
+      const std::uint32_t past = minimum(begin + 32u, end);
+      const std::uint32_t bits = mark_near(points, begin, past, near);
+      if (bits != 0u) found[n++] = {begin, bits};
+      begin = past;
+    }
+    if (n == 0u) continue;
+    Found f = found[0];
+    for (std::uint32_t k = 0;;) {
+      visit(f.begin + static_cast<std::uint32_t>(lowest_bit(f.bits)));
+      f.bits &= f.bits - 1u;
+      if (f.bits != 0u) continue;
+      if (++k == n) break;
+      f = found[k];
+    }
+  }
+}
+
+/// Rows of one of `parts` parts of a sum (exec_cpu.hpp: gather): all nine, or a layer of cells in z.
+MELTSIM_HD Range rows_of_part(std::uint32_t part, std::uint32_t parts) {
+  if (parts == 1u) return {0, 9};
+  return {3u * part, 3u * part + 3u};
 }
 
 /// Calls visit(j, x') for the particles around x' = x moved by periods, wherever one face is within reach of
@@ -33,7 +88,7 @@ MELTSIM_HD void visit_images(const SurfaceFrame<T>& w, Vec3<T> x, const Visit& v
                      x.z + ((mask & 4u) != 0u ? by.z : T(0))};
     const Index3 c = cell_at(w, at, 0);
     for (std::uint32_t r = 0; r < 9; ++r) {
-      const Range range = particles_in(w, key_row(w, c, r));
+      const Range range = particles_of(w, groups_in(w, key_row(w, c, r)));
       for (std::uint32_t j = range.begin; j < range.end; ++j) visit(j, at);
     }
   }
@@ -42,6 +97,10 @@ MELTSIM_HD void visit_images(const SurfaceFrame<T>& w, Vec3<T> x, const Visit& v
 template <class T>
 struct FieldSums {
   T all{}, solid{};
+  MELTSIM_HD void add(const FieldSums& o) {
+    all += o.all;
+    solid += o.solid;
+  }
 };
 
 /// Into the domain: the field goes on beyond its faces as it meets them.
@@ -51,66 +110,122 @@ MELTSIM_HD Vec3<T> clipped(const SurfaceFrame<T>& w, Vec3<T> x) {
           clamp(x.z, w.clip_min.z, w.clip_max.z)};
 }
 
-/// sum V W over `points` (volumes in w) and, where there are two fields, over solids alone. square(j, d):
-/// |d|^2, or what stands for it.
-template <bool Periodic, class T, class SolidVolume, class Square>
-MELTSIM_HD FieldSums<T> sums_at(const SurfaceFrame<T>& w, const Range* rows, Vec3<T> x, const Vec4<T>* points,
-                                const SolidVolume& solid_volume, const Square& square) {
-  const physics::SphKernel<T>& k = w.field.kernel;
-  FieldSums<T> s;
-  const auto add = [&](std::uint32_t j, Vec3<T> at) {
-    const Vec4<T> p = points[j];
-    const Vec3<T> d = at - xyz(p);
-    const T straight = dot(d, d);
-    if (!(straight < k.support2)) return;  // no ellipsoid is longer than its ball
-    const T r2 = square(j, d, straight);
-    if (!(r2 < k.support2)) return;
-    const T shape = physics::kernel_shape(k, std::sqrt(r2));
-    s.all += p.w * shape;
-    if (w.two_fields) s.solid += solid_volume(j, p.w) * shape;
-  };
-  visit_rows(rows, [&](std::uint32_t j) { add(j, x); });
-  if constexpr (Periodic) visit_images(w, x, add);
-  const T scale = k.w_scale / physics::open_share(w.walls, k, x);
-  s.all *= scale;
-  s.solid *= scale;
-  return s;
+/// visit(j, d, r^2) for the particles j within H_s of x, d = x - x_j: a part of all, those across periodic
+/// faces with the first.
+template <bool Periodic, class T, class Visit>
+MELTSIM_HD void visit_around(const SurfaceFrame<T>& w, const Range* rows, std::uint32_t part,
+                             std::uint32_t parts, Vec3<T> x, const Visit& visit) {
+  const T support2 = w.field.kernel.support2;
+  const Range share = rows_of_part(part, parts);
+  const auto apart = [](Vec3<T> at, const Vec4<T>& p) { return at - xyz(p); };
+  visit_near(
+      rows, share.begin, share.end, w.point,
+      [&](const Vec4<T>& p) {
+        const Vec3<T> d = apart(x, p);
+        return dot(d, d) < support2;
+      },
+      [&](std::uint32_t j) {
+        const Vec3<T> d = apart(x, w.point[j]);
+        visit(j, d, dot(d, d));
+      });
+  if constexpr (Periodic) {
+    if (part == 0u)
+      visit_images(w, x, [&](std::uint32_t j, Vec3<T> at) {
+        const Vec3<T> d = apart(at, w.point[j]);
+        const T r2 = dot(d, d);
+        if (r2 < support2) visit(j, d, r2);
+      });
+  }
 }
 
-/// phi and phi of the solids.
-template <bool Anisotropic, bool Periodic, class T>
-MELTSIM_HD FieldSums<T> field_at(const SurfaceFrame<T>& w, const Range* rows, Vec3<T> x) {
-  const T* const solid_share = w.solid_share;
-  const core::SurfaceShape<T>* const shape = w.shape;
-  return sums_at<Periodic>(
-      w, rows, x, w.share, [solid_share](std::uint32_t j, T) { return solid_share[j]; },
-      [shape](std::uint32_t j, Vec3<T> d, T straight) {
-        if (!Anisotropic) return straight;
-        const core::SurfaceShape<T> g = shape[j];
-        return physics::ellipsoid_distance2(g.diagonal.x, g.diagonal.y, g.diagonal.z, g.diagonal.w, g.yz,
-                                            g.zx, d);
-      });
+/// sum V W around a particle, and of solids alone where there are two fields; without W's scale.
+template <bool Periodic, class T>
+MELTSIM_HD FieldSums<T> volume_around(const SurfaceFrame<T>& w, const Range* rows, std::uint32_t part,
+                                      std::uint32_t parts, Vec3<T> x) {
+  FieldSums<T> s;
+  visit_around<Periodic>(w, rows, part, parts, x, [&](std::uint32_t j, Vec3<T>, T r2) {
+    const T share = w.point[j].w * physics::kernel_shape(w.field.kernel, std::sqrt(r2));
+    s.all += share;
+    if (w.two_fields && (w.mark[j] & core::mark_solid) != 0u) s.solid += share;
+  });
+  return s;
 }
 
 /// Which way the particles around one lie. Solids look at solids only, so that their surface is theirs alone.
 template <bool Periodic, class T>
-MELTSIM_HD physics::ShapeSums<T> shape_sums(const SurfaceFrame<T>& w, const Range* rows, Vec3<T> x,
-                                            bool solid) {
+MELTSIM_HD physics::ShapeSums<T> shape_around(const SurfaceFrame<T>& w, const Range* rows, std::uint32_t part,
+                                              std::uint32_t parts, Vec3<T> x, bool solid) {
   const physics::SphKernel<T>& k = w.field.kernel;
   const physics::WallView<T> walls = physics::wall_view(w.walls, x);
   physics::ShapeSums<T> s;
-  const auto add = [&](std::uint32_t j, Vec3<T> at) {
+  visit_around<Periodic>(w, rows, part, parts, x, [&](std::uint32_t j, Vec3<T> d, T r2) {
     if (solid && w.mark[j] != core::mark_solid) return;
-    const Vec3<T> d = xyz(w.point[j]) - at;
-    const T r2 = dot(d, d);
-    if (!(r2 < k.support2)) return;
-    physics::add_neighbour(s, k, d, r2);
+    physics::add_neighbour(s, k, -d, r2);
     if (walls.axes != 0u)
-      physics::for_each_image(walls, k.support2, -d,
+      physics::for_each_image(walls, k.support2, d,
                               [&](const Vec3<T>& m, T m2) { physics::add_neighbour(s, k, -m, m2); });
+  });
+  return s;
+}
+
+/// Nodes along x that are worked out together, so that a particle is read, and found near, once for all of
+/// them. As many as a block has along an edge at cells of half a spacing, all or (step 2) every second one.
+template <bool Anisotropic, int Step>
+inline constexpr std::uint32_t most_in_line = ((Anisotropic ? 6 : 5) + Step - 1) / Step;
+
+template <class T, std::uint32_t N>
+struct LineSums {
+  T all[N] = {}, solid[N] = {};
+  MELTSIM_HD void add(const LineSums& o) {
+    for (std::uint32_t k = 0; k < N; ++k) {
+      all[k] += o.all[k];
+      solid[k] += o.solid[k];
+    }
+  }
+};
+
+/// phi and phi of the solids at (x[k], y, z), k < count, without W's scale; x ascends. The rest of x may hold
+/// anything.
+template <bool Anisotropic, bool Periodic, class T, std::uint32_t N>
+MELTSIM_HD LineSums<T, N> field_along(const SurfaceFrame<T>& w, const Range* rows, std::uint32_t part,
+                                      std::uint32_t parts, const T (&x)[N], std::uint32_t count, T y, T z) {
+  const physics::SphKernel<T>& kernel = w.field.kernel;
+  LineSums<T, N> s;
+  // across: square of what of the distance is not along x.
+  const auto add = [&](std::uint32_t j, std::uint32_t k, Vec3<T> d, T across, T share, T solid) {
+    T r2 = d.x * d.x + across;
+    if constexpr (Anisotropic) {
+      const core::SurfaceShape<T>& g = w.shape[j];
+      r2 =
+          physics::ellipsoid_distance2(g.diagonal.x, g.diagonal.y, g.diagonal.z, g.diagonal.w, g.yz, g.zx, d);
+    }
+    const T shape = physics::kernel_shape(kernel, std::sqrt(r2));  // 0 beyond H_s
+    s.all[k] += share * shape;
+    s.solid[k] += solid * shape;
   };
-  visit_rows(rows, [&](std::uint32_t j) { add(j, x); });
-  if constexpr (Periodic) visit_images(w, x, add);
+  const Range share = rows_of_part(part, parts);
+  const T low = x[0], high = x[count - 1u];
+  visit_near(
+      rows, share.begin, share.end, w.share,
+      [&](const Vec4<T>& p) {  // no ellipsoid is longer than its ball
+        const Vec3<T> d{clamp(p.x, low, high) - p.x, y - p.y, z - p.z};
+        return dot(d, d) < kernel.support2;
+      },
+      [&](std::uint32_t j) {
+        const Vec4<T> p = w.share[j];
+        const T solid = w.two_fields ? w.solid_share[j] : T(0);
+        const T dy = y - p.y, dz = z - p.z, across = dy * dy + dz * dz;
+        for (std::uint32_t k = 0; k < N; ++k) add(j, k, {x[k] - p.x, dy, dz}, across, p.w, solid);
+      });
+  if constexpr (Periodic) {
+    if (part != 0u) return s;
+    for (std::uint32_t k = 0; k < count; ++k)
+      visit_images(w, Vec3<T>{x[k], y, z}, [&](std::uint32_t j, Vec3<T> at) {
+        const Vec4<T> p = w.share[j];
+        const Vec3<T> d = at - xyz(p);
+        add(j, k, d, d.y * d.y + d.z * d.z, p.w, w.two_fields ? w.solid_share[j] : T(0));
+      });
+  }
   return s;
 }
 

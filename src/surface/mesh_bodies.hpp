@@ -9,27 +9,41 @@ namespace meltsim {
 inline namespace v0 {
 namespace surface {
 
-/// Which corners of a node's cell are inside and which of its three edges are crossed.
+/// Which corners of a node's cell are inside and which of its three edges are crossed. One call per line of
+/// nodes along x: a corner is asked once for the two cells beside it.
 template <class T>
 struct SurfaceCodeBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const auto b = static_cast<std::uint32_t>(i / w.grid.volume);
-    std::uint32_t code = 0;
-    if (b < blocks_of(w)) {
-      const Index3 n = node_in_block(static_cast<std::uint32_t>(i % w.grid.volume), w.grid.side);
-      const std::int32_t last = w.grid.side - 1;
-      const bool within = n.x < last && n.y < last && n.z < last;
-      for (std::uint32_t c = 0; c < 8; ++c) {
-        const Index3 o = corner_offset(c);
-        const auto step = static_cast<std::uint32_t>((o.z * w.grid.side + o.y) * w.grid.side + o.x);
-        const bool in = within ? w.inside[i + step] != 0u : is_inside(w, node_at(w, b, n + o));
-        if (in) code |= 1u << c;
+    const std::int32_t side = w.grid.side;
+    const auto line = static_cast<std::uint32_t>(i), along = static_cast<std::uint32_t>(side);
+    const std::uint32_t b = line / (along * along), in_block = line % (along * along);
+    const bool listed = b < blocks_of(w);
+    const Index3 n{0, static_cast<std::int32_t>(in_block % along),
+                   static_cast<std::int32_t>(in_block / along)};
+    std::uint32_t first[4] = {}, beyond[4] = {};  // nodes where the four lines begin and go on
+    for (std::uint32_t c = 0; c < 4u && listed; ++c) {
+      const Index3 at = n + Index3{0, static_cast<std::int32_t>(c & 1u), static_cast<std::int32_t>(c >> 1)};
+      first[c] = node_at(w, b, at);
+      beyond[c] = node_at(w, b, at + Index3{side, 0, 0});
+    }
+    const auto corners = [&](std::uint32_t x) {  // as bits 0, 2, 4, 6
+      std::uint32_t bits = 0;
+      for (std::uint32_t c = 0; c < 4u; ++c) {
+        const std::uint32_t node = x == along ? beyond[c] : first[c] < link_inside ? first[c] + x : first[c];
+        if (is_inside(w, node)) bits |= 1u << (2u * c);
       }
+      return bits;
+    };
+    std::uint32_t here = listed ? corners(0) : 0u;
+    for (std::uint32_t x = 0; x < along; ++x) {
+      const std::uint32_t next = listed ? corners(x + 1u) : 0u;
+      std::uint32_t code = here | next << 1;
       for (std::uint32_t axis = 0; axis < 3; ++axis)
         if (((code >> (1u << axis) ^ code) & 1u) != 0u) code |= 1u << (8 + axis);
+      w.code[line * along + x] = code;
+      here = next;
     }
-    w.code[i] = code;
   }
 };
 
@@ -37,22 +51,22 @@ MELTSIM_HD std::uint32_t crossed_edges(std::uint32_t code) {
   return (code >> 8 & 1u) + (code >> 9 & 1u) + (code >> 10 & 1u);
 }
 
-struct SurfaceVertexCountBody {
-  const std::uint32_t* code;
-  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return crossed_edges(code[i]); }
-};
-
-struct SurfaceTriangleCountBody {
+/// Vertices in the low half, triangles in the high one: one scan for both.
+struct SurfaceCountBody {
   const std::uint32_t* code;
   const core::CubeCase* cases;
-  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return cases[code[i] & 255u].triangles; }
+  MELTSIM_HD std::uint64_t operator()(std::uint64_t i) const {
+    return std::uint64_t{cases[code[i] & 255u].triangles} << 32 | crossed_edges(code[i]);
+  }
 };
+MELTSIM_HD std::uint32_t vertex_end(std::uint64_t ends) { return static_cast<std::uint32_t>(ends); }
+MELTSIM_HD std::uint32_t triangle_end(std::uint64_t ends) { return static_cast<std::uint32_t>(ends >> 32); }
 
 /// Number of the vertex on a node's edge; the edge is crossed, so the node is in a listed block.
 template <class T>
 MELTSIM_HD std::uint32_t vertex_on(const SurfaceFrame<T>& w, std::uint32_t node, std::uint32_t axis) {
   const std::uint32_t code = w.code[node];
-  return w.vertex_end[node] - crossed_edges(code) + crossed_edges(code & ((256u << axis) - 1u));
+  return vertex_end(w.ends[node]) - crossed_edges(code) + crossed_edges(code & ((256u << axis) - 1u));
 }
 
 /// Vertices and triangles of a node's cell.
@@ -61,8 +75,8 @@ struct SurfaceEmitBody {
   SurfaceFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     if (i + 1 == std::uint64_t{w.max_blocks} * w.grid.volume) {
-      w.counts->vertices = w.vertex_end[i];
-      w.counts->triangles = w.triangle_end[i];
+      w.counts->vertices = vertex_end(w.ends[i]);
+      w.counts->triangles = triangle_end(w.ends[i]);
     }
     const std::uint32_t code = w.code[i];
     if (code == 0u || code == 255u) return;
@@ -73,8 +87,8 @@ struct SurfaceEmitBody {
       if (v < w.max_vertices) w.vertex_edge[v] = 4u * node + axis;
     }
     const core::CubeCase& cell = w.cases[code & 255u];
-    const std::uint32_t first = w.triangle_end[i] - cell.triangles;
-    if (w.triangle_end[i] > w.max_triangles) return;
+    const std::uint32_t end = triangle_end(w.ends[i]), first = end - cell.triangles;
+    if (end > w.max_triangles) return;
     const std::uint32_t b = node / w.grid.volume;
     const Index3 n = node_in_block(node % w.grid.volume, w.grid.side);
     for (std::uint32_t k = 0; k < 3u * cell.triangles; ++k) {
@@ -157,23 +171,38 @@ struct SurfaceVertexBody {
   }
 };
 
+/// Both steps of a pass: a vertex works out where the first takes those it is joined to, which costs less
+/// than a launch.
 template <class T>
 struct SurfaceSmoothBody {
   SurfaceFrame<T> w;
   const Vec4<T>* from;
   Vec4<T>* to;
-  T share;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (v >= vertices_of(w)) return;
+
+  struct Moved {
+    Vec3<T> x;
+    bool fixed;  ///< on a face of the domain: flat already
+  };
+  /// Where the first step takes a vertex.
+  MELTSIM_HD Moved inward(std::uint64_t v, const core::SurfaceRing& r) const {
     const Vec4<T> x = from[v];
-    if (x.w != T(0)) {  // on a face of the domain: flat already
-      to[v] = x;
-      return;
-    }
-    const core::SurfaceRing r = w.ring[v];
+    if (x.w != T(0)) return {xyz(x), true};
     const Vec3<T> mean =
         (xyz(from[r.at[0]]) + xyz(from[r.at[1]]) + xyz(from[r.at[2]]) + xyz(from[r.at[3]])) * T(0.25);
-    to[v] = with_w(physics::smoothed(xyz(x), mean, share), T(0));
+    return {physics::smoothed(xyz(x), mean, static_cast<T>(physics::smooth_in)), false};
+  }
+  MELTSIM_HD Vec3<T> inward(std::uint32_t v) const { return inward(v, w.ring[v]).x; }
+
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (v >= vertices_of(w)) return;
+    const core::SurfaceRing r = w.ring[v];
+    const Moved own = inward(v, r);
+    if (own.fixed) {
+      to[v] = with_w(own.x, T(1));
+      return;
+    }
+    const Vec3<T> mean = (inward(r.at[0]) + inward(r.at[1]) + inward(r.at[2]) + inward(r.at[3])) * T(0.25);
+    to[v] = with_w(physics::smoothed(own.x, mean, static_cast<T>(physics::smooth_out)), T(0));
   }
 };
 
@@ -183,26 +212,27 @@ struct SurfaceAttributesBody {
   SurfaceFrame<T> w;
   const Vec4<T>* vertex;
 
-  struct Sums {
+  static constexpr bool shared = true;
+  struct Sum {
     T weight{}, temperature{}, fraction{}, heaviest{};
-    std::uint32_t particle = none;
+    std::uint32_t particle = none;  ///< the heaviest; of two the first in order of cell, then id
+    MELTSIM_HD void add(const Sum& o) {
+      weight += o.weight;
+      temperature += o.temperature;
+      fraction += o.fraction;
+      if (!(o.heaviest > heaviest)) return;
+      heaviest = o.heaviest;
+      particle = o.particle;
+    }
   };
-  MELTSIM_HD Sums average(const Range* rows, Vec3<T> x, std::uint8_t kinds) const {
-    const physics::SphKernel<T>& k = w.field.kernel;
-    Sums s;
-    visit_rows(rows, [&](std::uint32_t j) {
-      const Vec4<T> p = w.point[j];
-      const Vec3<T> d = x - xyz(p);
-      const T r2 = dot(d, d);
-      if (!(r2 < k.support2) || (w.mark[j] & kinds) == 0u) return;
-      const T weight = p.w * physics::kernel_shape(k, std::sqrt(r2));
-      s.weight += weight;
-      s.temperature += weight * w.heat[j].temperature;
-      s.fraction += weight * w.heat[j].liquid_fraction;
-      if (weight > s.heaviest) {
-        s.heaviest = weight;
-        s.particle = j;
-      }
+  MELTSIM_HD Sum average(std::uint64_t v, std::uint32_t part, std::uint32_t parts, std::uint8_t kinds) const {
+    const Range* const rows = w.block_rows + std::uint64_t{9} * ((w.vertex_edge[v] >> 2) / w.grid.volume);
+    Sum s;
+    visit_around<false>(w, rows, part, parts, xyz(vertex[v]), [&](std::uint32_t j, Vec3<T>, T r2) {
+      if ((w.mark[j] & kinds) == 0u) return;
+      const T weight = w.point[j].w * physics::kernel_shape(w.field.kernel, std::sqrt(r2));
+      const core::SurfaceHeat<T> heat = w.heat[j];
+      s.add({weight, weight * heat.temperature, weight * heat.liquid_fraction, weight, j});
     });
     return s;
   }
@@ -219,18 +249,21 @@ struct SurfaceAttributesBody {
     return {axis == 0u ? sign : T(0), axis == 1u ? sign : T(0), axis == 2u ? sign : T(0)};
   }
 
-  MELTSIM_HD void operator()(std::uint64_t v) const {
+  MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t part, std::uint32_t parts) const {
+    if (v >= vertices_of(w)) return {};
+    return average(v, part, parts, w.only_solids != 0u ? core::mark_solid : core::mark_liquid);
+  }
+  MELTSIM_HD void finish(std::uint64_t v, Sum s) const {
     if (v >= vertices_of(w)) return;
-    const Vec3<T> x = xyz(vertex[v]);
-    const Range* const rows = w.block_rows + std::uint64_t{9} * ((w.vertex_edge[v] >> 2) / w.grid.volume);
-    Sums s = average(rows, x, w.only_solids != 0u ? core::mark_solid : core::mark_liquid);
-    if (!(s.weight > T(0))) s = average(rows, x, core::mark_solid | core::mark_liquid);
+    if (!(s.weight > T(0))) s = average(v, 0, 1, core::mark_solid | core::mark_liquid);
     const T scale = s.weight > T(0) ? T(1) / s.weight : T(0);
-    w.out_position[v] = cast<float>(x - w.shift);
+    w.out_position[v] = cast<float>(xyz(vertex[v]) - w.shift);
     w.out_normal[v] = cast<float>(normal(v));
     w.out_temperature[v] = static_cast<float>(s.temperature * scale);
     w.out_fraction[v] = static_cast<float>(s.fraction * scale);
-    w.out_body[v] = w.only_solids != 0u && s.particle != none ? body_of(w.tag[w.slot_out[s.particle]]) : 0u;
+    const std::uint32_t tag = s.particle != none ? w.tag[w.slot_out[s.particle]] : 0u;
+    w.out_body[v] = w.only_solids != 0u && s.particle != none ? body_of(tag) : 0u;
+    w.out_material[v] = s.particle != none ? material_of(tag) : 0u;
   }
 };
 

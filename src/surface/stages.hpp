@@ -4,6 +4,7 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 
 #include "surface/bodies.hpp"
 #include "surface/mesh_bodies.hpp"
@@ -25,27 +26,30 @@ template <class E, class T>
 void blocks(E& ex, const SurfaceFrame<T>& w) {
   ex.for_each(w.particles, SurfaceKeysBody<T>{w});
   ex.sort(w.particles, w.grid.key_bits, w.key, w.slot, w.key_out, w.slot_out);
-  ex.scan(w.particles, SurfaceHeadBody<T>{w}, w.group_of);
+  ex.for_each(w.particles, SurfaceHeadBody<T>{w});
+  ex.scan(w.particles, SurfaceCountsBody{w.group_of}, w.group_of);
   ex.for_each(w.particles, SurfaceGroupsBody<T>{w});
   ex.for_each(std::uint64_t{9} * w.max_groups, SurfaceRowsBody<T>{w});
   with_periods(w, [&](auto periodic) {
-    ex.for_each(w.particles, SurfaceShareBody<T, periodic()>{w});
-    if (w.anisotropic) ex.for_each(w.particles, SurfaceShapeBody<T, periodic()>{w});
+    ex.gather(w.particles, SurfaceShareBody<T, periodic()>{w});
+    if (w.anisotropic) ex.gather(w.particles, SurfaceShapeBody<T, periodic()>{w});
   });
+  ex.for_each(w.max_groups, SurfaceMarkBody<T>{w});
   ex.for_each(w.max_groups, SurfaceDeepBody<T>{w});
   const std::uint64_t cells = std::uint64_t{27} * w.max_groups;
   ex.for_each(cells, SurfaceOwnsBody<T>{w});
-  ex.scan(cells, SurfaceOwnsCountBody{w.owns}, w.owns);
+  ex.scan(cells, SurfaceCountsBody{w.owns}, w.owns);
   ex.for_each(cells, SurfaceBlocksBody<T>{w});
   ex.for_each(std::uint64_t{27} * w.max_blocks, SurfaceLinksBody<T>{w});
 }
 
 template <bool Anisotropic, bool Periodic, class E, class T>
 void nodes(E& ex, const SurfaceFrame<T>& w) {
-  const std::uint64_t half = static_cast<std::uint64_t>(w.grid.side + 1) / 2;
-  if (w.coarse_first)
-    ex.for_each(w.max_blocks * half * half * half, SurfaceCoarseBody<T, Anisotropic, Periodic>{w});
-  ex.for_each(std::uint64_t{w.max_blocks} * w.grid.volume, SurfaceNodesBody<T, Anisotropic, Periodic>{w});
+  const auto pass = [&](const auto& body) {
+    ex.gather(std::uint64_t{w.max_blocks} * body.lines_of_block(), body);
+  };
+  if (w.coarse_first) pass(SurfaceNodesBody<T, Anisotropic, Periodic, 2>{w});
+  pass(SurfaceNodesBody<T, Anisotropic, Periodic, 1>{w});
 }
 
 template <class E, class T>
@@ -56,16 +60,16 @@ void build(E& ex, const SurfaceFrame<T>& w, int smoothing) {
     else nodes<false, periodic()>(ex, w);
   });
   const std::uint64_t all = std::uint64_t{w.max_blocks} * w.grid.volume;
-  ex.for_each(all, SurfaceCodeBody<T>{w});
-  ex.scan(all, SurfaceVertexCountBody{w.code}, w.vertex_end);
-  ex.scan(all, SurfaceTriangleCountBody{w.code, w.cases}, w.triangle_end);
+  ex.for_each(all / static_cast<std::uint64_t>(w.grid.side), SurfaceCodeBody<T>{w});
+  ex.scan(all, SurfaceCountBody{w.code, w.cases}, w.ends);
   ex.for_each(all, SurfaceEmitBody<T>{w});
   ex.for_each(w.max_vertices, SurfaceVertexBody<T>{w});
+  Vec4<T>*now = w.vertex, *next = w.vertex_next;
   for (int pass = 0; pass < smoothing; ++pass) {
-    ex.for_each(w.max_vertices, SurfaceSmoothBody<T>{w, w.vertex, w.vertex_next, T(physics::smooth_in)});
-    ex.for_each(w.max_vertices, SurfaceSmoothBody<T>{w, w.vertex_next, w.vertex, T(physics::smooth_out)});
+    ex.for_each(w.max_vertices, SurfaceSmoothBody<T>{w, now, next});
+    std::swap(now, next);
   }
-  ex.for_each(w.max_vertices, SurfaceAttributesBody<T>{w, w.vertex});
+  ex.gather(w.max_vertices, SurfaceAttributesBody<T>{w, now});
 }
 
 }  // namespace surface

@@ -79,6 +79,7 @@ TEST_P(SurfaceParity, BothBackendsMakeTheSameMesh) {
     if (!exact || a.position.size() != b.position.size()) continue;
     EXPECT_TRUE(a.triangles == b.triangles);
     EXPECT_TRUE(a.body == b.body);
+    EXPECT_TRUE(a.material == b.material);
     double apart = 0, turned = 0, warmer = 0;
     for (std::size_t v = 0; v < a.position.size(); ++v) {
       apart = std::max(apart, static_cast<double>(length(a.position[v] - b.position[v])));
@@ -93,7 +94,7 @@ TEST_P(SurfaceParity, BothBackendsMakeTheSameMesh) {
 
 bool same(const SurfaceMesh& a, const SurfaceMesh& b) {
   if (a.position.size() != b.position.size() || a.triangles != b.triangles || a.body != b.body ||
-      a.temperature != b.temperature || a.liquid_fraction != b.liquid_fraction)
+      a.material != b.material || a.temperature != b.temperature || a.liquid_fraction != b.liquid_fraction)
     return false;
   for (std::size_t v = 0; v < a.position.size(); ++v)
     if (length(a.position[v] - b.position[v]) != 0 || length(a.normal[v] - b.normal[v]) != 0) return false;

@@ -9,7 +9,7 @@ WIDTH = {"SCALAR": 1, "VEC3": 3}
 
 
 class Mesh:
-    """vertices: (x, y, z, nx, ny, nz, temperature, body); faces: (a, b, c)"""
+    """vertices: (x, y, z, nx, ny, nz, temperature, body, material); faces: (a, b, c)"""
 
     def __init__(self, vertices, faces, placeholder):
         self.vertices, self.faces, self.placeholder = vertices, faces, placeholder
@@ -22,9 +22,9 @@ def read_mesh(path):
     assert header[:2] == ["ply", "format binary_little_endian 1.0"]
     count = {words[1]: int(words[2]) for line in header if (words := line.split())[0] == "element"}
     fields = [line.split()[2] for line in header if line.startswith("property") and "list" not in line]
-    assert fields == ["x", "y", "z", "nx", "ny", "nz", "temperature", "body"], fields
-    middle = end + 32 * count["vertex"]
-    vertices = list(struct.iter_unpack("<7fi", data[end:middle]))
+    assert fields == ["x", "y", "z", "nx", "ny", "nz", "temperature", "body", "material"], fields
+    middle = end + 36 * count["vertex"]
+    vertices = list(struct.iter_unpack("<7f2i", data[end:middle]))
     faces = list(struct.iter_unpack("<B3I", data[middle:]))
     assert len(vertices) == count["vertex"] and len(faces) == count["face"]
     assert all(face[0] == 3 for face in faces)
@@ -73,10 +73,13 @@ def read_glb(path):
     nodes = {}
     for index in tree["scenes"][tree["scene"]]["nodes"]:
         node = tree["nodes"][index]
-        primitive, = tree["meshes"][node["mesh"]]["primitives"]
-        nodes[node["name"]] = {name: values(at) for name, at in primitive["attributes"].items()}
-        indices = [row[0] for row in values(primitive["indices"])]
-        assert len(indices) % 3 == 0 and max(indices) < len(nodes[node["name"]]["POSITION"])
-        nodes[node["name"]]["indices"] = indices
-        nodes[node["name"]]["translation"] = node["translation"]
+        found = nodes[node["name"]] = {"translation": node["translation"], "indices": [], "parts": []}
+        for primitive in tree["meshes"][node["mesh"]]["primitives"]:
+            found.update({name: values(at) for name, at in primitive["attributes"].items()})
+            indices = [row[0] for row in values(primitive["indices"])]
+            assert len(indices) % 3 == 0 and max(indices) < len(found["POSITION"])
+            found["indices"] += indices
+            material = tree["materials"][primitive["material"]]
+            found["parts"].append((material["name"], material["pbrMetallicRoughness"]["baseColorFactor"],
+                                   "COLOR_0" in primitive["attributes"], indices))
     return nodes

@@ -72,11 +72,12 @@ class Own(Pictures):
                 self.assertFalse(mesh.placeholder)
                 self.assertGreater(len(mesh.faces), 100)
                 self.assert_closed(mesh)
-                for x, y, z, nx, ny, nz, temperature, owner in mesh.vertices:
+                for x, y, z, nx, ny, nz, temperature, owner, material in mesh.vertices:
                     self.assertTrue(-0.2 < x < 1.8 and -0.2 < y < 2.2 and -0.2 < z < 1.8)
                     self.assertAlmostEqual(math.hypot(nx, ny, nz), 1, places=4)
                     self.assertTrue(-10.1 < temperature < 90.1)
                     self.assertEqual(owner, body)
+                    self.assertEqual(material, body + 1)  # water, then ice
                 # Outward, and counter-clockwise from there: the volume they enclose is positive.
                 volume = 0
                 for a, b, c in mesh.faces:
@@ -97,6 +98,42 @@ class Own(Pictures):
                                                places=5)
                     self.assertAlmostEqual(temperatures[i], vertex[6], delta=1e-4 * (1 + abs(vertex[6])))
                     self.assertEqual(glb["_TEMPERATURE"][i][0], vertex[6])
+                    self.assertEqual(glb["_MATERIAL"][i][0], vertex[8])
+
+    def test_materials_show_their_colours(self):
+        """Water of a colour is opaque: red all over, whatever the renderer; a part of its own in glTF."""
+        red = ["--set", "materials.water.color=[0.8, 0.1, 0.1]", "--set", "output.picture.look=natural"]
+        shares = []
+        for options in ([], red):
+            self.run_scene("--frames", "1", "--export", "surface,obj,glb,png,ply", "--overwrite", *options)
+            glb = read_glb(self.frame("surface_00001.glb"))
+            name, factor, by_temperature, _ = glb["liquid"]["parts"][0]
+            self.assertEqual((name, by_temperature), ("water", False) if options else ("liquid", True))
+            if options:
+                for c, wanted in zip(factor, (0.8 ** 2.2, 0.1 ** 2.2, 0.1 ** 2.2, 1)):
+                    self.assertAlmostEqual(c, wanted, places=6)
+            self.assertEqual(glb["solid"]["parts"][0][0], "solid")
+            self.assertIn("\nusemtl water\n", Path(self.frame("liquid_00001.obj")).read_text())
+            counts = []
+
+            def count(file):
+                counts.append(sum(n for (r, g, b), n in colors(file).items() if r > 2 * max(g, b)))
+
+            def render():
+                self.meltsim("render", "run", "--renderer", "builtin", "--pictures", "1", "--size", "64x36")
+                written, = Path(self.path("run", "pictures")).glob("*.png")
+                count(written)
+                os.remove(written)
+
+            count(self.frame("picture_00001.png"))
+            render()
+            os.remove(self.frame("liquid_00001.ply"))
+            os.remove(self.frame("liquid_00000.ply"))
+            render()  # particles as balls
+            shares.append(counts)
+        for clear, opaque in zip(*shares):
+            self.assertLess(clear, 10)
+            self.assertGreater(opaque, 200)
 
     def test_a_frame_without_solids_or_without_liquid_is_whole_too(self):
         for options, missing, there in ((MELT, "solid", "liquid"), (DRY + ["--frames", "1"], "liquid", "solid")):

@@ -32,7 +32,7 @@ def part(page, name):
 
 
 def unpacked(page):
-    """[(time, {id: (x, y, z, temperature, look)})], as the page's own script reads it."""
+    """[(time, {id: (x, y, z, temperature, look, material)})], as the page's own script reads it."""
     run = json.loads(part(page, "about-run"))
     data, at, before, frames = zlib.decompress(base64.b64decode(part(page, "frames"))), 0, {}, []
     low, high = run["temperature"]
@@ -55,11 +55,13 @@ def unpacked(page):
             columns.append([(before.get(k, (0,) * 5)[axis] + (z >> 1 ^ -(z & 1))) & 65535 for k, z in zip(ids, zigzag)])
             at += 2 * n
         columns.append([(data[at + i] + before.get(k, (0,) * 5)[3]) & 255 for i, k in enumerate(ids)])
-        columns.append([data[at + n + i] ^ before.get(k, (0,) * 5)[4] for i, k in enumerate(ids)])
-        at += 2 * n
+        columns.append([data[at + n + i] ^ before.get(k, (0,) * 6)[4] for i, k in enumerate(ids)])
+        columns.append([data[at + 2 * n + i] ^ before.get(k, (0,) * 6)[5] for i, k in enumerate(ids)])
+        at += 3 * n
         before = dict(zip(ids, zip(*columns)))
         frames.append((frame["time"], {
-            k: (*(run["min"][a] + run["step"][a] * v[a] for a in range(3)), low + (high - low) * v[3] / 255, v[4])
+            k: (*(run["min"][a] + run["step"][a] * v[a] for a in range(3)), low + (high - low) * v[3] / 255,
+                *v[4:])
             for k, v in before.items()}))
     assert at == len(data), "bytes are left over"
     return run, frames
@@ -68,7 +70,7 @@ def unpacked(page):
 def read_ply(path):
     data = Path(path).read_bytes()
     end = data.index(b"end_header\n") + len(b"end_header\n")
-    return list(struct.iter_unpack("<7fBiI", data[end:]))
+    return list(struct.iter_unpack("<7fBiIi", data[end:]))
 
 
 class Page(unittest.TestCase):
@@ -96,12 +98,14 @@ class Data(Page):
         for index, (_, particles) in enumerate(frames):
             written = read_ply(Path(self.directory.name, "run", "frames", f"particles_{index:05}.ply"))
             self.assertEqual(len(written), len(particles))
-            for x, y, z, _, _, _, temperature, phase, body, number in written:
+            for x, y, z, _, _, _, temperature, phase, body, number, material in written:
                 shown = particles[number]
                 for a, b in zip(shown, (x, y, z)):
                     self.assertLess(abs(a - b), 0.2 / 100 * 1.01)  # half of a 50th of the spacing
                 self.assertLess(abs(shown[3] - temperature), 0.51 * degree)
                 self.assertEqual(shown[4], 128 * phase + body + 1)
+                self.assertEqual(shown[5], material)
+                self.assertEqual(run["materials"][material]["name"], "ice" if phase == 1 else "water")
 
     def test_nothing_to_see_makes_a_page(self):
         self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters=[]", "--export", "none", "--frames", "3")
@@ -140,6 +144,11 @@ class Browser(Page):
         self.assertGreater(len(cold), 500)
         without = [p for p in self.pixels("t=0.04&color=temperature&liquid=hidden") if p[0] > p[2] + 60]
         self.assertLess(len(without), len(hot) / 10)
+
+    def test_materials_have_the_scene_s_colours(self):
+        self.run_scene("--frames", "3", "--set", "materials.water.color=[0.1, 0.8, 0.1]")
+        shown = self.pixels("t=0.04&color=material")
+        self.assertGreater(len([p for p in shown if p[1] > p[0] + 60 and p[1] > p[2] + 60]), 2000)
 
     def test_phases_have_their_colours(self):
         shown = self.pixels("t=0.04&color=phase")

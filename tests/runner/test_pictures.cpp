@@ -11,6 +11,8 @@
 #include "show/camera.hpp"
 #include "show/deflate.hpp"
 #include "show/image.hpp"
+#include "show/mesh_files.hpp"
+#include "show/ply_reader.hpp"
 #include "show/replay.hpp"
 #include "show/tracer.hpp"
 
@@ -71,6 +73,46 @@ TEST(Replay, ComesBackFromItsFileUpToTheTimeOfTheCheckpoint) {
   std::filesystem::remove_all(directory);
 }
 
+// Frames of runs before materials were written are read, too; what they lack is 0.
+TEST(Ply, MaterialsComeBackAndMayBeMissing) {
+  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
+  const std::string directory = mkdtemp(name.data()), path = directory + "/a.ply";
+  Mesh mesh;
+  mesh.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.normal.assign(3, {0, 0, 1});
+  mesh.temperature = {1, 2, 3};
+  mesh.body = {0, 1, 2};
+  mesh.material = {3, 4, 5};
+  mesh.triangles = {0, 1, 2};
+  std::vector<FrameParticle> list = particles(3);
+  for (std::size_t i = 0; i < 3; ++i) list[i].material = 7 + static_cast<std::int32_t>(i);
+  // Without the property: its line and the last four bytes of every vertex.
+  const auto without = [](std::string text, std::size_t stride) {
+    const std::string line = "property int material\n";
+    text.erase(text.find(line), line.size());
+    const std::size_t data = text.find("end_header\n") + 11;
+    for (std::size_t i = 3; i-- > 0;) text.erase(data + i * stride + stride - 4, 4);
+    return text;
+  };
+  double time = 0;
+  for (const bool has : {true, false}) {
+    const std::string surface = mesh_ply_text(mesh, {}, 0.5), balls = ply_text(list, 0.5);
+    write_file(path, has ? surface : without(surface, 36));
+    const Mesh back = read_mesh_ply(path, {}, time);
+    EXPECT_EQ(back.material, has ? mesh.material : std::vector<std::uint32_t>(3, 0));
+    EXPECT_EQ(back.body, mesh.body);
+    EXPECT_EQ(back.triangles, mesh.triangles);
+    write_file(path, has ? balls : without(balls, 41));
+    const std::vector<FrameParticle> read = read_particles_ply(path, time);
+    ASSERT_EQ(read.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_EQ(read[i].id, i);
+      EXPECT_EQ(read[i].material, has ? list[i].material : 0);
+    }
+  }
+  std::filesystem::remove_all(directory);
+}
+
 TEST(Replay, BytesAreBase64) {
   // RFC 4648, section 10.
   const char* words[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};
@@ -111,6 +153,7 @@ Mesh cube() {
     mesh.normal.push_back(x * (1 / std::sqrt(3.0f)));
     mesh.temperature.push_back(0);
     mesh.body.push_back(1);
+    mesh.material.push_back(0);
   }
   mesh.triangles = {0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4,
                     2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6};
@@ -168,6 +211,57 @@ TEST(Rays, MeetACubeAndKnowItsInside) {
   camera.eye = {0.1, 0.2, 3};
   camera.look_at = {0, 0, 0};
   EXPECT_FALSE(eye_in_solid(shapes, camera));
+}
+
+TEST(Shapes, LiquidOfAColourIsTakenFromTheClearOne) {
+  const std::vector<SceneLook> looks{{"water", std::nullopt}, {"syrup", std::array<double, 3>{0.5, 0.2, 0}}};
+  FrameShapes shapes;
+  shapes.liquid = cube();
+  EXPECT_TRUE(split_liquid(shapes, looks).paint.empty());
+  for (std::size_t v = 0; v < 8; ++v) shapes.liquid.material[v] = v < 4 ? 1 : 0;  // z = -1 is syrup
+  const FrameShapes split = split_liquid(shapes, looks);
+  EXPECT_EQ(split.paint.triangles.size() + split.liquid.triangles.size(), shapes.liquid.triangles.size());
+  const auto colored = [&](const Mesh& m, std::size_t t) {
+    int count = 0;
+    for (std::size_t k = 0; k < 3; ++k) count += m.triangles[t + k] < 4 ? 1 : 0;
+    return count;
+  };
+  // Two at z = -1, and of the two on each side one.
+  ASSERT_EQ(split.paint.triangles.size(), 3u * 6);
+  for (std::size_t t = 0; t < split.paint.triangles.size(); t += 3) EXPECT_GE(colored(split.paint, t), 2);
+  for (std::size_t t = 0; t < split.liquid.triangles.size(); t += 3) EXPECT_LE(colored(split.liquid, t), 1);
+  EXPECT_EQ(material_of_triangle(split.paint, 0), 1u);
+  // Where they are, and what light passes.
+  const Bvh bvh(split);
+  const Hit below = bvh.nearest({{0.2f, 0.3f, -5}, {0, 0, 1}}),
+            above = bvh.nearest({{0.2f, 0.3f, 5}, {0, 0, -1}});
+  EXPECT_NEAR(below.distance, 4, 1e-5);
+  EXPECT_NEAR(above.distance, 4, 1e-5);
+  EXPECT_TRUE(bvh.is_solid(below.primitive) && bvh.is_paint(below.primitive));
+  EXPECT_FALSE(bvh.is_solid(above.primitive));
+  EXPECT_NEAR(bvh.nearest({{0.2f, 0.3f, 5}, {0, 0, -1}}, Seen::solid).distance, 6, 1e-5);
+}
+
+TEST(Tracer, NothingShinesThroughLiquidOfAColour) {
+  FrameShapes shapes;
+  shapes.liquid = cube();
+  shapes.balls.push_back({{0, 0, 0}, 0.5f, 10, 1, true, 1});
+  Camera camera;
+  camera.eye = {0, 0, 6};
+  camera.look_at = {0, 0, 0};
+  TraceSettings settings;
+  settings.width = settings.height = 9;
+  settings.has_floor = false;
+  settings.bodies = {{0, 0.8, 0}};
+  Image clear = traced(shapes, camera, settings);
+  EXPECT_GT(clear.at(4, 4)[1], clear.at(4, 4)[0] + 40);  // the green ball
+  settings.looks = {{"chocolate", std::array<double, 3>{0.6, 0.2, 0.05}}};
+  Image opaque = traced(shapes, camera, settings);
+  EXPECT_GT(opaque.at(4, 4)[0], opaque.at(4, 4)[1] + 40);
+  settings.look = Look::temperature;  // there colours are temperatures
+  const Image warm = traced(shapes, camera, settings);
+  settings.looks.clear();
+  EXPECT_EQ(traced(shapes, camera, settings).rgb, warm.rgb);
 }
 
 TEST(Tracer, PicturesDoNotDependOnThreads) {

@@ -129,7 +129,7 @@ class WholeRuns(unittest.TestCase):
         for index, row in enumerate(stats):
             particles = read_ply(self.path("run", "frames", f"particles_{index:05}.ply"))
             self.assertEqual(list(particles[0]),
-                             ["x", "y", "z", "vx", "vy", "vz", "temperature", "phase", "body", "id"])
+                             ["x", "y", "z", "vx", "vy", "vz", "temperature", "phase", "body", "id", "material"])
             self.assertEqual(sum(p["phase"] == 0 for p in particles), int(row["n_fluid"]))
             self.assertEqual(sum(p["phase"] == 1 for p in particles), int(row["n_solid"]))
             self.assertTrue(all(p["body"] == 0 for p in particles if p["phase"] == 1))
@@ -137,6 +137,8 @@ class WholeRuns(unittest.TestCase):
             count, arrays = read_vtp(self.path("run", "frames", f"particles_{index:05}.vtp"))
             self.assertEqual(count, len(particles))
             self.assertEqual(list(arrays["id"]), [p["id"] for p in particles])
+            self.assertEqual(list(arrays["material"]), [p["material"] for p in particles])
+            self.assertEqual([p["material"] for p in particles], [p["phase"] for p in particles])  # water, ice
             self.assertEqual(list(arrays["Points"]), [p[axis] for p in particles for axis in "xyz"])
             self.assertEqual(list(arrays["velocity"]), [p["v" + axis] for p in particles for axis in "xyz"])
             self.assertEqual(list(arrays["temperature"]), [p["temperature"] for p in particles])

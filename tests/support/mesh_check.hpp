@@ -106,6 +106,7 @@ inline MeshCheck expect_surface(const meltsim::SurfaceMesh& m, double cell, doub
   EXPECT_EQ(m.position.size(), m.temperature.size());
   EXPECT_EQ(m.position.size(), m.liquid_fraction.size());
   EXPECT_EQ(m.position.size(), m.body.size());
+  EXPECT_EQ(m.position.size(), m.material.size());
   EXPECT_FALSE(m.triangles.empty());
   EXPECT_EQ(c.open_edges, 0u);
   EXPECT_EQ(c.unused, 0u);

@@ -70,6 +70,14 @@ struct CountVisits {
   MELTSIM_HD void operator()(std::uint64_t i) const { visits[i] += static_cast<std::uint32_t>(i) + 1u; }
 };
 
+/// A count in either half of a word.
+struct InBothHalves {
+  const std::uint32_t* values;
+  MELTSIM_HD std::uint64_t operator()(std::uint64_t i) const {
+    return std::uint64_t{values[i]} << 32 | (values[i] ^ 1u);
+  }
+};
+
 struct Values {
   const std::uint32_t* from;
   MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return from[i]; }
@@ -270,6 +278,23 @@ TYPED_TEST_P(Verbs, ScanEqualsStdPartialSum) {
     std::partial_sum(host.begin(), host.end(), expected.begin());
     Buffer<TypeParam, std::uint32_t> values(ex, host), out(ex, n, 99u);
     ex.scan(n, Values{values.get()}, out.get());
+    EXPECT_EQ(out.host(), expected) << "n " << n;
+  }
+  this->expect_no_fault(ex);
+}
+
+// Two running counts in one word: neither reaches into the other.
+TYPED_TEST_P(Verbs, ScanOfWordsKeepsTheirHalvesApart) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 3u);
+    std::vector<std::uint64_t> expected(host.size());
+    std::uint64_t high = 0, low = 0;
+    for (std::size_t i = 0; i < host.size(); ++i)
+      expected[i] = (high += host[i]) << 32 | (low += host[i] ^ 1u);
+    Buffer<TypeParam, std::uint32_t> values(ex, host);
+    Buffer<TypeParam, std::uint64_t> out(ex, n, 99u);
+    ex.scan(n, InBothHalves{values.get()}, out.get());
     EXPECT_EQ(out.host(), expected) << "n " << n;
   }
   this->expect_no_fault(ex);
@@ -519,8 +544,9 @@ TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
 REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInOrder, SumByRowIsExact,
                             ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, ForEachVisitsEveryIndexOnce,
                             ReduceEqualsStdAccumulate, ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit,
-                            ScanEqualsStdPartialSum, SortEqualsStdStableSort, AccumulateIsExact,
-                            GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
-                            GuardStopsWhatWritesState, TimingsAreReadAfterSynchronize);
+                            ScanEqualsStdPartialSum, ScanOfWordsKeepsTheirHalvesApart,
+                            SortEqualsStdStableSort, AccumulateIsExact, GatherListedVisitsWhatIsWantedOnce,
+                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
+                            TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test

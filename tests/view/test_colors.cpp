@@ -52,6 +52,17 @@ TEST(Colors, BodiesTakeTheScenesColors) {
   EXPECT_EQ(table[2][2].b, 0);
 }
 
+TEST(Colors, MaterialsTakeTheScenesColorsOrThoseOfWaterAndIce) {
+  const ColorTable table = color_table({}, {std::nullopt, std::array<double, 3>{1, 0.5, 0}});
+  const auto at = [&](std::uint32_t tag) { return table[4][static_cast<std::size_t>(material_index(tag))]; };
+  EXPECT_GT(at(0).b, at(0).r);
+  EXPECT_GT(at(meltsim::tag_solid).r, 200);
+  for (const std::uint32_t phase : {0u, meltsim::tag_solid}) {
+    EXPECT_EQ(at(1 | phase).r, 255);
+    EXPECT_EQ(at(1 | phase).b, 0);
+  }
+}
+
 TEST(Colors, TicksAreRoundAndInside) {
   EXPECT_EQ(ticks({-10, 40}, 7), (std::vector<double>{-10, 0, 10, 20, 30, 40}));
   EXPECT_EQ(ticks({0, 2.8}, 7), (std::vector<double>{0, 0.5, 1, 1.5, 2, 2.5}));

@@ -298,6 +298,64 @@ TEST(Surface, VerticesCarryWhatParticlesDo) {
   }
 }
 
+/// Number of the particle that lies nearest to x, among those of a phase; none where two lie about as near.
+std::size_t nearest(const ParticleData& p, const Vec3d& x, bool solid) {
+  std::size_t best = p.id.size();
+  double first = 1e30, second = 1e30;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    if (is_solid(p.tag[i]) != solid) continue;
+    const double r = length(p.position[i] - x);
+    if (r < first) best = i;
+    second = std::min(second, std::max(r, first));
+    first = std::min(first, r);
+  }
+  return second - first > 1e-5 * dx ? best : p.id.size();
+}
+
+// Where all particles have the same volume the heaviest one is the nearest. Two liquids side by side, a third
+// around a solid of a fourth material: every vertex names the nearest particle's, and all four are named.
+TEST(Surface, VerticesNameTheMaterialOfTheHeaviestParticle) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = make(weightless());
+  std::vector<MaterialId> ids;
+  for (const char* name : {"water", "oil", "syrup", "stone"}) {
+    MaterialDesc m;
+    m.name = name;
+    ids.push_back(value_of(w.add_material(m)));
+  }
+  const auto fill = [&](std::size_t material, Vec3i low, Vec3i high) {
+    FluidDesc f;
+    f.shape = sites(low, high);
+    f.material = ids[material];
+    value_of(w.add_fluid(f));
+  };
+  fill(0, {0, 0, 0}, {6, 6, 6});
+  fill(1, {6, 0, 0}, {12, 6, 6});
+  fill(2, {0, 6, 0}, {12, 12, 6});
+  SolidDesc b;
+  b.shape = sites({3, 9, 0}, {9, 15, 6});
+  b.material = ids[3];
+  value_of(w.add_solid(b));
+  const ParticleData p = value_of(w.particles());
+  std::map<std::uint32_t, std::size_t> named;
+  for (const auto of : {SurfaceOf::liquid, SurfaceOf::solids})
+    for (const auto kernel : {SurfaceKernel::isotropic, SurfaceKernel::anisotropic}) {
+      SurfaceDesc d;
+      d.of = of;
+      d.kernel = kernel;
+      const SurfaceMesh m = value_of(w.surface(d));
+      expect_surface(m, dx / 2);
+      for (std::size_t v = 0; v < m.position.size(); ++v) {
+        const std::size_t i = nearest(p, cast<double>(m.position[v]), of == SurfaceOf::solids);
+        if (i == p.id.size()) continue;
+        ASSERT_EQ(m.material[v], material_of(p.tag[i])) << v;
+        ++named[m.material[v]];
+      }
+    }
+  ASSERT_EQ(named.size(), 4u);
+  for (const auto& [material, count] : named) EXPECT_GT(count, 200u) << material;
+}
+
 TEST(Surface, OneBodyOfSeveral) {
   MELTSIM_NEEDS_BACKEND();
   World w = make(weightless());
@@ -335,7 +393,7 @@ bool same(const SurfaceMesh& a, const SurfaceMesh& b) {
   };
   return equal(a.position, b.position) && equal(a.normal, b.normal) && equal(a.temperature, b.temperature) &&
          equal(a.liquid_fraction, b.liquid_fraction) && equal(a.body, b.body) &&
-         equal(a.triangles, b.triangles);
+         equal(a.material, b.material) && equal(a.triangles, b.triangles);
 }
 
 TEST(Surface, BitsDoNotDependOnTheNumberOfThreads) {

@@ -39,9 +39,12 @@ float Bvh::Bounds::area() const {
   return d.x < 0 ? 0 : d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-Bvh::Bvh(const FrameShapes& shapes) : shapes_(shapes), solid_triangles_(shapes.solid.triangles.size() / 3) {
+Bvh::Bvh(const FrameShapes& shapes)
+    : shapes_(shapes),
+      solid_triangles_(shapes.solid.triangles.size() / 3),
+      opaque_triangles_(solid_triangles_ + shapes.paint.triangles.size() / 3) {
   std::vector<Bounds> bounds;
-  for (const Mesh* mesh : {&shapes.solid, &shapes.liquid}) {
+  for (const Mesh* mesh : {&shapes.solid, &shapes.paint, &shapes.liquid}) {
     for (std::size_t i = 0; i + 2 < mesh->triangles.size(); i += 3) {
       const Vec3f a = mesh->position[mesh->triangles[i]], b = mesh->position[mesh->triangles[i + 1]],
                   c = mesh->position[mesh->triangles[i + 2]];
@@ -63,11 +66,14 @@ Bvh::Bvh(const FrameShapes& shapes) : shapes_(shapes), solid_triangles_(shapes.s
 }
 
 bool Bvh::is_solid(std::uint32_t primitive) const {
-  return is_ball(primitive) ? ball(primitive).solid : primitive < solid_triangles_;
+  return is_ball(primitive) ? ball(primitive).solid : primitive < opaque_triangles_;
 }
 
 std::size_t Bvh::triangle(std::uint32_t primitive) const {
-  return 3 * (primitive < solid_triangles_ ? primitive : primitive - solid_triangles_);
+  const std::size_t before = primitive < solid_triangles_    ? 0
+                             : primitive < opaque_triangles_ ? solid_triangles_
+                                                             : opaque_triangles_;
+  return 3 * (primitive - before);
 }
 
 void Bvh::split(std::uint32_t index, const std::vector<Bounds>& bounds) {

@@ -22,7 +22,7 @@ struct Hit {
   bool any() const { return primitive != 0xffffffffu; }
 };
 
-/// What rays are asked to see.
+/// What rays are asked to see; paint counts as solid, as light does not pass it.
 enum class Seen { all, liquid, solid };
 
 class Bvh {
@@ -37,7 +37,12 @@ class Bvh {
   bool is_solid(std::uint32_t primitive) const;
   const Ball& ball(std::uint32_t primitive) const { return shapes_.balls[primitive - triangles_.size()]; }
   const Mesh& mesh(std::uint32_t primitive) const {
-    return is_solid(primitive) ? shapes_.solid : shapes_.liquid;
+    return primitive < solid_triangles_    ? shapes_.solid
+           : primitive < opaque_triangles_ ? shapes_.paint
+                                           : shapes_.liquid;
+  }
+  bool is_paint(std::uint32_t primitive) const {
+    return primitive >= solid_triangles_ && primitive < opaque_triangles_;
   }
   /// First of the triangle's three entries in mesh().triangles.
   std::size_t triangle(std::uint32_t primitive) const;
@@ -65,7 +70,8 @@ class Bvh {
 
   const FrameShapes& shapes_;
   std::size_t solid_triangles_;      ///< they come first
-  std::vector<Triangle> triangles_;  ///< solid, then liquid
+  std::size_t opaque_triangles_;     ///< those and the ones of paint
+  std::vector<Triangle> triangles_;  ///< solid, paint, liquid
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };

@@ -45,10 +45,9 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
   settings.hot = wish.hot;
   settings.spacing = scene.world.spacing;
   for (const auto& given : scene.output.body_colors) {
-    Rgb color = body_color({}, settings.bodies.size() + 1);
-    for (std::size_t k = 0; k < 3 && given; ++k) color[k] = std::pow((*given)[k], 2.2);  // to linear light
-    settings.bodies.push_back(color);
+    settings.bodies.push_back(given ? linear(*given) : body_color({}, settings.bodies.size() + 1));
   }
+  settings.looks = scene.output.looks;
   settings.extent = wish.extent > 0 ? wish.extent : length(view_box(scene, {}).size());
   // Without bounds there is nothing to stand on.
   settings.has_floor = scene.world.domain.bounded;

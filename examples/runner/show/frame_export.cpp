@@ -52,10 +52,11 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index) {
       write_file(directory_.frame(name, index, "ply"), mesh_ply_text(*mesh, shapes.origin, shapes.time));
     if (wants("obj")) {
       write_file(directory_.frame(name, index, "obj"),
-                 mesh_obj_text(*mesh, shapes.origin, shapes.time, name, cold, hot));
+                 mesh_obj_text(*mesh, shapes.origin, shapes.time, name, cold, hot, scene_.output.looks));
     }
   }
-  if (wants("glb")) write_file(directory_.frame("surface", index, "glb"), glb_text(shapes, cold, hot));
+  if (wants("glb"))
+    write_file(directory_.frame("surface", index, "glb"), glb_text(shapes, cold, hot, scene_.output.looks));
   const PictureWish wish = picture_wish(scene_, cold, hot);
   // What will be where later is not known yet; a camera that moves from frame to frame is worse than a wide
   // view.

@@ -30,6 +30,7 @@ Mesh placeholder() {
   mesh.normal.assign(3, {0, 1, 0});
   mesh.temperature.assign(3, 0);
   mesh.body.assign(3, 0);
+  mesh.material.assign(3, 0);
   mesh.triangles = {0, 1, 2};
   return mesh;
 }
@@ -42,7 +43,13 @@ std::string comments(const char* mark, bool empty, double time) {
   return text;
 }
 
-Rgb color_of(float temperature, double cold, double hot) {
+/// Names in OBJ end at a space.
+std::string one_word(std::string name) {
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
+Rgb warmth_of(float temperature, double cold, double hot) {
   return ramp((temperature - cold) / std::max(hot - cold, 1e-9));
 }
 
@@ -77,6 +84,7 @@ class Glb {
   std::string bytes_;
 };
 
+constexpr int first_look = 2;  ///< materials of a scene come after these: liquid, solid
 constexpr int gl_float = 5126, gl_unsigned = 5125, gl_vertices = 34962, gl_indices = 34963;
 
 Json bounds_of(const std::vector<Vec3f>& points) {
@@ -86,25 +94,36 @@ Json bounds_of(const std::vector<Vec3f>& points) {
 }
 
 void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& origin, const std::string& name,
-              int material, double cold, double hot) {
+              int material, double cold, double hot, const std::vector<SceneLook>& looks) {
   const Mesh mesh = given.empty() ? placeholder() : given;
   std::vector<Vec3f> colors;
   for (const float t : mesh.temperature) {
-    const Rgb c = color_of(t, cold, hot);
-    const auto linear = [](double x) {
-      return static_cast<float>(std::pow(x, 2.2));
-    };  // as glTF's colours are
-    colors.push_back({linear(c[0]), linear(c[1]), linear(c[2])});
+    const Rgb c = linear(warmth_of(t, cold, hot));  // as glTF's colours are
+    colors.push_back(meltsim::cast<float>(meltsim::Vec3d{c[0], c[1], c[2]}));
   }
-  Json primitive;
-  primitive["attributes"] = {
+  const std::vector<float> numbers(mesh.material.begin(),
+                                   mesh.material.end());  // as glTF wants its own to be
+  const Json attributes = {
       {"POSITION", glb.add(mesh.position, "VEC3", gl_float, gl_vertices, bounds_of(mesh.position))},
       {"NORMAL", glb.add(mesh.normal, "VEC3", gl_float, gl_vertices)},
-      {"COLOR_0", glb.add(colors, "VEC3", gl_float, gl_vertices)},
-      {"_TEMPERATURE", glb.add(mesh.temperature, "SCALAR", gl_float, gl_vertices)}};
-  primitive["indices"] = glb.add(mesh.triangles, "SCALAR", gl_unsigned, gl_indices);
-  primitive["material"] = material;
-  json["meshes"].push_back({{"name", name}, {"primitives", Json::array({primitive})}});
+      {"_TEMPERATURE", glb.add(mesh.temperature, "SCALAR", gl_float, gl_vertices)},
+      {"_MATERIAL", glb.add(numbers, "SCALAR", gl_float, gl_vertices)}};
+  const std::size_t warmth = glb.add(colors, "VEC3", gl_float, gl_vertices);
+  // Those without a colour are one part, -1.
+  const auto part_of = [&](std::size_t t) {
+    const std::uint32_t m = material_of_triangle(mesh, t);
+    return !given.empty() && color_of(looks, m) != nullptr ? static_cast<int>(m) : -1;
+  };
+  Json primitives = Json::array();
+  for (const auto& [part, triangles] : grouped(mesh, part_of)) {
+    Json primitive;
+    primitive["attributes"] = attributes;
+    if (part < 0) primitive["attributes"]["COLOR_0"] = warmth;
+    primitive["indices"] = glb.add(triangles, "SCALAR", gl_unsigned, gl_indices);
+    primitive["material"] = part < 0 ? material : first_look + part;
+    primitives.push_back(primitive);
+  }
+  json["meshes"].push_back({{"name", name}, {"primitives", primitives}});
   json["nodes"].push_back({{"name", given.empty() ? name + " " + placeholder_word : name},
                            {"mesh", json["meshes"].size() - 1},
                            {"translation", {origin.x, origin.y, origin.z}}});
@@ -118,14 +137,16 @@ std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
                      fmt::format("element vertex {}\n", mesh.position.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "temperature"})
     text += fmt::format("property float {}\n", name);
-  text +=
-      fmt::format("property int body\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
-                  mesh.triangles.size() / 3);
+  text += fmt::format(
+      "property int body\nproperty int material\nelement face {}\nproperty list uchar uint "
+      "vertex_indices\nend_header\n",
+      mesh.triangles.size() / 3);
   for (std::size_t i = 0; i < mesh.position.size(); ++i) {
     const Vec3f x = meltsim::cast<float>(origin + meltsim::cast<double>(mesh.position[i])),
                 n = mesh.normal[i];
     for (const float value : {x.x, x.y, x.z, n.x, n.y, n.z, mesh.temperature[i]}) append(text, value);
     append(text, static_cast<std::int32_t>(mesh.body[i]) - 1);
+    append(text, static_cast<std::int32_t>(mesh.material[i]));
   }
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
     append(text, std::uint8_t{3});
@@ -135,7 +156,8 @@ std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
 }
 
 std::string mesh_obj_text(const Mesh& given, const meltsim::Vec3d& origin, double time,
-                          const std::string& name, double cold, double hot) {
+                          const std::string& name, double cold, double hot,
+                          const std::vector<SceneLook>& looks) {
   const Mesh mesh = given.empty() ? placeholder() : given;
   fmt::memory_buffer out;
   const auto to = std::back_inserter(out);
@@ -145,34 +167,43 @@ std::string mesh_obj_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
       comments("#", given.empty(), time), cold, hot, name);
   for (std::size_t i = 0; i < mesh.position.size(); ++i) {
     const meltsim::Vec3d x = origin + meltsim::cast<double>(mesh.position[i]);
-    const Rgb c = color_of(mesh.temperature[i], cold, hot);
+    const Rgb c = warmth_of(mesh.temperature[i], cold, hot);
     fmt::format_to(to, "v {:.7g} {:.7g} {:.7g} {:.4f} {:.4f} {:.4f}\n", x.x, x.y, x.z, c[0], c[1], c[2]);
   }
   for (const float t : mesh.temperature) fmt::format_to(to, "vt {:.6g} 0\n", t);
   for (const Vec3f& n : mesh.normal) fmt::format_to(to, "vn {:.5f} {:.5f} {:.5f}\n", n.x, n.y, n.z);
-  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
-    fmt::format_to(to, "f {0}/{0}/{0} {1}/{1}/{1} {2}/{2}/{2}\n", mesh.triangles[t] + 1,
-                   mesh.triangles[t + 1] + 1, mesh.triangles[t + 2] + 1);
+  const auto of_material = [&mesh](std::size_t t) { return material_of_triangle(mesh, t); };
+  for (const auto& [material, triangles] : grouped(mesh, of_material)) {
+    if (material < looks.size()) fmt::format_to(to, "usemtl {}\n", one_word(looks[material].name));
+    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+      fmt::format_to(to, "f {0}/{0}/{0} {1}/{1}/{1} {2}/{2}/{2}\n", triangles[t] + 1, triangles[t + 1] + 1,
+                     triangles[t + 2] + 1);
+    }
   }
   return fmt::to_string(out);
 }
 
-std::string glb_text(const FrameShapes& shapes, double cold, double hot) {
+std::string glb_text(const FrameShapes& shapes, double cold, double hot,
+                     const std::vector<SceneLook>& looks) {
   Json json;
   json["asset"] = {{"version", "2.0"}, {"generator", "meltsim"}};
   json["scene"] = 0;
   json["scenes"] = Json::array({{{"nodes", {0, 1}}, {"extras", {{"time_s", shapes.time}}}}});
-  const auto material = [](const char* name, double alpha, double roughness) {
+  const auto material = [](const std::string& name, Rgb color, double alpha, double roughness) {
     Json m{{"name", name},
            {"pbrMetallicRoughness",
-            {{"baseColorFactor", {1, 1, 1, alpha}}, {"metallicFactor", 0}, {"roughnessFactor", roughness}}}};
+            {{"baseColorFactor", {color[0], color[1], color[2], alpha}},
+             {"metallicFactor", 0},
+             {"roughnessFactor", roughness}}}};
     if (alpha < 1) m["alphaMode"] = "BLEND";
     return m;
   };
-  json["materials"] = {material("liquid", 0.6, 0.1), material("solid", 1, 0.6)};
+  json["materials"] = {material("liquid", {1, 1, 1}, 0.6, 0.1), material("solid", {1, 1, 1}, 1, 0.6)};
+  for (const SceneLook& look : looks)
+    json["materials"].push_back(material(look.name, linear(look.color.value_or(Rgb{1, 1, 1})), 1, 0.4));
   Glb glb(json);
-  add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot);
-  add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot);
+  add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot, looks);
+  add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot, looks);
   std::string bytes = glb.take_bytes();
   json["buffers"] = Json::array({{{"byteLength", bytes.size()}}});
   std::string head = json.dump();

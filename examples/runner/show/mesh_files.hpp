@@ -13,12 +13,16 @@ namespace runner {
 /// A word in the comments of the file (PLY, OBJ) or a name (glTF) that says it holds no surface.
 inline const char* const placeholder_word = "placeholder";
 
-/// Vertices x, y, z, nx, ny, nz, temperature (float), body (int, from 0, -1 = liquid), then the triangles.
+/// Vertices x, y, z, nx, ny, nz, temperature (float), body (int, from 0, -1 = liquid), material (int, from
+/// 0), then the triangles.
 std::string mesh_ply_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time);
-/// `v` with the temperature's colour, `vt` with the temperature itself as its first number, `vn`.
+/// `v` with the temperature's colour, `vt` with the temperature itself as its first number, `vn`; faces by
+/// material, whose name `usemtl` says.
 std::string mesh_obj_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time,
-                          const std::string& name, double cold, double hot);
-/// Liquid and solid of a frame as two nodes, with the attribute _TEMPERATURE beside the colours.
-std::string glb_text(const FrameShapes& shapes, double cold, double hot);
+                          const std::string& name, double cold, double hot,
+                          const std::vector<SceneLook>& looks);
+/// Liquid and solid of a frame as two nodes, with the attributes _TEMPERATURE and _MATERIAL. What is of a
+/// material that has a colour is a primitive of that colour, the rest has the temperature's.
+std::string glb_text(const FrameShapes& shapes, double cold, double hot, const std::vector<SceneLook>& looks);
 
 }  // namespace runner

@@ -52,6 +52,13 @@ struct Ply {
       if (first == "property" && in_vertex) vertex_properties += third + " ";
     }
   }
+  /// Whether `material` follows these properties; frames of earlier versions lack it. Fails where there are
+  /// others.
+  bool has_material(const std::string& properties) const {
+    const bool has = vertex_properties == properties + "material ";
+    if (!has && vertex_properties != properties) fail(path);
+    return has;
+  }
   void expect_left(std::uint64_t count, std::size_t size) const {
     if (count > (data.size() - at) / size) fail(path);
   }
@@ -68,8 +75,8 @@ struct Ply {
 
 std::vector<FrameParticle> read_particles_ply(const std::string& path, double& time) {
   Ply ply(path);
-  if (ply.vertex_properties != "x y z vx vy vz temperature phase body id ") fail(path);
-  ply.expect_left(ply.vertices, 37);
+  const bool has_material = ply.has_material("x y z vx vy vz temperature phase body id ");
+  ply.expect_left(ply.vertices, has_material ? 41 : 37);
   time = ply.time;
   std::vector<FrameParticle> list(ply.vertices);
   for (FrameParticle& p : list) {
@@ -79,14 +86,15 @@ std::vector<FrameParticle> read_particles_ply(const std::string& path, double& t
     p.phase = ply.take<std::uint8_t>();
     p.body = ply.take<std::int32_t>();
     p.id = ply.take<std::uint32_t>();
+    if (has_material) p.material = ply.take<std::int32_t>();
   }
   return list;
 }
 
 Mesh read_mesh_ply(const std::string& path, const meltsim::Vec3d& origin, double& time) {
   Ply ply(path);
-  if (ply.vertex_properties != "x y z nx ny nz temperature body ") fail(path);
-  ply.expect_left(ply.vertices, 32);
+  const bool has_material = ply.has_material("x y z nx ny nz temperature body ");
+  ply.expect_left(ply.vertices, has_material ? 36 : 32);
   time = ply.time;
   Mesh mesh;
   if (ply.placeholder) return mesh;
@@ -97,6 +105,7 @@ Mesh read_mesh_ply(const std::string& path, const meltsim::Vec3d& origin, double
     mesh.normal.push_back({x[3], x[4], x[5]});
     mesh.temperature.push_back(x[6]);
     mesh.body.push_back(static_cast<std::uint32_t>(ply.take<std::int32_t>() + 1));
+    mesh.material.push_back(has_material ? static_cast<std::uint32_t>(ply.take<std::int32_t>()) : 0u);
   }
   ply.expect_left(ply.faces, 13);
   for (std::uint64_t i = 0; i < ply.faces; ++i) {

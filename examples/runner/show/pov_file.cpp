@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 
 namespace runner {
@@ -33,16 +34,46 @@ int shade_of(float temperature, const TraceSettings& s) {
   return static_cast<int>(std::lround((shades - 1) * std::clamp(x, 0.0, 1.0)));
 }
 
-std::string mesh(const Mesh& m, const TraceSettings& s, const char* transmit) {
+/// Textures of a mesh's vertices: how many, what each is, and which one a vertex has.
+struct Textures {
+  std::vector<std::string> list;
+  std::function<int(std::uint32_t)> of;
+};
+
+Textures warmth(const Mesh& m, const TraceSettings& s, const char* transmit) {
+  Textures made;
+  for (int i = 0; i < shades; ++i) made.list.push_back(fmt::format("Warmth({}, {})", i, transmit));
+  made.of = [&m, &s](std::uint32_t v) { return shade_of(m.temperature[v], s); };
+  return made;
+}
+
+/// Of liquid that has a colour; corners that have none take the first.
+Textures paint(const Mesh& m, const TraceSettings& s) {
+  Textures made;
+  std::vector<int> number(s.looks.size(), 0);
+  for (std::size_t i = 0; i < s.looks.size(); ++i) {
+    const Rgb* const color = color_of(s.looks, static_cast<std::uint32_t>(i));
+    if (color == nullptr) continue;
+    const Rgb c = linear(*color);
+    number[i] = static_cast<int>(made.list.size());
+    made.list.push_back(fmt::format("Paint(<{:.3f},{:.3f},{:.3f}>)", c[0], c[1], c[2]));
+  }
+  made.of = [&m, number](std::uint32_t v) {
+    return m.material[v] < number.size() ? number[m.material[v]] : 0;
+  };
+  return made;
+}
+
+std::string mesh(const Mesh& m, const Textures& textures = {}) {
   fmt::memory_buffer out;
   const auto to = std::back_inserter(out);
-  const bool colored = s.look == Look::temperature;
+  const bool colored = !textures.list.empty();
   fmt::format_to(to, "mesh2 {{\n");
   vectors(to, "vertex_vectors", m.position);
   vectors(to, "normal_vectors", m.normal);
   if (colored) {
-    fmt::format_to(to, "  texture_list {{ {}", shades);
-    for (int i = 0; i < shades; ++i) fmt::format_to(to, ",\ntexture {{ Warmth({}, {}) }}", i, transmit);
+    fmt::format_to(to, "  texture_list {{ {}", textures.list.size());
+    for (const std::string& texture : textures.list) fmt::format_to(to, ",\ntexture {{ {} }}", texture);
     fmt::format_to(to, " }}\n");
   }
   fmt::format_to(to, "  face_indices {{ {}", m.triangles.size() / 3);
@@ -50,8 +81,7 @@ std::string mesh(const Mesh& m, const TraceSettings& s, const char* transmit) {
     const std::uint32_t a = m.triangles[t], b = m.triangles[t + 1], c = m.triangles[t + 2];
     fmt::format_to(to, ",\n<{},{},{}>", a, b, c);
     if (colored) {
-      fmt::format_to(to, ",{},{},{}", shade_of(m.temperature[a], s), shade_of(m.temperature[b], s),
-                     shade_of(m.temperature[c], s));
+      fmt::format_to(to, ",{},{},{}", textures.of(a), textures.of(b), textures.of(c));
     }
   }
   fmt::format_to(to, " }}\n");
@@ -90,6 +120,8 @@ light_source {{ {fill} rgb 0.3*<0.85,0.92,1> shadowless parallel point_at {look_
 
 const char* const looks = R"(
 #macro Body(Rgb) texture {{ pigment {{ rgb Rgb }} finish {{ ambient 0.15 diffuse 0.7 specular 0.25 roughness 0.02 }} }} #end
+#macro Paint(Rgb) pigment {{ rgb Rgb }}
+  finish {{ ambient 0.12 diffuse 0.7 specular 0.6 roughness 0.004 }} #end
 #macro Water(Reach) material {{ texture {{ pigment {{ rgbt <1,1,1,1> }}
     finish {{ ambient 0 diffuse 0 specular 0.6 roughness 0.002 reflection {{ 0.02, 1 fresnel on }} conserve_energy }} }}
   interior {{ ior 1.333 fade_distance Reach fade_power 1001 fade_color <0.05,0.45,0.62> }} }} photons {{ target off }} #end
@@ -110,7 +142,8 @@ std::string warmth_macro() {
 
 }  // namespace
 
-std::string pov_text(const FrameShapes& shapes, const Camera& camera, const TraceSettings& s) {
+std::string pov_text(const FrameShapes& given, const Camera& camera, const TraceSettings& s) {
+  const FrameShapes shapes = s.look == Look::natural ? split_liquid(given, s.looks) : given;
   // Everything is relative to the frame's origin, as the meshes are.
   const Vec3d eye = camera.eye - shapes.origin, look_at = camera.look_at - shapes.origin;
   const Vec3d front = (look_at - eye) * (1 / std::max(length(look_at - eye), 1e-30));
@@ -145,17 +178,20 @@ std::string pov_text(const FrameShapes& shapes, const Camera& camera, const Trac
   if (shapes.solid.empty() && shapes.balls.empty()) text += "// nothing solid in this frame\n";
   for (const auto& [body, part] : by_body(shapes.solid)) {
     const Rgb c = body_color(s, body);
-    text +=
-        mesh(part, s, "0") +
-        (warm ? std::string("}\n") : fmt::format("  Body(<{:.3f},{:.3f},{:.3f}>)\n}}\n", c[0], c[1], c[2]));
+    text += warm ? mesh(part, warmth(part, s, "0")) + "}\n"
+                 : mesh(part) + fmt::format("  Body(<{:.3f},{:.3f},{:.3f}>)\n}}\n", c[0], c[1], c[2]);
   }
   if (!shapes.liquid.empty()) {
-    text += mesh(shapes.liquid, s, "0.45") +
-            (warm ? std::string("}\n") : fmt::format("  Water({:.4g})\n}}\n", 0.6 * size));
+    text += warm ? mesh(shapes.liquid, warmth(shapes.liquid, s, "0.45")) + "}\n"
+                 : mesh(shapes.liquid) + fmt::format("  Water({:.4g})\n}}\n", 0.6 * size);
   }
+  if (!shapes.paint.empty()) text += mesh(shapes.paint, paint(shapes.paint, s)) + "}\n";
   for (const Ball& ball : shapes.balls) {
     text += fmt::format("sphere {{ {},{:.5g} ", vec(ball.center), ball.radius);
-    const Rgb c = ball.solid ? body_color(s, ball.body) : Rgb{0.07, 0.24, 0.55};
+    const Rgb* const own = color_of(s.looks, ball.material);
+    const Rgb c = own != nullptr ? linear(*own)
+                  : ball.solid   ? body_color(s, ball.body)
+                                 : Rgb{0.07, 0.24, 0.55};
     text += warm ? fmt::format("texture {{ Warmth({}, 0) }} }}\n", shade_of(ball.temperature, s))
                  : fmt::format("Body(<{:.3f},{:.3f},{:.3f}>) }}\n", c[0], c[1], c[2]);
   }

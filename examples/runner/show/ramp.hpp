@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace runner {
 
@@ -15,6 +16,11 @@ inline constexpr std::array<Rgb, 6> ramp_stops{{{0.14, 0.25, 0.62},
                                                 {0.99, 0.90, 0.45},
                                                 {0.96, 0.52, 0.22},
                                                 {0.75, 0.09, 0.12}}};
+
+/// What a monitor shows, as linear light.
+inline Rgb linear(const Rgb& shown) {
+  return {std::pow(shown[0], 2.2), std::pow(shown[1], 2.2), std::pow(shown[2], 2.2)};
+}
 
 /// 0 cold .. 1 hot; beyond both the ends' colours.
 inline Rgb ramp(double x) {

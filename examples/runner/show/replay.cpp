@@ -63,10 +63,11 @@ ReplayFrame Replay::picked(std::uint64_t index, double time,
   for (const FrameParticle& p : particles) {
     if (p.phase > 1 || !is_picked(p.id, share_)) continue;  // 255: the placeholder of an empty frame
     const std::uint32_t body = p.body < 0 ? 0 : 1 + static_cast<std::uint32_t>(p.body) % 127;
-    frame.particles.push_back({p.id,
-                               {p.position[0], p.position[1], p.position[2]},
-                               p.temperature,
-                               body + (p.phase == 1 ? 128u : 0u)});
+    frame.particles.push_back(
+        {p.id,
+         {p.position[0], p.position[1], p.position[2]},
+         p.temperature,
+         body + (p.phase == 1 ? 128u : 0u) + (static_cast<std::uint32_t>(p.material) & 255u) * 256u});
   }
   return frame;
 }

@@ -13,9 +13,10 @@ namespace runner {
 
 struct ReplayParticle {
   std::uint32_t id;
-  float position[3];   ///< [m]
-  float temperature;   ///< [degrees Celsius]
-  std::uint32_t look;  ///< 128 if solid, plus 1 + body (bodies past the 127th share), 0 = of no body
+  float position[3];  ///< [m]
+  float temperature;  ///< [degrees Celsius]
+  /// Low byte: 128 if solid, plus 1 + body (bodies past the 127th share), 0 = of no body. Next: the material.
+  std::uint32_t look;
 };
 
 struct ReplayFrame {

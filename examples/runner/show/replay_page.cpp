@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames are packed as replay.html unpacks them: per frame the steps between ids (7 bits a byte), then, for
 // all particles one after the other, the low and high bytes of what x, y and z changed since the particle's
-// last frame, the change of temperature, and phase and body exclusive-or'ed. All of it deflated.
+// last frame, the change of temperature, and phase with body, and material, exclusive-or'ed. All of it
+// deflated.
 #include "show/replay_page.hpp"
 
 #include <fmt/format.h>
@@ -59,11 +60,11 @@ Scale scale_of(const ReplayPage& page, const std::vector<ReplayFrame>& frames) {
 struct Packed {
   std::uint32_t id;
   std::uint16_t position[3];
-  std::uint8_t temperature, look;
+  std::uint8_t temperature, look, material;
 };
 
 Packed packed_particle(const ReplayParticle& p, const Scale& scale) {
-  Packed packed{p.id, {}, 0, static_cast<std::uint8_t>(p.look)};
+  Packed packed{p.id, {}, 0, static_cast<std::uint8_t>(p.look), static_cast<std::uint8_t>(p.look >> 8)};
   for (int axis = 0; axis < 3; ++axis) {
     const double at = (p.position[axis] - axis_of(scale.box.min, axis)) / axis_of(scale.step, axis);
     packed.position[axis] = static_cast<std::uint16_t>(std::lround(std::clamp(at, 0.0, 65535.0)));
@@ -97,6 +98,7 @@ void append_frame(std::string& bytes, const std::vector<Packed>& now, const std:
   }
   for (std::size_t i = 0; i < now.size(); ++i) byte(256u + now[i].temperature - old[i].temperature);
   for (std::size_t i = 0; i < now.size(); ++i) byte(static_cast<unsigned>(now[i].look ^ old[i].look));
+  for (std::size_t i = 0; i < now.size(); ++i) byte(static_cast<unsigned>(now[i].material ^ old[i].material));
 }
 
 std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& scale) {
@@ -150,12 +152,16 @@ Json stats_of(const std::string& path) {
 
 Json vector_json(const meltsim::Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
 
+Json bytes_of(const Rgb& color) {
+  Json bytes = Json::array();
+  for (const double c : color) bytes.push_back(std::lround(255 * c));
+  return bytes;
+}
+
 Json ramp_json() {
   Json stops = Json::array();
   for (const Rgb& color : ramp_stops) {
-    Json stop = Json::array();
-    for (const double c : color) stop.push_back(std::lround(255 * c));
-    stops.push_back(stop);
+    stops.push_back(bytes_of(color));
   }
   return stops;
 }
@@ -195,6 +201,10 @@ std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& 
                     {"look_at", vector_json(page.camera.look_at)},
                     {"fov", page.camera.fov}};
   meta["bodies"] = page.bodies;
+  meta["materials"] = Json::array();
+  for (const SceneLook& look : page.looks)
+    meta["materials"].push_back(
+        {{"name", look.name}, {"color", look.color ? bytes_of(*look.color) : Json()}});
   meta["ramp"] = ramp_json();
   meta["stats"] = stats_of(page.stats_file);
   std::string json = meta.dump(-1, ' ', true, Json::error_handler_t::replace);

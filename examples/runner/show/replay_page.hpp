@@ -15,6 +15,7 @@ struct ReplayPage {
   Box box;             ///< drawn as edges; grown to hold every particle
   Camera camera;
   std::vector<std::string> bodies;  ///< names
+  std::vector<SceneLook> looks;     ///< of materials
   std::string stats_file;           ///< stats.csv, for the plots
   std::uint64_t share = 1;          ///< one particle in so many is shown
 };

@@ -34,12 +34,18 @@ Scene run_scene_of(const RunDirectory& directory) {
     if (run["scene"].contains(key)) scene[key] = run["scene"][key];
   }
   Scene read = parse_scene(scene.dump(), path, directory.path, {});
+  const Json materials = run["scene"].value("materials", Json::object());
+  const auto color_of = [&materials](const std::string& name) {
+    std::optional<std::array<double, 3>> color;
+    const Json material = materials.value(name, Json::object());
+    if (material.contains("color")) color = material["color"].get<std::array<double, 3>>();
+    return color;
+  };
+  for (const auto& [name, material] : materials.items()) add_look(read.output, name, color_of(name));
   for (const Json& body : run["scene"].value("bodies", Json::array())) {
-    const Json material =
-        run["scene"].value("materials", Json::object()).value(body.value("material", ""), Json::object());
-    read.output.body_colors.emplace_back();
-    if (material.contains("color"))
-      read.output.body_colors.back() = material["color"].get<std::array<double, 3>>();
+    const std::string material = body.value("material", "");
+    read.output.body_colors.push_back(color_of(material));
+    if (body.contains("density")) add_look(read.output, material, body["density"].get<double>());
   }
   return read;
 }

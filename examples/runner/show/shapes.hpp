@@ -2,11 +2,15 @@
 // What a frame looks like: surfaces where they are known, balls where only particles are.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <map>
+#include <type_traits>
 #include <vector>
 
 #include "meltsim/types.hpp"
 #include "particle_files.hpp"
+#include "scene.hpp"
 #include "show/camera.hpp"
 
 namespace runner {
@@ -17,6 +21,7 @@ struct Mesh {
       normal;                            ///< [m] relative to the origin of its FrameShapes; unit, outward
   std::vector<float> temperature;        ///< [degrees Celsius]
   std::vector<std::uint32_t> body;       ///< 1 + index; 0 = liquid
+  std::vector<std::uint32_t> material;   ///< index
   std::vector<std::uint32_t> triangles;  ///< 3 vertices each, counter-clockwise from outside
   bool empty() const { return triangles.empty(); }
 };
@@ -27,17 +32,36 @@ struct Ball {
   float temperature;
   std::uint32_t body;
   bool solid;
+  std::uint32_t material = 0;
 };
 
 struct FrameShapes {
   double time = 0;        ///< [s]
   meltsim::Vec3d origin;  ///< [m]; what follows is relative to it
   Mesh liquid, solid;
+  Mesh paint;  ///< liquid that nothing shines through, once split_liquid has told it from clear one
   std::vector<Ball> balls;  ///< what the meshes do not show
 };
 
 /// Particles as balls; those of phases that a mesh shows are left out.
 void add_balls(FrameShapes& shapes, const std::vector<FrameParticle>& particles, double spacing);
+/// Moves liquid of materials that have a colour from `liquid` to `paint`: triangles most of whose vertices
+/// are of such a material.
+FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks);
+/// What a vertex shows; null = its material has no colour.
+const std::array<double, 3>* color_of(const std::vector<SceneLook>& looks, std::uint32_t material);
+/// Triangles of a mesh by what group(a triangle's first entry) says, ascending.
+template <class Group>
+auto grouped(const Mesh& mesh, const Group& group) {
+  std::map<std::decay_t<decltype(group(std::size_t{0}))>, std::vector<std::uint32_t>> parts;
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    auto& part = parts[group(t)];
+    part.insert(part.end(), {mesh.triangles[t], mesh.triangles[t + 1], mesh.triangles[t + 2]});
+  }
+  return parts;
+}
+/// The material of most of a triangle's corners; of three that differ the first one's.
+std::uint32_t material_of_triangle(const Mesh& mesh, std::size_t first);
 /// In world coordinates.
 Box box_of(const FrameShapes& shapes);
 

@@ -33,6 +33,7 @@ Mesh mesh_of(meltsim::World& world, meltsim::SurfaceDesc desc, meltsim::SurfaceO
   mesh.normal = std::move(made->normal);
   mesh.temperature = std::move(made->temperature);
   mesh.body = std::move(made->body);
+  mesh.material = std::move(made->material);
   mesh.triangles = std::move(made->triangles);
   return mesh;
 }

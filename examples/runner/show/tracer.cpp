@@ -55,7 +55,9 @@ struct Surface {
 class Tracer {
  public:
   Tracer(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings)
-      : bvh_(shapes), settings_(settings) {
+      : shapes_(settings.look == Look::natural ? split_liquid(shapes, settings.looks) : shapes),
+        bvh_(shapes_),
+        settings_(settings) {
     eye_ = meltsim::cast<float>(camera.eye - shapes.origin);
     up_ = unit(meltsim::cast<float>(camera.up));
     front_ = unit(meltsim::cast<float>(camera.look_at - camera.eye));
@@ -73,7 +75,7 @@ class Tracer {
     middle_ =
         meltsim::cast<float>((box.empty() ? camera.look_at : (box.min + box.max) * 0.5) - shapes.origin);
     tile_ = static_cast<float>(tile_size(size_));
-    see_through_ = !shapes.liquid.empty();
+    see_through_ = !shapes_.liquid.empty();
   }
 
   Vec3f pixel(float x, float y, Dice dice, int sample) const {
@@ -95,12 +97,14 @@ class Tracer {
     s.solid = bvh_.is_solid(hit.primitive);
     float temperature = 0;
     std::uint32_t body = 0;
+    std::optional<Vec3f> own;
     if (bvh_.is_ball(hit.primitive)) {
       const Ball& ball = bvh_.ball(hit.primitive);
       s.normal = (s.at - ball.center) * (1 / ball.radius);
       s.outside = dot(s.normal, ray.along) < 0;
       temperature = ball.temperature;
       body = ball.body;
+      if (const auto* color = color_of(settings_.looks, ball.material)) own = as_vector(linear(*color));
     } else {
       const Mesh& mesh = bvh_.mesh(hit.primitive);
       const std::size_t t = bvh_.triangle(hit.primitive);
@@ -111,13 +115,13 @@ class Tracer {
       s.normal = unit(mesh.normal[a] * w + mesh.normal[b] * hit.u + mesh.normal[c] * hit.v);
       temperature = mesh.temperature[a] * w + mesh.temperature[b] * hit.u + mesh.temperature[c] * hit.v;
       body = mesh.body[a];
+      if (bvh_.is_paint(hit.primitive)) own = paint(mesh, t, {w, hit.u, hit.v});
     }
     if (settings_.look == Look::temperature) {
       const Rgb shown = ramp((temperature - settings_.cold) / std::max(settings_.hot - settings_.cold, 1e-9));
-      const auto linear = [](double c) { return static_cast<float>(std::pow(c, 2.2)); };
-      s.color = {linear(shown[0]), linear(shown[1]), linear(shown[2])};
+      s.color = as_vector(linear(shown));
     } else {
-      s.color = s.solid ? as_vector(body_color(settings_, body)) : liquid_color;
+      s.color = own ? *own : s.solid ? as_vector(body_color(settings_, body)) : liquid_color;
     }
     return s;
   }
@@ -265,6 +269,21 @@ class Tracer {
   /// Rays start this far from the surface they leave.
   float lift() const { return 1e-4f * size_; }
 
+  /// Of a point in the liquid: between the corners that have a colour.
+  Vec3f paint(const Mesh& mesh, std::size_t t, const float (&share)[3]) const {
+    Vec3f sum{0, 0, 0};
+    float weight = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto* color = color_of(settings_.looks, mesh.material[mesh.triangles[t + k]]);
+      if (color == nullptr) continue;
+      const float part = share[k] + 1e-6f;
+      sum = sum + as_vector(linear(*color)) * part;
+      weight += part;
+    }
+    return sum * (1 / std::max(weight, 1e-6f));
+  }
+
+  FrameShapes shapes_;
   Bvh bvh_;
   const TraceSettings& settings_;
   Vec3f eye_, up_, front_, right_, above_, sun_, across_, middle_;

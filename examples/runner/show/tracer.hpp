@@ -18,10 +18,11 @@ struct TraceSettings {
   int samples = 2;  ///< per pixel along each side
   int threads = 0;  ///< 0 = all
   Look look = Look::natural;
-  double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
-  std::vector<Rgb> bodies;   ///< colours of the first ones; a palette goes on from there
-  double spacing = 0;        ///< [m]
-  double extent = 0;         ///< [m] of what a row of pictures shows; 0 = of this frame
+  double cold = 0, hot = 1;      ///< ends of the ramp [degrees Celsius]
+  std::vector<Rgb> bodies;       ///< colours of the first ones; a palette goes on from there
+  std::vector<SceneLook> looks;  ///< of materials, for liquids
+  double spacing = 0;            ///< [m]
+  double extent = 0;             ///< [m] of what a row of pictures shows; 0 = of this frame
   bool has_floor = true;
   double floor = 0;  ///< its height along the camera's up [m]
 };

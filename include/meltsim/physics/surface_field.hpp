@@ -51,6 +51,16 @@ struct ShapeSums {
   T weight{};
   Vec3<T> first{};                       ///< of offsets [m]
   T xx{}, yy{}, zz{}, xy{}, yz{}, zx{};  ///< of their products [m^2]
+  MELTSIM_HD void add(const ShapeSums& o) {
+    weight += o.weight;
+    first += o.first;
+    xx += o.xx;
+    yy += o.yy;
+    zz += o.zz;
+    xy += o.xy;
+    yz += o.yz;
+    zx += o.zx;
+  }
 };
 template <class T>
 MELTSIM_HD void add_neighbour(ShapeSums<T>& s, const SphKernel<T>& k, Vec3<T> offset, T r2) {
