@@ -203,6 +203,24 @@ crowded:
   }
 }
 
+/// Whether ask(j) holds for any neighbour of i in these rows.
+template <bool Periodic, class T, class Ask>
+MELTSIM_HD bool any_neighbour(const core::Frame<T>& w, std::uint64_t i, SomeRows set, const Ask& ask) {
+  const core::Range* rows = rows_of(w, i);
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  while (!set.empty()) {
+    const std::uint32_t r = set.take();
+    const core::Range row = rows[r];
+    for (std::uint64_t bits = bits_of(w, i, r); bits != 0u; bits &= bits - 1u)
+      if (ask(row.begin + static_cast<std::uint32_t>(lowest_bit(bits)))) return true;
+    for (std::uint32_t j = row.begin + bits_per_row; j < row.end; ++j) {
+      const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(w.f.position[j]));
+      if (dot(d, d) < w.c.kernel.support2 && ask(j)) return true;
+    }
+  }
+  return false;
+}
+
 /// sweep over the rows of one part.
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,

@@ -43,12 +43,14 @@ struct DensityBody {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
     const Vec3<T> xi = xyz(w.f.position[i]);
-    const bool solid = Mixed && is_solid(w.f.tag[i]);
     spatial::find_part<Periodic>(w, i, k, parts,
-                                 [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2, bool near) {
+                                 [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2, bool) {
                                    s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
-                                   if (solid && near) s.wet = s.wet || is_fluid(w.f.tag[j]);
                                  });
+    if (Mixed &&
+        is_solid(w.f.tag[i]))  // afterwards: a question per candidate costs more than one per neighbour
+      s.wet = spatial::any_neighbour<Periodic>(w, i, spatial::rows_of_part(w, k, parts),
+                                               [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
     const spatial::SomeRows rows{spatial::rows_of_part(w, k, parts).bits &
