@@ -681,7 +681,7 @@ class EngineImpl final : public Engine {
     } else {
       const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin));
       ex_.begin_tracks();
-      for (int s = 0; s < stage_count; ++s) {
+      for (const int s : EnqueueOrder<E>::of(ex_, plan)) {
         const auto at = static_cast<std::size_t>(s);
         if (plan.track[at] < 0) continue;
         ex_.enter_track(plan.track[at]);

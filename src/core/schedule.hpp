@@ -97,6 +97,21 @@ constexpr Schedule make_schedule(std::uint64_t running) {
   return r;
 }
 
+/// The order in which stages are enqueued: the table's, or, where an executor has one of its own (tests
+/// have), any that the schedule allows.
+template <class E, class = void>
+struct EnqueueOrder {
+  static std::array<int, stage_count> of(E&, const Schedule&) {
+    std::array<int, stage_count> order{};
+    for (int s = 0; s < stage_count; ++s) order[static_cast<std::size_t>(s)] = s;
+    return order;
+  }
+};
+template <class E>
+struct EnqueueOrder<E, std::void_t<decltype(std::declval<E&>().stage_order(Schedule{}))>> {
+  static std::array<int, stage_count> of(E& ex, const Schedule& plan) { return ex.stage_order(plan); }
+};
+
 }  // namespace core
 }  // namespace v0
 }  // namespace meltsim

@@ -29,6 +29,7 @@ struct MeltingScene {
   double heat_time_scale = 2e4;
   int pieces_interval = 16;
   bool still = false;  ///< no gravity, blocks fixed
+  meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
 };
 
 inline constexpr double spacing = 0.1;
@@ -63,6 +64,7 @@ inline World make_world(const MeltingScene& scene) {
   const double wide = scene.side * spacing;
   desc.domain.max = {wide, wide, wide};
   desc.heat.time_scale = scene.heat_time_scale;
+  desc.neighbour_search = scene.search;
   if (scene.still) {
     desc.gravity = {0, 0, 0};
     desc.sound_speed = 50;

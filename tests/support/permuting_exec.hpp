@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// An executor that runs every body in an order of its own and remembers the frame it saw last: a body that
-// reads what another of its calls writes gives different bits. The frame's pointers stay valid until the next
-// upload, so tests look at any channel.
+// An executor that runs every body, and the stages of a sub-step as far as their schedule allows, in an order
+// of its own, and remembers the frame it saw last: a body that reads what another of its calls writes gives
+// different bits, and so do stages whose rows in the stage table do not say what they touch. The frame's
+// pointers stay valid until the next upload, so tests look at any channel.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -13,6 +15,7 @@
 
 #include "core/exec_cpu.hpp"
 #include "core/frame.hpp"
+#include "core/schedule.hpp"
 #include "core/surface_frame.hpp"
 
 namespace test_support {
@@ -33,6 +36,37 @@ class PermutingExec : public meltsim::core::CpuExec {
 
   /// Shared with every copy of this executor.
   const meltsim::core::Frame<T>& frame() const { return *frame_; }
+
+  // --- stages side by side: one after the other, later ones first or in any order
+  void begin_tracks() const {}
+  void enter_track(int) const {}
+  void mark_stage(int) const {}
+  void wait_for_stage(int) const {}
+  std::array<int, meltsim::core::stage_count> stage_order(const meltsim::core::Schedule& plan) {
+    constexpr int count = meltsim::core::stage_count;
+    std::array<int, count> order{};
+    std::vector<bool> done(count, false);
+    const auto ready = [&](int s) {
+      const auto at = static_cast<std::size_t>(s);
+      for (int t = 0; t < s; ++t) {
+        const auto before = static_cast<std::size_t>(t);
+        const bool awaited = ((plan.waits[at] >> t) & 1u) != 0 || plan.track[before] == plan.track[at];
+        if (awaited && plan.track[before] >= 0 && !done[before]) return false;
+      }
+      return true;
+    };
+    for (int& next : order) {
+      std::vector<int> can;
+      for (int s = 0; s < count; ++s)
+        if (!done[static_cast<std::size_t>(s)] && (plan.track[static_cast<std::size_t>(s)] < 0 || ready(s)))
+          can.push_back(s);
+      next = order_ == Order::forward    ? can.front()
+             : order_ == Order::reversed ? can.back()
+                                         : can[engine_() % can.size()];
+      done[static_cast<std::size_t>(next)] = true;
+    }
+    return order;
+  }
 
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) {
