@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Turns records of `meltsim validate --out DIR` into docs/validation.md and the figures beside it.
 
-  docs/validation.py [--out docs] [LABEL=]DIR_OR_JSON ...
+  docs/validation.py [--out docs] [--update] [LABEL=]DIR_OR_JSON ...
 
 One error column per label, in the order given (default label: device and precision); records of one label are parts
-of one run, joined by case. Figures show
-the first record that has them. Needs matplotlib. A developer runs this by hand; no build does.
+of one run, joined by case. Figures show the first record that has them. --update puts cells into the page that is there,
+by label, and leaves all else as it is. Needs matplotlib. A developer runs this by hand; no build does.
 """
 import argparse
 import json
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -82,8 +83,7 @@ def case_section(records, name, figures):
         rows = [next((row for row in record.cases.get(name, {"rows": []})["rows"] if row["quantity"] == key), None)
                 for record in records]
         known = next(row for row in rows if row)
-        cells = ["" if row is None else
-                 f"{with_unit(row['error'], row['unit'])} {'✓' if row['pass'] else '**✗**'}" for row in rows]
+        cells = ["" if row is None else cell(row) for row in rows]
         target = with_unit(known["target"], known["unit"])
         lines.append(f"| {escaped(key)} | {number(known['reference'], 6)} | {target} | " + " | ".join(cells) + " |")
     lines.append("| seconds | | | " + " | ".join(
@@ -192,9 +192,45 @@ def document(records, figures):
     return "\n".join(lines).rstrip() + "\n"
 
 
+def cell(row):
+    return f"{with_unit(row['error'], row['unit'])} {'✓' if row['pass'] else '**✗**'}"
+
+
+def updated(page, records):
+    """The page with the cells of these records put in; whatever they do not hold stays as it is."""
+    lines, case, columns = [], None, []
+    for line in page.splitlines():
+        heading = re.match(r"### `(.+)`", line)
+        if heading:
+            case = heading[1]
+        cells = re.split(r"(?<!\\)\|", line)[1:-1] if line.startswith("|") else []
+        if cells and cells[0].strip() in ("quantity", "case"):
+            columns = [c.strip() for c in cells]
+        for record in records:
+            if not cells or record.label not in columns:
+                continue
+            at = columns.index(record.label)
+            name = re.match(r" \[`(.+?)`\]", cells[0]) if columns[0] == "case" else None
+            mine = record.cases.get(name[1] if name else case if columns[0] == "quantity" else None)
+            if mine is None:
+                continue
+            good = sum(row["pass"] for row in mine["rows"])
+            row = next((r for r in mine["rows"] if escaped(r["quantity"]) == cells[0].strip()), None)
+            if name:
+                cells[at] = f" {'✓' if mine['pass'] else '**✗**'} {good}/{len(mine['rows'])} "
+            elif row:
+                cells[at] = f" {cell(row)} "
+            elif cells[0].strip() == "seconds":
+                cells[at] = f" {number(mine['seconds'])} "
+        lines.append("|" + "|".join(cells) + "|" if cells else line)
+    return "\n".join(lines) + "\n"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parent, help="directory of validation.md")
+    parser.add_argument("--update", action="store_true",
+                        help="only put the cells of these records into validation.md, by label")
     parser.add_argument("records", nargs="+", metavar="[LABEL=]DIR_OR_JSON")
     arguments = parser.parse_args()
     try:
@@ -208,6 +244,10 @@ def main():
     except (OSError, ValueError, KeyError) as error:
         print(f"validation.py: {error}", file=sys.stderr)
         return 1
+    if arguments.update:
+        page = arguments.out / "validation.md"
+        page.write_text(updated(page.read_text(), records))
+        return 0
     figures = draw_figures(records, arguments.out)
     arguments.out.mkdir(parents=True, exist_ok=True)
     (arguments.out / "validation.md").write_text(document(records, figures))
