@@ -64,8 +64,9 @@ class MELTSIM_API Shape {
   std::shared_ptr<const ShapeNode> node_;
 };
 
-/// Reads OBJ, STL (text or binary) or PLY (text or binary) by its content. Errors name the file, the line or
-/// byte, and what was expected. Faces with more than three corners are split into a fan.
+/// Reads OBJ, STL (text or binary) or PLY (text or binary) by its content; in builds with MELTSIM_ASSIMP also
+/// glTF, FBX, Collada and whatever else assimp reads, with the transforms of its nodes. Errors name the file,
+/// the line or byte, and what was expected. Faces with more than three corners are split into a fan.
 MELTSIM_API Result<TriangleMesh> read_mesh(const std::string& path);
 
 }  // namespace v0

@@ -65,11 +65,14 @@ Result<TriangleMesh> read_any_mesh(const MeshSource& source) {
   if (lines.place().number == 1 && word == "ply") return read_ply(source);
   // Binary STL may start with "solid" as well, so its size decides first.
   if (binary_stl(source.bytes)) return read_stl_binary(source);
-  if (has_zero_byte(source.bytes)) return read_stl_binary(source);  // reports what does not fit
-  if (same_word(word, "solid")) return read_stl_text(source);
-  if (looks_like_obj(source.bytes)) return read_obj(source);
+  const bool text = !has_zero_byte(source.bytes);
+  if (text && same_word(word, "solid")) return read_stl_text(source);
+  if (text && looks_like_obj(source.bytes)) return read_obj(source);
+  std::string why_not;
+  if (auto other = read_other(source, why_not)) return *std::move(other);
+  if (!text) return read_stl_binary(source);  // reports what does not fit
   return source.error({FilePlace::line, 1}, "expected an OBJ, STL or PLY file, found " + quoted(word) +
-                                                "; convert the mesh to one of these");
+                                                "; convert the mesh to one of these (" + why_not + ")");
 }
 
 Result<TriangleMesh> read_mesh(const std::string& path) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -142,6 +143,61 @@ std::string replaced(std::string s, const std::string& what, const std::string& 
   const std::size_t at = s.find(what);
   EXPECT_NE(at, std::string::npos) << what;
   return at == std::string::npos ? s : s.replace(at, what.size(), by);
+}
+
+/// A tetrahedron as glTF, its vertices twice as large and 1 to the right by its node's transform.
+std::string gltf() {
+  std::string data;
+  for (const auto& c : corners)
+    for (const float x : c) data += bytes_of(x);
+  for (const auto& f : faces)
+    for (const std::uint32_t v : f) data += bytes_of(static_cast<std::uint16_t>(v));
+  const char* const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string base64;
+  for (std::size_t k = 0; k < data.size(); k += 3) {  // 72 bytes: no padding
+    const auto byte = [&](std::size_t n) {
+      return static_cast<unsigned>(static_cast<unsigned char>(data[k + n]));
+    };
+    const unsigned word = byte(0) << 16 | byte(1) << 8 | byte(2);
+    for (int shift = 18; shift >= 0; shift -= 6) base64 += digits[(word >> shift) & 63u];
+  }
+  return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0, "scale": [2, 2, 2], "translation": [1, 0, 0]}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0],
+      "max": [1, 1, 1]}, {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+    "buffers": [{"byteLength": 72, "uri": "data:application/octet-stream;base64,)" +
+         base64 + R"("}]})";
+}
+
+TEST_F(MeshFile, OtherFormatsGoThroughAssimp) {
+  std::ofstream(path("t.gltf")) << gltf();
+  const Result<TriangleMesh> m = read_mesh(path("t.gltf"));
+  if (!m && m.error().message.find("MELTSIM_ASSIMP") != std::string::npos)
+    GTEST_SKIP() << "built without assimp";
+  ASSERT_TRUE(m) << m.error().message;
+  ASSERT_EQ(m->vertices.size(), 4u);
+  ASSERT_EQ(m->indices.size(), 12u);
+  double volume = 0;
+  for (std::size_t f = 0; f < 12; f += 3)
+    volume += meltsim::dot(m->vertices[m->indices[f]],
+                           meltsim::cross(m->vertices[m->indices[f + 1]], m->vertices[m->indices[f + 2]])) /
+              6;
+  EXPECT_NEAR(volume, 8.0 / 6, 1e-6);  // outward, and eight times as large
+  double least = 10;
+  for (const Vec3d& v : m->vertices) least = std::min(least, v.x);
+  EXPECT_EQ(least, 1.0);
+}
+
+// Broken, and of a format whose name assimp knows.
+TEST_F(MeshFile, WhatAssimpCannotReadIsAnErrorWithItsReason) {
+  std::ofstream(path("t.gltf")) << gltf().substr(0, 200);
+  const Result<TriangleMesh> m = read_mesh(path("t.gltf"));
+  ASSERT_FALSE(m);
+  EXPECT_EQ(m.error().code, ErrorCode::invalid_argument);
+  EXPECT_NE(m.error().message.find("t.gltf"), std::string::npos) << m.error().message;
+  EXPECT_NE(m.error().message.find("convert the mesh"), std::string::npos) << m.error().message;
 }
 
 TEST_F(MeshFile, ReadsObj) {
