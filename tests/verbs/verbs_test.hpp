@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <numeric>
 #include <random>
 #include <string>
@@ -113,6 +114,8 @@ struct Worst {
     r.bad = from[i] % 97u == 3u ? 1u + from[i] % 5u : 0u;
     r.bad_id = static_cast<std::uint32_t>(i);
     r.bad_value = r.bad != 0u ? static_cast<double>(from[i]) : 0.0;
+    // Each word its own sum, of whole numbers: exact in any order.
+    r.sums.each_word([&](int k, double& word) { word = static_cast<double>((from[i] % 1024u) * (k + 1u)); });
     return r;
   }
 };
@@ -253,6 +256,13 @@ TYPED_TEST_P(Verbs, ReduceFindsTheWorst) {
     EXPECT_EQ(got.bad, expected.bad) << "n " << n;
     EXPECT_EQ(got.bad_id, expected.bad_id) << "n " << n;
     EXPECT_EQ(got.bad_value, expected.bad_value) << "n " << n;
+    double total = 0;
+    for (const std::uint32_t x : host) total += x % 1024u;
+    double words[meltsim::core::LedgerSums::words];
+    static_assert(sizeof words == sizeof got.sums);
+    std::memcpy(words, &got.sums, sizeof words);
+    for (int k = 0; k < meltsim::core::LedgerSums::words; ++k)
+      EXPECT_EQ(words[k], total * (k + 1)) << "n " << n << ", word " << k;
   }
   this->expect_no_fault(ex);
 }
