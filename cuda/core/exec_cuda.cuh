@@ -97,8 +97,12 @@ __device__ bool gathered(std::uint64_t n, const Body& body, std::uint64_t& i, ty
 template <unsigned Parts>
 inline constexpr unsigned gather_block = Parts == 1 ? block : Parts* gather_items;
 
+/// Blocks that are to be in place at once; 0: as many as there are registers for.
 template <unsigned Parts, class Body>
-__global__ void __launch_bounds__(gather_block<Parts>)
+inline constexpr unsigned resident_blocks = resident<Body>::warps(Parts) * 32 / gather_block<Parts>;
+
+template <unsigned Parts, class Body>
+__global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Body>)
     gather(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
   if (stopped(guard)) return;
   std::uint64_t i;

@@ -20,6 +20,7 @@
 #include "core/surface_run.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "spatial/neighbour_words.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -231,6 +232,8 @@ class EngineImpl final : public Engine {
   }
 
   void download(LatticeMasks& m) override {
+    // What melted in the last sub-step leaves its regions at the beginning of the next.
+    if (w_.f.region_mask != nullptr && w_.f.neighbour_mask != nullptr) topology::regions<E, T>(ex_, w_);
     ex_.synchronize();
     m.region_words = w_.region_words;
     if (w_.f.neighbour_mask != nullptr) m.neighbour_mask = fetch(w_.f.neighbour_mask, w_.vertices);
@@ -302,6 +305,7 @@ class EngineImpl final : public Engine {
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
     set(Owner::particle_rows, s.particle_capacity * n.rows);
+    set(Owner::particle_words, most_words(c, s.particle_capacity, n.rows));
     set(Owner::id, s.particle_capacity);
     set(Owner::cell, n.cells + 2);
     set(Owner::group, n.groups + 1);
@@ -379,7 +383,7 @@ class EngineImpl final : public Engine {
     // Sub-step k read the buffer that was current before it. Every later one swapped once more.
     if ((last_index_ - s.halt_step) % 2 == 0) swap_buffers();
     w_.born = s.particles;
-    w_.particles = slots_for(w_.born);
+    use_slots(slots_for(w_.born));
     rolled_back_ = true;
     ex_.set_guard(nullptr);
     step::reindex<E, T>(ex_, w_);
@@ -435,6 +439,7 @@ class EngineImpl final : public Engine {
     w_.region_words = words_for(l.max_half_width);
     largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;
     spacing_ = c.spacing;
+    support_in_spacings_ = c.support / c.spacing;
     spring_reference_ = c.spring_reference;
     largest_modulus_rate_ = 0;
     for (const MaterialRow<double>& m : c.materials)
@@ -511,7 +516,7 @@ class EngineImpl final : public Engine {
     const std::size_t n = s.position.size();
     const std::size_t capacity = w_.bits_stride;
     w_.born = static_cast<std::uint32_t>(n);
-    w_.particles = slots_for(w_.born);
+    use_slots(slots_for(w_.born));
     rolled_back_ = false;
     rebuild_ = true;
     last_index_ = 0;
@@ -641,6 +646,27 @@ class EngineImpl final : public Engine {
     return v;
   }
 
+  void use_slots(std::uint32_t slots) {
+    w_.particles = slots;
+    w_.words_parts = word_parts(slots);
+    w_.words_stride = spatial::words_stride(slots);
+    w_.words_room = spatial::words_room(support_in_spacings_, w_.grid.rows, w_.words_parts);
+  }
+
+  /// A CPU finds all neighbours of a particle in one go.
+  static std::uint32_t word_parts(std::uint64_t slots) { return runs_lanes<E> ? 1u : shared_parts(slots); }
+
+  /// Entries of neighbour_words for at most so many particles.
+  static std::uint64_t most_words(const SceneConstants& c, std::uint64_t capacity, std::uint64_t rows) {
+    const auto entries = [&](std::uint64_t n) {
+      const std::uint32_t parts = word_parts(n);
+      const std::uint32_t room =
+          spatial::words_room(c.support / c.spacing, static_cast<std::uint32_t>(rows), parts);
+      return std::uint64_t{parts} * (room + 1u) * spatial::words_stride(n);
+    };
+    return std::max(entries(capacity), entries(std::min(capacity, gather_few - 1u)));
+  }
+
   /// Slots that kernels run over: in steps, so that an emitter does not make every sub-step differ from the
   /// last one.
   std::uint32_t slots_for(std::uint32_t born) const {
@@ -661,7 +687,7 @@ class EngineImpl final : public Engine {
     w_.burst_first = w_.born;
     step::emit<E, T>(ex_, w_);
     w_.born += b.points;
-    w_.particles = slots_for(w_.born);
+    use_slots(slots_for(w_.born));
   }
 
   /// All but step.begin, which the clock makes different every time.
@@ -753,7 +779,7 @@ class EngineImpl final : public Engine {
   void* previous_[field_count] = {};
   std::uint64_t bytes_[field_count] = {}, previous_bytes_[field_count] = {};
   const std::vector<PlacedStage>* custom_ = nullptr;
-  double largest_mass_ = 1, spacing_ = 1, body_size_ = 1;
+  double largest_mass_ = 1, spacing_ = 1, support_in_spacings_ = 2.5, body_size_ = 1;
   double spring_reference_ = 0, largest_modulus_rate_ = 0;
   int sum_bits_ = 40;
   std::uint64_t last_index_ = 0;

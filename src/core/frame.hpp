@@ -34,6 +34,11 @@ struct Range {
   std::uint32_t begin = 0, end = 0;
 };
 
+/// Neighbours among 32 slots: bit k, slot first + k.
+struct alignas(8) NeighbourWord {
+  std::uint32_t first, bits;
+};
+
 /// A conductivity below 0 marks a particle that holds both phases; its size is that of their mixture.
 template <class T>
 struct alignas(2 * sizeof(T)) HeatOperand {
@@ -335,7 +340,10 @@ struct Frame {
   std::uint32_t vertices = 0;
   std::uint32_t region_words = 0;
   std::uint32_t key_bits = 64;
-  std::uint64_t bits_stride = 0;  ///< entries per row of neighbour_bits
+  std::uint64_t bits_stride = 0;   ///< entries per row of far_bits
+  std::uint64_t words_stride = 0;  ///< entries per column of neighbour_words
+  std::uint32_t words_parts = 1;   ///< sets of words: one per part of a sum that is shared out
+  std::uint32_t words_room = 0;    ///< words that a set holds
   bool mixed = true;              ///< solids, or more than one liquid
   // Arguments of single stages, set by the engine:
   Clock<T> clock;  ///< step.begin

@@ -12,11 +12,25 @@ namespace core {
 /// decides.
 inline constexpr std::uint64_t gather_few = 200000;
 
+/// Parts of sums that are shared out.
+constexpr std::uint32_t shared_parts(std::uint64_t n) { return n < gather_few ? 3u : 1u; }
+
 /// Parts that each of n sums of a body is made of. Body::shared: whether sharing out pays (measured).
 template <class Body>
 constexpr std::uint32_t gather_parts(std::uint64_t n) {
-  return Body::shared && n < gather_few ? 3u : 1u;
+  return Body::shared ? shared_parts(n) : 1u;
 }
+
+/// Bodies with `static constexpr std::uint32_t resident_warps(parts)`: as many warps as a GPU should have in place
+/// on a multiprocessor, where a compiler left alone would take more registers (measured).
+template <class Body, class = void>
+struct resident {
+  static constexpr std::uint32_t warps(std::uint32_t) { return 0; }
+};
+template <class Body>
+struct resident<Body, decltype(static_cast<void>(Body::resident_warps(1u)))> {
+  static constexpr std::uint32_t warps(std::uint32_t parts) { return Body::resident_warps(parts); }
+};
 
 /// The same for items of a list, which are few.
 inline constexpr std::uint32_t listed_parts = 9;

@@ -24,6 +24,7 @@ enum class Owner {
   particle,
   particle_list,
   particle_rows,
+  particle_words,
   id,
   cell,
   group,

@@ -377,8 +377,9 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
     if (module == "thermal" && index % static_cast<std::uint64_t>(thermal_interval_) != 0) continue;
     if (s == core::stage_topology_pieces) {
       if (index % static_cast<std::uint64_t>(desc.pieces_interval) != 0) continue;
-    } else if (module == "topology" && index % static_cast<std::uint64_t>(topology_interval_) != 0) {
-      continue;
+    } else if (module == "topology" && s != core::stage_topology_regions &&
+               index % static_cast<std::uint64_t>(topology_interval_) != 0) {
+      continue;  // regions follow whatever melted in the sub-step before
     }
     bits |= std::uint64_t{1} << s;
   }

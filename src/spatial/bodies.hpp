@@ -172,9 +172,10 @@ struct CellRow {
 template <class Key, class T>
 MELTSIM_HD CellRow cell_row(const Grid<T>& grid, Key key, std::uint32_t r) {
   const auto nx = static_cast<Key>(grid.nx), ny = static_cast<Key>(grid.ny);
-  const auto cx = static_cast<std::int32_t>(key % nx);
-  const auto cy = static_cast<std::int32_t>((key / nx) % ny);
-  const auto cz = static_cast<std::int32_t>(key / (nx * ny));
+  const Key line = key / nx, layer = line / ny;  // two divisions: they are most of the work
+  const auto cx = static_cast<std::int32_t>(key - line * nx);
+  const auto cy = static_cast<std::int32_t>(line - layer * ny);
+  const auto cz = static_cast<std::int32_t>(layer);
   const auto k = static_cast<std::int32_t>(r % 9u);
   std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
   if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
@@ -200,9 +201,10 @@ struct RowsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const auto narrow = static_cast<std::uint32_t>(k);
-    const bool fits = narrow == k;
-    const std::uint32_t cell = fits ? narrow / w.grid.rows : static_cast<std::uint32_t>(k / w.grid.rows);
-    const std::uint32_t r = fits ? narrow % w.grid.rows : static_cast<std::uint32_t>(k % w.grid.rows);
+    const std::uint32_t cell = narrow != k         ? static_cast<std::uint32_t>(k / w.grid.rows)
+                               : w.grid.rows == 9u ? narrow / 9u  // by a constant it is a multiplication
+                                                   : narrow / w.grid.rows;
+    const auto r = static_cast<std::uint32_t>(k - std::uint64_t{cell} * w.grid.rows);
     const CellRow row = cell_row(w.grid, cell, r);
     w.f.group_ranges[k] =
         row.first <= row.last ? Range{w.f.cell_begin[row.first], w.f.cell_begin[row.last + 1]} : Range{};
@@ -235,11 +237,16 @@ struct RangesBody {
 template <class T, bool Periodic>
 struct NeighboursBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    if (w.f.group_of[i] == none) return;  // removed
-    find_neighbours<Periodic>(w, i, AllRows{0u, w.grid.rows},
-                              [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T, bool) {});
+  static constexpr bool shared = true;
+  struct Sum {
+    MELTSIM_HD void add(const Sum&) {}
+  };
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    if (w.f.group_of[i] != none)  // not removed
+      find_part<Periodic>(w, i, k, parts, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
+    return {};
   }
+  MELTSIM_HD void finish(std::uint64_t, const Sum&) const {}
 };
 
 }  // namespace spatial

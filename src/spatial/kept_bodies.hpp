@@ -47,7 +47,7 @@ struct SkinBody {
     for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
       const Range row = rows[r];
       std::uint64_t bits = 0;
-      for (std::uint32_t j = row.begin; j < minimum(row.begin + bits_per_row, row.end); ++j) {
+      for (std::uint32_t j = row.begin; j < minimum(row.begin + far_bits_per_row, row.end); ++j) {
         const Vec3<T> d = separation<Periodic>(w.grid, xyz(x), xyz(w.f.position[j]));
         bits |= static_cast<std::uint64_t>(dot(d, d) < w.kept.reach2) << (j - row.begin);
       }

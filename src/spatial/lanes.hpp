@@ -27,7 +27,7 @@ struct LaneSum {
 };
 
 /// visit(lane, V_j, x_ij, r2) for every candidate of i, row by row, and stores which are near, as
-/// find_neighbours does. What vanishes beyond H needs no branch; V_j is 0 in lanes beyond the end of a row.
+/// find_part does. What vanishes beyond H needs no branch; V_j is 0 in lanes beyond the end of a row.
 template <bool Periodic, class T, class Visit>
 inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, std::uint64_t i,
                           const Visit& visit) {
@@ -35,13 +35,12 @@ inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, st
   const core::Grid<T> grid = w.grid;
   const T support2 = w.c.kernel.support2;
   const core::Range* rows = rows_of(w, i);
+  WordWriter<T> words(w, i, 0u);
   for (std::uint32_t r = 0; r < grid.rows; ++r) {
     const std::uint32_t end = rows[r].end;
-    std::uint64_t bits = 0;
-    std::uint32_t done = 0;
-    for (std::uint32_t first = rows[r].begin; first < end; first += 32u, done += 32u) {
+    for (std::uint32_t first = rows[r].begin; first < end; first += word_bits) {
       std::uint32_t near_bits[lanes] = {};
-      for (std::uint32_t k = 0; k < 32u && first + k < end; k += lanes) {
+      for (std::uint32_t k = 0; k < word_bits && first + k < end; k += lanes) {
         const auto left = static_cast<std::int32_t>(end - first - k);
         const T *x = p.x + first + k, *y = p.y + first + k, *z = p.z + first + k, *v = p.w + first + k;
         MELTSIM_SIDE_BY_SIDE
@@ -55,10 +54,10 @@ inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, st
       }
       std::uint32_t found = 0;
       for (std::uint32_t l = 0; l < lanes; ++l) found |= near_bits[l];
-      if (done < bits_per_row) bits |= static_cast<std::uint64_t>(found) << done;
+      words.add(first, found);
     }
-    bits_of(w, i, r) = bits;
   }
+  words.close();
 }
 
 /// NeighboursBody.
@@ -85,29 +84,19 @@ struct ByteBits {
 inline constexpr ByteBits byte_bits{};
 
 /// Neighbours that are looked at in one go: those of several rows.
-inline constexpr std::uint32_t batch = 3 * bits_per_row;
+inline constexpr std::uint32_t batch = 6 * word_bits;
 
 /// The neighbours of a particle in order, a batch at a time.
 template <bool Periodic, class T>
 class Batches {
  public:
   Batches(const core::Frame<T>& w, std::uint64_t i)
-      : w_(w), x_(xyz(w.f.position[i])), i_(i), rows_(rows_of(w, i)) {}
+      : w_(w), x_(xyz(w.f.position[i])), i_(i), at_(words_of(w, i, 0u)), left_(at_->first) {
+    search_ = left_ == too_many;
+  }
   /// Slots of the next neighbours, none when there are no more. Filled up to whole lanes with i.
   std::uint32_t next() {
-    std::uint32_t n = 0;
-    for (; row_ < w_.grid.rows && n + bits_per_row <= batch; ++row_) {
-      std::uint32_t begin = rows_[row_].begin;
-      crowded_ = crowded_ || rows_[row_].end - begin > bits_per_row;
-      for (std::uint64_t bits = bits_of(w_, i_, row_); bits != 0u; bits >>= 8, begin += 8u) {
-        const auto byte = static_cast<std::uint32_t>(bits & 255u);
-        std::uint32_t* to = slots + n;
-        MELTSIM_SIDE_BY_SIDE
-        for (std::uint32_t k = 0; k < 8u; ++k) to[k] = begin + byte_bits.at[byte][k];
-        n += byte_bits.count[byte];
-      }
-    }
-    if (row_ == w_.grid.rows && crowded_) n = beyond(n);
+    const std::uint32_t n = search_ ? found() : walked();
     const auto all = static_cast<std::uint32_t>((n + lanes - 1u) / lanes * lanes);
     for (std::uint32_t k = n; k < all; ++k) slots[k] = static_cast<std::uint32_t>(i_);
     return n;
@@ -115,13 +104,30 @@ class Batches {
   alignas(64) std::uint32_t slots[batch + lanes];
 
  private:
-  /// Those past the 64th candidate of a row.
-  std::uint32_t beyond(std::uint32_t n) {
-    for (; crowded_row_ < w_.grid.rows; ++crowded_row_, done_ = 0) {
-      const core::Range row = rows_[crowded_row_];
-      while (row.begin + bits_per_row + done_ < row.end) {
+  std::uint32_t walked() {
+    std::uint32_t n = 0;
+    for (; left_ != 0u && n + word_bits <= batch; --left_) {
+      at_ += w_.words_stride;
+      std::uint32_t begin = at_->first;
+      for (std::uint32_t bits = at_->bits; bits != 0u; bits >>= 8, begin += 8u) {
+        const std::uint32_t byte = bits & 255u;
+        std::uint32_t* to = slots + n;
+        MELTSIM_SIDE_BY_SIDE
+        for (std::uint32_t k = 0; k < 8u; ++k) to[k] = begin + byte_bits.at[byte][k];
+        n += byte_bits.count[byte];
+      }
+    }
+    return n;
+  }
+  /// Of rows with more neighbours than there are words for.
+  std::uint32_t found() {
+    std::uint32_t n = 0;
+    const core::Range* rows = rows_of(w_, i_);
+    for (; row_ < w_.grid.rows; ++row_, done_ = 0) {
+      const core::Range row = rows[row_];
+      while (row.begin + done_ < row.end) {
         if (n == batch) return n;
-        const std::uint32_t j = row.begin + bits_per_row + done_++;
+        const std::uint32_t j = row.begin + done_++;
         const Vec3<T> d = separation<Periodic>(w_.grid, x_, xyz(w_.f.position[j]));
         if (dot(d, d) < w_.c.kernel.support2) slots[n++] = j;
       }
@@ -131,9 +137,9 @@ class Batches {
   const core::Frame<T>& w_;
   Vec3<T> x_;
   std::uint64_t i_;
-  const core::Range* rows_;
-  std::uint32_t row_ = 0, crowded_row_ = 0, done_ = 0;
-  bool crowded_ = false;
+  const NeighbourWord* at_;
+  std::uint32_t left_, row_ = 0, done_ = 0;
+  bool search_ = false;
 };
 
 /// Takes lanes beyond the last of n neighbours out of a sum that is in proportion to `weight`.

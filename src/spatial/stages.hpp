@@ -93,7 +93,7 @@ void neighbours(E& ex, const core::Frame<T>& w) {
   with_periods(w, [&](auto periodic) {
     if constexpr (core::runs_lanes<E>)
       ex.for_each(w.particles, NeighboursLanes<T, periodic()>{w, ex.split(w.particles, w.f.position)});
-    else ex.for_each(w.particles, NeighboursBody<T, periodic()>{w});
+    else ex.gather(w.particles, NeighboursBody<T, periodic()>{w});
   });
 }
 

@@ -205,24 +205,9 @@ class RowList {
     }
     rows_[count_++] = run;
   }
-  /// Spare rows take what bits of a long one do not cover; the rest of them are empty.
+  /// The rest of the rows are empty.
   MELTSIM_HD void finish() {
-    const auto more_of = [this](std::uint32_t k, std::uint32_t spare) {
-      return minimum(spare, (rows_[k].end - rows_[k].begin - 1u) / bits_per_row);
-    };
-    std::uint32_t to = count_;
-    for (std::uint32_t k = 0; k < count_; ++k) to += more_of(k, most_ - to);
-    for (std::uint32_t k = to; k < most_; ++k) rows_[k] = Range{0u, 0u};
-    // From the last, so that no row is written before it was read; the last runs take the spare rows.
-    for (std::uint32_t k = count_; k-- > 0u;) {
-      const Range run = rows_[k];
-      const std::uint32_t more = more_of(k, to - 1u - k), first = to - 1u - more;
-      for (std::uint32_t m = 0; m <= more; ++m) {
-        const std::uint32_t begin = run.begin + m * bits_per_row;
-        rows_[first + m] = Range{begin, m == more ? run.end : begin + bits_per_row};
-      }
-      to = first;
-    }
+    for (std::uint32_t k = count_; k < most_; ++k) rows_[k] = Range{0u, 0u};
   }
 
  private:

@@ -43,25 +43,21 @@ struct DensityBody {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
     const Vec3<T> xi = xyz(w.f.position[i]);
-    spatial::find_part<Periodic>(w, i, k, parts,
-                                 [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2, bool) {
-                                   s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
-                                 });
+    spatial::find_part<Periodic>(w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+      s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
+    });
     if (Mixed &&
         is_solid(w.f.tag[i]))  // afterwards: a question per candidate costs more than one per neighbour
-      s.wet = spatial::any_neighbour<Periodic>(w, i, spatial::rows_of_part(w, k, parts),
-                                               [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
+      s.wet =
+          spatial::any_neighbour<Periodic>(w, i, k, [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
-    const spatial::SomeRows rows{spatial::rows_of_part(w, k, parts).bits &
-                                 spatial::rows_beside_walls(w, walls.axes)};
-    spatial::sweep<Periodic>(w, i, rows, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T) {
-      T value = 0;
-      physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>&, T image2) {
-        value += physics::kernel_shape(w.c.kernel, std::sqrt(image2));
-      });
-      s.phi += xj.w * value;
-    });
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+          s.phi += xj.w * physics::image_sums(walls, w.c.kernel.support2, x_ij, r2, [&](T image2) {
+                            return physics::kernel_shape(w.c.kernel, std::sqrt(image2));
+                          }).all;
+        });
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
@@ -98,6 +94,17 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
 }
 
+/// What the images of j in walls push i with [N]; terms: the sum of both ends' P/phi^2.
+template <class T>
+MELTSIM_HD Vec3<T> image_force(const Frame<T>& w, const physics::WallView<T>& walls, Vec3<T> x_ij, T r2,
+                               T volume_i, T volume_j, T terms) {
+  const auto sums = physics::image_sums(walls, w.c.kernel.support2, x_ij, r2, [&](T image2) {
+    return physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
+  });
+  return physics::pressure_force(volume_i, volume_j, terms, T(0), T(1),
+                                 physics::image_vector(walls, x_ij, sums));
+}
+
 template <class T>
 struct ForceSum {
   Vec3<T> force{};
@@ -110,6 +117,9 @@ template <class T, bool Mixed, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
   static constexpr bool shared = true;
+  static constexpr std::uint32_t resident_warps(std::uint32_t parts) {
+    return sizeof(T) != sizeof(float) ? 0u : parts == 1u ? 32u : 36u;
+  }
   using Sum = ForceSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
@@ -127,10 +137,7 @@ struct ForcesBody {
           const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
           if (walls.axes != 0u) {
             const T term_j = Mixed && is_solid(tag_j) ? stiffness * vj.w : vj.w;
-            physics::for_each_image(walls, w.c.kernel.support2, x_ij, [&](const Vec3<T>& x, T image2) {
-              const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-              s.force += physics::pressure_force(vol_i, xj.w, vi.w, term_j, f, x);
-            });
+            s.force += image_force(w, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
           }
           if (Mixed && is_solid(tag_j)) {
             const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
@@ -147,7 +154,9 @@ struct ForcesBody {
             mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
           const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, vj.w, mu_ij, T(0.5) * (density + density_j),
                                          x_ij,  v_ij};
-          s.force += physics::liquid_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+          s.force = physics::add_liquid_force(
+              s.force, physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2),
+              x_ij, v_ij);
         });
     return s;
   }
@@ -212,11 +221,7 @@ struct ReactionBody {
           if (r2 < w.c.leak_distance2)
             s.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k],
                                             -x_ki, xyz(vi) - vk, r2);
-          if (walls.axes != 0u)
-            physics::for_each_image(walls, w.c.kernel.support2, x_ki, [&](const Vec3<T>& x, T image2) {
-              const T f = physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-              s.force += physics::pressure_force(p.fluid_volume, vol_k, p.terms, T(0), f, x);
-            });
+          if (walls.axes != 0u) s.force += image_force(w, walls, x_ki, r2, p.fluid_volume, vol_k, p.terms);
         });
     return s;
   }

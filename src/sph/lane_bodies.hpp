@@ -46,10 +46,11 @@ struct DensityLanes : DensityBody<T, Mixed, Periodic> {
       x.load(w.f.position, neighbours.slots, n);
       spatial::cut(x.w, n);
       for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
-        const auto image = physics::image_in(walls, mask);
         spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
           const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
-          phi.lane[l] += x.w[k] * physics::kernel_shape(kernel, length(image(walls, x_ij)));
+          phi.lane[l] +=
+              x.w[k] * physics::kernel_shape(
+                           kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask)));
         });
       }
     }
@@ -108,11 +109,11 @@ struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
         fz.lane[l] += f.z;
       });
       for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
-        const auto image = physics::image_in(walls, mask);
         spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
-          const Vec3<T> x_m =
-              image(walls, spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]}));
-          const T factor = physics::kernel_gradient_factor(kernel, length(x_m));
+          const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
+          const Vec3<T> x_m = physics::image_of(walls, x_ij, mask);
+          const T factor = physics::kernel_gradient_factor(
+              kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask)));
           const Vec3<T> f = physics::pressure_force(xi.w, x.w[k], vi.w, v.w[k], factor, x_m);
           fx.lane[l] += f.x;
           fy.lane[l] += f.y;

@@ -54,16 +54,24 @@ MELTSIM_HD T pressure_term(T pressure, T phi) {
   return pressure / (phi * phi);
 }
 
-/// Pressure force on i from liquid j [N]; x_ij = x_i - x_j, f = kernel_gradient_factor.
+/// Pressure force on i from liquid j over x_ij [N/m]; f = kernel_gradient_factor.
+template <class T>
+MELTSIM_HD T pressure_factor(T volume_i, T volume_j, T term_i, T term_j, T f) {
+  return (volume_i * volume_j) * (term_i + term_j) * f;
+}
 template <class T>
 MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {
-  return x_ij * ((volume_i * volume_j) * (term_i + term_j) * f);
+  return x_ij * pressure_factor(volume_i, volume_j, term_i, term_j, f);
 }
 
-/// Viscous force on i from j [N]: mu V_i V_j L_ij v_ji, v_ji = v_j - v_i.
+/// Viscous force on i from j over v_ji = v_j - v_i [N s/m]: mu V_i V_j L_ij.
+template <class T>
+MELTSIM_HD T viscous_factor(T mu, T volume_i, T volume_j, T laplacian) {
+  return mu * (volume_i * volume_j) * laplacian;
+}
 template <class T>
 MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3<T> v_ji) {
-  return v_ji * (mu * (volume_i * volume_j) * laplacian);
+  return v_ji * viscous_factor(mu, volume_i, volume_j, laplacian);
 }
 
 /// Pair viscosity [Pa s]: the harmonic mean, so that the thinner liquid limits the shear stress
@@ -78,11 +86,16 @@ MELTSIM_HD T pair_viscosity(T mu_i, T mu_j) {
 /// force between approaching pairs that removes acoustic noise; h = H/2, density = mean rest density.
 ///   F_i = -V_i V_j rho alpha c h (v_ij.x_ij)/(r^2 + 0.01 h^2) f x_ij   where v_ij.x_ij < 0, else 0.
 template <class T>
-MELTSIM_HD Vec3<T> artificial_viscous_force(const SphKernel<T>& k, T alpha, T sound_speed, T density,
-                                            T volume_i, T volume_j, T f, T r2, T v_dot_x, Vec3<T> x_ij) {
+MELTSIM_HD T artificial_viscous_factor(const SphKernel<T>& k, T alpha, T sound_speed, T density, T volume_i,
+                                       T volume_j, T f, T r2, T v_dot_x) {
   const T rate = alpha * sound_speed * T(0.5) * k.support;  // the same for all pairs
   const T approach = minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2));
-  return x_ij * ((volume_i * volume_j) * (-density * rate * approach) * f);
+  return (volume_i * volume_j) * (-density * rate * approach) * f;
+}
+template <class T>
+MELTSIM_HD Vec3<T> artificial_viscous_force(const SphKernel<T>& k, T alpha, T sound_speed, T density,
+                                            T volume_i, T volume_j, T f, T r2, T v_dot_x, Vec3<T> x_ij) {
+  return x_ij * artificial_viscous_factor(k, alpha, sound_speed, density, volume_i, volume_j, f, r2, v_dot_x);
 }
 
 /// Everything one pair of liquid particles needs.
@@ -94,15 +107,28 @@ struct LiquidPair {
   Vec3<T> x_ij, v_ij;    ///< x_i - x_j [m], v_i - v_j [m/s]
 };
 
-/// All that j does to i [N].
+/// All that j does to i, as what goes with x_ij [N/m] and what goes with v_ij [N s/m].
+template <class T>
+struct PairFactors {
+  T along, drag;
+};
+template <class T>
+MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
+                                         const LiquidPair<T>& p, T r2) {
+  const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
+  return {pressure_factor(p.volume_i, p.volume_j, p.term_i, p.term_j, f) +
+              artificial_viscous_factor(k, alpha, sound_speed, p.density, p.volume_i, p.volume_j, f, r2,
+                                        dot(p.v_ij, p.x_ij)),
+          -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
+}
+/// force and what a pair adds to it [N]; six fused instructions.
+template <class T>
+MELTSIM_HD Vec3<T> add_liquid_force(Vec3<T> force, const PairFactors<T>& f, Vec3<T> x_ij, Vec3<T> v_ij) {
+  return (force + x_ij * f.along) + v_ij * f.drag;
+}
 template <class T>
 MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {
-  const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
-  Vec3<T> force = pressure_force(p.volume_i, p.volume_j, p.term_i, p.term_j, f, p.x_ij);
-  force += viscous_force(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2), -p.v_ij);
-  force += artificial_viscous_force(k, alpha, sound_speed, p.density, p.volume_i, p.volume_j, f, r2,
-                                    dot(p.v_ij, p.x_ij), p.x_ij);
-  return force;
+  return add_liquid_force(Vec3<T>{}, liquid_factors(k, alpha, sound_speed, p, r2), p.x_ij, p.v_ij);
 }
 
 }  // namespace physics

@@ -30,6 +30,56 @@ MELTSIM_HD int lowest_bit(std::uint32_t v) {
 #endif
 }
 
+/// The larger and the smaller of two, or a NaN if one is. One instruction on a device; comparing and selecting
+/// takes two.
+MELTSIM_HD float larger(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  float r;
+  asm("max.NaN.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
+  return r;
+#else
+  return a < b ? b : a;
+#endif
+}
+MELTSIM_HD float smaller(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  float r;
+  asm("min.NaN.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
+  return r;
+#else
+  return b < a ? b : a;
+#endif
+}
+
+/// 1 where v is below 0 (or -0), else 0, without a comparison.
+MELTSIM_HD std::uint32_t sign_bit(float v) {
+#if defined(__CUDA_ARCH__)
+  return __float_as_uint(v) >> 31;
+#else
+  return v < 0 ? 1u : 0u;
+#endif
+}
+MELTSIM_HD std::uint32_t sign_bit(double v) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__double2hiint(v)) >> 31;
+#else
+  return v < 0 ? 1u : 0u;
+#endif
+}
+
+/// Bits in the reverse order.
+MELTSIM_HD std::uint32_t reversed(std::uint32_t v) {
+#if defined(__CUDA_ARCH__)
+  return __brev(v);
+#else
+  v = (v >> 16) | (v << 16);
+  v = ((v >> 8) & 0x00ff00ffu) | ((v & 0x00ff00ffu) << 8);
+  v = ((v >> 4) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4);
+  v = ((v >> 2) & 0x33333333u) | ((v & 0x33333333u) << 2);
+  return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
+#endif
+}
+
 /// Index of the lowest and of the highest set bit; v must not be 0. The instruction differs by compiler.
 MELTSIM_HD int lowest_bit(std::uint64_t v) {
 #if defined(__CUDA_ARCH__)

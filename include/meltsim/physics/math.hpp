@@ -166,6 +166,8 @@ template <class T>
 MELTSIM_HD T maximum(T a, T b) {
   return a < b ? b : a;
 }
+MELTSIM_HD float minimum(float a, float b) { return smaller(a, b); }
+MELTSIM_HD float maximum(float a, float b) { return larger(a, b); }
 template <class T>
 MELTSIM_HD T clamp(T v, T lo, T hi) {
   return v < lo ? lo : (hi < v ? hi : v);

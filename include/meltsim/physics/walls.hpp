@@ -47,84 +47,120 @@ struct WallBox {
 /// The walls within reach of one particle: the nearest one per axis.
 template <class T>
 struct WallView {
-  Vec3<T> distance{};    ///< d_i per axis, not below 0 [m]
-  Vec3<T> inward{};      ///< +1 or -1 per axis
+  Vec3<T> from{};        ///< x_i minus the plane, per axis: its size is d_i, its sign points inwards [m]
   std::uint32_t axes{};  ///< bit a: a wall of axis a is nearer than H
 };
 
+/// Behind a plane counts as just inside, so that the sign still says which side that is.
 template <class T>
 MELTSIM_HD WallView<T> wall_view(const WallBox<T>& b, Vec3<T> x) {
   WallView<T> v;
-  const auto look = [&](T at, T low, T high, std::uint32_t faces, std::uint32_t bit, T& distance, T& inward) {
-    const T dl = (faces & 1u) != 0u ? at - low : b.support, dh = (faces & 2u) != 0u ? high - at : b.support;
-    inward = dl <= dh ? T(1) : T(-1);
-    distance = maximum(minimum(dl, dh), T(0));
-    if (distance < b.support) v.axes |= bit;
+  const T least = static_cast<T>(1e-6) * b.support;
+  const auto look = [&](T at, T low, T high, std::uint32_t faces, std::uint32_t bit, T& from) {
+    const T dl = (faces & 1u) != 0u ? maximum(at - low, least) : b.support;
+    const T dh = (faces & 2u) != 0u ? maximum(high - at, least) : b.support;
+    from = dl <= dh ? dl : -dh;
+    if (minimum(dl, dh) < b.support) v.axes |= bit;
   };
-  look(x.x, b.min.x, b.max.x, b.faces, 1u, v.distance.x, v.inward.x);
-  look(x.y, b.min.y, b.max.y, b.faces >> 2, 2u, v.distance.y, v.inward.y);
-  look(x.z, b.min.z, b.max.z, b.faces >> 4, 4u, v.distance.z, v.inward.z);
+  look(x.x, b.min.x, b.max.x, b.faces, 1u, v.from.x);
+  look(x.y, b.min.y, b.max.y, b.faces >> 2, 2u, v.from.y);
+  look(x.z, b.min.z, b.max.z, b.faces >> 4, 4u, v.from.z);
   return v;
 }
 
-/// d_i + d_j across a plane: how far apart i and the image of j in it are.
+/// x_m across one plane, (d_i + d_j) n; x = x_i - x_j. Neighbours behind the plane count as on it.
 template <class T>
-MELTSIM_HD T image_distance(T d, T inward, T x) {
-  return d + maximum(d - inward * x, T(0));
+MELTSIM_HD T image_across(T from, T x) {
+  return from * (from - x) > T(0) ? from + (from - x) : from;
 }
 
-/// d_i + d_j per axis.
+/// r_m^2 - r^2 of one plane, 4 d_i d_j [m^2].
 template <class T>
-MELTSIM_HD Vec3<T> image_distances(const WallView<T>& v, Vec3<T> x_ij) {
-  return {image_distance(v.distance.x, v.inward.x, x_ij.x), image_distance(v.distance.y, v.inward.y, x_ij.y),
-          image_distance(v.distance.z, v.inward.z, x_ij.z)};
+MELTSIM_HD T image_shift(T from, T x) {
+  return maximum(T(4) * from * (from - x), T(0));
 }
 
-/// Calls visit(x_m, r_m^2) for every image of j within H of i. x_ij = x_i - x_j; 0 = its own image. Where
-/// branches are dear, it may be called for images beyond H, too, where kernels vanish.
+/// Sums over the images of one neighbour, of whatever depends on r_m alone.
+template <class T>
+struct ImageSums {
+  T all{};           ///< over all images
+  Vec3<T> across{};  ///< over those that are mirrored along x, y, z
+};
+
+/// The sums of weight(r_m^2) over the images of j; x_ij = x_i - x_j, r2 its square; 0 = its own images. Where
+/// branches are dear, images beyond H are asked, too: weight must vanish there.
+template <class T, class Weight>
+MELTSIM_HD ImageSums<T> image_sums(const WallView<T>& v, T support2, Vec3<T> x_ij, T r2,
+                                   const Weight& weight) {
+  ImageSums<T> s;
+  const auto value = [&](T square) {
+    const T f = on_device() || square < support2 ? weight(square) : T(0);
+    s.all += f;
+    return f;
+  };
+  const bool x = (v.axes & 1u) != 0u, y = (v.axes & 2u) != 0u, z = (v.axes & 4u) != 0u;
+  const T in_x = r2 + image_shift(v.from.x, x_ij.x), by_y = image_shift(v.from.y, x_ij.y),
+          by_z = image_shift(v.from.z, x_ij.z);
+  if (x) s.across.x = value(in_x);
+  if (y) {
+    s.across.y = value(r2 + by_y);
+    if (x) {
+      const T f = value(in_x + by_y);
+      s.across.x += f;
+      s.across.y += f;
+    }
+  }
+  if (z) {
+    s.across.z = value(r2 + by_z);
+    if (x) {
+      const T f = value(in_x + by_z);
+      s.across.x += f;
+      s.across.z += f;
+    }
+    if (y) {
+      const T f = value(r2 + by_y + by_z);
+      s.across.y += f;
+      s.across.z += f;
+      if (x) {
+        const T g = value(in_x + by_y + by_z);
+        s.across += Vec3<T>{g, g, g};
+      }
+    }
+  }
+  return s;
+}
+
+/// sum of weight(r_m^2) x_m over the images of j, from their sums.
+template <class T>
+MELTSIM_HD Vec3<T> image_vector(const WallView<T>& v, Vec3<T> x_ij, const ImageSums<T>& s) {
+  return {x_ij.x * (s.all - s.across.x) + image_across(v.from.x, x_ij.x) * s.across.x,
+          x_ij.y * (s.all - s.across.y) + image_across(v.from.y, x_ij.y) * s.across.y,
+          x_ij.z * (s.all - s.across.z) + image_across(v.from.z, x_ij.z) * s.across.z};
+}
+
+/// x_m of one image: mirrored in the planes of `mask` (bit a: axis a).
+template <class T>
+MELTSIM_HD Vec3<T> image_of(const WallView<T>& v, Vec3<T> x_ij, std::uint32_t mask) {
+  return {(mask & 1u) != 0u ? image_across(v.from.x, x_ij.x) : x_ij.x,
+          (mask & 2u) != 0u ? image_across(v.from.y, x_ij.y) : x_ij.y,
+          (mask & 4u) != 0u ? image_across(v.from.z, x_ij.z) : x_ij.z};
+}
+
+/// r_m^2 of that image.
+template <class T>
+MELTSIM_HD T image_square(const WallView<T>& v, Vec3<T> x_ij, T r2, std::uint32_t mask) {
+  return r2 + ((mask & 1u) != 0u ? image_shift(v.from.x, x_ij.x) : T(0)) +
+         ((mask & 2u) != 0u ? image_shift(v.from.y, x_ij.y) : T(0)) +
+         ((mask & 4u) != 0u ? image_shift(v.from.z, x_ij.z) : T(0));
+}
+
+/// Calls visit(x_m, r_m^2) for every image of j within H of i, for what depends on more than r_m.
 template <class T, class Visit>
 MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, const Visit& visit) {
-  if ((v.axes & (v.axes - 1u)) == 0u) {  // one plane, one image
-    const bool is_x = v.axes == 1u, is_y = v.axes == 2u;
-    const T d = is_x ? v.distance.x : is_y ? v.distance.y : v.distance.z;
-    const T inward = is_x ? v.inward.x : is_y ? v.inward.y : v.inward.z;
-    const T sum = image_distance(d, inward, is_x ? x_ij.x : is_y ? x_ij.y : x_ij.z), across = inward * sum;
-    const Vec3<T> x{is_x ? across : x_ij.x, is_y ? across : x_ij.y, is_x || is_y ? x_ij.z : across};
-    const T square = dot(x, x);
-    if (on_device() || square < support2) visit(x, square);
-    return;
+  for (std::uint32_t mask = v.axes; mask != 0u; mask = (mask - 1u) & v.axes) {
+    const T square = image_square(v, x_ij, dot(x_ij, x_ij), mask);
+    if (square < support2) visit(image_of(v, x_ij, mask), square);
   }
-  const Vec3<T> sum = image_distances(v, x_ij);
-  // Planes that the image in them alone is out of reach of take part in none: most pairs end here.
-  std::uint32_t axes = v.axes;
-  if (!(sum.x * sum.x < support2)) axes &= ~1u;
-  if (!(sum.y * sum.y < support2)) axes &= ~2u;
-  if (!(sum.z * sum.z < support2)) axes &= ~4u;
-  for (std::uint32_t mask = axes; mask != 0u; mask = (mask - 1u) & axes) {
-    Vec3<T> x = x_ij;
-    if ((mask & 1u) != 0u) x.x = v.inward.x * sum.x;
-    if ((mask & 2u) != 0u) x.y = v.inward.y * sum.y;
-    if ((mask & 4u) != 0u) x.z = v.inward.z * sum.z;
-    const T square = dot(x, x);
-    if (square < support2) visit(x, square);
-  }
-}
-
-/// The same image by image instead of pair by pair, for many j: what `mask` (bit a: axis a) makes of x_ij.
-/// Images out of reach are not left out; what vanishes beyond H need not ask.
-template <class T>
-struct ImageIn {
-  Vec3<T> keep, mirror;  ///< 1 and 0 along planes, 0 and the inward direction across
-  MELTSIM_HD Vec3<T> operator()(const WallView<T>& v, Vec3<T> x_ij) const {
-    const Vec3<T> sum = image_distances(v, x_ij);
-    return {keep.x * x_ij.x + mirror.x * sum.x, keep.y * x_ij.y + mirror.y * sum.y,
-            keep.z * x_ij.z + mirror.z * sum.z};
-  }
-};
-template <class T>
-MELTSIM_HD ImageIn<T> image_in(const WallView<T>& v, std::uint32_t mask) {
-  const bool x = (mask & 1u) != 0u, y = (mask & 2u) != 0u, z = (mask & 4u) != 0u;
-  return {{T(!x), T(!y), T(!z)}, {x ? v.inward.x : T(0), y ? v.inward.y : T(0), z ? v.inward.z : T(0)}};
 }
 
 /// Integral of W over the outside of one plane at distance d, without scale: 2 pi w H^3 b^6 (1/6 - 3b/14 +
@@ -145,7 +181,7 @@ MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
   const WallView<T> v = wall_view(b, x);
   if (v.axes == 0u) return T(0);
   const auto open = [&](T distance) { return T(1) - b.cover_scale * half_space_share(k, distance); };
-  return T(1) - open(v.distance.x) * open(v.distance.y) * open(v.distance.z);
+  return T(1) - open(std::fabs(v.from.x)) * open(std::fabs(v.from.y)) * open(std::fabs(v.from.z));
 }
 
 /// Makes the cover of a plane at dx/2 the lattice's (host).
@@ -159,12 +195,11 @@ inline T wall_cover_scale(double support, double spacing) {
 template <class T>
 MELTSIM_HD Vec3<T> floor_push(const WallBox<T>& b, const SphKernel<T>& k, const WallView<T>& v,
                               Vec3<T> gravity) {
-  const auto push = [&](std::uint32_t bit, T distance, T inward, T g) {
-    if ((v.axes & bit) == 0u || !(g * inward < T(0))) return T(0);
-    return T(-2) * g * b.push_scale * half_space_share(k, distance);
+  const auto push = [&](std::uint32_t bit, T from, T g) {
+    if ((v.axes & bit) == 0u || !(g * from < T(0))) return T(0);
+    return T(-2) * g * b.push_scale * half_space_share(k, std::fabs(from));
   };
-  return {push(1u, v.distance.x, v.inward.x, gravity.x), push(2u, v.distance.y, v.inward.y, gravity.y),
-          push(4u, v.distance.z, v.inward.z, gravity.z)};
+  return {push(1u, v.from.x, gravity.x), push(2u, v.from.y, gravity.y), push(4u, v.from.z, gravity.z)};
 }
 
 /// Makes the push at dx/2 the lattice's, whose image in layer k is 2 k - 1 half spacings of pressure

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// How neighbours are stored: words of 32 candidates, a bit for each that is within H, with the slot of the
+// first. What is found once, most sweeps of a sub-step walk; the next bit is a few instructions away, the next
+// word is loaded ahead, and words without neighbours are left out. (Bits by row of the grid save the slots, 64
+// bytes per particle, but to come to the next row takes 30 instructions, at almost every turn of a warp.)
+//
+// neighbour_words is a table of columns of words_stride entries, one entry per particle, so that threads side by
+// side read side by side. A particle has words_parts sets of them, one per part of a sum that is shared out
+// (core/gather.hpp), each of 1 + words_room columns: how many, then the words. Where there are too many for the
+// room, candidates are searched again by every sweep.
+#pragma once
+
+#include "spatial/rows.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+using core::NeighbourWord;
+
+/// In place of how many words there are: more than fit.
+inline constexpr std::uint32_t too_many = 0xffffffffu;
+
+/// Candidates of a word.
+inline constexpr std::uint32_t word_bits = 32;
+
+/// Words that a set holds at a support of so many spacings: what nine rows, 2.25 supports long and one wide, take
+/// where they are a quarter denser than liquid, one more for a third of them, nine more where rows wrap around.
+/// That is 13 at 2.5 spacings. Counted in jittered lattices up to a tenth denser: 8 on average, 12 in 99 of 100
+/// particles, 13 at most (2 spacings: 5, 8, 9 of 9; 3: 13, 18, 20 of 22).
+inline std::uint32_t words_room(double support, std::uint32_t rows, std::uint32_t parts) {
+  const double in_row = 1.25 * 2.25 * support * support * support / word_bits;
+  const std::uint32_t share = 9u / parts, spare = (rows > 9u ? 9u / parts : 0u) + (parts > 1u ? 1u : 0u);
+  return maximum(share, static_cast<std::uint32_t>(share * in_row) + 1u) + spare;
+}
+
+/// Entries per column: whole warps.
+inline std::uint64_t words_stride(std::uint64_t particles) { return (particles + 31u) / 32u * 32u; }
+
+template <class T>
+MELTSIM_HD NeighbourWord* words_of(const core::Frame<T>& w, std::uint64_t i, std::uint32_t set) {
+  return w.f.neighbour_words + std::uint64_t{set} * (w.words_room + 1u) * w.words_stride + i;
+}
+
+/// Writes one set of words.
+template <class T>
+class WordWriter {
+ public:
+  MELTSIM_HD WordWriter(const core::Frame<T>& w, std::uint64_t i, std::uint32_t set)
+      : first_(words_of(w, i, set)), at_(first_), stride_(w.words_stride), room_(w.words_room) {}
+  MELTSIM_HD void add(std::uint32_t first, std::uint32_t bits) {
+    if (bits == 0u) return;
+    if (++count_ > room_) return;
+    at_ += stride_;
+    *at_ = {first, bits};
+  }
+  MELTSIM_HD void close() const { *first_ = {count_ <= room_ ? count_ : too_many, 0u}; }
+
+ private:
+  NeighbourWord *first_, *at_;
+  std::uint64_t stride_;
+  std::uint32_t room_, count_ = 0;
+};
+
+/// The share of a part of a sum: sets [begin, end) of words, of each the words first, first + step, ...
+struct WordShare {
+  std::uint32_t begin, end, first, step;
+};
+/// parts: 1; 3, where there are three sets; or core::listed_parts, each of which takes its words of one set. A
+/// constant, so that most loops have no steps.
+template <class T>
+MELTSIM_HD WordShare word_share(const core::Frame<T>& w, std::uint32_t part, std::uint32_t parts) {
+  if (parts == 1u) return {0u, w.words_parts, 0u, 1u};
+  if (parts == 3u) return {part, part + 1u, 0u, 1u};
+  const std::uint32_t step = parts / w.words_parts;
+  return {part / step, part / step + 1u, part % step, step};
+}
+
+/// see(j) for the neighbours of one set, in order, from word `first` in steps. False where the words are too
+/// many: rows have to be searched.
+template <class T, class See>
+MELTSIM_HD bool walk_words(const core::Frame<T>& w, std::uint64_t i, std::uint32_t set, std::uint32_t first,
+                           std::uint32_t step, const See& see) {
+  const NeighbourWord* at = words_of(w, i, set);
+  const std::uint32_t count = at->first;
+  if (count == too_many) return false;
+  if (first >= count) return true;
+  std::uint32_t left = (count - first + step - 1u) / step, begin = 0, bits = 0;
+  const std::uint64_t stride = step * w.words_stride;
+  at += (first + 1u) * w.words_stride;
+  NeighbourWord next = *at;
+  for (;;) {
+    if (bits == 0u) {
+      if (left == 0u) return true;
+      begin = next.first;
+      bits = next.bits;
+      at += --left != 0u ? stride : 0u;  // after the last, that one again
+      next = *at;
+    }
+    const std::uint32_t j = begin + static_cast<std::uint32_t>(lowest_bit(bits));
+    bits &= bits - 1u;
+    see(j);
+  }
+}
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim

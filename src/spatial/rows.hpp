@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of candidates. Particles are sorted into groups; every group carries rows, half-open slot ranges that
+// together hold each candidate once. Any structure that can fill `group_of` and `group_ranges` (a grid, a
+// tree) serves every body unchanged. Order is fixed: rows ascending, slots ascending.
+#pragma once
+
+#include "core/frame.hpp"
+#include "core/gather.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+/// Shortest a - b; periodic axes wrap. inv_period is 0 on the others, so the subtraction vanishes.
+/// Periodic: whether there are such axes; sweeps are compiled for both.
+template <bool Periodic, class T>
+MELTSIM_HD Vec3<T> separation(const core::Grid<T>& g, Vec3<T> a, Vec3<T> b) {
+  Vec3<T> d = a - b;
+  if (Periodic) {
+    d.x -= g.period.x * std::rint(d.x * g.inv_period.x);
+    d.y -= g.period.y * std::rint(d.y * g.inv_period.y);
+    d.z -= g.period.z * std::rint(d.z * g.inv_period.z);
+  }
+  return d;
+}
+template <class T>
+MELTSIM_HD Vec3<T> separation(const core::Grid<T>& g, Vec3<T> a, Vec3<T> b) {
+  return g.periodic != 0u ? separation<true>(g, a, b) : separation<false>(g, a, b);
+}
+
+template <class T>
+MELTSIM_HD const core::Range* rows_of(const core::Frame<T>& w, std::uint64_t i) {
+  return w.f.group_ranges + static_cast<std::uint64_t>(w.f.group_of[i]) * w.grid.rows;
+}
+
+/// Rows whose bits are set, ascending. Of a grid, row r is the one in layer r % 3 of cells in y and r / 3 % 3
+/// in z, the particle's own being 1; those from 9 on wrap in x.
+struct SomeRows {
+  std::uint32_t bits;
+  MELTSIM_HD bool empty() const { return bits == 0u; }
+  MELTSIM_HD std::uint32_t take() {
+    const auto r = static_cast<std::uint32_t>(lowest_bit(bits));
+    bits &= bits - 1u;
+    return r;
+  }
+};
+
+/// Part k of the rows (core/gather.hpp). A third has a row of every layer in y and in z, so that beside
+/// walls, where layers are missing, all parts still have as much to do.
+template <class T>
+MELTSIM_HD SomeRows rows_of_part(const core::Frame<T>& w, std::uint32_t k, std::uint32_t parts) {
+  const std::uint32_t third = k == 0u ? 0x0a1u : k == 1u ? 0x10au : 0x054u;
+  const std::uint32_t rows = parts == 1u ? 0x1ffu : parts == 3u ? third : 1u << k;
+  return {(rows | rows << 9) & ((1u << w.grid.rows) - 1u)};
+}
+
+/// visit(j, x_j, x_ij, r2) for the candidates within H of i in these rows, by distance.
+template <bool Periodic, class T, class Visit>
+MELTSIM_HD void search_rows(const core::Frame<T>& w, std::uint64_t i, SomeRows set, const Visit& visit) {
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  const core::Range* rows = rows_of(w, i);
+  while (!set.empty()) {
+    const core::Range row = rows[set.take()];
+    for (std::uint32_t j = row.begin; j < row.end; ++j) {
+      const Vec4<T> xj = w.f.position[j];
+      const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
+      const T r2 = dot(d, d);
+      if (r2 < w.c.kernel.support2) visit(j, xj, d, r2);
+    }
+  }
+}
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim
