@@ -32,6 +32,8 @@ enum class Owner {
   vertex,
   vertex_words,
   vertex_fits,
+  vertex_rows,
+  vertex_list,
   site,
   body,
   material,
