@@ -21,8 +21,8 @@ constexpr std::uint32_t gather_parts(std::uint64_t n) {
 /// The same for items of a list, which are few.
 inline constexpr std::uint32_t listed_parts = 9;
 
-/// Bodies with `listed_parts` of their own: where nine would leave some with nothing to do, or eight more sums
-/// per item are more shared memory than a block may have.
+/// Bodies with `listed_parts` of their own: where nine would leave some with nothing to do, or eight more
+/// sums per item are more shared memory than a block may have.
 template <class Body, class = void>
 struct listed {
   static constexpr std::uint32_t parts = listed_parts;

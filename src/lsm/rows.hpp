@@ -37,13 +37,22 @@ MELTSIM_HD void for_each_in_row(const Frame<T>& w, std::uint64_t v, const Visit&
 }
 
 /// visit(vertex of the row, dy, dz) for the rows of v's region, which is whole, in layers [first, last) in z.
+/// The next row's vertex is looked up while one is visited, so that no visit waits for two loads in turn.
 template <int Half, class T, class Visit>
 MELTSIM_HD void walk_rows(const Frame<T>& w, std::uint64_t v, const BodyRow& b, int first, int last,
                           const Visit& visit) {
   const int h = Half != 0 ? Half : b.region_half_width;
-  const std::uint32_t site = w.f.vertex_site[v];
+  if (first == last) return;
+  const std::uint32_t* at = w.f.site_vertex + core::site_at(w.f.vertex_site[v], b, 0, -h, first);
+  const std::uint32_t to_layer = b.stride_z - static_cast<std::uint32_t>(2 * h) * b.stride_y;
+  std::uint32_t next = *at;
   for (int dz = first; dz < last; ++dz)
-    for (int dy = -h; dy <= h; ++dy) visit(w.f.site_vertex[core::site_at(site, b, 0, dy, dz)], dy, dz);
+    for (int dy = -h; dy <= h; ++dy) {
+      const std::uint32_t row = next;
+      at += dy < h ? b.stride_y : to_layer;
+      if (dy < h || dz + 1 < last) next = *at;
+      visit(row, dy, dz);
+    }
 }
 template <class T, class Visit>
 MELTSIM_HD void for_each_row(const Frame<T>& w, std::uint64_t v, std::uint32_t part, std::uint32_t parts,

@@ -30,8 +30,8 @@ struct Bodies {
     add_body(lattice, state, constants, points, w);
     lattice.bodies.back().fixed = fixed ? 1u : 0u;
   }
-  /// A fifth of a spacing off their places, masses that differ by a factor of ten; at 20 m/s what the defects say
-  /// weighs as much as what the places say: 20 m/s dt = dx/10.
+  /// A fifth of a spacing off their places, masses that differ by a factor of ten; at 20 m/s what defects say
+  /// weighs as much as what places say: 20 m/s dt = dx/10.
   void shake(Random& random) {
     for (std::size_t i = 0; i < state.position.size(); ++i) {
       state.position[i] += random.vector(0.2 * dx);
@@ -162,10 +162,10 @@ void match_shapes(Rig<T>& rig) {
   rig.run({"step.begin", "spatial", "lsm.gather", "lsm.regions", "lsm.goals"}, dt);
 }
 
-/// Rounding of what is compared [dx]: goals are up to 8 sqrt(3) dx away, rotations and places there good to some 1e-6 in
-/// single precision; a term left out shows as 1e-3 at least.
+/// Rounding of what is compared [dx]: goals are up to 8 sqrt(3) dx away, where rotations good to 1e-7 leave
+/// 1e-6 in single precision (found: 3e-7 at w = 3; in double 3e-15 at w = 8). A wrong term is 1e-3 at least.
 template <class T>
-constexpr double tolerance = sizeof(T) == 8 ? 1e-12 : 2e-5;
+constexpr double tolerance = sizeof(T) == 8 ? 2e-14 : 5e-6;
 
 template <class T>
 Found found_in(const Bodies& b, Order order = Order::forward) {
@@ -191,7 +191,7 @@ std::vector<Vec3i> without(std::vector<Vec3i> points, const std::vector<Vec3i>& 
   return points;
 }
 
-// Sizes: 2w+2 sites along one axis at least, so that whole regions share rows; w = 1 has whole regions and no rows.
+// 2w+2 sites along one axis at least, so that whole regions share rows; w = 1 has whole regions and no rows.
 TYPED_TEST(Rows, WholeBodiesEqualSumsOverMembers) {
   using T = TypeParam;
   struct Case {
@@ -225,8 +225,8 @@ TYPED_TEST(Rows, BodiesWithGapsEqualSumsOverMembers) {
     b.add(without(without(block(18, 8, 9), {{3, 3, 3}, {14, 0, 4}}), cut), w);
     b.shake(random);
     const Found f = found_in<T>(b);
-    EXPECT_GT(f.whole, 10u);
-    EXPECT_GT(f.ragged, 10u);
+    EXPECT_GT(f.whole, 5u);
+    EXPECT_GT(f.ragged, 100u);
     EXPECT_LE(f.worst, tolerance<T>);
   }
 }

@@ -17,8 +17,8 @@ using test_support::Random;
 
 constexpr double dx = 0.2;
 
-/// The box of half-width w around a vertex: members a fifth of a spacing off their place in a turned lattice, of
-/// masses that differ by a factor of ten, moving at random. As the library has them: rounded.
+/// The box of half-width w around a vertex: members a fifth of a spacing off their place in a turned lattice,
+/// of masses that differ by a factor of ten, moving at random. As the library has them: rounded.
 template <class T>
 struct Box {
   int w;
@@ -53,8 +53,8 @@ struct Box {
     return Vec3<double>{double(k % side - w), double(k / side % side - w), double(k / side / side - w)} * dx;
   }
   Vec3<double> place(std::size_t j) const { return cast<double>(x[j]) - cast<double>(x[center()]); }
-  /// What worst-case rounding may come to, as a share of the sum of what is added: a term passes through 2w+1
-  /// additions in its row, (2w+1)^2 of rows, and some ten roundings on the way. A wrong term is a share of 1/50 or more.
+  /// What rounding may come to at worst, as a share of the sum of magnitudes: a term passes through 2w+1
+  /// additions in its row, (2w+1)^2 of rows, and some ten roundings on the way. What is wrong is 1e-3 or more.
   double rounding() const {
     const int side = 2 * w + 1;
     return (side + side * side + 10) * static_cast<double>(std::numeric_limits<T>::epsilon());
@@ -66,7 +66,7 @@ class RegionRows : public testing::Test {};
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(RegionRows, Scalars);
 
-/// Every entry of a, b and the sum of magnitudes that b is made of.
+/// scale: the sum of magnitudes that b is made of, or more.
 void expect_near(Vec3<double> a, Vec3<double> b, double scale, double share, const char* what) {
   EXPECT_LE(length(a - b), share * scale) << what;
 }

@@ -108,7 +108,7 @@ MELTSIM_HD void add_to_row(RowSums<T>& r, T mass, Vec3<T> u, T q, Vec3<T> v) {
 }
 
 /// Adds a row's members to the sums of a region that holds them all. Relative to the region's vertex the
-/// row's is at (0, y, z) at rest, at u now, and moves at v: that is what each of its members' q, u and v gain.
+/// row's is at (0, y, z) at rest, at u now, and moves at v: what q, u and v of each of its members gain.
 template <class T>
 MELTSIM_HD void add_row(RegionSums<T>& s, const RowSums<T>& r, Vec3<T> u, T y, T z, Vec3<T> v) {
   const Vec3<T> mu = r.mu + u * r.mass;  // of its members about the region's vertex
