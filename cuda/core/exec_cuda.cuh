@@ -152,11 +152,12 @@ __global__ void __launch_bounds__(block) select(const std::uint32_t* guard, std:
 inline constexpr std::uint64_t listed_blocks = 8448;
 
 template <class Body>
-__global__ void __launch_bounds__(listed_parts* gather_items)
+__global__ void __launch_bounds__(listed<Body>::parts* gather_items)
     gather_listed(const std::uint32_t* guard, const std::uint32_t* list, const __grid_constant__ Body body) {
   using Sum = typename Body::Sum;
+  constexpr unsigned parts = listed<Body>::parts;
   // Raw bytes: shared variables may not have constructors.
-  __shared__ alignas(16) unsigned char raw[(listed_parts - 1) * gather_items * sizeof(Sum)];
+  __shared__ alignas(16) unsigned char raw[(parts - 1) * gather_items * sizeof(Sum)];
   Sum* const others = reinterpret_cast<Sum*>(raw);
   if (stopped(guard)) return;
   const std::uint32_t n = list[0];
@@ -165,11 +166,11 @@ __global__ void __launch_bounds__(listed_parts* gather_items)
     const bool mine = first + lane < n;
     const std::uint64_t i = mine ? list[1 + first + lane] : 0u;
     Sum sum{};
-    if (mine) sum = body.part(i, part, listed_parts);
+    if (mine) sum = body.part(i, part, parts);
     if (part != 0) others[(part - 1) * gather_items + lane] = sum;
     __syncthreads();
     if (part == 0 && mine) {
-      for (unsigned k = 0; k + 1 < listed_parts; ++k) sum.add(others[k * gather_items + lane]);
+      for (unsigned k = 0; k + 1 < parts; ++k) sum.add(others[k * gather_items + lane]);
       body.finish(i, sum);
     }
     __syncthreads();
@@ -449,7 +450,8 @@ class CudaExec {
     if (n == 0) return;
     const std::uint64_t all = blocks(n, kernels::gather_items);
     const std::uint64_t grid = all < kernels::listed_blocks ? all : kernels::listed_blocks;
-    launch(kernels::gather_listed<Body>, grid, listed_parts * kernels::gather_items, guard_, list, body);
+    launch(kernels::gather_listed<Body>, grid, listed<Body>::parts * kernels::gather_items, guard_, list,
+           body);
   }
 
   template <class R, class Body, class Last = kernels::NothingBody>

@@ -137,7 +137,7 @@ class CpuExec {
   template <class Body>
   void gather_listed(std::uint64_t n, const std::uint32_t*, const Body& body) const {
     for_each(n, [&body](std::uint64_t i) {
-      if (body.wanted(i)) body.finish(i, sum_of(body, i, listed_parts));
+      if (body.wanted(i)) body.finish(i, sum_of(body, i, listed<Body>::parts));
     });
   }
 

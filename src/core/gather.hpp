@@ -35,6 +35,17 @@ struct resident<Body, decltype(static_cast<void>(Body::resident_warps(1u)))> {
 /// The same for items of a list, which are few.
 inline constexpr std::uint32_t listed_parts = 9;
 
+/// Bodies with `listed_parts` of their own: where nine would leave some with nothing to do, or eight more
+/// sums per item are more shared memory than a block may have.
+template <class Body, class = void>
+struct listed {
+  static constexpr std::uint32_t parts = listed_parts;
+};
+template <class Body>
+struct listed<Body, decltype(static_cast<void>(Body::listed_parts))> {
+  static constexpr std::uint32_t parts = Body::listed_parts;
+};
+
 }  // namespace core
 }  // namespace v0
 }  // namespace meltsim

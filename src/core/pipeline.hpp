@@ -33,6 +33,8 @@ enum class Owner {
   vertex,
   vertex_words,
   vertex_fits,
+  vertex_rows,
+  vertex_list,
   site,
   body,
   material,

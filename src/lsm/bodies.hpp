@@ -34,10 +34,27 @@ struct GatherBody {
       w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), T(0));
       return;
     }
-    const T share = w.f.mass[slot] / T(core::region_size(w, static_cast<std::uint32_t>(v)));
-    w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), share);
-    w.f.vertex_velocity[v] = w.f.velocity[slot];
+    const std::uint32_t members = core::region_size(w, static_cast<std::uint32_t>(v));
+    const int h = w.f.bodies[w.f.vertex_body[v]].region_half_width;
+    const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
+    const bool whole = h >= core::least_row_width && members == side * side * side;
+    w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), w.f.mass[slot] / T(members));
+    // Counted once per sub-step, and kept where regions and goals read anyway.
+    w.f.vertex_velocity[v] = with_w(xyz(w.f.velocity[slot]), whole ? T(1) : T(0));
   }
+};
+
+/// Whether v moves and its region is summed by rows (lsm/rows.hpp).
+template <class T>
+MELTSIM_HD bool is_whole(const Frame<T>& w, std::uint64_t v) {
+  return moves(w, v) && w.f.vertex_velocity[v].w > T(0);
+}
+
+/// Those whose regions are summed member by member.
+template <class T>
+struct RaggedBody {
+  Frame<T> w;
+  MELTSIM_HD bool wanted(std::uint64_t v) const { return moves(w, v) && !(w.f.vertex_velocity[v].w > T(0)); }
 };
 
 /// Label of the piece a particle belongs to and its outward normal, in particle order, for contact.
@@ -163,11 +180,16 @@ struct ContactBody {
   }
 };
 
-/// Best rigid placement and motion of every region.
+/// Parts of a listed sum over a region: its layers in z, at the usual half-width of 2.
+inline constexpr std::uint32_t ragged_parts = 5;
+
+/// Best rigid placement and motion of every region, member by member.
 template <class T>
 struct RegionsBody {
   Frame<T> w;
   static constexpr bool shared = true;
+  static constexpr std::uint32_t listed_parts = ragged_parts;
+  MELTSIM_HD bool wanted(std::uint64_t v) const { return RaggedBody<T>{w}.wanted(v); }
   struct Sum : physics::RegionSums<T> {
     MELTSIM_HD void add(const Sum& o) { physics::add_sums(*this, o); }
   };
@@ -212,11 +234,13 @@ struct GoalSum {
   }
 };
 
-/// Mean of what the regions of a vertex want of it.
+/// Mean of what the regions of a vertex want of it, region by region.
 template <class T>
 struct GoalsBody {
   Frame<T> w;
   static constexpr bool shared = true;
+  static constexpr std::uint32_t listed_parts = ragged_parts;
+  MELTSIM_HD bool wanted(std::uint64_t v) const { return RaggedBody<T>{w}.wanted(v); }
   using Sum = GoalSum<T>;
   MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t k, std::uint32_t parts) const {
     Sum s;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "lsm/bodies.hpp"
+#include "lsm/rows.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -10,6 +10,7 @@ namespace lsm {
 template <class E, class T>
 void gather(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, GatherBody<T>{w});
+  if (w.f.ragged != nullptr) ex.select(w.vertices, RaggedBody<T>{w}, w.f.ragged);
 }
 
 template <class E, class T>
@@ -29,14 +30,22 @@ void contact(E& ex, const core::Frame<T>& w) {
       w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.meeting, ContactBody<T, periodic()>{w}); });
 }
 
+/// Whole regions by rows, the others member by member, in kernels of their own: threads side by side would
+/// wait for the longer of the two. Where no body is wide enough for rows, there is no room for them.
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
-  ex.gather(w.vertices, RegionsBody<T>{w});
+  if (w.f.region_rows == nullptr) return ex.gather(w.vertices, RegionsBody<T>{w});
+  ex.for_each(w.vertices, RowSumsBody<T>{w});
+  ex.gather(w.vertices, WholeRegionsBody<T>{w});
+  ex.gather_listed(w.vertices, w.f.ragged, RegionsBody<T>{w});
 }
 
 template <class E, class T>
 void goals(E& ex, const core::Frame<T>& w) {
-  ex.gather(w.vertices, GoalsBody<T>{w});
+  if (w.f.region_rows == nullptr) return ex.gather(w.vertices, GoalsBody<T>{w});
+  ex.for_each(w.vertices, RowGoalsBody<T>{w});
+  ex.gather(w.vertices, WholeGoalsBody<T>{w});
+  ex.gather_listed(w.vertices, w.f.ragged, GoalsBody<T>{w});
 }
 
 template <class E, class T>

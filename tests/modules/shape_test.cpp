@@ -64,6 +64,21 @@ TYPED_TEST(ShapeMatching, TurnedBodiesStayWhereTheyAre) {
       }
 }
 
+// The same of bodies that are wide enough for whole regions, which go by rows.
+TYPED_TEST(ShapeMatching, TurnedBodiesWithWholeRegionsStayWhereTheyAre) {
+  using T = TypeParam;
+  test_support::Random random(93);
+  for (const double far : {0.0, 100.0})
+    for (const int w : {2, 3}) {
+      const T reach = static_cast<T>(far + 1);
+      const double ulp = static_cast<double>(std::nextafter(reach, 2 * reach) - reach);
+      const double tolerance = std::max((sizeof(T) == 8 ? 1e-11 : 1e-5) * 0.2, 4 * ulp);
+      for (const Quat<double>& turn : {Quat<double>{0, 0, 0.6, 0.8}, random.rotation()})
+        ASSERT_LE(moved_in_a_step<T>(block(8, 8, 7), w, turn, {far, -far, far}), tolerance)
+            << far << " m, w " << w << ", turn " << turn.w << " " << turn.x << " " << turn.y << " " << turn.z;
+    }
+}
+
 // A rod, a sheet and a single particle, whose rotation is not determined.
 TYPED_TEST(ShapeMatching, ThinBodiesStayWhereTheyAre) {
   using T = TypeParam;

@@ -102,7 +102,7 @@ class PermutingExec : public meltsim::core::CpuExec {
     const auto order = indices(n);
     Base::for_each(n, [&](std::uint64_t k) {
       if (body.wanted(order[k]))
-        body.finish(order[k], Base::sum_of(body, order[k], meltsim::core::listed_parts));
+        body.finish(order[k], Base::sum_of(body, order[k], meltsim::core::listed<Body>::parts));
     });
   }
   /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.

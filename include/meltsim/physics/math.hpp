@@ -28,6 +28,13 @@ struct Mat3 {
   T m[3][3]{};
 };
 
+/// Symmetric 3x3 matrix.
+template <class T>
+struct Sym3 {
+  Vec3<T> diagonal{};  ///< xx, yy, zz
+  Vec3<T> mixed{};     ///< yz, zx, xy
+};
+
 /// Unit quaternion (w scalar part) standing for a rotation.
 template <class T>
 struct Quat {
@@ -130,6 +137,25 @@ MELTSIM_HD void add_outer(Mat3<T>& A, T s, Vec3<T> a, Vec3<T> b) {
   const T v[3] = {b.x, b.y, b.z};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) A.m[i][j] += u[i] * v[j];
+}
+
+/// A += s * a a^T
+template <class T>
+MELTSIM_HD void add_square(Sym3<T>& A, T s, Vec3<T> a) {
+  const Vec3<T> u = a * s;
+  A.diagonal += Vec3<T>{u.x * a.x, u.y * a.y, u.z * a.z};
+  A.mixed += Vec3<T>{u.y * a.z, u.z * a.x, u.x * a.y};
+}
+template <class T>
+MELTSIM_HD Mat3<T> to_matrix(const Sym3<T>& A) {
+  Mat3<T> r;
+  r.m[0][0] = A.diagonal.x;
+  r.m[1][1] = A.diagonal.y;
+  r.m[2][2] = A.diagonal.z;
+  r.m[1][2] = r.m[2][1] = A.mixed.x;
+  r.m[0][2] = r.m[2][0] = A.mixed.y;
+  r.m[0][1] = r.m[1][0] = A.mixed.z;
+  return r;
 }
 
 /// A vector turned by a unit quaternion: v + 2 w (n x v) + 2 n x (n x v), n its vector part.

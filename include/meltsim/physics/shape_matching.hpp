@@ -27,6 +27,11 @@
 // follows the step down to dt_s (integrate.hpp: spring_dt) and stays the same below: goals are distances, and
 // at alpha a single short step would cover what long ones hold against a load, at that distance over dt.
 //
+// Rows. Neighbouring regions share most of their members. A region that lacks no site of its box is (2w+1)^2
+// rows of 2w+1 members along x, and a row is part of as many regions: its sums are made once, about its own
+// vertex, and shifted to each region's (add_row); likewise what a row of regions wants of a vertex
+// (RowGoals). It is the first pass (bars) of the source's fast sums. Regions with gaps go member by member.
+//
 // Deviations: positions enter only as differences (displacement form): with absolute positions the weights'
 // rounding acts as an anti-spring about the origin; and what rounding leaves of a piece's momentum and spin
 // is taken out again (residual_correction): a float rotation is good to 1e-7, which over a step of 1 ms is a
@@ -48,7 +53,7 @@ struct RegionSums {
   Vec3<T> mu{};    ///< sum m~ u
   Vec3<T> mq{};    ///< sum m~ q
   Mat3<T> muq{};   ///< sum m~ u q^T
-  Mat3<T> muu{};   ///< sum m~ u u^T
+  Sym3<T> muu{};   ///< sum m~ u u^T
   Vec3<T> mv{};    ///< sum m~ v, v relative to the vertex
   Vec3<T> muxv{};  ///< sum m~ u x v
 };
@@ -61,11 +66,10 @@ MELTSIM_HD void add_sums(RegionSums<T>& s, const RegionSums<T>& o) {
   s.mq += o.mq;
   s.mv += o.mv;
   s.muxv += o.muxv;
+  s.muu.diagonal += o.muu.diagonal;
+  s.muu.mixed += o.muu.mixed;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      s.muq.m[i][j] += o.muq.m[i][j];
-      s.muu.m[i][j] += o.muu.m[i][j];
-    }
+    for (int j = 0; j < 3; ++j) s.muq.m[i][j] += o.muq.m[i][j];
 }
 
 template <class T>
@@ -74,9 +78,55 @@ MELTSIM_HD void add_member(RegionSums<T>& s, T mass, Vec3<T> u, Vec3<T> q, Vec3<
   s.mu += u * mass;
   s.mq += q * mass;
   add_outer(s.muq, mass, u, q);
-  add_outer(s.muu, mass, u, u);
+  add_square(s.muu, mass, u);
   s.mv += v * mass;
   s.muxv += cross(u, v) * mass;
+}
+
+/// Sums over a row of 2w+1 members along x, relative to the row's own vertex in the middle, q = (q_x,0,0).
+template <class T>
+struct RowSums {
+  T mass{};        ///< sum m~ [kg]
+  T mq{};          ///< sum m~ q_x
+  Vec3<T> mu{};    ///< sum m~ u
+  Vec3<T> muq{};   ///< sum m~ u q_x
+  Sym3<T> muu{};   ///< sum m~ u u^T
+  Vec3<T> mv{};    ///< sum m~ v, v relative to the row's vertex
+  Vec3<T> muxv{};  ///< sum m~ u x v
+};
+
+template <class T>
+MELTSIM_HD void add_to_row(RowSums<T>& r, T mass, Vec3<T> u, T q, Vec3<T> v) {
+  const Vec3<T> mu = u * mass;
+  r.mass += mass;
+  r.mq += mass * q;
+  r.mu += mu;
+  r.muq += mu * q;
+  add_square(r.muu, mass, u);
+  r.mv += v * mass;
+  r.muxv += cross(mu, v);
+}
+
+/// Adds a row's members to the sums of a region that holds them all. Relative to the region's vertex the
+/// row's is at (0, y, z) at rest, at u now, and moves at v: what q, u and v of each of its members gain.
+template <class T>
+MELTSIM_HD void add_row(RegionSums<T>& s, const RowSums<T>& r, Vec3<T> u, T y, T z, Vec3<T> v) {
+  const Vec3<T> mu = r.mu + u * r.mass;  // of its members about the region's vertex
+  s.mass += r.mass;
+  s.mu += mu;
+  s.mq += Vec3<T>{r.mq, r.mass * y, r.mass * z};
+  const Vec3<T> x_column = r.muq + u * r.mq;
+  const T column[3][3] = {
+      {x_column.x, mu.x * y, mu.x * z}, {x_column.y, mu.y * y, mu.y * z}, {x_column.z, mu.z * y, mu.z * z}};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) s.muq.m[i][j] += column[i][j];
+  // sum m~ (u_j + u)(u_j + u)^T = muu + u (sum m~ u_j)^T + (sum m~ (u_j + u)) u^T
+  s.muu.diagonal +=
+      r.muu.diagonal + Vec3<T>{u.x * (r.mu.x + mu.x), u.y * (r.mu.y + mu.y), u.z * (r.mu.z + mu.z)};
+  s.muu.mixed +=
+      r.muu.mixed + Vec3<T>{u.y * r.mu.z + mu.y * u.z, u.z * r.mu.x + mu.z * u.x, u.x * r.mu.y + mu.x * u.y};
+  s.mv += r.mv + v * r.mass;
+  s.muxv += r.muxv + cross(mu, v) + cross(u, r.mv);
 }
 
 /// Best rigid placement and motion of a region, relative to its vertex: what stands at q at rest belongs at
@@ -98,7 +148,7 @@ MELTSIM_HD RegionFit<T> fit_region(const RegionSums<T>& s, const Quat<T>& previo
   add_outer(A, -s.mass, center, rest_center);
   f.rotation = best_rotation(A, previous);
   f.anchor = center - rotate(f.rotation, rest_center);
-  Mat3<T> second = s.muu;
+  Mat3<T> second = to_matrix(s.muu);
   add_outer(second, -s.mass, center, center);
   const T trace = second.m[0][0] + second.m[1][1] + second.m[2][2];
   Mat3<T> inertia;
@@ -122,6 +172,40 @@ MELTSIM_HD Vec3<T> goal_displacement(const RegionFit<T>& f, Vec3<T> q, Vec3<T> u
 template <class T>
 MELTSIM_HD Vec3<T> rigid_velocity_defect(const RegionFit<T>& f, Vec3<T> u, Vec3<T> v) {
   return cross(f.spin, u) + (f.velocity - v);
+}
+
+/// What a row along x of 2w+1 regions wants of a vertex that all of them hold: sums of goals and of rigid
+/// velocities, as they are at the row's own vertex c in the middle, and how they change away from it.
+template <class T>
+struct RowGoals {
+  Vec3<T> displacement{};  ///< sum R_r (q_x, 0, 0) + anchor_r - (x_c - x_r)
+  Vec3<T> velocity{};      ///< sum velocity_r + spin_r x (x_c - x_r)
+  Vec3<T> spin{};          ///< sum spin_r
+  Vec3<T> y{}, z{};        ///< sums of the second and the third column of R_r
+};
+
+/// q, u: the row's vertex relative to the region's, at rest along x and now.
+template <class T>
+MELTSIM_HD void add_to_row(RowGoals<T>& g, const RegionFit<T>& f, T q, Vec3<T> u) {
+  const Mat3<T> R = to_matrix(f.rotation);
+  g.displacement += Vec3<T>{R.m[0][0], R.m[1][0], R.m[2][0]} * q + (f.anchor - u);
+  g.velocity += cross(f.spin, u) + f.velocity;
+  g.spin += f.spin;
+  g.y += Vec3<T>{R.m[0][1], R.m[1][1], R.m[2][1]};
+  g.z += Vec3<T>{R.m[0][2], R.m[1][2], R.m[2][2]};
+}
+
+/// Sum of goal_displacement over the row's `count` regions, of a member that is at (0, y, z) from the row's
+/// vertex at rest, at u now.
+template <class T>
+MELTSIM_HD Vec3<T> row_displacement(const RowGoals<T>& g, T count, T y, T z, Vec3<T> u) {
+  return g.displacement + g.y * y + g.z * z - u * count;
+}
+
+/// Sum of rigid_velocity_defect over them; v in the frame of the fits' velocities.
+template <class T>
+MELTSIM_HD Vec3<T> row_velocity_defect(const RowGoals<T>& g, T count, Vec3<T> u, Vec3<T> v) {
+  return cross(g.spin, u) + (g.velocity - v * count);
 }
 
 /// Change of velocity from the mean goal displacement and the mean velocity defect [m/s].
