@@ -54,7 +54,7 @@ struct Box {
   }
   Vec3<double> place(std::size_t j) const { return cast<double>(x[j]) - cast<double>(x[center()]); }
   /// What rounding may come to at worst, as a share of the sum of magnitudes: a term passes through 2w+1
-  /// additions in its row, (2w+1)^2 of rows, and some ten roundings on the way. What is wrong is 1e-3 or more.
+  /// additions in its row, (2w+1)^2 of rows, and some ten roundings on the way. A wrong term is 1e-3 or more.
   double rounding() const {
     const int side = 2 * w + 1;
     return (side + side * side + 10) * static_cast<double>(std::numeric_limits<T>::epsilon());
