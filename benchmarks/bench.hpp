@@ -54,6 +54,7 @@ struct Scene {
   Sites block;           ///< the filled block, in spacings
   double support = 2.5;  ///< in spacings
   bool solid = false;    ///< a part of it is ice, some of which melts in every step
+  int half_width = 2;    ///< of its regions
   Sites ice{};           ///< that part; zero = a third
   bool in_double = false;
   bool paper = false;  ///< the paper's spacing, and its step of 5 ms
@@ -65,12 +66,13 @@ struct Scene {
   meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
   std::string layout;  ///< of the comparison of searches: "pool", "slosh" or "droplets"
 
-  bool plain() const { return support == 2.5 && !in_double && layout.empty(); }
+  bool plain() const { return support == 2.5 && half_width == 2 && !in_double && layout.empty(); }
   /// Of 5 million particles or more: measured in few steps.
   bool large() const { return block.all() >= 5000000; }
-  /// "2d", "double", "<layout>_<search>", or nothing where plain().
+  /// "2d", "double", "w3", "<layout>_<search>", or nothing where plain().
   std::string what() const {
     if (!layout.empty()) return layout + "_" + search_name();
+    if (half_width != 2) return "w" + std::to_string(half_width);
     return in_double ? "double" : plain() ? "" : "2d";
   }
   std::string search_name() const {
@@ -108,6 +110,8 @@ Running* running(const Scene& scene, Backend backend);
 std::vector<Scene> scenes(Backend backend);
 /// A pool at rest, one that sloshes, and two droplets in an unbounded domain, by every structure.
 std::vector<Scene> search_scenes(Backend backend);
+/// Regions of other half-widths.
+std::vector<Scene> width_scenes(Backend backend);
 /// The rows of the paper's Table 2 and the sizes of its Fig. 7.
 std::vector<Scene> paper_scenes(Backend backend);
 
@@ -120,6 +124,8 @@ void register_stages(const Scene& scene, Backend backend);
 void register_step(const Scene& scene, Backend backend);
 /// Every structure that finds neighbours, in scenes that differ in what it costs.
 void register_searches();
+/// What regions of half-widths from 1 to 8 cost.
+void register_widths();
 void register_paper();
 void register_threads();
 /// Surfaces of the scene of 60,500 particles, and on CUDA of the one of a million.

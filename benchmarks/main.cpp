@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   bench::register_verbs_cuda();
   bench::register_scenes();
   bench::register_searches();
+  bench::register_widths();
   bench::register_paper();
   bench::register_threads();
   bench::register_surfaces();

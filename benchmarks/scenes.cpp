@@ -129,7 +129,7 @@ meltsim::World build(const Scene& s, Backend backend) {
   ice.latent_heat = 0.086 * two_stages(s);  // something melts in most steps, and the ice lasts
   ice.melts_into = water_id;
   ice.freezes = s.extras;
-  ice.region_half_width = 2;
+  ice.region_half_width = s.half_width;
   SolidDesc block;
   block.material = value_of(world.add_material(ice));
   block.temperature = 0;
@@ -194,6 +194,22 @@ std::vector<Scene> search_scenes(Backend backend) {
       s.block = {100, 100, 100};
       all.push_back(s);
     }
+  return all;
+}
+
+std::vector<Scene> width_scenes(Backend backend) {
+  std::vector<Scene> all;
+  for (const int half_width : {1, 3, 5, 8}) {
+    Scene s;
+    s.name = "melting";
+    s.solid = true;
+    s.half_width = half_width;
+    s.block = {44, 25, 55};
+    all.push_back(s);
+    if (backend == Backend::cpu) continue;
+    s.block = {100, 100, 100};
+    all.push_back(s);
+  }
   return all;
 }
 

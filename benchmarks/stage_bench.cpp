@@ -132,6 +132,18 @@ void register_searches() {
     }
 }
 
+void register_widths() {
+  for (const Backend backend : backends())
+    for (const Scene& scene : width_scenes(backend)) {
+      for (const StageInfo& info : meltsim::core::stage_table) {
+        const std::string stage = info.name;
+        if (stage == "lsm.regions" || stage == "lsm.goals" || stage == "topology.regions")
+          register_stage(info, scene, backend);
+      }
+      register_step(scene, backend);
+    }
+}
+
 void register_scenes() {
   for (const Backend backend : backends())
     for (const Scene& scene : scenes(backend)) {

@@ -178,6 +178,29 @@ def search_table(times):
                      "GPU sub-step"], rows) if rows else ""
 
 
+def width_table(times):
+    """Regions of half-width w: ms of the stages that walk them, of the sub-step, and bytes per particle."""
+    stages = ("lsm.regions", "lsm.goals", "topology.regions")
+    found = {}
+    for name, entry in times.items():
+        match = re.fullmatch(r"scene/melting(?:_w(\d))?/(\w+)/(\d+)", name)
+        if match:
+            row = found.setdefault((int(match[3]), int(match[1] or 2)), {}).setdefault(match[2], {})
+            row["step"], row["bytes"] = entry["ms"], entry.get("bytes_per_particle")
+        match = re.fullmatch(r"stage/([\w.]+)/(\w+)/(\d+)(?:/w(\d))?", name)
+        if match and match[1] in stages:
+            found.setdefault((int(match[3]), int(match[4] or 2)), {}).setdefault(match[2], {})[match[1]] = entry["ms"]
+    sizes = {size for size, width in found if width != 2}
+    rows = []
+    for (size, width), row in sorted(found.items()):
+        if size not in sizes:
+            continue
+        cells = [digits(row.get(b, {}).get(kind)) for b in ("cpu", "cuda") for kind in (*stages, "step")]
+        rows.append([count(size), str(width), *cells, digits((row.get("cuda") or row.get("cpu", {})).get("bytes"))])
+    return markdown(["particles", "w", *(f"{b} {kind}" for b in ("CPU", "GPU") for kind in (*stages, "sub-step")),
+                     "bytes per particle"], rows) if rows else ""
+
+
 def counter_table(key, counters, times, order):
     scene, particles, what = key
     measured_stages = stages_of(times, "cuda").get((particles, what), {}) if scene == "melting" else {}
@@ -261,6 +284,7 @@ def report(folder, times, counted, refused, order):
     for key, why in refused.items():
         parts.append(f"{key[0]}, {title(key[1:])}: no counters: {why}.")
     parts += ["### Ways to find neighbours [ms]", search_table(times) or missing]
+    parts += ["### Regions of half-width w [ms]", width_table(times) or missing]
     parts += ["### CPU threads [ms per sub-step]", thread_table(times) or missing]
     return "\n\n".join(parts) + "\n"
 

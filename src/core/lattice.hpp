@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/gather.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -114,10 +115,15 @@ MELTSIM_HD PlacedFit<T> get_fit(const Frame<T>& w, std::uint64_t v) {
   return {{fitted_rotation(w, v), xyz(a), xyz(b), xyz(c)}, {a.w, b.w, c.w}};
 }
 
-/// Whole regions are summed by rows from this half-width on. sm_90 code takes 10,300 instructions for 125
-/// members and 3,600 for their rows, 9,900 and 2,300 for goals. At w = 1 it would save 2,000 of 7,800, fits
-/// included, which the list, two launches more per stage and 80 bytes more per vertex take back.
-inline constexpr int least_row_width = 2;
+/// Half-width from which whole regions are summed by rows. sm_90 code takes 10,300 instructions for 125 members
+/// and 3,600 for their rows, 9,900 and 2,300 for goals; at w = 1 it would save 2,000 of 7,800, fits included,
+/// which what is kept per row takes back. On a GPU rows come out of the L2 cache, and ragged regions need kernels
+/// of their own: regions and goals of 333,000 vertices took an H200 0.22 and 0.14 ms by rows, 0.19 and 0.15 by
+/// members at w = 2, 0.38 and 0.32 against 0.50 and 0.49 at w = 3, 4.2 and 4.3 against 5.8 and 6.4 at w = 8; of
+/// 20,000 vertices 0.09 and 0.08 against 0.06 and 0.06 at w = 3, and as much at w = 8.
+constexpr int least_row_width(bool on_gpu, std::uint64_t vertices) {
+  return !on_gpu ? 2 : vertices >= gather_few ? 3 : physics::most_half_width + 1;
+}
 
 /// Members of v's region: |R_v|.
 template <class T>

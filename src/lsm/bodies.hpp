@@ -37,7 +37,7 @@ struct GatherBody {
     const std::uint32_t members = core::region_size(w, static_cast<std::uint32_t>(v));
     const int h = w.f.bodies[w.f.vertex_body[v]].region_half_width;
     const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
-    const bool whole = h >= core::least_row_width && members == side * side * side;
+    const bool whole = h >= w.row_width && members == side * side * side;
     w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), w.f.mass[slot] / T(members));
     // Counted once per sub-step, and kept where regions and goals read anyway.
     w.f.vertex_velocity[v] = with_w(xyz(w.f.velocity[slot]), whole ? T(1) : T(0));

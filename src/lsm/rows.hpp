@@ -16,7 +16,7 @@ template <class T>
 MELTSIM_HD bool has_whole_row(const Frame<T>& w, std::uint64_t v) {
   if (!moves(w, v)) return false;
   const int h = w.f.bodies[w.f.vertex_body[v]].region_half_width;
-  if (h < core::least_row_width) return false;
+  if (h < w.row_width) return false;
   const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
   const std::uint32_t* mask = w.f.region_mask + v * w.region_words;
   return core::mask_bits(mask, w.region_words, core::region_bit(h, -h, 0, 0), side) == (1u << side) - 1u;

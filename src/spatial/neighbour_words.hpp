@@ -25,12 +25,12 @@ inline constexpr std::uint32_t too_many = 0xffffffffu;
 inline constexpr std::uint32_t word_bits = 32;
 
 /// Words that a set holds at a support of so many spacings: what nine rows, 2.25 supports long and one wide, take
-/// where they are a quarter denser than liquid, one more for a third of them, nine more where rows wrap around.
-/// That is 13 at 2.5 spacings. Counted in jittered lattices up to a tenth denser: 8 on average, 12 in 99 of 100
-/// particles, 13 at most (2 spacings: 5, 8, 9 of 9; 3: 13, 18, 20 of 22).
+/// where they are a quarter denser than liquid, and three more, nine where rows wrap around: 16 at 2.5 spacings.
+/// Jittered lattices take 8 on average and 13 at most; with room for 13 enough solids beside liquid had to be
+/// searched again that heat took a quarter longer.
 inline std::uint32_t words_room(double support, std::uint32_t rows, std::uint32_t parts) {
   const double in_row = 1.25 * 2.25 * support * support * support / word_bits;
-  const std::uint32_t share = 9u / parts, spare = (rows > 9u ? 9u / parts : 0u) + (parts > 1u ? 1u : 0u);
+  const std::uint32_t share = 9u / parts, spare = (rows > 9u ? 9u : 3u) / parts + (parts > 1u ? 1u : 0u);
   return maximum(share, static_cast<std::uint32_t>(share * in_row) + 1u) + spare;
 }
 

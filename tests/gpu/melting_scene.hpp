@@ -24,6 +24,7 @@ struct MeltingScene {
   int side = 16;       ///< tank, in spacings
   int ice = 8;         ///< block, in spacings
   int second_ice = 0;  ///< another block beside it, so that bodies can touch
+  int half_width = 2;  ///< of regions
   double water_temperature = 80;
   double latent_heat = 3.34e5;
   double heat_time_scale = 2e4;
@@ -83,6 +84,7 @@ inline World make_world(const MeltingScene& scene) {
   ice.melting_point = 0;
   ice.latent_heat = scene.latent_heat;
   ice.melts_into = water_id;
+  ice.region_half_width = scene.half_width;
   const MaterialId ice_id = value_of(world.add_material(ice));
 
   FluidDesc pool;

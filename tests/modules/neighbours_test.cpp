@@ -116,7 +116,7 @@ TYPED_TEST(Neighbours, Lattice) {
   this->check(c);
 }
 
-// Rows longer than a word, some with as many words as there is room for (13 of 32 candidates), some with more,
+// Rows longer than a word, some with as many words as there is room for (16 of 32 candidates), some with more,
 // which are searched again.
 TYPED_TEST(Neighbours, CrowdedCellsExceedTheWords) {
   Random random(72);
@@ -129,7 +129,7 @@ TYPED_TEST(Neighbours, CrowdedCellsExceedTheWords) {
     const std::size_t most = this->check(c);
     EXPECT_GT(most, static_cast<std::size_t>(crowd));
     if (crowd == 700) {
-      EXPECT_GT(most, 13u * 32u);
+      EXPECT_GT(most, 16u * 32u);
     }
   }
 }

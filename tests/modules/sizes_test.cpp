@@ -49,9 +49,9 @@ TYPED_TEST(EngineSizes, BytesAreCountedIn64Bits) {
     EXPECT_EQ(this->bytes(n, only({core::field_tag})), many * 4 * 2) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_density})), many * real) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_far_bits})), many * 9 * 8) << n;
-    // 13 words of 8 bytes and their count at this support, 9 more where rows wrap; columns are whole warps.
+    // 16 words of 8 bytes and their count at this support, 6 more where rows wrap; columns are whole warps.
     const std::uint64_t column = (many + 31) / 32 * 32 * 8;
-    EXPECT_EQ(this->bytes(n, only({core::field_neighbour_words})), column * 14) << n;
+    EXPECT_EQ(this->bytes(n, only({core::field_neighbour_words})), column * 17) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_neighbour_words}), true), column * 23) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_group_ranges})), many * 9 * 8) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_far_bits}), true), many * 18 * 8) << n;
