@@ -263,6 +263,9 @@ class EngineImpl final : public Engine {
   }
 
  private:
+  /// What depends on the backend goes as on a GPU: on a CPU, too, where both are to have the same bits.
+  static constexpr bool as_gpu = E::lists || !sums_by_lanes;
+
   struct Sizes {
     std::uint64_t count[24] = {};
     std::uint64_t groups = 0, rows = 9;
@@ -312,7 +315,7 @@ class EngineImpl final : public Engine {
     set(Owner::group_rows, n.groups * n.rows);
     set(Owner::vertex, l.vertex_site.size());
     set(Owner::vertex_fits, 4 * l.vertex_site.size());
-    const bool rows = l.max_half_width >= least_row_width(E::lists, l.vertex_site.size());
+    const bool rows = l.max_half_width >= least_row_width(as_gpu, l.vertex_site.size());
     set(Owner::vertex_rows, rows ? 5 * l.vertex_site.size() : 0);
     set(Owner::vertex_list, rows && E::lists ? l.vertex_site.size() + 1 : 0);
     set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
@@ -440,7 +443,7 @@ class EngineImpl final : public Engine {
     w_.bits_stride = n.count[static_cast<int>(Owner::particle)];
     w_.mixed = w_.vertices != 0 || c.materials.size() != 1;
     w_.region_words = words_for(l.max_half_width);
-    w_.row_width = least_row_width(E::lists, w_.vertices);
+    w_.row_width = least_row_width(as_gpu, w_.vertices);
     largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;
     spacing_ = c.spacing;
     support_in_spacings_ = c.support / c.spacing;

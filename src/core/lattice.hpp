@@ -120,9 +120,10 @@ MELTSIM_HD PlacedFit<T> get_fit(const Frame<T>& w, std::uint64_t v) {
 /// which what is kept per row takes back. On a GPU rows come out of the L2 cache, and ragged regions need kernels
 /// of their own: regions and goals of 333,000 vertices took an H200 0.22 and 0.14 ms by rows, 0.19 and 0.15 by
 /// members at w = 2, 0.38 and 0.32 against 0.50 and 0.49 at w = 3, 4.2 and 4.3 against 5.8 and 6.4 at w = 8; of
-/// 20,000 vertices 0.09 and 0.08 against 0.06 and 0.06 at w = 3, and as much at w = 8.
-constexpr int least_row_width(bool on_gpu, std::uint64_t vertices) {
-  return !on_gpu ? 2 : vertices >= gather_few ? 3 : physics::most_half_width + 1;
+/// 20,000 vertices 0.09 and 0.08 against 0.06 and 0.06 at w = 3, 0.43 and 0.59 against 0.52 and 0.58 at w = 8.
+/// as_gpu: also where a CPU is to have a GPU's bits.
+constexpr int least_row_width(bool as_gpu, std::uint64_t vertices) {
+  return !as_gpu ? 2 : vertices >= gather_few ? 3 : 8;
 }
 
 /// Members of v's region: |R_v|.

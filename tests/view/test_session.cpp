@@ -79,6 +79,7 @@ TEST(Session, ConductivityChangesWithTheStateKept) {
   const meltsim::MaterialDesc water = session.world().material(session.built().material_ids[0]);
   EXPECT_GT(water.conductivity, 1.1 * 0.6);
   session.advance(0.02, ample, 1);
+  EXPECT_EQ(session.error(), "");
   EXPECT_NEAR(session.time(), 0.04, 1e-9);
 }
 

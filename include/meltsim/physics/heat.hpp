@@ -106,9 +106,9 @@ MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
 /// Harmonic mean [W/(m K)]: zero if either end insulates. Symmetric to the last bit.
 template <class T>
 MELTSIM_HD T pair_conductivity(T k_i, T k_j) {
-  // A reciprocal is one instruction on a GPU; that of a sum below 1e-37 would be infinite in single precision,
-  // and times a larger one the product of two such conductivities is 0.
-  return T(2) * (k_i * k_j) * (T(1) / maximum(k_i + k_j, T(1e-37)));
+  // A reciprocal is one instruction on a GPU. Sums below 1e-20 count as that: what conducts so badly insulates,
+  // and nothing overflows where lanes that are left out hold marks (conductivities below 0).
+  return T(2) * (k_i * k_j) * (T(1) / maximum(k_i + k_j, T(1e-20)));
 }
 
 /// g_ij [W/K].
