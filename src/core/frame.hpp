@@ -345,7 +345,7 @@ struct Frame {
   std::uint64_t words_stride = 0;  ///< entries per column of neighbour_words
   std::uint32_t words_parts = 1;   ///< sets of words: one per part of a sum that is shared out
   std::uint32_t words_room = 0;    ///< words that a set holds
-  bool mixed = true;              ///< solids, or more than one liquid
+  bool mixed = true;               ///< solids, or more than one liquid
   // Arguments of single stages, set by the engine:
   Clock<T> clock;  ///< step.begin
   Burst<T> burst;  ///< step.emit

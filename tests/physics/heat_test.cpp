@@ -113,7 +113,7 @@ TEST(Conductance, HarmonicAndInsulating) {
   EXPECT_EQ(pair_conductivity(0.0, 3.0), 0.0);
   EXPECT_EQ(pair_conductivity(0.0, 0.0), 0.0);
   EXPECT_TRUE(std::isfinite(pair_conductivity(-400.0f, -400.0f)));  // in lanes that are left out, times 0
-  EXPECT_NEAR(pair_conductivity(1e-6, 1.0), 2e-6, 1e-11);  // the poorer one limits
+  EXPECT_NEAR(pair_conductivity(1e-6, 1.0), 2e-6, 1e-11);           // the poorer one limits
   EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, 5.0, 1.0, 3.0), 45.0);
   const auto m = ice(0, latent);
   EXPECT_DOUBLE_EQ(conductivity_at(m, 0.0, 20.0), 2.22);
