@@ -32,7 +32,7 @@ struct resident<Body, decltype(static_cast<void>(Body::resident_warps(1u)))> {
   static constexpr std::uint32_t warps(std::uint32_t parts) { return Body::resident_warps(parts); }
 };
 
-/// The same for items of a list, which are few.
+/// Parts that each sum over items of a list is made of: they are few.
 inline constexpr std::uint32_t listed_parts = 9;
 
 /// Bodies with `listed_parts` of their own: where nine would leave some with nothing to do, or eight more

@@ -52,12 +52,10 @@ struct DensityBody {
           spatial::any_neighbour<Periodic>(w, i, k, [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
-    spatial::sweep_part<Periodic>(
-        w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-          s.phi += xj.w * physics::image_sums(walls, w.c.kernel.support2, x_ij, r2, [&](T image2) {
-                            return physics::kernel_shape(w.c.kernel, std::sqrt(image2));
-                          }).all;
-        });
+    spatial::sweep_part<Periodic>(w, i, k, parts,
+                                  [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+                                    s.phi += xj.w * physics::image_shape(w.c.kernel, walls, x_ij, r2);
+                                  });
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
@@ -94,17 +92,6 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
 }
 
-/// What the images of j in walls push i with [N]; terms: the sum of both ends' P/phi^2.
-template <class T>
-MELTSIM_HD Vec3<T> image_force(const Frame<T>& w, const physics::WallView<T>& walls, Vec3<T> x_ij, T r2,
-                               T volume_i, T volume_j, T terms) {
-  const auto sums = physics::image_sums(walls, w.c.kernel.support2, x_ij, r2, [&](T image2) {
-    return physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image2));
-  });
-  return physics::pressure_force(volume_i, volume_j, terms, T(0), T(1),
-                                 physics::image_vector(walls, x_ij, sums));
-}
-
 template <class T>
 struct ForceSum {
   Vec3<T> force{};
@@ -137,7 +124,7 @@ struct ForcesBody {
           const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
           if (walls.axes != 0u) {
             const T term_j = Mixed && is_solid(tag_j) ? stiffness * vj.w : vj.w;
-            s.force += image_force(w, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
+            s.force += physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
           }
           if (Mixed && is_solid(tag_j)) {
             const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
@@ -221,7 +208,9 @@ struct ReactionBody {
           if (r2 < w.c.leak_distance2)
             s.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k],
                                             -x_ki, xyz(vi) - vk, r2);
-          if (walls.axes != 0u) s.force += image_force(w, walls, x_ki, r2, p.fluid_volume, vol_k, p.terms);
+          if (walls.axes != 0u)
+            s.force +=
+                physics::image_pressure_force(w.c.kernel, walls, x_ki, r2, p.fluid_volume, vol_k, p.terms);
         });
     return s;
   }

@@ -185,7 +185,8 @@ TEST_P(Parity, EveryStageAgrees) { compare_stages(); }
 
 // Regions of w = 8 go by rows on both backends (core/lattice.hpp: least_row_width); 4^3 of a block of 20^3 are
 // whole. Sums over 4,913 members and rigid blocks nearly at rest: a block of 59^3 with w = 3 had 4e-4 and 2e-12 of
-// its median speed after one step, 1.5e-2 and 4e-11 after five. A wrong term is 1 or more.
+// its median speed after one step, 1.5e-2 and 4e-11 after five. (tests/modules/rows_test.cpp holds the sums themselves
+// to rounding, on the CPU.)
 TEST_P(Parity, EveryStageAgreesWhereRegionsGoByRows) {
   scene_.half_width = 8;
   scene_.side = 32;

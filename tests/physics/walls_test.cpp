@@ -58,11 +58,13 @@ TEST(WallImages, AreTheReflectionsWithinReach) {
     Vec3<double> j = i + random.vector(n % 11 == 0 ? 0.0 : 0.3);
     j = {clamp(j.x, 0.0, size), clamp(j.y, 0.0, size), clamp(j.z, 0.0, size)};
     int expected = 0, found = 0;
+    double shape = 0;
     Vec3<double> sum{}, seen{};
     for (const auto& m : reflections(j, faces)) {
       const auto d = i - m;
       if (length(d) >= support) continue;
       ++expected;
+      shape += kernel_shape(kernel, length(d));
       sum += d * kernel_gradient_factor(kernel, length(d));
     }
     for_each_image(wall_view(box(faces), i), support * support, i - j, [&](const Vec3<double>& d, double r2) {
@@ -72,6 +74,13 @@ TEST(WallImages, AreTheReflectionsWithinReach) {
     });
     ASSERT_EQ(found, expected) << n;
     ASSERT_LE(length(seen - sum), 1e-9 * (1 + length(sum))) << n;
+    // What density and forces take: sums of weights instead of images one by one.
+    const auto view = wall_view(box(faces), i);
+    const double r2 = dot(i - j, i - j);
+    ASSERT_NEAR(image_shape(kernel, view, i - j, r2), shape, 1e-12) << n;
+    ASSERT_LE(length(image_pressure_force(kernel, view, i - j, r2, 0.5, 2.0, 3.0) - sum * 3.0),
+              1e-9 * (1 + length(sum)))
+        << n;
     found_at_all += found;
     corners += found == 7 ? 1 : 0;
   }

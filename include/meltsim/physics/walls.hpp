@@ -28,6 +28,7 @@
 // kind.
 #pragma once
 
+#include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
 
 namespace meltsim {
@@ -136,6 +137,22 @@ MELTSIM_HD Vec3<T> image_vector(const WallView<T>& v, Vec3<T> x_ij, const ImageS
   return {x_ij.x * (s.all - s.across.x) + image_across(v.from.x, x_ij.x) * s.across.x,
           x_ij.y * (s.all - s.across.y) + image_across(v.from.y, x_ij.y) * s.across.y,
           x_ij.z * (s.all - s.across.z) + image_across(v.from.z, x_ij.z) * s.across.z};
+}
+
+/// sum of W(r_m) / w_scale over the images of j [-].
+template <class T>
+MELTSIM_HD T image_shape(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2) {
+  return image_sums(v, k.support2, x_ij, r2, [&](T square) { return kernel_shape(k, std::sqrt(square)); })
+      .all;
+}
+
+/// What the images of j push i with [N]; terms: P/phi^2 of both ends together [Pa].
+template <class T>
+MELTSIM_HD Vec3<T> image_pressure_force(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2,
+                                        T volume_i, T volume_j, T terms) {
+  const auto sums = image_sums(v, k.support2, x_ij, r2,
+                               [&](T square) { return kernel_gradient_factor(k, std::sqrt(square)); });
+  return pressure_force(volume_i, volume_j, terms, T(0), T(1), image_vector(v, x_ij, sums));
 }
 
 /// x_m of one image: mirrored in the planes of `mask` (bit a: axis a).
