@@ -49,10 +49,15 @@ struct CudaAdder {
                        NV_IS_DEVICE, (kernels::add_one(address, value);),            //
                        NV_ANY_TARGET, (*address += value;))
   }
-  /// *address = min(*address, value).
-  __host__ __device__ void lower(std::uint32_t* address, std::uint32_t value) const {
-    NV_DISPATCH_TARGET(NV_IS_DEVICE, (atomicMin(address, value);),  //
-                       NV_ANY_TARGET, (*address = *address < value ? *address : value;))
+  /// *address = min(*address, value); what was there.
+  __host__ __device__ std::uint32_t lower(std::uint32_t* address, std::uint32_t value) const {
+    std::uint32_t was = *address;
+    NV_DISPATCH_TARGET(NV_IS_DEVICE, (was = atomicMin(address, value);),  //
+                       NV_ANY_TARGET, (*address = was < value ? was : value;))
+    return was;
+  }
+  __host__ __device__ std::uint32_t load(const std::uint32_t* address) const {
+    return *const_cast<const volatile std::uint32_t*>(address);
   }
 };
 

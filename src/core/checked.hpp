@@ -33,7 +33,7 @@ bool all_finite(const Vec4<T>& v) {
 }
 template <class T>
 bool all_finite(const HeatOperand<T>& v) {
-  return std::isfinite(v.temperature) && std::isfinite(v.conductivity);
+  return std::isfinite(v.temperature) && !std::isnan(v.resistivity);  // infinite: insulates
 }
 template <class V>
 bool all_finite(const V&) {

@@ -656,7 +656,7 @@ class EngineImpl final : public Engine {
   void use_slots(std::uint32_t slots) {
     w_.particles = slots;
     w_.words_parts = word_parts(slots);
-    w_.words_stride = spatial::words_stride(slots);
+    w_.words_column = spatial::words_stride(slots) * sizeof(NeighbourWord);
     w_.words_room = spatial::words_room(support_in_spacings_, w_.grid.rows, w_.words_parts);
   }
 

@@ -19,7 +19,8 @@
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, ascending in each but
 //                                the last; begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
-//                                sums and minima, so order does not matter
+//                                sums and minima, so order does not matter; lower returns what was there,
+//                                add.load(address) reads what others may be lowering
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
@@ -78,12 +79,16 @@ class CpuAdder {
     }
     e.value += value;
   }
-  /// *address = min(*address, value), at once.
-  void lower(std::uint32_t* address, std::uint32_t value) const {
-    std::uint32_t old = __atomic_load_n(address, __ATOMIC_RELAXED);
+  /// *address = min(*address, value), at once; what was there.
+  std::uint32_t lower(std::uint32_t* address, std::uint32_t value) const {
+    std::uint32_t old = load(address);
     while (value < old &&
            !__atomic_compare_exchange_n(address, &old, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
     }
+    return old;
+  }
+  std::uint32_t load(const std::uint32_t* address) const {
+    return __atomic_load_n(address, __ATOMIC_RELAXED);
   }
 
  private:

@@ -39,10 +39,10 @@ struct alignas(8) NeighbourWord {
   std::uint32_t first, bits;
 };
 
-/// A conductivity below 0 marks a particle that holds both phases; its size is that of their mixture.
+/// A resistivity (1/k) below 0 marks a particle that holds both phases; its size is that of their mixture.
 template <class T>
 struct alignas(2 * sizeof(T)) HeatOperand {
-  T temperature{}, conductivity{};
+  T temperature{}, resistivity{};
 };
 
 /// What reaches a particle from outside, worked out once per sub-step.
@@ -205,7 +205,6 @@ struct WorldStatus {
   std::uint32_t groups = 0;                 ///< occupied cells of this step
   std::uint32_t died = 0;                   ///< vertices that melted in this step
   std::uint32_t born = 0;                   ///< vertices that liquid froze onto in this step
-  std::uint32_t labels_unsettled = 0;       ///< vertices the last search for pieces left undecided
   std::uint32_t pieces_stale = 1;           ///< something melted or froze since the last search ended
   std::uint32_t particles = 0;              ///< ids in use when this sub-step began
   std::uint64_t melted = 0;                 ///< since the scene was uploaded
@@ -342,7 +341,7 @@ struct Frame {
   std::int32_t row_width = 0;  ///< half-width from which whole regions are summed by rows
   std::uint32_t key_bits = 64;
   std::uint64_t bits_stride = 0;   ///< entries per row of far_bits
-  std::uint64_t words_stride = 0;  ///< entries per column of neighbour_words
+  std::uint64_t words_column = 0;  ///< a column of neighbour_words [bytes]
   std::uint32_t words_parts = 1;   ///< sets of words: one per part of a sum that is shared out
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool mixed = true;               ///< solids, or more than one liquid

@@ -264,7 +264,8 @@ void WorldImpl::derive_limits() {
   for (const auto& i : rows_) {
     const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
     for (const auto& j : rows_) {
-      const double k = physics::pair_conductivity(largest_conductivity(i), largest_conductivity(j));
+      const double k = physics::pair_conductivity(physics::resistivity_of(largest_conductivity(i)),
+                                                  physics::resistivity_of(largest_conductivity(j)));
       heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
     }
   }

@@ -107,7 +107,7 @@ class Batches {
   std::uint32_t walked() {
     std::uint32_t n = 0;
     for (; left_ != 0u && n + word_bits <= batch; --left_) {
-      at_ += w_.words_stride;
+      at_ = columns_on(at_, w_.words_column);
       std::uint32_t begin = at_->first;
       for (std::uint32_t bits = at_->bits; bits != 0u; bits >>= 8, begin += 8u) {
         const std::uint32_t byte = bits & 255u;

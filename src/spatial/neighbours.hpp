@@ -106,7 +106,7 @@ MELTSIM_HD bool any_neighbour(const core::Frame<T>& w, std::uint64_t i, std::uin
     return found;
   }
   for (std::uint32_t k = 0; k < count; ++k) {
-    at += w.words_stride;
+    at = columns_on(at, w.words_column);
     const NeighbourWord word = *at;
     for (std::uint32_t bits = word.bits; bits != 0u; bits &= bits - 1u)
       if (ask(word.first + static_cast<std::uint32_t>(lowest_bit(bits)))) return true;
@@ -114,7 +114,7 @@ MELTSIM_HD bool any_neighbour(const core::Frame<T>& w, std::uint64_t i, std::uin
   return false;
 }
 
-/// All neighbours, where it is not worth two kernels.
+/// All neighbours from the last down, where it is not worth two kernels.
 template <class T, class Visit>
 MELTSIM_HD void for_each_neighbour(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
   if (w.grid.periodic != 0u) sweep_part<true>(w, i, 0u, 1u, visit);
@@ -128,9 +128,9 @@ void with_periods(const core::Frame<T>& w, const Stage& stage) {
   else stage(std::false_type{});
 }
 
-/// The same in exactly the reverse order (the paper's second heat sweep).
+/// All neighbours from the first up: exactly the reverse order of for_each_neighbour (the paper sweeps both ways).
 template <class T, class Visit>
-MELTSIM_HD void for_each_neighbour_reversed(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
+MELTSIM_HD void for_each_neighbour_upwards(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
   const auto see = [&](std::uint32_t j) {
     const Vec4<T> xj = w.f.position[j];
@@ -148,13 +148,10 @@ MELTSIM_HD void for_each_neighbour_reversed(const core::Frame<T>& w, std::uint64
           for (std::uint32_t j = rows[r].end; j > rows[r].begin;) see(--j);
       continue;
     }
-    for (std::uint32_t k = words->first; k > 0u; --k) {
-      const NeighbourWord word = words[k * w.words_stride];
-      for (std::uint32_t bits = word.bits; bits != 0u;) {
-        const auto b = static_cast<std::uint32_t>(highest_bit(bits));
-        bits &= ~(1u << b);
-        see(word.first + b);
-      }
+    for (std::uint32_t k = 1; k <= words->first; ++k) {
+      const NeighbourWord word = *columns_on(words, k * w.words_column);
+      for (std::uint32_t bits = word.bits; bits != 0u; bits &= bits - 1u)
+        see(word.first + static_cast<std::uint32_t>(lowest_bit(bits)));
     }
   }
 }

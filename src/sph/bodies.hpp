@@ -98,8 +98,8 @@ struct ForceSum {
   MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
 };
 
-/// Pressure, viscosity, gravity and walls on every liquid particle. Mixed: there are solids or several
-/// liquids; without, nothing has to be asked of a neighbour but where it is and how it moves.
+/// Pressure, viscosity, gravity and walls on every liquid particle. Mixed: there are solids, several liquids or
+/// viscosities that vary; without, nothing has to be asked of a neighbour but where it is and how it moves.
 template <class T, bool Mixed, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
@@ -122,28 +122,23 @@ struct ForcesBody {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
           const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
-          if (walls.axes != 0u) {
-            const T term_j = Mixed && is_solid(tag_j) ? stiffness * vj.w : vj.w;
+          const bool solid =
+              Mixed && is_solid(tag_j);  // which acts as the same liquid does, but for its term
+          const T term_j = solid ? stiffness * vj.w : vj.w;
+          if (walls.axes != 0u)
             s.force += physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
-          }
-          if (Mixed && is_solid(tag_j)) {
-            const physics::CouplingPair<T> p{vol_i, xj.w, vi.w + stiffness * vj.w, mu, density, x_ij, v_ij};
-            s.force += physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
-            if (r2 < w.c.leak_distance2)
-              s.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j],
-                                             x_ij, v_ij, r2);
-            return;
-          }
-          const bool same = !Mixed || material_of(tag_j) == material_of(tag);
-          const T density_j = same ? density : w.f.materials[material_of(tag_j)].density;
-          T mu_ij = mu;
-          if (!same || w.f.viscosity != nullptr)
+          const bool same = !Mixed || solid || material_of(tag_j) == material_of(tag);
+          T mu_ij = mu, density_ij = density;
+          if (!same) density_ij = T(0.5) * (density + w.f.materials[material_of(tag_j)].density);
+          if (Mixed && (!same || (w.f.viscosity != nullptr && !solid)))
             mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
-          const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, vj.w, mu_ij, T(0.5) * (density + density_j),
-                                         x_ij,  v_ij};
+          const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, term_j, mu_ij, density_ij, x_ij, v_ij};
           s.force = physics::add_liquid_force(
               s.force, physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2),
               x_ij, v_ij);
+          if (solid && r2 < w.c.leak_distance2)
+            s.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], x_ij,
+                                           v_ij, r2);
         });
     return s;
   }

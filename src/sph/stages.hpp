@@ -38,7 +38,7 @@ void forces_of(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed) forces_of<true, periodic()>(ex, w);
+    if (w.mixed || w.f.viscosity != nullptr) forces_of<true, periodic()>(ex, w);
     else forces_of<false, periodic()>(ex, w);
   });
 }

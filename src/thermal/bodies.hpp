@@ -15,20 +15,21 @@ using core::HeatBoundary;
 using core::HeatOperand;
 using physics::MaterialRow;
 
-/// Temperature and conductivity at an enthalpy [J].
+/// Temperature and resistivity at an enthalpy [J].
 template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
   const double h = enthalpy / static_cast<double>(mass);
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
   const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
-  const T k = physics::conductivity_at(m, fraction, temperature);
-  return {temperature, fraction > T(0) && fraction < T(1) ? -k : k};
+  const T r = physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
+  return {temperature, fraction > T(0) && fraction < T(1) ? -r : r};
 }
 
-/// k of a particle toward one of another temperature [W/(m K)].
+/// 1/k of a particle toward one of another temperature [m K/W].
 template <class T>
 MELTSIM_HD T toward(const MaterialRow<T>& m, const HeatOperand<T>& own, T other) {
-  return own.conductivity < T(0) ? physics::conductivity_toward(m, own.temperature, other) : own.conductivity;
+  if (!(own.resistivity < T(0))) return own.resistivity;
+  return physics::resistivity_of(physics::conductivity_toward(m, own.temperature, other));
 }
 
 template <class T>
@@ -43,7 +44,7 @@ struct OperandsBody {
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
                                                  const HeatOperand<T>& operand) {
-  const HeatOperand<T> own{operand.temperature, std::fabs(operand.conductivity)};
+  const T temperature = operand.temperature, conductivity = T(1) / std::fabs(operand.resistivity);
   physics::SurfaceRate<T> sum;
   const auto add = [&](const physics::SurfaceRate<T>& r) {
     sum.rate += r.rate;
@@ -57,13 +58,13 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
     for (int face = 0; face < 6; ++face)
       if (((walls >> face) & 1u) != 0u && d[face] < w.c.wall_exchange.support)
         add(physics::surface_heat(w.c.wall_heat[face], x.w * physics::wall_area(w.c.wall_exchange, d[face]),
-                                  physics::wall_depth(w.c.wall_exchange, d[face]), own.conductivity,
-                                  own.temperature));
+                                  physics::wall_depth(w.c.wall_exchange, d[face]), conductivity,
+                                  temperature));
   }
   const HeatBoundary<T> b = w.f.heat_boundary[i];
   if (b.area > T(0))
-    add(physics::surface_heat(w.f.body_heat[body_of(w.f.tag[i]) - 1u].surface, b.area, b.depth,
-                              own.conductivity, own.temperature));
+    add(physics::surface_heat(w.f.body_heat[body_of(w.f.tag[i]) - 1u].surface, b.area, b.depth, conductivity,
+                              temperature));
   sum.rate += b.source;
   return sum;
 }
@@ -79,13 +80,20 @@ struct ExchangeSum {
   }
 };
 
+/// Which stage of a super-step this is.
+struct StageOf {
+  bool first, last;
+  bool ends;  ///< the last stage of the last super-step: nobody needs its operands any more
+};
+
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
-/// is the same number at both ends; sums are double, so that energy is conserved to rounding in double.
+/// is the same number at both ends; sums are double, so that energy is conserved to rounding in double. The last
+/// stage takes the increment into the state: only its own particle reads an enthalpy.
 template <class T, bool Boundary, bool Periodic>
 struct StageBody {
   Frame<T> w;
   double mu, nu, mu_tau, gamma_tau;
-  bool first;
+  StageOf stage;
   static constexpr bool shared = true;
   using Sum = ExchangeSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
@@ -98,13 +106,13 @@ struct StageBody {
     spatial::sweep_part<Periodic>(
         w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
           const HeatOperand<T> other = w.f.heat_operand[j];
-          T k_own = own.conductivity, k_other = other.conductivity;
-          if (k_own < T(0) || k_other < T(0)) {
-            k_own = toward(m, own, other.temperature);
-            k_other = toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
+          T r_own = own.resistivity, r_other = other.resistivity;
+          if (minimum(r_own, r_other) < T(0)) {
+            r_own = toward(m, own, other.temperature);
+            r_other = toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
           }
           const T g = physics::pair_conductance(
-              volume, xj.w, physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), k_own, k_other);
+              volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), r_own, r_other);
           s.rate += static_cast<double>(g * (other.temperature - own.temperature));
           s.conductance += g;
         });
@@ -114,8 +122,8 @@ struct StageBody {
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag)) {
-      w.f.heat_increment_old[i] = 0.0;
-      w.f.heat_operand_next[i] = w.f.heat_operand[i];
+      if (!stage.last) w.f.heat_increment_old[i] = 0.0;
+      if (!stage.ends) w.f.heat_operand_next[i] = w.f.heat_operand[i];
       if (Boundary) w.f.heat_boundary_rate[i] = 0.0;
       return;
     }
@@ -132,16 +140,20 @@ struct StageBody {
       rate += in;
     }
     double d = mu_tau * rate;
-    if (first) {
-      w.f.heat_rate0[i] = rate;
+    if (stage.first) {
+      if (!stage.last) w.f.heat_rate0[i] = rate;
       const double capacity = static_cast<double>(mass) * minimum(m.heat_capacity, m.liquid_heat_capacity);
       if (static_cast<double>(conductance) > w.c.heat_bound * capacity)
         add(&w.f.status->heat_bound_exceeded, 1);
     } else {
-      d += mu * w.f.heat_increment[i] + nu * w.f.heat_increment_old[i] + gamma_tau * w.f.heat_rate0[i];
+      d += mu * w.f.heat_increment[i];
+      if (nu != 0.0) d += nu * w.f.heat_increment_old[i];
+      if (gamma_tau != 0.0) d += gamma_tau * w.f.heat_rate0[i];
     }
-    w.f.heat_increment_old[i] = d;
-    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i] + d, mass);
+    const double enthalpy = w.f.enthalpy[i] + d;
+    if (stage.last) w.f.enthalpy[i] = enthalpy;
+    else w.f.heat_increment_old[i] = d;
+    if (!stage.ends) w.f.heat_operand_next[i] = operand_at(m, enthalpy, mass);
   }
 };
 
@@ -244,15 +256,8 @@ struct BoundaryBody {
   }
 };
 
-/// Takes the super-step's increment into the state.
-template <class T>
-struct CommitBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const { w.f.enthalpy[i] += w.f.heat_increment[i]; }
-};
-
 /// One sweep of eq. (4): T_i runs along the neighbours, T_j stays as it was before the sweep.
-template <class T, bool Reversed>
+template <class T, bool Upwards>
 struct PaperBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -271,7 +276,7 @@ struct PaperBody {
                                            physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), half,
                                            volume, xj.w, own.temperature + change, other.temperature);
     };
-    if (Reversed) spatial::for_each_neighbour_reversed(w, i, visit);
+    if (Upwards) spatial::for_each_neighbour_upwards(w, i, visit);
     else spatial::for_each_neighbour(w, i, visit);
     const double before = physics::temperature_of(m, w.f.enthalpy[i] / static_cast<double>(mass));
     if (change != T(0))  // a step that changes nothing changes no bit

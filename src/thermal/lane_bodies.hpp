@@ -34,20 +34,20 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
       x.load(w.f.position, neighbours.slots, n);
       other.load(w.f.heat_operand, neighbours.slots, n);
       spatial::cut(x.w, n);
-      const T *temperature = other.first, *k_other = other.second;
+      const T *temperature = other.first, *r_other = other.second;
       // What holds both phases conducts by who is at the other end.
-      alignas(64) T k_own[spatial::batch + spatial::lanes];
-      for (std::size_t k = 0; k < n + spatial::lanes; ++k) k_own[k] = own.conductivity;
-      if (own.conductivity < T(0))
-        for (std::uint32_t k = 0; k < n; ++k) k_own[k] = toward(m, own, temperature[k]);
+      alignas(64) T r_own[spatial::batch + spatial::lanes];
+      for (std::size_t k = 0; k < n + spatial::lanes; ++k) r_own[k] = own.resistivity;
+      if (own.resistivity < T(0))
+        for (std::uint32_t k = 0; k < n; ++k) r_own[k] = toward(m, own, temperature[k]);
       bool both = false;
-      for (std::uint32_t k = 0; k < n; ++k) both |= k_other[k] < T(0);
+      for (std::uint32_t k = 0; k < n; ++k) both |= r_other[k] < T(0);
       if (both) settle(neighbours.slots, n, own.temperature, other);
       spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
         const Vec3<T> d = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
         const T r2 = dot(d, d);
         const T g = physics::pair_conductance(
-            xi.w, x.w[k], physics::kernel_laplacian(kernel, std::sqrt(r2), r2), k_own[k], k_other[k]);
+            xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2), r_own[k], r_other[k]);
         rate.lane[l] += static_cast<double>(g * (temperature[k] - own.temperature));
         conductance.lane[l] += g;
       });

@@ -19,18 +19,23 @@ void boundary(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, AccountBody<T>{w, 0, 0, 1, 0, true, true});
 }
 
+/// Temperatures and resistivities of the first heat stage.
+template <class E, class T>
+void operands(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, OperandsBody<T>{w});
+}
+
 /// heat_supersteps super-steps of heat_stages Runge-Kutta-Legendre stages each.
 template <bool Boundary, bool Periodic, class E, class T>
 void super_steps(E& ex, core::Frame<T>& w) {
   const int stages = static_cast<int>(w.heat_stages);
   for (std::uint32_t super = 0; super < w.heat_supersteps; ++super) {
     for (int j = 1; j <= stages; ++j) {
-      const physics::HeatStage c = physics::heat_stage(j, stages);
-      // Stage 2 finds d_0 = 0 where stage 1 never wrote: the first stage overwrote d_{-1} only.
-      if (j == 2) ex.fill(w.particles, 0.0, w.f.heat_increment_old);
+      physics::HeatStage c = physics::heat_stage(j, stages);
+      if (j == 2) c.nu = 0;  // d_0 = 0, and nobody has written it
       const double tau = static_cast<double>(w.heat_dt);
-      const StageBody<T, Boundary, Periodic> stage{w,     c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau,
-                                                   j == 1};
+      const StageOf which{j == 1, j == stages, j == stages && super + 1u == w.heat_supersteps};
+      const StageBody<T, Boundary, Periodic> stage{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, which};
       if constexpr (core::runs_lanes<E>) ex.accumulate(w.particles, StageLanes<T, Boundary, Periodic>(stage));
       else ex.gather_adding(w.particles, stage);
       if (Boundary) {
@@ -41,14 +46,12 @@ void super_steps(E& ex, core::Frame<T>& w) {
       std::swap(w.f.heat_increment, w.f.heat_increment_old);
       std::swap(w.f.heat_operand, w.f.heat_operand_next);
     }
-    ex.for_each(w.particles, CommitBody<T>{w});
   }
 }
 
 template <class E, class T>
 void exchange(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
-  ex.for_each(w.particles, OperandsBody<T>{w});
   spatial::with_periods(w, [&](auto periodic) {
     if (w.f.heat_boundary != nullptr) super_steps<true, periodic()>(ex, w);
     else super_steps<false, periodic()>(ex, w);
@@ -60,9 +63,9 @@ template <class E, class T>
 void paper(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
   ex.for_each(w.particles, OperandsBody<T>{w});
-  ex.for_each(w.particles, PaperBody<T, false>{w});
-  std::swap(w.f.heat_operand, w.f.heat_operand_next);
   ex.for_each(w.particles, PaperBody<T, true>{w});
+  std::swap(w.f.heat_operand, w.f.heat_operand_next);
+  ex.for_each(w.particles, PaperBody<T, false>{w});
 }
 
 /// Explicit exchange of temperatures.

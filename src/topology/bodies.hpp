@@ -378,20 +378,9 @@ struct RegionsBody {
   }
 };
 
-/// Working labels for the search for pieces: every vertex its own index. The search and all that follows is
-/// skipped while nothing has melted or frozen since the last one ended.
-template <class T>
-struct LabelsBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->pieces_stale != 0u) w.f.vertex_label[v] = static_cast<std::uint32_t>(v);
-  }
-};
-
-/// Smallest label among v and its direct neighbours.
-template <class T>
-MELTSIM_HD std::uint32_t smallest_label(const Frame<T>& w, std::uint32_t v) {
-  std::uint32_t label = w.f.vertex_label[v];
+/// visit(u) for the direct neighbours of v.
+template <class T, class Visit>
+MELTSIM_HD void for_each_direct(const Frame<T>& w, std::uint32_t v, const Visit& visit) {
   const std::uint32_t mask = w.f.neighbour_mask[v];
   const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
   const std::uint32_t site = w.f.vertex_site[v];
@@ -399,59 +388,80 @@ MELTSIM_HD std::uint32_t smallest_label(const Frame<T>& w, std::uint32_t v) {
   for (int dz = -1; dz <= 1; ++dz)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx, ++bit)
-        if (((mask >> bit) & 1u) != 0u)
-          label = minimum(label, w.f.vertex_label[w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]]);
-  return label;
+        if (((mask >> bit) & 1u) != 0u) visit(w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]);
 }
 
-/// One round of connected components (Shiloach & Vishkin 1982; Zhang, Azad & Hu 2020, FastSV): what a vertex
-/// sees among its neighbours lowers its own label and its root's, ...
+/// The search for pieces: a forest over the vertices (disjoint sets; hooking without locks as in Jaiganesh &
+/// Burtscher 2018, HPDC, ECL-CC). vertex_label is a vertex's parent, never larger than itself and only ever
+/// lowered, so that the root of a piece comes out as its smallest vertex, whoever was first. The search and all
+/// that follows is skipped while nothing has melted or frozen since the last one.
+/// To begin with everyone's parent is its smallest neighbour: in a convex piece one root already.
 template <class T>
-struct CopyLabelBody {
+struct LabelsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->pieces_stale != 0u) w.f.vertex_label_next[v] = w.f.vertex_label[v];
+    if (w.f.status->pieces_stale == 0u) return;
+    auto label = static_cast<std::uint32_t>(v);
+    if (w.f.vertex_state[v] == vertex_live)
+      for_each_direct(w, label, [&](std::uint32_t u) { label = minimum(label, u); });
+    w.f.vertex_label[v] = label;
   }
 };
+
+/// Root of v's tree. Parents that others lower meanwhile are no less ancestors; on the way up everyone gets its
+/// parent's parent, which halves the way for the next.
+template <class T, class Add>
+MELTSIM_HD std::uint32_t root_of(const Frame<T>& w, std::uint32_t v, const Add& add) {
+  for (;;) {
+    const std::uint32_t up = add.load(&w.f.vertex_label[v]);
+    if (up == v) return v;
+    const std::uint32_t above = add.load(&w.f.vertex_label[up]);
+    if (above == up) return up;
+    add.lower(&w.f.vertex_label[v], above);
+    v = above;
+  }
+}
+
+/// Roots as labels, so that most neighbours see at once that they belong together.
+template <class T>
+struct ClimbBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    if (w.f.status->pieces_stale == 0u) return;
+    add.lower(&w.f.vertex_label[v], root_of(w, static_cast<std::uint32_t>(v), add));
+  }
+};
+
+/// Joins the trees of neighbours: the larger root gets the smaller as parent. If it was no root any more, what it
+/// hung from is joined instead.
 template <class T>
 struct HookBody {
   Frame<T> w;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
     if (w.f.status->pieces_stale == 0u || w.f.vertex_state[v] != vertex_live) return;
-    const std::uint32_t label = w.f.vertex_label[v],
-                        smallest = smallest_label(w, static_cast<std::uint32_t>(v));
-    if (smallest == label) return;
-    add.lower(&w.f.vertex_label_next[label], smallest);
-    add.lower(&w.f.vertex_label_next[v], smallest);
-  }
-};
-/// ... then every vertex takes its label's label.
-template <class T>
-struct JumpBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->pieces_stale != 0u) w.f.vertex_label[v] = w.f.vertex_label_next[w.f.vertex_label_next[v]];
-  }
-};
-
-/// Vertices whose label differs from a neighbour's: 0 when the search has ended.
-template <class T>
-struct UnsettledBody {
-  Frame<T> w;
-  MELTSIM_HD Count operator()(std::uint64_t v) const {
-    if (w.f.status->pieces_stale == 0u || w.f.vertex_state[v] != vertex_live) return {};
-    return {smallest_label(w, static_cast<std::uint32_t>(v)) != w.f.vertex_label[v] ? 1u : 0u};
+    const auto self = static_cast<std::uint32_t>(v);
+    for_each_direct(w, self, [&](std::uint32_t u) {
+      if (u >= self || add.load(&w.f.vertex_label[u]) == add.load(&w.f.vertex_label[self])) return;
+      for (std::uint32_t a = root_of(w, self, add), b = root_of(w, u, add); a != b;) {
+        const std::uint32_t larger = maximum(a, b), smaller = minimum(a, b);
+        const std::uint32_t was = add.lower(&w.f.vertex_label[larger], smaller);
+        if (was == larger) return;
+        a = root_of(w, was, add);
+        b = root_of(w, smaller, add);
+      }
+    });
   }
 };
 
-/// Labels take effect only when the search has ended, so a piece never touches itself.
+/// The label of every vertex of a piece: its smallest vertex.
 template <class T>
 struct AdoptBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->pieces_stale != 0u && w.f.status->labels_unsettled == 0u)
-      w.f.vertex_piece[v] = w.f.vertex_label[v];
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    if (w.f.status->pieces_stale != 0u) w.f.vertex_piece[v] = root_of(w, static_cast<std::uint32_t>(v), add);
   }
 };
 
@@ -459,9 +469,7 @@ struct AdoptBody {
 template <class T>
 struct SettledBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t) const {
-    if (w.f.status->labels_unsettled == 0u) w.f.status->pieces_stale = 0u;
-  }
+  MELTSIM_HD void operator()(std::uint64_t) const { w.f.status->pieces_stale = 0u; }
 };
 
 /// arrayN of a lattice as built.

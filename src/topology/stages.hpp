@@ -45,20 +45,12 @@ void regions(E& ex, const core::Frame<T>& w) {
   fill_regions(ex, w, false);
 }
 
-/// A round at least halves the trees of labels: 16 rounds join any piece of 65,000 trees. A search that needs
-/// more changes nothing and starts again at the next interval.
-inline constexpr int label_rounds = 16;
-
 template <class E, class T>
 void pieces(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, LabelsBody<T>{w});
-  for (int round = 0; round < label_rounds; ++round) {
-    ex.for_each(w.vertices, CopyLabelBody<T>{w});
-    ex.accumulate(w.vertices, HookBody<T>{w});
-    ex.for_each(w.vertices, JumpBody<T>{w});
-  }
-  ex.reduce(w.vertices, UnsettledBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->labels_unsettled));
-  ex.for_each(w.vertices, AdoptBody<T>{w});
+  ex.accumulate(w.vertices, ClimbBody<T>{w});
+  ex.accumulate(w.vertices, HookBody<T>{w});
+  ex.accumulate(w.vertices, AdoptBody<T>{w});
   ex.for_each(1, SettledBody<T>{w});
 }
 

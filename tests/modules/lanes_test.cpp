@@ -103,15 +103,15 @@ class Lanes : public testing::Test {
     }
     compare_heat<Periodic>(w);
   }
-  /// Some particles hold both phases: their conductivity is marked.
+  /// Some particles hold both phases: their resistivity is marked.
   template <bool Periodic>
   static void compare_heat(const core::Frame<T>& w) {
     Random random(91);
     for (std::size_t i = 0; i < w.particles; ++i) {
-      const T k = static_cast<T>(random.uniform(0.5, 2));
-      w.f.heat_operand[i] = {static_cast<T>(random.uniform(-20, 20)), i % 5 == 0 ? -k : k};
+      const T r = static_cast<T>(random.uniform(0.5, 2));
+      w.f.heat_operand[i] = {static_cast<T>(random.uniform(-20, 20)), i % 5 == 0 ? -r : r};
     }
-    const thermal::StageBody<T, false, Periodic> body{w, 0, 0, 1, 0, true};
+    const thermal::StageBody<T, false, Periodic> body{w, 0, 0, 1, 0, {true, true, true}};
     const thermal::StageLanes<T, false, Periodic> lanes(body);
     for (std::size_t i = 0; i < w.particles; ++i) {
       if (is_removed(w.f.tag[i])) continue;

@@ -65,7 +65,7 @@ class Neighbours : public testing::Test {
         EXPECT_EQ(r2, dot(d, d));
         found.push_back(j);
       });
-      spatial::for_each_neighbour_reversed(
+      spatial::for_each_neighbour_upwards(
           w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { back.push_back(j); });
       std::reverse(back.begin(), back.end());
       EXPECT_EQ(back, found) << "reversed order of " << i;

@@ -175,8 +175,9 @@ TEST(ArtificialViscosity, MonaghansOnApproachOnly) {
   for (int i = 0; i < 10000; ++i) {
     const Vec3<double> x = random.vector(0.25), v = random.vector(2);
     const double r2 = dot(x, x), f = kernel_gradient_factor(k, std::sqrt(r2)), vx = dot(v, x);
-    const Vec3<double> on_i = artificial_viscous_force(k, alpha, sound, density, vi, vj, f, r2, vx, x);
-    const Vec3<double> on_j = artificial_viscous_force(k, alpha, sound, density, vj, vi, f, r2, vx, -x);
+    const double pi = artificial_pressure(k, alpha, sound, density, r2, vx);
+    const Vec3<double> on_i = pressure_force(vi, vj, pi, 0.0, f, x),
+                       on_j = pressure_force(vj, vi, pi, 0.0, f, -x);
     ASSERT_TRUE(negatives(on_i, on_j));
     if (vx >= 0) {
       ASSERT_EQ(length(on_i), 0.0);
@@ -197,7 +198,7 @@ TEST(Forces, CoincidentPairsAreFiniteAndZero) {
   const float f = kernel_gradient_factor(k, 0.0f);
   const Vec3<float> zero{}, v{1, 2, 3};
   EXPECT_EQ(length(pressure_force(1.0f, 1.0f, 1e5f, 1e5f, f, zero)), 0.0f);
-  EXPECT_EQ(length(artificial_viscous_force(k, 0.05f, 30.0f, 1e3f, 1.0f, 1.0f, f, 0.0f, 0.0f, zero)), 0.0f);
+  EXPECT_EQ(artificial_pressure(k, 0.05f, 30.0f, 1e3f, 0.0f, 0.0f), 0.0f);
   EXPECT_EQ(length(viscous_force(0.2f, 1.0f, 1.0f, kernel_laplacian(k, 0.0f, 0.0f), v)), 0.0f);
 }
 

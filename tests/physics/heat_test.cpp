@@ -109,12 +109,18 @@ TEST(Melting, VolumeGoesOverAndArrives) {
 }
 
 TEST(Conductance, HarmonicAndInsulating) {
-  EXPECT_DOUBLE_EQ(pair_conductivity(1.0, 3.0), 1.5);
-  EXPECT_EQ(pair_conductivity(0.0, 3.0), 0.0);
-  EXPECT_EQ(pair_conductivity(0.0, 0.0), 0.0);
-  EXPECT_TRUE(std::isfinite(pair_conductivity(-400.0f, -400.0f)));  // in lanes that are left out, times 0
-  EXPECT_NEAR(pair_conductivity(1e-6, 1.0), 2e-6, 1e-11);           // the poorer one limits
-  EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, 5.0, 1.0, 3.0), 45.0);
+  const auto mean = [](double k_i, double k_j) {
+    return pair_conductivity(resistivity_of(k_i), resistivity_of(k_j));
+  };
+  EXPECT_DOUBLE_EQ(mean(1.0, 3.0), 1.5);
+  EXPECT_EQ(mean(0.0, 3.0), 0.0);
+  EXPECT_EQ(mean(0.0, 0.0), 0.0);
+  EXPECT_NEAR(mean(1e-6, 1.0), 2e-6, 1e-11);  // the poorer one limits
+  const LaplacianQuotient<double> l{10.0, 2.0};
+  EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, l, 1.0, 1.0 / 3.0), 45.0);
+  EXPECT_EQ(pair_conductance(2.0, 3.0, l, 1.0, resistivity_of(0.0)), 0.0);
+  // In lanes that are left out: marks, and no volume.
+  EXPECT_EQ(pair_conductance(2.0f, 0.0f, LaplacianQuotient<float>{10.0f, 2.0f}, -400.0f, -400.0f), 0.0f);
   const auto m = ice(0, latent);
   EXPECT_DOUBLE_EQ(conductivity_at(m, 0.0, 20.0), 2.22);
   EXPECT_DOUBLE_EQ(conductivity_at(m, 1.0, 20.0), 0.561);
@@ -129,7 +135,7 @@ TEST(Conductance, BothPhasesConductLikeWhatLiesBeforeTheFront) {
   EXPECT_DOUBLE_EQ(conductivity_toward(m, 0.0, 40.0), 0.561);
   EXPECT_DOUBLE_EQ(conductivity_toward(m, 0.0, 1e-9), 0.561);
   EXPECT_DOUBLE_EQ(conductivity_toward(m, 0.0, -10.0), 2.22);
-  EXPECT_DOUBLE_EQ(pair_conductivity(conductivity_toward(m, 0.0, 40.0), 0.561), 0.561);
+  EXPECT_DOUBLE_EQ(pair_conductivity(resistivity_of(conductivity_toward(m, 0.0, 40.0)), 1 / 0.561), 0.561);
 }
 
 // Energy is conserved because both ends compute the same number.
@@ -138,9 +144,10 @@ TEST(Conductance, SymmetricToTheBit) {
   for (int n = 0; n < 100000; ++n) {
     const auto vi = static_cast<float>(random.uniform(1e-3, 1e-2)),
                vj = static_cast<float>(random.uniform(1e-3, 1e-2));
-    const auto ki = static_cast<float>(random.uniform(0, 3)), kj = static_cast<float>(random.uniform(0, 3));
-    const auto l = static_cast<float>(random.uniform(0, 1e4));
-    ASSERT_EQ(pair_conductance(vi, vj, l, ki, kj), pair_conductance(vj, vi, l, kj, ki));
+    const auto ri = static_cast<float>(random.uniform(0, 3)), rj = static_cast<float>(random.uniform(0, 3));
+    const LaplacianQuotient<float> l{static_cast<float>(random.uniform(0, 1e4)),
+                                     static_cast<float>(random.uniform(1e-3, 1))};
+    ASSERT_EQ(pair_conductance(vi, vj, l, ri, rj), pair_conductance(vj, vi, l, rj, ri));
   }
 }
 

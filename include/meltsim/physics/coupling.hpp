@@ -50,17 +50,17 @@ struct CouplingPair {
   Vec3<T> v_ik;                  ///< v_i - v_k [m/s]
 };
 
+/// A solid particle as liquid sees it: as a particle of that same liquid, of pressure term B_i tau_k.
+template <class T>
+MELTSIM_HD LiquidPair<T> as_liquid(const CouplingPair<T>& p) {
+  return {p.fluid_volume, p.solid_volume, p.terms, T(0), p.viscosity, p.fluid_density, p.x_ik, p.v_ik};
+}
+
 /// Force on the liquid particle [N]; the solid particle receives exactly the negative.
 template <class T>
 MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed, const CouplingPair<T>& p,
                                   T r2) {
-  const T r = std::sqrt(r2);
-  const T f = kernel_gradient_factor(k, r);
-  Vec3<T> force = pressure_force(p.fluid_volume, p.solid_volume, p.terms, T(0), f, p.x_ik);
-  force += viscous_force(p.viscosity, p.fluid_volume, p.solid_volume, kernel_laplacian(k, r, r2), -p.v_ik);
-  force += artificial_viscous_force(k, alpha, sound_speed, p.fluid_density, p.fluid_volume, p.solid_volume, f,
-                                    r2, dot(p.v_ik, p.x_ik), p.x_ik);
-  return force;
+  return liquid_force(k, alpha, sound_speed, as_liquid(p), r2);
 }
 
 /// Liquid this close to a solid particle, in spacings, is about to slip between lattice sites (0.71 is the

@@ -82,20 +82,13 @@ MELTSIM_HD T pair_viscosity(T mu_i, T mu_j) {
   return sum > T(0) ? T(2) * mu_i * mu_j / sum : T(0);
 }
 
-/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [N]: a central
-/// force between approaching pairs that removes acoustic noise; h = H/2, density = mean rest density.
-///   F_i = -V_i V_j rho alpha c h (v_ij.x_ij)/(r^2 + 0.01 h^2) f x_ij   where v_ij.x_ij < 0, else 0.
+/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [Pa]: what a pair that
+/// approaches adds to its pressure terms, so that acoustic noise dies; h = H/2, density = mean rest density.
+///   Pi = -rho alpha c h (v_ij.x_ij)/(r^2 + 0.01 h^2)   where v_ij.x_ij < 0, else 0.
 template <class T>
-MELTSIM_HD T artificial_viscous_factor(const SphKernel<T>& k, T alpha, T sound_speed, T density, T volume_i,
-                                       T volume_j, T f, T r2, T v_dot_x) {
+MELTSIM_HD T artificial_pressure(const SphKernel<T>& k, T alpha, T sound_speed, T density, T r2, T v_dot_x) {
   const T rate = alpha * sound_speed * T(0.5) * k.support;  // the same for all pairs
-  const T approach = minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2));
-  return (volume_i * volume_j) * (-density * rate * approach) * f;
-}
-template <class T>
-MELTSIM_HD Vec3<T> artificial_viscous_force(const SphKernel<T>& k, T alpha, T sound_speed, T density,
-                                            T volume_i, T volume_j, T f, T r2, T v_dot_x, Vec3<T> x_ij) {
-  return x_ij * artificial_viscous_factor(k, alpha, sound_speed, density, volume_i, volume_j, f, r2, v_dot_x);
+  return -density * rate * (minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2)));
 }
 
 /// Everything one pair of liquid particles needs.
@@ -116,9 +109,8 @@ template <class T>
 MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
                                          const LiquidPair<T>& p, T r2) {
   const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
-  return {pressure_factor(p.volume_i, p.volume_j, p.term_i, p.term_j, f) +
-              artificial_viscous_factor(k, alpha, sound_speed, p.density, p.volume_i, p.volume_j, f, r2,
-                                        dot(p.v_ij, p.x_ij)),
+  const T pi = artificial_pressure(k, alpha, sound_speed, p.density, r2, dot(p.v_ij, p.x_ij));
+  return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, pi, f),
           -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
 }
 /// force and what a pair adds to it [N]; six fused instructions.

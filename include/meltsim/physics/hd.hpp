@@ -88,6 +88,13 @@ MELTSIM_HD int lowest_bit(std::uint64_t v) {
   return __builtin_ctzll(v);
 #endif
 }
+MELTSIM_HD int highest_bit(std::uint32_t v) {
+#if defined(__CUDA_ARCH__)
+  return 31 - __clz(static_cast<int>(v));
+#else
+  return 31 - __builtin_clz(v);
+#endif
+}
 /// Number of set bits.
 MELTSIM_HD std::uint32_t popcount(std::uint64_t v) {
 #if defined(__CUDA_ARCH__)

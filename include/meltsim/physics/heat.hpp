@@ -10,7 +10,8 @@
 //   H       enthalpy of a particle                          J       (double: a step may add 1e-8 of it)
 //   h       H / m                                           J/kg
 //   T       temperature                                     degrees Celsius
-//   g_ij    V_i V_j L_ij 2 k_i k_j / (k_i + k_j)            W/K     bitwise symmetric in i, j
+//   R       1/k                                             m K/W
+//   g_ij    V_i V_j L_ij 2 / (R_i + R_j)                    W/K     bitwise symmetric in i, j
 //   dH_i/dt sum_j g_ij (T_j - T_i)                          W       antisymmetric: energy is conserved
 //
 // Zero of enthalpy: liquid at 0 degrees. A solid's curve is shifted so that, fully melted, it lies on its
@@ -103,18 +104,25 @@ MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
   return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
 }
 
-/// Harmonic mean [W/(m K)]: zero if either end insulates. Symmetric to the last bit.
+/// 1/k [m K/W]: infinite where nothing is conducted.
 template <class T>
-MELTSIM_HD T pair_conductivity(T k_i, T k_j) {
-  // A reciprocal is one instruction on a GPU. Sums below 1e-20 count as that: what conducts so badly insulates,
-  // and nothing overflows where lanes that are left out hold marks (conductivities below 0).
-  return T(2) * (k_i * k_j) * (T(1) / maximum(k_i + k_j, T(1e-20)));
+MELTSIM_HD T resistivity_of(T conductivity) {
+  return T(1) / conductivity;
 }
 
-/// g_ij [W/K].
+/// Harmonic mean of two conductivities [W/(m K)] from their resistivities: zero if either end insulates.
 template <class T>
-MELTSIM_HD T pair_conductance(T volume_i, T volume_j, T laplacian, T k_i, T k_j) {
-  return (volume_i * volume_j) * laplacian * pair_conductivity(k_i, k_j);
+MELTSIM_HD T pair_conductivity(T resistivity_i, T resistivity_j) {
+  return T(2) / (resistivity_i + resistivity_j);
+}
+
+/// g_ij [W/K]: V_i V_j L_ij pair_conductivity(R_i, R_j) with one quotient, as a reciprocal is dear on a GPU.
+/// Symmetric to the last bit.
+template <class T>
+MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>& l, T resistivity_i,
+                              T resistivity_j) {
+  const T volumes = (T(2) * volume_i) * volume_j;  // the factor 2 is exact
+  return volumes * l.above * (T(1) / (l.below * (resistivity_i + resistivity_j)));
 }
 
 /// Coefficients of stage j of s of one super-step, acting on increments d_j = Y_j - Y_0:

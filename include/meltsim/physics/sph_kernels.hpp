@@ -61,11 +61,22 @@ MELTSIM_HD T kernel_gradient_factor(const SphKernel<T>& k, T r) {
   return k.grad_scale * (a * a * a);
 }
 
+/// L_ij as a quotient, for those who have more to divide by: above [1/m^3], below [m^2].
+template <class T>
+struct LaplacianQuotient {
+  T above, below;
+};
+template <class T>
+MELTSIM_HD LaplacianQuotient<T> laplacian_quotient(const SphKernel<T>& k, T r, T r2) {
+  const T a = maximum(T(1) - r * k.inv_support, T(0));
+  return {k.laplacian_scale * (a * a * a) * r2, r2 + k.epsilon2};
+}
+
 /// L_ij >= 0 [1/m^5]: sum_j V_j L_ij (A_j - A_i) approximates the Laplacian of A.
 template <class T>
 MELTSIM_HD T kernel_laplacian(const SphKernel<T>& k, T r, T r2) {
-  const T a = maximum(T(1) - r * k.inv_support, T(0));
-  return k.laplacian_scale * (a * a * a) * (r2 * (T(1) / (r2 + k.epsilon2)));
+  const LaplacianQuotient<T> l = laplacian_quotient(k, r, r2);
+  return l.above * (T(1) / l.below);
 }
 
 /// The kernel as published: unit integral, no lattice correction.
