@@ -30,7 +30,14 @@ struct StageEvents {
 struct Repeat {
   RepeatKey key;
   cudaGraphExec_t graph = nullptr;
+  cudaGraph_t recorded = nullptr;  // kept, as its nodes name those of the other
+  cudaGraphNode_t first = nullptr;
   std::uint64_t used = 0;  // launch that used it last
+  /// One that still runs is freed when it has ended.
+  void destroy() const {
+    (void)cudaGraphExecDestroy(graph);
+    (void)cudaGraphDestroy(recorded);
+  }
 };
 
 /// Both halves of the double buffer, with and without the stages that run every few sub-steps, and some more
@@ -66,6 +73,8 @@ struct CudaExec::Owned {
   bool entered[most_tracks] = {};         // since begin_tracks
   std::vector<cudaEvent_t> marks;         // a stage has ended; the last one: the tracks begin
   std::uint64_t launches = 0, captures = 0;
+  std::size_t known = 0;
+  int most_urgent = 0;  // priorities are 0 and below
   bool timing = false;  // between begin_stage and end_stage
   Timings timings;
 };
@@ -77,6 +86,9 @@ CudaExec::CudaExec(int device, void* stream)
   const auto make = [this](cudaStream_t* made) {
     return check(cudaStreamCreateWithFlags(made, cudaStreamNonBlocking), "making a stream");
   };
+  int least = 0, greatest = 0;
+  if (check(cudaDeviceGetStreamPriorityRange(&least, &greatest), "asking for priorities"))
+    own_->most_urgent = -greatest;
   if (stream_ == nullptr && make(&own_->stream)) stream_ = own_->stream;
   own_->tracks[0] = stream_;
   for (int k = 1; k < most_tracks; ++k) make(&own_->tracks[k]);
@@ -90,6 +102,7 @@ CudaExec::CudaExec(CudaExec&&) noexcept = default;
 CudaExec& CudaExec::operator=(CudaExec&& other) noexcept {
   std::swap(device_, other.device_);
   std::swap(track_, other.track_);
+  std::swap(priority_, other.priority_);
   std::swap(stream_, other.stream_);
   std::swap(guard_, other.guard_);
   std::swap(own_, other.own_);
@@ -131,6 +144,8 @@ void CudaExec::enter_track(int track) {
   wait_for_stage(stage_count);
 }
 
+void CudaExec::hurry(int chain) { priority_ = -std::min(chain, own_->most_urgent); }
+
 void CudaExec::mark_stage(int stage) {
   const DeviceScope scope(device_);
   check(cudaEventRecord(own_->marks[static_cast<std::size_t>(stage)], stream_), "marking the end of a stage");
@@ -143,15 +158,30 @@ void CudaExec::wait_for_stage(int stage) const {
 
 // --- repeated sub-steps -----------------------------------------------------------------------------------
 
-bool CudaExec::launch_again(const RepeatKey& key) const {
-  for (Repeat& r : own_->repeats)
-    if (r.key == key) {
-      const DeviceScope scope(device_);
-      r.used = ++own_->launches;
-      check(cudaGraphLaunch(r.graph, stream_), "launching a sub-step");
+bool CudaExec::known(const RepeatKey& key) const {
+  for (std::size_t k = 0; k < own_->repeats.size(); ++k)
+    if (own_->repeats[k].key == key) {
+      own_->known = k;
       return true;
     }
   return false;
+}
+
+void CudaExec::launch_known() const {
+  const DeviceScope scope(device_);
+  Repeat& r = own_->repeats[own_->known];
+  r.used = ++own_->launches;
+  check(cudaGraphLaunch(r.graph, stream_), "launching a sub-step");
+}
+
+void CudaExec::renew(void* kernel, std::uint64_t grid, unsigned threads, void** arguments) const {
+  const Repeat& r = own_->repeats[own_->known];
+  cudaKernelNodeParams p{};
+  p.func = kernel;
+  p.gridDim = dim3(static_cast<unsigned>(grid));
+  p.blockDim = dim3(threads);
+  p.kernelParams = arguments;
+  check(cudaGraphExecKernelNodeSetParams(r.graph, r.first, &p), "renewing the first kernel of a sub-step");
 }
 
 bool CudaExec::begin_capture() const {
@@ -166,16 +196,19 @@ void CudaExec::end_capture(const RepeatKey& key) const {
   const DeviceScope scope(device_);
   cudaGraph_t graph = nullptr;
   if (!check(cudaStreamEndCapture(stream_, &graph), "capturing a sub-step")) return;
-  Repeat made{key, nullptr, ++own_->launches};
-  const bool usable = check(cudaGraphInstantiate(&made.graph, graph, 0), "instantiating a sub-step");
-  (void)cudaGraphDestroy(graph);
-  if (!usable) return;
+  Repeat made{key, nullptr, graph, nullptr, ++own_->launches};
+  std::size_t roots = 1;
+  check(cudaGraphGetRootNodes(graph, &made.first, &roots), "looking for the first kernel of a sub-step");
+  if (!check(cudaGraphInstantiate(&made.graph, graph, 0), "instantiating a sub-step")) {
+    (void)cudaGraphDestroy(graph);
+    return;
+  }
   ++own_->captures;
   std::vector<Repeat>& all = own_->repeats;
   if (all.size() == most_repeats) {
     const auto oldest = std::min_element(all.begin(), all.end(),
                                          [](const Repeat& a, const Repeat& b) { return a.used < b.used; });
-    (void)cudaGraphExecDestroy(oldest->graph);  // one that still runs is freed when it has ended
+    oldest->destroy();
     *oldest = made;
   } else {
     all.push_back(made);
@@ -185,7 +218,7 @@ void CudaExec::end_capture(const RepeatKey& key) const {
 
 void CudaExec::forget_repeats() {
   const DeviceScope scope(device_);
-  for (const Repeat& r : own_->repeats) (void)cudaGraphExecDestroy(r.graph);
+  for (const Repeat& r : own_->repeats) r.destroy();
   own_->repeats.clear();
   own_->captures = 0;
 }

@@ -508,8 +508,21 @@ class CudaExec {
 
   template <class Enqueue>
   void repeat(const RepeatKey& key, const Enqueue& enqueue) {
-    if (launch_again(key)) return;
+    if (known(key)) return launch_known();
     const bool captured = begin_capture();
+    enqueue();
+    if (captured) end_capture(key);
+  }
+  template <class First, class Enqueue>
+  void repeat(const RepeatKey& key, const First& first, const Enqueue& enqueue) {
+    if (known(key)) {
+      renewing_ = true;
+      first();
+      renewing_ = false;
+      return launch_known();
+    }
+    const bool captured = begin_capture();
+    first();
     enqueue();
     if (captured) end_capture(key);
   }
@@ -520,6 +533,8 @@ class CudaExec {
   /// What follows is enqueued on this track; the first time on one other than 0, behind what came before
   /// begin_tracks.
   void enter_track(int track);
+  /// What follows goes ahead of what has less behind it, where there is not room for all; 0: as ever.
+  void hurry(int chain);
   void mark_stage(int stage);
   void wait_for_stage(int stage) const;
 
@@ -558,10 +573,19 @@ class CudaExec {
   void launch(void (*kernel)(Parameters...), std::uint64_t grid, unsigned threads,
               Arguments... arguments) const {
     const DeviceScope scope(device_);
+    if (renewing_) {
+      void* pointers[] = {&arguments...};
+      return renew(reinterpret_cast<void*>(kernel), grid, threads, pointers);
+    }
     cudaLaunchConfig_t config{};
     config.gridDim = dim3(static_cast<unsigned>(grid));
     config.blockDim = dim3(threads);
     config.stream = stream_;
+    cudaLaunchAttribute priority{};
+    priority.id = cudaLaunchAttributePriority;
+    priority.val.priority = priority_;
+    config.attrs = &priority;
+    config.numAttrs = 1;
     check(grid <= 0x7fffffffu ? cudaLaunchKernelEx(&config, kernel, arguments...)
                               : cudaErrorInvalidConfiguration,
           "launching a kernel");
@@ -573,7 +597,11 @@ class CudaExec {
   unsigned* ticket() const;
   /// values[i] = values[0] + ... + values[i]
   void running_sum(std::uint64_t n, std::uint32_t* values) const;
-  bool launch_again(const RepeatKey& key) const;
+  /// Whether there is a graph for this key; then it is the one that renew and launch_known mean.
+  bool known(const RepeatKey& key) const;
+  void launch_known() const;
+  /// In place of a launch: its arguments for the first kernel of the known graph.
+  void renew(void* kernel, std::uint64_t grid, unsigned threads, void** arguments) const;
   bool begin_capture() const;
   void end_capture(const RepeatKey& key) const;
   /// Working space of CUB, or null and a fault when it is smaller than `bytes`.
@@ -582,6 +610,8 @@ class CudaExec {
 
   int device_ = 0;
   int track_ = 0;
+  int priority_ = 0;
+  bool renewing_ = false;
   cudaStream_t stream_ = nullptr;  // of the track
   const std::uint32_t* guard_ = nullptr;
   std::unique_ptr<Owned> own_;

@@ -129,12 +129,15 @@ class EngineImpl final : public Engine {
     w_.sum_units.first = w_.sum_units.mass * size;
     w_.sum_units.second = w_.sum_units.first * size;
     last_index_ = a.index;
-    run(stage_step_begin, stage_functions<E, T>[stage_step_begin]);
     static_assert(stage_step_begin == 0);
+    const auto begin = [&] { run(stage_step_begin, stage_functions<E, T>[stage_step_begin]); };
     // A host's own stages may do anything, timings and checks look at stages one by one.
-    const bool plain = !timed_ && !checked_build && (custom_ == nullptr || custom_->empty());
-    if (plain) ex_.repeat(repeat_key(a), [&] { run_plain(a); });
-    else run_stages(a);
+    if (!timed_ && !checked_build && (custom_ == nullptr || custom_->empty())) {
+      ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
+    } else {
+      begin();
+      run_stages(a);
+    }
   }
 
   void rebuild() override { rebuild_ = true; }
@@ -718,12 +721,14 @@ class EngineImpl final : public Engine {
         const auto at = static_cast<std::size_t>(s);
         if (plan.track[at] < 0) continue;
         ex_.enter_track(plan.track[at]);
+        ex_.hurry(plan.chain[at]);
         for (int t = 0; t < s; ++t)
           if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
         run(s, stage_functions<E, T>[s]);
         if (((plan.awaited >> s) & 1u) != 0) ex_.mark_stage(s);
       }
       ex_.enter_track(0);
+      ex_.hurry(0);
       for (int s = 0; s < stage_count; ++s)
         if (((plan.last >> s) & 1u) != 0) ex_.wait_for_stage(s);
     }

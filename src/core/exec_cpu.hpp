@@ -24,8 +24,8 @@
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
-//   repeat(key, enqueue)         enqueue(), which may be recorded: the same key later stands for the same
-//                                launches
+//   repeat(key[, first], enqueue)  enqueue(), which may be recorded: the same key later stands for the same
+//                                launches. first() is one launch ahead of them whose arguments may differ
 //   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space for
 //   verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
 //
@@ -315,6 +315,11 @@ class CpuExec {
   // --- for the engine ---
   template <class Enqueue>
   void repeat(const RepeatKey&, const Enqueue& enqueue) {
+    enqueue();
+  }
+  template <class First, class Enqueue>
+  void repeat(const RepeatKey&, const First& first, const Enqueue& enqueue) {
+    first();
     enqueue();
   }
   void forget_repeats() {}

@@ -18,7 +18,28 @@ enum Field : int {
 };
 /// One bit per channel.
 __extension__ typedef unsigned __int128 FieldSet;
-static_assert(field_count <= 128);
+
+/// Parts of channels that stages touch apart from what others touch: rows of the stage table may name them in
+/// place of the whole, and only the schedule (core/schedule.hpp) tells them from it. A row that touches all of such
+/// a channel names both.
+enum Part : int {
+  field_pressure_term = field_count,  ///< velocity's w
+  field_acceleration_of_solids,       ///< acceleration of solid particles; under its own name that of liquid
+  part_end
+};
+static_assert(part_end <= 128);
+struct PartInfo {
+  int part, field;
+};
+inline constexpr PartInfo part_table[] = {{field_pressure_term, field_velocity},
+                                          {field_acceleration_of_solids, field_acceleration}};
+
+/// The channels themselves in place of their parts.
+constexpr FieldSet whole(FieldSet set) {
+  for (const PartInfo& p : part_table)
+    if (((set >> p.part) & 1u) != 0) set = (set & ~(FieldSet{1} << p.part)) | (FieldSet{1} << p.field);
+  return set;
+}
 
 enum class Owner {
   particle,
@@ -97,15 +118,17 @@ struct StageInfo {
   const char* name;
   std::uint32_t need;
   FieldSet reads, writes;
-  FieldSet may;  ///< reads or writes where the scene has them
+  FieldSet may;                        ///< reads or writes where the scene has them
+  FieldSet reads_apart, writes_apart;  ///< reads, writes and may, parts by their own names
   const char* why;
   const char* why_not;
 };
 
 #define F(field) (FieldSet{1} << field_##field)
 inline constexpr std::array stage_table{
-#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) \
-  StageInfo{#module, #stage, #module "." #stage, (need), (reads), (writes), (may), why, why_not},
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)                      \
+  StageInfo{#module,    #stage,          #module "." #stage, (need), whole(reads), whole(writes), \
+            whole(may), (reads) | (may), (writes) | (may),   why,    why_not},
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
 };

@@ -10,7 +10,7 @@ inline namespace v0 {
 namespace core {
 
 /// Everything that changes between sub-steps without a new upload, as bits. The clock is not part of it: it
-/// is set by step.begin, ahead of what repeats.
+/// is set by step.begin, whose arguments are given anew every time.
 using RepeatKey = std::array<std::uint64_t, 8>;
 
 }  // namespace core

@@ -15,19 +15,23 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// Executors with begin_tracks, enter_track, mark_stage and wait_for_stage.
+/// Executors with begin_tracks, enter_track, hurry, mark_stage and wait_for_stage.
 template <class E, class = void>
 inline constexpr bool runs_tracks = false;
 template <class E>
 inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().begin_tracks())>> = true;
 
-/// More never were of use at once: forces, shape matching, heat, and one to spare.
-inline constexpr int most_tracks = 4;
+/// Forces, shape matching, contact, heat, and two to spare: a stage that finds no track of its own waits for one
+/// that it need not wait for.
+inline constexpr int most_tracks = 6;
 
 struct Schedule {
   std::array<std::int8_t, stage_count> track{};  ///< of every stage that runs; -1 of the others
   std::array<std::uint64_t, stage_count>
-      waits{};                ///< bit per stage: ends on another track before this begins
+      waits{};  ///< bit per stage: ends on another track before this begins
+  /// Stages that follow one after the other from this one to the next barrier: those of the longest chain go first
+  /// where there is not room for all.
+  std::array<std::int8_t, stage_count> chain{};
   std::uint64_t awaited = 0;  ///< stages that others wait for
   std::uint64_t last = 0;     ///< the last one of every track but the first
 };
@@ -40,9 +44,8 @@ constexpr bool is_barrier(int stage) { return stage == stage_step_begin || stage
 constexpr bool in_order(int first, int second) {
   const StageInfo &a = stage_table[static_cast<std::size_t>(first)],
                   &b = stage_table[static_cast<std::size_t>(second)];
-  const FieldSet a_writes = a.writes | a.may, b_writes = b.writes | b.may;
-  return is_barrier(first) || is_barrier(second) || (a_writes & (b.reads | b_writes)) != 0 ||
-         (a.reads & b_writes) != 0;
+  return is_barrier(first) || is_barrier(second) ||
+         (a.writes_apart & (b.reads_apart | b.writes_apart)) != 0 || (a.reads_apart & b.writes_apart) != 0;
 }
 
 /// The schedule of the stages in `running` (bit per stage).
@@ -91,6 +94,15 @@ constexpr Schedule make_schedule(std::uint64_t running) {
       before[at] |= (std::uint64_t{1} << end[static_cast<std::size_t>(track)]) |
                     before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
     end[static_cast<std::size_t>(track)] = s;
+  }
+  for (int s = stage_count; s-- > 0;) {
+    if (((running >> s) & 1u) == 0) continue;
+    std::int8_t longest = 0;
+    for (int t = s + 1; t < stage_count && !is_barrier(t); ++t)
+      if (((running >> t) & 1u) != 0 && in_order(s, t))
+        longest =
+            longest < r.chain[static_cast<std::size_t>(t)] ? r.chain[static_cast<std::size_t>(t)] : longest;
+    r.chain[static_cast<std::size_t>(s)] = static_cast<std::int8_t>(longest + 1);
   }
   for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
   r.awaited |= r.last;

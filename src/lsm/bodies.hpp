@@ -21,11 +21,12 @@ MELTSIM_HD bool moves(const Frame<T>& w, std::uint64_t v) {
   return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].fixed == 0u;
 }
 
-/// Particle state in vertex order.
+/// Particle state in vertex order; and room for the sums of pieces, which are kept where their labels are.
 template <class T>
 struct GatherBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (w.f.vertex_piece[v] == v) w.f.piece_sums[v] = core::PieceSums{};
     // Melted vertices, too: one may still be the label of its piece, and positions are taken relative to
     // that. A vertex that never held a particle is no label.
     if (w.f.vertex_id[v] == none) return;
@@ -265,15 +266,6 @@ struct GoalsBody {
     w.f.shape_velocity[v] =
         physics::shape_velocity(stiffness(w, v, m), damping, w.f.clock->dt, s.displacement * (T(1) / s.count),
                                 s.defect * (T(1) / s.count));
-  }
-};
-
-/// Only the rows of labels are summed into.
-template <class T>
-struct ClearSumsBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.vertex_piece[v] == v) w.f.piece_sums[v] = core::PieceSums{};
   }
 };
 

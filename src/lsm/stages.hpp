@@ -50,7 +50,6 @@ void goals(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void balance(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.vertices, ClearSumsBody<T>{w});
   ex.sum_by_row(w.vertices, PieceSumsBody<T>{w}, w.f.piece_sums);
   ex.for_each(w.vertices, BalanceBody<T>{w});
 }

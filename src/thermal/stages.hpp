@@ -19,12 +19,6 @@ void boundary(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, AccountBody<T>{w, 0, 0, 1, 0, true, true});
 }
 
-/// Temperatures and resistivities of the first heat stage.
-template <class E, class T>
-void operands(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, OperandsBody<T>{w});
-}
-
 /// heat_supersteps super-steps of heat_stages Runge-Kutta-Legendre stages each.
 template <bool Boundary, bool Periodic, class E, class T>
 void super_steps(E& ex, core::Frame<T>& w) {
@@ -52,6 +46,7 @@ void super_steps(E& ex, core::Frame<T>& w) {
 template <class E, class T>
 void exchange(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
+  ex.for_each(w.particles, OperandsBody<T>{w});
   spatial::with_periods(w, [&](auto periodic) {
     if (w.f.heat_boundary != nullptr) super_steps<true, periodic()>(ex, w);
     else super_steps<false, periodic()>(ex, w);

@@ -237,29 +237,22 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
 template <class T>
 struct MeltBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
+  MELTSIM_HD Count operator()(std::uint64_t v) const {
     const std::uint32_t state = w.f.vertex_state[v];
-    if (state == vertex_gone) return;
+    if (state == vertex_gone) return {};
     if (state == vertex_died) {  // of the step before
       w.f.vertex_state[v] = vertex_gone;
-      return;
+      return {};
     }
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
     const std::uint32_t tag = w.f.tag[slot];
     const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
     if (!physics::melts(m, (tag & tag_surface) != 0u,
                         w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
-      return;
+      return {};
     w.f.vertex_state[v] = vertex_died;
     w.f.tag[slot] = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) | m.liquid;
-  }
-};
-
-template <class T>
-struct DiedBody {
-  Frame<T> w;
-  MELTSIM_HD Count operator()(std::uint64_t v) const {
-    return {w.f.vertex_state[v] == vertex_died ? 1u : 0u};
+    return {1u};
   }
 };
 

@@ -22,9 +22,8 @@ void freeze(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void melt(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.vertices, MeltBody<T>{w});
   static_assert(sizeof(Count) == sizeof(std::uint32_t));
-  ex.reduce(w.vertices, DiedBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->died), TallyBody<T>{w});
+  ex.reduce(w.vertices, MeltBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->died), TallyBody<T>{w});
 }
 
 template <class E, class T>

@@ -84,14 +84,15 @@ class StageKernels(unittest.TestCase):
     def test_kernels_of_several_stages_go_by_their_place(self):
         fill = each("core::kernels::FillBody<double>")
         names = [each("spatial::KeysBody<float>"), "void cub::DeviceRadixSortOnesweepKernel<cub::Policy800>(int)",
-                 each("lsm::GoalsBody<float>"), each("lsm::ClearSumsBody<float>"), each("lsm::BalanceBody<float>"),
+                 each("lsm::GoalsBody<float>"), each("lsm::PieceSumsBody<float>"), each("lsm::BalanceBody<float>"),
                  each("thermal::OperandsBody<float>"),
                  "void meltsim::v0::core::kernels::gather_adding<3u, meltsim::v0::thermal::StageBody<float, false, "
-                 "true>>(int)", fill, "void meltsim::v0::core::kernels::reduce<meltsim::v0::core::CheckResult, "
-                 "meltsim::v0::step::CheckBody<float>, meltsim::v0::step::JudgeBody<float>>(int)", "memset_kernel()"]
+                 "true>>(int)", "void meltsim::v0::core::kernels::reduce<meltsim::v0::core::CheckResult, "
+                 "meltsim::v0::step::CheckBody<float>, meltsim::v0::step::JudgeBody<float>>(int)", "memset_kernel()",
+                 each("topology::PickBody<float>"), fill]
         self.assertEqual(self.kernels.stages_of(names), [
             "spatial.keys", "spatial.sort", "lsm.goals", "lsm.balance", "lsm.balance", "thermal.exchange",
-            "thermal.exchange", "thermal.exchange", "step.check", "step.check"])
+            "thermal.exchange", "step.check", "step.check", "topology.freeze", "topology.freeze"])
 
     def test_a_bucket_is_several_kernels(self):
         scan = "void cub::DeviceScanKernel<cub::Policy900>(int)"

@@ -491,6 +491,24 @@ TYPED_TEST_P(Verbs, RepeatRunsTheSameAgain) {
   this->expect_no_fault(ex);
 }
 
+// What repeats behind a first launch whose arguments change: every time sees those of its own time.
+TYPED_TEST_P(Verbs, RepeatTakesItsFirstLaunchAnew) {
+  VERBS_MAKE(ex);
+  Buffer<TypeParam, std::uint32_t> value(ex, 1, 0u), seen(ex, 12, 0u);
+  std::vector<std::uint32_t> expected;
+  for (std::uint32_t k = 0; k < 12; ++k) {
+    expected.push_back(100u + k);
+    ex.repeat(
+        {k % 3u}, [&] { ex.fill(1, 100u + k, value.get()); },
+        [&] { ex.copy(1, value.get(), seen.get() + k % 3u); });
+    if (k >= 3) ex.copy(1, seen.get() + k % 3u, seen.get() + k);
+  }
+  const std::vector<std::uint32_t> got = seen.host();
+  for (std::size_t k = 3; k < 12; ++k) EXPECT_EQ(got[k], expected[k]) << k;
+  EXPECT_LE(ex.captures(), 3u);
+  this->expect_no_fault(ex);
+}
+
 TYPED_TEST_P(Verbs, CopyAndFillTouchOnlyTheirRange) {
   VERBS_MAKE(ex);
   for (const std::uint64_t n : sizes()) {
@@ -552,11 +570,11 @@ TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
 }
 
 REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInOrder, SumByRowIsExact,
-                            ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, ForEachVisitsEveryIndexOnce,
-                            ReduceEqualsStdAccumulate, ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit,
-                            ScanEqualsStdPartialSum, ScanOfWordsKeepsTheirHalvesApart,
-                            SortEqualsStdStableSort, AccumulateIsExact, GatherListedVisitsWhatIsWantedOnce,
-                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
-                            TimingsAreReadAfterSynchronize);
+                            ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
+                            ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate, ReduceFindsTheWorst,
+                            ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
+                            ScanOfWordsKeepsTheirHalvesApart, SortEqualsStdStableSort, AccumulateIsExact,
+                            GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
+                            GuardStopsWhatWritesState, TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test
