@@ -295,6 +295,30 @@ struct NeighboursBody {
   }
 };
 
+/// Loads that are under way together: the few threads that have a region to fill wait for nothing else.
+inline constexpr int at_once = 4;
+
+/// mask |= bits, from the beginning of a word on. Few words stay in registers if no index is variable.
+template <int Words>
+MELTSIM_HD void add_bits(std::uint32_t (&mask)[Words], std::uint32_t word, std::uint64_t bits) {
+  const auto low = static_cast<std::uint32_t>(bits), high = static_cast<std::uint32_t>(bits >> 32);
+  if (on_device() && Words <= 4) {
+    for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(Words); ++k)
+      mask[k] |= (k == word ? low : 0u) | (k == word + 1u ? high : 0u);
+    return;
+  }
+  mask[word] |= low;
+  if (high != 0u) mask[word + 1u] |= high;
+}
+
+template <int Words>
+MELTSIM_HD std::uint32_t word_of(const std::uint32_t (&mask)[Words], int word) {
+  if (!on_device() || Words > 4) return mask[word];
+  std::uint32_t found = 0;
+  for (int k = 0; k < Words; ++k) found |= k == word ? mask[k] : 0u;
+  return found;
+}
+
 /// Iterative fill of arrayR (Shao & Yu 2017, sec. 3.2, Fig. 3): the vertex itself, then w times the direct
 /// neighbours of what is already there. A flood fill, not the box: a gap cuts. `Words` bounds the region.
 template <class T, int Words>
@@ -303,27 +327,34 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v) {
   const std::uint32_t site = w.f.vertex_site[v];
   const int h = b.region_half_width;
   std::uint32_t inside[Words], front[Words], next[Words];
-  for (int k = 0; k < Words; ++k) inside[k] = front[k] = 0u;
   const std::uint32_t center = core::region_bit(h, 0, 0, 0);
-  inside[center >> 5] |= 1u << (center & 31u);
-  front[center >> 5] |= 1u << (center & 31u);
+  for (std::uint32_t k = 0; k < static_cast<std::uint32_t>(Words); ++k)
+    inside[k] = front[k] = k == center >> 5 ? 1u << (center & 31u) : 0u;
   const int side = 2 * h + 1;
   for (int round = 0; round < h; ++round) {
     for (int k = 0; k < Words; ++k) next[k] = 0u;
     for (int k = 0; k < Words; ++k)
-      for (std::uint32_t members = front[k]; members != 0u; members &= members - 1u) {
-        const int bit = 32 * k + lowest_bit(members);
-        const int dx = bit % side - h, dy = bit / side % side - h, dz = bit / (side * side) - h;
-        const std::uint32_t links = w.f.neighbour_mask[w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]];
-        // Links come in rows of three along x. A path of at most w steps never leaves the box of half-width
-        // w.
-        for (int row = 0; row < 9; ++row) {
-          const std::uint64_t three = (links >> (3 * row)) & 7u;
-          if (three == 0u) continue;
-          const std::uint32_t to = core::region_bit(h, dx - 1, dy + row % 3 - 1, dz + row / 3 - 1);
-          const std::uint64_t bits = three << (to & 31u);
-          next[to >> 5] |= static_cast<std::uint32_t>(bits);
-          if ((bits >> 32) != 0u) next[(to >> 5) + 1] |= static_cast<std::uint32_t>(bits >> 32);
+      for (std::uint32_t members = word_of<Words>(front, k); members != 0u;) {
+        int bit[at_once];
+        std::uint32_t links[at_once];
+        for (int m = 0; m < at_once; ++m, members &= members - 1u)
+          bit[m] = members != 0u ? 32 * k + lowest_bit(members) : -1;
+        for (int m = 0; m < at_once; ++m) {
+          const int dx = bit[m] % side - h, dy = bit[m] / side % side - h, dz = bit[m] / (side * side) - h;
+          links[m] = bit[m] < 0 ? none : w.f.site_vertex[core::site_at(site, b, dx, dy, dz)];
+        }
+        for (int m = 0; m < at_once; ++m) links[m] = bit[m] < 0 ? 0u : w.f.neighbour_mask[links[m]];
+        for (int m = 0; m < at_once; ++m) {
+          // Links come in rows of three along x. A path of at most w steps never leaves the box of half-width w.
+          const std::uint32_t first = static_cast<std::uint32_t>(bit[m] - 1);
+          for (int row = 0; row < 9; ++row) {
+            const std::uint64_t three = (links[m] >> (3 * row)) & 7u;
+            if (three == 0u) continue;
+            const std::uint32_t to =
+                first + static_cast<std::uint32_t>(side * (row % 3 - 1) + side * side * (row / 3 - 1));
+            const std::uint64_t bits = three << (to & 31u);
+            add_bits<Words>(next, to >> 5, bits);
+          }
         }
       }
     for (int k = 0; k < Words; ++k) {
@@ -333,41 +364,53 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v) {
     }
   }
   std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
-  for (std::uint32_t k = 0; k < w.region_words; ++k)
-    mask[k] = k < static_cast<std::uint32_t>(Words) ? inside[k] : 0u;
+  for (std::uint32_t k = 0; k < w.region_words; ++k) mask[k] = word_of<Words>(inside, static_cast<int>(k));
 }
 
-/// Rebuilds the regions that lost a member, and those of vertices with a birth within w: a vertex outside a
-/// region cannot have carried a path inside it, and a new path within a region leads over one that was born.
+/// What stands at a vertex whose region is out of date in this sub-step; never 0.
+template <class T>
+MELTSIM_HD std::uint32_t stale_mark(const Frame<T>& w) {
+  return static_cast<std::uint32_t>(w.f.clock->step) | 0x80000000u;
+}
+
+/// Marks the regions that may have changed: a region lies within w of its vertex, so those within w of what melted
+/// or froze. Work in proportion to that; the others ask for one number.
+template <class T>
+struct StaleBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+    if (w.f.status->died == 0u && w.f.status->born == 0u) return;
+    const auto v = static_cast<std::uint32_t>(i);
+    if (w.f.vertex_state[v] != vertex_died && !(w.f.status->born != 0u && was_born(w, v))) return;
+    const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+    const int h = b.region_half_width;
+    const std::uint32_t mark = stale_mark(w);
+    for (int dz = -h; dz <= h; ++dz)
+      for (int dy = -h; dy <= h; ++dy) {
+        const std::uint32_t* row = w.f.site_vertex + core::site_at(w.f.vertex_site[v], b, 0, dy, dz);
+        for (int dx = -h; dx <= h; dx += at_once) {
+          std::uint32_t u[at_once];
+          for (int k = 0; k < at_once; ++k) u[k] = dx + k <= h ? row[dx + k] : none;
+          for (int k = 0; k < at_once; ++k)
+            if (u[k] != none) add.mark(&w.f.vertex_stale[u[k]], mark);
+        }
+      }
+  }
+};
+
+/// Fills the marked regions anew.
 template <class T, int Words>
 struct RegionsBody {
   Frame<T> w;
   bool all;  ///< build every region (when the scene is uploaded)
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    if (!all && w.f.status->died == 0u && w.f.status->born == 0u) return;
+    if (!all && (w.f.status->died == 0u && w.f.status->born == 0u)) return;
     const auto v = static_cast<std::uint32_t>(i);
+    if (!all && w.f.vertex_stale[v] != stale_mark(w)) return;
+    if (w.f.vertex_state[v] == vertex_live) return fill_region<T, Words>(w, v);
     std::uint32_t* mask = w.f.region_mask + i * w.region_words;
-    if (w.f.vertex_state[v] != vertex_live) {
-      for (std::uint32_t k = 0; k < w.region_words; ++k) mask[k] = 0u;
-      return;
-    }
-    bool dirty = all || (w.f.status->born != 0u && born_nearby(v));
-    if (!dirty)
-      core::for_each_member(
-          w, v, [&](std::uint32_t j, int, int, int) { dirty = dirty || w.f.vertex_state[j] == vertex_died; });
-    if (dirty) fill_region<T, Words>(w, v);
-  }
-  /// A birth within the box of half-width w.
-  MELTSIM_HD bool born_nearby(std::uint32_t v) const {
-    const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-    const int h = b.region_half_width;
-    for (int dz = -h; dz <= h; ++dz)
-      for (int dy = -h; dy <= h; ++dy)
-        for (int dx = -h; dx <= h; ++dx) {
-          const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], b, dx, dy, dz)];
-          if (n != none && was_born(w, n)) return true;
-        }
-    return false;
+    for (std::uint32_t k = 0; k < w.region_words; ++k) mask[k] = 0u;
   }
 };
 

@@ -41,6 +41,7 @@ void fill_regions(E& ex, const core::Frame<T>& w, bool all) {
 
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
+  ex.accumulate(w.vertices, StaleBody<T>{w});
   fill_regions(ex, w, false);
 }
 
