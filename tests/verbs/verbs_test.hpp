@@ -132,6 +132,18 @@ struct AddToBins {
   }
 };
 
+/// Lowers one of `bins` minima to 7 i + 3 and notes what was there; marks one of them with `stamp`.
+struct LowerAndMark {
+  std::uint32_t *least, *was, *marks;
+  std::uint32_t bins, stamp;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+    const auto value = 7u * static_cast<std::uint32_t>(i) + 3u;
+    was[i] = add.lower(&least[i % bins], value);
+    if (i % 3u == 0u) add.mark(&marks[i % bins], stamp);
+  }
+};
+
 /// Bucket of an item.
 struct BucketOf {
   const std::uint32_t* values;
@@ -552,6 +564,30 @@ TYPED_TEST_P(Verbs, GuardStopsWhatWritesState) {
   this->expect_no_fault(ex);
 }
 
+// Whoever lowers a number learns what it was, so that nobody is lost who hung from it: among those that lowered
+// one, every value but the least is what another found there, once.
+TYPED_TEST_P(Verbs, LoweringTellsWhatWasThere) {
+  VERBS_MAKE(ex);
+  const std::uint32_t n = 5000, bins = 7, none = 0xffffffffu;
+  Buffer<TypeParam, std::uint32_t> least(ex, bins, none), was(ex, n, 0u), marks(ex, bins, 0u);
+  ex.accumulate(n, LowerAndMark{least.get(), was.get(), marks.get(), bins, 55u});
+  const auto low = least.host(), found = was.host();
+  for (std::uint32_t b = 0; b < bins; ++b) {
+    EXPECT_EQ(low[b], 7u * b + 3u);
+    std::vector<std::uint32_t> replaced, placed{none};
+    for (std::uint32_t i = b; i < n; i += bins)
+      if (7u * i + 3u < found[i]) {
+        replaced.push_back(found[i]);
+        if (7u * i + 3u != low[b]) placed.push_back(7u * i + 3u);
+      }
+    std::sort(replaced.begin(), replaced.end());
+    std::sort(placed.begin(), placed.end());
+    EXPECT_EQ(replaced, placed) << b;
+  }
+  EXPECT_EQ(marks.host(), std::vector<std::uint32_t>(bins, 55u));
+  this->expect_no_fault(ex);
+}
+
 TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
   VERBS_MAKE(ex);
   const std::uint64_t n = sizes().back();
@@ -575,6 +611,7 @@ REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInO
                             ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
                             ScanOfWordsKeepsTheirHalvesApart, SortEqualsStdStableSort, AccumulateIsExact,
                             GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
-                            GuardStopsWhatWritesState, TimingsAreReadAfterSynchronize);
+                            GuardStopsWhatWritesState, LoweringTellsWhatWasThere,
+                            TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test
