@@ -178,7 +178,8 @@ struct WettedBody {
   }
 };
 
-/// The liquid's push on every solid particle: the exact negatives of what ForcesBody gave the liquid.
+/// The liquid's push on every solid particle: the negatives of what ForcesBody gave the liquid. The same formula of
+/// the same numbers; where a compiler fuses multiply and add, the sums round apart.
 template <class T, bool Periodic>
 struct ReactionBody {
   Frame<T> w;
