@@ -105,6 +105,13 @@ TEST(Schedule, WaterIsAChainMeltingIsNot) {
   EXPECT_TRUE(apart(stage_sph_density, stage_lsm_gather));
   EXPECT_TRUE(apart(stage_sph_forces, stage_lsm_contact));
   EXPECT_TRUE(apart(stage_sph_forces, stage_sph_reaction));
+  // Shape matching is gather, regions, goals, balance; nothing follows forces or heat but the check.
+  const auto chain = [&](int s) { return static_cast<int>(many.chain[static_cast<std::size_t>(s)]); };
+  EXPECT_EQ(chain(stage_lsm_gather), 4);
+  EXPECT_EQ(chain(stage_lsm_balance), 1);
+  EXPECT_EQ(chain(stage_sph_forces), 1);
+  EXPECT_EQ(chain(stage_thermal_exchange), 1);
+  EXPECT_EQ(chain(stage_lsm_loads), 3);  // contact, reaction
   EXPECT_TRUE(apart(stage_lsm_goals, stage_thermal_exchange));
 }
 
