@@ -128,34 +128,6 @@ void with_periods(const core::Frame<T>& w, const Stage& stage) {
   else stage(std::false_type{});
 }
 
-/// All neighbours from the first up: exactly the reverse order of for_each_neighbour (the paper sweeps both ways).
-template <class T, class Visit>
-MELTSIM_HD void for_each_neighbour_upwards(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
-  const Vec3<T> xi = xyz(w.f.position[i]);
-  const auto see = [&](std::uint32_t j) {
-    const Vec4<T> xj = w.f.position[j];
-    const Vec3<T> d = separation(w.grid, xi, xyz(xj));
-    const T r2 = dot(d, d);
-    if (r2 < w.c.kernel.support2) visit(j, xj, d, r2);
-  };
-  for (std::uint32_t s = w.words_parts; s-- > 0u;) {
-    const NeighbourWord* words = words_of(w, i, s);
-    if (words->first == too_many) {
-      const core::Range* rows = rows_of(w, i);
-      const std::uint32_t set = rows_of_part(w, s, w.words_parts).bits;
-      for (std::uint32_t r = w.grid.rows; r-- > 0u;)
-        if (((set >> r) & 1u) != 0u)
-          for (std::uint32_t j = rows[r].end; j > rows[r].begin;) see(--j);
-      continue;
-    }
-    for (std::uint32_t k = 1; k <= words->first; ++k) {
-      const NeighbourWord word = *columns_on(words, k * w.words_column);
-      for (std::uint32_t bits = word.bits; bits != 0u; bits &= bits - 1u)
-        see(word.first + static_cast<std::uint32_t>(lowest_bit(bits)));
-    }
-  }
-}
-
 }  // namespace spatial
 }  // namespace v0
 }  // namespace meltsim

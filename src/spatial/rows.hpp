@@ -54,6 +54,15 @@ MELTSIM_HD SomeRows rows_of_part(const core::Frame<T>& w, std::uint32_t k, std::
   return {(rows | rows << 9) & ((1u << w.grid.rows) - 1u)};
 }
 
+/// visit(j, x_j, x_ij, r2) for candidate j if it is within H of x_i.
+template <bool Periodic, class T, class Visit>
+MELTSIM_HD void visit_if_near(const core::Frame<T>& w, Vec3<T> xi, std::uint32_t j, const Visit& visit) {
+  const Vec4<T> xj = w.f.position[j];
+  const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
+  const T r2 = dot(d, d);
+  if (r2 < w.c.kernel.support2) visit(j, xj, d, r2);
+}
+
 /// visit(j, x_j, x_ij, r2) for the candidates within H of i in these rows, by distance.
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void search_rows(const core::Frame<T>& w, std::uint64_t i, SomeRows set, const Visit& visit) {
@@ -61,12 +70,21 @@ MELTSIM_HD void search_rows(const core::Frame<T>& w, std::uint64_t i, SomeRows s
   const core::Range* rows = rows_of(w, i);
   while (!set.empty()) {
     const core::Range row = rows[set.take()];
-    for (std::uint32_t j = row.begin; j < row.end; ++j) {
-      const Vec4<T> xj = w.f.position[j];
-      const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
-      const T r2 = dot(d, d);
-      if (r2 < w.c.kernel.support2) visit(j, xj, d, r2);
-    }
+    for (std::uint32_t j = row.begin; j < row.end; ++j) visit_if_near<Periodic>(w, xi, j, visit);
+  }
+}
+
+/// All neighbours by rows, ascending, or exactly the other way round. For what hangs on the order (the paper's
+/// running temperatures): words are sorted into as many sets as a backend has parts of a sum, rows are the same
+/// everywhere.
+template <bool Periodic, bool Upwards, class T, class Visit>
+MELTSIM_HD void for_each_in_row_order(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  const core::Range* rows = rows_of(w, i);
+  for (std::uint32_t k = 0; k < w.grid.rows; ++k) {
+    const core::Range row = rows[Upwards ? k : w.grid.rows - 1u - k];
+    for (std::uint32_t n = 0; n < row.end - row.begin; ++n)
+      visit_if_near<Periodic>(w, xi, Upwards ? row.begin + n : row.end - 1u - n, visit);
   }
 }
 

@@ -257,7 +257,7 @@ struct BoundaryBody {
 };
 
 /// One sweep of eq. (4): T_i runs along the neighbours, T_j stays as it was before the sweep.
-template <class T, bool Upwards>
+template <class T, bool Upwards, bool Periodic>
 struct PaperBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
@@ -276,8 +276,7 @@ struct PaperBody {
                                            physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), half,
                                            volume, xj.w, own.temperature + change, other.temperature);
     };
-    if (Upwards) spatial::for_each_neighbour_upwards(w, i, visit);
-    else spatial::for_each_neighbour(w, i, visit);
+    spatial::for_each_in_row_order<Periodic, Upwards>(w, i, visit);
     const double before = physics::temperature_of(m, w.f.enthalpy[i] / static_cast<double>(mass));
     if (change != T(0))  // a step that changes nothing changes no bit
       w.f.enthalpy[i] =

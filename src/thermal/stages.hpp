@@ -58,9 +58,11 @@ template <class E, class T>
 void paper(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
   ex.for_each(w.particles, OperandsBody<T>{w});
-  ex.for_each(w.particles, PaperBody<T, true>{w});
-  std::swap(w.f.heat_operand, w.f.heat_operand_next);
-  ex.for_each(w.particles, PaperBody<T, false>{w});
+  spatial::with_periods(w, [&](auto periodic) {
+    ex.for_each(w.particles, PaperBody<T, true, periodic()>{w});
+    std::swap(w.f.heat_operand, w.f.heat_operand_next);
+    ex.for_each(w.particles, PaperBody<T, false, periodic()>{w});
+  });
 }
 
 /// Explicit exchange of temperatures.

@@ -29,6 +29,7 @@ struct MeltingScene {
   double latent_heat = 3.34e5;
   double heat_time_scale = 2e4;
   int pieces_interval = 16;
+  meltsim::HeatModel heat_model = meltsim::HeatModel::enthalpy;
   bool still = false;  ///< no gravity, blocks fixed
   meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
 };
@@ -64,6 +65,7 @@ inline World make_world(const MeltingScene& scene) {
   desc.domain.bounded = true;
   const double wide = scene.side * spacing;
   desc.domain.max = {wide, wide, wide};
+  desc.heat.model = scene.heat_model;
   desc.heat.time_scale = scene.heat_time_scale;
   desc.neighbour_search = scene.search;
   if (scene.still) {

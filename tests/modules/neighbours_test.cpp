@@ -59,16 +59,26 @@ class Neighbours : public testing::Test {
         EXPECT_EQ(w.f.group_of[i], core::none);
         continue;
       }
-      std::vector<std::uint32_t> found, back;
+      std::vector<std::uint32_t> found, up, down;
       spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& d, T r2) {
         EXPECT_EQ(xj.x, w.f.position[j].x);
         EXPECT_EQ(r2, dot(d, d));
         found.push_back(j);
       });
-      spatial::for_each_neighbour_upwards(
-          w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { back.push_back(j); });
-      std::reverse(back.begin(), back.end());
-      EXPECT_EQ(back, found) << "reversed order of " << i;
+      spatial::with_periods(w, [&](auto p) {
+        const auto note = [](auto& list) {
+          return [&list](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { list.push_back(j); };
+        };
+        spatial::for_each_in_row_order<p(), true>(w, i, note(up));
+        spatial::for_each_in_row_order<p(), false>(w, i, note(down));
+      });
+      EXPECT_TRUE(by_rows(w, i, up)) << "order of " << i;
+      std::reverse(down.begin(), down.end());
+      EXPECT_EQ(down, up) << "reversed order of " << i;
+      auto words = found, rows = up;
+      std::sort(words.begin(), words.end());
+      std::sort(rows.begin(), rows.end());
+      EXPECT_EQ(words, rows) << "neighbours of " << i;
       for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
         const core::Range row = w.f.group_ranges[w.f.group_of[i] * w.grid.rows + r];
         widest = std::max(widest, row.end - row.begin);
@@ -85,6 +95,16 @@ class Neighbours : public testing::Test {
       }
     }
     return widest;
+  }
+  /// Whether a list goes through the rows of i, slots ascending in each.
+  static bool by_rows(const core::Frame<T>& w, std::uint32_t i, const std::vector<std::uint32_t>& list) {
+    std::size_t at = 0;
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
+      const core::Range row = w.f.group_ranges[w.f.group_of[i] * w.grid.rows + r];
+      for (std::uint32_t j = row.begin; j < row.end; ++j)
+        if (at < list.size() && list[at] == j) ++at;
+    }
+    return at == list.size();
   }
   /// Shortest, over all images, without the library's own wrapping.
   static double distance(const core::SceneConstants& c, const core::Frame<T>& w, std::uint32_t i,
