@@ -32,6 +32,18 @@ struct resident<Body, decltype(static_cast<void>(Body::resident_warps(1u)))> {
   static constexpr std::uint32_t warps(std::uint32_t parts) { return Body::resident_warps(parts); }
 };
 
+/// Bodies with `static constexpr bool ends_first = true`: items at both ends of the order first. Sums beside walls
+/// take longest, particles in order of their cells begin and end with layers at walls, and where not all blocks are in
+/// place at once the last to start should not be the longest.
+template <class Body, class = void>
+struct ends_first {
+  static constexpr bool value = false;
+};
+template <class Body>
+struct ends_first<Body, decltype(static_cast<void>(Body::ends_first))> {
+  static constexpr bool value = Body::ends_first;
+};
+
 /// Parts that each sum over items of a list is made of: they are few.
 inline constexpr std::uint32_t listed_parts = 9;
 

@@ -246,7 +246,9 @@ struct NeighboursBody {
       find_part<Periodic>(w, i, k, parts, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
     return {};
   }
-  MELTSIM_HD void finish(std::uint64_t, const Sum&) const {}
+  MELTSIM_HD void finish(std::uint64_t i, const Sum&) const {
+    if (w.f.group_of[i] != none) join_words(w, i);
+  }
 };
 
 }  // namespace spatial

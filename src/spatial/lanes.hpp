@@ -91,8 +91,8 @@ template <bool Periodic, class T>
 class Batches {
  public:
   Batches(const core::Frame<T>& w, std::uint64_t i)
-      : w_(w), x_(xyz(w.f.position[i])), i_(i), at_(words_of(w, i, 0u)), left_(at_->first) {
-    search_ = left_ == too_many;
+      : w_(w), x_(xyz(w.f.position[i])), i_(i), at_(words_of(w, i, 0u)), left_(words_in(*at_)) {
+    search_ = at_->first == too_many;
   }
   /// Slots of the next neighbours, none when there are no more. Filled up to whole lanes with i.
   std::uint32_t next() {

@@ -5,9 +5,10 @@
 // bytes per particle, but to come to the next row takes 30 instructions, at almost every turn of a warp.)
 //
 // neighbour_words is a table of columns, one entry per particle, so that threads side by
-// side read side by side. A particle has words_parts sets of them, one per part of a sum that is shared out
-// (core/gather.hpp), each of 1 + words_room columns: how many, then the words. Where there are too many for the
-// room, candidates are searched again by every sweep.
+// side read side by side: a header, which says how many words and neighbours follow, then the words. Where a search
+// is shared out (core/gather.hpp), each of its words_parts parts fills a set of its own, 1 + words_room columns;
+// joined, they are one sequence, and every part of a later sum takes its share of the neighbours, as many as the
+// others. Where there are too many for the room, candidates are searched again by every sweep.
 #pragma once
 
 #include <type_traits>
@@ -20,8 +21,15 @@ namespace spatial {
 
 using core::NeighbourWord;
 
-/// In place of how many words there are: more than fit.
+/// In place of a header: more words than fit.
 inline constexpr std::uint32_t too_many = 0xffffffffu;
+
+/// The header of a sequence; it has no bits, which ends a walk.
+MELTSIM_HD NeighbourWord words_header(std::uint32_t words, std::uint32_t neighbours) {
+  return {words | neighbours << 16, 0u};
+}
+MELTSIM_HD std::uint32_t words_in(NeighbourWord header) { return header.first & 0xffffu; }
+MELTSIM_HD std::uint32_t neighbours_in(NeighbourWord header) { return header.first >> 16; }
 
 /// Candidates of a word.
 inline constexpr std::uint32_t word_bits = 32;
@@ -63,52 +71,103 @@ class WordWriter {
     if (++count_ > room_) return;
     at_ = columns_on(at_, column_);
     *at_ = {first, bits};
+    neighbours_ += static_cast<std::uint32_t>(popcount(bits));
   }
-  MELTSIM_HD void close() const { *first_ = {count_ <= room_ ? count_ : too_many, 0u}; }
+  MELTSIM_HD void close() const {
+    if (count_ <= room_) *first_ = words_header(count_, neighbours_);
+    else *first_ = {too_many, 0u};
+  }
 
  private:
   NeighbourWord *first_, *at_;
   std::uint64_t column_;
-  std::uint32_t room_, count_ = 0;
+  std::uint32_t room_, count_ = 0, neighbours_ = 0;
 };
 
-/// The share of a part of a sum: sets [begin, end) of words, of each the words first, first + step, ...
-struct WordShare {
-  std::uint32_t begin, end, first, step;
-};
-/// parts: 1; 3, where there are three sets; or core::listed_parts, each of which takes its words of one set. A
-/// constant, so that most loops have no steps.
+/// Makes one sequence of the sets of i, once all parts of the search have filled theirs. What moves moves down, to
+/// where its set or one before it has been read.
 template <class T>
-MELTSIM_HD WordShare word_share(const core::Frame<T>& w, std::uint32_t part, std::uint32_t parts) {
-  if (parts == 1u) return {0u, w.words_parts, 0u, 1u};
-  if (parts == 3u) return {part, part + 1u, 0u, 1u};
-  const std::uint32_t step = parts / w.words_parts;
-  return {part / step, part / step + 1u, part % step, step};
+MELTSIM_HD void join_words(const core::Frame<T>& w, std::uint64_t i) {
+  if (w.words_parts == 1u) return;
+  NeighbourWord* const first = words_of(w, i, 0u);
+  NeighbourWord header = *first;
+  NeighbourWord* to = columns_on(first, words_in(header) * w.words_column);
+  for (std::uint32_t s = 1; s < w.words_parts; ++s) {
+    const NeighbourWord* from = words_of(w, i, s);
+    const NeighbourWord more = *from;
+    if (header.first == too_many || more.first == too_many) {
+      *first = {too_many, 0u};
+      return;
+    }
+    header.first += more.first;  // both counts
+    const auto take = [&] { return *(from = columns_on(from, w.words_column)); };
+    const auto put = [&](NeighbourWord word) { *(to = columns_on(to, w.words_column)) = word; };
+    std::uint32_t left = words_in(more);
+    for (; left >= 2u; left -= 2u) {  // two at a time: their loads are under way together
+      const NeighbourWord one = take(), two = take();
+      put(one);
+      put(two);
+    }
+    if (left != 0u) put(take());
+  }
+  *first = header;
 }
 
-/// see(j) for the neighbours of one set, or for those of its words first, first + step, ... counted from the
-/// last: from the last neighbour down, because the highest bit is an instruction nearer than the lowest, and what
-/// comes before the first word says by itself that there are no more. False where the words are too many: rows
-/// have to be searched. One loop with a turn per neighbour, so that threads side by side meet at every
-/// neighbour; the next word is on its way while one is walked.
+/// A walk through words: from the last neighbour down, because the highest bit is an instruction nearer than the
+/// lowest, and the header, which comes before the first word, says by having no bits that there are no more.
+template <class T>
+class WordWalk {
+ public:
+  MELTSIM_HD WordWalk(const core::Frame<T>& w, const NeighbourWord* header, std::uint32_t words)
+      : at_(columns_on(header, words * w.words_column)), word_(*at_), column_(w.words_column) {}
+  MELTSIM_HD bool ended() const { return word_.bits == 0u; }
+  /// The next word is on its way while the last neighbour of this one is visited.
+  MELTSIM_HD std::uint32_t take() {
+    const auto b = static_cast<std::uint32_t>(highest_bit(word_.bits));
+    word_.bits ^= 1u << b;
+    const std::uint32_t j = word_.first + b;
+    if (word_.bits == 0u) next_word();
+    return j;
+  }
+  MELTSIM_HD void skip(std::uint32_t neighbours) {
+    for (std::uint32_t n; (n = static_cast<std::uint32_t>(popcount(word_.bits))) <= neighbours;
+         neighbours -= n)
+      next_word();
+    for (; neighbours != 0u; --neighbours) word_.bits ^= 1u << highest_bit(word_.bits);
+  }
+
+ private:
+  MELTSIM_HD void next_word() { word_ = *(at_ = columns_on(at_, -column_)); }
+  const NeighbourWord* at_;
+  NeighbourWord word_;
+  std::uint64_t column_;
+};
+
+/// see(j) for the neighbours in one set of words that are not joined yet. False where the words are too many: rows
+/// have to be searched. One loop with a turn per neighbour, so that threads side by side meet at every neighbour.
 template <class T, class See>
-MELTSIM_HD bool walk_words(const core::Frame<T>& w, std::uint64_t i, std::uint32_t set, std::uint32_t first,
-                           std::uint32_t step, const See& see) {
-  const NeighbourWord* at = words_of(w, i, set);
-  const std::uint32_t count = at->first;
-  if (count == too_many) return false;
-  if (first >= count) return true;
-  std::uint32_t left = (count - first - 1u) / step;  // steps of more than one may miss the beginning
-  at = columns_on(at, (count - first) * w.words_column);
-  NeighbourWord word = *at;
-  do {
-    const auto b = static_cast<std::uint32_t>(highest_bit(word.bits));
-    const std::uint32_t j = word.first + b;
-    word.bits ^= 1u << b;
-    if (word.bits == 0u && (step == 1u || left-- != 0u))
-      word = *(at = columns_on(at, -(step * w.words_column)));
-    see(j);
-  } while (word.bits != 0u);
+MELTSIM_HD bool walk_set(const core::Frame<T>& w, std::uint64_t i, std::uint32_t set, const See& see) {
+  const NeighbourWord* const header = words_of(w, i, set);
+  if (header->first == too_many) return false;
+  WordWalk<T> walk(w, header, words_in(*header));
+  while (!walk.ended()) see(walk.take());
+  return true;
+}
+
+/// The same for part k of the neighbours, once their words are one sequence: as many for every part.
+template <class T, class See>
+MELTSIM_HD bool walk_words(const core::Frame<T>& w, std::uint64_t i, std::uint32_t k, std::uint32_t parts,
+                           const See& see) {
+  if (parts == 1u) return walk_set(w, i, 0u, see);
+  const NeighbourWord* const header = words_of(w, i, 0u);
+  if (header->first == too_many) return false;
+  const std::uint32_t all = neighbours_in(*header), begin = all * k / parts;
+  std::uint32_t left = all * (k + 1u) / parts - begin;
+  if (left == 0u) return true;
+  WordWalk<T> walk(w, header, words_in(*header));
+  walk.skip(begin);
+  do see(walk.take());
+  while (--left != 0u);
   return true;
 }
 

@@ -75,43 +75,54 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
   words.close();
 }
 
-/// visit(j, x_j, x_ij, r2) for every particle j with |x_ij| < H, i itself included (x_ij = 0), or for one part of
-/// them. Needs the words that the first sweep stored. All of them are one sequence: threads that run side by
-/// side wait for the longest sum, not for the longest of every row (72 turns instead of 149 at 61 neighbours).
+/// visit(j, x_j, x_ij, r2) for what find_part has found for the same part, words not joined yet.
 template <bool Periodic, class T, class Visit>
-MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
-                           const Visit& visit) {
+MELTSIM_HD void sweep_found(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
+                            const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
-  const WordShare share = word_share(w, part, parts);
-  for (std::uint32_t s = share.begin; s < share.end; ++s) {
-    const bool walked = walk_words(w, i, s, share.first, share.step, [&](std::uint32_t j) {
-      const Vec4<T> xj = w.f.position[j];
-      const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
-      visit(j, xj, d, dot(d, d));
-    });
-    if (!walked && share.first == 0u) search_rows<Periodic>(w, i, rows_of_part(w, s, w.words_parts), visit);
-  }
+  const bool walked = walk_set(w, i, part, [&](std::uint32_t j) {
+    const Vec4<T> xj = w.f.position[j];
+    const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
+    visit(j, xj, d, dot(d, d));
+  });
+  if (!walked) search_rows<Periodic>(w, i, rows_of_part(w, part, parts), visit);
 }
 
-/// Whether ask(j) holds for any neighbour of i in one part, as many parts as there are sets of words.
+/// Whether ask(j) holds for anything that find_part has found for the same part.
 template <bool Periodic, class T, class Ask>
-MELTSIM_HD bool any_neighbour(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, const Ask& ask) {
+MELTSIM_HD bool any_found(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
+                          const Ask& ask) {
   const NeighbourWord* at = words_of(w, i, part);
-  const std::uint32_t count = at->first;
   bool found = false;
-  if (count == too_many) {
+  if (at->first == too_many) {
     search_rows<Periodic>(
-        w, i, rows_of_part(w, part, w.words_parts),
+        w, i, rows_of_part(w, part, parts),
         [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { found = found || ask(j); });
     return found;
   }
-  for (std::uint32_t k = 0; k < count; ++k) {
+  for (std::uint32_t left = words_in(*at); left != 0u; --left) {
     at = columns_on(at, w.words_column);
     const NeighbourWord word = *at;
     for (std::uint32_t bits = word.bits; bits != 0u; bits &= bits - 1u)
       if (ask(word.first + static_cast<std::uint32_t>(lowest_bit(bits)))) return true;
   }
   return false;
+}
+
+/// visit(j, x_j, x_ij, r2) for every particle j with |x_ij| < H, i itself included (x_ij = 0), or for one part of
+/// them (of 1, 3 or 9). Needs the words that the first sweep stored. All of them are one sequence: threads that run
+/// side by side wait for the longest sum, not for the longest of every row (72 turns instead of 149 at 61
+/// neighbours), and every part has as many (26 turns for a third of them instead of 36 for every third row).
+template <bool Periodic, class T, class Visit>
+MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
+                           const Visit& visit) {
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  const bool walked = walk_words(w, i, part, parts, [&](std::uint32_t j) {
+    const Vec4<T> xj = w.f.position[j];
+    const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
+    visit(j, xj, d, dot(d, d));
+  });
+  if (!walked) search_rows<Periodic>(w, i, rows_of_part(w, part, parts), visit);
 }
 
 /// All neighbours from the last down, where it is not worth two kernels.

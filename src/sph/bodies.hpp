@@ -49,17 +49,18 @@ struct DensityBody {
     if (Mixed &&
         is_solid(w.f.tag[i]))  // afterwards: a question per candidate costs more than one per neighbour
       s.wet =
-          spatial::any_neighbour<Periodic>(w, i, k, [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
+          spatial::any_found<Periodic>(w, i, k, parts, [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
     const auto walls = physics::wall_view(w.c.walls, xi);
     if (walls.axes == 0u) return s;
-    spatial::sweep_part<Periodic>(w, i, k, parts,
-                                  [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-                                    s.phi += xj.w * physics::image_shape(w.c.kernel, walls, x_ij, r2);
-                                  });
+    spatial::sweep_found<Periodic>(w, i, k, parts,
+                                   [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+                                     s.phi += xj.w * physics::image_shape(w.c.kernel, walls, x_ij, r2);
+                                   });
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
     const std::uint32_t tag = w.f.tag[i];
+    if (!is_removed(tag)) spatial::join_words(w, i);
     const T phi = w.c.kernel.w_scale * s.phi;
     T density = 0, term = 0;
     if (is_fluid(tag)) {
@@ -103,9 +104,10 @@ struct ForceSum {
 template <class T, bool Mixed, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
+  static constexpr bool ends_first = true;
   static constexpr bool shared = true;
-  static constexpr std::uint32_t resident_warps(std::uint32_t parts) {
-    return sizeof(T) != sizeof(float) ? 0u : parts == 1u ? 32u : 36u;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) {
+    return sizeof(T) != sizeof(float) ? 0u : 36u;
   }
   using Sum = ForceSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {

@@ -95,6 +95,9 @@ struct StageBody {
   double mu, nu, mu_tau, gamma_tau;
   StageOf stage;
   static constexpr bool shared = true;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) {
+    return sizeof(T) != sizeof(float) ? 24u : 48u;  // left alone, a compiler takes 32 registers and spills
+  }
   using Sum = ExchangeSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;

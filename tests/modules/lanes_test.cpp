@@ -68,7 +68,7 @@ class Lanes : public testing::Test {
   static std::vector<std::uint32_t> stored(const core::Frame<T>& w, std::size_t i) {
     std::vector<std::uint32_t> slots;
     if (is_removed(w.f.tag[i])) return slots;
-    if (!spatial::walk_words(w, i, 0u, 0u, 1u, [&](std::uint32_t j) { slots.push_back(j); }))
+    if (!spatial::walk_words(w, i, 0u, 1u, [&](std::uint32_t j) { slots.push_back(j); }))
       slots.push_back(core::none);
     return slots;
   }

@@ -79,6 +79,7 @@ class Neighbours : public testing::Test {
       std::sort(words.begin(), words.end());
       std::sort(rows.begin(), rows.end());
       EXPECT_EQ(words, rows) << "neighbours of " << i;
+      for (const std::uint32_t room : {16u, 2u}) compare_shared(w, i, words, room);
       for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
         const core::Range row = w.f.group_ranges[w.f.group_of[i] * w.grid.rows + r];
         widest = std::max(widest, row.end - row.begin);
@@ -95,6 +96,48 @@ class Neighbours : public testing::Test {
       }
     }
     return widest;
+  }
+  /// Three parts search, their words are joined and shared out: as where threads share sums. In too little room
+  /// rows are searched again.
+  static void compare_shared(core::Frame<T> w, std::uint32_t i, const std::vector<std::uint32_t>& expected,
+                             std::uint32_t room) {
+    static std::vector<core::NeighbourWord> table;
+    w.words_parts = 3;
+    w.words_room = room;
+    table.assign(w.words_column / sizeof(core::NeighbourWord) * 3 * (room + 1), {0u, 0u});
+    w.f.neighbour_words = table.data();
+    spatial::with_periods(w, [&](auto p) {
+      std::vector<std::uint32_t> found;
+      const auto note = [&found](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { found.push_back(j); };
+      const auto is_all = [&](const char* what) {
+        std::sort(found.begin(), found.end());
+        EXPECT_EQ(found, expected) << what << " of " << i << ", room for " << room;
+        found.clear();
+      };
+      std::size_t asked = 0;
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        spatial::find_part<p()>(w, i, k, 3u, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
+        spatial::sweep_found<p()>(w, i, k, 3u, note);
+        asked += spatial::any_found<p()>(w, i, k, 3u, [&](std::uint32_t j) { return j == i; }) ? 1u : 0u;
+      }
+      EXPECT_EQ(asked, 1u) << "parts that found " << i << " itself";
+      is_all("sets");
+      spatial::join_words(w, i);
+      const bool fits = table[i].first != spatial::too_many;
+      if (fits) {
+        EXPECT_EQ(spatial::neighbours_in(table[i]), expected.size());
+      }
+      for (const std::uint32_t parts : {1u, 3u, 9u}) {
+        for (std::uint32_t k = 0; k < parts; ++k) {
+          const std::size_t before = found.size();
+          spatial::sweep_part<p()>(w, i, k, parts, note);
+          if (!fits) continue;
+          EXPECT_LE(found.size() - before, expected.size() / parts + 1) << "share " << k << " of " << i;
+          EXPECT_GE(found.size() - before, expected.size() / parts) << "share " << k << " of " << i;
+        }
+        is_all("shares");
+      }
+    });
   }
   /// Whether a list goes through the rows of i, slots ascending in each.
   static bool by_rows(const core::Frame<T>& w, std::uint32_t i, const std::vector<std::uint32_t>& list) {
