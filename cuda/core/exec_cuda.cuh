@@ -88,7 +88,7 @@ __device__ bool gathered(std::uint64_t n, const Body& body, std::uint64_t& i, ty
   using Sum = typename Body::Sum;
   if constexpr (Parts == 1) {
     i = index();
-    if (i < n) sum = body.part(i, 0, 1);
+    if (i < n) sum = sum_of(body, i, 1);
     return i < n;
   } else {
     // Raw bytes: shared variables may not have constructors.
@@ -97,6 +97,12 @@ __device__ bool gathered(std::uint64_t n, const Body& body, std::uint64_t& i, ty
     const unsigned lane = threadIdx.x % gather_items, part = threadIdx.x / gather_items;
     i = std::uint64_t{share_of_block<Body>()} * gather_items + lane;
     if (i < n) sum = body.part(i, part, Parts);
+    if constexpr (joins<Body>::value) {
+      __syncthreads();
+      if (part == 0 && i < n) body.join(i);
+      __syncthreads();
+      if (i < n) body.more(i, part, Parts, sum);
+    }
     if (part != 0) others[(part - 1) * gather_items + lane] = sum;
     __syncthreads();
     if (part != 0 || i >= n) return false;
@@ -451,7 +457,7 @@ class CudaExec {
   static constexpr bool lists = true;
   template <class Body>
   void select(std::uint64_t n, const Body& body, std::uint32_t* list) const {
-    fill(1, 0u, list);
+    zero(list, sizeof *list);
     if (n != 0)
       launch(kernels::select<Body>, blocks(n, kernels::block), kernels::block, guard_, n, body, list);
   }
@@ -512,7 +518,6 @@ class CudaExec {
     for_each(n, kernels::CopyBody<V>{from, to});
   }
 
-  /// Faster than a memset where a kernel comes before and after: a graph's step from one kind to the other takes 2 us.
   template <class V>
   void fill(std::uint64_t n, const V& value, V* to) const {
     for_each(n, kernels::FillBody<V>{value, to});

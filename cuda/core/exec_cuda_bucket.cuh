@@ -54,7 +54,7 @@ template <class Body>
 void CudaExec::bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
                       std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) const {
   if (n == 0) return;
-  fill(std::uint64_t{m} + 1, 0u, begin);
+  zero(begin, (std::uint64_t{m} + 1) * sizeof *begin);
   for_each(n, kernels::CountBody<Body>{body, bucket_of, begin + 1, order});
   running_sum(m, begin + 1);
   for_each(n, kernels::PlaceBody{bucket_of, begin, order, scratch});

@@ -3,7 +3,8 @@
 //
 //   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
-//                                enough to share out; Body::Sum::add; order of addition fixed
+//                                enough to share out; Body::Sum::add; order of addition fixed; in two passes
+//                                where the body has join(i) and more(i, k, parts, sum) (core/gather.hpp)
 //   select(n, body, list)        list = those i with body.wanted(i), in any order; list[0] = how many. Where
 //                                asking again costs nothing, nothing (lists = false)
 //   gather_listed(n, list, body) gather over what was selected by the same wanted(i)
@@ -398,14 +399,6 @@ class CpuExec {
       for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i)
         place(i, h[key(i) & (digits - 1)]++);
     }
-  }
-
- protected:
-  template <class Body>
-  static typename Body::Sum sum_of(const Body& body, std::uint64_t i, std::uint32_t parts) {
-    auto sum = body.part(i, 0, parts);
-    for (std::uint32_t k = 1; k < parts; ++k) sum.add(body.part(i, k, parts));
-    return sum;
   }
 
  private:

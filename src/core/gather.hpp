@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
+
+#include "meltsim/physics/hd.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -13,12 +16,39 @@ namespace core {
 inline constexpr std::uint64_t gather_few = 200000;
 
 /// Parts of sums that are shared out.
-constexpr std::uint32_t shared_parts(std::uint64_t n) { return n < gather_few ? 3u : 1u; }
+inline constexpr std::uint32_t most_parts = 3;
+constexpr std::uint32_t shared_parts(std::uint64_t n) { return n < gather_few ? most_parts : 1u; }
 
 /// Parts that each of n sums of a body is made of. Body::shared: whether sharing out pays (measured).
 template <class Body>
 constexpr std::uint32_t gather_parts(std::uint64_t n) {
   return Body::shared ? shared_parts(n) : 1u;
+}
+
+/// Bodies whose sums are made in two passes: when all parts of i are done, join(i) puts together what they stored, then
+/// every part goes on with more(i, k, parts, sum).
+template <class Body, class = void>
+struct joins : std::false_type {};
+template <class Body>
+struct joins<Body, std::void_t<decltype(&Body::join)>> : std::true_type {};
+
+/// The sum of i in one thread, added up as where parts have threads of their own.
+template <class Body>
+MELTSIM_HD typename Body::Sum sum_of(const Body& body, std::uint64_t i, std::uint32_t parts) {
+  typename Body::Sum sum = body.part(i, 0u, parts);
+  if constexpr (joins<Body>::value) {
+    typename Body::Sum others[most_parts]{};
+    for (std::uint32_t k = 1; k < parts; ++k) others[k] = body.part(i, k, parts);
+    body.join(i);
+    body.more(i, 0u, parts, sum);
+    for (std::uint32_t k = 1; k < parts; ++k) {
+      body.more(i, k, parts, others[k]);
+      sum.add(others[k]);
+    }
+  } else {
+    for (std::uint32_t k = 1; k < parts; ++k) sum.add(body.part(i, k, parts));
+  }
+  return sum;
 }
 
 /// Bodies with `static constexpr std::uint32_t resident_warps(parts)`: as many warps as a GPU should have in place

@@ -246,9 +246,11 @@ struct NeighboursBody {
       find_part<Periodic>(w, i, k, parts, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
     return {};
   }
-  MELTSIM_HD void finish(std::uint64_t i, const Sum&) const {
+  MELTSIM_HD void join(std::uint64_t i) const {
     if (w.f.group_of[i] != none) join_words(w, i);
   }
+  MELTSIM_HD void more(std::uint64_t, std::uint32_t, std::uint32_t, Sum&) const {}
+  MELTSIM_HD void finish(std::uint64_t, const Sum&) const {}
 };
 
 }  // namespace spatial

@@ -143,28 +143,21 @@ class WordWalk {
   std::uint64_t column_;
 };
 
-/// see(j) for the neighbours in one set of words that are not joined yet. False where the words are too many: rows
-/// have to be searched. One loop with a turn per neighbour, so that threads side by side meet at every neighbour.
-template <class T, class See>
-MELTSIM_HD bool walk_set(const core::Frame<T>& w, std::uint64_t i, std::uint32_t set, const See& see) {
-  const NeighbourWord* const header = words_of(w, i, set);
-  if (header->first == too_many) return false;
-  WordWalk<T> walk(w, header, words_in(*header));
-  while (!walk.ended()) see(walk.take());
-  return true;
-}
-
-/// The same for part k of the neighbours, once their words are one sequence: as many for every part.
+/// see(j) for part k of the neighbours of i, as many for every part. False where the words are too many: rows have to
+/// be searched. One loop with a turn per neighbour, so that threads side by side meet at every neighbour.
 template <class T, class See>
 MELTSIM_HD bool walk_words(const core::Frame<T>& w, std::uint64_t i, std::uint32_t k, std::uint32_t parts,
                            const See& see) {
-  if (parts == 1u) return walk_set(w, i, 0u, see);
   const NeighbourWord* const header = words_of(w, i, 0u);
   if (header->first == too_many) return false;
+  WordWalk<T> walk(w, header, words_in(*header));
+  if (parts == 1u) {
+    while (!walk.ended()) see(walk.take());
+    return true;
+  }
   const std::uint32_t all = neighbours_in(*header), begin = all * k / parts;
   std::uint32_t left = all * (k + 1u) / parts - begin;
   if (left == 0u) return true;
-  WordWalk<T> walk(w, header, words_in(*header));
   walk.skip(begin);
   do see(walk.take());
   while (--left != 0u);

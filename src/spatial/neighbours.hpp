@@ -75,20 +75,7 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
   words.close();
 }
 
-/// visit(j, x_j, x_ij, r2) for what find_part has found for the same part, words not joined yet.
-template <bool Periodic, class T, class Visit>
-MELTSIM_HD void sweep_found(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
-                            const Visit& visit) {
-  const Vec3<T> xi = xyz(w.f.position[i]);
-  const bool walked = walk_set(w, i, part, [&](std::uint32_t j) {
-    const Vec4<T> xj = w.f.position[j];
-    const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
-    visit(j, xj, d, dot(d, d));
-  });
-  if (!walked) search_rows<Periodic>(w, i, rows_of_part(w, part, parts), visit);
-}
-
-/// Whether ask(j) holds for anything that find_part has found for the same part.
+/// Whether ask(j) holds for anything that find_part has found for the same part, words not joined yet.
 template <bool Periodic, class T, class Ask>
 MELTSIM_HD bool any_found(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
                           const Ask& ask) {

@@ -42,7 +42,6 @@ struct DensityBody {
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
-    const Vec3<T> xi = xyz(w.f.position[i]);
     spatial::find_part<Periodic>(w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
       s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
     });
@@ -50,17 +49,23 @@ struct DensityBody {
         is_solid(w.f.tag[i]))  // afterwards: a question per candidate costs more than one per neighbour
       s.wet =
           spatial::any_found<Periodic>(w, i, k, parts, [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
-    const auto walls = physics::wall_view(w.c.walls, xi);
-    if (walls.axes == 0u) return s;
-    spatial::sweep_found<Periodic>(w, i, k, parts,
-                                   [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-                                     s.phi += xj.w * physics::image_shape(w.c.kernel, walls, x_ij, r2);
-                                   });
     return s;
+  }
+  MELTSIM_HD void join(std::uint64_t i) const {
+    if (w.f.group_of[i] != core::none) spatial::join_words(w, i);
+  }
+  /// The images of the neighbours, shared out anew: beside an edge a third of the rows may have half of them.
+  MELTSIM_HD void more(std::uint64_t i, std::uint32_t k, std::uint32_t parts, Sum& s) const {
+    if (w.f.group_of[i] == core::none) return;
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+    if (walls.axes == 0u) return;
+    spatial::sweep_part<Periodic>(w, i, k, parts,
+                                  [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+                                    s.phi += xj.w * physics::image_shape(w.c.kernel, walls, x_ij, r2);
+                                  });
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
     const std::uint32_t tag = w.f.tag[i];
-    if (!is_removed(tag)) spatial::join_words(w, i);
     const T phi = w.c.kernel.w_scale * s.phi;
     T density = 0, term = 0;
     if (is_fluid(tag)) {

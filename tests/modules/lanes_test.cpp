@@ -85,7 +85,7 @@ class Lanes : public testing::Test {
     const sph::DensityBody<T, Mixed, Periodic> body{w};
     const sph::ForcesBody<T, Mixed, Periodic> forces{w};
     for (std::size_t i = 0; i < n; ++i) {
-      body.finish(i, body.part(i, 0, 1));
+      body.finish(i, core::sum_of(body, i, 1));
       EXPECT_NEAR(w.f.density[i], density[i], tolerance * density[i]) << i;
       // Pressure grows with the seventh power, and a difference is taken.
       EXPECT_NEAR(w.f.velocity[i].w, term[i], 20 * tolerance * (std::fabs(term[i]) + 1e5)) << i;

@@ -86,7 +86,8 @@ class PermutingExec : public meltsim::core::CpuExec {
     see(body.w);
     const auto order = indices(n);
     const std::uint32_t parts = meltsim::core::gather_parts<Body>(n);
-    Base::for_each(n, [&](std::uint64_t k) { body.finish(order[k], Base::sum_of(body, order[k], parts)); });
+    Base::for_each(
+        n, [&](std::uint64_t k) { body.finish(order[k], meltsim::core::sum_of(body, order[k], parts)); });
   }
   template <class Body>
   void gather_adding(std::uint64_t n, const Body& body) {
@@ -94,7 +95,7 @@ class PermutingExec : public meltsim::core::CpuExec {
     const auto order = indices(n);
     const std::uint32_t parts = meltsim::core::gather_parts<Body>(n);
     Base::accumulate(n, [&](std::uint64_t k, const auto& add) {
-      body.finish(order[k], Base::sum_of(body, order[k], parts), add);
+      body.finish(order[k], meltsim::core::sum_of(body, order[k], parts), add);
     });
   }
   template <class Body>
@@ -103,7 +104,7 @@ class PermutingExec : public meltsim::core::CpuExec {
     const auto order = indices(n);
     Base::for_each(n, [&](std::uint64_t k) {
       if (body.wanted(order[k]))
-        body.finish(order[k], Base::sum_of(body, order[k], meltsim::core::listed<Body>::parts));
+        body.finish(order[k], meltsim::core::sum_of(body, order[k], meltsim::core::listed<Body>::parts));
     });
   }
   /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.

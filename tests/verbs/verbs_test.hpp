@@ -163,6 +163,27 @@ struct PartsOf {
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { out[i] = s.n; }
 };
 
+/// Two passes: what all parts of an item stored, joined, is there for every part of the second. Both ends first.
+struct PartsThatJoin {
+  static constexpr bool shared = true, ends_first = true;
+  const std::uint32_t* values;
+  std::uint32_t *stored, *joined;  ///< three per item, one per item
+  std::uint64_t* out;
+  using Sum = PartsOf::Sum;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    stored[3 * i + k] = values[i] + k;
+    for (std::uint32_t rest = parts; rest < 3; ++rest) stored[3 * i + rest] = 0;
+    return {values[i] + k};
+  }
+  MELTSIM_HD void join(std::uint64_t i) const {
+    joined[i] = stored[3 * i] + stored[3 * i + 1] + stored[3 * i + 2];
+  }
+  MELTSIM_HD void more(std::uint64_t i, std::uint32_t k, std::uint32_t, Sum& s) const {
+    s.n += std::uint64_t{joined[i]} * (k + 1);
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { out[i] += s.n; }
+};
+
 /// Nine parts of the items that are wanted: none in long runs, all in others, some elsewhere.
 struct PartsOfSome {
   const std::uint32_t* values;
@@ -441,6 +462,26 @@ TYPED_TEST_P(Verbs, GatherAddsPartsInOrder) {
   this->expect_no_fault(ex);
 }
 
+TYPED_TEST_P(Verbs, GatherJoinsWhatPartsStored) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 100u);
+    const std::uint32_t parts = meltsim::core::gather_parts<PartsThatJoin>(n);
+    Buffer<TypeParam, std::uint32_t> values(ex, host), stored(ex, 3 * n + 1, 0u), joined(ex, n + 1, 0u);
+    Buffer<TypeParam, std::uint64_t> out(ex, n + 1, std::uint64_t{7});
+    ex.gather(n, PartsThatJoin{values.get(), stored.get(), joined.get(), out.get()});
+    const auto got = out.host();
+    for (std::uint64_t i = 0; i < n; ++i) {
+      const std::uint64_t v = host[i], all = parts == 3 ? 3 * v + 3 : v;
+      ASSERT_EQ(got[i],
+                7 + (parts == 3 ? 100 * (v + all) + 10 * (v + 1 + 2 * all) + v + 2 + 3 * all : v + all))
+          << "n " << n << ", i " << i;
+    }
+    EXPECT_EQ(got[n], 7u);
+  }
+  this->expect_no_fault(ex);
+}
+
 // Runs: one row for all, a change within a warp, within a thread's items, for every item.
 TYPED_TEST_P(Verbs, SumByRowIsExact) {
   VERBS_MAKE(ex);
@@ -605,8 +646,9 @@ TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
   this->expect_no_fault(ex);
 }
 
-REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInOrder, SumByRowIsExact,
-                            ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
+REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdStableSort, GatherAddsPartsInOrder,
+                            GatherJoinsWhatPartsStored, SumByRowIsExact, ReduceTellsWhoComesLast,
+                            RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
                             ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate, ReduceFindsTheWorst,
                             ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
                             ScanOfWordsKeepsTheirHalvesApart, SortEqualsStdStableSort, AccumulateIsExact,
