@@ -71,7 +71,8 @@ __global__ void __launch_bounds__(block)
 // Warp k of a block takes part k of the sums of 32 items.
 inline constexpr unsigned gather_items = 32;
 
-/// Which of the blocks' shares this block takes: those at both ends of the order first, for bodies that ask for it.
+/// Which of the blocks' shares this block takes: those at both ends of the order first, for bodies that ask
+/// for it.
 template <class Body>
 __device__ unsigned share_of_block() {
   if constexpr (ends_first<Body>::value) {

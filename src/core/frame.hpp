@@ -342,7 +342,7 @@ struct Frame {
   std::uint32_t key_bits = 64;
   std::uint64_t bits_stride = 0;   ///< entries per row of far_bits
   std::uint64_t words_column = 0;  ///< a column of neighbour_words [bytes]
-  std::uint32_t words_parts = 1;   ///< sets of words: one per part of a sum that is shared out
+  std::uint32_t words_parts = 1;   ///< sets of words that a search fills, later joined
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool mixed = true;               ///< solids, or more than one liquid
   // Arguments of single stages, set by the engine:

@@ -25,8 +25,8 @@ constexpr std::uint32_t gather_parts(std::uint64_t n) {
   return Body::shared ? shared_parts(n) : 1u;
 }
 
-/// Bodies whose sums are made in two passes: when all parts of i are done, join(i) puts together what they stored, then
-/// every part goes on with more(i, k, parts, sum).
+/// Bodies whose sums are made in two passes: when all parts of i are done, join(i) puts together what they
+/// stored, then every part goes on with more(i, k, parts, sum).
 template <class Body, class = void>
 struct joins : std::false_type {};
 template <class Body>
@@ -51,8 +51,8 @@ MELTSIM_HD typename Body::Sum sum_of(const Body& body, std::uint64_t i, std::uin
   return sum;
 }
 
-/// Bodies with `static constexpr std::uint32_t resident_warps(parts)`: as many warps as a GPU should have in place
-/// on a multiprocessor, where a compiler left alone would take more registers (measured).
+/// Bodies with `static constexpr std::uint32_t resident_warps(parts)`: as many warps as a GPU should have in
+/// place on a multiprocessor, where a compiler left alone would take more registers, or fewer (measured).
 template <class Body, class = void>
 struct resident {
   static constexpr std::uint32_t warps(std::uint32_t) { return 0; }
@@ -62,9 +62,9 @@ struct resident<Body, decltype(static_cast<void>(Body::resident_warps(1u)))> {
   static constexpr std::uint32_t warps(std::uint32_t parts) { return Body::resident_warps(parts); }
 };
 
-/// Bodies with `static constexpr bool ends_first = true`: items at both ends of the order first. Sums beside walls
-/// take longest, particles in order of their cells begin and end with layers at walls, and where not all blocks are in
-/// place at once the last to start should not be the longest.
+/// Bodies with `static constexpr bool ends_first = true`: items at both ends of the order first. Sums beside
+/// walls take longest, particles in order of their cells begin and end with layers at walls, and where not all
+/// blocks are in place at once the last to start should not be the longest.
 template <class Body, class = void>
 struct ends_first {
   static constexpr bool value = false;
