@@ -319,7 +319,7 @@ class EngineImpl final : public Engine {
     set(Owner::vertex, l.vertex_site.size());
     set(Owner::vertex_fits, 4 * l.vertex_site.size());
     const bool rows = l.max_half_width >= least_row_width(as_gpu, l.vertex_site.size());
-    set(Owner::vertex_rows, rows ? 5 * l.vertex_site.size() : 0);
+    set(Owner::vertex_rows, rows ? 7 * l.vertex_site.size() : 0);
     set(Owner::vertex_list, rows && E::lists ? l.vertex_site.size() + 1 : 0);
     set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
     set(Owner::site, l.site_vertex.size());

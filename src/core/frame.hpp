@@ -338,7 +338,7 @@ struct Frame {
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
   std::uint32_t vertices = 0;
   std::uint32_t region_words = 0;
-  std::int32_t row_width = 0;  ///< half-width from which whole regions are summed by rows
+  std::int32_t row_width = 0;  ///< half-width from which regions are summed by rows and planes
   std::uint32_t key_bits = 64;
   std::uint64_t bits_stride = 0;   ///< entries per row of far_bits
   std::uint64_t words_column = 0;  ///< a column of neighbour_words [bytes]

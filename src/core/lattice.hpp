@@ -115,25 +115,19 @@ MELTSIM_HD PlacedFit<T> get_fit(const Frame<T>& w, std::uint64_t v) {
   return {{fitted_rotation(w, v), xyz(a), xyz(b), xyz(c)}, {a.w, b.w, c.w}};
 }
 
-/// Half-width from which whole regions are summed by rows. sm_90 code takes 10,300 instructions for 125 members
-/// and 3,600 for their rows, 9,900 and 2,300 for goals; at w = 1 it would save 2,000 of 7,800, fits included,
-/// which what is kept per row takes back. On a GPU rows come out of the L2 cache, and ragged regions need kernels
-/// of their own: regions and goals of 333,000 vertices took an H200 0.22 and 0.14 ms by rows, 0.19 and 0.15 by
-/// members at w = 2, 0.38 and 0.32 against 0.50 and 0.49 at w = 3, 4.2 and 4.3 against 5.8 and 6.4 at w = 8; of
-/// 20,000 vertices 0.09 and 0.08 against 0.06 and 0.06 at w = 3, 0.43 and 0.59 against 0.52 and 0.58 at w = 8.
-/// as_gpu: also where a CPU is to have a GPU's bits.
+/// Half-width from which regions are summed by rows and planes (lsm/boxes.hpp). On a CPU that takes a third to a fifth
+/// of the time at w = 1 and 2, a thirtieth at w = 8. On a GPU rows and planes come out of the L2 cache and take six
+/// launches instead of two: regions and goals of 333,000 vertices took an H200 0.15 and 0.10 ms so, 0.19 and 0.17
+/// member by member at w = 2; of 20,000 vertices 0.039 and 0.033 against 0.028 and 0.025 at w = 2, 0.045 and 0.041
+/// against 0.060 and 0.062 at w = 3. as_gpu: also where a CPU is to have a GPU's bits.
 constexpr int least_row_width(bool as_gpu, std::uint64_t vertices) {
-  return !as_gpu ? 2 : vertices >= gather_few ? 3 : 8;
+  return !as_gpu ? 1 : vertices >= gather_few ? 2 : 3;
 }
 
-/// Members of v's region: |R_v|.
-template <class T>
-MELTSIM_HD std::uint32_t region_size(const Frame<T>& w, std::uint32_t v) {
-  std::uint32_t n = 0;
-  const std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
-  for (std::uint32_t k = 0; k < w.region_words; ++k) n += popcount(mask[k]);
-  return n;
-}
+/// Set in region_members where a region is made of planes of rows.
+inline constexpr std::uint32_t boxed_region = 0x80000000u;
+/// Set in row_live where the row has changed since the sub-step before.
+inline constexpr std::uint32_t row_changed = 0x80000000u;
 
 }  // namespace core
 }  // namespace v0

@@ -166,9 +166,10 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
   FieldSet available = 0;
   for (int i = 0; i < field_count; ++i)
     if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
-        i == field_neighbour_mask ||
-        i == field_region_mask ||  // kept up to date by topology, built at upload
-        i == field_anchor)         // of an earlier sub-step; the first one after an upload asks for none
+        // Kept up to date by topology, built at upload.
+        i == field_neighbour_mask || i == field_region_mask || i == field_region_members ||
+        i == field_row_live ||
+        i == field_anchor)  // of an earlier sub-step; the first one after an upload asks for none
       available |= FieldSet{1} << i;
   for (int i = 0; i < stage_count; ++i) {
     if (!runs(stage_table[i], facts)) continue;

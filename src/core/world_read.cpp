@@ -247,7 +247,8 @@ core::LatticeMasks host_masks(const core::SceneState& state, const core::SceneLa
   w.region_words = m.region_words;
   // The bodies of a build read these and write the two masks.
   std::vector<std::uint32_t> vertex_state = state.vertex_state, site = lattice.vertex_site,
-                             body = lattice.vertex_body, site_vertex = lattice.site_vertex;
+                             body = lattice.vertex_body, site_vertex = lattice.site_vertex,
+                             members(lattice.vertex_site.size()), live(lattice.vertex_site.size());
   std::vector<core::BodyRow> rows = lattice.bodies;
   w.f.vertex_state = vertex_state.data();
   w.f.vertex_site = site.data();
@@ -256,6 +257,8 @@ core::LatticeMasks host_masks(const core::SceneState& state, const core::SceneLa
   w.f.bodies = rows.data();
   w.f.neighbour_mask = m.neighbour_mask.data();
   w.f.region_mask = m.region_mask.data();
+  w.f.region_members = members.data();
+  w.f.row_live = live.data();
   core::CpuExec exec;
   topology::build<core::CpuExec, float>(exec, w);
   return m;

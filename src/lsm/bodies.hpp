@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/lattice.hpp"
+#include "lsm/boxes.hpp"
 #include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "spatial/neighbours.hpp"
@@ -10,16 +11,6 @@
 namespace meltsim {
 inline namespace v0 {
 namespace lsm {
-
-using core::BodyRow;
-using core::Frame;
-using core::none;
-
-/// A vertex that shape matching moves: live and of a body that is not fixed.
-template <class T>
-MELTSIM_HD bool moves(const Frame<T>& w, std::uint64_t v) {
-  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].fixed == 0u;
-}
 
 /// Particle state in vertex order; and room for the sums of pieces, which are kept where their labels are.
 template <class T>
@@ -29,33 +20,26 @@ struct GatherBody {
     if (w.f.vertex_piece[v] == v) w.f.piece_sums[v] = core::PieceSums{};
     // Melted vertices, too: one may still be the label of its piece, and positions are taken relative to
     // that. A vertex that never held a particle is no label.
-    if (w.f.vertex_id[v] == none) return;
+    if (w.f.vertex_id[v] == none) {
+      w.f.vertex_position[v] = Vec4<T>{};
+      return;
+    }
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
     if (!moves(w, v)) {
       w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), T(0));
       return;
     }
-    const std::uint32_t members = core::region_size(w, static_cast<std::uint32_t>(v));
-    const int h = w.f.bodies[w.f.vertex_body[v]].region_half_width;
-    const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
-    const bool whole = h >= w.row_width && members == side * side * side;
-    w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), w.f.mass[slot] / T(members));
-    // Counted once per sub-step, and kept where regions and goals read anyway.
-    w.f.vertex_velocity[v] = with_w(xyz(w.f.velocity[slot]), whole ? T(1) : T(0));
+    const bool boxed = (w.f.region_members[v] & core::boxed_region) != 0u && has_boxes(w, v);
+    w.f.vertex_position[v] = with_w(xyz(w.f.position[slot]), w.f.mass[slot] / T(region_members(w, v)));
+    w.f.vertex_velocity[v] = with_w(xyz(w.f.velocity[slot]), boxed ? T(1) : T(0));
   }
 };
-
-/// Whether v moves and its region is summed by rows (lsm/rows.hpp).
-template <class T>
-MELTSIM_HD bool is_whole(const Frame<T>& w, std::uint64_t v) {
-  return moves(w, v) && w.f.vertex_velocity[v].w > T(0);
-}
 
 /// Those whose regions are summed member by member.
 template <class T>
 struct RaggedBody {
   Frame<T> w;
-  MELTSIM_HD bool wanted(std::uint64_t v) const { return moves(w, v) && !(w.f.vertex_velocity[v].w > T(0)); }
+  MELTSIM_HD bool wanted(std::uint64_t v) const { return moves(w, v) && !is_boxed(w, v); }
 };
 
 /// Label of the piece a particle belongs to and its outward normal, in particle order, for contact.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole regions as rows of members along x (physics/shape_matching.hpp): which rows there are, walking them,
-// where what is summed along them is kept, and the kernels that sum it. Regions that lack a site go member by
-// member (bodies.hpp).
+// Regions as planes of rows of members (physics/shape_matching.hpp: BoxSums, BoxGoals): where what is summed over
+// them is kept, and the kernels that sum it. Those that are not made of planes go member by member
+// (bodies.hpp).
 #pragma once
 
 #include "lsm/bodies.hpp"
@@ -10,182 +10,202 @@ namespace meltsim {
 inline namespace v0 {
 namespace lsm {
 
-/// Whether v moves and its own row, in the middle of its region, lacks nobody. A whole region is made of such
-/// rows: its members are live, and along x there is a straight path from a row's vertex to each of them.
+using physics::BoxGoals;
+using physics::BoxSums;
+
+/// Plane k of what is kept per vertex. Sums of planes and goals have region_rows; sums of rows are gone before
+/// fits are there, so most of them stand in region_fit.
 template <class T>
-MELTSIM_HD bool has_whole_row(const Frame<T>& w, std::uint64_t v) {
-  if (!moves(w, v)) return false;
-  const int h = w.f.bodies[w.f.vertex_body[v]].region_half_width;
-  if (h < w.row_width) return false;
-  const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
-  const std::uint32_t* mask = w.f.region_mask + v * w.region_words;
-  return core::mask_bits(mask, w.region_words, core::region_bit(h, -h, 0, 0), side) == (1u << side) - 1u;
-}
-
-/// visit(vertex, dx) for the members of v's row. Half: w where the compiler may know it, 0: any.
-template <int Half, class T, class Visit>
-MELTSIM_HD void walk_row(const Frame<T>& w, std::uint64_t v, const BodyRow& b, const Visit& visit) {
-  const int h = Half != 0 ? Half : b.region_half_width;
-  const std::uint32_t* vertices = w.f.site_vertex + w.f.vertex_site[v];
-  for (int dx = -h; dx <= h; ++dx) visit(vertices[dx], dx);
-}
-template <class T, class Visit>
-MELTSIM_HD void for_each_in_row(const Frame<T>& w, std::uint64_t v, const Visit& visit) {
-  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-  if (b.region_half_width == 2) walk_row<2>(w, v, b, visit);
-  else walk_row<0>(w, v, b, visit);
-}
-
-/// visit(vertex of the row, dy, dz) for the rows of v's region, which is whole, in layers [first, last) in z.
-/// The next row's vertex is looked up while one is visited, so that no visit waits for two loads in turn.
-template <int Half, class T, class Visit>
-MELTSIM_HD void walk_rows(const Frame<T>& w, std::uint64_t v, const BodyRow& b, int first, int last,
-                          const Visit& visit) {
-  const int h = Half != 0 ? Half : b.region_half_width;
-  if (first == last) return;
-  const std::uint32_t* at = w.f.site_vertex + core::site_at(w.f.vertex_site[v], b, 0, -h, first);
-  const std::uint32_t to_layer = b.stride_z - static_cast<std::uint32_t>(2 * h) * b.stride_y;
-  std::uint32_t next = *at;
-  for (int dz = first; dz < last; ++dz)
-    for (int dy = -h; dy <= h; ++dy) {
-      const std::uint32_t row = next;
-      at += dy < h ? b.stride_y : to_layer;
-      if (dy < h || dz + 1 < last) next = *at;
-      visit(row, dy, dz);
-    }
-}
-template <class T, class Visit>
-MELTSIM_HD void for_each_row(const Frame<T>& w, std::uint64_t v, std::uint32_t part, std::uint32_t parts,
-                             const Visit& visit) {
-  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-  const int h = b.region_half_width;
-  const int first = core::layer_of_part(h, part, parts), last = core::layer_of_part(h, part + 1u, parts);
-  if (h == 2) walk_rows<2>(w, v, b, first, last, visit);
-  else walk_rows<0>(w, v, b, first, last, visit);
-}
-
-/// Plane k of what is kept per row.
-template <class T>
-MELTSIM_HD Vec4<T>& row_plane(const Frame<T>& w, std::uint64_t v, std::uint64_t k) {
+MELTSIM_HD Vec4<T>& kept(const Frame<T>& w, std::uint64_t v, std::uint64_t k) {
   return w.f.region_rows[k * w.vertices + v];
 }
+template <class T>
+MELTSIM_HD Vec4<T>& kept_early(const Frame<T>& w, std::uint64_t v, std::uint64_t k) {
+  return k < 4u ? w.f.region_fit[k * w.vertices + v] : kept(w, v, k + 2u);
+}
 
 template <class T>
-MELTSIM_HD void put_row_sums(const Frame<T>& w, std::uint64_t v, const physics::RowSums<T>& r) {
-  row_plane(w, v, 0) = with_w(r.mu, r.mass);
-  row_plane(w, v, 1) = with_w(r.muq, r.mq);
-  row_plane(w, v, 2) = with_w(r.mv, r.muu.mixed.x);
-  row_plane(w, v, 3) = with_w(r.muxv, r.muu.mixed.y);
-  row_plane(w, v, 4) = with_w(r.muu.diagonal, r.muu.mixed.z);
+MELTSIM_HD void put_box(const Frame<T>& w, std::uint64_t v, const BoxSums<T, 1>& r) {
+  kept_early(w, v, 0) = with_w(r.mu, r.mass);
+  kept_early(w, v, 1) = with_w(r.muq[0], r.mq[0]);
+  kept_early(w, v, 2) = with_w(r.mv, r.muu.mixed.x);
+  kept_early(w, v, 3) = with_w(r.muxv, r.muu.mixed.y);
+  kept_early(w, v, 4) = with_w(r.muu.diagonal, r.muu.mixed.z);
 }
 template <class T>
-MELTSIM_HD physics::RowSums<T> get_row_sums(const Frame<T>& w, std::uint64_t v) {
-  const Vec4<T> mu = row_plane(w, v, 0), muq = row_plane(w, v, 1), mv = row_plane(w, v, 2),
-                muxv = row_plane(w, v, 3), muu = row_plane(w, v, 4);
-  physics::RowSums<T> r;
+MELTSIM_HD void get_box(const Frame<T>& w, std::uint64_t v, BoxSums<T, 1>& r) {
+  const Vec4<T> mu = kept_early(w, v, 0), muq = kept_early(w, v, 1), mv = kept_early(w, v, 2),
+                muxv = kept_early(w, v, 3), muu = kept_early(w, v, 4);
   r.mass = mu.w;
-  r.mq = muq.w;
+  r.mq[0] = muq.w;
   r.mu = xyz(mu);
-  r.muq = xyz(muq);
+  r.muq[0] = xyz(muq);
   r.muu = {xyz(muu), {mv.w, muxv.w, muu.w}};
   r.mv = xyz(mv);
   r.muxv = xyz(muxv);
-  return r;
 }
 
-/// Four planes do: the fifth is left as it was.
 template <class T>
-MELTSIM_HD void put_row_goals(const Frame<T>& w, std::uint64_t v, const physics::RowGoals<T>& g) {
-  row_plane(w, v, 0) = with_w(g.displacement, g.z.x);
-  row_plane(w, v, 1) = with_w(g.velocity, g.z.y);
-  row_plane(w, v, 2) = with_w(g.spin, g.z.z);
-  row_plane(w, v, 3) = with_w(g.y, T(0));
+MELTSIM_HD void put_box(const Frame<T>& w, std::uint64_t v, const BoxSums<T, 2>& p) {
+  kept(w, v, 0) = with_w(p.mu, p.mass);
+  kept(w, v, 1) = with_w(p.muq[0], p.mq[0]);
+  kept(w, v, 2) = with_w(p.muq[1], p.mq[1]);
+  kept(w, v, 3) = with_w(p.mv, p.muu.mixed.x);
+  kept(w, v, 4) = with_w(p.muxv, p.muu.mixed.y);
+  kept(w, v, 5) = with_w(p.muu.diagonal, p.muu.mixed.z);
 }
 template <class T>
-MELTSIM_HD physics::RowGoals<T> get_row_goals(const Frame<T>& w, std::uint64_t v) {
-  const Vec4<T> displacement = row_plane(w, v, 0), velocity = row_plane(w, v, 1), spin = row_plane(w, v, 2),
-                y = row_plane(w, v, 3);
-  return {xyz(displacement), xyz(velocity), xyz(spin), xyz(y), {displacement.w, velocity.w, spin.w}};
+MELTSIM_HD void get_box(const Frame<T>& w, std::uint64_t v, BoxSums<T, 2>& p) {
+  const Vec4<T> mu = kept(w, v, 0), x = kept(w, v, 1), y = kept(w, v, 2), mv = kept(w, v, 3),
+                muxv = kept(w, v, 4), muu = kept(w, v, 5);
+  p.mass = mu.w;
+  p.mq[0] = x.w;
+  p.mq[1] = y.w;
+  p.mu = xyz(mu);
+  p.muq[0] = xyz(x);
+  p.muq[1] = xyz(y);
+  p.muu = {xyz(muu), {mv.w, muxv.w, muu.w}};
+  p.mv = xyz(mv);
+  p.muxv = xyz(muxv);
 }
 
-/// Sums over the row of members whose middle a vertex is.
+template <class T>
+MELTSIM_HD void put_box(const Frame<T>& w, std::uint64_t v, const BoxGoals<T, 1>& g) {
+  kept(w, v, 0) = with_w(g.displacement, g.columns[1].x);
+  kept(w, v, 1) = with_w(g.velocity, g.columns[1].y);
+  kept(w, v, 2) = with_w(g.spin, g.columns[1].z);
+  kept(w, v, 3) = with_w(g.columns[0], T(0));
+}
+template <class T>
+MELTSIM_HD void get_box(const Frame<T>& w, std::uint64_t v, BoxGoals<T, 1>& g) {
+  const Vec4<T> displacement = kept(w, v, 0), velocity = kept(w, v, 1), spin = kept(w, v, 2),
+                y = kept(w, v, 3);
+  g = {xyz(displacement), xyz(velocity), xyz(spin), {xyz(y), {displacement.w, velocity.w, spin.w}}};
+}
+
+template <class T>
+MELTSIM_HD void put_box(const Frame<T>& w, std::uint64_t v, const BoxGoals<T, 2>& g) {
+  kept(w, v, 4) = with_w(g.displacement, g.columns[0].x);
+  kept(w, v, 5) = with_w(g.velocity, g.columns[0].y);
+  kept(w, v, 6) = with_w(g.spin, g.columns[0].z);
+}
+template <class T>
+MELTSIM_HD void get_box(const Frame<T>& w, std::uint64_t v, BoxGoals<T, 2>& g) {
+  const Vec4<T> displacement = kept(w, v, 4), velocity = kept(w, v, 5), spin = kept(w, v, 6);
+  g = {xyz(displacement), xyz(velocity), xyz(spin), {{displacement.w, velocity.w, spin.w}}};
+}
+
+/// Sums over the row about a vertex.
 template <class T>
 struct RowSumsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!has_whole_row(w, v)) return;
-    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
-    physics::RowSums<T> sums;
-    for_each_in_row(w, v, [&](std::uint32_t j, int dx) {
+    if (!has_boxes(w, v)) return;
+    const BoxOrigin<T> o = box_origin<1>(w, v);
+    if (!o.exists) return;
+    BoxSums<T, 1> sums;
+    for_each_in_row(w, v, [&](std::uint32_t j, int k) {
       const Vec4<T> xj = w.f.vertex_position[j];
-      physics::add_to_row<T>(sums, xj.w, spatial::separation(w.grid, xyz(xj), x), T(dx) * w.c.spacing,
-                             xyz(w.f.vertex_velocity[j]) - velocity);
+      physics::add_member<T>(sums, xj.w, spatial::separation(w.grid, xyz(xj), o.position), T(k) * w.c.spacing,
+                             xyz(w.f.vertex_velocity[j]) - o.velocity);
     });
-    put_row_sums(w, v, sums);
+    put_box(w, v, sums);
   }
 };
 
-/// What RegionsBody does, of whole regions.
+/// Sums over the rows or planes within w of v along the next axis, relative to o.
+template <class T, int Axes>
+MELTSIM_HD BoxSums<T, Axes + 1> sum_boxes(const Frame<T>& w, std::uint64_t v, const BoxOrigin<T>& o) {
+  BoxSums<T, Axes + 1> sums;
+  for_each_box<Axes>(w, v, [&](std::uint32_t j, int k, const BoxOrigin<T>& at) {
+    BoxSums<T, Axes> box;
+    get_box(w, j, box);
+    physics::add_box<T, Axes>(sums, box, spatial::separation(w.grid, at.position, o.position),
+                              T(k) * w.c.spacing, at.velocity - o.velocity);
+  });
+  return sums;
+}
+
+/// Sums over the plane about a vertex, row by row.
 template <class T>
-struct WholeRegionsBody {
+struct PlaneSumsBody {
   Frame<T> w;
-  static constexpr bool shared = true;
-  using Sum = typename RegionsBody<T>::Sum;
-  MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t k, std::uint32_t parts) const {
-    Sum sums;
-    if (!is_whole(w, v)) return sums;
-    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
-    for_each_row(w, v, k, parts, [&](std::uint32_t row, int dy, int dz) {
-      const Vec3<T> u = spatial::separation(w.grid, xyz(w.f.vertex_position[row]), x);
-      physics::add_row<T>(sums, get_row_sums(w, row), u, T(dy) * w.c.spacing, T(dz) * w.c.spacing,
-                          xyz(w.f.vertex_velocity[row]) - velocity);
-    });
-    return sums;
-  }
-  MELTSIM_HD void finish(std::uint64_t v, const Sum& sums) const {
-    if (is_whole(w, v)) RegionsBody<T>{w}.finish(v, sums);
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!has_boxes(w, v)) return;
+    const BoxOrigin<T> o = box_origin<2>(w, v);
+    if (o.exists) put_box(w, v, sum_boxes<T, 1>(w, v, o));
   }
 };
 
-/// What the regions of the row whose middle a vertex is want, so far as it is the same for all.
+/// What RegionsBody does, plane by plane.
+template <class T>
+struct BoxedRegionsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!is_boxed(w, v)) return;
+    const BoxOrigin<T> o{xyz(w.f.vertex_position[v]), xyz(w.f.vertex_velocity[v]), true};
+    RegionsBody<T>{w}.finish(v, {physics::region_of(sum_boxes<T, 2>(w, v, o))});
+  }
+};
+
+/// What the regions of the row about a vertex want of a member of them all.
 template <class T>
 struct RowGoalsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!has_whole_row(w, v)) return;
-    const Vec3<T> x = xyz(w.f.vertex_position[v]);
-    physics::RowGoals<T> goals;
-    for_each_in_row(w, v, [&](std::uint32_t r, int dx) {
+    if (!has_boxes(w, v)) return;
+    const BoxOrigin<T> o = box_origin<1>(w, v);
+    if (!o.exists) return;
+    BoxGoals<T, 1> goals;
+    for_each_in_row(w, v, [&](std::uint32_t r, int k) {
       const core::PlacedFit<T> p = core::get_fit(w, r);
-      physics::add_to_row(goals, p.fit, T(-dx) * w.c.spacing, spatial::separation(w.grid, x, p.position));
+      physics::add_goals<T, 0>(goals, physics::goals_of(p.fit), T(1), T(-k) * w.c.spacing,
+                               spatial::separation(w.grid, o.position, p.position));
     });
-    put_row_goals(w, v, goals);
+    put_box(w, v, goals);
   }
 };
 
-/// What GoalsBody does, of vertices whose regions are whole: they are in the regions of all of those rows.
+/// Regions in the row (Axes = 1) about `box`, or in the plane (2) about it, which is k from v.
+template <int Axes, class T>
+MELTSIM_HD std::uint32_t regions_in(const Frame<T>& w, std::uint64_t v, std::uint32_t box, int k) {
+  return Axes == 1 ? popcount(live_in_row(w, box)) : layer_members(w, v, k);
+}
+
+/// The same of the rows or planes within w of v along the next axis, of a member at x.
+template <class T, int Axes>
+MELTSIM_HD BoxGoals<T, Axes + 1> sum_goals(const Frame<T>& w, std::uint64_t v, Vec3<T> x) {
+  BoxGoals<T, Axes + 1> goals;
+  for_each_box<Axes>(w, v, [&](std::uint32_t j, int k, const BoxOrigin<T>& at) {
+    BoxGoals<T, Axes> box;
+    get_box(w, j, box);
+    physics::add_goals<T, Axes>(goals, box, T(regions_in<Axes>(w, v, j, k)), T(-k) * w.c.spacing,
+                                spatial::separation(w.grid, x, at.position));
+  });
+  return goals;
+}
+
+/// What the regions of the plane about a vertex want, row by row.
 template <class T>
-struct WholeGoalsBody {
+struct PlaneGoalsBody {
   Frame<T> w;
-  static constexpr bool shared = true;
-  using Sum = GoalSum<T>;
-  MELTSIM_HD Sum part(std::uint64_t v, std::uint32_t k, std::uint32_t parts) const {
-    Sum s;
-    if (!is_whole(w, v)) return s;
-    const Vec3<T> x = xyz(w.f.vertex_position[v]), velocity = xyz(w.f.vertex_velocity[v]);
-    const T count = T(2 * w.f.bodies[w.f.vertex_body[v]].region_half_width + 1);
-    for_each_row(w, v, k, parts, [&](std::uint32_t row, int dy, int dz) {
-      const physics::RowGoals<T> goals = get_row_goals(w, row);
-      const Vec3<T> u = spatial::separation(w.grid, x, xyz(w.f.vertex_position[row]));
-      s.displacement +=
-          physics::row_displacement<T>(goals, count, T(-dy) * w.c.spacing, T(-dz) * w.c.spacing, u);
-      s.defect += physics::row_velocity_defect(goals, count, u, velocity);
-      s.count += count;
-    });
-    return s;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!has_boxes(w, v)) return;
+    const BoxOrigin<T> o = box_origin<2>(w, v);
+    if (o.exists) put_box(w, v, sum_goals<T, 1>(w, v, o.position));
   }
-  MELTSIM_HD void finish(std::uint64_t v, const Sum& s) const {
-    if (is_whole(w, v)) GoalsBody<T>{w}.finish(v, s);
+};
+
+/// What GoalsBody does, plane by plane: v is in the regions of the members of its own.
+template <class T>
+struct BoxedGoalsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!is_boxed(w, v)) return;
+    const BoxGoals<T, 3> goals = sum_goals<T, 2>(w, v, xyz(w.f.vertex_position[v]));
+    const T count = T(region_members(w, v));
+    GoalsBody<T>{w}.finish(v,
+                           {goals.displacement, goals.velocity - xyz(w.f.vertex_velocity[v]) * count, count});
   }
 };
 

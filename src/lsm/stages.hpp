@@ -30,13 +30,14 @@ void contact(E& ex, const core::Frame<T>& w) {
       w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.meeting, ContactBody<T, periodic()>{w}); });
 }
 
-/// Whole regions by rows, the others member by member, in kernels of their own: threads side by side would
+/// Regions by rows and planes, those not made of planes member by member, in kernels of their own: threads side by side would
 /// wait for the longer of the two. Where no body is wide enough for rows, there is no room for them.
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
   if (w.f.region_rows == nullptr) return ex.gather(w.vertices, RegionsBody<T>{w});
   ex.for_each(w.vertices, RowSumsBody<T>{w});
-  ex.gather(w.vertices, WholeRegionsBody<T>{w});
+  ex.for_each(w.vertices, PlaneSumsBody<T>{w});
+  ex.for_each(w.vertices, BoxedRegionsBody<T>{w});
   ex.gather_listed(w.vertices, w.f.ragged, RegionsBody<T>{w});
 }
 
@@ -44,7 +45,8 @@ template <class E, class T>
 void goals(E& ex, const core::Frame<T>& w) {
   if (w.f.region_rows == nullptr) return ex.gather(w.vertices, GoalsBody<T>{w});
   ex.for_each(w.vertices, RowGoalsBody<T>{w});
-  ex.gather(w.vertices, WholeGoalsBody<T>{w});
+  ex.for_each(w.vertices, PlaneGoalsBody<T>{w});
+  ex.for_each(w.vertices, BoxedGoalsBody<T>{w});
   ex.gather_listed(w.vertices, w.f.ragged, GoalsBody<T>{w});
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "topology/bodies.hpp"
+#include "topology/region_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -31,17 +31,18 @@ void neighbours(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, NeighboursBody<T>{w});
 }
 
-/// The fill keeps three masks per thread; three sizes keep small regions out of local memory.
+/// Three sizes: what a thread keeps of a wide region takes local memory.
 template <class E, class T>
 void fill_regions(E& ex, const core::Frame<T>& w, bool all) {
-  if (w.region_words <= 4u) ex.for_each(w.vertices, RegionsBody<T, 4>{w, all});
-  else if (w.region_words <= 23u) ex.for_each(w.vertices, RegionsBody<T, 23>{w, all});
-  else ex.for_each(w.vertices, RegionsBody<T, 154>{w, all});
+  if (w.region_words <= core::words_for(2)) ex.for_each(w.vertices, RegionsBody<T, 2>{w, all});
+  else if (w.region_words <= core::words_for(4)) ex.for_each(w.vertices, RegionsBody<T, 4>{w, all});
+  else ex.for_each(w.vertices, RegionsBody<T, physics::most_half_width>{w, all});
 }
 
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
-  ex.accumulate(w.vertices, StaleBody<T>{w});
+  ex.for_each(w.vertices, RowLiveBody<T>{w, false});
+  ex.for_each(w.vertices, PlaneChangedBody<T>{w});
   fill_regions(ex, w, false);
 }
 
@@ -58,7 +59,9 @@ void pieces(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void build(E& ex, const core::Frame<T>& w) {
   if (w.f.neighbour_mask) ex.for_each(w.vertices, BuildNeighboursBody<T>{w});
-  if (w.f.neighbour_mask && w.f.region_mask) fill_regions(ex, w, true);
+  if (!w.f.neighbour_mask || !w.f.region_mask) return;
+  ex.for_each(w.vertices, RowLiveBody<T>{w, true});
+  fill_regions(ex, w, true);
 }
 
 }  // namespace topology

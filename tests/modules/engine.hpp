@@ -116,6 +116,17 @@ inline std::uint32_t add_particle(core::SceneState& s, const core::SceneConstant
 void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConstants& c,
               const std::vector<Vec3i>& points, int half_width, const std::vector<Vec3i>& free = {});
 
+/// Sites nearer than radius to one in the middle [spacings].
+inline std::vector<Vec3i> ball(double radius) {
+  std::vector<Vec3i> points;
+  const int n = static_cast<int>(radius);
+  for (int z = -n; z <= n; ++z)
+    for (int y = -n; y <= n; ++y)
+      for (int x = -n; x <= n; ++x)
+        if (x * x + y * y + z * z < radius * radius) points.push_back({x, y, z});
+  return points;
+}
+
 inline std::vector<Vec3i> block(int nx, int ny, int nz) {
   std::vector<Vec3i> p;
   for (int z = 0; z < nz; ++z)

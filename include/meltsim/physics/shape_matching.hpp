@@ -27,10 +27,11 @@
 // follows the step down to dt_s (integrate.hpp: spring_dt) and stays the same below: goals are distances, and
 // at alpha a single short step would cover what long ones hold against a load, at that distance over dt.
 //
-// Rows. Neighbouring regions share most of their members. A region that lacks no site of its box is (2w+1)^2
-// rows of 2w+1 members along x, and a row is part of as many regions: its sums are made once, about its own
-// vertex, and shifted to each region's (add_row); likewise what a row of regions wants of a vertex
-// (RowGoals). It is the first pass (bars) of the source's fast sums. Regions with gaps go member by member.
+// Boxes. Neighbouring regions share most of their members. A region that lacks no site of its box is 2w+1
+// planes of 2w+1 rows of 2w+1 members, and a row or a plane is part of as many regions: its sums are made once,
+// about its own vertex, and shifted to what it is part of (add_box), 3 (2w+1) terms instead of (2w+1)^3;
+// likewise what rows and planes of regions want of a vertex (add_goals). These are the passes (bars, plates,
+// cubes) of the source's fast sums. Regions with gaps go member by member.
 //
 // Deviations: positions enter only as differences (displacement form): with absolute positions the weights'
 // rounding acts as an anti-spring about the origin; and what rounding leaves of a piece's momentum and spin
@@ -83,50 +84,68 @@ MELTSIM_HD void add_member(RegionSums<T>& s, T mass, Vec3<T> u, Vec3<T> q, Vec3<
   s.muxv += cross(u, v) * mass;
 }
 
-/// Sums over a row of 2w+1 members along x, relative to the row's own vertex in the middle, q = (q_x,0,0).
-template <class T>
-struct RowSums {
-  T mass{};        ///< sum m~ [kg]
-  T mq{};          ///< sum m~ q_x
-  Vec3<T> mu{};    ///< sum m~ u
-  Vec3<T> muq{};   ///< sum m~ u q_x
-  Sym3<T> muu{};   ///< sum m~ u u^T
-  Vec3<T> mv{};    ///< sum m~ v, v relative to the row's vertex
-  Vec3<T> muxv{};  ///< sum m~ u x v
+/// Sums over the members in a box of sites 2w+1 long along the first Axes of x, y and z and one site wide along
+/// the others, relative to the vertex in its middle: a row (1), a plane (2), a whole region (3).
+template <class T, int Axes>
+struct BoxSums {
+  T mass{};              ///< sum m~ [kg]
+  T mq[Axes]{};          ///< sum m~ q along each of these axes
+  Vec3<T> mu{};          ///< sum m~ u
+  Vec3<T> muq[Axes]{};   ///< sum m~ u q along each of them: columns of sum m~ u q^T, the others are 0
+  Sym3<T> muu{};         ///< sum m~ u u^T
+  Vec3<T> mv{}, muxv{};  ///< sum m~ v, v relative to the box's vertex; sum m~ u x v
 };
 
+/// Adds a member to the row whose middle is at (-q,0,0) from it at rest.
 template <class T>
-MELTSIM_HD void add_to_row(RowSums<T>& r, T mass, Vec3<T> u, T q, Vec3<T> v) {
+MELTSIM_HD void add_member(BoxSums<T, 1>& r, T mass, Vec3<T> u, T q, Vec3<T> v) {
   const Vec3<T> mu = u * mass;
   r.mass += mass;
-  r.mq += mass * q;
+  r.mq[0] += mass * q;
   r.mu += mu;
-  r.muq += mu * q;
+  r.muq[0] += mu * q;
   add_square(r.muu, mass, u);
   r.mv += v * mass;
   r.muxv += cross(mu, v);
 }
 
-/// Adds a row's members to the sums of a region that holds them all. Relative to the region's vertex the
-/// row's is at (0, y, z) at rest, at u now, and moves at v: what q, u and v of each of its members gain.
-template <class T>
-MELTSIM_HD void add_row(RegionSums<T>& s, const RowSums<T>& r, Vec3<T> u, T y, T z, Vec3<T> v) {
-  const Vec3<T> mu = r.mu + u * r.mass;  // of its members about the region's vertex
-  s.mass += r.mass;
+/// Adds a box to one that has an axis more. Relative to the larger one's vertex the smaller one's is q along that
+/// axis at rest, at u now, and moves at v: what q, u and v of each of its members gain.
+template <class T, int Axes>
+MELTSIM_HD void add_box(BoxSums<T, Axes + 1>& s, const BoxSums<T, Axes>& b, Vec3<T> u, T q, Vec3<T> v) {
+  const Vec3<T> mu = b.mu + u * b.mass;  // of its members about the larger one's vertex
+  s.mass += b.mass;
   s.mu += mu;
-  s.mq += Vec3<T>{r.mq, r.mass * y, r.mass * z};
-  const Vec3<T> x_column = r.muq + u * r.mq;
-  const T column[3][3] = {
-      {x_column.x, mu.x * y, mu.x * z}, {x_column.y, mu.y * y, mu.y * z}, {x_column.z, mu.z * y, mu.z * z}};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) s.muq.m[i][j] += column[i][j];
+  for (int k = 0; k < Axes; ++k) {
+    s.mq[k] += b.mq[k];
+    s.muq[k] += b.muq[k] + u * b.mq[k];
+  }
+  s.mq[Axes] += b.mass * q;
+  s.muq[Axes] += mu * q;
   // sum m~ (u_j + u)(u_j + u)^T = muu + u (sum m~ u_j)^T + (sum m~ (u_j + u)) u^T
   s.muu.diagonal +=
-      r.muu.diagonal + Vec3<T>{u.x * (r.mu.x + mu.x), u.y * (r.mu.y + mu.y), u.z * (r.mu.z + mu.z)};
+      b.muu.diagonal + Vec3<T>{u.x * (b.mu.x + mu.x), u.y * (b.mu.y + mu.y), u.z * (b.mu.z + mu.z)};
   s.muu.mixed +=
-      r.muu.mixed + Vec3<T>{u.y * r.mu.z + mu.y * u.z, u.z * r.mu.x + mu.z * u.x, u.x * r.mu.y + mu.x * u.y};
-  s.mv += r.mv + v * r.mass;
-  s.muxv += r.muxv + cross(mu, v) + cross(u, r.mv);
+      b.muu.mixed + Vec3<T>{u.y * b.mu.z + mu.y * u.z, u.z * b.mu.x + mu.z * u.x, u.x * b.mu.y + mu.x * u.y};
+  s.mv += b.mv + v * b.mass;
+  s.muxv += b.muxv + cross(mu, v) + cross(u, b.mv);
+}
+
+template <class T>
+MELTSIM_HD RegionSums<T> region_of(const BoxSums<T, 3>& b) {
+  RegionSums<T> s;
+  s.mass = b.mass;
+  s.mu = b.mu;
+  s.mq = {b.mq[0], b.mq[1], b.mq[2]};
+  for (int k = 0; k < 3; ++k) {
+    s.muq.m[0][k] = b.muq[k].x;
+    s.muq.m[1][k] = b.muq[k].y;
+    s.muq.m[2][k] = b.muq[k].z;
+  }
+  s.muu = b.muu;
+  s.mv = b.mv;
+  s.muxv = b.muxv;
+  return s;
 }
 
 /// Best rigid placement and motion of a region, relative to its vertex: what stands at q at rest belongs at
@@ -174,38 +193,36 @@ MELTSIM_HD Vec3<T> rigid_velocity_defect(const RegionFit<T>& f, Vec3<T> u, Vec3<
   return cross(f.spin, u) + (f.velocity - v);
 }
 
-/// What a row along x of 2w+1 regions wants of a vertex that all of them hold: sums of goals and of rigid
-/// velocities, as they are at the row's own vertex c in the middle, and how they change away from it.
-template <class T>
-struct RowGoals {
-  Vec3<T> displacement{};  ///< sum R_r (q_x, 0, 0) + anchor_r - (x_c - x_r)
-  Vec3<T> velocity{};      ///< sum velocity_r + spin_r x (x_c - x_r)
-  Vec3<T> spin{};          ///< sum spin_r
-  Vec3<T> y{}, z{};        ///< sums of the second and the third column of R_r
+/// What the regions of a box of vertices (BoxSums) want of a vertex that all of them hold: sums of goals and of
+/// rigid velocities, as they are at the vertex in the box's middle, and how they change away from it. Of one
+/// region (Axes = 0) and of all of a vertex's (3), too.
+template <class T, int Axes>
+struct BoxGoals {
+  Vec3<T> displacement{};  ///< sum of goals minus where it is, were it where the box's vertex is
+  Vec3<T> velocity{};      ///< sum of rigid velocities there
+  Vec3<T> spin{};          ///< sum of spins
+  Vec3<T> columns[Axes < 3 ? 3 - Axes : 1]{};  ///< sums of R's columns of the axes that are left
 };
 
-/// q, u: the row's vertex relative to the region's, at rest along x and now.
 template <class T>
-MELTSIM_HD void add_to_row(RowGoals<T>& g, const RegionFit<T>& f, T q, Vec3<T> u) {
+MELTSIM_HD BoxGoals<T, 0> goals_of(const RegionFit<T>& f) {
   const Mat3<T> R = to_matrix(f.rotation);
-  g.displacement += Vec3<T>{R.m[0][0], R.m[1][0], R.m[2][0]} * q + (f.anchor - u);
-  g.velocity += cross(f.spin, u) + f.velocity;
-  g.spin += f.spin;
-  g.y += Vec3<T>{R.m[0][1], R.m[1][1], R.m[2][1]};
-  g.z += Vec3<T>{R.m[0][2], R.m[1][2], R.m[2][2]};
+  return {f.anchor,
+          f.velocity,
+          f.spin,
+          {{R.m[0][0], R.m[1][0], R.m[2][0]},
+           {R.m[0][1], R.m[1][1], R.m[2][1]},
+           {R.m[0][2], R.m[1][2], R.m[2][2]}}};
 }
 
-/// Sum of goal_displacement over the row's `count` regions, of a member that is at (0, y, z) from the row's
-/// vertex at rest, at u now.
-template <class T>
-MELTSIM_HD Vec3<T> row_displacement(const RowGoals<T>& g, T count, T y, T z, Vec3<T> u) {
-  return g.displacement + g.y * y + g.z * z - u * count;
-}
-
-/// Sum of rigid_velocity_defect over them; v in the frame of the fits' velocities.
-template <class T>
-MELTSIM_HD Vec3<T> row_velocity_defect(const RowGoals<T>& g, T count, Vec3<T> u, Vec3<T> v) {
-  return cross(g.spin, u) + (g.velocity - v * count);
+/// Adds a box of `count` regions to one that has an axis more. Relative to the smaller one's vertex the larger
+/// one's is q along that axis at rest and at u now.
+template <class T, int Axes>
+MELTSIM_HD void add_goals(BoxGoals<T, Axes + 1>& s, const BoxGoals<T, Axes>& b, T count, T q, Vec3<T> u) {
+  s.displacement += b.displacement + (b.columns[0] * q - u * count);
+  s.velocity += b.velocity + cross(b.spin, u);
+  s.spin += b.spin;
+  for (int k = 1; k < 3 - Axes; ++k) s.columns[k - 1] += b.columns[k];
 }
 
 /// Change of velocity from the mean goal displacement and the mean velocity defect [m/s].
