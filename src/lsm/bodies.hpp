@@ -42,16 +42,18 @@ struct RaggedBody {
   MELTSIM_HD bool wanted(std::uint64_t v) const { return moves(w, v) && !is_boxed(w, v); }
 };
 
-/// Label of the piece a particle belongs to and its outward normal, in particle order, for contact.
+/// Label of the piece a particle belongs to and, at its surface, its outward normal, in particle order, for contact.
 template <class T>
 struct PiecesBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     w.f.contact_normal[i] = Vec4<T>{};
     w.f.piece[i] = 0u;
-    if (!is_solid(w.f.tag[i])) return;
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_solid(tag)) return;
     const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
     w.f.piece[i] = w.f.vertex_piece[v] + 1u;
+    if ((tag & tag_surface) == 0u) return;  // touches nothing
     w.f.contact_normal[i] = physics::surface_normal(w.f.neighbour_mask[v], to_matrix(w.f.region_rotation[v]));
   }
 };
