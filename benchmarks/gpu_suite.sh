@@ -197,7 +197,7 @@ part tests 150 gpu_tests
 part memcheck 60 sanitizer memcheck
 part racecheck 60 sanitizer racecheck
 part benchmarks 240 benchmarks
-part profile 120 profile
+part profile 180 profile
 part melting 120 melting
 part reproducible 150 reproducible
 part initcheck 45 sanitizer initcheck
