@@ -115,10 +115,10 @@ MELTSIM_HD PlacedFit<T> get_fit(const Frame<T>& w, std::uint64_t v) {
   return {{fitted_rotation(w, v), xyz(a), xyz(b), xyz(c)}, {a.w, b.w, c.w}};
 }
 
-/// Half-width from which regions are summed by rows and planes (lsm/boxes.hpp). On a CPU that takes a third to a fifth
-/// of the time at w = 1 and 2, a thirtieth at w = 8. On a GPU rows and planes come out of the L2 cache and take six
-/// launches instead of two: regions and goals of 333,000 vertices took an H200 0.15 and 0.10 ms so, 0.19 and 0.17
-/// member by member at w = 2; of 20,000 vertices 0.039 and 0.033 against 0.028 and 0.025 at w = 2, 0.045 and 0.041
+/// Half-width from which regions are summed by rows and planes (lsm/boxes.hpp). On a CPU regions and goals take two
+/// thirds of the time so at w = 1, a third at w = 2, a 26th at w = 8. On a GPU rows and planes come out of the L2 cache
+/// and take six launches instead of two: regions and goals of 333,000 vertices took an H200 0.15 and 0.10 ms so, 0.19 and
+/// 0.17 member by member at w = 2; of 20,000 vertices 0.039 and 0.033 against 0.028 and 0.025 at w = 2, 0.045 and 0.041
 /// against 0.060 and 0.062 at w = 3. as_gpu: also where a CPU is to have a GPU's bits.
 constexpr int least_row_width(bool as_gpu, std::uint64_t vertices) {
   return !as_gpu ? 1 : vertices >= gather_few ? 2 : 3;
