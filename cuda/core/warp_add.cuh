@@ -56,8 +56,6 @@ struct CudaAdder {
                        NV_ANY_TARGET, (*address = was < value ? was : value;))
     return was;
   }
-  /// *address = value, which others may be writing there, too.
-  __host__ __device__ void mark(std::uint32_t* address, std::uint32_t value) const { *address = value; }
   __host__ __device__ std::uint32_t load(const std::uint32_t* address) const {
     return *const_cast<const volatile std::uint32_t*>(address);
   }

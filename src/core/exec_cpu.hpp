@@ -21,8 +21,7 @@
 //                                the last; begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter; lower returns what was there,
-//                                add.load(address) reads what others may be lowering; add.mark(address, value)
-//                                writes what others may be writing, too
+//                                add.load(address) reads what others may be lowering
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
@@ -88,10 +87,6 @@ class CpuAdder {
            !__atomic_compare_exchange_n(address, &old, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
     }
     return old;
-  }
-  /// *address = value, which others may be writing there, too.
-  void mark(std::uint32_t* address, std::uint32_t value) const {
-    __atomic_store_n(address, value, __ATOMIC_RELAXED);
   }
   std::uint32_t load(const std::uint32_t* address) const {
     return __atomic_load_n(address, __ATOMIC_RELAXED);

@@ -77,12 +77,6 @@ MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, std::uint32_
   else walk_region<0>(w, v, b, first, last, visit);
 }
 
-/// All members of v's region, v included.
-template <class T, class Visit>
-MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, const Visit& visit) {
-  for_each_member(w, v, 0u, 1u, visit);
-}
-
 /// A region's fit and where its vertex is.
 template <class T>
 struct PlacedFit {

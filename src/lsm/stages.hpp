@@ -30,8 +30,8 @@ void contact(E& ex, const core::Frame<T>& w) {
       w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.meeting, ContactBody<T, periodic()>{w}); });
 }
 
-/// Regions by rows and planes, those not made of planes member by member, in kernels of their own: threads side by side would
-/// wait for the longer of the two. Where no body is wide enough for rows, there is no room for them.
+/// Regions by rows and planes, those not made of planes member by member, in kernels of their own: threads side by
+/// side would wait for the longer of the two. Where no body is wide enough for rows, there is no room for them.
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
   if (w.f.region_rows == nullptr) return ex.gather(w.vertices, RegionsBody<T>{w});
