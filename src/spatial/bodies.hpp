@@ -166,6 +166,14 @@ struct CellRow {
   std::uint64_t first = 1, last = 0;
 };
 
+/// Layers of cells that a grid's nine rows lie in, relative to the particle's own, two bits each: opposite ones
+/// after one another, the own one last. A particle high up in its cell has more neighbours above and fewer below; of both
+/// together it has as many as others, and so the walks of threads side by side stay side by side.
+inline constexpr std::uint32_t row_layers_y = 0x18588u, row_layers_z = 0x158a0u;
+MELTSIM_HD std::int32_t layer_of(std::uint32_t layers, std::uint32_t k) {
+  return static_cast<std::int32_t>(layers >> 2u * k & 3u) - 1;
+}
+
 /// Row r of a cell: cells within H in x of each of the nine (y, z) neighbours are adjacent in key order. A
 /// row that wraps in x splits in two; that is why periodic x has 18 rows. Key: wide enough for all cells;
 /// narrow divisions are several times faster.
@@ -176,8 +184,8 @@ MELTSIM_HD CellRow cell_row(const Grid<T>& grid, Key key, std::uint32_t r) {
   const auto cx = static_cast<std::int32_t>(key - line * nx);
   const auto cy = static_cast<std::int32_t>(line - layer * ny);
   const auto cz = static_cast<std::int32_t>(layer);
-  const auto k = static_cast<std::int32_t>(r % 9u);
-  std::int32_t y = cy + k % 3 - 1, z = cz + k / 3 - 1;
+  const std::uint32_t k = r % 9u;
+  std::int32_t y = cy + layer_of(row_layers_y, k), z = cz + layer_of(row_layers_z, k);
   if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
   if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
   if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) return {};

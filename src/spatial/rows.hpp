@@ -49,7 +49,7 @@ struct SomeRows {
 /// walls, where layers are missing, all parts still have as much to do.
 template <class T>
 MELTSIM_HD SomeRows rows_of_part(const core::Frame<T>& w, std::uint32_t k, std::uint32_t parts) {
-  const std::uint32_t third = k == 0u ? 0x0a1u : k == 1u ? 0x10au : 0x054u;
+  const std::uint32_t third = k == 0u ? 0x0a1u : k == 1u ? 0x058u : 0x106u;
   const std::uint32_t rows = parts == 1u ? 0x1ffu : parts == 3u ? third : 1u << k;
   return {(rows | rows << 9) & ((1u << w.grid.rows) - 1u)};
 }
