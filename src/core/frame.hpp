@@ -230,6 +230,8 @@ struct Grid {
   Vec3<T> inv_period{};
   std::int32_t reach = 1;  ///< cells in x that H spans: narrow ones leave fewer candidates out of reach
   std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
+  std::int32_t line_cells[9] =
+      {};  ///< how many cells away another line of cells along x lies (spatial/cells.hpp)
 };
 
 /// Whether any particle did.

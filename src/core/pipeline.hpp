@@ -126,7 +126,8 @@ struct StageInfo {
 
 #define F(field) (FieldSet{1} << field_##field)
 /// Channels that stages which may touch them only read; their producer names them among what it writes.
-inline constexpr FieldSet read_where_there = F(viscosity) | F(far_bits) | F(body_heat);
+inline constexpr FieldSet read_where_there =
+    F(viscosity) | F(far_bits) | F(body_heat) | F(cell_begin) | F(group_ranges);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \

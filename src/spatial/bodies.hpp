@@ -18,24 +18,6 @@ using core::none;
 using core::Range;
 using core::removed_key;
 
-/// Cell of a coordinate; outside positions count to the border cell, periodic ones wrap.
-template <class T>
-MELTSIM_HD std::int32_t cell_coordinate(T x, T min, T inv_cell, std::int32_t n, bool periodic) {
-  const T c = std::floor((x - min) * inv_cell);
-  if (periodic) {
-    auto k = static_cast<std::int32_t>(c) % n;
-    return k < 0 ? k + n : k;
-  }
-  return static_cast<std::int32_t>(clamp(c, T(0), T(n - 1)));
-}
-
-template <class T>
-MELTSIM_HD std::uint64_t cell_key(const Grid<T>& g, std::int32_t x, std::int32_t y, std::int32_t z) {
-  return (static_cast<std::uint64_t>(z) * static_cast<std::uint64_t>(g.ny) + static_cast<std::uint64_t>(y)) *
-             static_cast<std::uint64_t>(g.nx) +
-         static_cast<std::uint64_t>(x);
-}
-
 /// Cell of the particle with an id once it has drifted half a step; none where it was removed.
 template <class T>
 MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t id) {
@@ -43,10 +25,10 @@ MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t id) {
   if (is_removed(w.before.tag[slot])) return removed_key;
   const Vec3<T> x =
       physics::drift(xyz(w.before.position[slot]), xyz(w.before.velocity[slot]), w.f.clock->half_dt);
-  return cell_key(w.grid,
-                  cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
-                  cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
-                  cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
+  return cell_key<std::uint64_t>(
+      w.grid, cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
+      cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
+      cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
 }
 
 /// One call per id, so that ids ascend within a cell whatever the history was. Removed ones come last.
@@ -161,64 +143,6 @@ MELTSIM_HD std::uint32_t first_not_below(const std::uint64_t* keys, std::uint32_
   return lo;
 }
 
-/// Cells whose particles are candidates, as keys: first to last, none where first > last.
-struct CellRow {
-  std::uint64_t first = 1, last = 0;
-};
-
-/// Layers of cells that a grid's nine rows lie in, relative to the particle's own, two bits each: opposite ones
-/// after one another, the own one last. A particle high up in its cell has more neighbours above and fewer below; of both
-/// together it has as many as others, and so the walks of threads side by side stay side by side.
-inline constexpr std::uint32_t row_layers_y = 0x18588u, row_layers_z = 0x158a0u;
-MELTSIM_HD std::int32_t layer_of(std::uint32_t layers, std::uint32_t k) {
-  return static_cast<std::int32_t>(layers >> 2u * k & 3u) - 1;
-}
-
-/// Row r of a cell: cells within H in x of each of the nine (y, z) neighbours are adjacent in key order. A
-/// row that wraps in x splits in two; that is why periodic x has 18 rows. Key: wide enough for all cells;
-/// narrow divisions are several times faster.
-template <class Key, class T>
-MELTSIM_HD CellRow cell_row(const Grid<T>& grid, Key key, std::uint32_t r) {
-  const auto nx = static_cast<Key>(grid.nx), ny = static_cast<Key>(grid.ny);
-  const Key line = key / nx, layer = line / ny;  // two divisions: they are most of the work
-  const auto cx = static_cast<std::int32_t>(key - line * nx);
-  const auto cy = static_cast<std::int32_t>(line - layer * ny);
-  const auto cz = static_cast<std::int32_t>(layer);
-  const std::uint32_t k = r % 9u;
-  std::int32_t y = cy + layer_of(row_layers_y, k), z = cz + layer_of(row_layers_z, k);
-  if (grid.periodic & 2u) y = y < 0 ? y + grid.ny : (y >= grid.ny ? y - grid.ny : y);
-  if (grid.periodic & 4u) z = z < 0 ? z + grid.nz : (z >= grid.nz ? z - grid.nz : z);
-  if (y < 0 || y >= grid.ny || z < 0 || z >= grid.nz) return {};
-  std::int32_t first = cx - grid.reach, last = cx + grid.reach;
-  if (r >= 9u) {  // what wraps
-    if (first < 0) {
-      first += grid.nx;
-      last = grid.nx - 1;
-    } else {
-      first = 0;
-      last -= grid.nx;
-    }
-    if (first > last) return {};
-  }
-  return {cell_key(grid, maximum(first, 0), y, z), cell_key(grid, minimum(last, grid.nx - 1), y, z)};
-}
-
-/// The rows of a cell where cells are counted; one call per row.
-template <class T>
-struct RowsBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t k) const {
-    const auto narrow = static_cast<std::uint32_t>(k);
-    const std::uint32_t cell = narrow != k         ? static_cast<std::uint32_t>(k / w.grid.rows)
-                               : w.grid.rows == 9u ? narrow / 9u  // by a constant it is a multiplication
-                                                   : narrow / w.grid.rows;
-    const auto r = static_cast<std::uint32_t>(k - std::uint64_t{cell} * w.grid.rows);
-    const CellRow row = cell_row(w.grid, cell, r);
-    w.f.group_ranges[k] =
-        row.first <= row.last ? Range{w.f.cell_begin[row.first], w.f.cell_begin[row.last + 1]} : Range{};
-  }
-};
-
 /// The rows of an occupied cell where those are sorted.
 template <class T>
 struct RangesBody {
@@ -226,13 +150,14 @@ struct RangesBody {
   MELTSIM_HD void operator()(std::uint64_t g) const {
     const std::uint32_t groups = w.f.status->groups;
     if (g >= groups) return;
+    const CellPlace place = place_of(w.grid, w.f.group_key[g]);
     for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
-      const CellRow row = cell_row(w.grid, w.f.group_key[g], r);
+      const auto row = cell_row<std::uint64_t>(w.grid, place, r);
       Range slots;
-      if (row.first <= row.last) {
+      if (row.cells != 0u) {
         const std::uint32_t a = first_not_below(w.f.group_key, groups, row.first);
         std::uint32_t b = a;
-        while (b < groups && w.f.group_key[b] <= row.last) ++b;  // a few
+        while (b < groups && w.f.group_key[b] < row.first + row.cells) ++b;  // a few
         slots = Range{w.f.group_begin[a], w.f.group_begin[b]};
       }
       w.f.group_ranges[g * w.grid.rows + r] = slots;

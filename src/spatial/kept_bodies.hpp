@@ -43,7 +43,7 @@ struct SkinBody {
     const Vec4<T> x = w.f.position[i];
     w.f.anchor[i] = with_w(xyz(x), is_removed(w.f.tag[i]) ? T(1) : T(0));
     if (w.f.group_of[i] == none) return;
-    const Range* rows = rows_of(w, i);
+    const Rows<Periodic, T> rows(w, i);
     for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
       const Range row = rows[r];
       std::uint64_t bits = 0;

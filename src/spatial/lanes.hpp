@@ -34,11 +34,12 @@ inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, st
   const Vec3<T> xi = xyz(w.f.position[i]);
   const core::Grid<T> grid = w.grid;
   const T support2 = w.c.kernel.support2;
-  const core::Range* rows = rows_of(w, i);
+  const Rows<Periodic, T> rows(w, i);
   WordWriter<T> words(w, i, 0u);
   for (std::uint32_t r = 0; r < grid.rows; ++r) {
-    const std::uint32_t end = rows[r].end;
-    for (std::uint32_t first = rows[r].begin; first < end; first += word_bits) {
+    const core::Range row = rows[r];
+    const std::uint32_t end = row.end;
+    for (std::uint32_t first = row.begin; first < end; first += word_bits) {
       std::uint32_t near_bits[lanes] = {};
       for (std::uint32_t k = 0; k < word_bits && first + k < end; k += lanes) {
         const auto left = static_cast<std::int32_t>(end - first - k);
@@ -122,7 +123,7 @@ class Batches {
   /// Of rows with more neighbours than there are words for.
   std::uint32_t found() {
     std::uint32_t n = 0;
-    const core::Range* rows = rows_of(w_, i_);
+    const Rows<Periodic, T> rows(w_, i_);
     for (; row_ < w_.grid.rows; ++row_, done_ = 0) {
       const core::Range row = rows[row_];
       while (row.begin + done_ < row.end) {

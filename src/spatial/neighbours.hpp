@@ -21,7 +21,7 @@ template <bool Periodic, class T, class Visit>
 MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
                           const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
-  const core::Range* rows = rows_of(w, i);
+  const Rows<Periodic, T> rows(w, i);
   WordWriter<T> words(w, i, part);
   // 1 where near: the sign of a difference, which takes no comparison.
   const auto look = [&](std::uint32_t j, const Vec4<T>& xj) {
@@ -30,25 +30,30 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
     if (on_device() || beyond < T(0)) visit(j, xj, d, r2);
     return sign_bit(beyond);
   };
-  const auto mark = [&](std::uint32_t begin, std::uint32_t end) {
+  const auto mark = [&](std::uint32_t begin, std::uint32_t count) {
     const Vec4<T>* x = w.f.position + begin;
-    std::uint32_t bits = 0, j = begin;  // the first candidate's comes out highest
+    std::uint32_t bits = 0, j = begin, left = count;  // the first candidate's bit comes out highest
     // Four at a time: their loads are under way together.
-    for (; j + 4u <= end; j += 4u, x += 4) {
+    const auto four = [&] {
       const Vec4<T> x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
       bits = bits << 1 | look(j, x0);
       bits = bits << 1 | look(j + 1u, x1);
       bits = bits << 1 | look(j + 2u, x2);
       bits = bits << 1 | look(j + 3u, x3);
+      left -= 4u, j += 4u, x += 4;
+    };
+    while (left >= 8u) {
+      four();
+      four();
     }
-    if (j < end) {
-      const std::uint32_t left = end - j;
+    if (left >= 4u) four();
+    if (left != 0u) {
       const Vec4<T> x0 = x[0], x1 = x[left > 1u ? 1 : 0], x2 = x[left > 2u ? 2 : 0];
       bits = bits << 1 | look(j, x0);
       if (left > 1u) bits = bits << 1 | look(j + 1u, x1);
       if (left > 2u) bits = bits << 1 | look(j + 2u, x2);
     }
-    words.add(begin, reversed(bits) >> (word_bits - (end - begin)));
+    words.add(begin, reversed(bits) >> (word_bits - count));
   };
   // A kept grid knows who cannot be near.
   const auto mark_some = [&](std::uint32_t begin, std::uint32_t far) {
@@ -70,7 +75,7 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
       mark_some(from + word_bits, static_cast<std::uint32_t>(far >> word_bits));
       from += far_bits_per_row;
     }
-    for (; from < row.end; from += word_bits) mark(from, minimum(from + word_bits, row.end));
+    for (; from < row.end; from += word_bits) mark(from, minimum(row.end - from, word_bits));
   }
   words.close();
 }

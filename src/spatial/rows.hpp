@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows of candidates. Particles are sorted into groups; every group carries rows, half-open slot ranges that
-// together hold each candidate once. Any structure that can fill `group_of` and `group_ranges` (a grid, a
-// tree) serves every body unchanged. Order is fixed: rows ascending, slots ascending.
+// Rows of candidates. Particles are sorted into groups; every group has rows, half-open slot ranges that
+// together hold each candidate once. Any structure that can fill `group_of` and `group_ranges` (sorted cells, a
+// tree) serves every body unchanged; where cells are counted, a group is a cell and its rows follow from where
+// cells begin. Order is fixed: rows ascending, slots ascending.
 #pragma once
 
-#include "core/frame.hpp"
 #include "core/gather.hpp"
+#include "spatial/cells.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -28,13 +29,33 @@ MELTSIM_HD Vec3<T> separation(const core::Grid<T>& g, Vec3<T> a, Vec3<T> b) {
   return g.periodic != 0u ? separation<true>(g, a, b) : separation<false>(g, a, b);
 }
 
-template <class T>
-MELTSIM_HD const core::Range* rows_of(const core::Frame<T>& w, std::uint64_t i) {
-  return w.f.group_ranges + static_cast<std::uint64_t>(w.f.group_of[i]) * w.grid.rows;
-}
+/// The rows of a particle that is not removed.
+template <bool Periodic, class T>
+class Rows {
+ public:
+  MELTSIM_HD Rows(const core::Frame<T>& w, std::uint64_t i) : w_(w), group_(w.f.group_of[i]) {
+    if (!counted()) return;
+    place_ = place_of(w.grid, group_);
+    if (!Periodic) straight_ = straight_rows(w.grid, place_, group_);
+  }
+  MELTSIM_HD core::Range operator[](std::uint32_t r) const {
+    if (!counted()) return w_.f.group_ranges[std::uint64_t{group_} * w_.grid.rows + r];
+    const CellRow<std::uint32_t> row =
+        Periodic ? cell_row<std::uint32_t>(w_.grid, place_, r) : straight_row(w_.grid, straight_, r);
+    if (row.cells == 0u) return {};
+    const std::uint32_t* begin = w_.f.cell_begin + row.first;
+    return {begin[0], begin[row.cells]};
+  }
 
-/// Rows whose bits are set, ascending. Of a grid, row r is the one in layer r % 3 of cells in y and r / 3 % 3
-/// in z, the particle's own being 1; those from 9 on wrap in x.
+ private:
+  MELTSIM_HD bool counted() const { return w_.f.group_ranges == nullptr; }
+  const core::Frame<T>& w_;
+  std::uint32_t group_;
+  CellPlace place_{};
+  StraightRows straight_{};
+};
+
+/// Rows whose bits are set, ascending.
 struct SomeRows {
   std::uint32_t bits;
   MELTSIM_HD bool empty() const { return bits == 0u; }
@@ -49,8 +70,7 @@ struct SomeRows {
 /// walls, where layers are missing, all parts still have as much to do.
 template <class T>
 MELTSIM_HD SomeRows rows_of_part(const core::Frame<T>& w, std::uint32_t k, std::uint32_t parts) {
-  const std::uint32_t third = k == 0u ? 0x0a1u : k == 1u ? 0x058u : 0x106u;
-  const std::uint32_t rows = parts == 1u ? 0x1ffu : parts == 3u ? third : 1u << k;
+  const std::uint32_t rows = parts == 1u ? 0x1ffu : parts == 3u ? third_of_lines(k) : 1u << k;
   return {(rows | rows << 9) & ((1u << w.grid.rows) - 1u)};
 }
 
@@ -67,7 +87,7 @@ MELTSIM_HD void visit_if_near(const core::Frame<T>& w, Vec3<T> xi, std::uint32_t
 template <bool Periodic, class T, class Visit>
 MELTSIM_HD void search_rows(const core::Frame<T>& w, std::uint64_t i, SomeRows set, const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
-  const core::Range* rows = rows_of(w, i);
+  const Rows<Periodic, T> rows(w, i);
   while (!set.empty()) {
     const core::Range row = rows[set.take()];
     for (std::uint32_t j = row.begin; j < row.end; ++j) visit_if_near<Periodic>(w, xi, j, visit);
@@ -80,7 +100,7 @@ MELTSIM_HD void search_rows(const core::Frame<T>& w, std::uint64_t i, SomeRows s
 template <bool Periodic, bool Upwards, class T, class Visit>
 MELTSIM_HD void for_each_in_row_order(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
   const Vec3<T> xi = xyz(w.f.position[i]);
-  const core::Range* rows = rows_of(w, i);
+  const Rows<Periodic, T> rows(w, i);
   for (std::uint32_t k = 0; k < w.grid.rows; ++k) {
     const core::Range row = rows[Upwards ? k : w.grid.rows - 1u - k];
     for (std::uint32_t n = 0; n < row.end - row.begin; ++n)

@@ -35,12 +35,6 @@ void settle(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
-void rows(E& ex, const core::Frame<T>& w) {
-  const WhereRebuilt<E, T> only(ex, w);
-  ex.for_each(std::uint64_t{w.cells} * w.grid.rows, RowsBody<T>{w});
-}
-
-template <class E, class T>
 void keys(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, KeysBody<T>{w});
 }

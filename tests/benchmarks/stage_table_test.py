@@ -98,8 +98,8 @@ class StageKernels(unittest.TestCase):
         scan = "void cub::DeviceScanKernel<cub::Policy900>(int)"
         counted = [each("core::kernels::CountBody<meltsim::v0::spatial::CellBody<float>>"), scan,
                    each("core::kernels::PlaceBody"), each("core::kernels::SettleRankBody"),
-                   each("spatial::SettleBody<float>"), each("spatial::RowsBody<float>")]
-        self.assertEqual(self.kernels.stages_of(counted), [*["spatial.cells"] * 4, "spatial.settle", "spatial.rows"])
+                   each("spatial::SettleBody<float>")]
+        self.assertEqual(self.kernels.stages_of(counted), [*["spatial.cells"] * 4, "spatial.settle"])
         scanned = [each("spatial::ReorderBody<float>"), each("core::kernels::CopyBody<int>"), scan,
                    each("spatial::GroupsBody<float>")]
         self.assertEqual(self.kernels.stages_of(scanned)[2:], ["spatial.groups", "spatial.groups"])

@@ -80,8 +80,9 @@ class Neighbours : public testing::Test {
       std::sort(rows.begin(), rows.end());
       EXPECT_EQ(words, rows) << "neighbours of " << i;
       for (const std::uint32_t room : {16u, 2u}) compare_shared(w, i, words, room);
+      const spatial::Rows<true, T> ranges(w, i);
       for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
-        const core::Range row = w.f.group_ranges[w.f.group_of[i] * w.grid.rows + r];
+        const core::Range row = ranges[r];
         widest = std::max(widest, row.end - row.begin);
       }
       const std::set<std::uint32_t> unique(found.begin(), found.end());
@@ -140,8 +141,9 @@ class Neighbours : public testing::Test {
   /// Whether a list goes through the rows of i, slots ascending in each.
   static bool by_rows(const core::Frame<T>& w, std::uint32_t i, const std::vector<std::uint32_t>& list) {
     std::size_t at = 0;
+    const spatial::Rows<true, T> rows(w, i);
     for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
-      const core::Range row = w.f.group_ranges[w.f.group_of[i] * w.grid.rows + r];
+      const core::Range row = rows[r];
       for (std::uint32_t j = row.begin; j < row.end; ++j)
         if (at < list.size() && list[at] == j) ++at;
     }

@@ -43,7 +43,7 @@ struct SphKernel {
 /// scale outside.
 template <class T>
 MELTSIM_HD T kernel_shape(const SphKernel<T>& k, T r) {
-  const T a = maximum(T(1) - r * k.inv_support, T(0));
+  const T a = falling(r, k.inv_support);
   const T a2 = a * a;
   return (a2 * a2) * (T(5) - T(4) * a);
 }
@@ -57,7 +57,7 @@ MELTSIM_HD T kernel_value(const SphKernel<T>& k, T r) {
 /// Factor f >= 0 with grad_i W_ij = -f x_ij [1/m^5].
 template <class T>
 MELTSIM_HD T kernel_gradient_factor(const SphKernel<T>& k, T r) {
-  const T a = maximum(T(1) - r * k.inv_support, T(0));
+  const T a = falling(r, k.inv_support);
   return k.grad_scale * (a * a * a);
 }
 
@@ -68,7 +68,7 @@ struct LaplacianQuotient {
 };
 template <class T>
 MELTSIM_HD LaplacianQuotient<T> laplacian_quotient(const SphKernel<T>& k, T r, T r2) {
-  const T a = maximum(T(1) - r * k.inv_support, T(0));
+  const T a = falling(r, k.inv_support);
   return {k.laplacian_scale * (a * a * a) * r2, r2 + k.epsilon2};
 }
 
