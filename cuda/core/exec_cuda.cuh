@@ -500,7 +500,7 @@ class CudaExec {
   template <class Body, class Count>
   void scan(std::uint64_t n, const Body& body, Count* out) const;
 
-  /// Defined in core/exec_cuda_bucket.cuh. In the last bucket indices are in no order.
+  /// Defined in core/exec_cuda_bucket.cuh.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
               std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) const;

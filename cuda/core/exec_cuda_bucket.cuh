@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// CudaExec::bucket: a counting sort. Ranks within a bucket come from atomics, in any order; a last pass puts
-// every bucket in order, so that the result does not depend on them. Include it where a stage buckets.
+// CudaExec::bucket: a counting sort. Ranks within a bucket come from atomics, in any order. Include it where a stage
+// buckets.
 #pragma once
 
 #include "core/exec_cuda.cuh"
@@ -24,27 +24,9 @@ struct CountBody {
 
 struct PlaceBody {
   const std::uint32_t *bucket_of, *begin, *rank;
-  std::uint32_t* placed;
-  __device__ void operator()(std::uint64_t i) const {
-    placed[begin[bucket_of[i]] + rank[i]] = static_cast<std::uint32_t>(i);
-  }
-};
-
-/// Where an item belongs in its bucket: after those with smaller indices. Buckets are cells, a dozen items
-/// each; the last one holds what was removed, any number, in no order.
-struct SettleRankBody {
-  const std::uint32_t *bucket_of, *begin, *placed;
   std::uint32_t* order;
-  std::uint32_t last;
-  __device__ void operator()(std::uint64_t k) const {
-    const std::uint32_t item = placed[k], b = bucket_of[item];
-    std::uint32_t to = static_cast<std::uint32_t>(k);
-    if (b != last) {
-      const std::uint32_t end = begin[b + 1];
-      to = begin[b];
-      for (std::uint32_t other = to; other < end; ++other) to += placed[other] < item ? 1u : 0u;
-    }
-    order[to] = item;
+  __device__ void operator()(std::uint64_t i) const {
+    order[begin[bucket_of[i]] + rank[i]] = static_cast<std::uint32_t>(i);
   }
 };
 
@@ -55,10 +37,9 @@ void CudaExec::bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::u
                       std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) const {
   if (n == 0) return;
   zero(begin, (std::uint64_t{m} + 1) * sizeof *begin);
-  for_each(n, kernels::CountBody<Body>{body, bucket_of, begin + 1, order});
+  for_each(n, kernels::CountBody<Body>{body, bucket_of, begin + 1, scratch});
   running_sum(m, begin + 1);
-  for_each(n, kernels::PlaceBody{bucket_of, begin, order, scratch});
-  for_each(n, kernels::SettleRankBody{bucket_of, begin, scratch, order, m - 1});
+  for_each(n, kernels::PlaceBody{bucket_of, begin, scratch, order});
 }
 
 }  // namespace core

@@ -17,8 +17,8 @@
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
 //   bucket(n, m, body, bucket_of, begin, order, scratch)
-//                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, ascending in each but
-//                                the last; begin[b] = first of bucket b, begin[m] = n
+//                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, in any order within one;
+//                                begin[b] = first of bucket b, begin[m] = n
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter; lower returns what was there,
 //                                add.load(address) reads what others may be lowering
@@ -219,7 +219,7 @@ class CpuExec {
     }
   }
 
-  /// A radix sort of the bucket numbers; in the last bucket, too, indices ascend.
+  /// A radix sort of the bucket numbers; indices ascend within a bucket.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
               std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) {

@@ -18,10 +18,9 @@ using core::none;
 using core::Range;
 using core::removed_key;
 
-/// Cell of the particle with an id once it has drifted half a step; none where it was removed.
+/// Cell of the particle that was at a slot once it has drifted half a step; removed_key where it was removed.
 template <class T>
-MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t id) {
-  const std::uint32_t slot = w.f.slot_of_id[id];
+MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t slot) {
   if (is_removed(w.before.tag[slot])) return removed_key;
   const Vec3<T> x =
       physics::drift(xyz(w.before.position[slot]), xyz(w.before.velocity[slot]), w.f.clock->half_dt);
@@ -31,23 +30,25 @@ MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t id) {
       cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
 }
 
-/// One call per id, so that ids ascend within a cell whatever the history was. Removed ones come last.
+/// One call per slot that a particle had. Removed ones come last.
 template <class T>
 struct CellBody {
   Frame<T> w;
-  MELTSIM_HD std::uint32_t operator()(std::uint64_t id) const {
-    const std::uint64_t cell = cell_of(w, id);
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t slot) const {
+    const std::uint64_t cell = cell_of(w, slot);
     return cell == removed_key ? w.cells : static_cast<std::uint32_t>(cell);
   }
 };
 
-/// The same for cells too many to be counted one by one.
+/// The same for cells too many to be counted one by one; one call per id, so that ids ascend within a cell whatever
+/// the history was.
 template <class T>
 struct KeysBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t id) const {
-    w.f.sort_key[id] = cell_of(w, id);
-    w.f.sort_slot[id] = w.f.slot_of_id[id];
+    const std::uint32_t slot = w.f.slot_of_id[id];
+    w.f.sort_key[id] = cell_of(w, slot);
+    w.f.sort_slot[id] = slot;
   }
 };
 
@@ -76,13 +77,28 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);  // a permutation: no two i share an id
 }
 
+/// Takes a particle to its new slot: within a cell ids ascend, whatever the history was, so that sums have one order.
+/// Cells hold a few particles; those that were removed stay in any order. Writes where no other call does: ranks within
+/// a cell are a permutation.
 template <class T>
 struct SettleBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    const std::uint32_t id = w.f.cell_order[i], cell = w.f.cell_of_id[id];
-    reorder(w, i, w.f.slot_of_id[id], id);
-    w.f.group_of[i] = cell == w.cells ? none : cell;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    if (w.f.search != nullptr && w.f.search->keep != 0u) {  // everything stays where it is
+      const auto slot = static_cast<std::uint32_t>(k);
+      reorder(w, k, slot, w.before.id[slot]);
+      return;
+    }
+    const std::uint32_t from = w.f.cell_order[k], cell = w.f.cell_of[from], id = w.before.id[from];
+    auto to = static_cast<std::uint32_t>(k);
+    if (cell != w.cells) {
+      const std::uint32_t begin = w.f.cell_begin[cell], end = w.f.cell_begin[cell + 1u];
+      to = begin;
+      for (std::uint32_t other = begin; other < end; ++other)
+        to += w.before.id[w.f.cell_order[other]] < id ? 1u : 0u;
+    }
+    reorder(w, to, from, id);
+    w.f.group_of[to] = cell == w.cells ? none : cell;
   }
 };
 

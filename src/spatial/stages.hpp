@@ -25,7 +25,7 @@ void skin(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void cells(E& ex, const core::Frame<T>& w) {
   const WhereRebuilt<E, T> only(ex, w);
-  ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of_id, w.f.cell_begin, w.f.cell_order,
+  ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of, w.f.cell_begin, w.f.cell_order,
             w.f.cell_scratch);
 }
 

@@ -97,9 +97,9 @@ class StageKernels(unittest.TestCase):
     def test_a_bucket_is_several_kernels(self):
         scan = "void cub::DeviceScanKernel<cub::Policy900>(int)"
         counted = [each("core::kernels::CountBody<meltsim::v0::spatial::CellBody<float>>"), scan,
-                   each("core::kernels::PlaceBody"), each("core::kernels::SettleRankBody"),
+                   each("core::kernels::PlaceBody"),
                    each("spatial::SettleBody<float>")]
-        self.assertEqual(self.kernels.stages_of(counted), [*["spatial.cells"] * 4, "spatial.settle"])
+        self.assertEqual(self.kernels.stages_of(counted), [*["spatial.cells"] * 3, "spatial.settle"])
         scanned = [each("spatial::ReorderBody<float>"), each("core::kernels::CopyBody<int>"), scan,
                    each("spatial::GroupsBody<float>")]
         self.assertEqual(self.kernels.stages_of(scanned)[2:], ["spatial.groups", "spatial.groups"])
