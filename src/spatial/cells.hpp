@@ -53,6 +53,10 @@ inline constexpr std::uint32_t lines_y = 0x12885u, lines_z = 0x18858u;
 MELTSIM_HD std::int32_t line_offset(std::uint32_t offsets, std::uint32_t line) {
   return static_cast<std::int32_t>(offsets >> 2u * line & 3u) - 1;
 }
+/// Line k of them in order of z, then y, which is that of slots where nothing wraps.
+MELTSIM_HD std::uint32_t line_upwards(std::uint32_t k) {
+  return static_cast<std::uint32_t>(std::uint64_t{0x517382604u} >> 4u * k & 15u);
+}
 /// Bit per line: below and above the own one in y, in z.
 inline constexpr std::uint32_t lines_below_y = 0x94u, lines_above_y = 0x68u, lines_below_z = 0x51u,
                                lines_above_z = 0xa2u;

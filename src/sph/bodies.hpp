@@ -132,17 +132,23 @@ struct ForcesBody {
           const bool solid =
               Mixed && is_solid(tag_j);  // which acts as the same liquid does, but for its term
           const T term_j = solid ? stiffness * vj.w : vj.w;
-          if (walls.axes != 0u)
-            s.force += physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
+          T by_images = 0;
+          if (walls.axes != 0u) {
+            const auto images =
+                physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
+            by_images = images.along;
+            s.force += images.normal;
+          }
           const bool same = !Mixed || solid || material_of(tag_j) == material_of(tag);
           T mu_ij = mu, density_ij = density;
           if (!same) density_ij = T(0.5) * (density + w.f.materials[material_of(tag_j)].density);
           if (Mixed && (!same || (w.f.viscosity != nullptr && !solid)))
             mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
           const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, term_j, mu_ij, density_ij, x_ij, v_ij};
-          s.force = physics::add_liquid_force(
-              s.force, physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2),
-              x_ij, v_ij);
+          auto factors =
+              physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+          factors.along += by_images;
+          s.force = physics::add_liquid_force(s.force, factors, x_ij, v_ij);
           if (solid && r2 < w.c.leak_distance2)
             s.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], x_ij,
                                            v_ij, r2);
@@ -211,9 +217,11 @@ struct ReactionBody {
           if (r2 < w.c.leak_distance2)
             s.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k],
                                             -x_ki, xyz(vi) - vk, r2);
-          if (walls.axes != 0u)
-            s.force +=
+          if (walls.axes != 0u) {
+            const auto images =
                 physics::image_pressure_force(w.c.kernel, walls, x_ki, r2, p.fluid_volume, vol_k, p.terms);
+            s.force += x_ki * images.along + images.normal;
+          }
         });
     return s;
   }

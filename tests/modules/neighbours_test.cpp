@@ -73,6 +73,9 @@ class Neighbours : public testing::Test {
         spatial::for_each_in_row_order<p(), false>(w, i, note(down));
       });
       EXPECT_TRUE(by_rows(w, i, up)) << "order of " << i;
+      if (w.grid.periodic == 0u) {
+        EXPECT_TRUE(std::is_sorted(up.begin(), up.end())) << "order of " << i;
+      }
       std::reverse(down.begin(), down.end());
       EXPECT_EQ(down, up) << "reversed order of " << i;
       auto words = found, rows = up;
@@ -143,7 +146,7 @@ class Neighbours : public testing::Test {
     std::size_t at = 0;
     const spatial::Rows<true, T> rows(w, i);
     for (std::uint32_t r = 0; r < w.grid.rows; ++r) {
-      const core::Range row = rows[r];
+      const core::Range row = rows[spatial::row_upwards(w, r)];
       for (std::uint32_t j = row.begin; j < row.end; ++j)
         if (at < list.size() && list[at] == j) ++at;
     }

@@ -54,11 +54,17 @@ MELTSIM_HD T kernel_value(const SphKernel<T>& k, T r) {
   return k.w_scale * kernel_shape(k, r);
 }
 
+/// f / grad_scale [-]: (1-q)^3.
+template <class T>
+MELTSIM_HD T kernel_gradient_shape(const SphKernel<T>& k, T r) {
+  const T a = falling(r, k.inv_support);
+  return a * a * a;
+}
+
 /// Factor f >= 0 with grad_i W_ij = -f x_ij [1/m^5].
 template <class T>
 MELTSIM_HD T kernel_gradient_factor(const SphKernel<T>& k, T r) {
-  const T a = falling(r, k.inv_support);
-  return k.grad_scale * (a * a * a);
+  return k.grad_scale * kernel_gradient_shape(k, r);
 }
 
 /// L_ij as a quotient, for those who have more to divide by: above [1/m^3], below [m^2].

@@ -69,10 +69,11 @@ MELTSIM_HD WallView<T> wall_view(const WallBox<T>& b, Vec3<T> x) {
   return v;
 }
 
-/// x_m across one plane, (d_i + d_j) n; x = x_i - x_j. Neighbours behind the plane count as on it.
+/// x_m - x_ij across one plane, 2 d_j n; x = x_i - x_j. Neighbours behind the plane count as on it.
 template <class T>
-MELTSIM_HD T image_across(T from, T x) {
-  return from * (from - x) > T(0) ? from + (from - x) : from;
+MELTSIM_HD T image_step(T from, T x) {
+  const T d = from - x;
+  return from * d > T(0) ? d + d : d;
 }
 
 /// r_m^2 - r^2 of one plane, 4 d_i d_j [m^2].
@@ -131,12 +132,11 @@ MELTSIM_HD ImageSums<T> image_sums(const WallView<T>& v, T support2, Vec3<T> x_i
   return s;
 }
 
-/// sum of weight(r_m^2) x_m over the images of j, from their sums.
+/// sum of weight(r_m^2) (x_m - x_ij) over the images of j, from their sums.
 template <class T>
-MELTSIM_HD Vec3<T> image_vector(const WallView<T>& v, Vec3<T> x_ij, const ImageSums<T>& s) {
-  return {x_ij.x * (s.all - s.across.x) + image_across(v.from.x, x_ij.x) * s.across.x,
-          x_ij.y * (s.all - s.across.y) + image_across(v.from.y, x_ij.y) * s.across.y,
-          x_ij.z * (s.all - s.across.z) + image_across(v.from.z, x_ij.z) * s.across.z};
+MELTSIM_HD Vec3<T> image_steps(const WallView<T>& v, Vec3<T> x_ij, const ImageSums<T>& s) {
+  return {image_step(v.from.x, x_ij.x) * s.across.x, image_step(v.from.y, x_ij.y) * s.across.y,
+          image_step(v.from.z, x_ij.z) * s.across.z};
 }
 
 /// sum of W(r_m) / w_scale over the images of j [-].
@@ -146,21 +146,29 @@ MELTSIM_HD T image_shape(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_
       .all;
 }
 
-/// What the images of j push i with [N]; terms: P/phi^2 of both ends together [Pa].
+/// What the images of j push i with: along x_ij [N/m], as j itself does, and along the planes' normals [N].
 template <class T>
-MELTSIM_HD Vec3<T> image_pressure_force(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2,
-                                        T volume_i, T volume_j, T terms) {
+struct ImageForce {
+  T along{};
+  Vec3<T> normal{};
+};
+
+/// The same for terms, P/phi^2 of both ends together [Pa].
+template <class T>
+MELTSIM_HD ImageForce<T> image_pressure_force(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2,
+                                              T volume_i, T volume_j, T terms) {
   const auto sums = image_sums(v, k.support2, x_ij, r2,
-                               [&](T square) { return kernel_gradient_factor(k, std::sqrt(square)); });
-  return pressure_force(volume_i, volume_j, terms, T(0), T(1), image_vector(v, x_ij, sums));
+                               [&](T square) { return kernel_gradient_shape(k, std::sqrt(square)); });
+  const T factor = pressure_factor(volume_i, volume_j, terms, T(0), k.grad_scale);
+  return {factor * sums.all, image_steps(v, x_ij, sums) * factor};
 }
 
 /// x_m of one image: mirrored in the planes of `mask` (bit a: axis a).
 template <class T>
 MELTSIM_HD Vec3<T> image_of(const WallView<T>& v, Vec3<T> x_ij, std::uint32_t mask) {
-  return {(mask & 1u) != 0u ? image_across(v.from.x, x_ij.x) : x_ij.x,
-          (mask & 2u) != 0u ? image_across(v.from.y, x_ij.y) : x_ij.y,
-          (mask & 4u) != 0u ? image_across(v.from.z, x_ij.z) : x_ij.z};
+  return x_ij + Vec3<T>{(mask & 1u) != 0u ? image_step(v.from.x, x_ij.x) : T(0),
+                        (mask & 2u) != 0u ? image_step(v.from.y, x_ij.y) : T(0),
+                        (mask & 4u) != 0u ? image_step(v.from.z, x_ij.z) : T(0)};
 }
 
 /// r_m^2 of that image.
@@ -184,7 +192,7 @@ MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, c
 /// b^2/14), b = 1 - d/H (swap the order of integration, as in wall_exchange.hpp) [-].
 template <class T>
 MELTSIM_HD T half_space_share(const SphKernel<T>& k, T distance) {
-  const T b = maximum(T(1) - distance * k.inv_support, T(0)), b2 = b * b;
+  const T b = falling(distance, k.inv_support), b2 = b * b;
   const T bracket =
       static_cast<T>(1.0 / 6.0) - b * (static_cast<T>(3.0 / 14.0) - b * static_cast<T>(1.0 / 14.0));
   return static_cast<T>(6.28318530717958647692) * k.w_scale * (k.support2 * k.support) * (b2 * b2 * b2) *
