@@ -19,6 +19,8 @@ void moved(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void skin(E& ex, const core::Frame<T>& w) {
   const WhereRebuilt<E, T> only(ex, w);
+  // Where cells begin, the next sub-step forgets, whether it keeps the grid or not (a memset asks no guard).
+  ex.for_each(std::uint64_t{w.cells} * w.grid.rows, RowsBody<T>{w});
   with_periods(w, [&](auto periodic) { ex.for_each(w.particles, SkinBody<T, periodic()>{w}); });
 }
 
