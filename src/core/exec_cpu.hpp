@@ -19,6 +19,7 @@
 //   bucket(n, m, body, bucket_of, begin, order, scratch)
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, in any order within one;
 //                                begin[b] = first of bucket b, begin[m] = n
+//                                (where the guard holds begin may be lost, and nothing else)
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter; lower returns what was there,
 //                                add.load(address) reads what others may be lowering
@@ -112,6 +113,7 @@ class CpuExec {
   static constexpr bool lanes = sums_by_lanes;
   int threads() const { return threads_; }
   void set_guard(const std::uint32_t* guard) { guard_ = guard; }
+  bool stopped() const { return guard_ != nullptr && *guard_ != 0; }
 
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
@@ -424,7 +426,6 @@ class CpuExec {
     if (threads_ > 1 && n > 2048) return shares_.each(parts, one);
     for (std::int64_t c = 0; c < parts; ++c) one(c);
   }
-  bool stopped() const { return guard_ != nullptr && *guard_ != 0; }
   int threads_;
   mutable Shares shares_;
   bool wide_ = wide_instructions();

@@ -115,6 +115,14 @@ class PermutingExec : public meltsim::core::CpuExec {
     Base::reduce(
         n, [&](std::uint64_t k) { return body(order[k]); }, out, last);
   }
+  /// Where the guard holds, begin is spoilt: on a GPU a memset clears it whatever the guard says.
+  template <class Body>
+  void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) {
+    see(body.w);
+    if (stopped()) std::fill_n(begin, std::size_t{m} + 1, 0u);
+    Base::bucket(n, m, body, bucket_of, begin, order, scratch);
+  }
   template <class Body>
   void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) {
     see(body.w);
