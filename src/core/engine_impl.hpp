@@ -493,10 +493,12 @@ class EngineImpl final : public Engine {
     g.period = cast<T>(p);
     g.inv_period = cast<T>(Vec3d{p.x > 0 ? 1 / p.x : 0, p.y > 0 ? 1 / p.y : 0, p.z > 0 ? 1 / p.z : 0});
     g.rows = (g.periodic & 1u) != 0u ? 18u : 9u;
-    for (std::uint32_t line = 0; line < 9; ++line)
-      g.line_cells[line] = (spatial::line_offset(spatial::lines_z, line) * g.ny +
-                            spatial::line_offset(spatial::lines_y, line)) *
-                           g.nx;
+    // Asked where cells are counted, which are few enough for these numbers.
+    for (std::uint32_t line = 0; line < 9; ++line) {
+      const std::int64_t y = spatial::line_offset(spatial::lines_y, line);
+      const std::int64_t z = spatial::line_offset(spatial::lines_z, line);
+      g.line_cells[line] = static_cast<std::int32_t>((z * g.ny + y) * g.nx);
+    }
     // One bit more than the cells need: the key of a removed particle, cut to these bits, still sorts last.
     const double all = double(g.nx) * double(g.ny) * double(g.nz);
     w_.key_bits = static_cast<std::uint32_t>(std::ceil(std::log2(all + 1.0))) + 1u;

@@ -73,11 +73,13 @@ inline std::uint64_t cell_count(const DomainDesc& domain, double support, int re
 
 /// How many cells shall span the support in x: 6 leave 305 candidates, 4 leave 315, 1 leaves 420 (68 neighbours, a
 /// support of 2.5 spacings). 0: even so, cells are too many to be counted one by one, 4 bytes each; no more than four
-/// per particle, though a few thousand cost nothing anyway.
+/// per particle, though a few thousand cost nothing anyway, and no more than 31 bits number.
 inline int packed_reach(const DomainDesc& domain, double support, std::uint64_t particles) {
   if (!domain.bounded) return 0;
+  const std::uint64_t most =
+      std::min(std::max<std::uint64_t>(4 * particles, 16384), (std::uint64_t{1} << 31) - 1);
   for (const int reach : {6, 4, 2, 1})
-    if (cell_count(domain, support, reach) <= std::max<std::uint64_t>(4 * particles, 16384)) return reach;
+    if (cell_count(domain, support, reach) <= most) return reach;
   return 0;
 }
 

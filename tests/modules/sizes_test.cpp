@@ -63,6 +63,19 @@ TYPED_TEST(EngineSizes, BytesAreCountedIn64Bits) {
   }
 }
 
+// Cells have 32-bit numbers, and offsets between them a sign: 31 bits, however many particles there are. The domain has
+// 1280^3 cubes of H, 2.10e9: one to a cube can just be counted (2^31 is 2.15e9), two along x cannot.
+TEST(CountedCells, AreNumberedIn31Bits) {
+  DomainDesc d;
+  d.bounded = true;
+  d.max = {1280, 1280, 1280};
+  EXPECT_EQ(core::packed_reach(d, 1.0, 4294967294u), 1);
+  d.max = {1300, 1300, 1300};  // 2.2e9
+  EXPECT_EQ(core::packed_reach(d, 1.0, 4294967294u), 0);
+  d.max = {10, 10, 10};  // 1000 particles, 6000 cells
+  EXPECT_EQ(core::packed_reach(d, 1.0, 1000), 6);
+}
+
 // What does not fit is refused before anything is allocated, with both numbers; the same engine then takes a
 // smaller scene.
 TYPED_TEST(EngineSizes, WhatDoesNotFitTheDeviceIsRefusedWithBothNumbers) {
