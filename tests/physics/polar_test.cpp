@@ -237,4 +237,60 @@ TYPED_TEST(Polar, SolvesSymmetricSystemsAtAnyScale) {
   EXPECT_TRUE(finite(solve_symmetric(Mat3<T>{}, Vec3<T>{T(1), T(1), T(1)})));
 }
 
+// Newton's method says that it has the best rotation only where it has, whatever it is given and wherever it starts;
+// and it has it where it is meant to: a full set of points, turned by what a sub-step turns by.
+TYPED_TEST(Polar, NewtonIsRightOrSaysThatItIsNot) {
+  using T = TypeParam;
+  Random random(47);
+  int answered = 0, refused = 0;
+  for (int n = 0; n < 10000; ++n) {
+    Mat3<double> a;
+    for (auto& row : a.m)
+      for (double& v : row) v = random.vector(1).x;
+    if (n % 4 == 0)  // flat
+      for (int i = 0; i < 3; ++i) a.m[i][2] = 1e-3 * (n % 3) * a.m[i][1];
+    const Vec3<double> axis = random.vector(1);
+    const Quat<double> start = turn(axis, n % 5);
+    Quat<T> q{T(start.w), T(start.x), T(start.y), T(start.z)};
+    const Mat3<T> given = rounded<T>(a);
+    if (!turned_rotation(given, q)) {
+      ++refused;
+      continue;
+    }
+    ++answered;
+    const Eigen::Matrix3d r =
+        to_eigen(to_matrix(Quat<double>{double(q.w), double(q.x), double(q.y), double(q.z)}));
+    const Eigen::Matrix3d e = to_eigen(rounded<double>(given));
+    Eigen::Matrix3d oracle;
+    ASSERT_NEAR((r.transpose() * e).trace(), kabsch(e, oracle), this->tolerance * e.norm()) << n;
+  }
+  EXPECT_GT(answered, 100);
+  EXPECT_GT(refused, 100);
+  for (int n = 0; n < 200; ++n) {
+    const Points rest = random_points(random, 27);
+    const Vec3<double> axis = random.vector(1);
+    const Quat<double> now = turn(axis, n * 0.1), before = turn(axis, n * 0.1 - 0.05);
+    Quat<T> q{T(before.w), T(before.x), T(before.y), T(before.z)};
+    ASSERT_TRUE(turned_rotation(rounded<T>(moment(rotated(now, rest), rest)), q)) << n;
+    this->same({double(q.w), double(q.x), double(q.y), double(q.z)}, now);
+  }
+}
+
+TYPED_TEST(Polar, CofactorsRefuseWhatIsNotDefinite) {
+  using T = TypeParam;
+  const auto solves = [](T x, T y, T z) {
+    Mat3<T> s;
+    s.m[0][0] = x;
+    s.m[1][1] = y;
+    s.m[2][2] = z;
+    Vec3<T> unused;
+    return solve_definite(s, Vec3<T>{T(1), T(1), T(1)}, unused);
+  };
+  EXPECT_TRUE(solves(T(1), T(2), T(3)));
+  EXPECT_FALSE(solves(T(0), T(2), T(2)));    // a rod
+  EXPECT_FALSE(solves(T(-1), T(-1), T(9)));  // determinants above zero
+  EXPECT_FALSE(solves(T(9), T(-1), T(-1)));
+  EXPECT_FALSE(solves(std::numeric_limits<T>::quiet_NaN(), T(1), T(1)));
+}
+
 }  // namespace
