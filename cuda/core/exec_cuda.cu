@@ -86,6 +86,10 @@ CudaExec::CudaExec(int device, void* stream)
   const auto make = [this](cudaStream_t* made) {
     return check(cudaStreamCreateWithFlags(made, cudaStreamNonBlocking), "making a stream");
   };
+  int multiprocessors = 0;
+  if (check(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device_),
+            "asking for the number of multiprocessors"))
+    multiprocessors_ = static_cast<unsigned>(multiprocessors);
   int least = 0, greatest = 0;
   if (check(cudaDeviceGetStreamPriorityRange(&least, &greatest), "asking for priorities"))
     own_->most_urgent = -greatest;
@@ -103,6 +107,8 @@ CudaExec& CudaExec::operator=(CudaExec&& other) noexcept {
   std::swap(device_, other.device_);
   std::swap(track_, other.track_);
   std::swap(priority_, other.priority_);
+  std::swap(aside_, other.aside_);
+  std::swap(multiprocessors_, other.multiprocessors_);
   std::swap(stream_, other.stream_);
   std::swap(guard_, other.guard_);
   std::swap(own_, other.own_);
@@ -144,7 +150,7 @@ void CudaExec::enter_track(int track) {
   wait_for_stage(stage_count);
 }
 
-void CudaExec::hurry(int chain) { priority_ = -std::min(chain, own_->most_urgent); }
+void CudaExec::hurry(int urgency) { priority_ = -std::min(urgency, own_->most_urgent); }
 
 void CudaExec::mark_stage(int stage) {
   const DeviceScope scope(device_);
@@ -199,7 +205,9 @@ void CudaExec::end_capture(const RepeatKey& key) const {
   Repeat made{key, nullptr, graph, nullptr, ++own_->launches};
   std::size_t roots = 1;
   check(cudaGraphGetRootNodes(graph, &made.first, &roots), "looking for the first kernel of a sub-step");
-  if (!check(cudaGraphInstantiate(&made.graph, graph, 0), "instantiating a sub-step")) {
+  // Without this flag every kernel of a graph has the priority of the stream it is launched into.
+  if (!check(cudaGraphInstantiate(&made.graph, graph, cudaGraphInstantiateFlagUseNodePriority),
+             "instantiating a sub-step")) {
     (void)cudaGraphDestroy(graph);
     return;
   }

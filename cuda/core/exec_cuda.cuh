@@ -60,6 +60,16 @@ __global__ void __launch_bounds__(block)
   if (i < n) body(i);
 }
 
+// Those of modest bodies: a few threads of every multiprocessor may have to do for all items.
+inline constexpr unsigned modest_blocks = 3;
+template <class Body>
+__global__ void __launch_bounds__(block)
+    each_modestly(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
+  if (stopped(guard)) return;
+  const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * block;
+  for (std::uint64_t i = index(); i < n; i += stride) body(i);
+}
+
 template <class Body>
 __global__ void __launch_bounds__(block)
     each_adding(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
@@ -165,9 +175,9 @@ __global__ void __launch_bounds__(block) select(const std::uint32_t* guard, std:
         static_cast<std::uint32_t>(i);
 }
 
-// Most blocks over a list; how long it is, the device knows. Those beyond its end cost next to nothing, a
-// second round of the others would cost as much as the first.
-inline constexpr std::uint64_t listed_blocks = 8448;
+// Most blocks over a list, per multiprocessor; how long it is, the device knows. Starting a block beyond its end
+// costs a nanosecond (8,448 of them 7 us), too few blocks even out less.
+inline constexpr unsigned listed_blocks = 16;
 
 template <class Body>
 __global__ void __launch_bounds__(listed<Body>::parts* gather_items)
@@ -326,9 +336,9 @@ struct NothingBody {
   __device__ void operator()(std::uint64_t) const {}
 };
 
-// Items per thread of sum_by_row where there are many: a piece of a million vertices then takes 1,000
-// additions per sum.
-inline constexpr unsigned sum_items = 8;
+// Items per thread of sum_by_row where there are many: a piece of a million vertices then takes 4,000
+// additions per sum, and there are blocks enough to hide their waits.
+inline constexpr unsigned sum_items = 2;
 
 template <unsigned Items, class Body>
 __global__ void __launch_bounds__(block)
@@ -432,7 +442,14 @@ class CudaExec {
 
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
-    if (n != 0) launch(kernels::each<Body>, blocks(n, kernels::block), kernels::block, guard_, n, body);
+    if (n == 0) return;
+    const std::uint64_t all = blocks(n, kernels::block);
+    if constexpr (modest<Body>::value) {
+      const std::uint64_t few = std::uint64_t{kernels::modest_blocks} * multiprocessors_;
+      launch(kernels::each_modestly<Body>, aside_ && few < all ? few : all, kernels::block, guard_, n, body);
+    } else {
+      launch(kernels::each<Body>, all, kernels::block, guard_, n, body);
+    }
   }
 
   template <class Body>
@@ -467,7 +484,8 @@ class CudaExec {
   void gather_listed(std::uint64_t n, const std::uint32_t* list, const Body& body) const {
     if (n == 0) return;
     const std::uint64_t all = blocks(n, kernels::gather_items);
-    const std::uint64_t grid = all < kernels::listed_blocks ? all : kernels::listed_blocks;
+    const std::uint64_t most = std::uint64_t{kernels::listed_blocks} * multiprocessors_;
+    const std::uint64_t grid = all < most ? all : most;
     launch(kernels::gather_listed<Body>, grid, listed<Body>::parts * kernels::gather_items, guard_, list,
            body);
   }
@@ -551,8 +569,10 @@ class CudaExec {
   /// What follows is enqueued on this track; the first time on one other than 0, behind what came before
   /// begin_tracks.
   void enter_track(int track);
-  /// What follows goes ahead of what has less behind it, where there is not room for all; 0: as ever.
-  void hurry(int chain);
+  /// Where there is not room for all, what follows goes ahead of what is less urgent; 0: as ever.
+  void hurry(int urgency);
+  /// Whether what follows takes a small part of every multiprocessor only.
+  void step_aside(bool aside) { aside_ = aside; }
   void mark_stage(int stage);
   void wait_for_stage(int stage) const;
 
@@ -629,6 +649,8 @@ class CudaExec {
   int device_ = 0;
   int track_ = 0;
   int priority_ = 0;
+  bool aside_ = false;
+  unsigned multiprocessors_ = 1;
   bool renewing_ = false;
   cudaStream_t stream_ = nullptr;  // of the track
   const std::uint32_t* guard_ = nullptr;

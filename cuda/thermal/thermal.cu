@@ -8,6 +8,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace thermal {
 
+MELTSIM_INSTANTIATE(core::CudaExec, operands)
 MELTSIM_INSTANTIATE(core::CudaExec, exchange)
 MELTSIM_INSTANTIATE(core::CudaExec, paper)
 MELTSIM_INSTANTIATE(core::CudaExec, boundary)

@@ -123,11 +123,8 @@ class EngineImpl final : public Engine {
     // body. A modulus may be stiffer than springs are.
     const double modulus = std::min(1 / a.dt, 1.5 * largest_modulus_rate_ * a.dt);
     const double speed = spacing_ * std::max(1 / spring_dt, modulus), size = spacing_ * body_size_;
-    w_.sum_units.mass = std::ldexp(largest_mass_, -sum_bits_);
-    w_.sum_units.momentum = w_.sum_units.mass * speed;
-    w_.sum_units.spin = w_.sum_units.momentum * size;
-    w_.sum_units.first = w_.sum_units.mass * size;
-    w_.sum_units.second = w_.sum_units.first * size;
+    const double mass = std::ldexp(largest_mass_, -sum_bits_);
+    w_.sum_units = core::sum_units(mass, mass * speed, mass * speed * size, mass * size, mass * size * size);
     last_index_ = a.index;
     static_assert(stage_step_begin == 0);
     const auto begin = [&] { run(stage_step_begin, stage_functions<E, T>[stage_step_begin]); };
@@ -727,7 +724,8 @@ class EngineImpl final : public Engine {
         const auto at = static_cast<std::size_t>(s);
         if (plan.track[at] < 0) continue;
         ex_.enter_track(plan.track[at]);
-        ex_.hurry(plan.chain[at]);
+        ex_.hurry(plan.urgency[at]);
+        ex_.step_aside(((plan.aside >> s) & 1u) != 0);
         for (int t = 0; t < s; ++t)
           if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
         run(s, stage_functions<E, T>[s]);
@@ -735,6 +733,7 @@ class EngineImpl final : public Engine {
       }
       ex_.enter_track(0);
       ex_.hurry(0);
+      ex_.step_aside(false);
       for (int s = 0; s < stage_count; ++s)
         if (((plan.last >> s) & 1u) != 0) ex_.wait_for_stage(s);
     }

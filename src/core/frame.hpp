@@ -87,14 +87,28 @@ struct PieceSums {
 };
 static_assert(sizeof(PieceSums) == PieceSums::words * sizeof(std::int64_t));
 
-/// What one integer of each sum stands for [kg, kg m/s, kg m^2/s, kg m, kg m^2].
-struct SumUnits {
-  double mass = 1, momentum = 1, spin = 1, first = 1, second = 1;
+/// What one integer of a sum stands for, a power of two, and how many make one of it.
+struct SumUnit {
+  double size = 1, per = 1;
 };
+
+/// Of mass [kg], momentum [kg m/s], spin [kg m^2/s], first [kg m] and second [kg m^2].
+struct SumUnits {
+  SumUnit mass, momentum, spin, first, second;
+};
+
+/// Units at least as large as these and at most twice as large.
+inline SumUnits sum_units(double mass, double momentum, double spin, double first, double second) {
+  const auto unit = [](double least) {
+    const int exponent = std::ilogb(least) + 1;
+    return SumUnit{std::ldexp(1.0, exponent), std::ldexp(1.0, -exponent)};
+  };
+  return {unit(mass), unit(momentum), unit(spin), unit(first), unit(second)};
+}
 
 MELTSIM_HD physics::RigidResidual residual_of(const PieceSums& s, const SumUnits& q) {
   physics::RigidResidual r;
-  const auto d = [](std::int64_t n, double unit) { return static_cast<double>(n) * unit; };
+  const auto d = [](std::int64_t n, const SumUnit& unit) { return static_cast<double>(n) * unit.size; };
   r.mass = d(s.mass, q.mass);
   r.momentum = {d(s.momentum[0], q.momentum), d(s.momentum[1], q.momentum), d(s.momentum[2], q.momentum)};
   r.spin = {d(s.spin[0], q.spin), d(s.spin[1], q.spin), d(s.spin[2], q.spin)};

@@ -74,6 +74,16 @@ struct ends_first<Body, decltype(static_cast<void>(Body::ends_first))> {
   static constexpr bool value = Body::ends_first;
 };
 
+/// Bodies with `static constexpr bool modest = true`: of stages that may have to step aside (core/schedule.hpp).
+template <class Body, class = void>
+struct modest {
+  static constexpr bool value = false;
+};
+template <class Body>
+struct modest<Body, decltype(static_cast<void>(Body::modest))> {
+  static constexpr bool value = Body::modest;
+};
+
 /// Parts that each sum over items of a list is made of: they are few.
 inline constexpr std::uint32_t listed_parts = 9;
 

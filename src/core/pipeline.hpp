@@ -21,10 +21,12 @@ __extension__ typedef unsigned __int128 FieldSet;
 
 /// Parts of channels that stages touch apart from what others touch: rows of the stage table may name them in
 /// place of the whole, and only the schedule (core/schedule.hpp) tells them from it. A row that touches all of such
-/// a channel names both.
+/// a channel names both, but for tags ahead of step.check, which all that names the part waits for anyway.
 enum Part : int {
   field_pressure_term = field_count,  ///< velocity's w
   field_acceleration_of_solids,       ///< acceleration of solid particles; under its own name that of liquid
+  field_tag_of_liquid,                ///< tags of liquid particles; under its own name those of solids
+  field_removed,                      ///< status's count of particles that left
   part_end
 };
 static_assert(part_end <= 128);
@@ -32,7 +34,9 @@ struct PartInfo {
   int part, field;
 };
 inline constexpr PartInfo part_table[] = {{field_pressure_term, field_velocity},
-                                          {field_acceleration_of_solids, field_acceleration}};
+                                          {field_acceleration_of_solids, field_acceleration},
+                                          {field_tag_of_liquid, field_tag},
+                                          {field_removed, field_status}};
 
 /// The channels themselves in place of their parts.
 constexpr FieldSet whole(FieldSet set) {

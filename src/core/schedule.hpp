@@ -15,23 +15,38 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// Executors with begin_tracks, enter_track, hurry, mark_stage and wait_for_stage.
+/// Executors with begin_tracks, enter_track, hurry, step_aside, mark_stage and wait_for_stage.
 template <class E, class = void>
 inline constexpr bool runs_tracks = false;
 template <class E>
 inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().begin_tracks())>> = true;
 
-/// Forces, shape matching, contact, heat, and two to spare: a stage that finds no track of its own waits for one
-/// that it need not wait for.
-inline constexpr int most_tracks = 6;
+/// As many as melting takes: shape matching, the search and contact, contact's normals, its loads, forces, who is wet, heat.
+/// A stage that finds no track of its own waits for one that it need not wait for.
+inline constexpr int most_tracks = 7;
+
+constexpr int larger(int a, int b) { return a < b ? b : a; }
+constexpr std::uint64_t stage_bit(int stage) { return std::uint64_t{1} << stage; }
+
+/// Sums over all neighbours: they compute, and keep a whole GPU busy.
+inline constexpr std::uint64_t sum_stages = stage_bit(stage_sph_density) | stage_bit(stage_sph_forces) |
+                                            stage_bit(stage_sph_shift) | stage_bit(stage_thermal_exchange);
+/// Regions and shape matching: chains of kernels that wait for memory, or for nothing at all.
+inline constexpr std::uint64_t modest_stages = stage_bit(stage_topology_regions) |
+                                               stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
+                                               stage_bit(stage_lsm_goals) | stage_bit(stage_lsm_balance);
 
 struct Schedule {
   std::array<std::int8_t, stage_count> track{};  ///< of every stage that runs; -1 of the others
   std::array<std::uint64_t, stage_count>
       waits{};  ///< bit per stage: ends on another track before this begins
-  /// Stages that follow one after the other from this one to the next barrier: those of the longest chain go first
-  /// where there is not room for all.
-  std::array<std::int8_t, stage_count> chain{};
+  /// Modest stages with a sum to run beside: on a few threads of every multiprocessor, but before all others. The sum
+  /// computes meanwhile; one after the other both would take as long as they take alone.
+  std::uint64_t aside = 0;
+  /// Where there is not room for all, the most urgent go first. 3: what sph.density waits for; 2: what steps aside and
+  /// what that waits for; 0: what nothing waits for, and lsm.contact: all in the order in which they can begin (measured:
+  /// other orders of theirs are slower); 1: the rest.
+  std::array<std::int8_t, stage_count> urgency{};
   std::uint64_t awaited = 0;  ///< stages that others wait for
   std::uint64_t last = 0;     ///< the last one of every track but the first
 };
@@ -97,12 +112,19 @@ constexpr Schedule make_schedule(std::uint64_t running) {
   }
   for (int s = stage_count; s-- > 0;) {
     if (((running >> s) & 1u) == 0) continue;
-    std::int8_t longest = 0;
-    for (int t = s + 1; t < stage_count && !is_barrier(t); ++t)
-      if (((running >> t) & 1u) != 0 && in_order(s, t))
-        longest =
-            longest < r.chain[static_cast<std::size_t>(t)] ? r.chain[static_cast<std::size_t>(t)] : longest;
-    r.chain[static_cast<std::size_t>(s)] = static_cast<std::int8_t>(longest + 1);
+    for (int t = 0; t < stage_count; ++t)
+      if ((stage_bit(s) & modest_stages) != 0 && (stage_bit(t) & running & sum_stages) != 0 &&
+          !in_order(s, t))
+        r.aside |= stage_bit(s);
+    int urgency = 0;
+    for (int t = s + 1; t < stage_count && !is_barrier(t); ++t) {
+      if (((running >> t) & 1u) == 0 || !in_order(s, t)) continue;
+      const int behind = r.urgency[static_cast<std::size_t>(t)];
+      urgency = larger(urgency, t == stage_sph_density ? 3 : larger(behind, 1));
+    }
+    if ((stage_bit(s) & r.aside) != 0) urgency = 2;
+    if (s == stage_lsm_contact) urgency = 0;
+    r.urgency[static_cast<std::size_t>(s)] = static_cast<std::int8_t>(urgency);
   }
   for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
   r.awaited |= r.last;

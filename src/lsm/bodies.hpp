@@ -16,6 +16,7 @@ namespace lsm {
 template <class T>
 struct GatherBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (w.f.vertex_piece[v] == v) w.f.piece_sums[v] = core::PieceSums{};
     // Melted vertices, too: one may still be the label of its piece, and positions are taken relative to
@@ -270,8 +271,8 @@ struct PieceSumsBody {
     const Vec3<double> u = cast<double>(
         spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
     const Vec3<double> spin = cross(u, dv);
-    const auto count = [](double value, double unit) {
-      return static_cast<std::int64_t>(std::rint(value / unit));
+    const auto count = [](double value, const core::SumUnit& unit) {
+      return static_cast<std::int64_t>(std::rint(value * unit.per));
     };
     const core::SumUnits& q = w.sum_units;
     s.mass = count(m, q.mass);
@@ -298,6 +299,7 @@ struct PieceSumsBody {
 template <class T>
 struct BalanceBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!moves(w, v)) return;
     const std::uint32_t label = w.f.vertex_piece[v];

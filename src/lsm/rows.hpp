@@ -99,6 +99,7 @@ MELTSIM_HD void get_box(const Frame<T>& w, std::uint64_t v, BoxGoals<T, 2>& g) {
 template <class T>
 struct RowSumsBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!has_boxes(w, v)) return;
     const BoxOrigin<T> o = box_origin<1>(w, v);
@@ -130,6 +131,7 @@ MELTSIM_HD BoxSums<T, Axes + 1> sum_boxes(const Frame<T>& w, std::uint64_t v, co
 template <class T>
 struct PlaneSumsBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!has_boxes(w, v)) return;
     const BoxOrigin<T> o = box_origin<2>(w, v);
@@ -141,6 +143,7 @@ struct PlaneSumsBody {
 template <class T>
 struct BoxedRegionsBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!is_boxed(w, v)) return;
     const BoxOrigin<T> o{xyz(w.f.vertex_position[v]), xyz(w.f.vertex_velocity[v]), true};
@@ -152,6 +155,7 @@ struct BoxedRegionsBody {
 template <class T>
 struct RowGoalsBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!has_boxes(w, v)) return;
     const BoxOrigin<T> o = box_origin<1>(w, v);
@@ -189,6 +193,7 @@ MELTSIM_HD BoxGoals<T, Axes + 1> sum_goals(const Frame<T>& w, std::uint64_t v, V
 template <class T>
 struct PlaneGoalsBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!has_boxes(w, v)) return;
     const BoxOrigin<T> o = box_origin<2>(w, v);
@@ -200,6 +205,7 @@ struct PlaneGoalsBody {
 template <class T>
 struct BoxedGoalsBody {
   Frame<T> w;
+  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!is_boxed(w, v)) return;
     const BoxGoals<T, 3> goals = sum_goals<T, 2>(w, v, xyz(w.f.vertex_position[v]));

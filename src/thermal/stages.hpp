@@ -44,9 +44,13 @@ void super_steps(E& ex, core::Frame<T>& w) {
 }
 
 template <class E, class T>
+void operands(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, OperandsBody<T>{w});
+}
+
+template <class E, class T>
 void exchange(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
-  ex.for_each(w.particles, OperandsBody<T>{w});
   spatial::with_periods(w, [&](auto periodic) {
     if (w.f.heat_boundary != nullptr) super_steps<true, periodic()>(ex, w);
     else super_steps<false, periodic()>(ex, w);

@@ -8,6 +8,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace thermal {
 
+MELTSIM_INSTANTIATE(core::CpuExec, operands)
 MELTSIM_INSTANTIATE(core::CpuExec, exchange)
 MELTSIM_INSTANTIATE(core::CpuExec, paper)
 MELTSIM_INSTANTIATE(core::CpuExec, boundary)

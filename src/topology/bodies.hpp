@@ -233,7 +233,7 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
 }
 
 /// A surface particle that is all liquid leaves the lattice. Mass, momentum and enthalpy stay as they are:
-/// only the tag changes. Each vertex writes to its own particle and no other.
+/// only the tag changes, and that not here (NeighboursBody): step.integrate may still be reading it.
 template <class T>
 struct MeltBody {
   Frame<T> w;
@@ -251,7 +251,6 @@ struct MeltBody {
                         w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
       return {};
     w.f.vertex_state[v] = vertex_died;
-    w.f.tag[slot] = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) | m.liquid;
     return {1u};
   }
 };
@@ -280,12 +279,17 @@ MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t v) {
 }
 
 /// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
-/// melted vertex empties its own.
+/// melted vertex empties its own, and its particle becomes liquid. Each vertex writes to its own particle and no other.
 template <class T>
 struct NeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (w.f.status->died == 0u && w.f.status->born == 0u) return;
+    if (w.f.vertex_state[v] == vertex_died) {  // in this step: from now on its particle is liquid
+      std::uint32_t& tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]];
+      tag = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) |
+            w.f.materials[material_of(tag)].liquid;
+    }
     const std::uint32_t old = w.f.neighbour_mask[v],
                         mask = direct_neighbours(w, static_cast<std::uint32_t>(v));
     w.f.neighbour_mask[v] = mask;

@@ -100,14 +100,35 @@ TEST(Schedule, WaterIsAChainMeltingIsNot) {
   EXPECT_TRUE(apart(stage_sph_density, stage_lsm_gather));
   EXPECT_TRUE(apart(stage_sph_forces, stage_lsm_contact));
   EXPECT_TRUE(apart(stage_sph_forces, stage_sph_reaction));
-  // Shape matching is gather, regions, goals, balance; nothing follows forces or heat but the check.
-  const auto chain = [&](int s) { return static_cast<int>(many.chain[static_cast<std::size_t>(s)]); };
-  EXPECT_EQ(chain(stage_lsm_gather), 4);
-  EXPECT_EQ(chain(stage_lsm_balance), 1);
-  EXPECT_EQ(chain(stage_sph_forces), 1);
-  EXPECT_EQ(chain(stage_thermal_exchange), 1);
-  EXPECT_EQ(chain(stage_lsm_loads), 3);  // contact, reaction
   EXPECT_TRUE(apart(stage_lsm_goals, stage_thermal_exchange));
+}
+
+// Shape matching waits for memory: beside sums it takes a few threads and goes first, with all that it waits for.
+TEST(Schedule, ShapeMatchingStepsAsideForSums) {
+  const std::uint32_t solids = fact_particles | fact_packed | fact_solid | fact_mobile | fact_contact;
+  const std::uint32_t melting = solids | fact_fluid | fact_melt | fact_heat_enthalpy;
+  const std::uint64_t chain = stage_bit(stage_topology_regions) | stage_bit(stage_lsm_gather) |
+                              stage_bit(stage_lsm_regions) | stage_bit(stage_lsm_goals) |
+                              stage_bit(stage_lsm_balance);
+  const Schedule many = make_schedule(stages_of(melting));
+  EXPECT_EQ(many.aside, chain);
+  const auto urgency = [&](int s) { return static_cast<int>(many.urgency[static_cast<std::size_t>(s)]); };
+  for (const int s : {stage_spatial_cells, stage_spatial_settle}) EXPECT_EQ(urgency(s), 3) << s;
+  for (const int s : {stage_lsm_gather, stage_lsm_balance, stage_topology_regions, stage_topology_pieces})
+    EXPECT_EQ(urgency(s), 2) << s;
+  for (const int s :
+       {stage_sph_density, stage_thermal_operands, stage_sph_wetted, stage_lsm_pieces, stage_topology_melt})
+    EXPECT_EQ(urgency(s), 1) << s;
+  for (const int s : {stage_sph_forces, stage_thermal_exchange, stage_lsm_contact, stage_sph_reaction,
+                      stage_topology_neighbours})
+    EXPECT_EQ(urgency(s), 0) << s;
+  // Sorted cells are on the way to density, too, however far ahead.
+  const Schedule sorted = make_schedule(stages_of((melting & ~fact_packed) | fact_sorted | fact_sparse));
+  EXPECT_EQ(static_cast<int>(sorted.urgency[stage_spatial_keys]), 3);
+  // Operands do not wait for the neighbours, so that the exchange can begin with them.
+  EXPECT_EQ(ended_before(many)[stage_thermal_operands] & stage_bit(stage_sph_density), 0u);
+  // Without liquid and heat there is nothing to step aside for.
+  EXPECT_EQ(make_schedule(stages_of(solids | fact_dry)).aside, 0u);
 }
 
 }  // namespace

@@ -19,6 +19,7 @@
 
 #include "core/frame.hpp"
 #include "core/gather.hpp"
+#include "core/schedule.hpp"
 #include "meltsim/physics/hd.hpp"
 
 namespace verbs_test {
@@ -69,6 +70,11 @@ class Buffer {
 struct CountVisits {
   std::uint32_t* visits;
   MELTSIM_HD void operator()(std::uint64_t i) const { visits[i] += static_cast<std::uint32_t>(i) + 1u; }
+};
+
+/// The same of a stage that may have to step aside.
+struct CountVisitsModestly : CountVisits {
+  static constexpr bool modest = true;
 };
 
 /// A count in either half of a word.
@@ -258,6 +264,22 @@ TYPED_TEST_P(Verbs, ForEachVisitsEveryIndexOnce) {
     const auto got = visits.host();
     for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(got[i], 7u + i + 1u) << "n " << n << ", i " << i;
     EXPECT_EQ(got[n], 7u) << "n " << n << ": wrote past the end";
+  }
+  this->expect_no_fault(ex);
+}
+
+// A million items are more than one round of what few threads of every multiprocessor do.
+TYPED_TEST_P(Verbs, ForEachStepsAsideAndVisitsEveryIndexOnce) {
+  VERBS_MAKE(ex);
+  for (const bool aside : {false, true, false}) {
+    if constexpr (meltsim::core::runs_tracks<TypeParam>) ex.step_aside(aside);
+    for (const std::uint64_t n : sizes()) {
+      Buffer<TypeParam, std::uint32_t> visits(ex, n + 1, 7u);
+      ex.for_each(n, CountVisitsModestly{{visits.get()}});
+      const auto got = visits.host();
+      for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(got[i], 7u + i + 1u) << "n " << n << ", i " << i;
+      EXPECT_EQ(got[n], 7u) << "n " << n << ": wrote past the end";
+    }
   }
   this->expect_no_fault(ex);
 }
@@ -644,13 +666,14 @@ TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
   this->expect_no_fault(ex);
 }
 
-REGISTER_TYPED_TEST_SUITE_P(Verbs, BucketEqualsStdSort, GatherAddsPartsInOrder, GatherJoinsWhatPartsStored,
-                            SumByRowIsExact, ReduceTellsWhoComesLast, RepeatRunsTheSameAgain,
-                            RepeatTakesItsFirstLaunchAnew, ForEachVisitsEveryIndexOnce,
-                            ReduceEqualsStdAccumulate, ReduceFindsTheWorst, ReduceOfRealsRepeatsBitForBit,
-                            ScanEqualsStdPartialSum, ScanOfWordsKeepsTheirHalvesApart,
-                            SortEqualsStdStableSort, AccumulateIsExact, GatherListedVisitsWhatIsWantedOnce,
-                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
-                            LoweringTellsWhatWasThere, TimingsAreReadAfterSynchronize);
+REGISTER_TYPED_TEST_SUITE_P(Verbs, ForEachStepsAsideAndVisitsEveryIndexOnce, BucketEqualsStdSort,
+                            GatherAddsPartsInOrder, GatherJoinsWhatPartsStored, SumByRowIsExact,
+                            ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
+                            ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate, ReduceFindsTheWorst,
+                            ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
+                            ScanOfWordsKeepsTheirHalvesApart, SortEqualsStdStableSort, AccumulateIsExact,
+                            GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
+                            GuardStopsWhatWritesState, LoweringTellsWhatWasThere,
+                            TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test
