@@ -141,7 +141,7 @@ struct Clock {
 };
 
 /// Which check stopped the World; order = order of the stages.
-enum class Halt : std::uint32_t { no = 0, density, force, shape, heat, speed };
+enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed };
 
 /// Sums over all particles at the end of a sub-step, in stored coordinates.
 struct LedgerSums {

@@ -108,6 +108,8 @@ struct CheckBody {
     blame(finite(v), Halt::shape, speed);
     blame(finite(p.acceleration), Halt::force, static_cast<double>(length(p.acceleration)));
     blame(std::isfinite(r.max_density), Halt::density, r.max_density);
+    // No sum shows it for sure: a GPU's kernel has a distance that is no number for one beyond H.
+    blame(finite(p.position), Halt::position, 0.0);
     if (why != Halt::no) {
       r.bad = static_cast<std::uint32_t>(why);
       r.bad_id = w.f.id[i];

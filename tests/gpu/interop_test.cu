@@ -50,6 +50,40 @@ TEST(Interop, AKernelOfTheHostsPushesTheLiquid) {
   EXPECT_NEAR(gained<double>(Precision::double_precision), 1.0, 1e-9);
 }
 
+template <class T>
+__global__ void spoil(meltsim::DeviceSpan<meltsim::Vec4<T>> position) {
+  position.data[0].y = T(0) / T(0);
+}
+
+template <class T>
+void spoil_stage(const meltsim::StageContext& context, void*) {
+  const auto position = interop::position<T>(context);
+  if (position.data != nullptr) spoil<T><<<1, 1, 0, interop::stream(context)>>>(position);
+}
+
+// A particle at no place is near nobody, so no sum shows it for sure.
+template <class T>
+void expect_halt(Precision precision) {
+  MeltingScene scene;
+  scene.precision = precision;
+  World w = make_world(scene);
+  meltsim::CustomStage stage;
+  stage.name = "spoil";
+  stage.run = spoil_stage<T>;
+  stage.writes = {"position"};
+  succeed(w.scheduler().insert_after("spatial.neighbours", stage));  // the last of the search
+  succeed(w.step(time_step));
+  const meltsim::StepResult r = w.synchronize();
+  EXPECT_TRUE(r.halted);
+  EXPECT_NE(r.halt_reason.find("position is not finite"), std::string::npos) << r.halt_reason;
+}
+
+TEST(Interop, APositionThatIsNoNumberHalts) {
+  MELTSIM_NEEDS_GPU();
+  expect_halt<float>(Precision::single_precision);
+  expect_halt<double>(Precision::double_precision);
+}
+
 TEST(Interop, ViewsAreEmptyWhereTheyDoNotFit) {
   meltsim::StageContext context;
   int anything = 0;

@@ -313,5 +313,34 @@ TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   EXPECT_EQ(s.error().code, ErrorCode::halted);
 }
 
+// A stage of the host's that writes nonsense: a particle at no place is near nobody, so no sum shows it for sure. On CUDA:
+// tests/gpu/interop_test.cu.
+TEST(Errors, APositionThatIsNoNumberHalts) {
+  MELTSIM_NEEDS_BACKEND();
+  if (backend() == Backend::cuda) GTEST_SKIP() << "the stage below runs on the host";
+  WorldDesc d = describe();
+  d.precision = Precision::double_precision;
+  auto w = World::create(d);
+  ASSERT_TRUE(w);
+  FluidDesc f;
+  f.material = *w->add_material({});
+  f.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+  require(w->add_fluid(f));
+  require(w->step(1e-4));
+  const auto good = *w->state_hash();
+  CustomStage stage;
+  stage.name = "spoil";
+  stage.writes = {"position"};
+  stage.run = [](const StageContext& c, void*) {
+    static_cast<Vec4<double>*>(c.position)[0].y = std::numeric_limits<double>::quiet_NaN();
+  };
+  require(w->scheduler().insert_after("spatial.neighbours", stage));  // the last of the search
+  require(w->step(1e-4));
+  const StepResult r = w->synchronize();
+  EXPECT_TRUE(r.halted);
+  EXPECT_NE(r.halt_reason.find("position is not finite"), std::string::npos) << r.halt_reason;
+  EXPECT_EQ(*w->state_hash(), good);
+}
+
 }  // namespace
 }  // namespace meltsim_test
