@@ -44,9 +44,10 @@ struct Repeat {
 /// for step lengths that alternate.
 constexpr std::size_t most_repeats = 16;
 
-/// Of one track.
-constexpr std::uint64_t partials_bytes =
-    kernels::reduce_blocks * kernels::reduce_item + 128;  // the ticket, aligned
+/// Partial results of one track and, behind them, the ticket; aligned.
+constexpr std::uint64_t partials_bytes(std::uint64_t parts) {
+  return (parts * kernels::reduce_item + 127) / 128 * 128 + 128;
+}
 
 struct PairCopy {
   const std::uint64_t* keys;
@@ -64,6 +65,7 @@ struct PairCopy {
 struct CudaExec::Owned {
   cudaStream_t stream = nullptr;  // null when the stream is the host's
   void* partials = nullptr;
+  std::uint64_t parts = 0;  // of a reduction, at most
   void* scratch = nullptr;
   std::uint64_t scratch_bytes = 0;  // of one track
   std::string fault;
@@ -297,10 +299,13 @@ std::uint64_t CudaExec::free_bytes() const {
 
 bool CudaExec::reserve(std::uint64_t n) {
   const DeviceScope scope(device_);
-  if (own_->partials == nullptr) {
-    own_->partials = allocate(most_tracks * partials_bytes);
+  const std::uint64_t parts = reduce_parts(n);
+  if (own_->parts < parts) {
+    if (own_->partials != nullptr) release(own_->partials);
+    own_->partials = allocate(most_tracks * partials_bytes(parts));
+    own_->parts = own_->partials != nullptr ? parts : 0;
     if (own_->partials == nullptr) return false;
-    zero(own_->partials, most_tracks * partials_bytes);
+    zero(own_->partials, most_tracks * partials_bytes(parts));
   }
 
   // Asked for all 64 bits; fewer need no more. The sort runs between its caller's buffers, so this is
@@ -331,21 +336,23 @@ bool CudaExec::reserve(std::uint64_t n) {
 }
 
 std::uint64_t CudaExec::reserved_bytes() const {
-  return most_tracks * own_->scratch_bytes + (own_->partials != nullptr ? most_tracks * partials_bytes : 0);
+  return most_tracks *
+         (own_->scratch_bytes + (own_->partials != nullptr ? partials_bytes(own_->parts) : std::uint64_t{0}));
 }
 
-void* CudaExec::partials() const {
-  if (own_->partials == nullptr) {
-    check(cudaErrorInvalidValue, "reduce without working space");
+void* CudaExec::partials(std::uint64_t parts) const {
+  if (own_->partials == nullptr || own_->parts < parts) {
+    check(cudaErrorInvalidValue, "reduce of more items than were reserved");
     return nullptr;
   }
-  return static_cast<unsigned char*>(own_->partials) + static_cast<std::uint64_t>(track_) * partials_bytes;
+  return static_cast<unsigned char*>(own_->partials) +
+         static_cast<std::uint64_t>(track_) * partials_bytes(own_->parts);
 }
 
 /// Behind the partial results.
 unsigned* CudaExec::ticket() const {
-  return reinterpret_cast<unsigned*>(static_cast<unsigned char*>(partials()) +
-                                     kernels::reduce_blocks * kernels::reduce_item);
+  return reinterpret_cast<unsigned*>(static_cast<unsigned char*>(partials(0)) + partials_bytes(own_->parts) -
+                                     128);
 }
 
 void* CudaExec::scratch(std::size_t bytes) const {

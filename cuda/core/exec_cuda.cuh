@@ -495,10 +495,9 @@ class CudaExec {
     static_assert(
         std::is_trivially_copyable<R>::value && sizeof(R) <= kernels::reduce_item && alignof(R) <= 16,
         "the scratch memory of reductions is sized for small plain results");
-    std::uint64_t parts = blocks(n, kernels::reduce_block);
-    if (parts > kernels::reduce_blocks) parts = kernels::reduce_blocks;
-    if (parts == 0) parts = 1;
-    R* const partial = static_cast<R*>(partials());
+    const std::uint64_t parts = reduce_parts(n);
+    R* const partial = static_cast<R*>(partials(parts));
+    if (partial == nullptr) return;
     launch(kernels::reduce<R, Body, Last>, parts, kernels::reduce_block, guard_, n, body, partial, ticket(),
            out, last);
   }
@@ -606,6 +605,10 @@ class CudaExec {
   struct Owned;  // stream, working space, events and the first error
 
   static std::uint64_t blocks(std::uint64_t n, std::uint64_t size) { return (n + size - 1) / size; }
+  static std::uint64_t reduce_parts(std::uint64_t n) {
+    const std::uint64_t parts = blocks(n, kernels::reduce_block);
+    return parts == 0 ? 1 : parts < kernels::reduce_blocks ? parts : kernels::reduce_blocks;
+  }
 
   template <class... Parameters, class... Arguments>
   void launch(void (*kernel)(Parameters...), std::uint64_t grid, unsigned threads,
@@ -631,7 +634,7 @@ class CudaExec {
 
   /// Keeps the first error; true = success.
   bool check(cudaError_t result, const char* what) const;
-  void* partials() const;
+  void* partials(std::uint64_t parts) const;
   unsigned* ticket() const;
   /// values[i] = values[0] + ... + values[i]
   void running_sum(std::uint64_t n, std::uint32_t* values) const;

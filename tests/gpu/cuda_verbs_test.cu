@@ -102,6 +102,23 @@ TEST(CudaVerbs, ErrorsAreKeptAndReportedOnce) {
   EXPECT_EQ(ex.fault(), "") << "running out of memory is an answer, not a fault";
 }
 
+TEST(CudaVerbs, ReducingMoreThanWasReservedIsAFault) {
+  MELTSIM_NEEDS_GPU();
+  CudaExec ex(0, nullptr);
+  ASSERT_TRUE(ex.reserve(1000));
+  Buffer<CudaExec, std::uint32_t> values(ex, 10000, 2u);
+  Buffer<CudaExec, Sum> out(ex, 1, Sum{99});
+  ex.reduce(1000, SumOf{values.get()}, out.get());
+  EXPECT_EQ(out.host()[0].n, 2000u);
+  ex.reduce(10000, SumOf{values.get()}, out.get());
+  EXPECT_EQ(out.host()[0].n, 2000u) << "as it was";
+  EXPECT_NE(ex.fault().find("more items than were reserved"), std::string::npos);
+  ASSERT_TRUE(ex.reserve(10000));
+  ex.reduce(10000, SumOf{values.get()}, out.get());
+  EXPECT_EQ(out.host()[0].n, 20000u);
+  EXPECT_EQ(ex.fault(), "");
+}
+
 TEST(CudaVerbs, WorkingSpaceGrowsAndIsGivenBack) {
   MELTSIM_NEEDS_GPU();
   CudaExec ex(0, nullptr);
