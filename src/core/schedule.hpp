@@ -31,9 +31,8 @@ constexpr std::uint64_t stage_bit(int stage) { return std::uint64_t{1} << stage;
 /// Sums over all neighbours: they compute, and keep a whole GPU busy.
 inline constexpr std::uint64_t sum_stages = stage_bit(stage_sph_density) | stage_bit(stage_sph_forces) |
                                             stage_bit(stage_sph_shift) | stage_bit(stage_thermal_exchange);
-/// Regions and shape matching: chains of kernels that wait for memory, or for nothing at all.
-inline constexpr std::uint64_t modest_stages = stage_bit(stage_topology_regions) |
-                                               stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
+/// Shape matching: a chain of short kernels that wait for memory.
+inline constexpr std::uint64_t modest_stages = stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
                                                stage_bit(stage_lsm_goals) | stage_bit(stage_lsm_balance);
 
 struct Schedule {

@@ -61,7 +61,7 @@ void exchange(E& ex, const core::Frame<T>& frame) {
 template <class E, class T>
 void paper(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
-  ex.for_each(w.particles, OperandsBody<T>{w});
+  operands(ex, w);
   spatial::with_periods(w, [&](auto periodic) {
     ex.for_each(w.particles, PaperBody<T, true, periodic()>{w});
     std::swap(w.f.heat_operand, w.f.heat_operand_next);
@@ -72,7 +72,7 @@ void paper(E& ex, const core::Frame<T>& frame) {
 /// Explicit exchange of temperatures.
 template <class E, class T>
 void iwasaki(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, OperandsBody<T>{w});
+  operands(ex, w);
   ex.accumulate(w.particles, IwasakiBody<T>{w});
 }
 

@@ -27,7 +27,6 @@ MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int
 template <class T>
 struct RowLiveBody {
   Frame<T> w;
-  static constexpr bool modest = true;
   bool all;  ///< none was known before (when the scene is uploaded)
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!all && w.f.status->died == 0u && w.f.status->born == 0u) return;
@@ -61,7 +60,6 @@ MELTSIM_HD bool has_plane_changed(const Frame<T>& w, std::uint32_t site, const B
 template <class T>
 struct PlaneChangedBody {
   Frame<T> w;
-  static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (w.f.status->died == 0u && w.f.status->born == 0u) return;
     w.f.plane_changed[v] = has_plane_changed(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]]) ? 1u : 0u;
@@ -166,7 +164,6 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b
 template <class T, int Most>
 struct RegionsBody {
   Frame<T> w;
-  static constexpr bool modest = true;
   bool all;  ///< build every region (when the scene is uploaded)
   MELTSIM_HD bool is_stale(std::uint64_t v, const BodyRow& b) const {
     bool changed = false;
