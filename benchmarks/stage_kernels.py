@@ -71,6 +71,14 @@ class Kernels:
     def stages_of(self, kernels):
         """The stage of every launch, in order of launch; None where it cannot be told."""
         sets = [self.candidates(k) for k in kernels]
+        # A stage that has bodies of its own, none of which was launched, did not run.
+        launched = {f"{m}::{b}" for k in kernels for m, b in re.findall(r"\b(\w+)::(\w+Body)\b", k)}
+        own = {}
+        for body, stages in self.bodies.items():
+            if len(stages) == 1:
+                own.setdefault(next(iter(stages)), set()).add(body)
+        idle = {stage for stage, bodies in own.items() if not bodies & launched}
+        sets = [s - idle if s - idle else s for s in sets]
         known = [next(iter(s)) if len(s) == 1 else None for s in sets]
         told = list(known)
         for i, candidates in enumerate(sets):

@@ -91,8 +91,13 @@ class StageKernels(unittest.TestCase):
                  "meltsim::v0::step::CheckBody<float>, meltsim::v0::step::JudgeBody<float>>(int)", "memset_kernel()",
                  each("topology::PickBody<float>"), fill]
         self.assertEqual(self.kernels.stages_of(names), [
-            "spatial.keys", "spatial.sort", "lsm.goals", "lsm.balance", "lsm.balance", "thermal.exchange",
+            "spatial.keys", "spatial.sort", "lsm.goals", "lsm.balance", "lsm.balance", "thermal.operands",
             "thermal.exchange", "step.check", "step.check", "topology.freeze", "topology.freeze"])
+
+    def test_a_stage_none_of_whose_own_kernels_ran_did_not_run(self):
+        operands = each("thermal::OperandsBody<float>")
+        self.assertEqual(self.kernels.stages_of([operands, each("thermal::StageBody<float>")])[0], "thermal.operands")
+        self.assertEqual(self.kernels.stages_of([operands, each("thermal::PaperBody<float>")])[0], "thermal.paper")
 
     def test_a_bucket_is_several_kernels(self):
         scan = "void cub::DeviceScanKernel<cub::Policy900>(int)"
