@@ -4,6 +4,7 @@
 // (an executor runs the stages of one track in order); between tracks they wait for each other by name.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <type_traits>
@@ -25,7 +26,6 @@ inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().beg
 /// A stage that finds no track of its own waits for one that it need not wait for.
 inline constexpr int most_tracks = 7;
 
-constexpr int larger(int a, int b) { return a < b ? b : a; }
 constexpr std::uint64_t stage_bit(int stage) { return std::uint64_t{1} << stage; }
 
 /// Sums over all neighbours: they compute, and keep a whole GPU busy.
@@ -60,6 +60,26 @@ constexpr bool in_order(int first, int second) {
                   &b = stage_table[static_cast<std::size_t>(second)];
   return is_barrier(first) || is_barrier(second) ||
          (a.writes_apart & (b.reads_apart | b.writes_apart)) != 0 || (a.reads_apart & b.writes_apart) != 0;
+}
+
+/// Who steps aside, and who goes first.
+constexpr void rank(Schedule& r, std::uint64_t running) {
+  for (int s = stage_count; s-- > 0;) {
+    if (((running >> s) & 1u) == 0) continue;
+    for (int t = 0; t < stage_count; ++t)
+      if ((stage_bit(s) & modest_stages) != 0 && (stage_bit(t) & running & sum_stages) != 0 &&
+          !in_order(s, t))
+        r.aside |= stage_bit(s);
+    int urgency = 0;
+    for (int t = s + 1; t < stage_count && !is_barrier(t); ++t) {
+      if (((running >> t) & 1u) == 0 || !in_order(s, t)) continue;
+      const int behind = r.urgency[static_cast<std::size_t>(t)];
+      urgency = std::max(urgency, t == stage_sph_density ? 3 : std::max(behind, 1));
+    }
+    if ((stage_bit(s) & r.aside) != 0) urgency = 2;
+    if (s == stage_lsm_contact) urgency = 0;
+    r.urgency[static_cast<std::size_t>(s)] = static_cast<std::int8_t>(urgency);
+  }
 }
 
 /// The schedule of the stages in `running` (bit per stage).
@@ -109,22 +129,7 @@ constexpr Schedule make_schedule(std::uint64_t running) {
                     before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
     end[static_cast<std::size_t>(track)] = s;
   }
-  for (int s = stage_count; s-- > 0;) {
-    if (((running >> s) & 1u) == 0) continue;
-    for (int t = 0; t < stage_count; ++t)
-      if ((stage_bit(s) & modest_stages) != 0 && (stage_bit(t) & running & sum_stages) != 0 &&
-          !in_order(s, t))
-        r.aside |= stage_bit(s);
-    int urgency = 0;
-    for (int t = s + 1; t < stage_count && !is_barrier(t); ++t) {
-      if (((running >> t) & 1u) == 0 || !in_order(s, t)) continue;
-      const int behind = r.urgency[static_cast<std::size_t>(t)];
-      urgency = larger(urgency, t == stage_sph_density ? 3 : larger(behind, 1));
-    }
-    if ((stage_bit(s) & r.aside) != 0) urgency = 2;
-    if (s == stage_lsm_contact) urgency = 0;
-    r.urgency[static_cast<std::size_t>(s)] = static_cast<std::int8_t>(urgency);
-  }
+  rank(r, running);
   for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
   r.awaited |= r.last;
   return r;

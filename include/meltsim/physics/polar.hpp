@@ -9,7 +9,7 @@
 // Where the best rotation is not unique (the twist of a chain, a single point), the previous rotation is
 // projected on the space of best ones, so the unobservable part stays as it was.
 // From one sub-step to the next a region turns by little: Newton's method from the previous rotation (turned_rotation)
-// gets there in a step or two, a tenth of the work. It answers only where its answer is certain to be the best one and
+// gets there in a step or two. It answers only where its answer is certain to be the best one and
 // the only one; elsewhere the eigenvectors do.
 #pragma once
 
