@@ -366,18 +366,18 @@ void* CudaExec::scratch(std::size_t bytes) const {
 // --- sums and sort
 // -------------------------------------------------------------------------------------------------
 
-void CudaExec::running_sum(std::uint64_t n, std::uint32_t* values) const {
+void CudaExec::sum_before(std::uint64_t n, const std::uint32_t* values, std::uint32_t* sums) const {
   if (n == 0) return;
   const DeviceScope scope(device_);
   (void)cudaGetLastError();  // CUB would take an earlier error of the host's for its own
   const auto items = static_cast<std::uint32_t>(n);
   std::size_t bytes = 0;
-  if (!check(CUB_NS_QUALIFIER::DeviceScan::InclusiveSum(nullptr, bytes, values, values, items, stream_),
+  if (!check(CUB_NS_QUALIFIER::DeviceScan::ExclusiveSum(nullptr, bytes, values, sums, items, stream_),
              "running sum"))
     return;
   void* const space = scratch(bytes);
   if (space != nullptr)
-    check(CUB_NS_QUALIFIER::DeviceScan::InclusiveSum(space, bytes, values, values, items, stream_),
+    check(CUB_NS_QUALIFIER::DeviceScan::ExclusiveSum(space, bytes, values, sums, items, stream_),
           "running sum");
 }
 

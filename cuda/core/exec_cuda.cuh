@@ -43,7 +43,7 @@ inline constexpr unsigned block = 128;
 inline constexpr unsigned reduce_block = 128;
 inline constexpr unsigned reduce_resident = 4;
 inline constexpr std::uint64_t reduce_blocks = 528;  // most blocks of a reduction's first pass
-inline constexpr std::size_t reduce_item = 160;      // largest result of a reduction, bytes
+inline constexpr std::size_t reduce_item = 112;      // largest result of a reduction, bytes
 
 __device__ inline bool stopped(const std::uint32_t* guard) { return guard != nullptr && *guard != 0u; }
 
@@ -218,12 +218,6 @@ __device__ R from_lane_above(const R& r, unsigned offset) {
   return other;
 }
 
-/// Results that are half sums (exec_cpu.hpp: reduce).
-template <class R, class = void>
-struct has_sums : std::false_type {};
-template <class R>
-struct has_sums<R, std::void_t<typename R::Sums>> : std::true_type {};
-
 /// Sums over a warp, every lane keeping half of what it kept before: 16 exchanges instead of 5 for each of 13
 /// sums. Lane l ends with sum number sum_of_lane(l).
 inline constexpr int most_sums = 16;
@@ -243,9 +237,9 @@ __device__ double spread_sums(double (&s)[most_sums]) {
 }
 __device__ inline unsigned sum_of_lane(unsigned lane) { return lane >> 1; }
 
-/// The sums of a block, in thread 0.
+/// The sums of a block, to *out.
 template <class Sums>
-__device__ void combine_sums(Sums& sums) {
+__device__ void combine_sums(Sums sums, Sums* out) {
   constexpr unsigned warps = reduce_block / 32;
   static_assert(Sums::words <= most_sums && sizeof(Sums) == Sums::words * sizeof(double));
   __shared__ double of_warp[warps][most_sums];
@@ -253,83 +247,114 @@ __device__ void combine_sums(Sums& sums) {
   sums.each_word([&](int k, double word) { s[k] = word; });
   const double mine = spread_sums<most_sums / 2>(s);
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
-  __syncthreads();  // of_warp may still be read from the call before
   if (lane % 2 == 0) of_warp[warp][sum_of_lane(lane)] = mine;
   __syncthreads();
-  if (threadIdx.x < most_sums)
-    for (unsigned k = 1; k < warps; ++k) of_warp[0][threadIdx.x] += of_warp[k][threadIdx.x];
-  __syncthreads();
-  if (threadIdx.x == 0) sums.each_word([&](int k, double& word) { word = of_warp[0][k]; });
+  if (threadIdx.x >= Sums::words) return;
+  double total = of_warp[0][threadIdx.x];
+  for (unsigned k = 1; k < warps; ++k) total += of_warp[k][threadIdx.x];
+  reinterpret_cast<double*>(out)[threadIdx.x] = total;
 }
 
 /// Combines the values of a block, in an order that depends on nothing; thread 0 gets the result.
 template <class R>
 __device__ R combine_block(R r) {
-  if constexpr (has_sums<R>::value) {
-    static_cast<typename R::Worst&>(r) = combine_block(static_cast<const typename R::Worst&>(r));
-    combine_sums(r.sums);
-    return r;
-  } else {
-    constexpr unsigned warps = reduce_block / 32;
-    // Raw bytes: shared variables may not have constructors.
-    __shared__ alignas(16) unsigned char raw[warps * sizeof(R)];
-    R* const of_warp = reinterpret_cast<R*>(raw);
-    for (unsigned offset = 16; offset != 0; offset /= 2) r = R::combine(r, from_lane_above(r, offset));
-    __syncthreads();  // of_warp may still be read from the call before
-    if (threadIdx.x % 32 == 0) of_warp[threadIdx.x / 32] = r;
-    __syncthreads();
-    if (threadIdx.x == 0) {
-      for (unsigned k = 1; k < warps; ++k) r = R::combine(r, of_warp[k]);
-    }
-    return r;
+  constexpr unsigned warps = reduce_block / 32;
+  // Raw bytes: shared variables may not have constructors.
+  __shared__ alignas(16) unsigned char raw[warps * sizeof(R)];
+  R* const of_warp = reinterpret_cast<R*>(raw);
+  for (unsigned offset = 16; offset != 0; offset /= 2) r = R::combine(r, from_lane_above(r, offset));
+  __syncthreads();  // of_warp may still be read from the call before
+  if (threadIdx.x % 32 == 0) of_warp[threadIdx.x / 32] = r;
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    for (unsigned k = 1; k < warps; ++k) r = R::combine(r, of_warp[k]);
   }
+  return r;
 }
 
-/// Bodies with `Item read(i)`: a reduction reads the next item while it works on one. A compiler otherwise
-/// moves loads into the branches that use them, each with a wait of its own.
-template <class Body, class = void>
-struct reads_ahead : std::false_type {};
-template <class Body>
-struct reads_ahead<Body, std::void_t<typename Body::Item>> : std::true_type {};
+/// Notes what this block has in thread 0, then does `meanwhile`. True in all threads where it is the last block to do
+/// so. `ticket` counts the blocks that have, and is 0 again afterwards.
+template <class R, class Meanwhile>
+__device__ bool hand_in(const R& r, R* partial, unsigned* ticket, const Meanwhile& meanwhile) {
+  __shared__ bool is_last;
+  unsigned before_me = 0;
+  if (threadIdx.x == 0) {
+    partial[blockIdx.x] = r;
+    __threadfence();
+    before_me = atomicInc(ticket, gridDim.x - 1u);
+  }
+  meanwhile();
+  if (threadIdx.x == 0) is_last = before_me == gridDim.x - 1u;
+  __syncthreads();
+  if (is_last) __threadfence();
+  return is_last;
+}
 
-/// Every block combines its share; the last one to finish combines theirs, in their order. `ticket` counts
-/// the blocks that have finished and is 0 again afterwards.
+/// What the blocks have handed in, combined in their order; in the last block to come, in thread 0.
+template <class R>
+__device__ R combine_handed_in(const R* partial) {
+  // All loads first, where there are registers for them: one wait, not one per round.
+  constexpr unsigned rounds = (reduce_blocks + reduce_block - 1) / reduce_block;
+  constexpr unsigned together = sizeof(R) * rounds <= 256 ? rounds : 1;
+  R r{};
+  for (unsigned first = threadIdx.x; first < gridDim.x; first += together * reduce_block) {
+    R handed_in[together];
+#pragma unroll
+    for (unsigned k = 0; k < together; ++k)
+      if (first + k * reduce_block < gridDim.x) handed_in[k] = partial[first + k * reduce_block];
+#pragma unroll
+    for (unsigned k = 0; k < together; ++k) r = R::combine(r, handed_in[k]);
+  }
+  return combine_block(r);
+}
+
+/// Every block combines its share; the last one to finish combines theirs, in their order.
 template <class R, class Body, class Last>
 __global__ void __launch_bounds__(reduce_block, reduce_resident)
     reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* partial,
            unsigned* ticket, R* out, const __grid_constant__ Last last) {
-  __shared__ bool is_last;
   if (stopped(guard)) return;
   R r{};
   const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
+  for (std::uint64_t i = index(); i < n; i += stride) r = R::combine(r, body(i));
+  r = combine_block(r);
+  if (!hand_in(r, partial, ticket, [] {})) return;
+  r = combine_handed_in(partial);
+  if (threadIdx.x != 0) return;
+  *out = r;
+  last(0);
+}
+
+/// The same, but a block leaves its sums where they are. A thread reads the next item while it works on one: a compiler
+/// otherwise moves loads into the branches that use them, each with a wait of its own.
+template <class Body, class Worst, class Last>
+__global__ void __launch_bounds__(reduce_block, reduce_resident)
+    reduce_apart(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body,
+                 Worst* partial, unsigned* ticket, Worst* out, const __grid_constant__ Last last) {
+  decltype(body(std::uint64_t{0})) r{};
+  const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
   std::uint64_t i = index();
-  if constexpr (reads_ahead<Body>::value) {
-    typename Body::Item next{};
-    if (i < n) next = body.read(i);
-    for (; i < n; i += stride) {
-      const typename Body::Item item = next;
-      if (i + stride < n) next = body.read(i + stride);
-      r = R::combine(r, body(i, item));
-    }
-  } else {
-    for (; i < n; i += stride) r = R::combine(r, body(i));
+  typename Body::Item next{};
+  if (i < n) next = body.read(i);  // ahead of the guard: one wait for both
+  if (stopped(guard)) return;
+  for (; i < n; i += stride) {
+    const typename Body::Item item = next;
+    if (i + stride < n) next = body.read(i + stride);
+    r = decltype(r)::combine(r, body(i, item));
   }
-  r = combine_block(r);
-  if (threadIdx.x == 0) {
-    partial[blockIdx.x] = r;
-    __threadfence();
-    is_last = atomicInc(ticket, gridDim.x - 1u) == gridDim.x - 1u;
-  }
-  __syncthreads();
+  auto* const sums = body.parts();
+  Worst worst = combine_block(static_cast<const Worst&>(r));
+  const bool is_last = hand_in(worst, partial, ticket, [&] {
+    combine_sums(r.sums, sums + blockIdx.x);
+    // Parts that there are no blocks for.
+    if (blockIdx.x == 0)
+      for (unsigned k = gridDim.x + threadIdx.x; k < body.most_parts(); k += reduce_block) sums[k] = {};
+  });
   if (!is_last) return;
-  __threadfence();
-  r = R{};
-  for (std::uint32_t i = threadIdx.x; i < gridDim.x; i += reduce_block) r = R::combine(r, partial[i]);
-  r = combine_block(r);
-  if (threadIdx.x == 0) {
-    *out = r;
-    last(0);
-  }
+  worst = combine_handed_in(partial);
+  if (threadIdx.x != 0) return;
+  *out = worst;
+  last(worst);
 }
 
 struct NothingBody {
@@ -502,6 +527,16 @@ class CudaExec {
            out, last);
   }
 
+  static constexpr std::uint64_t sum_parts(std::uint64_t n) { return reduce_parts(n); }
+  template <class Body, class Worst, class Last>
+  void reduce_apart(std::uint64_t n, const Body& body, Worst* out, const Last& last) const {
+    static_assert(std::is_trivially_copyable<Worst>::value && sizeof(Worst) <= kernels::reduce_item);
+    Worst* const partial = static_cast<Worst*>(partials(reduce_parts(n)));
+    if (partial == nullptr) return;
+    launch(kernels::reduce_apart<Body, Worst, Last>, reduce_parts(n), kernels::reduce_block, guard_, n, body,
+           partial, ticket(), out, last);
+  }
+
   template <class Body>
   void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) const {
     if (n == 0) return;
@@ -520,7 +555,8 @@ class CudaExec {
   /// Defined in core/exec_cuda_bucket.cuh.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) const;
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch,
+              std::uint32_t* counts) const;
 
   void sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
             std::uint64_t* keys_out, std::uint32_t* values_out) const;
@@ -604,8 +640,8 @@ class CudaExec {
  private:
   struct Owned;  // stream, working space, events and the first error
 
-  static std::uint64_t blocks(std::uint64_t n, std::uint64_t size) { return (n + size - 1) / size; }
-  static std::uint64_t reduce_parts(std::uint64_t n) {
+  static constexpr std::uint64_t blocks(std::uint64_t n, std::uint64_t size) { return (n + size - 1) / size; }
+  static constexpr std::uint64_t reduce_parts(std::uint64_t n) {
     const std::uint64_t parts = blocks(n, kernels::reduce_block);
     return parts == 0 ? 1 : parts < kernels::reduce_blocks ? parts : kernels::reduce_blocks;
   }
@@ -636,8 +672,8 @@ class CudaExec {
   bool check(cudaError_t result, const char* what) const;
   void* partials(std::uint64_t parts) const;
   unsigned* ticket() const;
-  /// values[i] = values[0] + ... + values[i]
-  void running_sum(std::uint64_t n, std::uint32_t* values) const;
+  /// sums[i] = values[0] + ... + values[i - 1]
+  void sum_before(std::uint64_t n, const std::uint32_t* values, std::uint32_t* sums) const;
   /// Whether there is a graph for this key; then it is the one that renew and launch_known mean.
   bool known(const RepeatKey& key) const;
   void launch_known() const;

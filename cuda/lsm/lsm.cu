@@ -15,6 +15,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, contact)
 MELTSIM_INSTANTIATE(core::CudaExec, regions)
 MELTSIM_INSTANTIATE(core::CudaExec, goals)
 MELTSIM_INSTANTIATE(core::CudaExec, balance)
+MELTSIM_INSTANTIATE(core::CudaExec, commit)
 
 }  // namespace lsm
 }  // namespace v0

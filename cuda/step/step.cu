@@ -10,8 +10,8 @@ namespace step {
 
 MELTSIM_INSTANTIATE(core::CudaExec, begin)
 MELTSIM_INSTANTIATE(core::CudaExec, emit)
-MELTSIM_INSTANTIATE(core::CudaExec, check)
 MELTSIM_INSTANTIATE(core::CudaExec, integrate)
+MELTSIM_INSTANTIATE(core::CudaExec, ledger)
 MELTSIM_INSTANTIATE(core::CudaExec, reindex)
 
 }  // namespace step

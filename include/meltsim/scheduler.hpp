@@ -51,11 +51,11 @@ struct StageContext {
   double dt = 0;           ///< [s], of this sub-step
   double time = 0;         ///< [s], at its start
   std::uint64_t particles = 0;
-  void* position = nullptr;           ///< Vec4<T>: x, y, z relative to World::origin() [m], volume [m^3]
-  void* velocity = nullptr;           ///< Vec4<T>: vx, vy, vz [m/s], operand (do not write w)
-  void* acceleration = nullptr;       ///< Vec3<T> [m/s^2]; add to it after "sph.forces" / before "step.check"
-  const double* enthalpy = nullptr;   ///< [J] per particle
-  const std::uint32_t* id = nullptr;  ///< stable id per particle
+  void* position = nullptr;      ///< Vec4<T>: x, y, z relative to World::origin() [m], volume [m^3]
+  void* velocity = nullptr;      ///< Vec4<T>: vx, vy, vz [m/s], operand (do not write w)
+  void* acceleration = nullptr;  ///< Vec3<T> [m/s^2]; add to it after "sph.forces" / before "step.integrate"
+  const double* enthalpy = nullptr;    ///< [J] per particle
+  const std::uint32_t* id = nullptr;   ///< stable id per particle
   const std::uint32_t* tag = nullptr;  ///< see meltsim/particle_tag.hpp
 };
 

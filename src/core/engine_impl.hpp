@@ -140,10 +140,8 @@ class EngineImpl final : public Engine {
   void rebuild() override { rebuild_ = true; }
 
   WorldStatus synchronize() override {
-    ex_.synchronize();
-    WorldStatus s;
+    WorldStatus s = status();
     if (w_.f.status == nullptr) return s;
-    ex_.download(&s, w_.f.status, sizeof s);
     roll_back(s);
     WorldStatus cleared = s;
     cleared.max_speed = cleared.max_density = 0;
@@ -154,8 +152,13 @@ class EngineImpl final : public Engine {
   }
 
   WorldStatus status() override {
-    ex_.synchronize();
     WorldStatus s;
+    if (w_.f.ledger_part != nullptr) {  // of the last sub-step that counts, halted or not
+      ex_.set_guard(nullptr);
+      step::ledger<E, T>(ex_, w_);
+      ex_.set_guard(&w_.f.status->halted);
+    }
+    ex_.synchronize();
     if (w_.f.status != nullptr) ex_.download(&s, w_.f.status, sizeof s);
     return s;
   }
@@ -208,7 +211,7 @@ class EngineImpl final : public Engine {
     if (w_.f.status != nullptr) {
       WorldStatus status;
       ex_.download(&status, w_.f.status, sizeof status);
-      s.melted = status.melted;
+      s.melted = static_cast<std::uint64_t>(status.melted);
       s.frozen = status.frozen;
       s.removed = static_cast<std::uint64_t>(status.removed);
       s.heat_in = status.heat_in;
@@ -267,8 +270,8 @@ class EngineImpl final : public Engine {
   static constexpr bool as_gpu = E::lists || !sums_by_lanes;
 
   struct Sizes {
-    std::uint64_t count[24] = {};
-    std::uint64_t groups = 0, rows = 9;
+    std::uint64_t count[26] = {};
+    std::uint64_t groups = 0, rows = 9, ledger_parts = 1;
     std::uint64_t cells = 0;  ///< where they are counted one by one
     int reach = 1;
     double skin = 0;  ///< of a kept grid [m]
@@ -311,6 +314,7 @@ class EngineImpl final : public Engine {
     set(Owner::particle_words, most_words(c, s.particle_capacity, n.rows));
     set(Owner::id, s.particle_capacity);
     set(Owner::cell, n.cells + 2);
+    set(Owner::cell_count, E::lists ? n.cells + 2 : 0);
     set(Owner::group, n.groups + 1);
     set(Owner::group_rows, n.groups * n.rows);
     set(Owner::vertex, l.vertex_site.size());
@@ -326,6 +330,8 @@ class EngineImpl final : public Engine {
     set(Owner::emitter_point, c.emitter_points.size());
     set(Owner::heat_region, c.heat_regions.size());
     set(Owner::heat_region_word, c.heat_region_cells.size());
+    n.ledger_parts = E::sum_parts(s.particle_capacity);
+    set(Owner::ledger_part, 2 * n.ledger_parts);
     set(Owner::world, 1);
     return n;
   }
@@ -441,6 +447,7 @@ class EngineImpl final : public Engine {
     w_.cells = static_cast<std::uint32_t>(n.cells);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
     w_.bits_stride = n.count[static_cast<int>(Owner::particle)];
+    w_.ledger_parts = static_cast<std::uint32_t>(n.ledger_parts);
     w_.mixed = w_.vertices != 0 || c.materials.size() != 1;
     w_.region_words = words_for(l.max_half_width);
     w_.row_width = least_row_width(as_gpu, w_.vertices);
@@ -594,7 +601,7 @@ class EngineImpl final : public Engine {
       body_heat.push_back({round_condition(b.surface), static_cast<T>(b.source)});
     put(w_.f.body_heat, body_heat);
     WorldStatus status;
-    status.melted = s.melted;
+    status.melted = static_cast<std::int64_t>(s.melted);
     status.frozen = s.frozen;
     status.removed = static_cast<std::int64_t>(s.removed);
     status.heat_in = s.heat_in;

@@ -9,16 +9,22 @@
 //                                asking again costs nothing, nothing (lists = false)
 //   gather_listed(n, list, body) gather over what was selected by the same wanted(i)
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
-//                                last(0). With Body::Item, read(i) and body(i, item) it may read ahead; an R
-//                                made of R::Worst (a base) and `R::Sums sums` (R::Sums::words doubles) may be
-//                                combined in two
+//                                last(0)
+//   reduce_apart(n, body, out, last)
+//                                the same for an R made of R::Worst (a base), whose combination goes to *out
+//                                and last(*out),
+//                                and of `R::Sums sums` (R::Sums::words doubles), which nobody waits for: they
+//                                are left in parts at body.parts(), the rest of body.most_parts() 0, to be added
+//                                up by a reduction some time; sum_parts(n) suffice. body(i) may write index i. body(i, item), item =
+//                                read(i) of type Body::Item: it may read ahead
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
-//   bucket(n, m, body, bucket_of, begin, order, scratch)
+//   bucket(n, m, body, bucket_of, begin, order, scratch, counts)
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, in any order within one;
-//                                begin[b] = first of bucket b, begin[m] = n
+//                                begin[b] = first of bucket b, begin[m] = n. scratch holds n; counts m + 1 zeros,
+//                                which they are again afterwards, or nothing where lists = false
 //                                (where the guard holds begin may be lost, and nothing else)
 //   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
 //                                sums and minima, so order does not matter; lower returns what was there,
@@ -174,6 +180,19 @@ class CpuExec {
     last(0);
   }
 
+  static constexpr std::uint64_t sum_parts(std::uint64_t) { return 1; }
+  template <class Body, class Worst, class Last>
+  void reduce_apart(std::uint64_t n, const Body& body, Worst* out, const Last& last) {
+    using R = decltype(body(std::uint64_t{0}));
+    R r{};
+    reduce(n, body, &r, [&](int) {
+      *out = r;
+      for (std::uint64_t k = 0; k < body.most_parts(); ++k) body.parts()[k] = {};
+      body.parts()[0] = r.sums;
+      last(*out);
+    });
+  }
+
   template <class Body, class Count>
   void scan(std::uint64_t n, const Body& body, Count* out) {
     if (n == 0 || stopped()) return;
@@ -224,7 +243,7 @@ class CpuExec {
   /// A radix sort of the bucket numbers; indices ascend within a bucket.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) {
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch, std::uint32_t*) {
     if (stopped()) return;
     for_each(n, [&](std::uint64_t i) {
       bucket_of[i] = body(i);

@@ -170,13 +170,18 @@ struct LedgerSums {
     excess += o.excess;
     dense += o.dense;
   }
+  MELTSIM_HD static LedgerSums combine(LedgerSums a, const LedgerSums& b) {
+    a.add(b);
+    return a;
+  }
 };
 
 static_assert(sizeof(LedgerSums) == LedgerSums::words * sizeof(double));
 
-/// The worst of a set of particles. Order-independent: ties go to the smaller id.
+/// The worst of a set of particles, and how many left. Order-independent: ties go to the smaller id.
 struct WorstOf {
   double max_speed = 0, max_density = 0;
+  std::uint64_t removed = 0;
   double bad_value = 0;
   std::uint32_t bad = 0;  ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
@@ -184,6 +189,7 @@ struct WorstOf {
     WorstOf r;
     r.max_speed = maximum(a.max_speed, b.max_speed);
     r.max_density = maximum(a.max_density, b.max_density);
+    r.removed = a.removed + b.removed;
     const bool take_b =
         b.bad != 0u && (a.bad == 0u || b.bad < a.bad || (b.bad == a.bad && b.bad_id < a.bad_id));
     r.bad = take_b ? b.bad : a.bad;
@@ -193,7 +199,7 @@ struct WorstOf {
   }
 };
 
-/// The worst, and sums. Worst and Sums: executors may combine the two apart (exec_cpu.hpp: reduce).
+/// The worst, and sums: exec_cpu.hpp, reduce_apart.
 struct CheckResult : WorstOf {
   LedgerSums sums;
   using Worst = WorstOf;
@@ -217,15 +223,15 @@ struct WorldStatus {
   double max_density = 0;  ///< likewise, phi
   std::uint32_t courant_exceeded = 0;
   std::uint32_t groups = 0;                 ///< occupied cells of this step
-  std::uint32_t died = 0;                   ///< vertices that melted in this step
+  std::int64_t died = 0;                    ///< vertices that melted in this step; 0 again once pieces know
   std::uint32_t born = 0;                   ///< vertices that liquid froze onto in this step
   std::uint32_t pieces_stale = 1;           ///< something melted or froze since the last search ended
   std::uint32_t particles = 0;              ///< ids in use when this sub-step began
-  std::uint64_t melted = 0;                 ///< since the scene was uploaded
+  std::int64_t melted = 0;                  ///< since the scene was uploaded
   std::uint64_t frozen = 0;                 ///< likewise
   std::int64_t removed = 0;                 ///< likewise
   double heat_in = 0;                       ///< likewise [J]
-  LedgerSums sums;                          ///< of the last sub-step
+  LedgerSums sums;                          ///< of the last sub-step, once asked for (step::ledger)
   double step_speed = 0, step_density = 0;  ///< its largest speed and phi
   std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
   double ledger_dt = 0;
@@ -367,7 +373,8 @@ struct Frame {
   std::uint32_t burst_first = 0;
   T heat_dt{};  ///< thermal.*: super-step, time-scaled [s]
   std::uint32_t heat_stages = 0, heat_supersteps = 0;
-  SumUnits sum_units;  ///< lsm.balance
+  SumUnits sum_units;              ///< lsm.balance
+  std::uint32_t ledger_parts = 1;  ///< of each of the two sub-steps that ledger_part holds
 };
 
 }  // namespace core

@@ -21,12 +21,10 @@ __extension__ typedef unsigned __int128 FieldSet;
 
 /// Parts of channels that stages touch apart from what others touch: rows of the stage table may name them in
 /// place of the whole, and only the schedule (core/schedule.hpp) tells them from it. A row that touches all of such
-/// a channel names both, but for tags ahead of step.check, which all that names the part waits for anyway.
+/// a channel names both.
 enum Part : int {
   field_pressure_term = field_count,  ///< velocity's w
   field_acceleration_of_solids,       ///< acceleration of solid particles; under its own name that of liquid
-  field_tag_of_liquid,                ///< tags of liquid particles; under its own name those of solids
-  field_removed,                      ///< status's count of particles that left
   part_end
 };
 static_assert(part_end <= 128);
@@ -34,9 +32,7 @@ struct PartInfo {
   int part, field;
 };
 inline constexpr PartInfo part_table[] = {{field_pressure_term, field_velocity},
-                                          {field_acceleration_of_solids, field_acceleration},
-                                          {field_tag_of_liquid, field_tag},
-                                          {field_removed, field_status}};
+                                          {field_acceleration_of_solids, field_acceleration}};
 
 /// The channels themselves in place of their parts.
 constexpr FieldSet whole(FieldSet set) {
@@ -52,6 +48,7 @@ enum class Owner {
   particle_words,
   id,
   cell,
+  cell_count,
   group,
   group_rows,
   tree_node,
@@ -67,6 +64,7 @@ enum class Owner {
   emitter_point,
   heat_region,
   heat_region_word,
+  ledger_part,
   world
 };
 enum class Lifetime { State, Static, Derived, Scratch };

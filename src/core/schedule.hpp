@@ -51,9 +51,9 @@ struct Schedule {
 };
 static_assert(stage_count <= 64);
 
-/// Every kernel asks whether the World was halted: what step.check says holds for all stages after it, and
+/// Every kernel asks whether the World was halted: what step.integrate says holds for all stages after it, and
 /// for none before it.
-constexpr bool is_barrier(int stage) { return stage == stage_step_begin || stage == stage_step_check; }
+constexpr bool is_barrier(int stage) { return stage == stage_step_begin || stage == stage_step_integrate; }
 
 constexpr bool in_order(int first, int second) {
   const StageInfo &a = stage_table[static_cast<std::size_t>(first)],

@@ -16,10 +16,12 @@ inline namespace v0 {
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
 
-// Not stages: called when the scene changes, when a layer is due, after a roll-back.
+// Not stages: called when the scene changes, when a layer is due, when the ledger is asked for, after a roll-back.
 namespace step {
 template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void ledger(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void reindex(E& ex, const core::Frame<T>& w);
 }  // namespace step

@@ -102,7 +102,7 @@ Result<Ledger> WorldImpl::ledger() {
   }
   l.step = s.ledger_step;
   l.time = s.halted != 0 ? s.time : time;
-  l.solid = solids_built_ + s.frozen - s.melted;
+  l.solid = solids_built_ + s.frozen - static_cast<std::uint64_t>(s.melted);
   l.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - l.solid;
   l.mass = s.sums.mass;
   l.momentum = s.sums.momentum;

@@ -482,7 +482,7 @@ std::string WorldImpl::halt_text(const core::WorldStatus& s) {
   }
   if (static_cast<core::Halt>(s.halted) == core::Halt::speed)
     return core::text("sub-step ", s.halt_step, ": particle ", s.halt_particle, body, ": speed ",
-                      s.halt_value, " m/s crosses its neighbourhood in one sub-step (step.check)");
+                      s.halt_value, " m/s crosses its neighbourhood in one sub-step (step.integrate)");
   return core::text("sub-step ", s.halt_step, ": particle ", s.halt_particle, body, ": ", what);
 }
 
@@ -538,10 +538,10 @@ StepResult WorldImpl::collect() {
     }
     return r;
   }
-  r.melted = s.melted;
+  r.melted = static_cast<std::uint64_t>(s.melted);
   r.frozen = s.frozen;
   r.removed = static_cast<std::uint64_t>(s.removed);
-  r.solid = solids_built_ + s.frozen - s.melted;
+  r.solid = solids_built_ + s.frozen - r.melted;
   const std::uint64_t live = s.particles - r.removed;
   r.fluid = live - r.solid;
   // Everything has melted: from here on the plan needs no lattice, and its memory goes back.

@@ -265,7 +265,7 @@ struct PieceSumsBody {
   MELTSIM_HD std::uint32_t operator()(std::uint64_t v, Sum& s) const {
     if (!moves(w, v)) return none;
     const Vec3<double> dv = cast<double>(w.f.shape_velocity[v]);
-    if (!finite(dv)) return none;  // step.check reports it
+    if (!finite(dv)) return none;  // step.integrate reports it
     const std::uint32_t label = w.f.vertex_piece[v];
     const double m = static_cast<double>(w.f.mass[w.f.slot_of_id[w.f.vertex_id[v]]]);
     const Vec3<double> u = cast<double>(
@@ -307,6 +307,21 @@ struct BalanceBody {
     const Vec3<double> u = cast<double>(
         spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
     w.f.shape_velocity[v] += cast<T>(physics::residual_correction(r, u));
+  }
+};
+
+/// What the next sub-step begins with, once this one counts. By particle, which knows whether it is solid: vertices
+/// melt meanwhile.
+template <class T>
+struct CommitBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag) || !is_solid(tag) || (tag & tag_fixed) != 0u) return;
+    const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
+    w.f.region_rotation[vertex] = core::fitted_rotation(w, vertex);
+    const Vec4<T> slip = w.f.slip_next[i];
+    w.f.contact_slip[vertex] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};
   }
 };
 

@@ -15,6 +15,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, contact)
 MELTSIM_INSTANTIATE(core::CpuExec, regions)
 MELTSIM_INSTANTIATE(core::CpuExec, goals)
 MELTSIM_INSTANTIATE(core::CpuExec, balance)
+MELTSIM_INSTANTIATE(core::CpuExec, commit)
 
 }  // namespace lsm
 }  // namespace v0

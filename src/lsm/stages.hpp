@@ -56,6 +56,11 @@ void balance(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, BalanceBody<T>{w});
 }
 
+template <class E, class T>
+void commit(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, CommitBody<T>{w});
+}
+
 }  // namespace lsm
 }  // namespace v0
 }  // namespace meltsim

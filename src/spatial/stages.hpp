@@ -19,7 +19,7 @@ void moved(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void skin(E& ex, const core::Frame<T>& w) {
   const WhereRebuilt<E, T> only(ex, w);
-  // Where cells begin, the next sub-step forgets, whether it keeps the grid or not (a memset asks no guard).
+  // Where cells begin, the next sub-step forgets, whether it keeps the grid or not (adding up asks no guard).
   ex.for_each(std::uint64_t{w.cells} * w.grid.rows, RowsBody<T>{w});
   with_periods(w, [&](auto periodic) { ex.for_each(w.particles, SkinBody<T, periodic()>{w}); });
 }
@@ -28,7 +28,7 @@ template <class E, class T>
 void cells(E& ex, const core::Frame<T>& w) {
   const WhereRebuilt<E, T> only(ex, w);
   ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of, w.f.cell_begin, w.f.cell_order,
-            w.f.cell_scratch);
+            w.f.cell_scratch, w.f.cell_count);
 }
 
 template <class E, class T>

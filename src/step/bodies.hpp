@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels that frame a sub-step: clock, emission, the check before anything is committed, integration.
+// Kernels that frame a sub-step: clock, emission, integration with the check that decides whether it counts.
 #pragma once
 
 #include "core/lattice.hpp"
@@ -58,16 +58,42 @@ MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
   return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
 }
 
-/// Looks for the first stage that produced something unusable, before anything is committed; keeps the
-/// ledger.
+/// What a particle adds to the ledger once this sub-step counts. Positions are those after the second half
+/// drift, before walls hold anything back.
 template <class T>
-struct CheckBody {
+MELTSIM_HD core::LedgerSums ledger_of(const Frame<T>& w, std::uint32_t tag, double mass, Vec3<T> position,
+                                      Vec3<T> velocity, double enthalpy) {
+  core::LedgerSums s;
+  const Vec3<double> v = cast<double>(velocity);
+  const Vec3<double> x = cast<double>(position) + v * static_cast<double>(w.f.clock->half_dt);
+  s.mass = mass;
+  s.momentum = v * mass;
+  s.angular_momentum = cross(x, v) * mass;
+  s.kinetic = physics::kinetic_energy(mass, v);
+  s.potential = physics::potential_energy(mass, cast<double>(w.c.gravity), x);
+  s.thermal = enthalpy;
+  s.latent = physics::latent_energy(w.f.materials[material_of(tag)], mass, enthalpy);
+  return s;
+}
+
+/// Where this sub-step's parts of the ledger are. Those of the sub-step before stay: it may be the last that counts.
+template <class T>
+MELTSIM_HD core::LedgerSums* ledger_parts(const Frame<T>& w, std::uint64_t step) {
+  return w.f.ledger_part + (step % 2u) * w.ledger_parts;
+}
+
+/// Kick, second half drift, walls, periodic wrap, open faces. In passing it looks for the first stage that
+/// produced something unusable, which is not moved, and keeps the ledger. Nothing it writes counts before JudgeBody
+/// says so: the state of the sub-step before is still there, in its own order.
+template <class T>
+struct IntegrateBody {
   Frame<T> w;
   /// What a sub-step produced for a particle.
   struct Item {
     std::uint32_t tag = 0;
     T phi{}, mass{};
-    Vec3<T> position, velocity, acceleration, shift;
+    Vec4<T> position, velocity;
+    Vec3<T> acceleration, shift;
     double enthalpy = 0;
   };
   MELTSIM_HD Item read(std::uint64_t i) const {
@@ -75,20 +101,31 @@ struct CheckBody {
     p.tag = w.f.tag[i];
     if (w.f.density != nullptr) p.phi = w.f.density[i];
     p.mass = w.f.mass[i];
-    p.position = xyz(w.f.position[i]);
-    p.velocity = xyz(w.f.velocity[i]);
+    p.position = w.f.position[i];
+    p.velocity = w.f.velocity[i];
     p.acceleration = acceleration_of(w, i);
     if (w.f.shift != nullptr) p.shift = w.f.shift[i];
     p.enthalpy = w.f.enthalpy[i];
     return p;
   }
+  MELTSIM_HD core::LedgerSums* parts() const { return ledger_parts(w, w.f.clock->step); }
+  MELTSIM_HD std::uint32_t most_parts() const { return w.ledger_parts; }
   MELTSIM_HD CheckResult operator()(std::uint64_t i) const { return (*this)(i, read(i)); }
   MELTSIM_HD CheckResult operator()(std::uint64_t i, const Item& p) const {
     CheckResult r;
     if (is_removed(p.tag)) return r;
-    const Vec3<T> v = kicked(w, i, p.tag, p.velocity, p.acceleration);
+    const Vec3<T> v = kicked(w, i, p.tag, xyz(p.velocity), p.acceleration);
+    look(i, p, v, r);
+    const bool stays = r.bad != 0u || (is_solid(p.tag) && (p.tag & tag_fixed) != 0u);
+    if (!stays && move(i, p, v)) r.removed = 1u;
+    return r;
+  }
+
+ private:
+  /// Whether p and its new velocity v can be gone on with, and what they add to the ledger.
+  MELTSIM_HD void look(std::uint64_t i, const Item& p, Vec3<T> v, CheckResult& r) const {
     const double speed = static_cast<double>(length(v));
-    Vec3<T> x = p.position;
+    Vec3<T> x = xyz(p.position);
     if (is_fluid(p.tag)) {
       r.max_density = static_cast<double>(p.phi);
       x += p.shift;
@@ -109,109 +146,83 @@ struct CheckBody {
     blame(finite(p.acceleration), Halt::force, static_cast<double>(length(p.acceleration)));
     blame(std::isfinite(r.max_density), Halt::density, r.max_density);
     // No sum shows it for sure: a GPU's kernel has a distance that is no number for one beyond H.
-    blame(finite(p.position), Halt::position, 0.0);
+    blame(finite(xyz(p.position)), Halt::position, 0.0);
     if (why != Halt::no) {
       r.bad = static_cast<std::uint32_t>(why);
       r.bad_id = w.f.id[i];
       r.bad_value = value;
     }
     r.max_speed = speed;
-    r.sums = ledger_of(p.tag, static_cast<double>(p.mass), x, v, p.enthalpy);
+    r.sums = ledger_of(w, p.tag, static_cast<double>(p.mass), x, v, p.enthalpy);
     if (r.max_density > 1.0) {
       r.sums.excess = r.max_density - 1.0;
       r.sums.dense = 1.0;
     }
-    return r;
   }
-  /// What a particle adds to the ledger once this sub-step is committed. Positions are those after the
-  /// second half drift, before walls hold anything back.
-  MELTSIM_HD core::LedgerSums ledger_of(std::uint32_t tag, double mass, Vec3<T> position, Vec3<T> velocity,
-                                        double enthalpy) const {
-    core::LedgerSums s;
-    const Vec3<double> v = cast<double>(velocity);
-    const Vec3<double> x = cast<double>(position) + v * static_cast<double>(w.f.clock->half_dt);
-    s.mass = mass;
-    s.momentum = v * mass;
-    s.angular_momentum = cross(x, v) * mass;
-    s.kinetic = physics::kinetic_energy(mass, v);
-    s.potential = physics::potential_energy(mass, cast<double>(w.c.gravity), x);
-    s.thermal = enthalpy;
-    s.latent = physics::latent_energy(w.f.materials[material_of(tag)], mass, enthalpy);
-    return s;
-  }
-};
-
-/// Draws the conclusion; from here on the guard holds if the World halted.
-template <class T>
-struct JudgeBody {
-  Frame<T> w;
-  const CheckResult* result;
-  MELTSIM_HD void operator()(std::uint64_t) const {
-    core::WorldStatus& s = *w.f.status;
-    if (result->bad != 0u) {
-      s.halt_particle = result->bad_id;
-      s.halt_value = result->bad_value;
-      s.halt_step = w.f.clock->step;
-      s.halted = result->bad;
-      return;
-    }
-    if (w.f.heat_account != nullptr) {  // zero in a sub-step without heat
-      s.heat_in += w.f.heat_account->step;
-      w.f.heat_account->step = 0;
-    }
-    s.max_speed = maximum(s.max_speed, result->max_speed);
-    s.max_density = maximum(s.max_density, result->max_density);
-    s.sums = result->sums;
-    s.step_speed = result->max_speed;
-    s.step_density = result->max_density;
-    s.ledger_step = w.f.clock->step;
-    s.ledger_dt = static_cast<double>(w.f.clock->dt);
-    if (result->max_speed * static_cast<double>(w.f.clock->dt) >
-        static_cast<double>(w.c.courant) * static_cast<double>(w.c.kernel.support))
-      s.courant_exceeded = 1u;
-  }
-};
-
-/// Kick, second half drift, walls, periodic wrap, open faces.
-template <class T>
-struct IntegrateBody {
-  Frame<T> w;
-  template <class Add>
-  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag) || (is_solid(tag) && (tag & tag_fixed) != 0u)) return;
-    Vec3<T> v = kicked(w, i, tag, xyz(w.f.velocity[i]), acceleration_of(w, i));
-    Vec3<T> x = physics::drift(xyz(w.f.position[i]), v, w.f.clock->half_dt);
-    if (w.f.shift != nullptr && is_fluid(tag)) x += w.f.shift[i];
+  /// Where it is at the end of the sub-step; true: it has left through an open face.
+  MELTSIM_HD bool move(std::uint64_t i, const Item& p, Vec3<T> v) const {
+    Vec3<T> x = physics::drift(xyz(p.position), v, w.f.clock->half_dt);
+    if (is_fluid(p.tag)) x += p.shift;
     if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
     if (w.grid.periodic != 0u) {
       x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
       x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
       x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
     }
+    bool out = false;
     const std::uint32_t open = w.c.open_faces;
-    if (open != 0u && is_fluid(tag)) {
-      const bool out =
-          ((open & 1u) != 0u && x.x < w.c.domain_min.x) || ((open & 2u) != 0u && x.x > w.c.domain_max.x) ||
-          ((open & 4u) != 0u && x.y < w.c.domain_min.y) || ((open & 8u) != 0u && x.y > w.c.domain_max.y) ||
-          ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
-      if (out) {
-        w.f.tag[i] = tag | tag_removed;
-        add(&w.f.status->removed, 1);
-      }
+    if (open != 0u && is_fluid(p.tag)) {
+      out = ((open & 1u) != 0u && x.x < w.c.domain_min.x) || ((open & 2u) != 0u && x.x > w.c.domain_max.x) ||
+            ((open & 4u) != 0u && x.y < w.c.domain_min.y) || ((open & 8u) != 0u && x.y > w.c.domain_max.y) ||
+            ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
+      if (out) w.f.tag[i] = p.tag | tag_removed;
     }
-    // The rotation of a region is state: it is taken over only now that the step counts.
-    if (w.f.region_fit != nullptr && is_solid(tag)) {
-      const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
-      w.f.region_rotation[vertex] = core::fitted_rotation(w, vertex);
+    w.f.position[i] = with_w(x, p.position.w);
+    w.f.velocity[i] = with_w(v, p.velocity.w);
+    return out;
+  }
+};
+
+/// Draws the conclusion; from here on the guard holds if the World halted. One thread: what it reads it reads
+/// before it writes anything, so that it waits once.
+template <class T>
+struct JudgeBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(const core::WorstOf& worst) const {
+    core::WorldStatus& s = *w.f.status;
+    const core::Clock<T> clock = *w.f.clock;
+    const double fastest = s.max_speed, densest = s.max_density;
+    const std::int64_t removed = s.removed;
+    double heat_in = s.heat_in;
+    if (w.f.heat_account != nullptr) heat_in += w.f.heat_account->step;
+    if (worst.bad != 0u) {
+      s.halt_particle = worst.bad_id;
+      s.halt_value = worst.bad_value;
+      s.halt_step = clock.step;
+      s.halted = worst.bad;
+      return;
     }
-    if (w.f.slip_next != nullptr && w.f.contact_slip != nullptr && is_solid(tag)) {  // likewise
-      const Vec4<T> slip = w.f.slip_next[i];
-      w.f.contact_slip[w.f.vertex_of_id[w.f.id[i]]] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};
-    }
-    const T operand = w.f.velocity[i].w;
-    w.f.position[i] = with_w(x, w.f.position[i].w);
-    w.f.velocity[i] = with_w(v, operand);
+    s.heat_in = heat_in;
+    if (w.f.heat_account != nullptr) w.f.heat_account->step = 0;  // and stays so in a sub-step without heat
+    s.removed = removed + static_cast<std::int64_t>(worst.removed);
+    s.max_speed = maximum(fastest, worst.max_speed);
+    s.max_density = maximum(densest, worst.max_density);
+    s.step_speed = worst.max_speed;
+    s.step_density = worst.max_density;
+    s.ledger_step = clock.step;
+    s.ledger_dt = static_cast<double>(clock.dt);
+    if (worst.max_speed * static_cast<double>(clock.dt) >
+        static_cast<double>(w.c.courant) * static_cast<double>(w.c.kernel.support))
+      s.courant_exceeded = 1u;
+  }
+};
+
+/// Part k of the ledger of the last sub-step that counts.
+template <class T>
+struct LedgerBody {
+  Frame<T> w;
+  MELTSIM_HD core::LedgerSums operator()(std::uint64_t k) const {
+    return ledger_parts(w, w.f.status->ledger_step)[k];
   }
 };
 

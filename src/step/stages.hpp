@@ -19,13 +19,14 @@ void emit(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
-void check(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.particles, CheckBody<T>{w}, w.f.check, JudgeBody<T>{w, w.f.check});
+void integrate(E& ex, const core::Frame<T>& w) {
+  ex.reduce_apart(w.particles, IntegrateBody<T>{w}, w.f.check, JudgeBody<T>{w});
 }
 
+/// Adds up the ledger of the last sub-step, for whoever asks; not a stage.
 template <class E, class T>
-void integrate(E& ex, const core::Frame<T>& w) {
-  ex.accumulate(w.particles, IntegrateBody<T>{w});
+void ledger(E& ex, const core::Frame<T>& w) {
+  ex.reduce(w.ledger_parts, LedgerBody<T>{w}, &w.f.status->sums);
 }
 
 /// After a roll-back; not a stage.

@@ -10,8 +10,8 @@ namespace step {
 
 MELTSIM_INSTANTIATE(core::CpuExec, begin)
 MELTSIM_INSTANTIATE(core::CpuExec, emit)
-MELTSIM_INSTANTIATE(core::CpuExec, check)
 MELTSIM_INSTANTIATE(core::CpuExec, integrate)
+MELTSIM_INSTANTIATE(core::CpuExec, ledger)
 MELTSIM_INSTANTIATE(core::CpuExec, reindex)
 
 }  // namespace step

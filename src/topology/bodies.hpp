@@ -233,35 +233,27 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
 }
 
 /// A surface particle that is all liquid leaves the lattice. Mass, momentum and enthalpy stay as they are:
-/// only the tag changes, and that not here (NeighboursBody): step.integrate may still be reading it.
+/// only the tag changes, and that not here (NeighboursBody): lsm.commit may still be reading it.
 template <class T>
 struct MeltBody {
   Frame<T> w;
-  MELTSIM_HD Count operator()(std::uint64_t v) const {
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
     const std::uint32_t state = w.f.vertex_state[v];
-    if (state == vertex_gone) return {};
+    if (state == vertex_gone) return;
     if (state == vertex_died) {  // of the step before
       w.f.vertex_state[v] = vertex_gone;
-      return {};
+      return;
     }
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
     const std::uint32_t tag = w.f.tag[slot];
     const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
     if (!physics::melts(m, (tag & tag_surface) != 0u,
                         w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
-      return {};
+      return;
     w.f.vertex_state[v] = vertex_died;
-    return {1u};
-  }
-};
-
-/// Adds the step's count to the running one.
-template <class T>
-struct TallyBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t) const {
-    w.f.status->melted += w.f.status->died;
-    if (w.f.status->died != 0u) w.f.status->pieces_stale = 1u;
+    add(&w.f.status->died, 1);
+    add(&w.f.status->melted, 1);
   }
 };
 
@@ -284,7 +276,7 @@ template <class T>
 struct NeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->died == 0u && w.f.status->born == 0u) return;
+    if (w.f.status->died == 0 && w.f.status->born == 0u) return;
     if (w.f.vertex_state[v] == vertex_died) {  // in this step: from now on its particle is liquid
       std::uint32_t& tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]];
       tag = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) |
@@ -316,12 +308,17 @@ MELTSIM_HD void for_each_direct(const Frame<T>& w, std::uint32_t v, const Visit&
 /// Burtscher 2018, HPDC, ECL-CC). vertex_label is a vertex's parent, never larger than itself and only ever
 /// lowered, so that the root of a piece comes out as its smallest vertex, whoever was first. The search and all
 /// that follows is skipped while nothing has melted or frozen since the last one.
+template <class T>
+MELTSIM_HD bool pieces_known(const Frame<T>& w) {
+  return w.f.status->pieces_stale == 0u && w.f.status->died == 0;
+}
+
 /// To begin with everyone's parent is its smallest neighbour: in a convex piece one root already.
 template <class T>
 struct LabelsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->pieces_stale == 0u) return;
+    if (pieces_known(w)) return;
     auto label = static_cast<std::uint32_t>(v);
     if (w.f.vertex_state[v] == vertex_live)
       for_each_direct(w, label, [&](std::uint32_t u) { label = minimum(label, u); });
@@ -349,7 +346,7 @@ struct ClimbBody {
   Frame<T> w;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
-    if (w.f.status->pieces_stale == 0u) return;
+    if (pieces_known(w)) return;
     add.lower(&w.f.vertex_label[v], root_of(w, static_cast<std::uint32_t>(v), add));
   }
 };
@@ -361,7 +358,7 @@ struct HookBody {
   Frame<T> w;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
-    if (w.f.status->pieces_stale == 0u || w.f.vertex_state[v] != vertex_live) return;
+    if (pieces_known(w) || w.f.vertex_state[v] != vertex_live) return;
     const auto self = static_cast<std::uint32_t>(v);
     for_each_direct(w, self, [&](std::uint32_t u) {
       if (u >= self || add.load(&w.f.vertex_label[u]) == add.load(&w.f.vertex_label[self])) return;
@@ -382,7 +379,7 @@ struct AdoptBody {
   Frame<T> w;
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
-    if (w.f.status->pieces_stale != 0u) w.f.vertex_piece[v] = root_of(w, static_cast<std::uint32_t>(v), add);
+    if (!pieces_known(w)) w.f.vertex_piece[v] = root_of(w, static_cast<std::uint32_t>(v), add);
   }
 };
 
@@ -390,7 +387,10 @@ struct AdoptBody {
 template <class T>
 struct SettledBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t) const { w.f.status->pieces_stale = 0u; }
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    w.f.status->pieces_stale = 0u;
+    w.f.status->died = 0;
+  }
 };
 
 /// arrayN of a lattice as built.

@@ -29,7 +29,7 @@ struct RowLiveBody {
   Frame<T> w;
   bool all;  ///< none was known before (when the scene is uploaded)
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!all && w.f.status->died == 0u && w.f.status->born == 0u) return;
+    if (!all && w.f.status->died == 0 && w.f.status->born == 0u) return;
     const std::uint32_t live =
         live_along_x(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]].region_half_width);
     const bool news = !all && live != (w.f.row_live[v] & ~row_changed);
@@ -61,7 +61,7 @@ template <class T>
 struct PlaneChangedBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->died == 0u && w.f.status->born == 0u) return;
+    if (w.f.status->died == 0 && w.f.status->born == 0u) return;
     w.f.plane_changed[v] = has_plane_changed(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]]) ? 1u : 0u;
   }
 };
@@ -176,7 +176,7 @@ struct RegionsBody {
     return changed;
   }
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    if (!all && w.f.status->died == 0u && w.f.status->born == 0u) return;
+    if (!all && w.f.status->died == 0 && w.f.status->born == 0u) return;
     const auto v = static_cast<std::uint32_t>(i);
     const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
     if (!all && !is_stale(v, b)) return;

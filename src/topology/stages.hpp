@@ -14,6 +14,7 @@ void freeze(E& ex, const core::Frame<T>& w) {
   ex.fill(w.particles, core::none, w.f.claim);
   ex.accumulate(w.vertices, ClaimBody<T>{w});
   ex.for_each(w.vertices, YieldBody<T>{w});
+  static_assert(sizeof(Count) == sizeof(std::uint32_t));
   ex.reduce(w.vertices, BornBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->born));
   ex.for_each(w.vertices, JoinBody<T>{w});
   ex.for_each(w.vertices, BirthBody<T>{w});
@@ -22,8 +23,7 @@ void freeze(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void melt(E& ex, const core::Frame<T>& w) {
-  static_assert(sizeof(Count) == sizeof(std::uint32_t));
-  ex.reduce(w.vertices, MeltBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->died), TallyBody<T>{w});
+  ex.accumulate(w.vertices, MeltBody<T>{w});
 }
 
 template <class E, class T>

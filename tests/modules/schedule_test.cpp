@@ -60,21 +60,21 @@ TEST(Schedule, StagesThatTouchTheSameChannelKeepTheirOrder) {
   EXPECT_GT(pairs, 10000);
 }
 
-TEST(Schedule, NothingPassesTheCheckAndAllEndsOnTheFirstTrack) {
+TEST(Schedule, NothingPassesIntegrationAndAllEndsOnTheFirstTrack) {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts) || (facts & fact_particles) == 0) continue;
     const std::uint64_t running = stages_of(facts | fact_packed);
     const Schedule plan = make_schedule(running);
     const auto before = ended_before(plan);
-    const std::uint64_t ahead = running & ((std::uint64_t{1} << stage_step_check) - 1);
-    ASSERT_EQ(before[stage_step_check] & ahead, ahead) << facts;
+    const std::uint64_t ahead = running & ((std::uint64_t{1} << stage_step_integrate) - 1);
+    ASSERT_EQ(before[stage_step_integrate] & ahead, ahead) << facts;
     std::uint64_t joined = plan.last;
     for (int s = 0; s < stage_count; ++s) {
       if (((running >> s) & 1u) == 0) continue;
       if (plan.track[static_cast<std::size_t>(s)] == 0 || ((plan.last >> s) & 1u) != 0)
         joined |= before[static_cast<std::size_t>(s)] | (std::uint64_t{1} << s);
-      if (s > stage_step_check) {
-        ASSERT_TRUE((before[static_cast<std::size_t>(s)] >> stage_step_check) & 1u);
+      if (s > stage_step_integrate) {
+        ASSERT_TRUE((before[static_cast<std::size_t>(s)] >> stage_step_integrate) & 1u);
       }
     }
     ASSERT_EQ(joined, running) << facts;

@@ -108,7 +108,7 @@ class PermutingExec : public meltsim::core::CpuExec {
         body.finish(order[k], meltsim::core::sum_of(body, order[k], meltsim::core::listed<Body>::parts));
     });
   }
-  /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
+  /// What is reduced in a step must not depend on order either: WorstOf and Count promise it.
   template <class R, class Body, class Last = meltsim::core::CpuExec::Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     see(body.w);
@@ -116,13 +116,13 @@ class PermutingExec : public meltsim::core::CpuExec {
     Base::reduce(
         n, [&](std::uint64_t k) { return body(order[k]); }, out, last);
   }
-  /// Where the guard holds, begin is spoilt: on a GPU a memset clears it whatever the guard says.
+  /// Where the guard holds, begin is spoilt: on a GPU counts are added up whatever the guard says.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch) {
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch, std::uint32_t* counts) {
     see(body.w);
     if (stopped()) std::fill_n(begin, std::size_t{m} + 1, 0u);
-    Base::bucket(n, m, body, bucket_of, begin, order, scratch);
+    Base::bucket(n, m, body, bucket_of, begin, order, scratch, counts);
   }
   template <class Body>
   void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) {

@@ -25,6 +25,8 @@
 namespace verbs_test {
 
 using meltsim::core::CheckResult;
+using meltsim::core::LedgerSums;
+using meltsim::core::WorstOf;
 
 /// What a suite needs to know of an executor. Specialise:
 ///   static std::string missing()   why it cannot run here; empty when it can
@@ -111,11 +113,24 @@ struct InverseOf {
   MELTSIM_HD RealSum operator()(std::uint64_t i) const { return {1.0 / (1.0 + from[i])}; }
 };
 
-/// The library's largest reduction: 40 bytes.
+/// The worst, and sums beside it; and writes its index.
 struct Worst {
   const std::uint32_t* from;
-  MELTSIM_HD CheckResult operator()(std::uint64_t i) const {
+  LedgerSums* sums = nullptr;
+  std::uint32_t room = 0;
+  std::uint32_t* written = nullptr;
+  using Item = std::uint32_t;
+  MELTSIM_HD Item read(std::uint64_t i) const { return from[i]; }
+  MELTSIM_HD LedgerSums* parts() const { return sums; }
+  MELTSIM_HD std::uint32_t most_parts() const { return room; }
+  MELTSIM_HD CheckResult operator()(std::uint64_t i) const { return (*this)(i, read(i)); }
+  MELTSIM_HD CheckResult operator()(std::uint64_t i, Item value) const {
+    if (written != nullptr) written[i] += value;
+    return of(i);
+  }
+  MELTSIM_HD CheckResult of(std::uint64_t i) const {
     CheckResult r;
+    r.removed = from[i] % 3u;
     r.max_speed = from[i];
     r.bad = from[i] % 97u == 3u ? 1u + from[i] % 5u : 0u;
     r.bad_id = static_cast<std::uint32_t>(i);
@@ -296,26 +311,48 @@ TYPED_TEST_P(Verbs, ReduceEqualsStdAccumulate) {
   this->expect_no_fault(ex);
 }
 
-TYPED_TEST_P(Verbs, ReduceFindsTheWorst) {
+struct PartOf {
+  const LedgerSums* parts;
+  MELTSIM_HD LedgerSums operator()(std::uint64_t k) const { return parts[k]; }
+};
+struct NoteSpeed {
+  double* noted;
+  MELTSIM_HD void operator()(const WorstOf& worst) const { *noted = worst.max_speed; }
+};
+
+// Parts that there are no items for have to be 0 whatever was there: the room is that of the largest n.
+TYPED_TEST_P(Verbs, ReduceApartFindsTheWorstAndLeavesSumsInParts) {
   VERBS_MAKE(ex);
+  const auto room = static_cast<std::uint32_t>(ex.sum_parts(sizes().back()));
   for (const std::uint64_t n : sizes()) {
     const auto host = this->random(n, 1000000u);
     CheckResult expected;
-    for (std::uint64_t i = 0; i < n; ++i) expected = CheckResult::combine(expected, Worst{host.data()}(i));
-    Buffer<TypeParam, std::uint32_t> values(ex, host);
-    Buffer<TypeParam, CheckResult> out(ex, 1);
-    ex.reduce(n, Worst{values.get()}, out.get());
-    const CheckResult got = out.host()[0];
+    for (std::uint64_t i = 0; i < n; ++i) expected = CheckResult::combine(expected, Worst{host.data()}.of(i));
+    LedgerSums spoilt;
+    spoilt.mass = spoilt.dense = 5;
+    Buffer<TypeParam, std::uint32_t> values(ex, host), written(ex, n, 7u);
+    Buffer<TypeParam, LedgerSums> parts(ex, room, spoilt), sums(ex, 1);
+    Buffer<TypeParam, WorstOf> out(ex, 1);
+    Buffer<TypeParam, double> noted(ex, 1, -1.0);
+    ex.reduce_apart(n, Worst{values.get(), parts.get(), room, written.get()}, out.get(),
+                    NoteSpeed{noted.get()});
+    ex.reduce(room, PartOf{parts.get()}, sums.get());
+    const WorstOf got = out.host()[0];
     EXPECT_EQ(got.max_speed, expected.max_speed) << "n " << n;
+    EXPECT_EQ(got.removed, expected.removed) << "n " << n;
     EXPECT_EQ(got.bad, expected.bad) << "n " << n;
     EXPECT_EQ(got.bad_id, expected.bad_id) << "n " << n;
     EXPECT_EQ(got.bad_value, expected.bad_value) << "n " << n;
+    EXPECT_EQ(noted.host()[0], expected.max_speed) << "n " << n;
+    const auto now = written.host();
+    for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(now[i], host[i] + 7u) << "n " << n << ", i " << i;
     double total = 0;
     for (const std::uint32_t x : host) total += x % 1024u;
-    double words[meltsim::core::LedgerSums::words];
-    static_assert(sizeof words == sizeof got.sums);
-    std::memcpy(words, &got.sums, sizeof words);
-    for (int k = 0; k < meltsim::core::LedgerSums::words; ++k)
+    double words[LedgerSums::words];
+    const LedgerSums all = sums.host()[0];
+    static_assert(sizeof words == sizeof all);
+    std::memcpy(words, &all, sizeof words);
+    for (int k = 0; k < LedgerSums::words; ++k)
       EXPECT_EQ(words[k], total * (k + 1)) << "n " << n << ", word " << k;
   }
   this->expect_no_fault(ex);
@@ -449,8 +486,11 @@ TYPED_TEST_P(Verbs, BucketEqualsStdSort) {
       std::stable_sort(expected.begin(), expected.end(),
                        [&](std::uint32_t a, std::uint32_t b) { return host[a] < host[b]; });
       Buffer<TypeParam, std::uint32_t> values(ex, host), bucket_of(ex, n), begin(ex, m + 1, 99u),
-          order(ex, n), scratch(ex, n);
-      ex.bucket(n, m, BucketOf{values.get()}, bucket_of.get(), begin.get(), order.get(), scratch.get());
+          order(ex, n), scratch(ex, n), counts(ex, m + 1, 0u);
+      for (int again = 0; again < 2; ++again)  // the second time finds counts as the first left them
+        ex.bucket(n, m, BucketOf{values.get()}, bucket_of.get(), begin.get(), order.get(), scratch.get(),
+                  counts.get());
+      EXPECT_EQ(counts.host(), std::vector<std::uint32_t>(m + 1, 0u));
       EXPECT_EQ(bucket_of.host(), host);
       auto got = order.host();
       const auto first = begin.host();
@@ -669,11 +709,11 @@ TYPED_TEST_P(Verbs, TimingsAreReadAfterSynchronize) {
 REGISTER_TYPED_TEST_SUITE_P(Verbs, ForEachStepsAsideAndVisitsEveryIndexOnce, BucketEqualsStdSort,
                             GatherAddsPartsInOrder, GatherJoinsWhatPartsStored, SumByRowIsExact,
                             ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
-                            ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate, ReduceFindsTheWorst,
-                            ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
-                            ScanOfWordsKeepsTheirHalvesApart, SortEqualsStdStableSort, AccumulateIsExact,
-                            GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
-                            GuardStopsWhatWritesState, LoweringTellsWhatWasThere,
-                            TimingsAreReadAfterSynchronize);
+                            ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate,
+                            ReduceApartFindsTheWorstAndLeavesSumsInParts, ReduceOfRealsRepeatsBitForBit,
+                            ScanEqualsStdPartialSum, ScanOfWordsKeepsTheirHalvesApart,
+                            SortEqualsStdStableSort, AccumulateIsExact, GatherListedVisitsWhatIsWantedOnce,
+                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
+                            LoweringTellsWhatWasThere, TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test

@@ -313,6 +313,40 @@ TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   EXPECT_EQ(s.error().code, ErrorCode::halted);
 }
 
+// Sums and rotations are written in every sub-step, too, and there is one place for each of two sub-steps.
+TEST(Errors, DivergenceKeepsLedgerAndRotations) {
+  MELTSIM_NEEDS_BACKEND();
+  for (int steps = 1; steps <= 4; ++steps) {
+    auto w = World::create(describe());
+    ASSERT_TRUE(w);
+    SolidDesc b;
+    b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+    b.material = *w->add_material({});
+    b.velocity = {40, 0, 0};
+    b.angular_velocity = {0, 0, 20};
+    require(w->add_solid(b));
+    for (int k = 0; k < steps; ++k) require(w->step(0.01));
+    const auto good = *w->state_hash();
+    const Ledger before = *w->ledger();
+    EXPECT_EQ(before.step, static_cast<std::uint64_t>(steps));
+    EXPECT_GT(before.kinetic, 0.0);
+    EXPECT_NE(before.momentum.x, 0.0);
+    for (int k = 0; k < 3; ++k) {
+      require(w->step(0.02));
+      const Ledger after = *w->ledger();
+      EXPECT_EQ(after.step, before.step);
+      EXPECT_EQ(after.mass, before.mass);
+      EXPECT_EQ(after.momentum.x, before.momentum.x);
+      EXPECT_EQ(after.angular_momentum.z, before.angular_momentum.z);
+      EXPECT_EQ(after.kinetic, before.kinetic);
+      EXPECT_EQ(after.thermal, before.thermal);
+    }
+    EXPECT_TRUE(w->synchronize().halted);
+    EXPECT_EQ(*w->state_hash(), good);
+    EXPECT_EQ(w->ledger()->kinetic, before.kinetic);
+  }
+}
+
 // A stage of the host's that writes nonsense: a particle at no place is near nobody, so no sum shows it for sure. On CUDA:
 // tests/gpu/interop_test.cu.
 TEST(Errors, APositionThatIsNoNumberHalts) {
