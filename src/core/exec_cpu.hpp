@@ -162,18 +162,17 @@ class CpuExec {
   template <class R, class Body, class Last = Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     if (stopped()) return;
-    const std::uint64_t chunks = (n + chunk - 1) / chunk;
-    static_assert(alignof(R) <= alignof(std::max_align_t));
+    const std::uint64_t chunks = (n + reduced - 1) / reduced;
+    static_assert(alignof(R) <= alignof(std::max_align_t) && sizeof(R) <= largest_result);
     partial_.resize(std::max(partial_.size(), static_cast<std::size_t>(chunks) * sizeof(R)));
     R* partial = reinterpret_cast<R*>(partial_.data());
-    const auto count = static_cast<std::int64_t>(chunks);
-#pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
-    for (std::int64_t c = 0; c < count; ++c) {
+    each_part(n, reduced, [&](std::uint64_t begin, std::uint64_t end) {
       R r{};
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
-      for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i) r = R::combine(r, body(i));
-      new (partial + c) R(r);
-    }
+      const auto one = [&](std::uint64_t i) { r = R::combine(r, body(i)); };
+      if (wide_) run_wide(one, begin, end);
+      else run(one, begin, end);
+      new (partial + begin / reduced) R(r);
+    });
     R r{};
     for (std::uint64_t c = 0; c < chunks; ++c) r = R::combine(r, partial[c]);
     *out = r;
@@ -363,9 +362,8 @@ class CpuExec {
   /// Bytes that may still be allocated; the CPU backend leaves that to the operating system.
   std::uint64_t free_bytes() const { return std::numeric_limits<std::uint64_t>::max(); }
   bool reserve(std::uint64_t n) {
-    const std::size_t chunks = static_cast<std::size_t>(n / chunk + 2);
-    partial_.reserve(chunks * largest_result);
-    sums_.reserve(chunks);
+    partial_.reserve(static_cast<std::size_t>(n / reduced + 2) * largest_result);
+    sums_.reserve(static_cast<std::size_t>(n / chunk + 2));
     histogram_.reserve(static_cast<std::size_t>(threads_ + 1) << digit_bits);
     return true;
   }
@@ -419,8 +417,10 @@ class CpuExec {
 
  private:
   static constexpr std::uint32_t digit_bits = 11;    // of a radix pass
-  static constexpr std::size_t largest_result = 64;  // of a reduction [bytes]
-  static constexpr std::uint64_t chunk = 4096;  // fixed: the shape of a reduction may not depend on threads
+  static constexpr std::size_t largest_result = 160;  // of a reduction [bytes]
+  // Fixed: the shape of a sum may not depend on threads.
+  static constexpr std::uint64_t chunk = 4096;   // of a scan
+  static constexpr std::uint64_t reduced = 512;  // of a reduction
   template <class T>
   static std::size_t split_bytes(std::uint64_t n) {
     return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);

@@ -124,6 +124,8 @@ TEST(Melting, IncrementalEqualsFullRebuild) {
         ASSERT_EQ(material_of(tag), after[v] == 1u ? 1u : 0u);
         ASSERT_EQ((tag & tag_surface) != 0u, after[v] == 1u && popcount(kept.neighbour_mask[v]) < 27u);
       }
+      // How many melted in this round: what asks for it has nothing to do where nobody has.
+      ASSERT_EQ(f.f.status->died, std::count(after.begin(), after.end(), 2u));
       Bodies fresh = b;
       rig.engine->download(fresh.state);
       const core::LatticeMasks full = masks(fresh);
