@@ -117,45 +117,43 @@ struct ForcesBody {
   using Sum = ForceSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
-    if (!is_fluid(w.f.tag[i])) return s;
-    with_pairs(i, s, [&](const auto& add) { spatial::sweep_part<Periodic>(w, i, k, parts, add); });
-    return s;
-  }
-  /// walk(add): what add(j, xj, x_ij, r2) of every neighbour of a liquid particle makes of s.
-  template <class Walk>
-  MELTSIM_HD void with_pairs(std::uint64_t i, Sum& s, const Walk& walk) const {
     const std::uint32_t tag = w.f.tag[i];
+    if (!is_fluid(tag)) return s;
     const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
     const T stiffness = mi.tait_stiffness, density = mi.density;
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const T vol_i = xi.w, mu = viscosity_of(w, i, mi);
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    walk([&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-      const Vec4<T> vj = w.f.velocity[j];
-      const Vec3<T> v_ij = xyz(vi) - xyz(vj);
-      const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
-      const bool solid = Mixed && is_solid(tag_j);  // which acts as the same liquid does, but for its term
-      const T term_j = solid ? stiffness * vj.w : vj.w;
-      T by_images = 0;
-      if (walls.axes != 0u) {
-        const auto images =
-            physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
-        by_images = images.along;
-        s.force += images.normal;
-      }
-      const bool same = !Mixed || solid || material_of(tag_j) == material_of(tag);
-      T mu_ij = mu, density_ij = density;
-      if (!same) density_ij = T(0.5) * (density + w.f.materials[material_of(tag_j)].density);
-      if (Mixed && (!same || (w.f.viscosity != nullptr && !solid)))
-        mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
-      const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, term_j, mu_ij, density_ij, x_ij, v_ij};
-      auto factors = physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
-      factors.along += by_images;
-      s.force = physics::add_liquid_force(s.force, factors, x_ij, v_ij);
-      if (solid && r2 < w.c.leak_distance2)
-        s.force +=
-            physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], x_ij, v_ij, r2);
-    });
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+          const Vec4<T> vj = w.f.velocity[j];
+          const Vec3<T> v_ij = xyz(vi) - xyz(vj);
+          const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
+          const bool solid =
+              Mixed && is_solid(tag_j);  // which acts as the same liquid does, but for its term
+          const T term_j = solid ? stiffness * vj.w : vj.w;
+          T by_images = 0;
+          if (walls.axes != 0u) {
+            const auto images =
+                physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
+            by_images = images.along;
+            s.force += images.normal;
+          }
+          const bool same = !Mixed || solid || material_of(tag_j) == material_of(tag);
+          T mu_ij = mu, density_ij = density;
+          if (!same) density_ij = T(0.5) * (density + w.f.materials[material_of(tag_j)].density);
+          if (Mixed && (!same || (w.f.viscosity != nullptr && !solid)))
+            mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
+          const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, term_j, mu_ij, density_ij, x_ij, v_ij};
+          auto factors =
+              physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
+          factors.along += by_images;
+          s.force = physics::add_liquid_force(s.force, factors, x_ij, v_ij);
+          if (solid && r2 < w.c.leak_distance2)
+            s.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], x_ij,
+                                           v_ij, r2);
+        });
+    return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
     const std::uint32_t tag = w.f.tag[i];

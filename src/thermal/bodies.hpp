@@ -101,29 +101,25 @@ struct StageBody {
   using Sum = ExchangeSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
-    if (is_removed(w.f.tag[i])) return s;
-    with_pairs(i, s, [&](const auto& add) { spatial::sweep_part<Periodic>(w, i, k, parts, add); });
-    return s;
-  }
-  /// walk(add): what add(j, xj, x_ij, r2) of every neighbour of a particle makes of s.
-  template <class Walk>
-  MELTSIM_HD void with_pairs(std::uint64_t i, Sum& s, const Walk& walk) const {
     const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) return s;
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     const HeatOperand<T> own = w.f.heat_operand[i];
     const T volume = w.f.position[i].w;
-    walk([&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      const HeatOperand<T> other = w.f.heat_operand[j];
-      T r_own = own.resistivity, r_other = other.resistivity;
-      if (minimum(r_own, r_other) < T(0)) {
-        r_own = toward(m, own, other.temperature);
-        r_other = toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
-      }
-      const T g = physics::pair_conductance(
-          volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), r_own, r_other);
-      s.rate += static_cast<double>(g * (other.temperature - own.temperature));
-      s.conductance += g;
-    });
+    spatial::sweep_part<Periodic>(
+        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+          const HeatOperand<T> other = w.f.heat_operand[j];
+          T r_own = own.resistivity, r_other = other.resistivity;
+          if (minimum(r_own, r_other) < T(0)) {
+            r_own = toward(m, own, other.temperature);
+            r_other = toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
+          }
+          const T g = physics::pair_conductance(
+              volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), r_own, r_other);
+          s.rate += static_cast<double>(g * (other.temperature - own.temperature));
+          s.conductance += g;
+        });
+    return s;
   }
   template <class Add>
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
