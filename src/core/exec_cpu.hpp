@@ -12,11 +12,11 @@
 //                                last(0)
 //   reduce_apart(n, body, out, last)
 //                                the same for an R made of R::Worst (a base), whose combination goes to *out
-//                                and last(*out),
-//                                and of `R::Sums sums` (R::Sums::words doubles), which nobody waits for: they
-//                                are left in parts at body.parts(), the rest of body.most_parts() 0, to be added
-//                                up by a reduction some time; sum_parts(n) suffice. body(i) may write index i. body(i, item), item =
-//                                read(i) of type Body::Item: it may read ahead
+//                                and last(*out), and of `R::Sums sums` (R::Sums::words doubles), which nobody
+//                                waits for: they are left in parts at body.parts(), the rest of
+//                                body.most_parts() 0, to be added up by a reduction some time; sum_parts(n)
+//                                suffice. body(i) may write index i. It may read ahead: body(i, item) with
+//                                item = read(i) of type Body::Item
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts)
@@ -416,7 +416,7 @@ class CpuExec {
   }
 
  private:
-  static constexpr std::uint32_t digit_bits = 11;    // of a radix pass
+  static constexpr std::uint32_t digit_bits = 11;     // of a radix pass
   static constexpr std::size_t largest_result = 160;  // of a reduction [bytes]
   // Fixed: the shape of a sum may not depend on threads.
   static constexpr std::uint64_t chunk = 4096;   // of a scan

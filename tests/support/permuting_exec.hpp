@@ -116,6 +116,11 @@ class PermutingExec : public meltsim::core::CpuExec {
     Base::reduce(
         n, [&](std::uint64_t k) { return body(order[k]); }, out, last);
   }
+  template <class Body, class Worst, class Last>
+  void reduce_apart(std::uint64_t n, const Body& body, Worst* out, const Last& last) {
+    see(body.w);
+    Base::reduce_apart(n, PermutedApart<Body>{body, indices(n)}, out, last);
+  }
   /// Where the guard holds, begin is spoilt: on a GPU counts are added up whatever the guard says.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
@@ -138,6 +143,14 @@ class PermutingExec : public meltsim::core::CpuExec {
     const Body& body;
     std::vector<std::uint64_t> order;
     std::uint32_t operator()(std::uint64_t k, Sum& s) const { return body(order[k], s); }
+  };
+  template <class Body>
+  struct PermutedApart {
+    const Body& body;
+    std::vector<std::uint64_t> order;
+    auto operator()(std::uint64_t k) const { return body(order[k]); }
+    auto parts() const { return body.parts(); }
+    auto most_parts() const { return body.most_parts(); }
   };
   void see(const meltsim::core::Frame<T>& frame) { *frame_ = frame; }
   void see(const meltsim::core::SurfaceFrame<T>&) {}  // between steps, with a frame of its own
