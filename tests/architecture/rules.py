@@ -5,7 +5,8 @@
   rules.py includes DIR          who may include whom
   rules.py macros DIR            no #if about CUDA outside physics/hd.hpp
   rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
-  rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table
+  rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table, and whether they
+                                 step aside in core/schedule.hpp
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
@@ -162,6 +163,9 @@ def check_channels(root):
     rows = re.findall(r'^MELTSIM_STAGE\((\w+), (\w+), [^,]+, (.*?), "', table.read_text(), re.M)
     if not rows:
         yield "no stage found: the pattern is broken"
+    schedule = root / "src/core/schedule.hpp"
+    found = re.search(r"\bmodest_stages\s*=([^;]*);", schedule.read_text() if schedule.is_file() else "")
+    modest = set(re.findall(r"\bstage_bit\((\w+)\)", found[1])) if found else set()
     for module, stage, sets in rows:
         known = {}
         for path in sorted({*(root / "src" / module).glob("*.hpp"), root / "src/spatial/neighbours.hpp"}):
@@ -186,6 +190,12 @@ def check_channels(root):
         named = {wholes.get(name, name) for name in re.findall(r"F\((\w+)\)", sets)}
         for name in sorted(touched - named):
             yield f"{table.relative_to(root)}: {module}.{stage} touches {name}, which its row does not name"
+        # Stages that step aside (core/schedule.hpp) run on few threads only where their bodies say so, too.
+        aside = f"stage_{module}_{stage}" in modest
+        for body in re.findall(r"\bfor_each\([^;]*?\b(\w+Body)<", known.get(stage, "")):
+            if ("bool modest = true" in known.get(body, "")) != aside:
+                yield (f"src/{module}: {body} is {'not ' if aside else ''}modest, its stage {module}.{stage} is "
+                       f"{'' if aside else 'not '}one of modest_stages")
 
 
 def check_symbols(library):
@@ -297,8 +307,10 @@ def selftest():
         write("src/core/pipeline.def", 'MELTSIM_STAGE(sph, density, 0, F(tag), 0, 0, "", "")\n')
         write("src/sph/stages.hpp", "void density(E& ex) {\n  ex.for_each(1, DensityBody<T>{w});\n}\n")
         body = "struct DensityBody {\n  void part() {\n    weigh(w);\n  }\n};\nT weigh(F w) {\n  return w.f.%s[0];\n}\n"
+        modest = body.replace("{\n", "{\n  static constexpr bool modest = true;\n", 1)
         cases += [(check_channels, "src/sph/bodies.hpp", body % "tag", 0),
-                  (check_channels, "src/sph/bodies.hpp", body % "mass", 1)]
+                  (check_channels, "src/sph/bodies.hpp", body % "mass", 1),
+                  (check_channels, "src/sph/bodies.hpp", modest % "tag", 1)]
         broken = 0
         for check, name, text, expected in cases:
             found = findings(check, name, text)
