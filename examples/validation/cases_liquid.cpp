@@ -22,8 +22,8 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
 
 // 10 x 16 x 10 spacings of water, default settings. Pressure per layer is the mean over the particles of that
 // layer and over the last four seconds: a tank that starts without pressure rings at c/4h, and the liquid
-// damps that slowly, at 16 layers by e in 12 s (rms speed 0.0094 to 0.0104 of sqrt(g h) after 8 s, 0.0042 to 0.0054
-// after 16), at 8 layers in a quarter of that, as viscosity does.
+// damps that slowly, at 16 layers by e in 10 to 12 s (rms speed 0.0094 to 0.0104 of sqrt(g h) after 8 s, 0.0042 to
+// 0.0054 after 16); 8 layers are at 0.004 after 8 s.
 void tank(const Settings& s, Report& r, int layers, bool slosh) {
   constexpr double dx = 0.0625;
   constexpr int side = 10;

@@ -304,15 +304,15 @@ MELTSIM_HD void for_each_direct(const Frame<T>& w, std::uint32_t v, const Visit&
         if (((mask >> bit) & 1u) != 0u) visit(w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]);
 }
 
-/// The search for pieces: a forest over the vertices (disjoint sets; hooking without locks as in Jaiganesh &
-/// Burtscher 2018, HPDC, ECL-CC). vertex_label is a vertex's parent, never larger than itself and only ever
-/// lowered, so that the root of a piece comes out as its smallest vertex, whoever was first. The search and all
-/// that follows is skipped while nothing has melted or frozen since the last one.
+/// Nothing has melted or frozen since the last search for pieces; the next has nothing to do.
 template <class T>
 MELTSIM_HD bool pieces_known(const Frame<T>& w) {
   return w.f.status->pieces_stale == 0u && w.f.status->died == 0;
 }
 
+/// The search for pieces: a forest over the vertices (disjoint sets; hooking without locks as in Jaiganesh &
+/// Burtscher 2018, HPDC, ECL-CC). vertex_label is a vertex's parent, never larger than itself and only ever
+/// lowered, so that the root of a piece comes out as its smallest vertex, whoever was first.
 /// To begin with everyone's parent is its smallest neighbour: in a convex piece one root already.
 template <class T>
 struct LabelsBody {
