@@ -10,7 +10,7 @@ import re
 # What a kernel's name says of the verb that launched it (cuda/core). A bucket's counts are summed by a scan, too.
 VERBS = [("sort", r"RadixSort|Onesweep|radix_sort"), ("bucket", r"CountBody|PlaceBody"),
          ("scan", r"DeviceScan|DeviceCompactInit"), ("bucket", r"DeviceScan"),
-         ("reduce", r"reduce_first|reduce_last|DeviceReduce"), ("fill", r"FillBody"), ("copy", r"CopyBody")]
+         ("reduce", r"kernels::reduce<|DeviceReduce"), ("fill", r"FillBody"), ("copy", r"CopyBody")]
 
 
 def stage_order(root):

@@ -18,8 +18,8 @@ struct HeadOf {
 
 struct SpeedOf {
   const std::uint64_t* keys;
-  MELTSIM_HD meltsim::core::WorstOf operator()(std::uint64_t i) const {
-    meltsim::core::WorstOf r;
+  MELTSIM_HD meltsim::core::CheckResult operator()(std::uint64_t i) const {
+    meltsim::core::CheckResult r;
     r.max_speed = static_cast<double>(keys[i]);
     return r;
   }
@@ -52,7 +52,7 @@ void run_verb(benchmark::State& state, E ex, Verb verb, std::uint64_t n) {
   auto* ko = static_cast<std::uint64_t*>(ex.allocate(bytes(8)));
   auto* v = static_cast<std::uint32_t*>(ex.allocate(bytes(4)));
   auto* vo = static_cast<std::uint32_t*>(ex.allocate(bytes(4)));
-  auto* out = static_cast<meltsim::core::WorstOf*>(ex.allocate(sizeof(meltsim::core::WorstOf)));
+  auto* out = static_cast<meltsim::core::CheckResult*>(ex.allocate(sizeof(meltsim::core::CheckResult)));
   const bool ready = k && ko && v && vo && out && ex.reserve(n);
   int stage = 0;
   const auto once = [&] {

@@ -192,11 +192,16 @@ void CudaExec::renew(void* kernel, std::uint64_t grid, unsigned threads, void** 
   check(cudaGraphExecKernelNodeSetParams(r.graph, r.first, &p), "renewing the first kernel of a sub-step");
 }
 
-bool CudaExec::begin_capture() const {
+bool CudaExec::host_captures() const {
   const DeviceScope scope(device_);
   cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;
-  if (!check(cudaStreamIsCapturing(stream_, &status), "asking whether the stream is captured")) return false;
-  if (status != cudaStreamCaptureStatusNone) return false;  // by the host
+  return !check(cudaStreamIsCapturing(stream_, &status), "asking whether the stream is captured") ||
+         status != cudaStreamCaptureStatusNone;
+}
+
+bool CudaExec::begin_capture() const {
+  if (host_captures()) return false;
+  const DeviceScope scope(device_);
   return check(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeThreadLocal), "capturing a sub-step");
 }
 
@@ -365,21 +370,6 @@ void* CudaExec::scratch(std::size_t bytes) const {
 
 // --- sums and sort
 // -------------------------------------------------------------------------------------------------
-
-void CudaExec::sum_before(std::uint64_t n, const std::uint32_t* values, std::uint32_t* sums) const {
-  if (n == 0) return;
-  const DeviceScope scope(device_);
-  (void)cudaGetLastError();  // CUB would take an earlier error of the host's for its own
-  const auto items = static_cast<std::uint32_t>(n);
-  std::size_t bytes = 0;
-  if (!check(CUB_NS_QUALIFIER::DeviceScan::ExclusiveSum(nullptr, bytes, values, sums, items, stream_),
-             "running sum"))
-    return;
-  void* const space = scratch(bytes);
-  if (space != nullptr)
-    check(CUB_NS_QUALIFIER::DeviceScan::ExclusiveSum(space, bytes, values, sums, items, stream_),
-          "running sum");
-}
 
 void CudaExec::sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
                     std::uint64_t* keys_out, std::uint32_t* values_out) const {

@@ -38,12 +38,13 @@ namespace kernels {
 
 // 128: at 60 thousand particles every multiprocessor of a large GPU still gets several blocks.
 inline constexpr unsigned block = 128;
-// Four blocks of 128 threads that keep a ledger (112 registers) fit on a multiprocessor, and as many as an
-// H200 runs at once are all there are: a second wave would pay the combining of a block again.
+// As many blocks as an H200 runs at once are all there are: a second wave would pay the combining of a block again.
 inline constexpr unsigned reduce_block = 128;
-inline constexpr unsigned reduce_resident = 4;
-inline constexpr std::uint64_t reduce_blocks = 528;  // most blocks of a reduction's first pass
-inline constexpr std::size_t reduce_item = 112;      // largest result of a reduction, bytes
+inline constexpr unsigned reduce_multiprocessors = 132;
+inline constexpr unsigned reduce_most_resident = 8;
+inline constexpr std::uint64_t reduce_blocks = reduce_most_resident * reduce_multiprocessors;  // most blocks
+inline constexpr std::size_t reduce_item = 112;  // largest result of a reduction, bytes
+inline constexpr unsigned sum_tile = 2048;       // counts whose running sum is one block's
 
 __device__ inline bool stopped(const std::uint32_t* guard) { return guard != nullptr && *guard != 0u; }
 
@@ -218,43 +219,6 @@ __device__ R from_lane_above(const R& r, unsigned offset) {
   return other;
 }
 
-/// Sums over a warp, every lane keeping half of what it kept before: 16 exchanges instead of 5 for each of 13
-/// sums. Lane l ends with sum number sum_of_lane(l).
-inline constexpr int most_sums = 16;
-template <int Half>
-__device__ double spread_sums(double (&s)[most_sums]) {
-  if constexpr (Half == 0) {
-    return s[0] + __shfl_xor_sync(~0u, s[0], 1);
-  } else {
-    const bool upper = (threadIdx.x & (2u * Half)) != 0u;
-#pragma unroll
-    for (int k = 0; k < Half; ++k) {
-      const double keep = upper ? s[k + Half] : s[k], give = upper ? s[k] : s[k + Half];
-      s[k] = keep + __shfl_xor_sync(~0u, give, 2 * Half);
-    }
-    return spread_sums<Half / 2>(s);
-  }
-}
-__device__ inline unsigned sum_of_lane(unsigned lane) { return lane >> 1; }
-
-/// The sums of a block, to *out.
-template <class Sums>
-__device__ void combine_sums(Sums sums, Sums* out) {
-  constexpr unsigned warps = reduce_block / 32;
-  static_assert(Sums::words <= most_sums && sizeof(Sums) == Sums::words * sizeof(double));
-  __shared__ double of_warp[warps][most_sums];
-  double s[most_sums] = {};
-  sums.each_word([&](int k, double word) { s[k] = word; });
-  const double mine = spread_sums<most_sums / 2>(s);
-  const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
-  if (lane % 2 == 0) of_warp[warp][sum_of_lane(lane)] = mine;
-  __syncthreads();
-  if (threadIdx.x >= Sums::words) return;
-  double total = of_warp[0][threadIdx.x];
-  for (unsigned k = 1; k < warps; ++k) total += of_warp[k][threadIdx.x];
-  reinterpret_cast<double*>(out)[threadIdx.x] = total;
-}
-
 /// Combines the values of a block, in an order that depends on nothing; thread 0 gets the result.
 template <class R>
 __device__ R combine_block(R r) {
@@ -272,19 +236,16 @@ __device__ R combine_block(R r) {
   return r;
 }
 
-/// Notes what this block has in thread 0, then does `meanwhile`. True in all threads where it is the last block to do
-/// so. `ticket` counts the blocks that have, and is 0 again afterwards.
-template <class R, class Meanwhile>
-__device__ bool hand_in(const R& r, R* partial, unsigned* ticket, const Meanwhile& meanwhile) {
+/// Notes what this block has in thread 0. True in all threads where it is the last block to do so. `ticket` counts the
+/// blocks that have, and is 0 again afterwards.
+template <class R>
+__device__ bool hand_in(const R& r, R* partial, unsigned* ticket) {
   __shared__ bool is_last;
-  unsigned before_me = 0;
   if (threadIdx.x == 0) {
     partial[blockIdx.x] = r;
     __threadfence();
-    before_me = atomicInc(ticket, gridDim.x - 1u);
+    is_last = atomicInc(ticket, gridDim.x - 1u) == gridDim.x - 1u;
   }
-  meanwhile();
-  if (threadIdx.x == 0) is_last = before_me == gridDim.x - 1u;
   __syncthreads();
   if (is_last) __threadfence();
   return is_last;
@@ -294,8 +255,7 @@ __device__ bool hand_in(const R& r, R* partial, unsigned* ticket, const Meanwhil
 template <class R>
 __device__ R combine_handed_in(const R* partial) {
   // All loads first, where there are registers for them: one wait, not one per round.
-  constexpr unsigned rounds = (reduce_blocks + reduce_block - 1) / reduce_block;
-  constexpr unsigned together = sizeof(R) * rounds <= 256 ? rounds : 1;
+  constexpr unsigned fit = 256 / sizeof(R), together = fit < 1 ? 1 : fit < 5 ? fit : 5;
   R r{};
   for (unsigned first = threadIdx.x; first < gridDim.x; first += together * reduce_block) {
     R handed_in[together];
@@ -308,58 +268,48 @@ __device__ R combine_handed_in(const R* partial) {
   return combine_block(r);
 }
 
+/// Blocks of a reduction on a multiprocessor.
+template <class Body>
+inline constexpr unsigned reduce_resident = resident<Body>::warps(1u) != 0u
+                                                ? resident<Body>::warps(1u) * 32 / reduce_block
+                                                : 4u;
+
+/// This thread's share of a reduction. Where the body says how, it reads the next item while it works on one: a
+/// compiler otherwise moves loads into the branches that use them, each with a wait of its own.
+template <class R, class Body>
+__device__ bool reduce_share(const std::uint32_t* guard, std::uint64_t n, const Body& body, R& r) {
+  const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
+  std::uint64_t i = index();
+  if constexpr (reads_ahead<Body>::value) {
+    typename Body::Item next{};
+    if (i < n) next = body.read(i);  // ahead of the guard: one wait for both
+    if (stopped(guard)) return false;
+    for (; i < n; i += stride) {
+      const typename Body::Item item = next;
+      if (i + stride < n) next = body.read(i + stride);
+      r = R::combine(r, body(i, item, CudaAdder{}));
+    }
+  } else {
+    if (stopped(guard)) return false;
+    for (; i < n; i += stride) r = R::combine(r, body(i));
+  }
+  return true;
+}
+
 /// Every block combines its share; the last one to finish combines theirs, in their order.
 template <class R, class Body, class Last>
-__global__ void __launch_bounds__(reduce_block, reduce_resident)
+__global__ void __launch_bounds__(reduce_block, reduce_resident<Body>)
     reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* partial,
            unsigned* ticket, R* out, const __grid_constant__ Last last) {
-  if (stopped(guard)) return;
   R r{};
-  const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
-  for (std::uint64_t i = index(); i < n; i += stride) r = R::combine(r, body(i));
+  if (!reduce_share(guard, n, body, r)) return;
   r = combine_block(r);
-  if (!hand_in(r, partial, ticket, [] {})) return;
+  if (!hand_in(r, partial, ticket)) return;
   r = combine_handed_in(partial);
   if (threadIdx.x != 0) return;
   *out = r;
-  last(0);
+  last(r);
 }
-
-/// The same, but a block leaves its sums where they are. A thread reads the next item while it works on one: a compiler
-/// otherwise moves loads into the branches that use them, each with a wait of its own.
-template <class Body, class Worst, class Last>
-__global__ void __launch_bounds__(reduce_block, reduce_resident)
-    reduce_apart(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body,
-                 Worst* partial, unsigned* ticket, Worst* out, const __grid_constant__ Last last) {
-  decltype(body(std::uint64_t{0})) r{};
-  const std::uint64_t stride = static_cast<std::uint64_t>(gridDim.x) * reduce_block;
-  std::uint64_t i = index();
-  typename Body::Item next{};
-  if (i < n) next = body.read(i);  // ahead of the guard: one wait for both
-  if (stopped(guard)) return;
-  for (; i < n; i += stride) {
-    const typename Body::Item item = next;
-    if (i + stride < n) next = body.read(i + stride);
-    r = decltype(r)::combine(r, body(i, item));
-  }
-  auto* const sums = body.parts();
-  Worst worst = combine_block(static_cast<const Worst&>(r));
-  const bool is_last = hand_in(worst, partial, ticket, [&] {
-    combine_sums(r.sums, sums + blockIdx.x);
-    // Parts that there are no blocks for.
-    if (blockIdx.x == 0)
-      for (unsigned k = gridDim.x + threadIdx.x; k < body.most_parts(); k += reduce_block) sums[k] = {};
-  });
-  if (!is_last) return;
-  worst = combine_handed_in(partial);
-  if (threadIdx.x != 0) return;
-  *out = worst;
-  last(worst);
-}
-
-struct NothingBody {
-  __device__ void operator()(std::uint64_t) const {}
-};
 
 // Items per thread of sum_by_row where there are many: a piece of a million vertices then takes 4,000
 // additions per sum, and there are blocks enough to hide their waits.
@@ -515,26 +465,18 @@ class CudaExec {
            body);
   }
 
-  template <class R, class Body, class Last = kernels::NothingBody>
+  template <class R, class Body, class Last = Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) const {
     static_assert(
         std::is_trivially_copyable<R>::value && sizeof(R) <= kernels::reduce_item && alignof(R) <= 16,
         "the scratch memory of reductions is sized for small plain results");
-    const std::uint64_t parts = reduce_parts(n);
+    const std::uint64_t most =
+        std::uint64_t{kernels::reduce_resident<Body>} * kernels::reduce_multiprocessors;
+    const std::uint64_t parts = reduce_parts(n) < most ? reduce_parts(n) : most;
     R* const partial = static_cast<R*>(partials(parts));
     if (partial == nullptr) return;
     launch(kernels::reduce<R, Body, Last>, parts, kernels::reduce_block, guard_, n, body, partial, ticket(),
            out, last);
-  }
-
-  static constexpr std::uint64_t sum_parts(std::uint64_t n) { return reduce_parts(n); }
-  template <class Body, class Worst, class Last>
-  void reduce_apart(std::uint64_t n, const Body& body, Worst* out, const Last& last) const {
-    static_assert(std::is_trivially_copyable<Worst>::value && sizeof(Worst) <= kernels::reduce_item);
-    Worst* const partial = static_cast<Worst*>(partials(reduce_parts(n)));
-    if (partial == nullptr) return;
-    launch(kernels::reduce_apart<Body, Worst, Last>, reduce_parts(n), kernels::reduce_block, guard_, n, body,
-           partial, ticket(), out, last);
   }
 
   template <class Body>
@@ -552,11 +494,20 @@ class CudaExec {
   template <class Body, class Count>
   void scan(std::uint64_t n, const Body& body, Count* out) const;
 
-  /// Defined in core/exec_cuda_bucket.cuh.
+  /// These are defined in core/exec_cuda_bucket.cuh.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
               std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch,
               std::uint32_t* counts) const;
+  static constexpr bool counts_ahead = true;
+  template <class First>
+  void begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32_t* begin, const First& first) const;
+  void fill_buckets(std::uint64_t n, std::uint32_t m, const std::uint32_t* bucket_of,
+                    const std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) const;
+  /// Behind the counts: what tiles of their running sum tell each other, and its turn.
+  static constexpr std::uint64_t count_room(std::uint64_t m) {
+    return even(m + 1) + 2 * blocks(m + 1, kernels::sum_tile) + 2;
+  }
 
   void sort(std::uint64_t n, std::uint32_t bits, std::uint64_t* keys, std::uint32_t* values,
             std::uint64_t* keys_out, std::uint32_t* values_out) const;
@@ -613,6 +564,8 @@ class CudaExec {
 
   /// Forgets what repeat() kept: the buffers it names are gone.
   void forget_repeats();
+  /// Whether what is enqueued now goes into a graph of the host's, to run some time or never, once or often.
+  bool host_captures() const;
   /// Graphs made since then.
   std::uint64_t captures() const;
 
@@ -641,6 +594,13 @@ class CudaExec {
   struct Owned;  // stream, working space, events and the first error
 
   static constexpr std::uint64_t blocks(std::uint64_t n, std::uint64_t size) { return (n + size - 1) / size; }
+  static constexpr std::uint64_t even(std::uint64_t n) { return n + n % 2; }
+  static std::uint64_t* tiles_of(std::uint32_t m, std::uint32_t* counts) {
+    return reinterpret_cast<std::uint64_t*>(counts + even(std::uint64_t{m} + 1));
+  }
+  static std::uint32_t* turn_of(std::uint32_t m, std::uint32_t* counts) {
+    return counts + (count_room(m) - 2);
+  }
   static constexpr std::uint64_t reduce_parts(std::uint64_t n) {
     const std::uint64_t parts = blocks(n, kernels::reduce_block);
     return parts == 0 ? 1 : parts < kernels::reduce_blocks ? parts : kernels::reduce_blocks;
@@ -672,8 +632,6 @@ class CudaExec {
   bool check(cudaError_t result, const char* what) const;
   void* partials(std::uint64_t parts) const;
   unsigned* ticket() const;
-  /// sums[i] = values[0] + ... + values[i - 1]
-  void sum_before(std::uint64_t n, const std::uint32_t* values, std::uint32_t* sums) const;
   /// Whether there is a graph for this key; then it is the one that renew and launch_known mean.
   bool known(const RepeatKey& key) const;
   void launch_known() const;

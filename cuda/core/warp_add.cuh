@@ -40,6 +40,31 @@ __device__ inline void add_together(std::int64_t* address, std::int64_t value) {
     add_one(address, static_cast<std::int64_t>(sum));
 }
 
+/// Lanes beside this one that mean the same counter; the first of them adds for all.
+struct Alike {
+  unsigned lanes, rank;
+  bool first;
+};
+__device__ inline Alike alike(std::uint32_t which) {
+  const unsigned lanes = __match_any_sync(__activemask(), which), lane = threadIdx.x & 31u;
+  const auto rank = static_cast<unsigned>(__popc(lanes & ((1u << lane) - 1u)));
+  return {lanes, rank, rank == 0u};
+}
+
+__device__ inline void count_together(std::uint32_t* counters, std::uint32_t which) {
+  const Alike a = alike(which);
+  if (a.first) atomicAdd(counters + which, static_cast<unsigned>(__popc(a.lanes)));
+}
+
+/// Counts down; what is left, another for everyone.
+__device__ inline std::uint32_t count_down_together(std::uint32_t* counters, std::uint32_t which) {
+  const Alike a = alike(which);
+  const auto many = static_cast<std::uint32_t>(__popc(a.lanes));
+  std::uint32_t left = 0;
+  if (a.first) left = atomicSub(counters + which, many) - many;
+  return __shfl_sync(a.lanes, left, __ffs(static_cast<int>(a.lanes)) - 1) + a.rank;
+}
+
 }  // namespace kernels
 
 /// Called by bodies that compile for the host, too, hence the annotation; the host has core::CpuAdder.
@@ -48,6 +73,11 @@ struct CudaAdder {
     NV_DISPATCH_TARGET(NV_PROVIDES_SM_80, (kernels::add_together(address, value);),  //
                        NV_IS_DEVICE, (kernels::add_one(address, value);),            //
                        NV_ANY_TARGET, (*address += value;))
+  }
+  /// ++counters[which]
+  __host__ __device__ void count(std::uint32_t* counters, std::uint32_t which) const {
+    NV_DISPATCH_TARGET(NV_IS_DEVICE, (kernels::count_together(counters, which);),  //
+                       NV_ANY_TARGET, (++counters[which];))
   }
   /// *address = min(*address, value); what was there.
   __host__ __device__ std::uint32_t lower(std::uint32_t* address, std::uint32_t value) const {

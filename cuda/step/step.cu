@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The step stages for the CUDA executor.
-#include "core/exec_cuda.cuh"
+#include "core/exec_cuda_bucket.cuh"
 #include "core/stage_functions.hpp"
 #include "step/stages.hpp"
 
@@ -9,6 +9,7 @@ inline namespace v0 {
 namespace step {
 
 MELTSIM_INSTANTIATE(core::CudaExec, begin)
+MELTSIM_INSTANTIATE(core::CudaExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CudaExec, emit)
 MELTSIM_INSTANTIATE(core::CudaExec, integrate)
 MELTSIM_INSTANTIATE(core::CudaExec, ledger)

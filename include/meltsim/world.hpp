@@ -54,9 +54,9 @@ struct Totals {
   double density_error_mean = 0, density_error_max = 0;  ///< |rho/rho0 - 1| over liquid with rho > rho0
 };
 
-/// The World's accounts at the end of the last sub-step. Kept on the device at every sub-step, so reading it
-/// copies a few hundred bytes and no particle. Zero points as in Totals; sums are double, their order is the
-/// backend's own.
+/// The World's accounts at the end of the last sub-step, added up on the device when asked for: one pass over the
+/// particles there, a few hundred bytes copied, no particle. Zero points as in Totals; sums are double, their order is
+/// the backend's own.
 struct Ledger {
   std::uint64_t step = 0;  ///< sub-steps completed
   double time = 0;         ///< [s]

@@ -73,8 +73,8 @@ class Engine {
   virtual void rebuild() = 0;
   /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
   virtual WorldStatus synchronize() = 0;
-  /// Waits; as it is, nothing cleared.
-  virtual WorldStatus status() = 0;
+  /// Waits; the status with sums over the particles, nothing cleared. Goes back likewise.
+  virtual WorldStatus ledger() = 0;
   /// Device fault since the last call, empty if none.
   virtual std::string fault() = 0;
   virtual std::uint64_t channel_bytes(int field) const = 0;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/checked.hpp"
+#include "core/empty_sites.hpp"
 #include "core/engine.hpp"
 #include "core/frame.hpp"
 #include "core/lane_positions.hpp"
@@ -88,6 +89,8 @@ class EngineImpl final : public Engine {
     link();
     fill_constants(c, l, n);
     fill_state(c, l, state);
+    // Sorted orders ask by id, liquid that freezes is found by it.
+    w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
     ex_.set_guard(nullptr);
     step::reindex<E, T>(ex_, w_);
     if (w_.vertices != 0 && w_.f.vertex_site != nullptr && w_.f.site_vertex != nullptr)
@@ -107,6 +110,17 @@ class EngineImpl final : public Engine {
     rebuild_ = rebuild_ || a.bursts != nullptr;
     if (w_.born == 0) return;
     swap_buffers();
+    // A host's own stages may do anything, timings and checks look at stages one by one.
+    const bool own_stages = custom_ != nullptr && !custom_->empty();
+    const bool plain = !timed_ && !checked_build && !own_stages;
+    if constexpr (E::counts_ahead) {
+      // As long as this one is, so that particles drift as far; and nothing moves them between the two.
+      const bool alone = !own_stages && !ex_.host_captures();
+      w_.counted = alone && w_.count_ahead && !rebuild_ && counted_dt_ == a.dt;
+      w_.count_ahead = alone && can_count_ahead(a.stages);
+      w_.cells_begun = w_.counted && plain;
+      counted_dt_ = a.dt;
+    }
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
     const double spring_dt = physics::spring_dt(a.dt, spring_reference_);
@@ -127,9 +141,11 @@ class EngineImpl final : public Engine {
     w_.sum_units = core::sum_units(mass, mass * speed, mass * speed * size, mass * size, mass * size * size);
     last_index_ = a.index;
     static_assert(stage_step_begin == 0);
-    const auto begin = [&] { run(stage_step_begin, stage_functions<E, T>[stage_step_begin]); };
-    // A host's own stages may do anything, timings and checks look at stages one by one.
-    if (!timed_ && !checked_build && (custom_ == nullptr || custom_->empty())) {
+    const auto begin = [&] {
+      if (w_.cells_begun) step::begin_cells<E, T>(ex_, w_);
+      else run(stage_step_begin, stage_functions<E, T>[stage_step_begin]);
+    };
+    if (plain) {
       ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
     } else {
       begin();
@@ -140,9 +156,8 @@ class EngineImpl final : public Engine {
   void rebuild() override { rebuild_ = true; }
 
   WorldStatus synchronize() override {
-    WorldStatus s = status();
+    WorldStatus s = last_good();
     if (w_.f.status == nullptr) return s;
-    roll_back(s);
     WorldStatus cleared = s;
     cleared.max_speed = cleared.max_density = 0;
     cleared.courant_exceeded = 0;
@@ -151,25 +166,19 @@ class EngineImpl final : public Engine {
     return s;
   }
 
-  WorldStatus status() override {
-    WorldStatus s;
-    if (w_.f.ledger_part != nullptr) {  // of the last sub-step that counts, halted or not
-      ex_.set_guard(nullptr);
-      step::ledger<E, T>(ex_, w_);
-      ex_.set_guard(&w_.f.status->halted);
-    }
+  WorldStatus ledger() override {
+    WorldStatus s = last_good();
+    if (s.ledger_step == 0) return s;
+    ex_.set_guard(nullptr);
+    step::ledger<E, T>(ex_, w_);
+    ex_.set_guard(&w_.f.status->halted);
     ex_.synchronize();
-    if (w_.f.status != nullptr) ex_.download(&s, w_.f.status, sizeof s);
+    ex_.download(&s.sums, &w_.f.status->sums, sizeof s.sums);
     return s;
   }
 
   void download(SceneState& s) override {
-    ex_.synchronize();
-    if (w_.f.status != nullptr) {
-      WorldStatus status;
-      ex_.download(&status, w_.f.status, sizeof status);
-      roll_back(status);
-    }
+    last_good();
     const std::size_t n = w_.born, slots = w_.particles;
     const auto position = fetch(w_.f.position, slots), velocity = fetch(w_.f.velocity, slots);
     const auto enthalpy = fetch(w_.f.enthalpy, slots);
@@ -245,6 +254,7 @@ class EngineImpl final : public Engine {
   }
 
   Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
+    if (!w_.slots_of_all) index_all();  // it takes particles in order of id
     auto halted = surface_.run(ex_, w_, reserved_, timed_, request, mesh);
     // The flag stays up after the World went back to its last good state.
     return halted && *halted && rolled_back_ ? Result<bool>(false) : halted;
@@ -271,7 +281,7 @@ class EngineImpl final : public Engine {
 
   struct Sizes {
     std::uint64_t count[26] = {};
-    std::uint64_t groups = 0, rows = 9, ledger_parts = 1;
+    std::uint64_t groups = 0, rows = 9;
     std::uint64_t cells = 0;  ///< where they are counted one by one
     int reach = 1;
     double skin = 0;  ///< of a kept grid [m]
@@ -314,7 +324,8 @@ class EngineImpl final : public Engine {
     set(Owner::particle_words, most_words(c, s.particle_capacity, n.rows));
     set(Owner::id, s.particle_capacity);
     set(Owner::cell, n.cells + 2);
-    set(Owner::cell_count, E::lists ? n.cells + 2 : 0);
+    set(Owner::cell_count, n.cells != 0 ? E::count_room(n.cells + 1) : 0);
+    set(Owner::cell_scratch, E::counts_ahead ? 0 : s.particle_capacity);
     set(Owner::group, n.groups + 1);
     set(Owner::group_rows, n.groups * n.rows);
     set(Owner::vertex, l.vertex_site.size());
@@ -330,8 +341,6 @@ class EngineImpl final : public Engine {
     set(Owner::emitter_point, c.emitter_points.size());
     set(Owner::heat_region, c.heat_regions.size());
     set(Owner::heat_region_word, c.heat_region_cells.size());
-    n.ledger_parts = E::sum_parts(s.particle_capacity);
-    set(Owner::ledger_part, 2 * n.ledger_parts);
     set(Owner::world, 1);
     return n;
   }
@@ -389,6 +398,31 @@ class EngineImpl final : public Engine {
     w_.before.id = static_cast<std::uint32_t*>(previous_[field_id]);
   }
 
+  /// Waits. The status, and the World in its last good state, which the buffers may not show yet.
+  WorldStatus last_good() {
+    WorldStatus s;
+    ex_.synchronize();
+    if (w_.f.status == nullptr) return s;
+    ex_.download(&s, w_.f.status, sizeof s);
+    roll_back(s);
+    return s;
+  }
+
+  /// slot_of_id of everyone.
+  void index_all() {
+    if (w_.f.status == nullptr) return;
+    ex_.set_guard(nullptr);
+    step::reindex<E, T>(ex_, w_);
+    ex_.set_guard(&w_.f.status->halted);
+  }
+
+  /// Whether no stage moves particles behind step.integrate, and cells are counted in every sub-step.
+  static bool can_count_ahead(std::uint64_t stages) {
+    const auto runs = [&](int stage) { return ((stages >> stage) & 1u) != 0; };
+    return runs(stage_spatial_cells) && runs(stage_step_integrate) && !runs(stage_spatial_moved) &&
+           !runs(stage_topology_freeze);
+  }
+
   /// To the last good state, once; the stream has been waited for.
   void roll_back(const WorldStatus& s) {
     if (s.halted == 0 || rolled_back_) return;
@@ -397,9 +431,7 @@ class EngineImpl final : public Engine {
     w_.born = s.particles;
     use_slots(slots_for(w_.born));
     rolled_back_ = true;
-    ex_.set_guard(nullptr);
-    step::reindex<E, T>(ex_, w_);
-    ex_.set_guard(&w_.f.status->halted);
+    index_all();
     ex_.synchronize();
   }
 
@@ -447,7 +479,6 @@ class EngineImpl final : public Engine {
     w_.cells = static_cast<std::uint32_t>(n.cells);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
     w_.bits_stride = n.count[static_cast<int>(Owner::particle)];
-    w_.ledger_parts = static_cast<std::uint32_t>(n.ledger_parts);
     w_.mixed = w_.vertices != 0 || c.materials.size() != 1;
     w_.region_words = words_for(l.max_half_width);
     w_.row_width = least_row_width(as_gpu, w_.vertices);
@@ -585,7 +616,7 @@ class EngineImpl final : public Engine {
     std::vector<Vec3<T>> slip;
     for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
     put(w_.f.contact_slip, slip);
-    put(w_.f.site_vertex, l.site_vertex);
+    put(w_.f.site_vertex, mark_empty_sites(l));
     put(w_.f.bodies, l.bodies);
     std::vector<Vec4<T>> points;
     for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
@@ -759,7 +790,8 @@ class EngineImpl final : public Engine {
             bits(a.heat_dt),
             bits(a.heat_bound),
             static_cast<std::uint64_t>(a.heat_stages),
-            static_cast<std::uint64_t>(a.heat_supersteps)};
+            static_cast<std::uint64_t>(a.heat_supersteps),
+            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u)};
   }
 
   void run(int s, StageFunction<E, T> function) {
@@ -809,8 +841,9 @@ class EngineImpl final : public Engine {
   std::uint64_t last_index_ = 0;
   std::uint64_t reserved_ = 0;  ///< items that verbs may work on
   bool timed_ = false, rolled_back_ = false, rebuild_ = true;
-  double mass_ = 0;     ///< checked builds: at the upload [kg]
-  std::string broken_;  ///< checked builds: the first broken invariant
+  double counted_dt_ = 0;  ///< of the sub-step before
+  double mass_ = 0;        ///< checked builds: at the upload [kg]
+  std::string broken_;     ///< checked builds: the first broken invariant
 };
 
 }  // namespace core

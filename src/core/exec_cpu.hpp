@@ -9,26 +9,23 @@
 //                                asking again costs nothing, nothing (lists = false)
 //   gather_listed(n, list, body) gather over what was selected by the same wanted(i)
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
-//                                last(0)
-//   reduce_apart(n, body, out, last)
-//                                the same for an R made of R::Worst (a base), whose combination goes to *out
-//                                and last(*out), and of `R::Sums sums` (R::Sums::words doubles), which nobody
-//                                waits for: they are left in parts at body.parts(), the rest of
-//                                body.most_parts() 0, to be added up by a reduction some time; sum_parts(n)
-//                                suffice. body(i) may write index i. It may read ahead: body(i, item) with
-//                                item = read(i) of type Body::Item
+//                                last(*out). body(i) may write index i. A body may read ahead: then it is
+//                                body(i, item, add), item = read(i) of type Body::Item, add as in accumulate
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts)
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
 //   bucket(n, m, body, bucket_of, begin, order, scratch, counts)
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, in any order within one;
-//                                begin[b] = first of bucket b, begin[m] = n. scratch holds n; counts m + 1 zeros,
-//                                which they are again afterwards, or nothing where lists = false
-//                                (where the guard holds begin may be lost, and nothing else)
-//   accumulate(n, body)          body(i, add); add(address, integer) and add.lower(address, integer): exact
-//                                sums and minima, so order does not matter; lower returns what was there,
-//                                add.load(address) reads what others may be lowering
+//                                begin[b] = first of bucket b, begin[m] = n. scratch holds n, or nothing where
+//                                counts_ahead; counts count_room(m), 0 before the first time. Where the guard holds
+//                                begin may be lost, and nothing else
+//   begin_buckets(m, counts, begin, first), fill_buckets(n, m, bucket_of, begin, order, counts)
+//                                the same in two, where counts_ahead: somebody has set bucket_of and added up counts
+//                                (add.count) since the last time. first(0) runs beside the one
+//   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer) and
+//                                add.count(counters, k): exact sums and minima, so order does not matter; lower
+//                                returns what was there, add.load(address) reads what others may be lowering
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
@@ -86,6 +83,10 @@ class CpuAdder {
       e = {address, 0};
     }
     e.value += value;
+  }
+  /// ++counters[which], at once.
+  void count(std::uint32_t* counters, std::uint32_t which) const {
+    __atomic_fetch_add(counters + which, 1u, __ATOMIC_RELAXED);
   }
   /// *address = min(*address, value), at once; what was there.
   std::uint32_t lower(std::uint32_t* address, std::uint32_t value) const {
@@ -155,10 +156,6 @@ class CpuExec {
     });
   }
 
-  struct Nothing {
-    void operator()(std::uint64_t) const {}
-  };
-
   template <class R, class Body, class Last = Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     if (stopped()) return;
@@ -168,7 +165,8 @@ class CpuExec {
     R* partial = reinterpret_cast<R*>(partial_.data());
     each_part(n, reduced, [&](std::uint64_t begin, std::uint64_t end) {
       R r{};
-      const auto one = [&](std::uint64_t i) { r = R::combine(r, body(i)); };
+      const CpuAdder add;
+      const auto one = [&](std::uint64_t i) { r = R::combine(r, result_of(body, i, add)); };
       if (wide_) run_wide(one, begin, end);
       else run(one, begin, end);
       new (partial + begin / reduced) R(r);
@@ -176,20 +174,7 @@ class CpuExec {
     R r{};
     for (std::uint64_t c = 0; c < chunks; ++c) r = R::combine(r, partial[c]);
     *out = r;
-    last(0);
-  }
-
-  static constexpr std::uint64_t sum_parts(std::uint64_t) { return 1; }
-  template <class Body, class Worst, class Last>
-  void reduce_apart(std::uint64_t n, const Body& body, Worst* out, const Last& last) {
-    using R = decltype(body(std::uint64_t{0}));
-    R r{};
-    reduce(n, body, &r, [&](int) {
-      *out = r;
-      for (std::uint64_t k = 0; k < body.most_parts(); ++k) body.parts()[k] = {};
-      body.parts()[0] = r.sums;
-      last(*out);
-    });
+    last(*out);
   }
 
   template <class Body, class Count>
@@ -239,6 +224,8 @@ class CpuExec {
     }
   }
 
+  static constexpr bool counts_ahead = false;
+  static constexpr std::uint64_t count_room(std::uint64_t) { return 0; }
   /// A radix sort of the bucket numbers; indices ascend within a bucket.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,

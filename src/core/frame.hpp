@@ -29,6 +29,10 @@ using physics::WallBox;
 inline constexpr std::uint32_t none = 0xffffffffu;
 inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};
 
+/// Of site_vertex, where there is no vertex: and none within w along x either; nor along x and y.
+inline constexpr std::uint32_t empty_row = 0xfffffffeu, empty_plane = 0xfffffffdu;
+MELTSIM_HD bool is_vertex(std::uint32_t n) { return n < empty_plane; }
+
 /// Slots [begin, end).
 struct Range {
   std::uint32_t begin = 0, end = 0;
@@ -143,72 +147,45 @@ struct Clock {
 /// Which check stopped the World; order = order of the stages.
 enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed };
 
-/// Sums over all particles at the end of a sub-step, in stored coordinates.
+/// Sums over all particles as they are, in stored coordinates.
 struct LedgerSums {
   double mass = 0;
   Vec3<double> momentum, angular_momentum;  ///< about the stored origin
   double kinetic = 0, potential = 0;        ///< potential at the stored origin is 0
   double thermal = 0, latent = 0;
-  double excess = 0, dense = 0;     ///< sum and count of rho/rho0 - 1 where above 0
-  static constexpr int words = 13;  ///< all of them, one after the other
-  /// visit(k, word k) for all of them.
-  template <class Visit>
-  MELTSIM_HD void each_word(const Visit& visit) {
-    visit(0, mass), visit(1, momentum.x), visit(2, momentum.y), visit(3, momentum.z);
-    visit(4, angular_momentum.x), visit(5, angular_momentum.y), visit(6, angular_momentum.z);
-    visit(7, kinetic), visit(8, potential), visit(9, thermal), visit(10, latent), visit(11, excess);
-    visit(12, dense);
-  }
-  MELTSIM_HD void add(const LedgerSums& o) {
-    mass += o.mass;
-    momentum += o.momentum;
-    angular_momentum += o.angular_momentum;
-    kinetic += o.kinetic;
-    potential += o.potential;
-    thermal += o.thermal;
-    latent += o.latent;
-    excess += o.excess;
-    dense += o.dense;
-  }
   MELTSIM_HD static LedgerSums combine(LedgerSums a, const LedgerSums& b) {
-    a.add(b);
+    a.mass += b.mass;
+    a.momentum += b.momentum;
+    a.angular_momentum += b.angular_momentum;
+    a.kinetic += b.kinetic;
+    a.potential += b.potential;
+    a.thermal += b.thermal;
+    a.latent += b.latent;
     return a;
   }
 };
 
-static_assert(sizeof(LedgerSums) == LedgerSums::words * sizeof(double));
-
-/// The worst of a set of particles, and how many left. Order-independent: ties go to the smaller id.
-struct WorstOf {
+/// What a sub-step comes to: the worst of all particles, how many left, how far liquid is compressed. Ties go to the
+/// smaller id, so that only `excess` hangs on the order.
+struct CheckResult {
   double max_speed = 0, max_density = 0;
-  std::uint64_t removed = 0;
+  double excess = 0;  ///< sum of rho/rho0 - 1 where above 0
   double bad_value = 0;
-  std::uint32_t bad = 0;  ///< Halt
+  std::uint32_t dense = 0, removed = 0;  ///< how many are in that sum; how many left
+  std::uint32_t bad = 0;                 ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
-  MELTSIM_HD static WorstOf combine(const WorstOf& a, const WorstOf& b) {
-    WorstOf r;
+  MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
+    CheckResult r;
     r.max_speed = maximum(a.max_speed, b.max_speed);
     r.max_density = maximum(a.max_density, b.max_density);
+    r.excess = a.excess + b.excess;
+    r.dense = a.dense + b.dense;
     r.removed = a.removed + b.removed;
     const bool take_b =
         b.bad != 0u && (a.bad == 0u || b.bad < a.bad || (b.bad == a.bad && b.bad_id < a.bad_id));
     r.bad = take_b ? b.bad : a.bad;
     r.bad_id = take_b ? b.bad_id : a.bad_id;
     r.bad_value = take_b ? b.bad_value : a.bad_value;
-    return r;
-  }
-};
-
-/// The worst, and sums: exec_cpu.hpp, reduce_apart.
-struct CheckResult : WorstOf {
-  LedgerSums sums;
-  using Worst = WorstOf;
-  using Sums = LedgerSums;
-  MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
-    CheckResult r;
-    static_cast<WorstOf&>(r) = WorstOf::combine(a, b);
-    r.sums = a.sums;
-    r.sums.add(b.sums);
     return r;
   }
 };
@@ -231,8 +208,9 @@ struct WorldStatus {
   std::uint64_t frozen = 0;                 ///< likewise
   std::int64_t removed = 0;                 ///< likewise
   double heat_in = 0;                       ///< likewise [J]
-  LedgerSums sums;                          ///< of the last sub-step, once asked for (step::ledger)
-  double step_speed = 0, step_density = 0;  ///< its largest speed and phi
+  LedgerSums sums;                          ///< of the particles as they are, once asked for (step::ledger)
+  double step_speed = 0, step_density = 0;  ///< largest speed and phi of the last sub-step that counts
+  double step_excess = 0;                   ///< its mean of rho/rho0 - 1 where above 0
   std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
   double ledger_dt = 0;
   std::int64_t heat_bound_exceeded =
@@ -367,14 +345,17 @@ struct Frame {
   std::uint32_t words_parts = 1;   ///< sets of words that a search fills, later joined
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool mixed = true;               ///< solids, or more than one liquid
+  bool slots_of_all = true;        ///< slot_of_id is kept for everyone, not only for solids and what is to come
+  bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
+  bool counted = false;      ///< it did in the sub-step before
+  bool cells_begun = false;  ///< and where cells begin is known since step.begin
   // Arguments of single stages, set by the engine:
   Clock<T> clock;  ///< step.begin
   Burst<T> burst;  ///< step.emit
   std::uint32_t burst_first = 0;
   T heat_dt{};  ///< thermal.*: super-step, time-scaled [s]
   std::uint32_t heat_stages = 0, heat_supersteps = 0;
-  SumUnits sum_units;              ///< lsm.balance
-  std::uint32_t ledger_parts = 1;  ///< of each of the two sub-steps that ledger_part holds
+  SumUnits sum_units;  ///< lsm.balance
 };
 
 }  // namespace core

@@ -84,6 +84,27 @@ struct modest<Body, decltype(static_cast<void>(Body::modest))> {
   static constexpr bool value = Body::modest;
 };
 
+/// Bodies with `Item` and `Item read(i) const`: what one call needs may be asked for while another works.
+template <class Body, class = void>
+struct reads_ahead {
+  static constexpr bool value = false;
+};
+template <class Body>
+struct reads_ahead<Body, decltype(static_cast<void>(sizeof(typename Body::Item)))> {
+  static constexpr bool value = true;
+};
+
+struct Nothing {
+  template <class R>
+  MELTSIM_HD void operator()(const R&) const {}
+};
+
+template <class Body, class Add>
+MELTSIM_HD auto result_of(const Body& body, std::uint64_t i, const Add& add) {
+  if constexpr (reads_ahead<Body>::value) return body(i, body.read(i), add);
+  else return body(i);
+}
+
 /// Parts that each sum over items of a list is made of: they are few.
 inline constexpr std::uint32_t listed_parts = 9;
 

@@ -49,6 +49,7 @@ enum class Owner {
   id,
   cell,
   cell_count,
+  cell_scratch,
   group,
   group_rows,
   tree_node,
@@ -64,7 +65,6 @@ enum class Owner {
   emitter_point,
   heat_region,
   heat_region_word,
-  ledger_part,
   world
 };
 enum class Lifetime { State, Static, Derived, Scratch };

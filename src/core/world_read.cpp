@@ -81,7 +81,7 @@ Result<Totals> WorldImpl::totals() {
 
 Result<Ledger> WorldImpl::ledger() {
   Ledger l;
-  const core::WorldStatus s = dirty_ ? core::WorldStatus{} : engine->status();
+  const core::WorldStatus s = dirty_ ? core::WorldStatus{} : engine->ledger();
   if (s.ledger_step == 0) {  // no sub-step since the scene changed: the host's copy is all there is
     const auto t = totals();
     if (!t) return t.error();
@@ -113,7 +113,7 @@ Result<Ledger> WorldImpl::ledger() {
   l.latent = s.sums.latent;
   l.heat_in = s.heat_in;
   l.max_speed = s.step_speed;
-  if (s.sums.dense > 0) l.density_error_mean = s.sums.excess / s.sums.dense;
+  l.density_error_mean = s.step_excess;
   l.density_error_max = std::max(0.0, s.step_density - 1);
   l.courant = (sound_speed_ + s.step_speed) * s.ledger_dt / core::support_of(desc);
   return l;

@@ -38,7 +38,8 @@ MELTSIM_HD bool is_boxed(const Frame<T>& w, std::uint64_t v) {
 template <int Axis, class T>
 MELTSIM_HD std::uint32_t vertex_along(const Frame<T>& w, std::uint64_t v, const BodyRow& b, int steps) {
   const std::int64_t stride = Axis == 0 ? 1 : Axis == 1 ? b.stride_y : b.stride_z;
-  return w.f.site_vertex[static_cast<std::int64_t>(w.f.vertex_site[v]) + steps * stride];
+  const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(w.f.vertex_site[v]) + steps * stride];
+  return core::is_vertex(n) ? n : none;
 }
 
 /// The live ones of the row about v: bit k is the one at k - w.

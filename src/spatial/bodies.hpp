@@ -18,25 +18,12 @@ using core::none;
 using core::Range;
 using core::removed_key;
 
-/// Cell of the particle that was at a slot once it has drifted half a step; removed_key where it was removed.
-template <class T>
-MELTSIM_HD std::uint64_t cell_of(const Frame<T>& w, std::uint64_t slot) {
-  if (is_removed(w.before.tag[slot])) return removed_key;
-  const Vec3<T> x =
-      physics::drift(xyz(w.before.position[slot]), xyz(w.before.velocity[slot]), w.f.clock->half_dt);
-  return cell_key<std::uint64_t>(
-      w.grid, cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
-      cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
-      cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
-}
-
 /// One call per slot that a particle had. Removed ones come last.
 template <class T>
 struct CellBody {
   Frame<T> w;
   MELTSIM_HD std::uint32_t operator()(std::uint64_t slot) const {
-    const std::uint64_t cell = cell_of(w, slot);
-    return cell == removed_key ? w.cells : static_cast<std::uint32_t>(cell);
+    return counted_cell(w, w.before.tag[slot], xyz(w.before.position[slot]), xyz(w.before.velocity[slot]));
   }
 };
 
@@ -47,7 +34,8 @@ struct KeysBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t id) const {
     const std::uint32_t slot = w.f.slot_of_id[id];
-    w.f.sort_key[id] = cell_of(w, slot);
+    w.f.sort_key[id] =
+        cell_of(w, w.before.tag[slot], xyz(w.before.position[slot]), xyz(w.before.velocity[slot]));
     w.f.sort_slot[id] = slot;
   }
 };
@@ -74,7 +62,8 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   w.f.mass[i] = mass;
   w.f.tag[i] = tag;
   w.f.id[i] = id;
-  w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);  // a permutation: no two i share an id
+  // A permutation: no two i share an id. Written all over memory, hence for those only whom somebody will look for.
+  if (w.slots_of_all || is_solid(tag) || is_removed(tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
 }
 
 /// Takes a particle to its new slot: within a cell ids ascend, whatever the history was, so that sums have one order.

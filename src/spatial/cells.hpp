@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "meltsim/physics/integrate.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -24,6 +25,24 @@ template <class Key, class T>
 MELTSIM_HD Key cell_key(const core::Grid<T>& g, std::int32_t x, std::int32_t y, std::int32_t z) {
   return (static_cast<Key>(z) * static_cast<Key>(g.ny) + static_cast<Key>(y)) * static_cast<Key>(g.nx) +
          static_cast<Key>(x);
+}
+
+/// Cell of a particle at x with velocity v once it has drifted half a step; removed_key where it was removed.
+template <class T>
+MELTSIM_HD std::uint64_t cell_of(const core::Frame<T>& w, std::uint32_t tag, Vec3<T> x, Vec3<T> v) {
+  if (is_removed(tag)) return core::removed_key;
+  x = physics::drift(x, v, w.f.clock->half_dt);
+  return cell_key<std::uint64_t>(
+      w.grid, cell_coordinate(x.x, w.grid.min.x, w.grid.inv_cell.x, w.grid.nx, w.grid.periodic & 1u),
+      cell_coordinate(x.y, w.grid.min.y, w.grid.inv_cell.y, w.grid.ny, w.grid.periodic & 2u),
+      cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
+}
+
+/// The same where cells are counted one by one: behind the last, those that were removed.
+template <class T>
+MELTSIM_HD std::uint32_t counted_cell(const core::Frame<T>& w, std::uint32_t tag, Vec3<T> x, Vec3<T> v) {
+  const std::uint64_t cell = cell_of(w, tag, x, v);
+  return cell == core::removed_key ? w.cells : static_cast<std::uint32_t>(cell);
 }
 
 struct CellPlace {

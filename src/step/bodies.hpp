@@ -6,6 +6,7 @@
 #include "meltsim/physics/energy.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/walls.hpp"
+#include "spatial/cells.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -58,40 +59,18 @@ MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
   return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
 }
 
-/// What a particle adds to the ledger once this sub-step counts. Positions are those after the second half
-/// drift, before walls hold anything back.
-template <class T>
-MELTSIM_HD core::LedgerSums ledger_of(const Frame<T>& w, std::uint32_t tag, double mass, Vec3<T> position,
-                                      Vec3<T> velocity, double enthalpy) {
-  core::LedgerSums s;
-  const Vec3<double> v = cast<double>(velocity);
-  const Vec3<double> x = cast<double>(position) + v * static_cast<double>(w.f.clock->half_dt);
-  s.mass = mass;
-  s.momentum = v * mass;
-  s.angular_momentum = cross(x, v) * mass;
-  s.kinetic = physics::kinetic_energy(mass, v);
-  s.potential = physics::potential_energy(mass, cast<double>(w.c.gravity), x);
-  s.thermal = enthalpy;
-  s.latent = physics::latent_energy(w.f.materials[material_of(tag)], mass, enthalpy);
-  return s;
-}
-
-/// Where this sub-step's parts of the ledger are. Those of the sub-step before stay: it may be the last that counts.
-template <class T>
-MELTSIM_HD core::LedgerSums* ledger_parts(const Frame<T>& w, std::uint64_t step) {
-  return w.f.ledger_part + (step % 2u) * w.ledger_parts;
-}
-
 /// Kick, second half drift, walls, periodic wrap, open faces. In passing it looks for the first stage that
-/// produced something unusable, which is not moved, and keeps the ledger. Nothing it writes counts before JudgeBody
-/// says so: the state of the sub-step before is still there, in its own order.
+/// produced something unusable, which is not moved. Nothing it writes counts before JudgeBody says so: the state of
+/// the sub-step before is still there, in its own order. Where it is told that the next sub-step is as long, it counts
+/// for that one who will be in which cell.
 template <class T>
 struct IntegrateBody {
   Frame<T> w;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) { return 24; }
   /// What a sub-step produced for a particle.
   struct Item {
     std::uint32_t tag = 0;
-    T phi{}, mass{};
+    T phi{};
     Vec4<T> position, velocity;
     Vec3<T> acceleration, shift;
     double enthalpy = 0;
@@ -100,7 +79,6 @@ struct IntegrateBody {
     Item p;
     p.tag = w.f.tag[i];
     if (w.f.density != nullptr) p.phi = w.f.density[i];
-    p.mass = w.f.mass[i];
     p.position = w.f.position[i];
     p.velocity = w.f.velocity[i];
     p.acceleration = acceleration_of(w, i);
@@ -108,28 +86,33 @@ struct IntegrateBody {
     p.enthalpy = w.f.enthalpy[i];
     return p;
   }
-  MELTSIM_HD core::LedgerSums* parts() const { return ledger_parts(w, w.f.clock->step); }
-  MELTSIM_HD std::uint32_t most_parts() const { return w.ledger_parts; }
-  MELTSIM_HD CheckResult operator()(std::uint64_t i) const { return (*this)(i, read(i)); }
-  MELTSIM_HD CheckResult operator()(std::uint64_t i, const Item& p) const {
+  template <class Add>
+  MELTSIM_HD CheckResult operator()(std::uint64_t i, const Item& p, const Add& add) const {
     CheckResult r;
-    if (is_removed(p.tag)) return r;
-    const Vec3<T> v = kicked(w, i, p.tag, xyz(p.velocity), p.acceleration);
-    look(i, p, v, r);
-    const bool stays = r.bad != 0u || (is_solid(p.tag) && (p.tag & tag_fixed) != 0u);
-    if (!stays && move(i, p, v)) r.removed = 1u;
+    Vec3<T> x = xyz(p.position), v = xyz(p.velocity);
+    std::uint32_t tag = p.tag;
+    if (!is_removed(tag)) {
+      v = kicked(w, i, tag, v, p.acceleration);
+      look(i, p, v, r);
+      const bool stays = r.bad != 0u || (is_solid(tag) && (tag & tag_fixed) != 0u);
+      if (!stays && move(i, p, x, v)) {
+        r.removed = 1u;
+        tag |= tag_removed;
+      }
+    }
+    if (w.count_ahead) {
+      const std::uint32_t cell = spatial::counted_cell(w, tag, x, v);
+      w.f.cell_of[i] = cell;
+      add.count(w.f.cell_count, cell);
+    }
     return r;
   }
 
  private:
-  /// Whether p and its new velocity v can be gone on with, and what they add to the ledger.
+  /// Whether p and its new velocity v can be gone on with.
   MELTSIM_HD void look(std::uint64_t i, const Item& p, Vec3<T> v, CheckResult& r) const {
     const double speed = static_cast<double>(length(v));
-    Vec3<T> x = xyz(p.position);
-    if (is_fluid(p.tag)) {
-      r.max_density = static_cast<double>(p.phi);
-      x += p.shift;
-    }
+    if (is_fluid(p.tag)) r.max_density = static_cast<double>(p.phi);
     // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way.
     Halt why = Halt::no;
     if (speed * static_cast<double>(w.f.clock->dt) > static_cast<double>(w.c.kernel.support))
@@ -153,15 +136,14 @@ struct IntegrateBody {
       r.bad_value = value;
     }
     r.max_speed = speed;
-    r.sums = ledger_of(w, p.tag, static_cast<double>(p.mass), x, v, p.enthalpy);
     if (r.max_density > 1.0) {
-      r.sums.excess = r.max_density - 1.0;
-      r.sums.dense = 1.0;
+      r.excess = r.max_density - 1.0;
+      r.dense = 1u;
     }
   }
-  /// Where it is at the end of the sub-step; true: it has left through an open face.
-  MELTSIM_HD bool move(std::uint64_t i, const Item& p, Vec3<T> v) const {
-    Vec3<T> x = physics::drift(xyz(p.position), v, w.f.clock->half_dt);
+  /// Moves x and v to the end of the sub-step; true: p has left through an open face.
+  MELTSIM_HD bool move(std::uint64_t i, const Item& p, Vec3<T>& x, Vec3<T>& v) const {
+    x = physics::drift(x, v, w.f.clock->half_dt);
     if (is_fluid(p.tag)) x += p.shift;
     if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
     if (w.grid.periodic != 0u) {
@@ -188,7 +170,7 @@ struct IntegrateBody {
 template <class T>
 struct JudgeBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(const core::WorstOf& worst) const {
+  MELTSIM_HD void operator()(const CheckResult& worst) const {
     core::WorldStatus& s = *w.f.status;
     const core::Clock<T> clock = *w.f.clock;
     const double fastest = s.max_speed, densest = s.max_density;
@@ -209,6 +191,7 @@ struct JudgeBody {
     s.max_density = maximum(densest, worst.max_density);
     s.step_speed = worst.max_speed;
     s.step_density = worst.max_density;
+    s.step_excess = worst.dense != 0u ? worst.excess / static_cast<double>(worst.dense) : 0.0;
     s.ledger_step = clock.step;
     s.ledger_dt = static_cast<double>(clock.dt);
     if (worst.max_speed * static_cast<double>(clock.dt) >
@@ -217,12 +200,25 @@ struct JudgeBody {
   }
 };
 
-/// Part k of the ledger of the last sub-step that counts.
+/// What a particle adds to the ledger: it is the state's alone, so that nobody pays for it who does not ask.
 template <class T>
 struct LedgerBody {
   Frame<T> w;
-  MELTSIM_HD core::LedgerSums operator()(std::uint64_t k) const {
-    return ledger_parts(w, w.f.status->ledger_step)[k];
+  MELTSIM_HD core::LedgerSums operator()(std::uint64_t i) const {
+    core::LedgerSums s;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) return s;
+    const auto mass = static_cast<double>(w.f.mass[i]);
+    const double enthalpy = w.f.enthalpy[i];
+    const Vec3<double> x = cast<double>(xyz(w.f.position[i])), v = cast<double>(xyz(w.f.velocity[i]));
+    s.mass = mass;
+    s.momentum = v * mass;
+    s.angular_momentum = cross(x, v) * mass;
+    s.kinetic = physics::kinetic_energy(mass, v);
+    s.potential = physics::potential_energy(mass, cast<double>(w.c.gravity), x);
+    s.thermal = enthalpy;
+    s.latent = physics::latent_energy(w.f.materials[material_of(tag)], mass, enthalpy);
+    return s;
   }
 };
 

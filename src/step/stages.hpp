@@ -12,6 +12,13 @@ void begin(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, BeginBody<T>{w});
 }
 
+/// The same, and where cells begin that the sub-step before has counted, in one launch; not a stage.
+template <class E, class T>
+void begin_cells(E& ex, const core::Frame<T>& w) {
+  if constexpr (E::counts_ahead)
+    ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, BeginBody<T>{w});
+}
+
 /// One burst; called by the engine once per layer that is due, before step.begin.
 template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w) {
@@ -20,13 +27,13 @@ void emit(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void integrate(E& ex, const core::Frame<T>& w) {
-  ex.reduce_apart(w.particles, IntegrateBody<T>{w}, w.f.check, JudgeBody<T>{w});
+  ex.reduce(w.particles, IntegrateBody<T>{w}, w.f.check, JudgeBody<T>{w});
 }
 
-/// Adds up the ledger of the last sub-step, for whoever asks; not a stage.
+/// Adds up the ledger, for whoever asks; not a stage.
 template <class E, class T>
 void ledger(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.ledger_parts, LedgerBody<T>{w}, &w.f.status->sums);
+  ex.reduce(w.particles, LedgerBody<T>{w}, &w.f.status->sums);
 }
 
 /// After a roll-back; not a stage.

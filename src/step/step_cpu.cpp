@@ -9,6 +9,7 @@ inline namespace v0 {
 namespace step {
 
 MELTSIM_INSTANTIATE(core::CpuExec, begin)
+MELTSIM_INSTANTIATE(core::CpuExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CpuExec, emit)
 MELTSIM_INSTANTIATE(core::CpuExec, integrate)
 MELTSIM_INSTANTIATE(core::CpuExec, ledger)

@@ -14,6 +14,7 @@ namespace topology {
 using core::BodyRow;
 using core::Frame;
 using core::none;
+using core::row_changed;
 
 inline constexpr std::uint32_t vertex_gone = 0, vertex_live = 1, vertex_died = 2;
 
@@ -36,7 +37,7 @@ template <class T>
 MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int dx, int dy,
                                  int dz) {
   const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], b, dx, dy, dz)];
-  return n != none && w.f.vertex_state[n] == vertex_live ? n : none;
+  return core::is_vertex(n) && w.f.vertex_state[n] == vertex_live ? n : none;
 }
 
 /// Offset of face k = 0..5: -x, +x, -y, +y, -z, +z.
@@ -270,8 +271,21 @@ MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t v) {
   return mask;
 }
 
+/// Live vertices within w of a site along x: bit k of 2w+1 is the one at k - w. Of a site without a vertex of its own
+/// that is not kept (row_live), and is looked up.
+template <class T>
+MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int h) {
+  std::uint32_t live = 0;
+  for (int dx = -h; dx <= h; ++dx) {
+    const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(site) + dx];
+    if (core::is_vertex(n) && w.f.vertex_state[n] == vertex_live) live |= 1u << (dx + h);
+  }
+  return live;
+}
+
 /// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
 /// melted vertex empties its own, and its particle becomes liquid. Each vertex writes to its own particle and no other.
+/// In passing: who is live in the row about a vertex, melted or not, and whether that is news, for topology.regions.
 template <class T>
 struct NeighboursBody {
   Frame<T> w;
@@ -281,6 +295,11 @@ struct NeighboursBody {
       std::uint32_t& tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]];
       tag = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) |
             w.f.materials[material_of(tag)].liquid;
+    }
+    if (w.f.row_live != nullptr) {
+      const std::uint32_t live =
+          live_along_x(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]].region_half_width);
+      w.f.row_live[v] = live | (live != (w.f.row_live[v] & ~row_changed) ? row_changed : 0u);
     }
     const std::uint32_t old = w.f.neighbour_mask[v],
                         mask = direct_neighbours(w, static_cast<std::uint32_t>(v));

@@ -3,37 +3,21 @@
 // with rows of the lattice as bits of a word.
 #pragma once
 
+#include <cstdint>
+#include <type_traits>
+
 #include "topology/bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
-using core::row_changed;
-
-/// Live vertices within w of a site along x: bit k of 2w+1 is the one at k - w. Of a site without a vertex of its own
-/// that is not kept (row_live), and is looked up.
-template <class T>
-MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int h) {
-  std::uint32_t live = 0;
-  for (int dx = -h; dx <= h; ++dx) {
-    const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(site) + dx];
-    if (n != none && w.f.vertex_state[n] == vertex_live) live |= 1u << (dx + h);
-  }
-  return live;
-}
-
-/// Who is live in the row about a vertex, melted or not; and whether that is news.
+/// Who is live in the row about a vertex, melted or not. When the scene is uploaded; later NeighboursBody sees to it.
 template <class T>
 struct RowLiveBody {
   Frame<T> w;
-  bool all;  ///< none was known before (when the scene is uploaded)
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!all && w.f.status->died == 0 && w.f.status->born == 0u) return;
-    const std::uint32_t live =
-        live_along_x(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]].region_half_width);
-    const bool news = !all && live != (w.f.row_live[v] & ~row_changed);
-    w.f.row_live[v] = live | (news ? row_changed : 0u);
+    w.f.row_live[v] = live_along_x(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]].region_half_width);
   }
 };
 
@@ -42,15 +26,18 @@ template <class T>
 MELTSIM_HD bool has_plane_changed(const Frame<T>& w, std::uint32_t site, const BodyRow& b) {
   const int h = b.region_half_width;
   std::uint32_t changed = 0;
-  for (int dy = -h; dy <= h; ++dy) {
-    const std::uint32_t row = core::site_at(site, b, 0, dy, 0), middle = w.f.site_vertex[row];
-    if (middle != none) {
-      changed |= w.f.row_live[middle] & row_changed;
-      continue;
-    }
+  bool all_known = true;
+  for (int dy = -h; dy <= h; ++dy) {  // no branch: all of them at once
+    const std::uint32_t middle = w.f.site_vertex[core::site_at(site, b, 0, dy, 0)];
+    all_known = all_known && middle != none;
+    changed |= core::is_vertex(middle) ? w.f.row_live[middle] & row_changed : 0u;
+  }
+  for (int dy = -h; !all_known && dy <= h; ++dy) {
+    const std::uint32_t row = core::site_at(site, b, 0, dy, 0);
+    if (w.f.site_vertex[row] != none) continue;
     for (int dx = -h; dx <= h; ++dx) {
       const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(row) + dx];
-      if (n != none && (w.f.vertex_state[n] == vertex_died || was_born(w, n))) changed = row_changed;
+      if (core::is_vertex(n) && (w.f.vertex_state[n] == vertex_died || was_born(w, n))) changed = row_changed;
     }
   }
   return changed != 0u;
@@ -65,6 +52,94 @@ struct PlaneChangedBody {
     w.f.plane_changed[v] = has_plane_changed(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]]) ? 1u : 0u;
   }
 };
+
+/// A region's box, a plane to a word: bit (dx + w) + (2w + 2) (dy + w) of plane dz + w, so that nothing runs from one row
+/// into the next. A narrow region is filled so in a few instructions.
+template <int H>
+struct RegionPlanes {
+  static constexpr int side = 2 * H + 1, row = side + 1;
+  using Word = std::conditional_t<side * row <= 32, std::uint32_t, std::uint64_t>;
+  static_assert(side * row <= 64);
+  Word live[side], inside[side];
+  Word known[side];  ///< rows with a vertex in their middle
+};
+
+/// One round of the fill, as below.
+template <int H>
+MELTSIM_HD void spread(RegionPlanes<H>& planes) {
+  using Word = typename RegionPlanes<H>::Word;
+  constexpr int side = RegionPlanes<H>::side, row = RegionPlanes<H>::row;
+  Word below = 0, here = 0;
+  for (int z = 0; z <= side; ++z) {
+    Word above = 0;
+    if (z < side) {
+      above = planes.inside[z];
+      above |= above << 1 | above >> 1;
+      above |= above << row | above >> row;
+    }
+    if (z > 0) planes.inside[z - 1] = (below | here | above) & planes.live[z - 1];
+    below = here;
+    here = above;
+  }
+}
+
+/// fill_region for a half-width that the compiler knows.
+template <int H, class T>
+MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
+  using Planes = RegionPlanes<H>;
+  using Word = typename Planes::Word;
+  constexpr int side = Planes::side, row = Planes::row;
+  constexpr Word full = (Word{1} << side) - 1;
+  const std::uint32_t site = w.f.vertex_site[v];
+  Planes planes;
+  std::uint32_t middle[side][side];
+  bool look = false;
+  for (int z = 0; z < side; ++z)  // no branch here nor in the next: all loads at once
+    for (int y = 0; y < side; ++y) {
+      middle[z][y] = w.f.site_vertex[core::site_at(site, b, 0, y - H, z - H)];
+      look = look || middle[z][y] == none;
+    }
+  for (int z = 0; z < side; ++z) {
+    planes.live[z] = planes.known[z] = planes.inside[z] = 0;
+    for (int y = 0; y < side; ++y) {
+      const bool known = core::is_vertex(middle[z][y]);
+      const std::uint32_t live = known ? w.f.row_live[middle[z][y]] & ~row_changed : 0u;
+      planes.live[z] |= static_cast<Word>(live) << (y * row);
+      planes.known[z] |= known ? full << (y * row) : Word{0};
+    }
+  }
+  for (int z = 0; look && z < side; ++z)
+    for (int y = 0; y < side; ++y)
+      if (middle[z][y] == none)
+        planes.live[z] |= static_cast<Word>(live_along_x(w, core::site_at(site, b, 0, y - H, z - H), H))
+                          << (y * row);
+  planes.inside[H] = Word{1} << (H * row + H);
+  for (int round = 0; round < H; ++round) spread(planes);
+  std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
+  std::uint64_t bits = 0;
+  std::uint32_t members = 0, word = 0;
+  int have = 0;
+  bool boxed = true;
+  for (int z = 0; z < side; ++z) {
+    const bool plane = (planes.known[z] >> (H * row) & 1u) != 0u;
+    boxed = boxed && planes.inside[z] == (plane ? planes.live[z] & planes.known[z] : Word{0});
+    for (int y = 0; y < side; ++y) {
+      const auto inside = static_cast<std::uint32_t>(planes.inside[z] >> (y * row) & full);
+      members += popcount(inside);
+      bits |= static_cast<std::uint64_t>(inside) << have;
+      have += side;
+      if (have < 32) continue;
+      mask[word++] = static_cast<std::uint32_t>(bits);
+      bits >>= 32;
+      have -= 32;
+    }
+  }
+  while (word < w.region_words) {
+    mask[word++] = static_cast<std::uint32_t>(bits);
+    bits = 0;
+  }
+  w.f.region_members[v] = members | (boxed ? core::boxed_region : 0u);
+}
 
 /// The rows of a region's box, first along y: those live, and those inside as far as the fill has come. For half-widths
 /// up to Most.
@@ -120,21 +195,22 @@ MELTSIM_HD bool is_boxed(const RegionRows<Most>& rows, int side) {
 
 /// Fill of arrayR (Shao & Yu 2017, sec. 3.2, Fig. 3): the vertex itself, then w times the direct neighbours of what is
 /// already there. A flood fill, not the box: a gap cuts. Neighbours are live vertices of the same body, so rows of bits
-/// say what lists of links would. Half: w where the compiler may know it, so that rows stay in registers; 0: any up to
-/// Most.
-template <int Half, int Most, class T>
+/// say what lists of links would. For half-widths up to Most.
+template <int Most, class T>
 MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
   const std::uint32_t site = w.f.vertex_site[v];
-  const int h = Half != 0 ? Half : minimum(b.region_half_width, Most), side = 2 * h + 1;
+  const int h = minimum(b.region_half_width, Most), side = 2 * h + 1;
   RegionRows<Most> rows;
+  bool look = false;
   for (int r = 0; r < side * side; ++r)
     rows.live[r] = w.f.site_vertex[core::site_at(site, b, 0, r % side - h, r / side - h)];
   for (int r = 0; r < side * side; ++r) {
     const std::uint32_t middle = rows.live[r];
-    rows.live[r] = middle != none ? w.f.row_live[middle] & ~row_changed : RegionRows<Most>::unknown;
+    rows.live[r] = core::is_vertex(middle) ? w.f.row_live[middle] & ~row_changed : RegionRows<Most>::unknown;
+    look = look || middle == none;
     rows.inside[r] = 0u;
   }
-  for (int r = 0; r < side * side; ++r)
+  for (int r = 0; look && r < side * side; ++r)
     if (rows.live[r] == RegionRows<Most>::unknown)
       rows.live[r] |= live_along_x(w, core::site_at(site, b, 0, r % side - h, r / side - h), h);
   rows.inside[h * side + h] = 1u << h;
@@ -166,14 +242,20 @@ struct RegionsBody {
   Frame<T> w;
   bool all;  ///< build every region (when the scene is uploaded)
   MELTSIM_HD bool is_stale(std::uint64_t v, const BodyRow& b) const {
-    bool changed = false;
-    for (int dz = -b.region_half_width; dz <= b.region_half_width; ++dz) {
-      const std::uint32_t plane = core::site_at(w.f.vertex_site[v], b, 0, 0, dz),
-                          middle = w.f.site_vertex[plane];
-      changed =
-          changed || (middle != none ? w.f.plane_changed[middle] != 0u : has_plane_changed(w, plane, b));
+    const std::uint32_t site = w.f.vertex_site[v];
+    const int h = b.region_half_width;
+    std::uint32_t changed = 0;
+    bool unknown = false;
+    for (int dz = -h; dz <= h; ++dz) {  // no branch: all of them at once
+      const std::uint32_t middle = w.f.site_vertex[core::site_at(site, b, 0, 0, dz)];
+      unknown = unknown || middle == none || middle == core::empty_row;
+      changed |= core::is_vertex(middle) ? w.f.plane_changed[middle] : 0u;
     }
-    return changed;
+    for (int dz = -h; unknown && changed == 0u && dz <= h; ++dz) {
+      const std::uint32_t plane = core::site_at(site, b, 0, 0, dz);
+      if (!core::is_vertex(w.f.site_vertex[plane]) && has_plane_changed(w, plane, b)) changed = 1u;
+    }
+    return changed != 0u;
   }
   MELTSIM_HD void operator()(std::uint64_t i) const {
     if (!all && w.f.status->died == 0 && w.f.status->born == 0u) return;
@@ -186,9 +268,13 @@ struct RegionsBody {
       w.f.region_members[i] = 0u;
       return;
     }
-    if (b.region_half_width == 1) fill_region<1, 1>(w, v, b);
-    else if (b.region_half_width == 2) fill_region<2, 2>(w, v, b);
-    else fill_region<0, Most>(w, v, b);
+    if (b.region_half_width == 0) return fill_planes<0>(w, v, b);
+    if (b.region_half_width == 1) return fill_planes<1>(w, v, b);
+    if (b.region_half_width == 2) return fill_planes<2>(w, v, b);
+    if constexpr (Most > 2) {
+      if (b.region_half_width == 3) fill_planes<3>(w, v, b);
+      else fill_region<Most>(w, v, b);
+    }
   }
 };
 

@@ -41,7 +41,6 @@ void fill_regions(E& ex, const core::Frame<T>& w, bool all) {
 
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.vertices, RowLiveBody<T>{w, false});
   ex.for_each(w.vertices, PlaneChangedBody<T>{w});
   fill_regions(ex, w, false);
 }
@@ -60,7 +59,7 @@ template <class E, class T>
 void build(E& ex, const core::Frame<T>& w) {
   if (w.f.neighbour_mask) ex.for_each(w.vertices, BuildNeighboursBody<T>{w});
   if (!w.f.neighbour_mask || !w.f.region_mask) return;
-  ex.for_each(w.vertices, RowLiveBody<T>{w, true});
+  ex.for_each(w.vertices, RowLiveBody<T>{w});
   fill_regions(ex, w, true);
 }
 

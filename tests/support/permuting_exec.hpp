@@ -108,26 +108,45 @@ class PermutingExec : public meltsim::core::CpuExec {
         body.finish(order[k], meltsim::core::sum_of(body, order[k], meltsim::core::listed<Body>::parts));
     });
   }
-  /// What is reduced in a step must not depend on order either: WorstOf and Count promise it.
-  template <class R, class Body, class Last = meltsim::core::CpuExec::Nothing>
+  /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
+  template <class R, class Body, class Last = meltsim::core::Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     see(body.w);
     const auto order = indices(n);
     Base::reduce(
-        n, [&](std::uint64_t k) { return body(order[k]); }, out, last);
-  }
-  template <class Body, class Worst, class Last>
-  void reduce_apart(std::uint64_t n, const Body& body, Worst* out, const Last& last) {
-    see(body.w);
-    Base::reduce_apart(n, PermutedApart<Body>{body, indices(n)}, out, last);
+        n,
+        [&](std::uint64_t k) { return meltsim::core::result_of(body, order[k], meltsim::core::CpuAdder{}); },
+        out, last);
   }
   /// Where the guard holds, begin is spoilt: on a GPU counts are added up whatever the guard says.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch, std::uint32_t* counts) {
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t*, std::uint32_t* counts) {
     see(body.w);
-    if (stopped()) std::fill_n(begin, std::size_t{m} + 1, 0u);
-    Base::bucket(n, m, body, bucket_of, begin, order, scratch, counts);
+    std::fill_n(counts, std::size_t{m} + 1, 0u);
+    if (!stopped())
+      for (const std::uint64_t i : indices(n)) ++counts[bucket_of[i] = body(i)];
+    begin_buckets(m, counts, begin, meltsim::core::Nothing{});
+    fill_buckets(n, m, bucket_of, begin, order, counts);
+  }
+  /// As on a GPU, cells may be counted by the sub-step before.
+  static constexpr bool counts_ahead = true;
+  static constexpr std::uint64_t count_room(std::uint64_t m) { return m + 1; }
+  bool host_captures() const { return false; }
+  template <class First>
+  void begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32_t* begin, const First& first) {
+    std::uint32_t sum = 0;
+    for (std::uint32_t b = 0; b <= m; ++b) {
+      begin[b] = sum;
+      sum += counts[b];
+    }
+    if (!stopped()) first(0);
+  }
+  void fill_buckets(std::uint64_t n, std::uint32_t, const std::uint32_t* bucket_of,
+                    const std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) {
+    if (stopped()) return;
+    for (const std::uint64_t i : indices(n))
+      order[begin[bucket_of[i]] + --counts[bucket_of[i]]] = static_cast<std::uint32_t>(i);
   }
   template <class Body>
   void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) {
@@ -143,14 +162,6 @@ class PermutingExec : public meltsim::core::CpuExec {
     const Body& body;
     std::vector<std::uint64_t> order;
     std::uint32_t operator()(std::uint64_t k, Sum& s) const { return body(order[k], s); }
-  };
-  template <class Body>
-  struct PermutedApart {
-    const Body& body;
-    std::vector<std::uint64_t> order;
-    auto operator()(std::uint64_t k) const { return body(order[k]); }
-    auto parts() const { return body.parts(); }
-    auto most_parts() const { return body.most_parts(); }
   };
   void see(const meltsim::core::Frame<T>& frame) { *frame_ = frame; }
   void see(const meltsim::core::SurfaceFrame<T>&) {}  // between steps, with a frame of its own

@@ -25,8 +25,6 @@
 namespace verbs_test {
 
 using meltsim::core::CheckResult;
-using meltsim::core::LedgerSums;
-using meltsim::core::WorstOf;
 
 /// What a suite needs to know of an executor. Specialise:
 ///   static std::string missing()   why it cannot run here; empty when it can
@@ -113,19 +111,16 @@ struct InverseOf {
   MELTSIM_HD RealSum operator()(std::uint64_t i) const { return {1.0 / (1.0 + from[i])}; }
 };
 
-/// The worst, and sums beside it; and writes its index.
+/// The worst, and counts beside it; reads ahead and writes its index.
 struct Worst {
   const std::uint32_t* from;
-  LedgerSums* sums = nullptr;
-  std::uint32_t room = 0;
-  std::uint32_t* written = nullptr;
+  std::uint32_t *written = nullptr, *counted = nullptr;
   using Item = std::uint32_t;
   MELTSIM_HD Item read(std::uint64_t i) const { return from[i]; }
-  MELTSIM_HD LedgerSums* parts() const { return sums; }
-  MELTSIM_HD std::uint32_t most_parts() const { return room; }
-  MELTSIM_HD CheckResult operator()(std::uint64_t i) const { return (*this)(i, read(i)); }
-  MELTSIM_HD CheckResult operator()(std::uint64_t i, Item value) const {
-    if (written != nullptr) written[i] += value;
+  template <class Add>
+  MELTSIM_HD CheckResult operator()(std::uint64_t i, Item value, const Add& add) const {
+    written[i] += value;
+    add.count(counted, value % 50u);
     return of(i);
   }
   MELTSIM_HD CheckResult of(std::uint64_t i) const {
@@ -135,8 +130,8 @@ struct Worst {
     r.bad = from[i] % 97u == 3u ? 1u + from[i] % 5u : 0u;
     r.bad_id = static_cast<std::uint32_t>(i);
     r.bad_value = r.bad != 0u ? static_cast<double>(from[i]) : 0.0;
-    // Each word its own sum, of whole numbers: exact in any order.
-    r.sums.each_word([&](int k, double& word) { word = static_cast<double>((from[i] % 1024u) * (k + 1u)); });
+    r.excess = from[i] % 1024u;  // of whole numbers: exact in any order
+    r.dense = 1u;
     return r;
   }
 };
@@ -168,6 +163,19 @@ struct LowerTo {
 struct BucketOf {
   const std::uint32_t* values;
   MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return values[i]; }
+};
+
+struct CountInto {
+  const std::uint32_t* values;
+  std::uint32_t* counters;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
+    add.count(counters, values[i]);
+  }
+};
+struct NoteRun {
+  std::uint64_t* runs;
+  MELTSIM_HD void operator()(int) const { ++*runs; }
 };
 
 /// A sum in three parts, finished into out[i].
@@ -238,7 +246,7 @@ struct ToRows {
 struct NoteSum {
   const Sum* sum;
   std::uint64_t* noted;
-  MELTSIM_HD void operator()(std::uint64_t) const { *noted = sum->n + 1; }
+  MELTSIM_HD void operator()(const Sum& given) const { *noted = sum->n + given.n + 1; }
 };
 
 /// The oracle's: one thread. Annotated because the body that calls it is.
@@ -311,49 +319,35 @@ TYPED_TEST_P(Verbs, ReduceEqualsStdAccumulate) {
   this->expect_no_fault(ex);
 }
 
-struct PartOf {
-  const LedgerSums* parts;
-  MELTSIM_HD LedgerSums operator()(std::uint64_t k) const { return parts[k]; }
-};
 struct NoteSpeed {
   double* noted;
-  MELTSIM_HD void operator()(const WorstOf& worst) const { *noted = worst.max_speed; }
+  MELTSIM_HD void operator()(const CheckResult& all) const { *noted = all.max_speed; }
 };
 
-// Parts that there are no items for have to be 0 whatever was there: the room is that of the largest n.
-TYPED_TEST_P(Verbs, ReduceApartFindsTheWorstAndLeavesSumsInParts) {
+TYPED_TEST_P(Verbs, ReduceFindsTheWorstOfWhatWrites) {
   VERBS_MAKE(ex);
-  const auto room = static_cast<std::uint32_t>(ex.sum_parts(sizes().back()));
   for (const std::uint64_t n : sizes()) {
     const auto host = this->random(n, 1000000u);
     CheckResult expected;
     for (std::uint64_t i = 0; i < n; ++i) expected = CheckResult::combine(expected, Worst{host.data()}.of(i));
-    LedgerSums spoilt;
-    spoilt.mass = spoilt.dense = 5;
-    Buffer<TypeParam, std::uint32_t> values(ex, host), written(ex, n, 7u);
-    Buffer<TypeParam, LedgerSums> parts(ex, room, spoilt), sums(ex, 1);
-    Buffer<TypeParam, WorstOf> out(ex, 1);
+    Buffer<TypeParam, std::uint32_t> values(ex, host), written(ex, n, 7u), counted(ex, 50, 3u);
+    Buffer<TypeParam, CheckResult> out(ex, 1);
     Buffer<TypeParam, double> noted(ex, 1, -1.0);
-    ex.reduce_apart(n, Worst{values.get(), parts.get(), room, written.get()}, out.get(),
-                    NoteSpeed{noted.get()});
-    ex.reduce(room, PartOf{parts.get()}, sums.get());
-    const WorstOf got = out.host()[0];
+    ex.reduce(n, Worst{values.get(), written.get(), counted.get()}, out.get(), NoteSpeed{noted.get()});
+    std::vector<std::uint32_t> counts(50, 3u);
+    for (const std::uint32_t x : host) ++counts[x % 50u];
+    EXPECT_EQ(counted.host(), counts) << "n " << n;
+    const CheckResult got = out.host()[0];
     EXPECT_EQ(got.max_speed, expected.max_speed) << "n " << n;
     EXPECT_EQ(got.removed, expected.removed) << "n " << n;
+    EXPECT_EQ(got.dense, n) << "n " << n;
+    EXPECT_EQ(got.excess, expected.excess) << "n " << n;
     EXPECT_EQ(got.bad, expected.bad) << "n " << n;
     EXPECT_EQ(got.bad_id, expected.bad_id) << "n " << n;
     EXPECT_EQ(got.bad_value, expected.bad_value) << "n " << n;
     EXPECT_EQ(noted.host()[0], expected.max_speed) << "n " << n;
     const auto now = written.host();
     for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(now[i], host[i] + 7u) << "n " << n << ", i " << i;
-    double total = 0;
-    for (const std::uint32_t x : host) total += x % 1024u;
-    double words[LedgerSums::words];
-    const LedgerSums all = sums.host()[0];
-    static_assert(sizeof words == sizeof all);
-    std::memcpy(words, &all, sizeof words);
-    for (int k = 0; k < LedgerSums::words; ++k)
-      EXPECT_EQ(words[k], total * (k + 1)) << "n " << n << ", word " << k;
   }
   this->expect_no_fault(ex);
 }
@@ -475,7 +469,7 @@ TYPED_TEST_P(Verbs, GatherListedVisitsWhatIsWantedOnce) {
 // One bucket, few (all but empty ones between them), and more buckets than items; any order within one.
 TYPED_TEST_P(Verbs, BucketEqualsStdSort) {
   VERBS_MAKE(ex);
-  for (const std::uint32_t m : {1u, 2u, 50u, 100000u})
+  for (const std::uint32_t m : {1u, 2u, 50u, 100000u, 1000003u})
     for (const std::uint64_t n : sizes()) {
       if (n == 0) continue;
       auto host = this->random(n, m - 1);
@@ -486,11 +480,18 @@ TYPED_TEST_P(Verbs, BucketEqualsStdSort) {
       std::stable_sort(expected.begin(), expected.end(),
                        [&](std::uint32_t a, std::uint32_t b) { return host[a] < host[b]; });
       Buffer<TypeParam, std::uint32_t> values(ex, host), bucket_of(ex, n), begin(ex, m + 1, 99u),
-          order(ex, n), scratch(ex, n), counts(ex, m + 1, 0u);
-      for (int again = 0; again < 2; ++again)  // the second time finds counts as the first left them
-        ex.bucket(n, m, BucketOf{values.get()}, bucket_of.get(), begin.get(), order.get(), scratch.get(),
-                  counts.get());
-      EXPECT_EQ(counts.host(), std::vector<std::uint32_t>(m + 1, 0u));
+          order(ex, n), scratch(ex, n), counts(ex, TypeParam::count_room(m) + 1, 0u);
+      ex.bucket(n, m, BucketOf{values.get()}, bucket_of.get(), begin.get(), order.get(), scratch.get(),
+                counts.get());
+      if constexpr (TypeParam::counts_ahead) {  // twice in two: each time finds what the one before left
+        Buffer<TypeParam, std::uint64_t> noted(ex, 1);
+        for (int again = 0; again < 2; ++again) {
+          ex.accumulate(n, CountInto{values.get(), counts.get()});
+          ex.begin_buckets(m, counts.get(), begin.get(), NoteRun{noted.get()});
+          ex.fill_buckets(n, m, bucket_of.get(), begin.get(), order.get(), counts.get());
+        }
+        EXPECT_EQ(noted.host()[0], 2u);
+      }
       EXPECT_EQ(bucket_of.host(), host);
       auto got = order.host();
       const auto first = begin.host();
@@ -578,7 +579,7 @@ TYPED_TEST_P(Verbs, ReduceTellsWhoComesLast) {
     Buffer<TypeParam, std::uint64_t> noted(ex, 1);
     for (int k = 0; k < 2; ++k)  // twice: nothing is left behind
       ex.reduce(n, SumOf{values.get()}, out.get(), NoteSum{out.get(), noted.get()});
-    EXPECT_EQ(noted.host()[0], 2 * n + 1) << "n " << n;
+    EXPECT_EQ(noted.host()[0], 4 * n + 1) << "n " << n;
   }
   this->expect_no_fault(ex);
 }
@@ -710,7 +711,7 @@ REGISTER_TYPED_TEST_SUITE_P(Verbs, ForEachStepsAsideAndVisitsEveryIndexOnce, Buc
                             GatherAddsPartsInOrder, GatherJoinsWhatPartsStored, SumByRowIsExact,
                             ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
                             ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate,
-                            ReduceApartFindsTheWorstAndLeavesSumsInParts, ReduceOfRealsRepeatsBitForBit,
+                            ReduceFindsTheWorstOfWhatWrites, ReduceOfRealsRepeatsBitForBit,
                             ScanEqualsStdPartialSum, ScanOfWordsKeepsTheirHalvesApart,
                             SortEqualsStdStableSort, AccumulateIsExact, GatherListedVisitsWhatIsWantedOnce,
                             CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,

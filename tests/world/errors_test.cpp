@@ -313,7 +313,7 @@ TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   EXPECT_EQ(s.error().code, ErrorCode::halted);
 }
 
-// Sums and rotations are written in every sub-step, too, and there is one place for each of two sub-steps.
+// The ledger is of the last good state, whichever of two buffers that is in; rotations are written in every sub-step.
 TEST(Errors, DivergenceKeepsLedgerAndRotations) {
   MELTSIM_NEEDS_BACKEND();
   for (int steps = 1; steps <= 4; ++steps) {
