@@ -52,13 +52,30 @@ __device__ inline std::uint64_t index() {
   return static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }
 
+/// What has been read, as it is, and not later: a compiler would move it behind the next question.
+template <class Item>
+__device__ Item ahead(Item item) {
+  static_assert(sizeof(Item) % sizeof(unsigned) == 0);
+  auto* const words = reinterpret_cast<unsigned*>(&item);
+#pragma unroll
+  for (unsigned k = 0; k < sizeof(Item) / sizeof(unsigned); ++k) asm volatile("" : "+r"(words[k]));
+  return item;
+}
+
 // __grid_constant__: bodies carry the whole frame; threads read it where the launch put it, without a copy.
 template <class Body>
 __global__ void __launch_bounds__(block)
     each(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
-  if (stopped(guard)) return;
   const std::uint64_t i = index();
-  if (i < n) body(i);
+  if constexpr (reads_ahead<Body>::value) {
+    typename Body::Item item{};
+    if (i < n) item = ahead(body.read(i));  // of the guard: one wait for both
+    if (stopped(guard)) return;
+    if (i < n) body(i, item);
+  } else {
+    if (stopped(guard)) return;
+    if (i < n) body(i);
+  }
 }
 
 // Those of modest bodies: a few threads of every multiprocessor may have to do for all items.
@@ -74,9 +91,16 @@ __global__ void __launch_bounds__(block)
 template <class Body>
 __global__ void __launch_bounds__(block)
     each_adding(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
-  if (stopped(guard)) return;
   const std::uint64_t i = index();
-  if (i < n) body(i, CudaAdder{});
+  if constexpr (reads_ahead<Body>::value) {
+    typename Body::Item item{};
+    if (i < n) item = ahead(body.read(i));
+    if (stopped(guard)) return;
+    if (i < n) body(i, item, CudaAdder{});
+  } else {
+    if (stopped(guard)) return;
+    if (i < n) body(i, CudaAdder{});
+  }
 }
 
 // Warp k of a block takes part k of the sums of 32 items.

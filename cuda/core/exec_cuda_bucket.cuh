@@ -29,9 +29,10 @@ struct CountBody {
 struct PlaceBody {
   const std::uint32_t *bucket_of, *begin;
   std::uint32_t *order, *counts, *turn;
-  __device__ void operator()(std::uint64_t i) const {
+  using Item = std::uint32_t;
+  __device__ Item read(std::uint64_t i) const { return bucket_of[i]; }
+  __device__ void operator()(std::uint64_t i, Item b) const {
     if (i == 0) ++*turn;
-    const std::uint32_t b = bucket_of[i];
     const std::uint32_t first = begin[b];  // under way while the count is
     order[first + count_down_together(counts, b)] = static_cast<std::uint32_t>(i);
   }

@@ -158,21 +158,14 @@ class EngineImpl final : public Engine {
   WorldStatus synchronize() override {
     WorldStatus s = last_good();
     if (w_.f.status == nullptr) return s;
-    WorldStatus cleared = s;
-    cleared.max_speed = cleared.max_density = 0;
-    cleared.courant_exceeded = 0;
-    cleared.heat_bound_exceeded = 0;
-    ex_.upload(w_.f.status, &cleared, sizeof cleared);
+    unguarded([&] { step::clear<E, T>(ex_, w_); });  // not by a copy: that would wait once more
     return s;
   }
 
   WorldStatus ledger() override {
     WorldStatus s = last_good();
     if (s.ledger_step == 0) return s;
-    ex_.set_guard(nullptr);
-    step::ledger<E, T>(ex_, w_);
-    ex_.set_guard(&w_.f.status->halted);
-    ex_.synchronize();
+    unguarded([&] { step::ledger<E, T>(ex_, w_); });
     ex_.download(&s.sums, &w_.f.status->sums, sizeof s.sums);
     return s;
   }
@@ -401,7 +394,7 @@ class EngineImpl final : public Engine {
   /// Waits. The status, and the World in its last good state, which the buffers may not show yet.
   WorldStatus last_good() {
     WorldStatus s;
-    ex_.synchronize();
+    if (timed_ || w_.f.status == nullptr) ex_.synchronize();
     if (w_.f.status == nullptr) return s;
     ex_.download(&s, w_.f.status, sizeof s);
     roll_back(s);
@@ -410,9 +403,14 @@ class EngineImpl final : public Engine {
 
   /// slot_of_id of everyone.
   void index_all() {
-    if (w_.f.status == nullptr) return;
+    if (w_.f.status != nullptr) unguarded([&] { step::reindex<E, T>(ex_, w_); });
+  }
+
+  /// Also of a World that halted.
+  template <class Enqueue>
+  void unguarded(const Enqueue& enqueue) {
     ex_.set_guard(nullptr);
-    step::reindex<E, T>(ex_, w_);
+    enqueue();
     ex_.set_guard(&w_.f.status->halted);
   }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The verbs on the CPU. Together with cuda/core/exec_cuda.cuh this is the executor concept:
 //
-//   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i
+//   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i. A body with Item
+//                                and read(i) may be asked body(i, read(i)) instead, with read(i) ahead of the guard;
+//                                in accumulate likewise, body(i, read(i), add)
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
 //                                enough to share out; Body::Sum::add; order of addition fixed; in two passes
 //                                where the body has join(i) and more(i, k, parts, sum) (core/gather.hpp)

@@ -345,7 +345,7 @@ struct Frame {
   std::uint32_t words_parts = 1;   ///< sets of words that a search fills, later joined
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool mixed = true;               ///< solids, or more than one liquid
-  bool slots_of_all = true;        ///< slot_of_id is kept for everyone, not only for solids and what is to come
+  bool slots_of_all = true;  ///< slot_of_id is kept for everyone, not only for solids and what is to come
   bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
   bool counted = false;      ///< it did in the sub-step before
   bool cells_begun = false;  ///< and where cells begin is known since step.begin

@@ -16,12 +16,14 @@ inline namespace v0 {
 #include "core/pipeline.def"
 #undef MELTSIM_STAGE
 
-// Not stages: called when the scene changes, when a layer is due, when the ledger is asked for, after a roll-back.
+// Not stages: called when the scene changes, when a layer is due, when somebody asks, after a roll-back.
 namespace step {
 template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void begin_cells(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void clear(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void ledger(E& ex, const core::Frame<T>& w);
 template <class E, class T>

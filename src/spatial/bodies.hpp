@@ -72,13 +72,16 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
 template <class T>
 struct SettleBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t k) const {
+  using Item = std::uint32_t;
+  MELTSIM_HD Item read(std::uint64_t k) const { return w.f.cell_order[k]; }
+  MELTSIM_HD void operator()(std::uint64_t k) const { (*this)(k, read(k)); }
+  MELTSIM_HD void operator()(std::uint64_t k, Item from) const {
     if (w.f.search != nullptr && w.f.search->keep != 0u) {  // everything stays where it is
       const auto slot = static_cast<std::uint32_t>(k);
       reorder(w, k, slot, w.before.id[slot]);
       return;
     }
-    const std::uint32_t from = w.f.cell_order[k], cell = w.f.cell_of[from], id = w.before.id[from];
+    const std::uint32_t cell = w.f.cell_of[from], id = w.before.id[from];
     auto to = static_cast<std::uint32_t>(k);
     if (cell != w.cells) {
       const std::uint32_t begin = w.f.cell_begin[cell], end = w.f.cell_begin[cell + 1u];

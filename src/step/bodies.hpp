@@ -222,6 +222,18 @@ struct LedgerBody {
   }
 };
 
+/// Begins anew with what is "since the last synchronize()".
+template <class T>
+struct ClearBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    core::WorldStatus& s = *w.f.status;
+    s.max_speed = s.max_density = 0;
+    s.courant_exceeded = 0u;
+    s.heat_bound_exceeded = 0;
+  }
+};
+
 /// After a roll-back: where every id is in the order that was kept.
 template <class T>
 struct IndexBody {

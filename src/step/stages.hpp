@@ -30,6 +30,12 @@ void integrate(E& ex, const core::Frame<T>& w) {
   ex.reduce(w.particles, IntegrateBody<T>{w}, w.f.check, JudgeBody<T>{w});
 }
 
+/// Forgets what has been reported; not a stage.
+template <class E, class T>
+void clear(E& ex, const core::Frame<T>& w) {
+  ex.for_each(1, ClearBody<T>{w});
+}
+
 /// Adds up the ledger, for whoever asks; not a stage.
 template <class E, class T>
 void ledger(E& ex, const core::Frame<T>& w) {

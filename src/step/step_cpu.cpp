@@ -12,6 +12,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, begin)
 MELTSIM_INSTANTIATE(core::CpuExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CpuExec, emit)
 MELTSIM_INSTANTIATE(core::CpuExec, integrate)
+MELTSIM_INSTANTIATE(core::CpuExec, clear)
 MELTSIM_INSTANTIATE(core::CpuExec, ledger)
 MELTSIM_INSTANTIATE(core::CpuExec, reindex)
 

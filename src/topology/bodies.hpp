@@ -32,12 +32,18 @@ struct Site {
       none;  ///< the face neighbour that hands on body, piece and rotation; none: no site now
 };
 
+/// Whether what a site holds is a live vertex.
+template <class T>
+MELTSIM_HD bool is_live(const Frame<T>& w, std::uint32_t n) {
+  return core::is_vertex(n) && w.f.vertex_state[n] == vertex_live;
+}
+
 /// Vertex at an offset from v if it is live, else none.
 template <class T>
 MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int dx, int dy,
                                  int dz) {
   const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], b, dx, dy, dz)];
-  return core::is_vertex(n) && w.f.vertex_state[n] == vertex_live ? n : none;
+  return is_live(w, n) ? n : none;
 }
 
 /// Offset of face k = 0..5: -x, +x, -y, +y, -z, +z.
@@ -238,15 +244,22 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
 template <class T>
 struct MeltBody {
   Frame<T> w;
+  struct Item {
+    std::uint32_t state = 0, id = 0;
+  };
+  MELTSIM_HD Item read(std::uint64_t v) const { return {w.f.vertex_state[v], w.f.vertex_id[v]}; }
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
-    const std::uint32_t state = w.f.vertex_state[v];
-    if (state == vertex_gone) return;
-    if (state == vertex_died) {  // of the step before
+    (*this)(v, read(v), add);
+  }
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Item& item, const Add& add) const {
+    if (item.state == vertex_gone) return;
+    if (item.state == vertex_died) {  // of the step before
       w.f.vertex_state[v] = vertex_gone;
       return;
     }
-    const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
+    const std::uint32_t slot = w.f.slot_of_id[item.id];
     const std::uint32_t tag = w.f.tag[slot];
     const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
     if (!physics::melts(m, (tag & tag_surface) != 0u,
@@ -258,16 +271,14 @@ struct MeltBody {
   }
 };
 
-/// Mask of the live direct neighbours, itself included; 0 of a vertex that is not live.
+/// Mask of the live direct neighbours of the live vertex at a site, itself included.
 template <class T>
-MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t v) {
+MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t site, const BodyRow& b) {
   std::uint32_t mask = 0, bit = 0;
-  if (w.f.vertex_state[v] != vertex_live) return mask;
-  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
   for (int dz = -1; dz <= 1; ++dz)
     for (int dy = -1; dy <= 1; ++dy)
       for (int dx = -1; dx <= 1; ++dx, ++bit)
-        if (live_at(w, v, b, dx, dy, dz) != none) mask |= 1u << bit;
+        if (is_live(w, w.f.site_vertex[core::site_at(site, b, dx, dy, dz)])) mask |= 1u << bit;
   return mask;
 }
 
@@ -278,9 +289,15 @@ MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int
   std::uint32_t live = 0;
   for (int dx = -h; dx <= h; ++dx) {
     const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(site) + dx];
-    if (core::is_vertex(n) && w.f.vertex_state[n] == vertex_live) live |= 1u << (dx + h);
+    if (is_live(w, n)) live |= 1u << (dx + h);
   }
   return live;
+}
+
+/// Whether anything melted or froze in this sub-step, or in the one before while this one has not come so far.
+template <class T>
+MELTSIM_HD std::uint32_t has_changed(const Frame<T>& w) {
+  return w.f.status->died != 0 || w.f.status->born != 0u ? 1u : 0u;
 }
 
 /// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
@@ -289,23 +306,33 @@ MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int
 template <class T>
 struct NeighboursBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->died == 0 && w.f.status->born == 0u) return;
-    if (w.f.vertex_state[v] == vertex_died) {  // in this step: from now on its particle is liquid
-      std::uint32_t& tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]];
+  struct Item {
+    std::uint32_t state = 0, id = 0, site = 0, body = 0, mask = 0, row = 0;
+    std::uint32_t changed = 0;
+  };
+  MELTSIM_HD Item read(std::uint64_t v) const {
+    return {w.f.vertex_state[v], w.f.vertex_id[v],      w.f.vertex_site[v],
+            w.f.vertex_body[v],  w.f.neighbour_mask[v], w.f.row_live != nullptr ? w.f.row_live[v] : 0u,
+            has_changed(w)};
+  }
+  MELTSIM_HD void operator()(std::uint64_t v) const { (*this)(v, read(v)); }
+  MELTSIM_HD void operator()(std::uint64_t v, const Item& item) const {
+    if (item.changed == 0u) return;
+    if (item.state == vertex_died) {  // in this step: from now on its particle is liquid
+      std::uint32_t& tag = w.f.tag[w.f.slot_of_id[item.id]];
       tag = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) |
             w.f.materials[material_of(tag)].liquid;
     }
+    const BodyRow b = w.f.bodies[item.body];
+    const std::uint32_t mask = item.state == vertex_live ? direct_neighbours(w, item.site, b) : 0u;
     if (w.f.row_live != nullptr) {
-      const std::uint32_t live =
-          live_along_x(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]].region_half_width);
-      w.f.row_live[v] = live | (live != (w.f.row_live[v] & ~row_changed) ? row_changed : 0u);
+      const std::uint32_t live = live_along_x(w, item.site, b.region_half_width);
+      w.f.row_live[v] = live | (live != (item.row & ~row_changed) ? row_changed : 0u);
     }
-    const std::uint32_t old = w.f.neighbour_mask[v],
-                        mask = direct_neighbours(w, static_cast<std::uint32_t>(v));
+    if (mask == item.mask) return;
     w.f.neighbour_mask[v] = mask;
-    if (mask == 0u || mask == old) return;
-    std::uint32_t& tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[v]]];
+    if (mask == 0u) return;
+    std::uint32_t& tag = w.f.tag[w.f.slot_of_id[item.id]];
     tag = popcount(mask) < core::full_neighbours ? tag | tag_surface : tag & ~tag_surface;
   }
 };
@@ -417,7 +444,9 @@ template <class T>
 struct BuildNeighboursBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    w.f.neighbour_mask[v] = direct_neighbours(w, static_cast<std::uint32_t>(v));
+    w.f.neighbour_mask[v] = w.f.vertex_state[v] == vertex_live
+                                ? direct_neighbours(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]])
+                                : 0u;
   }
 };
 

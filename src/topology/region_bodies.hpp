@@ -47,9 +47,16 @@ MELTSIM_HD bool has_plane_changed(const Frame<T>& w, std::uint32_t site, const B
 template <class T>
 struct PlaneChangedBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (w.f.status->died == 0 && w.f.status->born == 0u) return;
-    w.f.plane_changed[v] = has_plane_changed(w, w.f.vertex_site[v], w.f.bodies[w.f.vertex_body[v]]) ? 1u : 0u;
+  struct Item {
+    std::uint32_t site = 0, body = 0, changed = 0;
+  };
+  MELTSIM_HD Item read(std::uint64_t v) const {
+    return {w.f.vertex_site[v], w.f.vertex_body[v], has_changed(w)};
+  }
+  MELTSIM_HD void operator()(std::uint64_t v) const { (*this)(v, read(v)); }
+  MELTSIM_HD void operator()(std::uint64_t v, const Item& item) const {
+    if (item.changed == 0u) return;
+    w.f.plane_changed[v] = has_plane_changed(w, item.site, w.f.bodies[item.body]) ? 1u : 0u;
   }
 };
 
@@ -241,8 +248,13 @@ template <class T, int Most>
 struct RegionsBody {
   Frame<T> w;
   bool all;  ///< build every region (when the scene is uploaded)
-  MELTSIM_HD bool is_stale(std::uint64_t v, const BodyRow& b) const {
-    const std::uint32_t site = w.f.vertex_site[v];
+  struct Item {
+    std::uint32_t site = 0, body = 0, state = 0, changed = 0;
+  };
+  MELTSIM_HD Item read(std::uint64_t v) const {
+    return {w.f.vertex_site[v], w.f.vertex_body[v], w.f.vertex_state[v], all ? 1u : has_changed(w)};
+  }
+  MELTSIM_HD bool is_stale(std::uint32_t site, const BodyRow& b) const {
     const int h = b.region_half_width;
     std::uint32_t changed = 0;
     bool unknown = false;
@@ -257,12 +269,13 @@ struct RegionsBody {
     }
     return changed != 0u;
   }
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    if (!all && w.f.status->died == 0 && w.f.status->born == 0u) return;
+  MELTSIM_HD void operator()(std::uint64_t i) const { (*this)(i, read(i)); }
+  MELTSIM_HD void operator()(std::uint64_t i, const Item& item) const {
+    if (item.changed == 0u) return;
     const auto v = static_cast<std::uint32_t>(i);
-    const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
-    if (!all && !is_stale(v, b)) return;
-    if (w.f.vertex_state[v] != vertex_live) {
+    const BodyRow b = w.f.bodies[item.body];
+    if (!all && !is_stale(item.site, b)) return;
+    if (item.state != vertex_live) {
       std::uint32_t* mask = w.f.region_mask + i * w.region_words;
       for (std::uint32_t k = 0; k < w.region_words; ++k) mask[k] = 0u;
       w.f.region_members[i] = 0u;
