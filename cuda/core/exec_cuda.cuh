@@ -526,8 +526,8 @@ class CudaExec {
   static constexpr bool counts_ahead = true;
   template <class First>
   void begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32_t* begin, const First& first) const;
-  void fill_buckets(std::uint64_t n, std::uint32_t m, const std::uint32_t* bucket_of,
-                    const std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) const;
+  void fill_buckets(std::uint64_t n, const std::uint32_t* bucket_of, const std::uint32_t* begin,
+                    std::uint32_t* order, std::uint32_t* counts) const;
   /// Behind the counts: what tiles of their running sum tell each other, and its turn.
   static constexpr std::uint64_t count_room(std::uint64_t m) {
     return even(m + 1) + 2 * blocks(m + 1, kernels::sum_tile) + 2;

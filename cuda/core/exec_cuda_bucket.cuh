@@ -28,11 +28,10 @@ struct CountBody {
 /// Counts run down to 0 meanwhile.
 struct PlaceBody {
   const std::uint32_t *bucket_of, *begin;
-  std::uint32_t *order, *counts, *turn;
+  std::uint32_t *order, *counts;
   using Item = std::uint32_t;
   __device__ Item read(std::uint64_t i) const { return bucket_of[i]; }
   __device__ void operator()(std::uint64_t i, Item b) const {
-    if (i == 0) ++*turn;
     const std::uint32_t first = begin[b];  // under way while the count is
     order[first + count_down_together(counts, b)] = static_cast<std::uint32_t>(i);
   }
@@ -77,7 +76,7 @@ __device__ inline std::uint32_t look_back(const std::uint64_t* tiles, std::uint3
 template <class First>
 __global__ void __launch_bounds__(tile_threads)
     sum_tiles(const std::uint32_t* guard, std::uint32_t n, const std::uint32_t* values, std::uint32_t* sums,
-              std::uint64_t* tiles, const std::uint32_t* turn_now, const __grid_constant__ First first) {
+              std::uint64_t* tiles, std::uint32_t* turn_now, const __grid_constant__ First first) {
   using Scan =
       CUB_NS_QUALIFIER::BlockScan<std::uint32_t, tile_threads, CUB_NS_QUALIFIER::BLOCK_SCAN_WARP_SCANS>;
   __shared__ typename Scan::TempStorage room;
@@ -110,6 +109,8 @@ __global__ void __launch_bounds__(tile_threads)
     const std::uint32_t ahead = look_back(tiles, turn);
     if (threadIdx.x == 0) {
       if (blockIdx.x != 0) *mine = told(turn, Known::all, ahead + total);
+      // All others have told something, hence have read it.
+      if (blockIdx.x + 1 == gridDim.x) *turn_now = turn + 1u;
       before_tile = ahead;
     }
   }
@@ -137,10 +138,10 @@ void CudaExec::begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32
          begin, tiles_of(m, counts), turn_of(m, counts), first);
 }
 
-inline void CudaExec::fill_buckets(std::uint64_t n, std::uint32_t m, const std::uint32_t* bucket_of,
+inline void CudaExec::fill_buckets(std::uint64_t n, const std::uint32_t* bucket_of,
                                    const std::uint32_t* begin, std::uint32_t* order,
                                    std::uint32_t* counts) const {
-  for_each(n, kernels::PlaceBody{bucket_of, begin, order, counts, turn_of(m, counts)});
+  for_each(n, kernels::PlaceBody{bucket_of, begin, order, counts});
 }
 
 template <class Body>
@@ -151,7 +152,7 @@ void CudaExec::bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::u
   zero(counts, (std::uint64_t{m} + 1) * sizeof *counts);
   for_each(n, kernels::CountBody<Body>{body, bucket_of, counts});
   begin_buckets(m, counts, begin, Nothing{});
-  fill_buckets(n, m, bucket_of, begin, order, counts);
+  fill_buckets(n, bucket_of, begin, order, counts);
 }
 
 }  // namespace core

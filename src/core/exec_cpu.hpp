@@ -15,14 +15,14 @@
 //                                body(i, item, add), item = read(i) of type Body::Item, add as in accumulate
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
-//   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts)
+//   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts); body(i) may be out[i]
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
 //   bucket(n, m, body, bucket_of, begin, order, scratch, counts)
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, in any order within one;
 //                                begin[b] = first of bucket b, begin[m] = n. scratch holds n, or nothing where
 //                                counts_ahead; counts count_room(m), 0 before the first time. Where the guard holds
 //                                begin may be lost, and nothing else
-//   begin_buckets(m, counts, begin, first), fill_buckets(n, m, bucket_of, begin, order, counts)
+//   begin_buckets(m, counts, begin, first), fill_buckets(n, bucket_of, begin, order, counts)
 //                                the same in two, where counts_ahead: somebody has set bucket_of and added up counts
 //                                (add.count) since the last time. first(0) runs beside the one
 //   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer) and

@@ -29,7 +29,7 @@ void cells(E& ex, const core::Frame<T>& w) {
   if constexpr (E::counts_ahead) {
     if (w.counted) {
       if (!w.cells_begun) ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, core::Nothing{});
-      ex.fill_buckets(w.particles, w.cells + 1, w.f.cell_of, w.f.cell_begin, w.f.cell_order, w.f.cell_count);
+      ex.fill_buckets(w.particles, w.f.cell_of, w.f.cell_begin, w.f.cell_order, w.f.cell_count);
       return;
     }
   }
@@ -76,7 +76,8 @@ void codes(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void leaves(E& ex, const core::Frame<T>& w) {
-  ex.scan(w.particles, LeafHeadBody<T>{w}, w.f.sort_slot);
+  ex.for_each(w.particles, LeafHeadBody<T>{w});
+  ex.scan(w.particles, LeafHeadsBody<T>{w}, w.f.sort_slot);
   ex.for_each(w.particles, LeavesBody<T>{w});
 }
 

@@ -76,11 +76,14 @@ MELTSIM_HD int shared_depth(std::uint64_t a, std::uint64_t b, int bits) {
   return differ == 0u ? bits : bits - 1 - highest_bit(differ);
 }
 
-/// 1 where a leaf begins.
+/// 1 where a leaf begins. Written down before it is summed: a thread of a sum asks for one item after another.
 template <class T>
 struct LeafHeadBody {
   Frame<T> w;
-  MELTSIM_HD std::uint32_t operator()(std::uint64_t at) const {
+  MELTSIM_HD void operator()(std::uint64_t at) const { w.f.sort_slot[at] = is_head(at); }
+
+ private:
+  MELTSIM_HD std::uint32_t is_head(std::uint64_t at) const {
     const auto i = static_cast<std::int64_t>(at), n = static_cast<std::int64_t>(w.particles);
     const std::uint64_t* keys = w.f.sort_key_alt;
     const std::uint64_t mine = keys[i];
@@ -105,6 +108,12 @@ struct LeafHeadBody {
     const int least = 3 * maximum(static_cast<int>(w.tree.bits) - cells_to_support, 0);
     return shared_depth(keys[i - 1], mine, bits) < maximum(depth + 1, least) ? 1u : 0u;
   }
+};
+
+template <class T>
+struct LeafHeadsBody {
+  Frame<T> w;
+  MELTSIM_HD std::uint32_t operator()(std::uint64_t i) const { return w.f.sort_slot[i]; }
 };
 
 /// Turns the running count of heads into leaf numbers and lists the leaves.

@@ -127,7 +127,7 @@ class PermutingExec : public meltsim::core::CpuExec {
     if (!stopped())
       for (const std::uint64_t i : indices(n)) ++counts[bucket_of[i] = body(i)];
     begin_buckets(m, counts, begin, meltsim::core::Nothing{});
-    fill_buckets(n, m, bucket_of, begin, order, counts);
+    fill_buckets(n, bucket_of, begin, order, counts);
   }
   /// As on a GPU, cells may be counted by the sub-step before.
   static constexpr bool counts_ahead = true;
@@ -142,8 +142,8 @@ class PermutingExec : public meltsim::core::CpuExec {
     }
     if (!stopped()) first(0);
   }
-  void fill_buckets(std::uint64_t n, std::uint32_t, const std::uint32_t* bucket_of,
-                    const std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) {
+  void fill_buckets(std::uint64_t n, const std::uint32_t* bucket_of, const std::uint32_t* begin,
+                    std::uint32_t* order, std::uint32_t* counts) {
     if (stopped()) return;
     for (const std::uint64_t i : indices(n))
       order[begin[bucket_of[i]] + --counts[bucket_of[i]]] = static_cast<std::uint32_t>(i);
