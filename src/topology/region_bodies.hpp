@@ -90,6 +90,29 @@ MELTSIM_HD void spread(RegionPlanes<H>& planes) {
   }
 }
 
+/// Rows of bits, one after the other, as words of arrayR.
+struct MaskWriter {
+  std::uint32_t* mask;
+  std::uint64_t bits = 0;
+  std::uint32_t members = 0, word = 0;
+  int have = 0;
+  MELTSIM_HD void add(std::uint32_t row, int side) {
+    members += popcount(row);
+    bits |= static_cast<std::uint64_t>(row) << have;
+    have += side;
+    if (have < 32) return;
+    mask[word++] = static_cast<std::uint32_t>(bits);
+    bits >>= 32;
+    have -= 32;
+  }
+  MELTSIM_HD void close(std::uint32_t words) {
+    while (word < words) {
+      mask[word++] = static_cast<std::uint32_t>(bits);
+      bits = 0;
+    }
+  }
+};
+
 /// fill_region for a half-width that the compiler knows.
 template <int H, class T>
 MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
@@ -122,30 +145,18 @@ MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b
                           << (y * row);
   planes.inside[H] = Word{1} << (H * row + H);
   for (int round = 0; round < H; ++round) spread(planes);
-  std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
-  std::uint64_t bits = 0;
-  std::uint32_t members = 0, word = 0;
-  int have = 0;
+  MaskWriter mask{w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words};
   bool boxed = true;
   for (int z = 0; z < side; ++z) {
     const bool plane = (planes.known[z] >> (H * row) & 1u) != 0u;
     boxed = boxed && planes.inside[z] == (plane ? planes.live[z] & planes.known[z] : Word{0});
     for (int y = 0; y < side; ++y) {
       const auto inside = static_cast<std::uint32_t>(planes.inside[z] >> (y * row) & full);
-      members += popcount(inside);
-      bits |= static_cast<std::uint64_t>(inside) << have;
-      have += side;
-      if (have < 32) continue;
-      mask[word++] = static_cast<std::uint32_t>(bits);
-      bits >>= 32;
-      have -= 32;
+      mask.add(inside, side);
     }
   }
-  while (word < w.region_words) {
-    mask[word++] = static_cast<std::uint32_t>(bits);
-    bits = 0;
-  }
-  w.f.region_members[v] = members | (boxed ? core::boxed_region : 0u);
+  mask.close(w.region_words);
+  w.f.region_members[v] = mask.members | (boxed ? core::boxed_region : 0u);
 }
 
 /// The rows of a region's box, first along y: those live, and those inside as far as the fill has come. For half-widths
@@ -222,24 +233,12 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b
       rows.live[r] |= live_along_x(w, core::site_at(site, b, 0, r % side - h, r / side - h), h);
   rows.inside[h * side + h] = 1u << h;
   for (int round = 0; round < h; ++round) spread(rows, side);
-  std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
-  std::uint64_t bits = 0;
-  std::uint32_t members = 0, word = 0;
-  int have = 0;
+  MaskWriter mask{w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words};
   for (int r = 0; r < side * side; ++r) {
-    members += popcount(rows.inside[r]);
-    bits |= static_cast<std::uint64_t>(rows.inside[r]) << have;
-    have += side;
-    if (have < 32) continue;
-    mask[word++] = static_cast<std::uint32_t>(bits);
-    bits >>= 32;
-    have -= 32;
+    mask.add(rows.inside[r], side);
   }
-  while (word < w.region_words) {
-    mask[word++] = static_cast<std::uint32_t>(bits);
-    bits = 0;
-  }
-  w.f.region_members[v] = members | (is_boxed(rows, side) ? core::boxed_region : 0u);
+  mask.close(w.region_words);
+  w.f.region_members[v] = mask.members | (is_boxed(rows, side) ? core::boxed_region : 0u);
 }
 
 /// Fills anew what may have changed: work in proportion to that, the others ask for 2w+1 numbers. No region is wider
