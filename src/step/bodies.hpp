@@ -100,7 +100,7 @@ struct IntegrateBody {
         tag |= tag_removed;
       }
     }
-    if (w.count_ahead) {
+    if (w.count_ahead && r.bad == 0u) {  // one that is at no place is in no cell; the World halts anyway
       const std::uint32_t cell = spatial::counted_cell(w, tag, x, v);
       w.f.cell_of[i] = cell;
       add.count(w.f.cell_count, cell);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <set>
 
 #include "modules/engine.hpp"
@@ -281,6 +282,25 @@ TYPED_TEST(Neighbours, SlotsAreInOrderOfCellThenId) {
       ASSERT_LE(w.f.group_of[i - 1], w.f.group_of[i]);
       ASSERT_TRUE(w.f.group_of[i - 1] != w.f.group_of[i] || w.f.id[i - 1] < w.f.id[i]);
     }
+  }
+}
+
+// What integration counts ahead for the next sub-step: everyone once; but not who has no place to be counted at, which
+// as an index would be anything.
+TYPED_TEST(Neighbours, CountedAheadIsWhoHasAPlace) {
+  for (const bool good : {true, false}) {
+    Cloud c;
+    c.bound({2, 2, 2});
+    for (int n = 0; n < 100; ++n) c.add({0.3 + 0.1 * (n % 10), 0.3 + 0.1 * (n / 10), 1});
+    if (!good) c.constants.gravity.y = std::numeric_limits<double>::quiet_NaN();
+    Rig<TypeParam> rig;
+    rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_fluid | core::fact_packed);
+    rig.run({"step", "spatial", "sph"}, 1e-6);
+    const auto& w = rig.frame();
+    std::uint32_t counted = 0;
+    for (std::uint32_t k = 0; k <= w.cells; ++k) counted += w.f.cell_count[k];
+    EXPECT_EQ(counted, good ? 100u : 0u);
+    EXPECT_EQ(w.f.status->halted != 0u, !good);
   }
 }
 
