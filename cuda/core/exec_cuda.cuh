@@ -521,9 +521,7 @@ class CudaExec {
   /// These are defined in core/exec_cuda_bucket.cuh.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch,
-              std::uint32_t* counts) const;
-  static constexpr bool counts_ahead = true;
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) const;
   template <class First>
   void begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32_t* begin, const First& first) const;
   void fill_buckets(std::uint64_t n, const std::uint32_t* bucket_of, const std::uint32_t* begin,

@@ -146,8 +146,7 @@ inline void CudaExec::fill_buckets(std::uint64_t n, const std::uint32_t* bucket_
 
 template <class Body>
 void CudaExec::bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-                      std::uint32_t* begin, std::uint32_t* order, std::uint32_t*,
-                      std::uint32_t* counts) const {
+                      std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) const {
   if (n == 0) return;
   zero(counts, (std::uint64_t{m} + 1) * sizeof *counts);
   for_each(n, kernels::CountBody<Body>{body, bucket_of, counts});

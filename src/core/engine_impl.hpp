@@ -113,14 +113,12 @@ class EngineImpl final : public Engine {
     // A host's own stages may do anything, timings and checks look at stages one by one.
     const bool own_stages = custom_ != nullptr && !custom_->empty();
     const bool plain = !timed_ && !checked_build && !own_stages;
-    if constexpr (E::counts_ahead) {
-      // As long as this one is, so that particles drift as far; and nothing moves them between the two.
-      const bool alone = !own_stages && !ex_.host_captures();
-      w_.counted = alone && w_.count_ahead && !rebuild_ && counted_dt_ == a.dt;
-      w_.count_ahead = alone && can_count_ahead(a.stages);
-      w_.cells_begun = w_.counted && plain;
-      counted_dt_ = a.dt;
-    }
+    // As long as this one is, so that particles drift as far; and nothing moves them between the two.
+    const bool alone = !own_stages && !ex_.host_captures();
+    w_.counted = alone && w_.count_ahead && !rebuild_ && counted_dt_ == a.dt;
+    w_.count_ahead = alone && can_count_ahead(a.stages);
+    w_.cells_begun = w_.counted && plain;
+    counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
     const double spring_dt = physics::spring_dt(a.dt, spring_reference_);
@@ -273,7 +271,7 @@ class EngineImpl final : public Engine {
   static constexpr bool as_gpu = E::lists || !sums_by_lanes;
 
   struct Sizes {
-    std::uint64_t count[26] = {};
+    std::uint64_t count[static_cast<int>(Owner::world) + 1] = {};
     std::uint64_t groups = 0, rows = 9;
     std::uint64_t cells = 0;  ///< where they are counted one by one
     int reach = 1;
@@ -318,7 +316,6 @@ class EngineImpl final : public Engine {
     set(Owner::id, s.particle_capacity);
     set(Owner::cell, n.cells + 2);
     set(Owner::cell_count, n.cells != 0 ? E::count_room(n.cells + 1) : 0);
-    set(Owner::cell_scratch, E::counts_ahead ? 0 : s.particle_capacity);
     set(Owner::group, n.groups + 1);
     set(Owner::group_rows, n.groups * n.rows);
     set(Owner::vertex, l.vertex_site.size());

@@ -17,14 +17,13 @@
 //                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts); body(i) may be out[i]
 //   sort(n, bits, k, v, ko, vo)  stable sort of pairs by the low `bits` of the key, out of place
-//   bucket(n, m, body, bucket_of, begin, order, scratch, counts)
+//   bucket(n, m, body, bucket_of, begin, order, counts)
 //                                bucket_of[i] = body(i) < m; order = 0..n-1 by bucket, in any order within one;
-//                                begin[b] = first of bucket b, begin[m] = n. scratch holds n, or nothing where
-//                                counts_ahead; counts count_room(m), 0 before the first time. Where the guard holds
-//                                begin may be lost, and nothing else
+//                                begin[b] = first of bucket b, begin[m] = n. counts holds count_room(m), 0 before the
+//                                first time. Where the guard holds begin may be lost, and nothing else
 //   begin_buckets(m, counts, begin, first), fill_buckets(n, bucket_of, begin, order, counts)
-//                                the same in two, where counts_ahead: somebody has set bucket_of and added up counts
-//                                (add.count) since the last time. first(0) runs beside the one
+//                                the same in two, where somebody has set bucket_of and added up counts (add.count)
+//                                since the last time. first(0) runs beside the one
 //   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer) and
 //                                add.count(counters, k): exact sums and minima, so order does not matter; lower
 //                                returns what was there, add.load(address) reads what others may be lowering
@@ -53,6 +52,7 @@
 #include <limits>
 #include <new>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/gather.hpp"
@@ -77,6 +77,7 @@ class CpuAdder {
   CpuAdder& operator=(const CpuAdder&) = delete;
   ~CpuAdder() {
     for (Entry& e : entries_) send(e);
+    count_all();
   }
   void operator()(std::int64_t* address, std::int64_t value) const {
     Entry& e = entries_[(reinterpret_cast<std::uintptr_t>(address) >> 3) & 15u];
@@ -86,9 +87,13 @@ class CpuAdder {
     }
     e.value += value;
   }
-  /// ++counters[which], at once.
+  /// ++counters[which].
   void count(std::uint32_t* counters, std::uint32_t which) const {
-    __atomic_fetch_add(counters + which, 1u, __ATOMIC_RELAXED);
+    if (counters + which != counter_) {
+      count_all();
+      counter_ = counters + which;
+    }
+    ++times_;
   }
   /// *address = min(*address, value), at once; what was there.
   std::uint32_t lower(std::uint32_t* address, std::uint32_t value) const {
@@ -110,7 +115,13 @@ class CpuAdder {
   static void send(Entry& e) {
     if (e.address != nullptr) __atomic_fetch_add(e.address, e.value, __ATOMIC_RELAXED);
   }
+  void count_all() const {
+    if (times_ != 0u) __atomic_fetch_add(counter_, times_, __ATOMIC_RELAXED);
+    times_ = 0;
+  }
   mutable Entry entries_[16];
+  mutable std::uint32_t* counter_ = nullptr;
+  mutable std::uint32_t times_ = 0;
 };
 
 class CpuExec {
@@ -226,32 +237,38 @@ class CpuExec {
     }
   }
 
-  static constexpr bool counts_ahead = false;
-  static constexpr std::uint64_t count_room(std::uint64_t) { return 0; }
-  /// A radix sort of the bucket numbers; indices ascend within a bucket.
+  static constexpr std::uint64_t count_room(std::uint64_t m) { return m + 1; }
+  /// A counting sort. (By digits it took longer on 16 threads than on 4: a histogram for each, one after another.)
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* scratch, std::uint32_t*) {
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) {
     if (stopped()) return;
-    for_each(n, [&](std::uint64_t i) {
-      bucket_of[i] = body(i);
-      order[i] = static_cast<std::uint32_t>(i);
+    CpuExec::for_each(std::uint64_t{m} + 1, [=](std::uint64_t b) { counts[b] = 0; });
+    CpuExec::accumulate(n, [&body, bucket_of, counts](std::uint64_t i, const CpuAdder& add) {
+      add.count(counts, bucket_of[i] = body(i));
     });
-    std::uint32_t* by_bucket = order;
-    std::uint32_t* other = scratch;
-    const std::uint64_t part = std::max<std::uint64_t>(chunk, (n + threads_ - 1) / threads_);
-    for (std::uint32_t shift = 0; shift < 32 && (m - 1) >> shift != 0u; shift += digit_bits) {
-      sort_pass(
-          n, part, [&](std::uint64_t i) { return bucket_of[by_bucket[i]] >> shift; },
-          [&](std::uint64_t i, std::uint32_t to) { other[to] = by_bucket[i]; });
-      std::swap(by_bucket, other);
-    }
-    if (by_bucket != order) copy(n, by_bucket, order);
-    // Every first of a bucket also begins the empty ones before it.
-    for_each(n + 1, [&](std::uint64_t i) {
-      const std::uint32_t from = i == 0 ? 0u : bucket_of[order[i - 1]] + 1u;
-      const std::uint32_t to = i == n ? m : bucket_of[order[i]];
-      for (std::uint32_t b = from; b <= to; ++b) begin[b] = static_cast<std::uint32_t>(i);
+    CpuExec::begin_buckets(m, counts, begin, Nothing{});
+    CpuExec::fill_buckets(n, bucket_of, begin, order, counts);
+  }
+  template <class First>
+  void begin_buckets(std::uint32_t m, const std::uint32_t* counts, std::uint32_t* begin, const First& first) {
+    scan(
+        std::uint64_t{m} + 1, [counts](std::uint64_t b) { return b == 0 ? 0u : counts[b - 1]; }, begin);
+    if (!stopped()) first(0);
+  }
+  /// Neighbouring items mostly go to one bucket: they ask for their places together. Counts run down to 0 meanwhile.
+  void fill_buckets(std::uint64_t n, const std::uint32_t* bucket_of, const std::uint32_t* begin,
+                    std::uint32_t* order, std::uint32_t* counts) const {
+    if (stopped()) return;
+    each_part(n, part, [&](std::uint64_t i, std::uint64_t end) {
+      while (i < end) {
+        const std::uint32_t b = bucket_of[i];
+        std::uint64_t next = i + 1;
+        while (next < end && bucket_of[next] == b) ++next;
+        std::uint32_t place =
+            begin[b] + __atomic_sub_fetch(counts + b, static_cast<std::uint32_t>(next - i), __ATOMIC_RELAXED);
+        for (; i < next; ++i) order[place++] = static_cast<std::uint32_t>(i);
+      }
     });
   }
 
@@ -333,6 +350,7 @@ class CpuExec {
     enqueue();
   }
   void forget_repeats() {}
+  bool host_captures() const { return false; }
   std::uint64_t captures() const { return 0; }
   static constexpr Backend backend = Backend::cpu;
   /// 64-byte aligned, or null.
@@ -387,14 +405,16 @@ class CpuExec {
       const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
       for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i) ++h[key(i) & (digits - 1)];
     }
+    // First of a digit, then of its parts; along the rows of the table, as parts may be many.
+    std::uint32_t first[digits] = {};
+    for (std::int64_t p = 0; p < parts; ++p)
+      for (std::uint32_t d = 0; d < digits; ++d)
+        first[d] += histogram_[static_cast<std::size_t>(p) * digits + d];
     std::uint32_t offset = 0;
-    for (std::uint32_t d = 0; d < digits; ++d)
-      for (std::int64_t p = 0; p < parts; ++p) {
-        std::uint32_t& h = histogram_[static_cast<std::size_t>(p) * digits + d];
-        const std::uint32_t c = h;
-        h = offset;
-        offset += c;
-      }
+    for (std::uint32_t& f : first) offset += std::exchange(f, offset);
+    for (std::int64_t p = 0; p < parts; ++p)
+      for (std::uint32_t d = 0; d < digits; ++d)
+        first[d] += std::exchange(histogram_[static_cast<std::size_t>(p) * digits + d], first[d]);
 #pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
     for (std::int64_t p = 0; p < parts; ++p) {
       std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
@@ -409,12 +429,12 @@ class CpuExec {
   static constexpr std::size_t largest_result = 160;  // of a reduction [bytes]
   // Fixed: the shape of a sum may not depend on threads.
   static constexpr std::uint64_t chunk = 4096;   // of a scan
-  static constexpr std::uint64_t reduced = 512;  // of a reduction
+  static constexpr std::uint64_t reduced = 256;  // of a reduction
   template <class T>
   static std::size_t split_bytes(std::uint64_t n) {
     return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);
   }
-  static constexpr std::uint64_t part = 256;  // items a thread takes at a time
+  static constexpr std::uint64_t part = 64;  // least number of items that a thread takes
   template <class Body>
   static void run(const Body& body, std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t i = begin; i < end; ++i) body(i);

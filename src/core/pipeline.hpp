@@ -49,7 +49,6 @@ enum class Owner {
   id,
   cell,
   cell_count,
-  cell_scratch,
   group,
   group_rows,
   tree_node,

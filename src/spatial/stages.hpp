@@ -26,16 +26,14 @@ void skin(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void cells(E& ex, const core::Frame<T>& w) {
-  if constexpr (E::counts_ahead) {
-    if (w.counted) {
-      if (!w.cells_begun) ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, core::Nothing{});
-      ex.fill_buckets(w.particles, w.f.cell_of, w.f.cell_begin, w.f.cell_order, w.f.cell_count);
-      return;
-    }
+  if (w.counted) {
+    if (!w.cells_begun) ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, core::Nothing{});
+    ex.fill_buckets(w.particles, w.f.cell_of, w.f.cell_begin, w.f.cell_order, w.f.cell_count);
+    return;
   }
   const WhereRebuilt<E, T> only(ex, w);
   ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of, w.f.cell_begin, w.f.cell_order,
-            w.f.cell_scratch, w.f.cell_count);
+            w.f.cell_count);
 }
 
 template <class E, class T>

@@ -15,8 +15,7 @@ void begin(E& ex, const core::Frame<T>& w) {
 /// The same, and where cells begin that the sub-step before has counted, in one launch; not a stage.
 template <class E, class T>
 void begin_cells(E& ex, const core::Frame<T>& w) {
-  if constexpr (E::counts_ahead)
-    ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, BeginBody<T>{w});
+  ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, BeginBody<T>{w});
 }
 
 /// One burst; called by the engine once per layer that is due, before step.begin.

@@ -121,7 +121,7 @@ class PermutingExec : public meltsim::core::CpuExec {
   /// Where the guard holds, begin is spoilt: on a GPU counts are added up whatever the guard says.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
-              std::uint32_t* begin, std::uint32_t* order, std::uint32_t*, std::uint32_t* counts) {
+              std::uint32_t* begin, std::uint32_t* order, std::uint32_t* counts) {
     see(body.w);
     std::fill_n(counts, std::size_t{m} + 1, 0u);
     if (!stopped())
@@ -129,10 +129,6 @@ class PermutingExec : public meltsim::core::CpuExec {
     begin_buckets(m, counts, begin, meltsim::core::Nothing{});
     fill_buckets(n, bucket_of, begin, order, counts);
   }
-  /// As on a GPU, cells may be counted by the sub-step before.
-  static constexpr bool counts_ahead = true;
-  static constexpr std::uint64_t count_room(std::uint64_t m) { return m + 1; }
-  bool host_captures() const { return false; }
   template <class First>
   void begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32_t* begin, const First& first) {
     std::uint32_t sum = 0;
