@@ -89,6 +89,7 @@ class EngineImpl final : public Engine {
     link();
     fill_constants(c, l, n);
     fill_state(c, l, state);
+    w_.solids = w_.vertices != 0 || std::any_of(state.tag.begin(), state.tag.end(), is_solid);
     // Sorted orders ask by id, liquid that freezes is found by it.
     w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
     ex_.set_guard(nullptr);
@@ -474,7 +475,7 @@ class EngineImpl final : public Engine {
     w_.cells = static_cast<std::uint32_t>(n.cells);
     w_.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
     w_.bits_stride = n.count[static_cast<int>(Owner::particle)];
-    w_.mixed = w_.vertices != 0 || c.materials.size() != 1;
+    w_.one_liquid = c.one_liquid;
     w_.region_words = words_for(l.max_half_width);
     w_.row_width = least_row_width(as_gpu, w_.vertices);
     largest_mass_ = c.largest_mass > 0 ? c.largest_mass : 1.0;

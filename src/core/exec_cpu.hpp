@@ -288,7 +288,7 @@ class CpuExec {
     using Sum = typename Body::Sum;
     constexpr std::uint32_t none = 0xffffffffu;
     if (n == 0 || stopped()) return;
-    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
+    each_part(n, 4 * part, [&](std::uint64_t begin, std::uint64_t end) {
       std::uint32_t row = none;
       std::int64_t sum[Sum::words] = {};
       const auto send = [&] {

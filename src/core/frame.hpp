@@ -344,7 +344,8 @@ struct Frame {
   std::uint64_t words_column = 0;  ///< a column of neighbour_words [bytes]
   std::uint32_t words_parts = 1;   ///< sets of words that a search fills, later joined
   std::uint32_t words_room = 0;    ///< words that a set holds
-  bool mixed = true;               ///< solids, or more than one liquid
+  bool solids = true;              ///< there are some
+  bool one_liquid = false;         ///< no two materials are ever liquid
   bool slots_of_all = true;  ///< slot_of_id is kept for everyone, not only for solids and what is to come
   bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
   bool counted = false;      ///< it did in the sub-step before

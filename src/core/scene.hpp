@@ -46,6 +46,7 @@ struct SceneConstants {
   double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
   double spring_reference = 0;  ///< physics::spring_dt's [s]
   bool tension = false;
+  bool one_liquid = false;  ///< no two materials are liquid, now or by melting or emission
   Vec3d gravity;
   DomainDesc domain;  ///< relative to the origin
   std::vector<MaterialRow<double>> materials;

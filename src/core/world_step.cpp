@@ -88,9 +88,14 @@ std::uint32_t WorldImpl::facts() {
   const auto rows = material_rows();
   const bool heat = heat_reason().empty();
   double lightest = infinity, densest_liquid = 0;
+  std::uint32_t some_liquid = core::none;
+  one_liquid_ = true;
   const auto meets = [&](std::uint32_t material, bool liquid) {
     lightest = std::min(lightest, rows[material].density);
-    if (liquid) densest_liquid = std::max(densest_liquid, rows[material].density);
+    if (!liquid) return;
+    densest_liquid = std::max(densest_liquid, rows[material].density);
+    one_liquid_ = one_liquid_ && (some_liquid == core::none || some_liquid == material);
+    some_liquid = material;
   };
   for (const EmitterRecord& e : emitters_) meets(e.desc.material.index, true);
   for (std::size_t i = 0; i < state_.tag.size(); ++i) {
@@ -192,6 +197,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.spring_reference = spring_reference_;
   c.artificial_viscosity = desc.artificial_viscosity;
   c.tension = desc.tension;
+  c.one_liquid = one_liquid_;
   c.courant = desc.courant;
   c.gravity = desc.gravity;
   c.domain = desc.domain;

@@ -124,7 +124,7 @@ class WordWalk {
   /// The next word is on its way while the last neighbour of this one is visited.
   MELTSIM_HD std::uint32_t take() {
     const auto b = static_cast<std::uint32_t>(highest_bit(word_.bits));
-    word_.bits ^= 1u << b;
+    word_.bits &= bits_below(b);
     const std::uint32_t j = word_.first + b;
     if (word_.bits == 0u) next_word();
     return j;

@@ -15,10 +15,20 @@ namespace sph {
 using core::Frame;
 using physics::MaterialRow;
 
-/// Stands for tau_k at a solid particle that no liquid touches.
+/// What stands beside the velocity of a solid particle that liquid touches: -tau_k, also -0, which no liquid's term is
+/// where tension is not asked for. So a liquid particle need not ask for its neighbours' tags: solids that it has
+/// within H are wet. Where no liquid is, a positive number.
+template <class T>
+MELTSIM_HD T wet_term(T phi) {
+  return -physics::solid_term(phi);
+}
 template <class T>
 MELTSIM_HD constexpr T dry_term() {
-  return T(-1);
+  return T(1);
+}
+template <class T>
+MELTSIM_HD bool is_wet(T term) {
+  return sign_bit(term) != 0u;
 }
 
 /// phi of a particle over the kernel's scale, and whether liquid is within H of it.
@@ -32,7 +42,7 @@ struct Surroundings {
   }
 };
 
-/// phi and P/phi^2 of every liquid particle, tau_k of every solid one: the sum of V W over everything within
+/// phi and P/phi^2 of every liquid particle, wet_term of every solid one: the sum of V W over everything within
 /// H and over its images in walls. First sweep of a sub-step: it finds the neighbours, too.
 template <class T, bool Mixed, bool Periodic>
 struct DensityBody {
@@ -73,7 +83,7 @@ struct DensityBody {
       term = physics::pressure_term(
           physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi, w.c.lowest_phi), phi);
     } else if (Mixed && is_solid(tag)) {
-      term = s.wet ? physics::solid_term(phi) : dry_term<T>();
+      term = s.wet ? wet_term(phi) : dry_term<T>();
     }
     w.f.density[i] = density;
     w.f.velocity[i].w = term;
@@ -104,9 +114,19 @@ struct ForceSum {
   MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
 };
 
-/// Pressure, viscosity, gravity and walls on every liquid particle. Mixed: there are solids, several liquids or
-/// viscosities that vary; without, nothing has to be asked of a neighbour but where it is and how it moves.
-template <class T, bool Mixed, bool Periodic>
+/// Who may be beside a liquid particle: the same liquid alone, it and solids, or several liquids, viscosities that
+/// vary, liquid under tension. In the first two nothing has to be asked of a neighbour but where it is and how it moves.
+enum class Company { liquid, solids, any };
+
+template <class T>
+Company company_of(const Frame<T>& w) {
+  if (!w.one_liquid || w.f.viscosity != nullptr) return Company::any;
+  if (!w.solids) return Company::liquid;
+  return w.c.lowest_phi < T(1) ? Company::any : Company::solids;
+}
+
+/// Pressure, viscosity, gravity and walls on every liquid particle.
+template <class T, Company company, bool Periodic>
 struct ForcesBody {
   Frame<T> w;
   static constexpr bool ends_first = true;
@@ -116,6 +136,7 @@ struct ForcesBody {
   }
   using Sum = ForceSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    constexpr bool any = company == Company::any;
     Sum s;
     const std::uint32_t tag = w.f.tag[i];
     if (!is_fluid(tag)) return s;
@@ -128,10 +149,10 @@ struct ForcesBody {
         w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
-          const std::uint32_t tag_j = Mixed ? w.f.tag[j] : tag;
-          const bool solid =
-              Mixed && is_solid(tag_j);  // which acts as the same liquid does, but for its term
-          const T term_j = solid ? stiffness * vj.w : vj.w;
+          const std::uint32_t tag_j = any ? w.f.tag[j] : tag;
+          // A solid acts as the same liquid does, but for its term.
+          const bool solid = any ? is_solid(tag_j) : company == Company::solids && is_wet(vj.w);
+          const T term_j = solid ? stiffness * -vj.w : vj.w;
           T by_images = 0;
           if (walls.axes != 0u) {
             const auto images =
@@ -139,10 +160,10 @@ struct ForcesBody {
             by_images = images.along;
             s.force += images.normal;
           }
-          const bool same = !Mixed || solid || material_of(tag_j) == material_of(tag);
+          const bool same = !any || solid || material_of(tag_j) == material_of(tag);
           T mu_ij = mu, density_ij = density;
           if (!same) density_ij = T(0.5) * (density + w.f.materials[material_of(tag_j)].density);
-          if (Mixed && (!same || (w.f.viscosity != nullptr && !solid)))
+          if (any && (!same || (w.f.viscosity != nullptr && !solid)))
             mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
           const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, term_j, mu_ij, density_ij, x_ij, v_ij};
           auto factors =
@@ -186,9 +207,7 @@ struct ForcesBody {
 template <class T>
 struct WettedBody {
   Frame<T> w;
-  MELTSIM_HD bool wanted(std::uint64_t k) const {
-    return is_solid(w.f.tag[k]) && w.f.velocity[k].w != dry_term<T>();
-  }
+  MELTSIM_HD bool wanted(std::uint64_t k) const { return is_solid(w.f.tag[k]) && is_wet(w.f.velocity[k].w); }
 };
 
 /// The liquid's push on every solid particle: the negatives of what ForcesBody gave the liquid. The same formula of
@@ -201,7 +220,7 @@ struct ReactionBody {
   MELTSIM_HD Sum part(std::uint64_t k, std::uint32_t share, std::uint32_t parts) const {
     Sum s;
     const Vec4<T> vk4 = w.f.velocity[k];
-    const T vol_k = w.f.position[k].w, tau = vk4.w;
+    const T vol_k = w.f.position[k].w, tau = -vk4.w;
     const Vec3<T> vk = xyz(vk4);
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
     spatial::sweep_part<Periodic>(

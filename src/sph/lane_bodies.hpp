@@ -64,10 +64,10 @@ struct DensityLanes : DensityBody<T, Mixed, Periodic> {
   }
 };
 
-/// Where a neighbour is anything but the same liquid, ForcesBody does the work.
-template <class T, bool Mixed, bool Periodic>
-struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
-  using Base = ForcesBody<T, Mixed, Periodic>;
+/// Where a neighbour is another liquid, or a solid so near that liquid could slip through, ForcesBody does the work.
+template <class T, Company company, bool Periodic>
+struct ForcesLanes : ForcesBody<T, company, Periodic> {
+  using Base = ForcesBody<T, company, Periodic>;
   using Base::w;
   explicit ForcesLanes(const Frame<T>& frame) : Base{frame} {}
 
@@ -76,24 +76,25 @@ struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
     if (!is_fluid(tag)) return;
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     Vec3<T> force{};
-    if (!add(i, tag, viscosity_of(w, i, m), m.density, force)) return Base::operator()(i);
+    if (!add(i, tag, m, viscosity_of(w, i, m), force)) return Base::operator()(i);
     Base::finish(i, {force});
   }
-  /// False where something else than the same liquid is near.
-  bool add(std::uint64_t i, std::uint32_t tag, T mu, T density, Vec3<T>& sum) const {
+  /// False where ForcesBody has to.
+  bool add(std::uint64_t i, std::uint32_t tag, const MaterialRow<T>& m, T mu, Vec3<T>& sum) const {
     const auto kernel = w.c.kernel;
     const auto grid = w.grid;
-    const T alpha = w.c.artificial_viscosity, sound_speed = w.c.sound_speed;
+    const T alpha = w.c.artificial_viscosity, sound_speed = w.c.sound_speed, density = m.density;
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
     spatial::LaneSum<T> fx, fy, fz;
     spatial::Batches<Periodic, T> neighbours(w, i);
     while (const std::uint32_t n = neighbours.next()) {
-      if (Mixed && !alike(neighbours.slots, n, tag)) return false;
+      if (company == Company::any && !alike(neighbours.slots, n, tag)) return false;
       spatial::LaneVectors<T> x, v;
       x.load(w.f.position, neighbours.slots, n);
       v.load(w.f.velocity, neighbours.slots, n);
       spatial::cut(x.w, n);
+      if (company == Company::solids && !take_solids(xyz(xi), m.tait_stiffness, n, x, v.w)) return false;
       alignas(64) T mu_ij[spatial::batch + spatial::lanes];
       for (std::size_t k = 0; k < n + spatial::lanes; ++k) mu_ij[k] = mu;
       if (w.f.viscosity != nullptr)
@@ -122,6 +123,20 @@ struct ForcesLanes : ForcesBody<T, Mixed, Periodic> {
       }
     }
     sum = {fx.total(), fy.total(), fz.total()};
+    return true;
+  }
+  /// Pressure terms of wet solids become those of the liquid that they act as. False where one may leak.
+  bool take_solids(Vec3<T> xi, T stiffness, std::uint32_t n, const spatial::LaneVectors<T>& x,
+                   T* term) const {
+    bool wet = false;
+    for (std::uint32_t k = 0; k < n; ++k) wet |= is_wet(term[k]);
+    if (!wet) return true;
+    for (std::uint32_t k = 0; k < n; ++k) {
+      if (!is_wet(term[k])) continue;
+      const Vec3<T> d = spatial::separation<Periodic>(w.grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
+      if (dot(d, d) < w.c.leak_distance2) return false;
+      term[k] *= -stiffness;
+    }
     return true;
   }
   bool alike(const std::uint32_t* slots, std::uint32_t n, std::uint32_t tag) const {

@@ -19,7 +19,7 @@ void density_of(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed) density_of<true, periodic()>(ex, w);
+    if (w.solids) density_of<true, periodic()>(ex, w);
     else density_of<false, periodic()>(ex, w);
   });
 }
@@ -29,17 +29,23 @@ void viscosity(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, ViscosityBody<T>{w});
 }
 
-template <bool Mixed, bool Periodic, class E, class T>
+template <Company company, bool Periodic, class E, class T>
 void forces_of(E& ex, const core::Frame<T>& w) {
-  if constexpr (core::runs_lanes<E>) ex.for_each(w.particles, ForcesLanes<T, Mixed, Periodic>(w));
-  else ex.gather(w.particles, ForcesBody<T, Mixed, Periodic>{w});
+  if constexpr (core::runs_lanes<E>) ex.for_each(w.particles, ForcesLanes<T, company, Periodic>(w));
+  else ex.gather(w.particles, ForcesBody<T, company, Periodic>{w});
 }
 
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.mixed || w.f.viscosity != nullptr) forces_of<true, periodic()>(ex, w);
-    else forces_of<false, periodic()>(ex, w);
+    switch (company_of(w)) {
+      case Company::liquid:
+        return forces_of<Company::liquid, periodic()>(ex, w);
+      case Company::solids:
+        return forces_of<Company::solids, periodic()>(ex, w);
+      case Company::any:
+        return forces_of<Company::any, periodic()>(ex, w);
+    }
   });
 }
 

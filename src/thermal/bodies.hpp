@@ -15,6 +15,17 @@ using core::HeatBoundary;
 using core::HeatOperand;
 using physics::MaterialRow;
 
+/// The resistivity of what holds both phases, marked: so far below zero that its sum with any other is below zero, too,
+/// but for infinity, which nothing gets past.
+template <class T>
+MELTSIM_HD T marked(T resistivity) {
+  return -minimum(resistivity, T(0x1p40)) * T(0x1p80);
+}
+template <class T>
+MELTSIM_HD T unmarked(T resistivity) {
+  return resistivity < T(0) ? -resistivity * T(0x1p-80) : resistivity;
+}
+
 /// Temperature and resistivity at an enthalpy [J].
 template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
@@ -22,7 +33,7 @@ MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
   const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
   const T r = physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
-  return {temperature, fraction > T(0) && fraction < T(1) ? -r : r};
+  return {temperature, fraction > T(0) && fraction < T(1) ? marked(r) : r};
 }
 
 /// 1/k of a particle toward one of another temperature [m K/W].
@@ -44,7 +55,7 @@ struct OperandsBody {
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
                                                  const HeatOperand<T>& operand) {
-  const T temperature = operand.temperature, conductivity = T(1) / std::fabs(operand.resistivity);
+  const T temperature = operand.temperature, conductivity = T(1) / unmarked(operand.resistivity);
   physics::SurfaceRate<T> sum;
   const auto add = [&](const physics::SurfaceRate<T>& r) {
     sum.rate += r.rate;
@@ -109,13 +120,12 @@ struct StageBody {
     spatial::sweep_part<Periodic>(
         w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
           const HeatOperand<T> other = w.f.heat_operand[j];
-          T r_own = own.resistivity, r_other = other.resistivity;
-          if (minimum(r_own, r_other) < T(0)) {
-            r_own = toward(m, own, other.temperature);
-            r_other = toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
-          }
+          T resistivities = own.resistivity + other.resistivity;
+          if (resistivities < T(0))
+            resistivities = toward(m, own, other.temperature) +
+                            toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
           const T g = physics::pair_conductance(
-              volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), r_own, r_other);
+              volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), resistivities);
           s.rate += static_cast<double>(g * (other.temperature - own.temperature));
           s.conductance += g;
         });

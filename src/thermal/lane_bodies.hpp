@@ -47,7 +47,7 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
         const Vec3<T> d = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
         const T r2 = dot(d, d);
         const T g = physics::pair_conductance(
-            xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2), r_own[k], r_other[k]);
+            xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2), r_own[k] + r_other[k]);
         rate.lane[l] += static_cast<double>(g * (temperature[k] - own.temperature));
         conductance.lane[l] += g;
       });

@@ -187,7 +187,7 @@ TYPED_TEST(Forces, EqualSumsOverAllPairs) {
     const Vec3d x = o.x[i], top = scene.constants.domain.max;
     const bool near_wall = std::min({x.x, x.y, x.z, top.x - x.x, top.y - x.y, top.z - x.z}) < 0.5 * dx;
     if (o.solid(i)) {
-      if (o.term[i] > 0) tau.push_back(std::fabs(static_cast<double>(w.f.velocity[i].w) / o.term[i] - 1));
+      if (o.term[i] > 0) tau.push_back(std::fabs(-static_cast<double>(w.f.velocity[i].w) / o.term[i] - 1));
       // Contact with walls is no business of this test.
       if (!near_wall) solid.push_back(length(f - o.force[i]) / std::max(length(o.force[i]), least));
       continue;

@@ -117,10 +117,10 @@ TEST(Conductance, HarmonicAndInsulating) {
   EXPECT_EQ(mean(0.0, 0.0), 0.0);
   EXPECT_NEAR(mean(1e-6, 1.0), 2e-6, 1e-11);  // the poorer one limits
   const LaplacianQuotient<double> l{10.0, 2.0};
-  EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, l, 1.0, 1.0 / 3.0), 45.0);
-  EXPECT_EQ(pair_conductance(2.0, 3.0, l, 1.0, resistivity_of(0.0)), 0.0);
+  EXPECT_DOUBLE_EQ(pair_conductance(2.0, 3.0, l, 1.0 + 1.0 / 3.0), 45.0);
+  EXPECT_EQ(pair_conductance(2.0, 3.0, l, 1.0 + resistivity_of(0.0)), 0.0);
   // In lanes that are left out: marks, and no volume.
-  EXPECT_EQ(pair_conductance(2.0f, 0.0f, LaplacianQuotient<float>{10.0f, 2.0f}, -400.0f, -400.0f), 0.0f);
+  EXPECT_EQ(pair_conductance(2.0f, 0.0f, LaplacianQuotient<float>{10.0f, 2.0f}, -800.0f), 0.0f);
   const auto m = ice(0, latent);
   EXPECT_DOUBLE_EQ(conductivity_at(m, 0.0, 20.0), 2.22);
   EXPECT_DOUBLE_EQ(conductivity_at(m, 1.0, 20.0), 0.561);
@@ -147,7 +147,7 @@ TEST(Conductance, SymmetricToTheBit) {
     const auto ri = static_cast<float>(random.uniform(0, 3)), rj = static_cast<float>(random.uniform(0, 3));
     const LaplacianQuotient<float> l{static_cast<float>(random.uniform(0, 1e4)),
                                      static_cast<float>(random.uniform(1e-3, 1))};
-    ASSERT_EQ(pair_conductance(vi, vj, l, ri, rj), pair_conductance(vj, vi, l, rj, ri));
+    ASSERT_EQ(pair_conductance(vi, vj, l, ri + rj), pair_conductance(vj, vi, l, rj + ri));
   }
 }
 

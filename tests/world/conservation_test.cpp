@@ -71,6 +71,78 @@ TEST(Conservation, MomentumOfLiquidAndSolidWithoutGravityIsConstant) {
   EXPECT_GT(length(after.solid_center - before.solid_center), 0.02);  // they did meet
 }
 
+// Where there is one liquid alone, forces do not ask a neighbour what it is. A World has to know of the second one
+// however it comes: with the viscosity of its own liquid alone, either end of a pair would feel another force.
+TEST(Conservation, MomentumOfTwoLiquidsIsConstantHoweverTheSecondOneComes) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const char* comes : {"poured", "melted", "emitted"}) {
+    SCOPED_TRACE(comes);
+    const std::string way = comes;
+    WorldDesc d = describe();
+    d.gravity = {0, 0, 0};
+    d.spacing = 0.2;
+    d.sound_speed = 20;
+    auto world = World::create(d);
+    ASSERT_TRUE(world);
+    MaterialDesc oil;
+    oil.name = "oil";
+    oil.density = 800;
+    oil.viscosity = 100;
+    const auto water = *world->add_material({}), second = *world->add_material(oil);
+    FluidDesc f;
+    f.shape = Shape::box({0, 0, 0}, {2, 1, 1});
+    f.material = water;
+    f.temperature = 20;
+    require(world->add_fluid(f));
+    f.shape = Shape::box({2, 0, 0}, {3, 1, 1});
+    f.velocity = {-1, 0.3, 0};
+    if (way == "poured") {
+      f.material = second;
+      require(world->add_fluid(f));
+    } else if (way == "melted") {
+      MaterialDesc wax;
+      wax.name = "wax";
+      wax.density = 800;
+      wax.melting_point = 20;
+      wax.melts_into = second;
+      SolidDesc b;
+      b.material = *world->add_material(wax);
+      b.shape = f.shape;
+      b.velocity = f.velocity;
+      b.temperature = 20;
+      require(world->add_solid(b));
+      MaterialDesc stone;  // once nothing is solid any more, a World looks again
+      stone.name = "stone";
+      b.material = *world->add_material(stone);
+      b.shape = Shape::box({10, 0, 0}, {10.4, 0.4, 0.4});
+      b.velocity = {};
+      require(world->add_solid(b));
+    } else {
+      EmitterDesc e;
+      e.material = second;
+      e.center = {2.4, 0.5, 0.5};
+      e.axis = {-1, 0.3, 0};
+      e.radius = 0.4;
+      e.speed = 1;
+      e.until = 0.4;
+      e.temperature = 20;
+      require(world->add_emitter(e));
+    }
+    for (int k = 0; k < 180; ++k)
+      require(world->step(0.0025));  // what is emitted has been, what melts is liquid
+    ASSERT_EQ(world->synchronize().solid, way == "melted" ? 8u : 0u);
+    const Totals before = *world->totals();
+    double scale = 0;
+    const auto p = *world->particles();
+    for (std::size_t i = 0; i < p.id.size(); ++i) scale += p.mass[i] * length(p.velocity[i]);
+    for (int k = 0; k < 200; ++k) require(world->step(0.0025));
+    const StepResult r = world->synchronize();
+    ASSERT_FALSE(r.halted) << r.halt_reason;
+    // As above.
+    EXPECT_LT(length(world->totals()->momentum - before.momentum) / scale, 1e-6);
+  }
+}
+
 TEST(Conservation, ABodyInFreeFlightKeepsMomentumAndSpin) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();

@@ -56,14 +56,14 @@ MELTSIM_HD std::uint32_t sign_bit(float v) {
 #if defined(__CUDA_ARCH__)
   return __float_as_uint(v) >> 31;
 #else
-  return v < 0 ? 1u : 0u;
+  return __builtin_signbit(v) != 0 ? 1u : 0u;
 #endif
 }
 MELTSIM_HD std::uint32_t sign_bit(double v) {
 #if defined(__CUDA_ARCH__)
   return static_cast<std::uint32_t>(__double2hiint(v)) >> 31;
 #else
-  return v < 0 ? 1u : 0u;
+  return __builtin_signbit(v) != 0 ? 1u : 0u;
 #endif
 }
 
@@ -109,6 +109,16 @@ MELTSIM_HD int highest_bit(std::uint32_t v) {
   return 31 - __clz(static_cast<int>(v));
 #else
   return 31 - __builtin_clz(v);
+#endif
+}
+/// The n lowest bits set, n < 32. One instruction on a device.
+MELTSIM_HD std::uint32_t bits_below(std::uint32_t n) {
+#if defined(__CUDA_ARCH__)
+  std::uint32_t mask;
+  asm("bmsk.clamp.b32 %0, %1, %2;" : "=r"(mask) : "r"(0u), "r"(n));
+  return mask;
+#else
+  return (1u << n) - 1u;
 #endif
 }
 /// Number of set bits.

@@ -116,13 +116,12 @@ MELTSIM_HD T pair_conductivity(T resistivity_i, T resistivity_j) {
   return T(2) / (resistivity_i + resistivity_j);
 }
 
-/// g_ij [W/K]: V_i V_j L_ij pair_conductivity(R_i, R_j) with one quotient, as a reciprocal is dear on a GPU.
-/// Symmetric to the last bit.
+/// g_ij [W/K]: V_i V_j L_ij pair_conductivity(R_i, R_j) with one quotient, as a reciprocal is dear on a GPU;
+/// resistivities = R_i + R_j. Symmetric to the last bit.
 template <class T>
-MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>& l, T resistivity_i,
-                              T resistivity_j) {
+MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>& l, T resistivities) {
   const T volumes = (T(2) * volume_i) * volume_j;  // the factor 2 is exact
-  return volumes * l.above * (T(1) / (l.below * (resistivity_i + resistivity_j)));
+  return volumes * l.above * (T(1) / (l.below * resistivities));
 }
 
 /// Coefficients of stage j of s of one super-step, acting on increments d_j = Y_j - Y_0:
