@@ -312,6 +312,7 @@ class EngineImpl final : public Engine {
     }
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
+    set(Owner::particle_bits, s.particle_capacity / 32 + 2);
     set(Owner::particle_rows, s.particle_capacity * n.rows);
     set(Owner::particle_words, most_words(c, s.particle_capacity, n.rows));
     set(Owner::id, s.particle_capacity);

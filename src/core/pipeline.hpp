@@ -44,6 +44,7 @@ constexpr FieldSet whole(FieldSet set) {
 enum class Owner {
   particle,
   particle_list,
+  particle_bits,
   particle_rows,
   particle_words,
   id,

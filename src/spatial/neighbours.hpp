@@ -80,27 +80,6 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
   words.close();
 }
 
-/// Whether ask(j) holds for anything that find_part has found for the same part, words not joined yet.
-template <bool Periodic, class T, class Ask>
-MELTSIM_HD bool any_found(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
-                          const Ask& ask) {
-  const NeighbourWord* at = words_of(w, i, part);
-  bool found = false;
-  if (at->first == too_many) {
-    search_rows<Periodic>(
-        w, i, rows_of_part(w, part, parts),
-        [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { found = found || ask(j); });
-    return found;
-  }
-  for (std::uint32_t left = words_in(*at); left != 0u; --left) {
-    at = columns_on(at, w.words_column);
-    const NeighbourWord word = *at;
-    for (std::uint32_t bits = word.bits; bits != 0u; bits &= bits - 1u)
-      if (ask(word.first + static_cast<std::uint32_t>(lowest_bit(bits)))) return true;
-  }
-  return false;
-}
-
 /// visit(j, x_j, x_ij, r2) for every particle j with |x_ij| < H, i itself included (x_ij = 0), or for one part of
 /// them (of 1, 3 or 9). Needs the words that the first sweep stored. All of them are one sequence: threads that run
 /// side by side wait for the longest sum, not for the longest of every row (72 turns instead of 149 at 61
@@ -122,6 +101,31 @@ template <class T, class Visit>
 MELTSIM_HD void for_each_neighbour(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
   if (w.grid.periodic != 0u) sweep_part<true>(w, i, 0u, 1u, visit);
   else sweep_part<false>(w, i, 0u, 1u, visit);
+}
+
+/// Bits [first, first + 32) of a string of bits that goes on for a word more.
+MELTSIM_HD std::uint32_t bits_from(const std::uint32_t* bits, std::uint32_t first) {
+  const std::uint32_t* at = bits + first / 32u;
+  return static_cast<std::uint32_t>((std::uint64_t{at[1]} << 32 | at[0]) >> first % 32u);
+}
+
+/// Whether a neighbour of i is marked, i itself included; marks: a bit per slot.
+template <class T>
+MELTSIM_HD bool any_marked(const core::Frame<T>& w, std::uint64_t i, const std::uint32_t* marks) {
+  const NeighbourWord* at = words_of(w, i, 0u);
+  if (at->first == too_many) {
+    bool found = false;
+    for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) {
+      found = found || (marks[j / 32u] >> j % 32u & 1u) != 0u;
+    });
+    return found;
+  }
+  for (std::uint32_t left = words_in(*at); left != 0u; --left) {
+    at = columns_on(at, w.words_column);
+    const NeighbourWord word = *at;
+    if ((word.bits & bits_from(marks, word.first)) != 0u) return true;
+  }
+  return false;
 }
 
 /// stage(std::true_type) where axes are periodic, else stage(std::false_type): picks what is compiled.

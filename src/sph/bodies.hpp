@@ -15,36 +15,27 @@ namespace sph {
 using core::Frame;
 using physics::MaterialRow;
 
-/// What stands beside the velocity of a solid particle that liquid touches: -tau_k, also -0, which no liquid's term is
-/// where tension is not asked for. So a liquid particle need not ask for its neighbours' tags: solids that it has
-/// within H are wet. Where no liquid is, a positive number.
+/// What stands beside the velocity of a solid particle: -tau_k, also -0, which no liquid's term is where tension is not
+/// asked for. So a liquid particle need not ask for its neighbours' tags.
 template <class T>
-MELTSIM_HD T wet_term(T phi) {
+MELTSIM_HD T stored_solid_term(T phi) {
   return -physics::solid_term(phi);
 }
 template <class T>
-MELTSIM_HD constexpr T dry_term() {
-  return T(1);
-}
-template <class T>
-MELTSIM_HD bool is_wet(T term) {
+MELTSIM_HD bool is_solid_term(T term) {
   return sign_bit(term) != 0u;
 }
 
-/// phi of a particle over the kernel's scale, and whether liquid is within H of it.
+/// phi of a particle over the kernel's scale.
 template <class T>
 struct Surroundings {
   T phi{};
-  bool wet = false;
-  MELTSIM_HD void add(const Surroundings& o) {
-    phi += o.phi;
-    wet = wet || o.wet;
-  }
+  MELTSIM_HD void add(const Surroundings& o) { phi += o.phi; }
 };
 
-/// phi and P/phi^2 of every liquid particle, wet_term of every solid one: the sum of V W over everything within
-/// H and over its images in walls. First sweep of a sub-step: it finds the neighbours, too.
-template <class T, bool Mixed, bool Periodic>
+/// phi and P/phi^2 of every liquid particle, -tau_k of every solid one: the sum of V W over everything within H and over
+/// its images in walls. First sweep of a sub-step: it finds the neighbours, too.
+template <class T, bool Periodic>
 struct DensityBody {
   Frame<T> w;
   static constexpr bool shared = true;
@@ -55,10 +46,6 @@ struct DensityBody {
     spatial::find_part<Periodic>(w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
       s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
     });
-    if (Mixed &&
-        is_solid(w.f.tag[i]))  // afterwards: a question per candidate costs more than one per neighbour
-      s.wet =
-          spatial::any_found<Periodic>(w, i, k, parts, [&](std::uint32_t j) { return is_fluid(w.f.tag[j]); });
     return s;
   }
   MELTSIM_HD void join(std::uint64_t i) const {
@@ -82,8 +69,8 @@ struct DensityBody {
       density = phi;
       term = physics::pressure_term(
           physics::tait_pressure(w.f.materials[material_of(tag)].tait_stiffness, phi, w.c.lowest_phi), phi);
-    } else if (Mixed && is_solid(tag)) {
-      term = s.wet ? wet_term(phi) : dry_term<T>();
+    } else if (is_solid(tag)) {
+      term = stored_solid_term(phi);
     }
     w.f.density[i] = density;
     w.f.velocity[i].w = term;
@@ -151,7 +138,7 @@ struct ForcesBody {
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
           const std::uint32_t tag_j = any ? w.f.tag[j] : tag;
           // A solid acts as the same liquid does, but for its term.
-          const bool solid = any ? is_solid(tag_j) : company == Company::solids && is_wet(vj.w);
+          const bool solid = any ? is_solid(tag_j) : company == Company::solids && is_solid_term(vj.w);
           const T term_j = solid ? stiffness * -vj.w : vj.w;
           T by_images = 0;
           if (walls.axes != 0u) {
@@ -203,11 +190,26 @@ struct ForcesBody {
   }
 };
 
+/// Which slots hold liquid, 32 to a call.
+template <class T>
+struct LiquidBitsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const auto first = static_cast<std::uint32_t>(32u * k);
+    std::uint32_t bits = 0;
+    for (std::uint32_t b = 0; b < 32u && first + b < w.particles; ++b)
+      bits |= (is_fluid(w.f.tag[first + b]) ? 1u : 0u) << b;
+    w.f.liquid_bits[k] = bits;
+  }
+};
+
 /// Whether liquid is within H of a solid particle. Fixed ones, too: a host may want the load on an obstacle.
 template <class T>
 struct WettedBody {
   Frame<T> w;
-  MELTSIM_HD bool wanted(std::uint64_t k) const { return is_solid(w.f.tag[k]) && is_wet(w.f.velocity[k].w); }
+  MELTSIM_HD bool wanted(std::uint64_t k) const {
+    return is_solid(w.f.tag[k]) && spatial::any_marked(w, k, w.f.liquid_bits);
+  }
 };
 
 /// The liquid's push on every solid particle: the negatives of what ForcesBody gave the liquid. The same formula of

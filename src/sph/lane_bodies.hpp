@@ -10,9 +10,9 @@ namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-template <class T, bool Mixed, bool Periodic>
-struct DensityLanes : DensityBody<T, Mixed, Periodic> {
-  using Base = DensityBody<T, Mixed, Periodic>;
+template <class T, bool Periodic>
+struct DensityLanes : DensityBody<T, Periodic> {
+  using Base = DensityBody<T, Periodic>;
   using Base::w;
   spatial::LanePositions<T> p;
   DensityLanes(const Frame<T>& frame, const spatial::LanePositions<T>& positions)
@@ -31,10 +31,7 @@ struct DensityLanes : DensityBody<T, Mixed, Periodic> {
     });
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
     if (walls.axes != 0u) add_images(i, walls, phi);
-    Surroundings<T> s;
-    s.phi = phi.total();
-    if (Mixed && is_solid(w.f.tag[i])) s.wet = touches_liquid(i);
-    return s;
+    return {phi.total()};
   }
   void add_images(std::uint64_t i, const physics::WallView<T>& walls, spatial::LaneSum<T>& phi) const {
     const auto kernel = w.c.kernel;
@@ -54,13 +51,6 @@ struct DensityLanes : DensityBody<T, Mixed, Periodic> {
         });
       }
     }
-  }
-  bool touches_liquid(std::uint64_t i) const {
-    spatial::Batches<Periodic, T> neighbours(w, i);
-    while (const std::uint32_t n = neighbours.next())
-      for (std::uint32_t k = 0; k < n; ++k)
-        if (is_fluid(w.f.tag[neighbours.slots[k]])) return true;
-    return false;
   }
 };
 
@@ -125,14 +115,14 @@ struct ForcesLanes : ForcesBody<T, company, Periodic> {
     sum = {fx.total(), fy.total(), fz.total()};
     return true;
   }
-  /// Pressure terms of wet solids become those of the liquid that they act as. False where one may leak.
+  /// Pressure terms of solids become those of the liquid that they act as. False where one may leak.
   bool take_solids(Vec3<T> xi, T stiffness, std::uint32_t n, const spatial::LaneVectors<T>& x,
                    T* term) const {
-    bool wet = false;
-    for (std::uint32_t k = 0; k < n; ++k) wet |= is_wet(term[k]);
-    if (!wet) return true;
+    bool some = false;
+    for (std::uint32_t k = 0; k < n; ++k) some |= is_solid_term(term[k]);
+    if (!some) return true;
     for (std::uint32_t k = 0; k < n; ++k) {
-      if (!is_wet(term[k])) continue;
+      if (!is_solid_term(term[k])) continue;
       const Vec3<T> d = spatial::separation<Periodic>(w.grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
       if (dot(d, d) < w.c.leak_distance2) return false;
       term[k] *= -stiffness;

@@ -9,18 +9,12 @@ namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-template <bool Mixed, bool Periodic, class E, class T>
-void density_of(E& ex, const core::Frame<T>& w) {
-  if constexpr (core::runs_lanes<E>)
-    ex.for_each(w.particles, DensityLanes<T, Mixed, Periodic>(w, ex.split(w.particles, w.f.position)));
-  else ex.gather(w.particles, DensityBody<T, Mixed, Periodic>{w});
-}
-
 template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.solids) density_of<true, periodic()>(ex, w);
-    else density_of<false, periodic()>(ex, w);
+    if constexpr (core::runs_lanes<E>)
+      ex.for_each(w.particles, DensityLanes<T, periodic()>(w, ex.split(w.particles, w.f.position)));
+    else ex.gather(w.particles, DensityBody<T, periodic()>{w});
   });
 }
 
@@ -51,6 +45,7 @@ void forces(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void wetted(E& ex, const core::Frame<T>& w) {
+  ex.for_each((std::uint64_t{w.particles} + 31u) / 32u, LiquidBitsBody<T>{w});
   ex.select(w.particles, WettedBody<T>{w}, w.f.wetted);
 }
 

@@ -161,8 +161,8 @@ template <class T>
 class Forces : public testing::Test {
  protected:
   static constexpr double tolerance = sizeof(T) == 8 ? 1e-13 : 3e-6;
-  static constexpr std::initializer_list<const char*> stages = {"step.begin", "spatial",    "sph.density",
-                                                                "lsm.loads",  "sph.forces", "sph.reaction"};
+  static constexpr std::initializer_list<const char*> stages = {
+      "step.begin", "spatial", "sph.density", "lsm.loads", "sph.forces", "sph.wetted", "sph.reaction"};
   static constexpr std::uint32_t facts =
       core::fact_particles | core::fact_fluid | core::fact_solid | core::fact_mobile;
 };
