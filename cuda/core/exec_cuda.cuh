@@ -79,7 +79,6 @@ __global__ void __launch_bounds__(block)
 }
 
 // Those of modest bodies: a few threads of every multiprocessor may have to do for all items.
-inline constexpr unsigned modest_blocks = 3;
 template <class Body>
 __global__ void __launch_bounds__(block)
     each_modestly(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {
@@ -444,8 +443,9 @@ class CudaExec {
     if (n == 0) return;
     const std::uint64_t all = blocks(n, kernels::block);
     if constexpr (modest<Body>::value) {
-      const std::uint64_t few = std::uint64_t{kernels::modest_blocks} * multiprocessors_;
-      launch(kernels::each_modestly<Body>, aside_ && few < all ? few : all, kernels::block, guard_, n, body);
+      const std::uint64_t few = std::uint64_t{aside_} * multiprocessors_;
+      launch(kernels::each_modestly<Body>, few != 0 && few < all ? few : all, kernels::block, guard_, n,
+             body);
     } else {
       launch(kernels::each<Body>, all, kernels::block, guard_, n, body);
     }
@@ -579,8 +579,8 @@ class CudaExec {
   void enter_track(int track);
   /// Where there is not room for all, what follows goes ahead of what is less urgent; 0: as ever.
   void hurry(int urgency);
-  /// Whether what follows takes a small part of every multiprocessor only.
-  void step_aside(bool aside) { aside_ = aside; }
+  /// What follows takes so many blocks of every multiprocessor only; 0: as many as it likes.
+  void step_aside(unsigned blocks) { aside_ = blocks; }
   void mark_stage(int stage);
   void wait_for_stage(int stage) const;
 
@@ -668,7 +668,7 @@ class CudaExec {
   int device_ = 0;
   int track_ = 0;
   int priority_ = 0;
-  bool aside_ = false;
+  unsigned aside_ = 0;
   unsigned multiprocessors_ = 1;
   bool renewing_ = false;
   cudaStream_t stream_ = nullptr;  // of the track

@@ -760,7 +760,7 @@ class EngineImpl final : public Engine {
         if (plan.track[at] < 0) continue;
         ex_.enter_track(plan.track[at]);
         ex_.hurry(plan.urgency[at]);
-        ex_.step_aside(((plan.aside >> s) & 1u) != 0);
+        ex_.step_aside(((plan.aside >> s) & 1u) != 0 ? aside_blocks(support_in_spacings_) : 0u);
         for (int t = 0; t < s; ++t)
           if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
         run(s, stage_functions<E, T>[s]);
@@ -768,7 +768,7 @@ class EngineImpl final : public Engine {
       }
       ex_.enter_track(0);
       ex_.hurry(0);
-      ex_.step_aside(false);
+      ex_.step_aside(0);
       for (int s = 0; s < stage_count; ++s)
         if (((plan.last >> s) & 1u) != 0) ex_.wait_for_stage(s);
     }

@@ -41,7 +41,7 @@ class PermutingExec : public meltsim::core::CpuExec {
   void begin_tracks() const {}
   void enter_track(int) const {}
   void hurry(int) const {}
-  void step_aside(bool) const {}
+  void step_aside(unsigned) const {}
   void mark_stage(int) const {}
   void wait_for_stage(int) const {}
   std::array<int, meltsim::core::stage_count> stage_order(const meltsim::core::Schedule& plan) {
