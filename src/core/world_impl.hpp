@@ -130,7 +130,7 @@ class WorldImpl final : public Scheduler {
   double sound_speed_ = 0;
   double last_max_speed_ = 0;
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
-  double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
+  double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
   core::SearchChoice search_;
   double spring_reference_ = 0;       ///< the acoustic step, where springs are loaded [s]
