@@ -434,6 +434,7 @@ class CpuExec {
   static std::size_t split_bytes(std::uint64_t n) {
     return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);
   }
+  static constexpr std::uint64_t few = 1024;  // items that are not worth waking threads for
   static constexpr std::uint64_t part = 64;  // least number of items that a thread takes
   template <class Body>
   static void run(const Body& body, std::uint64_t begin, std::uint64_t end) {
@@ -451,7 +452,7 @@ class CpuExec {
       const std::uint64_t begin = static_cast<std::uint64_t>(c) * size;
       run(begin, std::min(n, begin + size));
     };
-    if (threads_ > 1 && n > 2048) return shares_.each(parts, one);
+    if (threads_ > 1 && n > few) return shares_.each(parts, one);
     for (std::int64_t c = 0; c < parts; ++c) one(c);
   }
   int threads_;

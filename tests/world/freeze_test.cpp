@@ -163,7 +163,7 @@ TEST(Freezing, BitsDoNotDependOnTheNumberOfThreads) {
     IceScene scene = cold_block();
     scene.box = 3;
     scene.depth = 2.2;
-    scene.growth = 8;  // above 2048 particles and vertices loops are shared out
+    scene.growth = 8;  // above 1024 particles and vertices loops are shared out
     Scene s = ice_in_water(d, scene);
     ASSERT_GT(s.world.lattice()->live.size(), 2048u);
     for (int k = 0; k < 60; ++k) require(s.world.step(0.005));
