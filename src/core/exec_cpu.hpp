@@ -435,7 +435,7 @@ class CpuExec {
     return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);
   }
   static constexpr std::uint64_t few = 1024;  // items that are not worth waking threads for
-  static constexpr std::uint64_t part = 64;  // least number of items that a thread takes
+  static constexpr std::uint64_t part = 64;   // least number of items that a thread takes
   template <class Body>
   static void run(const Body& body, std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t i = begin; i < end; ++i) body(i);
