@@ -35,37 +35,48 @@ TEST(Conservation, EnthalpyOfAnInsulatedTankIsConstantThroughMelting) {
   }
 }
 
-TEST(Conservation, MomentumOfLiquidAndSolidWithoutGravityIsConstant) {
-  MELTSIM_NEEDS_BACKEND();
+World without_gravity() {
   WorldDesc d = describe();
   d.gravity = {0, 0, 0};
   d.spacing = 0.2;
   d.sound_speed = 20;
   auto world = World::create(d);
-  ASSERT_TRUE(world);
-  const auto water = *world->add_material({});
+  EXPECT_TRUE(world) << world.error().message;
+  return std::move(*world);
+}
+
+/// The sum of |m v|, against which rounding is measured.
+double momentum_scale(World& world) {
+  double scale = 0;
+  const auto p = *world.particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i) scale += p.mass[i] * length(p.velocity[i]);
+  return scale;
+}
+
+TEST(Conservation, MomentumOfLiquidAndSolidWithoutGravityIsConstant) {
+  MELTSIM_NEEDS_BACKEND();
+  World world = without_gravity();
+  const auto water = *world.add_material({});
   MaterialDesc wood;
   wood.name = "wood";
   wood.density = 300;
-  const auto m = *world->add_material(wood);
+  const auto m = *world.add_material(wood);
   FluidDesc f;
   f.shape = Shape::box({0, 0, 0}, {2, 1, 1});
   f.material = water;
   f.velocity = {0.5, 0, 0};
-  require(world->add_fluid(f));
+  require(world.add_fluid(f));
   SolidDesc b;
   b.shape = Shape::box({2, 0.2, 0.2}, {2.6, 0.8, 0.8});
   b.material = m;
   b.velocity = {-1.0, 0.1, 0};
   b.angular_velocity = {0, 0, 1};
-  require(world->add_solid(b));
-  const Totals before = *world->totals();
-  double scale = 0;  // the sum of |m v|, against which rounding is measured
-  const auto p = *world->particles();
-  for (std::size_t i = 0; i < p.id.size(); ++i) scale += p.mass[i] * length(p.velocity[i]);
-  for (int k = 0; k < 400; ++k) require(world->step(0.0025));
-  ASSERT_FALSE(world->synchronize().halted);
-  const Totals after = *world->totals();
+  require(world.add_solid(b));
+  const Totals before = *world.totals();
+  const double scale = momentum_scale(world);
+  for (int k = 0; k < 400; ++k) require(world.step(0.0025));
+  ASSERT_FALSE(world.synchronize().halted);
+  const Totals after = *world.totals();
   // Every pair force is exactly antisymmetric; what is left is the rounding of 400 velocity sums in float.
   EXPECT_LT(length(after.momentum - before.momentum) / scale, 1e-6);
   EXPECT_GT(length(after.solid_center - before.solid_center), 0.02);  // they did meet
@@ -78,27 +89,22 @@ TEST(Conservation, MomentumOfTwoLiquidsIsConstantHoweverTheSecondOneComes) {
   for (const char* comes : {"poured", "melted", "emitted"}) {
     SCOPED_TRACE(comes);
     const std::string way = comes;
-    WorldDesc d = describe();
-    d.gravity = {0, 0, 0};
-    d.spacing = 0.2;
-    d.sound_speed = 20;
-    auto world = World::create(d);
-    ASSERT_TRUE(world);
+    World world = without_gravity();
     MaterialDesc oil;
     oil.name = "oil";
     oil.density = 800;
     oil.viscosity = 100;
-    const auto water = *world->add_material({}), second = *world->add_material(oil);
+    const auto water = *world.add_material({}), second = *world.add_material(oil);
     FluidDesc f;
     f.shape = Shape::box({0, 0, 0}, {2, 1, 1});
     f.material = water;
     f.temperature = 20;
-    require(world->add_fluid(f));
+    require(world.add_fluid(f));
     f.shape = Shape::box({2, 0, 0}, {3, 1, 1});
     f.velocity = {-1, 0.3, 0};
     if (way == "poured") {
       f.material = second;
-      require(world->add_fluid(f));
+      require(world.add_fluid(f));
     } else if (way == "melted") {
       MaterialDesc wax;
       wax.name = "wax";
@@ -106,17 +112,17 @@ TEST(Conservation, MomentumOfTwoLiquidsIsConstantHoweverTheSecondOneComes) {
       wax.melting_point = 20;
       wax.melts_into = second;
       SolidDesc b;
-      b.material = *world->add_material(wax);
+      b.material = *world.add_material(wax);
       b.shape = f.shape;
       b.velocity = f.velocity;
       b.temperature = 20;
-      require(world->add_solid(b));
+      require(world.add_solid(b));
       MaterialDesc stone;  // once nothing is solid any more, a World looks again
       stone.name = "stone";
-      b.material = *world->add_material(stone);
+      b.material = *world.add_material(stone);
       b.shape = Shape::box({10, 0, 0}, {10.4, 0.4, 0.4});
       b.velocity = {};
-      require(world->add_solid(b));
+      require(world.add_solid(b));
     } else {
       EmitterDesc e;
       e.material = second;
@@ -126,20 +132,18 @@ TEST(Conservation, MomentumOfTwoLiquidsIsConstantHoweverTheSecondOneComes) {
       e.speed = 1;
       e.until = 0.4;
       e.temperature = 20;
-      require(world->add_emitter(e));
+      require(world.add_emitter(e));
     }
     for (int k = 0; k < 180; ++k)
-      require(world->step(0.0025));  // what is emitted has been, what melts is liquid
-    ASSERT_EQ(world->synchronize().solid, way == "melted" ? 8u : 0u);
-    const Totals before = *world->totals();
-    double scale = 0;
-    const auto p = *world->particles();
-    for (std::size_t i = 0; i < p.id.size(); ++i) scale += p.mass[i] * length(p.velocity[i]);
-    for (int k = 0; k < 200; ++k) require(world->step(0.0025));
-    const StepResult r = world->synchronize();
+      require(world.step(0.0025));  // what is emitted has been, what melts is liquid
+    ASSERT_EQ(world.synchronize().solid, way == "melted" ? 8u : 0u);
+    const Totals before = *world.totals();
+    const double scale = momentum_scale(world);
+    for (int k = 0; k < 200; ++k) require(world.step(0.0025));
+    const StepResult r = world.synchronize();
     ASSERT_FALSE(r.halted) << r.halt_reason;
     // As above.
-    EXPECT_LT(length(world->totals()->momentum - before.momentum) / scale, 1e-6);
+    EXPECT_LT(length(world.totals()->momentum - before.momentum) / scale, 1e-6);
   }
 }
 
