@@ -149,14 +149,11 @@ void dam_break(const Settings& s, Report& r) {
   }
   r.note +=
       " column widths at that lag in T; 0.2 is 11 ms at this size. The sets differ by 0.37 among themselves "
-      "at T = 2.7, "
-      "so that no curve is within 0.15 of all of them. Neither the resolution (12 cells per width: the same "
-      "within 0.03), "
-      "nor the wall's friction (free slip: within 0.02), nor whether the outermost particle or the outermost "
-      "column of "
-      "particles counts (within 0.02) makes the difference. How the column begins to move agrees with "
-      "potential flow "
-      "(liquid.collapse).";
+      "at T = 2.7, so that no curve is within 0.15 of all of them. Neither the resolution (12 cells per "
+      "width: "
+      "the same within 0.03), nor the wall's friction (free slip: within 0.02), nor whether the outermost "
+      "particle or the outermost column of particles counts (within 0.02) makes the difference. "
+      "liquid.collapse compares how the column begins to move with potential flow.";
   r.plots.push_back(plot);
 }
 
@@ -237,9 +234,8 @@ void collapse(const Settings& s, Report& r) {
       "front, upper half / g", high.slope() / g, exact.high / g, 10,
       "half a spacing in where the front is makes 4.4 %; measured 6.3 %, 3.2 % with 40 cells per width");
   r.note =
-      "So the column begins to move as it should: what liquid.dam_break is ahead of the experiments by is "
-      "not gained "
-      "here.";
+      "Whether the column begins to move as it should, which experiments with gates and diaphragms do not "
+      "tell: liquid.dam_break is ahead of them.";
   r.plots.push_back(
       {"liquid_collapse", "A column let go", "t sqrt(2 g / a)", "mean u / (g t)", {ours, theory}});
 }
