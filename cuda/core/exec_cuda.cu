@@ -49,6 +49,9 @@ constexpr std::uint64_t partials_bytes(std::uint64_t parts) {
   return (parts * kernels::reduce_item + 127) / 128 * 128 + 128;
 }
 
+/// Of gather_reduce: results and locks.
+constexpr std::uint64_t handing_bytes = kernels::handing_places * (kernels::handing_item + sizeof(unsigned));
+
 struct PairCopy {
   const std::uint64_t* keys;
   const std::uint32_t* values;
@@ -68,6 +71,7 @@ struct CudaExec::Owned {
   std::uint64_t parts = 0;  // of a reduction, at most
   void* scratch = nullptr;
   std::uint64_t scratch_bytes = 0;  // of one track
+  void* handing = nullptr;          // what warps of a gather_reduce hand in
   std::string fault;
   std::vector<StageEvents> stages;
   std::vector<Repeat> repeats;
@@ -128,6 +132,7 @@ CudaExec::~CudaExec() {
     }
   if (own_->partials != nullptr) (void)cudaFree(own_->partials);
   if (own_->scratch != nullptr) (void)cudaFree(own_->scratch);
+  if (own_->handing != nullptr) (void)cudaFree(own_->handing);
   for (const cudaEvent_t e : own_->marks)
     if (e != nullptr) (void)cudaEventDestroy(e);
   for (int k = 1; k < most_tracks; ++k)
@@ -312,6 +317,11 @@ bool CudaExec::reserve(std::uint64_t n) {
     if (own_->partials == nullptr) return false;
     zero(own_->partials, most_tracks * partials_bytes(parts));
   }
+  if (own_->handing == nullptr) {
+    own_->handing = allocate(handing_bytes);
+    if (own_->handing == nullptr) return false;
+    zero(own_->handing, handing_bytes);
+  }
 
   // Asked for all 64 bits; fewer need no more. The sort runs between its caller's buffers, so this is
   // histograms only, a fraction of a byte per item.
@@ -341,8 +351,14 @@ bool CudaExec::reserve(std::uint64_t n) {
 }
 
 std::uint64_t CudaExec::reserved_bytes() const {
-  return most_tracks *
-         (own_->scratch_bytes + (own_->partials != nullptr ? partials_bytes(own_->parts) : std::uint64_t{0}));
+  return most_tracks * (own_->scratch_bytes +
+                        (own_->partials != nullptr ? partials_bytes(own_->parts) : std::uint64_t{0})) +
+         (own_->handing != nullptr ? handing_bytes : std::uint64_t{0});
+}
+
+void* CudaExec::handing_places() const {
+  if (own_->handing == nullptr) check(cudaErrorInvalidValue, "gather_reduce before anything was reserved");
+  return own_->handing;
 }
 
 void* CudaExec::partials(std::uint64_t parts) const {

@@ -44,6 +44,7 @@ inline constexpr unsigned reduce_multiprocessors = 132;
 inline constexpr unsigned reduce_most_resident = 8;
 inline constexpr std::uint64_t reduce_blocks = reduce_most_resident * reduce_multiprocessors;  // most blocks
 inline constexpr std::size_t reduce_item = 112;  // largest result of a reduction, bytes
+inline constexpr std::size_t handing_item = 64;  // of gather_reduce
 inline constexpr unsigned sum_tile = 2048;       // counts whose running sum is one block's
 
 __device__ inline bool stopped(const std::uint32_t* guard) { return guard != nullptr && *guard != 0u; }
@@ -334,6 +335,58 @@ __global__ void __launch_bounds__(reduce_block, reduce_resident<Body>)
   last(r);
 }
 
+/// Combines the values of a warp; lane 0 gets the result.
+template <class R>
+__device__ R combine_warp(R r) {
+  for (unsigned offset = 16; offset != 0; offset /= 2) r = R::combine(r, from_lane_above(r, offset));
+  return r;
+}
+
+// Places where the warps of a gather_reduce hand in what they have, by turns: a thread for each combines them.
+inline constexpr unsigned handing_places = 32;
+
+/// gather whose results are combined: within a warp, then by atomics. Nobody waits for anything: a block that did, for
+/// what it wrote to arrive, would keep its place from the next.
+template <unsigned Parts, class R, class Body>
+__global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Body>)
+    gather_reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* places,
+                  unsigned* locks) {
+  if (stopped(guard)) return;
+  std::uint64_t i;
+  typename Body::Sum sum{};
+  using Item = typename Body::Item;
+  decltype(body.finish(i, sum, Item{}, CudaAdder{})) one{};
+  if (gathered<Parts>(n, body, i, sum)) one = body.finish(i, sum, ahead(body.read(i)), CudaAdder{});
+  if (Parts != 1 && threadIdx.x >= 32) return;  // the first warp has the sums
+  const unsigned place = (blockIdx.x * (Parts == 1 ? block / 32 : 1u) + threadIdx.x / 32) % handing_places;
+  if (__all_sync(~0u, one.plain()) != 0) {
+    const R r = one.over(WarpLanes{});
+    if (threadIdx.x % 32 == 0) r.hand_in(places[place], CudaAtomics{});
+    return;
+  }
+  const R r = combine_warp(one.result());  // once in the life of a World
+  if (threadIdx.x % 32 != 0) return;
+  while (atomicCAS(locks + place, 0u, 1u) != 0u) {
+  }
+  __threadfence();
+  places[place] = R::combine(r, places[place]);
+  __threadfence();
+  atomicExch(locks + place, 0u);
+}
+
+/// What was handed in, which makes room for the next. One warp.
+template <class R, class Last>
+__global__ void __launch_bounds__(handing_places)
+    combine_places(const std::uint32_t* guard, R* places, R* out, const __grid_constant__ Last last) {
+  R r = places[threadIdx.x];
+  if (stopped(guard)) return;
+  places[threadIdx.x] = R{};
+  r = combine_warp(r);
+  if (threadIdx.x != 0) return;
+  *out = r;
+  last(r);
+}
+
 // Items per thread of sum_by_row where there are many: a piece of a million vertices then takes 4,000
 // additions per sum, and there are blocks enough to hide their waits.
 inline constexpr unsigned sum_items = 2;
@@ -503,6 +556,22 @@ class CudaExec {
            out, last);
   }
 
+  static constexpr bool fuses = true;
+  template <class R, class Body, class Last = Nothing>
+  void gather_reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) const {
+    static_assert(std::is_trivially_copyable<R>::value && sizeof(R) <= kernels::handing_item);
+    R* const places = static_cast<R*>(handing_places());
+    if (places == nullptr) return;
+    unsigned* const locks = reinterpret_cast<unsigned*>(places + kernels::handing_places);
+    if (n != 0 && gather_parts<Body>(n) == 1)
+      launch(kernels::gather_reduce<1, R, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body,
+             places, locks);
+    else if (n != 0)
+      launch(kernels::gather_reduce<3, R, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>,
+             guard_, n, body, places, locks);
+    launch(kernels::combine_places<R, Last>, 1, kernels::handing_places, guard_, places, out, last);
+  }
+
   template <class Body>
   void sum_by_row(std::uint64_t n, const Body& body, typename Body::Sum* rows) const {
     if (n == 0) return;
@@ -652,6 +721,8 @@ class CudaExec {
 
   /// Keeps the first error; true = success.
   bool check(cudaError_t result, const char* what) const;
+  /// Of gather_reduce: one set, so that no two of them may run side by side; all 0 between launches.
+  void* handing_places() const;
   void* partials(std::uint64_t parts) const;
   unsigned* ticket() const;
   /// Whether there is a graph for this key; then it is the one that renew and launch_known mean.

@@ -27,6 +27,44 @@ __device__ inline std::uint64_t sum_lanes(unsigned lanes, std::uint64_t v) {
   return low + (middle << 22) + (high << 44);
 }
 
+/// Sum over a whole warp.
+__device__ inline unsigned sum_of_warp(unsigned v) {
+  NV_IF_ELSE_TARGET(
+      NV_PROVIDES_SM_80, (v = __reduce_add_sync(~0u, v);),
+      (for (unsigned offset = 16; offset != 0; offset /= 2) v += __shfl_xor_sync(~0u, v, offset);))
+  return v;
+}
+
+/// The largest over a whole warp.
+__device__ inline unsigned largest_of_warp(unsigned v) {
+  NV_IF_ELSE_TARGET(
+      NV_PROVIDES_SM_80, (v = __reduce_max_sync(~0u, v);),
+      (for (unsigned offset = 16; offset != 0; offset /= 2) v = max(v, __shfl_xor_sync(~0u, v, offset));))
+  return v;
+}
+
+/// A whole warp, as one result is made of many (ParticleCheck::over).
+struct WarpLanes {
+  /// Of numbers that are not negative, whose bits are in their order.
+  __host__ __device__ float largest(float v) const {
+    NV_IF_TARGET(NV_IS_DEVICE, (v = __uint_as_float(largest_of_warp(__float_as_uint(v)));))
+    return v;
+  }
+  __host__ __device__ double largest(double v) const {
+    NV_IF_TARGET(
+        NV_IS_DEVICE,
+        (const auto bits = static_cast<unsigned long long>(__double_as_longlong(v));
+         const auto high = static_cast<unsigned>(bits >> 32); const unsigned most = largest_of_warp(high);
+         const unsigned low = largest_of_warp(high == most ? static_cast<unsigned>(bits) : 0u);
+         v = __hiloint2double(static_cast<int>(most), static_cast<int>(low));))
+    return v;
+  }
+  __host__ __device__ std::uint32_t sum(std::uint32_t v) const {
+    NV_IF_TARGET(NV_IS_DEVICE, (v = sum_of_warp(v);))
+    return v;
+  }
+};
+
 __device__ inline void add_together(std::int64_t* address, std::int64_t value) {
   const unsigned lanes = __activemask();
   int same = 0;
@@ -66,6 +104,26 @@ __device__ inline std::uint32_t count_down_together(std::uint32_t* counters, std
 }
 
 }  // namespace kernels
+
+/// By which results are handed in (CheckResult::hand_in).
+struct CudaAtomics {
+  /// Of numbers that are not negative, whose bits are in their order.
+  __host__ __device__ void raise(double& x, double v) const {
+    NV_DISPATCH_TARGET(NV_IS_DEVICE,
+                       (atomicMax(reinterpret_cast<unsigned long long*>(&x),
+                                  static_cast<unsigned long long>(__double_as_longlong(v)));),
+                       NV_ANY_TARGET, (x = x < v ? v : x;))
+  }
+  __host__ __device__ void add(std::uint64_t& x, std::uint64_t n) const {
+    NV_DISPATCH_TARGET(
+        NV_IS_DEVICE,
+        (atomicAdd(reinterpret_cast<unsigned long long*>(&x), static_cast<unsigned long long>(n));),
+        NV_ANY_TARGET, (x += n;))
+  }
+  __host__ __device__ void add(std::uint32_t& x, std::uint32_t n) const {
+    NV_DISPATCH_TARGET(NV_IS_DEVICE, (atomicAdd(&x, n);), NV_ANY_TARGET, (x += n;))
+  }
+};
 
 /// Called by bodies that compile for the host, too, hence the annotation; the host has core::CpuAdder.
 struct CudaAdder {

@@ -14,6 +14,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, emit)
 MELTSIM_INSTANTIATE(core::CudaExec, integrate)
 MELTSIM_INSTANTIATE(core::CudaExec, clear)
 MELTSIM_INSTANTIATE(core::CudaExec, ledger)
+MELTSIM_INSTANTIATE(core::CudaExec, restore)
 MELTSIM_INSTANTIATE(core::CudaExec, reindex)
 
 }  // namespace step

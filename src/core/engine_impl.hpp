@@ -85,6 +85,7 @@ class EngineImpl final : public Engine {
     reserved_ =
         std::max(n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)]);
     if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
+    spare_position_ = n.spare_position;
     if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
     link();
     fill_constants(c, l, n);
@@ -119,6 +120,9 @@ class EngineImpl final : public Engine {
     w_.counted = alone && w_.count_ahead && !rebuild_ && counted_dt_ == a.dt;
     w_.count_ahead = alone && can_count_ahead(a.stages);
     w_.cells_begun = w_.counted && plain;
+    const bool advances = plain && spare_position_ && liquid_alone(w_) && can_advance(a.stages);
+    w_.next.position = advances ? static_cast<Vec4<T>*>(buffers_[field_acceleration]) : nullptr;
+    w_.next.velocity = advances ? static_cast<Vec4<T>*>(previous_[field_velocity]) : nullptr;
     counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
@@ -150,6 +154,7 @@ class EngineImpl final : public Engine {
       begin();
       run_stages(a);
     }
+    if (advances) take_next();
   }
 
   void rebuild() override { rebuild_ = true; }
@@ -268,13 +273,17 @@ class EngineImpl final : public Engine {
   }
 
  private:
+  /// Scenes in which sph.advance never runs.
+  static constexpr std::uint32_t not_advancing = fact_solid | fact_melt | fact_shifting | fact_viscosity |
+                                                 fact_heat_enthalpy | fact_heat_paper | fact_heat_iwasaki;
   /// What depends on the backend goes as on a GPU: on a CPU, too, where both are to have the same bits.
   static constexpr bool as_gpu = E::lists || !sums_by_lanes;
 
   struct Sizes {
     std::uint64_t count[static_cast<int>(Owner::world) + 1] = {};
     std::uint64_t groups = 0, rows = 9;
-    std::uint64_t cells = 0;  ///< where they are counted one by one
+    std::uint64_t cells = 0;      ///< where they are counted one by one
+    bool spare_position = false;  ///< accelerations have room for positions
     int reach = 1;
     double skin = 0;  ///< of a kept grid [m]
     std::uint64_t tree_first[Tree<T>::most_levels] = {};
@@ -310,6 +319,7 @@ class EngineImpl final : public Engine {
       }
       set(Owner::tree_node, nodes);
     }
+    n.spare_position = fuses<E> && (s.facts & fact_fluid) != 0 && (s.facts & not_advancing) == 0;
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
     set(Owner::particle_bits, s.particle_capacity / 32 + 2);
@@ -343,7 +353,9 @@ class EngineImpl final : public Engine {
 #include "meltsim/fields.def"
 #undef MELTSIM_FIELD
     };
-    return item[field] * n.count[static_cast<int>(field_table[field].owner)];
+    const std::uint64_t size =
+        field == field_acceleration && n.spare_position ? sizeof(Vec4<T>) : item[field];
+    return size * n.count[static_cast<int>(field_table[field].owner)];
   }
 
   static Status out_of_memory(std::uint64_t needed, std::uint64_t available) {
@@ -420,15 +432,46 @@ class EngineImpl final : public Engine {
            !runs(stage_topology_freeze);
   }
 
-  /// To the last good state, once; the stream has been waited for.
+  /// Whether sph.advance may take the place of sph.forces and step.integrate: nothing runs between them or behind.
+  static bool can_advance(std::uint64_t stages) {
+    return (stages >> stage_sph_forces) ==
+           (std::uint64_t{1} | stage_bit(stage_step_integrate - stage_sph_forces));
+  }
+
+  /// sph.advance left the state in the buffer of accelerations, whose place the old positions take, and in that of the
+  /// old velocities.
+  void take_next() {
+    void* const old = previous_[field_position];
+    previous_[field_position] = buffers_[field_position];
+    buffers_[field_position] = buffers_[field_acceleration];
+    buffers_[field_acceleration] = old;
+    std::swap(buffers_[field_velocity], previous_[field_velocity]);
+    link();
+  }
+
+  /// To the last good state, once; the stream has been waited for. Sub-steps after the one that halted have exchanged
+  /// buffers, and done nothing else.
   void roll_back(const WorldStatus& s) {
     if (s.halted == 0 || rolled_back_) return;
-    // Sub-step k read the buffer that was current before it. Every later one swapped once more.
-    if ((last_index_ - s.halt_step) % 2 == 0) swap_buffers();
+    const auto is = [](const void* buffer, std::uint64_t address) {
+      return reinterpret_cast<std::uintptr_t>(buffer) == address;
+    };
+    if (spare_position_ && is(buffers_[field_acceleration], s.halt_position))
+      std::swap(buffers_[field_acceleration], previous_[field_position]);
+    if (!is(buffers_[field_position], s.halt_position))
+      std::swap(buffers_[field_position], previous_[field_position]);
+    // Velocities that are there in the new order only are the previous ones, whose order the previous ids say.
+    if (is(buffers_[field_velocity], s.halt_velocity) != (s.halt_advanced == 0))
+      std::swap(buffers_[field_velocity], previous_[field_velocity]);
+    if (!is(buffers_[field_id], s.halt_id))
+      for (const int i : {field_enthalpy, field_mass, field_tag, field_id})
+        std::swap(buffers_[i], previous_[i]);
+    link();
     w_.born = s.particles;
     use_slots(slots_for(w_.born));
     rolled_back_ = true;
     index_all();
+    if (s.halt_advanced != 0) unguarded([&] { step::restore<E, T>(ex_, w_); });
     ex_.synchronize();
   }
 
@@ -590,6 +633,7 @@ class EngineImpl final : public Engine {
       enthalpy[i] = s.enthalpy[i];
       tag[i] = s.tag[i];
     }
+    if (spare_position_) put(static_cast<Vec4<T>*>(buffers_[field_acceleration]), position);
     for (int half = 0; half < (capacity > n ? 2 : 1); ++half) {
       if (half == 1) swap_buffers();
       put(w_.f.position, position);
@@ -763,7 +807,7 @@ class EngineImpl final : public Engine {
         ex_.step_aside(((plan.aside >> s) & 1u) != 0 ? aside_blocks(support_in_spacings_) : 0u);
         for (int t = 0; t < s; ++t)
           if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
-        run(s, stage_functions<E, T>[s]);
+        run_or_advance(s);
         if (((plan.awaited >> s) & 1u) != 0) ex_.mark_stage(s);
       }
       ex_.enter_track(0);
@@ -774,6 +818,16 @@ class EngineImpl final : public Engine {
     }
   }
 
+  void run_or_advance(int s) {
+    if constexpr (fuses<E>) {
+      if (w_.next.position != nullptr) {
+        if (s == stage_sph_forces) sph::advance<E, T>(ex_, w_);
+        if (s == stage_sph_forces || s == stage_step_integrate) return;
+      }
+    }
+    run(s, stage_functions<E, T>[s]);
+  }
+
   RepeatKey repeat_key(const SubstepArguments& a) const {
     const auto bits = [](double v) {
       std::uint64_t b = 0;
@@ -782,13 +836,15 @@ class EngineImpl final : public Engine {
     };
     return {a.stages,
             w_.particles,
-            reinterpret_cast<std::uintptr_t>(w_.f.position),  // which half of the double buffer
+            reinterpret_cast<std::uintptr_t>(w_.f.position),  // which of the buffers
+            reinterpret_cast<std::uintptr_t>(w_.before.position),
+            reinterpret_cast<std::uintptr_t>(w_.f.id),
             bits(a.dt),
             bits(a.heat_dt),
             bits(a.heat_bound),
             static_cast<std::uint64_t>(a.heat_stages),
             static_cast<std::uint64_t>(a.heat_supersteps),
-            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u)};
+            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
   }
 
   void run(int s, StageFunction<E, T> function) {
@@ -838,9 +894,10 @@ class EngineImpl final : public Engine {
   std::uint64_t last_index_ = 0;
   std::uint64_t reserved_ = 0;  ///< items that verbs may work on
   bool timed_ = false, rolled_back_ = false, rebuild_ = true;
-  double counted_dt_ = 0;  ///< of the sub-step before
-  double mass_ = 0;        ///< checked builds: at the upload [kg]
-  std::string broken_;     ///< checked builds: the first broken invariant
+  bool spare_position_ = false;  ///< the buffer of accelerations can hold positions (sph.advance)
+  double counted_dt_ = 0;        ///< of the sub-step before
+  double mass_ = 0;              ///< checked builds: at the upload [kg]
+  std::string broken_;           ///< checked builds: the first broken invariant
 };
 
 }  // namespace core

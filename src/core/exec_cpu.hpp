@@ -13,6 +13,10 @@
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
 //                                last(*out). body(i) may write index i. A body may read ahead: then it is
 //                                body(i, item, add), item = read(i) of type Body::Item, add as in accumulate
+//   gather_reduce(n, body, out[, last])
+//                                gather and reduce in one: body.finish(i, sum, body.read(i), add) returns a P,
+//                                P::result() is what is combined. P::over(lanes) is that of up to 32 at once, where
+//                                each is P::plain()
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
 //   scan(n, body, out)           out[i] = body(0) + ... + body(i)   (32- or 64-bit counts); body(i) may be out[i]
@@ -188,6 +192,11 @@ class CpuExec {
     for (std::uint64_t c = 0; c < chunks; ++c) r = R::combine(r, partial[c]);
     *out = r;
     last(*out);
+  }
+
+  template <class R, class Body, class Last = Nothing>
+  void gather_reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
+    CpuExec::reduce(n, Finishing<Body>{body, gather_parts<Body>(n)}, out, last);
   }
 
   template <class Body, class Count>

@@ -166,14 +166,15 @@ struct LedgerSums {
 };
 
 /// What a sub-step comes to: the worst of all particles, how many left, how far liquid is compressed. Ties go to the
-/// smaller id, so that only `excess` hangs on the order.
+/// smaller id, so that nothing hangs on the order.
 struct CheckResult {
   double max_speed = 0, max_density = 0;
-  double excess = 0;  ///< sum of rho/rho0 - 1 where above 0
+  std::uint64_t excess = 0;  ///< sum of rho/rho0 - 1 where above 0, in units of 1/excess_units
   double bad_value = 0;
   std::uint32_t dense = 0, removed = 0;  ///< how many are in that sum; how many left
   std::uint32_t bad = 0;                 ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
+  static constexpr double excess_units = 1u << 22, most_excess = 16;  // a warp's sum fits 32 bits
   MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
     CheckResult r;
     r.max_speed = maximum(a.max_speed, b.max_speed);
@@ -188,6 +189,51 @@ struct CheckResult {
     r.bad_value = take_b ? b.bad_value : a.bad_value;
     return r;
   }
+  /// Into what others hand in as well, where nothing is bad. Add: raise(x, v), x = max(x, v) for v >= 0, and add(x, n).
+  template <class Add>
+  MELTSIM_HD void hand_in(CheckResult& to, const Add& add) const {
+    add.raise(to.max_speed, max_speed);
+    add.raise(to.max_density, max_density);
+    if (dense != 0u) {
+      add.add(to.excess, excess);
+      add.add(to.dense, dense);
+    }
+    if (removed != 0u) add.add(to.removed, removed);
+  }
+};
+
+/// The same of one particle.
+template <class T>
+struct ParticleCheck {
+  T speed{}, phi{};
+  std::uint32_t excess = 0, counts = 0;  ///< counts: 65,536 where dense, and 1 where it left
+  std::uint32_t bad = 0, bad_id = 0xffffffffu;
+  double bad_value = 0;
+  static constexpr std::uint32_t dense = 1u << 16;
+  MELTSIM_HD bool plain() const { return bad == 0u; }
+  MELTSIM_HD CheckResult result() const {
+    CheckResult r = of(speed, phi, excess, counts);
+    r.bad = bad;
+    r.bad_id = bad_id;
+    r.bad_value = bad_value;
+    return r;
+  }
+  /// Of up to 32 at once, where none is bad. Lanes: largest(x), x >= 0, and sum(n) over all of them.
+  template <class Lanes>
+  MELTSIM_HD CheckResult over(const Lanes& lanes) const {
+    return of(lanes.largest(speed), lanes.largest(phi), lanes.sum(excess), lanes.sum(counts));
+  }
+
+ private:
+  MELTSIM_HD static CheckResult of(T speed, T phi, std::uint32_t excess, std::uint32_t counts) {
+    CheckResult r;
+    r.max_speed = static_cast<double>(speed);
+    r.max_density = static_cast<double>(phi);
+    r.excess = excess;
+    r.dense = counts / dense;
+    r.removed = counts % dense;
+    return r;
+  }
 };
 
 struct WorldStatus {
@@ -195,6 +241,10 @@ struct WorldStatus {
   std::uint32_t halt_particle = 0;  ///< id
   std::uint64_t halt_step = 0;
   double halt_value = 0;
+  /// Where the state of that sub-step's beginning lies: addresses of its positions, velocities and ids. Where
+  /// sph.advance made the sub-step, velocities are those in the new order.
+  std::uint64_t halt_position = 0, halt_velocity = 0, halt_id = 0;
+  std::uint32_t halt_advanced = 0;
   double time = 0;         ///< start of the last sub-step that began [s]
   double max_speed = 0;    ///< since the last synchronize()
   double max_density = 0;  ///< likewise, phi
@@ -280,6 +330,13 @@ struct PreviousViews {
   const std::uint32_t* id = nullptr;
 };
 
+/// Where sph.advance puts the state at the end of the sub-step, as others still read that of its middle.
+template <class T>
+struct NextViews {
+  Vec4<T>* position = nullptr;
+  Vec4<T>* velocity = nullptr;
+};
+
 template <class T>
 struct Views {
 #define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) type* name = nullptr;
@@ -328,6 +385,7 @@ template <class T>
 struct Frame {
   Views<T> f;
   PreviousViews<T> before;  ///< the state at the start of the sub-step, in its old order
+  NextViews<T> next;        ///< null where sph.forces and step.integrate run one by one
   Constants<T> c;
   Grid<T> grid;
   Tree<T> tree;
@@ -358,6 +416,12 @@ struct Frame {
   std::uint32_t heat_stages = 0, heat_supersteps = 0;
   SumUnits sum_units;  ///< lsm.balance
 };
+
+/// Whether a particle of liquid has nothing beside it but the same liquid, equally viscous.
+template <class T>
+bool liquid_alone(const Frame<T>& w) {
+  return w.one_liquid && !w.solids && w.f.viscosity == nullptr;
+}
 
 }  // namespace core
 }  // namespace v0

@@ -105,6 +105,25 @@ MELTSIM_HD auto result_of(const Body& body, std::uint64_t i, const Add& add) {
   else return body(i);
 }
 
+/// Executors for which sph.advance pays.
+template <class E, class = void>
+inline constexpr bool fuses = false;
+template <class E>
+inline constexpr bool fuses<E, std::void_t<decltype(E::fuses)>> = E::fuses;
+
+/// A gather as the body of a reduction.
+template <class Body>
+struct Finishing {
+  const Body& body;
+  std::uint32_t parts;
+  using Item = Nothing;
+  MELTSIM_HD Item read(std::uint64_t) const { return {}; }
+  template <class Add>
+  MELTSIM_HD auto operator()(std::uint64_t i, Item, const Add& add) const {
+    return body.finish(i, sum_of(body, i, parts), body.read(i), add).result();
+  }
+};
+
 /// Parts that each sum over items of a list is made of: they are few.
 inline constexpr std::uint32_t listed_parts = 9;
 

@@ -27,8 +27,14 @@ void clear(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void ledger(E& ex, const core::Frame<T>& w);
 template <class E, class T>
+void restore(E& ex, const core::Frame<T>& w);
+template <class E, class T>
 void reindex(E& ex, const core::Frame<T>& w);
 }  // namespace step
+namespace sph {
+template <class E, class T>
+void advance(E& ex, const core::Frame<T>& w);
+}
 namespace topology {
 template <class E, class T>
 void build(E& ex, const core::Frame<T>& w);

@@ -189,7 +189,7 @@ struct RangesBody {
 
 /// Which candidates of each row lie within H: every later sweep visits set bits only, 65 instead of some 400.
 /// Where there is liquid, sph.density does this in passing.
-template <class T, bool Periodic>
+template <class T, SearchKind kind>
 struct NeighboursBody {
   Frame<T> w;
   static constexpr bool shared = true;
@@ -198,7 +198,7 @@ struct NeighboursBody {
   };
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     if (w.f.group_of[i] != none)  // not removed
-      find_part<Periodic>(w, i, k, parts, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
+      find_part<kind>(w, i, k, parts, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
     return {};
   }
   MELTSIM_HD void join(std::uint64_t i) const {

@@ -11,17 +11,24 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
+/// What a first sweep has to reckon with: axes that wrap; none; or none, and cells that are counted anew in every
+/// sub-step, so that rows follow from where they begin.
+enum class SearchKind { periodic, plain, counted };
+template <bool Periodic>
+inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : SearchKind::plain;
+
 /// Candidates of a row that far_bits covers.
 inline constexpr std::uint32_t far_bits_per_row = 64;
 
 /// visit(j, x_j, x_ij, r2) for every candidate in these rows, and stores which are near as set `part` of words:
 /// the first sweep of a sub-step. Where branches are dear, candidates that are not near are visited, too; what
 /// vanishes beyond H needs no branch.
-template <bool Periodic, class T, class Visit>
+template <SearchKind kind, class T, class Visit>
 MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
                           const Visit& visit) {
+  constexpr bool Periodic = kind == SearchKind::periodic, counted = kind == SearchKind::counted;
   const Vec3<T> xi = xyz(w.f.position[i]);
-  const Rows<Periodic, T> rows(w, i);
+  const std::conditional_t<counted, CountedRows<T>, Rows<Periodic, T>> rows(w, i);
   WordWriter<T> words(w, i, part);
   // 1 where near: the sign of a difference, which takes no comparison.
   const auto look = [&](std::uint32_t j, const Vec4<T>& xj) {
@@ -65,11 +72,12 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
     words.add(begin, near);
   };
   SomeRows set = rows_of_part(w, part, parts);
+  set.bits &= rows.within();
   while (!set.empty()) {
     const std::uint32_t r = set.take();
     const core::Range row = rows[r];
     std::uint32_t from = row.begin;
-    if (w.f.far_bits != nullptr) {
+    if (!counted && w.f.far_bits != nullptr) {
       const std::uint64_t far = w.f.far_bits[static_cast<std::uint64_t>(r) * w.bits_stride + i];
       mark_some(from, static_cast<std::uint32_t>(far));
       mark_some(from + word_bits, static_cast<std::uint32_t>(far >> word_bits));
@@ -126,6 +134,17 @@ MELTSIM_HD bool any_marked(const core::Frame<T>& w, std::uint64_t i, const std::
     if ((word.bits & bits_from(marks, word.first)) != 0u) return true;
   }
   return false;
+}
+
+template <SearchKind kind>
+using SearchKindConstant = std::integral_constant<SearchKind, kind>;
+
+/// stage(SearchKindConstant<...>{}): picks what is compiled.
+template <class T, class Stage>
+void with_search(const core::Frame<T>& w, const Stage& stage) {
+  if (w.grid.periodic != 0u) stage(SearchKindConstant<SearchKind::periodic>{});
+  else if (w.f.group_ranges == nullptr) stage(SearchKindConstant<SearchKind::counted>{});
+  else stage(SearchKindConstant<SearchKind::plain>{});
 }
 
 /// stage(std::true_type) where axes are periodic, else stage(std::false_type): picks what is compiled.

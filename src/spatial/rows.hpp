@@ -33,6 +33,7 @@ MELTSIM_HD Vec3<T> separation(const core::Grid<T>& g, Vec3<T> a, Vec3<T> b) {
 template <bool Periodic, class T>
 class Rows {
  public:
+  MELTSIM_HD std::uint32_t within() const { return ~0u; }
   MELTSIM_HD Rows(const core::Frame<T>& w, std::uint64_t i) : w_(w), group_(w.f.group_of[i]) {
     if (!counted()) return;
     place_ = place_of(w.grid, group_);
@@ -53,6 +54,26 @@ class Rows {
   std::uint32_t group_;
   CellPlace place_{};
   StraightRows straight_{};
+};
+
+/// The same where cells are counted and nothing wraps, asked for rows that are within the domain only.
+template <class T>
+class CountedRows {
+ public:
+  MELTSIM_HD CountedRows(const core::Frame<T>& w, std::uint64_t i) : w_(w) {
+    const std::uint32_t cell = w.f.group_of[i];
+    own_ = straight_rows(w.grid, place_of(w.grid, cell), cell);
+  }
+  MELTSIM_HD std::uint32_t within() const { return own_.lines; }
+  MELTSIM_HD core::Range operator[](std::uint32_t r) const {
+    const std::uint32_t* begin =
+        w_.f.cell_begin + (own_.first + static_cast<std::uint32_t>(w_.grid.line_cells[r]));
+    return {begin[0], begin[own_.cells]};
+  }
+
+ private:
+  const core::Frame<T>& w_;
+  StraightRows own_;
 };
 
 /// Rows whose bits are set, ascending.

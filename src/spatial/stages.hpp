@@ -92,11 +92,11 @@ void walk(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void neighbours(E& ex, const core::Frame<T>& w) {
-  with_periods(w, [&](auto periodic) {
-    if constexpr (core::runs_lanes<E>)
+  if constexpr (core::runs_lanes<E>)
+    with_periods(w, [&](auto periodic) {
       ex.for_each(w.particles, NeighboursLanes<T, periodic()>{w, ex.split(w.particles, w.f.position)});
-    else ex.gather(w.particles, NeighboursBody<T, periodic()>{w});
-  });
+    });
+  else with_search(w, [&](auto kind) { ex.gather(w.particles, NeighboursBody<T, kind()>{w}); });
 }
 
 }  // namespace spatial

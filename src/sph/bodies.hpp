@@ -35,15 +35,19 @@ struct Surroundings {
 
 /// phi and P/phi^2 of every liquid particle, -tau_k of every solid one: the sum of V W over everything within H and over
 /// its images in walls. First sweep of a sub-step: it finds the neighbours, too.
-template <class T, bool Periodic>
+template <class T, spatial::SearchKind kind>
 struct DensityBody {
   Frame<T> w;
+  static constexpr bool Periodic = kind == spatial::SearchKind::periodic;
   static constexpr bool shared = true;
+  static constexpr std::uint32_t resident_warps(std::uint32_t parts) {
+    return sizeof(T) == sizeof(float) && parts == 1u && !Periodic ? 48u : 0u;
+  }
   using Sum = Surroundings<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
-    spatial::find_part<Periodic>(w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+    spatial::find_part<kind>(w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
       s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
     });
     return s;
@@ -107,8 +111,8 @@ enum class Company { liquid, solids, any };
 
 template <class T>
 Company company_of(const Frame<T>& w) {
+  if (core::liquid_alone(w)) return Company::liquid;
   if (!w.one_liquid || w.f.viscosity != nullptr) return Company::any;
-  if (!w.solids) return Company::liquid;
   return w.c.lowest_phi < T(1) ? Company::any : Company::solids;
 }
 
@@ -165,16 +169,18 @@ struct ForcesBody {
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
     const std::uint32_t tag = w.f.tag[i];
-    if (!is_fluid(tag)) return;
-    const Vec4<T> x = w.f.position[i];
+    if (is_fluid(tag))
+      w.f.acceleration[i] = acceleration(i, tag, w.f.position[i], xyz(w.f.velocity[i]), w.f.mass[i], s);
+  }
+  /// Of a liquid particle at x with velocity v.
+  MELTSIM_HD Vec3<T> acceleration(std::uint64_t i, std::uint32_t tag, const Vec4<T>& x, Vec3<T> v, T mass,
+                                  const Sum& s) const {
     Vec3<T> force = s.force;
     const auto walls = physics::wall_view(w.c.walls, xyz(x));
-    if (walls.axes != 0u)
-      force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.c.gravity) * w.f.mass[i];
+    if (walls.axes != 0u) force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.c.gravity) * mass;
     if (w.c.no_slip != 0u)
-      force +=
-          no_slip(xyz(x), xyz(w.f.velocity[i]), viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
-    w.f.acceleration[i] = force * (T(1) / w.f.mass[i]) + w.c.gravity;
+      force += no_slip(xyz(x), v, viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
+    return force * (T(1) / mass) + w.c.gravity;
   }
   /// One particle, where bodies are called one by one.
   MELTSIM_HD void operator()(std::uint64_t i) const { finish(i, part(i, 0, 1)); }

@@ -11,8 +11,8 @@ inline namespace v0 {
 namespace sph {
 
 template <class T, bool Periodic>
-struct DensityLanes : DensityBody<T, Periodic> {
-  using Base = DensityBody<T, Periodic>;
+struct DensityLanes : DensityBody<T, spatial::search_kind<Periodic>> {
+  using Base = DensityBody<T, spatial::search_kind<Periodic>>;
   using Base::w;
   spatial::LanePositions<T> p;
   DensityLanes(const Frame<T>& frame, const spatial::LanePositions<T>& positions)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sph/advance_bodies.hpp"
 #include "sph/bodies.hpp"
 #include "sph/lane_bodies.hpp"
 #include "sph/shift_bodies.hpp"
@@ -11,11 +12,11 @@ namespace sph {
 
 template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(w, [&](auto periodic) {
-    if constexpr (core::runs_lanes<E>)
+  if constexpr (core::runs_lanes<E>)
+    spatial::with_periods(w, [&](auto periodic) {
       ex.for_each(w.particles, DensityLanes<T, periodic()>(w, ex.split(w.particles, w.f.position)));
-    else ex.gather(w.particles, DensityBody<T, periodic()>{w});
-  });
+    });
+  else spatial::with_search(w, [&](auto kind) { ex.gather(w.particles, DensityBody<T, kind()>{w}); });
 }
 
 template <class E, class T>
@@ -40,6 +41,14 @@ void forces(E& ex, const core::Frame<T>& w) {
       case Company::any:
         return forces_of<Company::any, periodic()>(ex, w);
     }
+  });
+}
+
+/// forces and step.integrate in one launch, where a liquid is alone and no stage stands between the two; not a stage.
+template <class E, class T>
+void advance(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(w, [&](auto periodic) {
+    ex.gather_reduce(w.particles, AdvanceBody<T, periodic()>{{w}}, w.f.check, core::JudgeBody<T>{w});
   });
 }
 

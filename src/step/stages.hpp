@@ -26,7 +26,7 @@ void emit(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void integrate(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.particles, IntegrateBody<T>{w}, w.f.check, JudgeBody<T>{w});
+  ex.reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});
 }
 
 /// Forgets what has been reported; not a stage.
@@ -39,6 +39,12 @@ void clear(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void ledger(E& ex, const core::Frame<T>& w) {
   ex.reduce(w.particles, LedgerBody<T>{w}, &w.f.status->sums);
+}
+
+/// After a roll-back, behind reindex; not a stage.
+template <class E, class T>
+void restore(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, RestoreBody<T>{w});
 }
 
 /// After a roll-back; not a stage.

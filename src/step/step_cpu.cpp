@@ -14,6 +14,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, emit)
 MELTSIM_INSTANTIATE(core::CpuExec, integrate)
 MELTSIM_INSTANTIATE(core::CpuExec, clear)
 MELTSIM_INSTANTIATE(core::CpuExec, ledger)
+MELTSIM_INSTANTIATE(core::CpuExec, restore)
 MELTSIM_INSTANTIATE(core::CpuExec, reindex)
 
 }  // namespace step

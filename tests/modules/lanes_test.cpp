@@ -83,7 +83,7 @@ class Lanes : public testing::Test {
       term.push_back(w.f.velocity[i].w);
       neighbours.push_back(stored(w, i));
     }
-    const sph::DensityBody<T, Periodic> body{w};
+    const sph::DensityBody<T, spatial::search_kind<Periodic>> body{w};
     const sph::ForcesBody<T, company, Periodic> forces{w};
     const sph::ForcesBody<T, sph::Company::any, Periodic> asks{w};
     for (std::size_t i = 0; i < n; ++i) {

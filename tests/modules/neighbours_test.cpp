@@ -113,7 +113,7 @@ class Neighbours : public testing::Test {
     w.words_room = room;
     table.assign(w.words_column / sizeof(core::NeighbourWord) * 3 * (room + 1), {0u, 0u});
     w.f.neighbour_words = table.data();
-    spatial::with_periods(w, [&](auto p) {
+    spatial::with_search(w, [&](auto kind) {
       std::vector<std::uint32_t> found;
       const auto note = [&found](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) { found.push_back(j); };
       const auto is_all = [&](const char* what) {
@@ -122,7 +122,7 @@ class Neighbours : public testing::Test {
         found.clear();
       };
       for (std::uint32_t k = 0; k < 3; ++k)
-        spatial::find_part<p()>(w, i, k, 3u, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
+        spatial::find_part<kind()>(w, i, k, 3u, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
       spatial::join_words(w, i);
       // Everyone but the neighbours marked, then one of them, too.
       std::vector<std::uint32_t> marks(w.particles / 32 + 2, ~0u);
@@ -138,7 +138,7 @@ class Neighbours : public testing::Test {
       for (const std::uint32_t parts : {1u, 3u, 9u}) {
         for (std::uint32_t k = 0; k < parts; ++k) {
           const std::size_t before = found.size();
-          spatial::sweep_part<p()>(w, i, k, parts, note);
+          spatial::sweep_part<kind() == spatial::SearchKind::periodic>(w, i, k, parts, note);
           if (!fits) continue;
           EXPECT_LE(found.size() - before, expected.size() / parts + 1) << "share " << k << " of " << i;
           EXPECT_GE(found.size() - before, expected.size() / parts) << "share " << k << " of " << i;

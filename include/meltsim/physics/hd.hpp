@@ -129,6 +129,15 @@ MELTSIM_HD std::uint32_t popcount(std::uint64_t v) {
   return static_cast<std::uint32_t>(__builtin_popcountll(v));
 #endif
 }
+MELTSIM_HD std::uint32_t popcount(std::uint32_t v) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<std::uint32_t>(__popc(static_cast<int>(v)));
+#else
+  v = v - ((v >> 1) & 0x55555555u);  // an instruction of its own not every x86-64 has
+  v = (v & 0x33333333u) + ((v >> 2) & 0x33333333u);
+  return (((v + (v >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24;
+#endif
+}
 MELTSIM_HD int highest_bit(std::uint64_t v) {
 #if defined(__CUDA_ARCH__)
   return 63 - __clzll(static_cast<long long>(v));

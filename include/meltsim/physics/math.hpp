@@ -199,12 +199,5 @@ MELTSIM_HD T clamp(T v, T lo, T hi) {
   return v < lo ? lo : (hi < v ? hi : v);
 }
 
-/// Number of set bits.
-MELTSIM_HD std::uint32_t popcount(std::uint32_t v) {
-  v = v - ((v >> 1) & 0x55555555u);
-  v = (v & 0x33333333u) + ((v >> 2) & 0x33333333u);
-  return (((v + (v >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24;
-}
-
 }  // namespace v0
 }  // namespace meltsim
