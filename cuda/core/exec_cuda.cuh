@@ -342,15 +342,16 @@ __device__ R combine_warp(R r) {
   return r;
 }
 
-// Places where the warps of a gather_reduce hand in what they have, by turns: a thread for each combines them.
-inline constexpr unsigned handing_places = 32;
+// Places where the warps of a gather_reduce hand in what they have, by turns. A thread for each combines them: 32 take
+// 2 us, 512 take 4, but where 31,250 warps come within 30 us, 32 places take as long again.
+inline constexpr unsigned handing_places = 512, few_places = 32;
 
 /// gather whose results are combined: within a warp, then by atomics. Nobody waits for anything: a block that did, for
 /// what it wrote to arrive, would keep its place from the next.
 template <unsigned Parts, class R, class Body>
 __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Body>)
     gather_reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* places,
-                  unsigned* locks) {
+                  unsigned* locks, unsigned places_used) {
   if (stopped(guard)) return;
   std::uint64_t i;
   typename Body::Sum sum{};
@@ -358,7 +359,7 @@ __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Bo
   decltype(body.finish(i, sum, Item{}, CudaAdder{})) one{};
   if (gathered<Parts>(n, body, i, sum)) one = body.finish(i, sum, ahead(body.read(i)), CudaAdder{});
   if (Parts != 1 && threadIdx.x >= 32) return;  // the first warp has the sums
-  const unsigned place = (blockIdx.x * (Parts == 1 ? block / 32 : 1u) + threadIdx.x / 32) % handing_places;
+  const unsigned place = (blockIdx.x * (Parts == 1 ? block / 32 : 1u) + threadIdx.x / 32) % places_used;
   if (__all_sync(~0u, one.plain()) != 0) {
     const R r = one.over(WarpLanes{});
     if (threadIdx.x % 32 == 0) r.hand_in(places[place], CudaAtomics{});
@@ -374,14 +375,22 @@ __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Bo
   atomicExch(locks + place, 0u);
 }
 
-/// What was handed in, which makes room for the next. One warp.
+/// What was handed in, which makes room for the next. One block.
 template <class R, class Last>
 __global__ void __launch_bounds__(handing_places)
     combine_places(const std::uint32_t* guard, R* places, R* out, const __grid_constant__ Last last) {
   R r = places[threadIdx.x];
   if (stopped(guard)) return;
   places[threadIdx.x] = R{};
+  const unsigned warps = blockDim.x / 32;
+  // Raw bytes: shared variables may not have constructors.
+  __shared__ alignas(16) unsigned char raw[handing_places / 32 * sizeof(R)];
+  R* const of_warp = reinterpret_cast<R*>(raw);
   r = combine_warp(r);
+  if (threadIdx.x % 32 == 0) of_warp[threadIdx.x / 32] = r;
+  __syncthreads();
+  if (threadIdx.x >= 32) return;
+  r = combine_warp(threadIdx.x < warps ? of_warp[threadIdx.x] : R{});
   if (threadIdx.x != 0) return;
   *out = r;
   last(r);
@@ -556,20 +565,27 @@ class CudaExec {
            out, last);
   }
 
-  static constexpr bool fuses = true;
+  static constexpr bool fuses() { return true; }
   template <class R, class Body, class Last = Nothing>
   void gather_reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) const {
     static_assert(std::is_trivially_copyable<R>::value && sizeof(R) <= kernels::handing_item);
     R* const places = static_cast<R*>(handing_places());
     if (places == nullptr) return;
     unsigned* const locks = reinterpret_cast<unsigned*>(places + kernels::handing_places);
-    if (n != 0 && gather_parts<Body>(n) == 1)
+    const unsigned used = Body::shared || n < gather_few ? kernels::few_places : kernels::handing_places;
+    const auto one_part = [&] {
       launch(kernels::gather_reduce<1, R, Body>, blocks(n, kernels::block), kernels::block, guard_, n, body,
-             places, locks);
-    else if (n != 0)
-      launch(kernels::gather_reduce<3, R, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>,
-             guard_, n, body, places, locks);
-    launch(kernels::combine_places<R, Last>, 1, kernels::handing_places, guard_, places, out, last);
+             places, locks, used);
+    };
+    if constexpr (!Body::shared) {
+      if (n != 0) one_part();
+    } else if (n != 0) {
+      if (gather_parts<Body>(n) == 1) one_part();
+      else
+        launch(kernels::gather_reduce<3, R, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>,
+               guard_, n, body, places, locks, used);
+    }
+    launch(kernels::combine_places<R, Last>, 1, used, guard_, places, out, last);
   }
 
   template <class Body>

@@ -298,7 +298,7 @@ class EngineImpl final : public Engine {
     return c.domain.bounded && c.domain.faces[static_cast<std::size_t>(2 * axis)] == Face::periodic;
   }
 
-  static Sizes sizes(const SceneConstants& c, const SceneLattice& l, const EngineSetup& s) {
+  Sizes sizes(const SceneConstants& c, const SceneLattice& l, const EngineSetup& s) const {
     Sizes n;
     const auto set = [&n](Owner o, std::uint64_t v) { n.count[static_cast<int>(o)] = v; };
     n.groups = s.particle_capacity;
@@ -319,7 +319,7 @@ class EngineImpl final : public Engine {
       }
       set(Owner::tree_node, nodes);
     }
-    n.spare_position = fuses<E> && (s.facts & fact_fluid) != 0 && (s.facts & not_advancing) == 0;
+    n.spare_position = fuses(ex_) && (s.facts & fact_fluid) != 0 && (s.facts & not_advancing) == 0;
     set(Owner::particle, s.particle_capacity);
     set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
     set(Owner::particle_bits, s.particle_capacity / 32 + 2);
@@ -819,7 +819,7 @@ class EngineImpl final : public Engine {
   }
 
   void run_or_advance(int s) {
-    if constexpr (fuses<E>) {
+    if constexpr (can_fuse<E>) {
       if (w_.next.position != nullptr) {
         if (s == stage_sph_forces) sph::advance<E, T>(ex_, w_);
         if (s == stage_sph_forces || s == stage_step_integrate) return;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <type_traits>
+#include <utility>
 
 #include "meltsim/physics/hd.hpp"
 
@@ -105,11 +106,16 @@ MELTSIM_HD auto result_of(const Body& body, std::uint64_t i, const Add& add) {
   else return body(i);
 }
 
-/// Executors for which sph.advance pays.
+/// Executors with `bool fuses() const`: whether sph.advance pays.
 template <class E, class = void>
-inline constexpr bool fuses = false;
+inline constexpr bool can_fuse = false;
 template <class E>
-inline constexpr bool fuses<E, std::void_t<decltype(E::fuses)>> = E::fuses;
+inline constexpr bool can_fuse<E, std::void_t<decltype(std::declval<const E&>().fuses())>> = true;
+template <class E>
+bool fuses(const E& ex) {
+  if constexpr (can_fuse<E>) return ex.fuses();
+  else return false;
+}
 
 /// A gather as the body of a reduction.
 template <class Body>

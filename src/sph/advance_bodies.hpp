@@ -12,23 +12,16 @@ namespace sph {
 /// ForcesBody and what step.integrate does. Others may still read the state of the middle of the sub-step, so the
 /// new one goes elsewhere (Frame::next). Enthalpies are not looked at: nothing changes them here.
 template <class T, bool Periodic>
-struct AdvanceBody {
+struct AdvanceBody : ForcesBody<T, Company::liquid, Periodic> {
   using Forces = ForcesBody<T, Company::liquid, Periodic>;
-  Forces forces;
-  static constexpr bool ends_first = true;
-  static constexpr bool shared = true;
-  static constexpr std::uint32_t resident_warps(std::uint32_t parts) { return Forces::resident_warps(parts); }
-  using Sum = ForceSum<T>;
-  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
-    return forces.part(i, k, parts);
-  }
+  using Forces::w;
+  using typename Forces::Sum;
   /// What finish needs, read all at once.
   struct Item {
     core::Produced<T> p;
     T mass{};
   };
   MELTSIM_HD Item read(std::uint64_t i) const {
-    const Frame<T>& w = forces.w;
     Item item;
     item.p.tag = w.f.tag[i];
     item.p.phi = w.f.density[i];
@@ -39,10 +32,9 @@ struct AdvanceBody {
   }
   template <class Add>
   MELTSIM_HD core::ParticleCheck<T> finish(std::uint64_t i, const Sum& s, Item item, const Add& add) const {
-    const Frame<T>& w = forces.w;
     core::Produced<T>& p = item.p;
     const Vec3<T> v = xyz(p.velocity);
-    if (is_fluid(p.tag)) p.acceleration = forces.acceleration(i, p.tag, p.position, v, item.mass, s);
+    if (is_fluid(p.tag)) p.acceleration = Forces::acceleration(i, p.tag, p.position, v, item.mass, s);
     const auto end = core::end_of_step(w, i, p, physics::kick(v, p.acceleration, w.f.clock->dt), add);
     w.next.position[i] = end.position;
     w.next.velocity[i] = end.velocity;

@@ -60,7 +60,14 @@ MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
 template <class T>
 struct IntegrateBody {
   Frame<T> w;
-  static constexpr std::uint32_t resident_warps(std::uint32_t) { return 24; }
+  static constexpr bool shared = false;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) {
+    return sizeof(T) == sizeof(float) ? 40 : 32;
+  }
+  struct Sum {
+    MELTSIM_HD void add(const Sum&) {}
+  };
+  MELTSIM_HD Sum part(std::uint64_t, std::uint32_t, std::uint32_t) const { return {}; }
   using Item = core::Produced<T>;
   MELTSIM_HD Item read(std::uint64_t i) const {
     Item p;
@@ -74,14 +81,14 @@ struct IntegrateBody {
     return p;
   }
   template <class Add>
-  MELTSIM_HD CheckResult operator()(std::uint64_t i, const Item& p, const Add& add) const {
+  MELTSIM_HD core::ParticleCheck<T> finish(std::uint64_t i, Sum, const Item& p, const Add& add) const {
     const Vec3<T> v = kicked(w, i, p.tag, xyz(p.velocity), p.acceleration);
     const auto end = core::end_of_step(w, i, p, v, add);
     if (end.moved) {
       w.f.position[i] = end.position;
       w.f.velocity[i] = end.velocity;
     }
-    return end.check.result();
+    return end.check;
   }
 };
 

@@ -26,7 +26,7 @@ void emit(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void integrate(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});
+  ex.gather_reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});
 }
 
 /// Forgets what has been reported; not a stage.

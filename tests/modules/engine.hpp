@@ -29,7 +29,8 @@ struct Rig {
   PermutingExec<T> exec;
   std::shared_ptr<core::Engine> engine;
 
-  explicit Rig(Order order = Order::forward) : exec(order), engine(make_engine<T>(exec)) {}
+  explicit Rig(Order order = Order::forward, bool fuses = false)
+      : exec(order, fuses), engine(make_engine<T>(exec)) {}
   const core::Frame<T>& frame() const { return exec.frame(); }
   void upload(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s,
               std::uint32_t facts) {

@@ -27,12 +27,15 @@ class PermutingExec : public meltsim::core::CpuExec {
   using Base = meltsim::core::CpuExec;
 
  public:
-  explicit PermutingExec(Order order = Order::forward)
-      : Base(1), order_(order), frame_(std::make_shared<meltsim::core::Frame<T>>()) {}
+  explicit PermutingExec(Order order = Order::forward, bool fuses = false)
+      : Base(1), order_(order), fuses_(fuses), frame_(std::make_shared<meltsim::core::Frame<T>>()) {}
 
   /// A device with so much memory; upload() asks before it allocates.
   void limit_memory(std::uint64_t bytes) { free_bytes_ = bytes; }
   std::uint64_t free_bytes() const { return free_bytes_; }
+
+  /// Whether forces and integration are one sweep where they can be, as on a GPU.
+  bool fuses() const { return fuses_; }
 
   /// Shared with every copy of this executor.
   const meltsim::core::Frame<T>& frame() const { return *frame_; }
@@ -118,6 +121,16 @@ class PermutingExec : public meltsim::core::CpuExec {
         [&](std::uint64_t k) { return meltsim::core::result_of(body, order[k], meltsim::core::CpuAdder{}); },
         out, last);
   }
+  template <class R, class Body, class Last = meltsim::core::Nothing>
+  void gather_reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
+    see(body.w);
+    const auto order = indices(n);
+    const meltsim::core::Finishing<Body> one{body, meltsim::core::gather_parts<Body>(n)};
+    Base::reduce(
+        n,
+        [&](std::uint64_t k) { return meltsim::core::result_of(one, order[k], meltsim::core::CpuAdder{}); },
+        out, last);
+  }
   /// Where the guard holds, begin is spoilt: on a GPU counts are added up whatever the guard says.
   template <class Body>
   void bucket(std::uint64_t n, std::uint32_t m, const Body& body, std::uint32_t* bucket_of,
@@ -169,6 +182,7 @@ class PermutingExec : public meltsim::core::CpuExec {
     return order;
   }
   Order order_;
+  bool fuses_;
   std::uint64_t free_bytes_ = std::numeric_limits<std::uint64_t>::max();
   std::shared_ptr<meltsim::core::Frame<T>> frame_;
   std::mt19937 engine_{7};

@@ -136,6 +136,41 @@ struct Worst {
   }
 };
 
+/// A sum in parts whose results are combined: 7 from every part of i, and what read says; every 97th, if asked, is bad.
+template <bool Shared>
+struct GatherWorst {
+  const std::uint32_t* from;
+  std::uint32_t* written;
+  std::uint32_t* counted;
+  bool some_bad;
+  static constexpr bool shared = Shared;
+  struct Sum {
+    std::uint32_t n = 0;
+    MELTSIM_HD void add(const Sum& o) { n += o.n; }
+  };
+  using Item = std::uint32_t;
+  MELTSIM_HD Item read(std::uint64_t i) const { return from[i]; }
+  MELTSIM_HD Sum part(std::uint64_t, std::uint32_t, std::uint32_t parts) const { return {420u / parts}; }
+  template <class Add>
+  MELTSIM_HD meltsim::core::ParticleCheck<double> finish(std::uint64_t i, const Sum& s, Item value,
+                                                         const Add& add) const {
+    written[i] += value + s.n;
+    add.count(counted, value % 50u);
+    return of(i, value);
+  }
+  MELTSIM_HD meltsim::core::ParticleCheck<double> of(std::uint64_t i, std::uint32_t value) const {
+    meltsim::core::ParticleCheck<double> r;
+    r.speed = value + 1e-7;  // not a float
+    r.phi = 1.0 / (1.0 + value);
+    r.excess = value % 2u * (value % 1024u);  // of those that are dense
+    r.counts = value % 2u * meltsim::core::ParticleCheck<double>::dense + (value % 3u == 0u ? 1u : 0u);
+    r.bad = some_bad && value % 97u == 3u ? 1u + value % 5u : 0u;
+    r.bad_id = static_cast<std::uint32_t>(i);
+    r.bad_value = r.bad != 0u ? static_cast<double>(value) : 0.0;
+    return r;
+  }
+};
+
 /// Adds to one of `bins` sums; neighbours share one when `bins` is 1.
 struct AddToBins {
   std::int64_t* sums;
@@ -348,6 +383,51 @@ TYPED_TEST_P(Verbs, ReduceFindsTheWorstOfWhatWrites) {
     EXPECT_EQ(noted.host()[0], expected.max_speed) << "n " << n;
     const auto now = written.host();
     for (std::uint64_t i = 0; i < n; ++i) ASSERT_EQ(now[i], host[i] + 7u) << "n " << n << ", i " << i;
+  }
+  this->expect_no_fault(ex);
+}
+
+template <bool Shared, class E>
+void gather_and_reduce(E& ex, const std::vector<std::uint32_t>& host, bool some_bad) {
+  const std::uint64_t n = host.size();
+  Buffer<E, std::uint32_t> values(ex, host), written(ex, n, 7u), counted(ex, 50, 0u);
+  Buffer<E, CheckResult> out(ex, 1);
+  Buffer<E, double> noted(ex, 1, -1.0);
+  const GatherWorst<Shared> body{values.get(), written.get(), counted.get(), some_bad};
+  CheckResult expected;
+  for (std::uint64_t i = 0; i < n; ++i)
+    expected = CheckResult::combine(expected, body.of(i, host[i]).result());
+  for (const std::uint32_t times : {1u, 2u}) {  // what was handed in does not come again
+    ex.gather_reduce(n, body, out.get(), NoteSpeed{noted.get()});
+    const CheckResult got = out.host()[0];
+    EXPECT_EQ(got.bad, expected.bad) << "n " << n;
+    EXPECT_EQ(got.bad_value, expected.bad_value) << "n " << n;
+    if (expected.bad != 0u) {
+      EXPECT_EQ(got.bad_id, expected.bad_id) << "n " << n;
+    } else {  // where something is, nobody asks for these
+      EXPECT_EQ(got.max_speed, expected.max_speed) << "n " << n;
+      EXPECT_EQ(got.max_density, expected.max_density) << "n " << n;
+      EXPECT_EQ(got.excess, expected.excess) << "n " << n;
+      EXPECT_EQ(got.dense, expected.dense) << "n " << n;
+      EXPECT_EQ(got.removed, expected.removed) << "n " << n;
+      EXPECT_EQ(noted.host()[0], expected.max_speed) << "n " << n;
+    }
+    const auto now = written.host();
+    for (std::uint64_t i = 0; i < n; ++i)
+      ASSERT_EQ(now[i], 7u + times * (host[i] + 420u)) << "n " << n << ", i " << i;
+    const auto counts = counted.host();
+    EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), std::uint64_t{0}), times * n);
+  }
+}
+
+TYPED_TEST_P(Verbs, GatherReduceAddsPartsAndFindsTheWorst) {
+  VERBS_MAKE(ex);
+  for (const std::uint64_t n : sizes()) {
+    const auto host = this->random(n, 1000000u);
+    for (const bool some_bad : {false, true}) {
+      gather_and_reduce<true>(ex, host, some_bad);
+      gather_and_reduce<false>(ex, host, some_bad);
+    }
   }
   this->expect_no_fault(ex);
 }
@@ -665,6 +745,13 @@ TYPED_TEST_P(Verbs, GuardStopsWhatWritesState) {
   ex.for_each(n, CountVisits{values.get()});
   ex.reduce(n, SumOf{values.get()}, sum.get());
   ex.accumulate(n, AddToBins{bins.get(), 1});
+  Buffer<TypeParam, CheckResult> worst(ex, 1);
+  Buffer<TypeParam, double> noted(ex, 1, -1.0);
+  Buffer<TypeParam, std::uint32_t> counted(ex, 50, 0u);
+  ex.gather_reduce(n, GatherWorst<true>{other.get(), values.get(), counted.get(), false}, worst.get(),
+                   NoteSpeed{noted.get()});
+  EXPECT_EQ(noted.host()[0], -1.0);
+  EXPECT_EQ(counted.host(), std::vector<std::uint32_t>(50, 0u));
   EXPECT_EQ(values.host(), std::vector<std::uint32_t>(n, 1u));
   EXPECT_EQ(sum.host()[0].n, 99u);
   EXPECT_EQ(bins.host()[0], -5);
@@ -717,10 +804,11 @@ REGISTER_TYPED_TEST_SUITE_P(Verbs, ForEachStepsAsideAndVisitsEveryIndexOnce, Buc
                             GatherAddsPartsInOrder, GatherJoinsWhatPartsStored, SumByRowIsExact,
                             ReduceTellsWhoComesLast, RepeatRunsTheSameAgain, RepeatTakesItsFirstLaunchAnew,
                             ForEachVisitsEveryIndexOnce, ReduceEqualsStdAccumulate,
-                            ReduceFindsTheWorstOfWhatWrites, ReduceOfRealsRepeatsBitForBit,
-                            ScanEqualsStdPartialSum, ScanOfWordsKeepsTheirHalvesApart,
-                            SortEqualsStdStableSort, AccumulateIsExact, GatherListedVisitsWhatIsWantedOnce,
-                            CopyAndFillTouchOnlyTheirRange, GuardStopsWhatWritesState,
-                            LoweringTellsWhatWasThere, TimingsAreReadAfterSynchronize);
+                            ReduceFindsTheWorstOfWhatWrites, GatherReduceAddsPartsAndFindsTheWorst,
+                            ReduceOfRealsRepeatsBitForBit, ScanEqualsStdPartialSum,
+                            ScanOfWordsKeepsTheirHalvesApart, SortEqualsStdStableSort, AccumulateIsExact,
+                            GatherListedVisitsWhatIsWantedOnce, CopyAndFillTouchOnlyTheirRange,
+                            GuardStopsWhatWritesState, LoweringTellsWhatWasThere,
+                            TimingsAreReadAfterSynchronize);
 
 }  // namespace verbs_test

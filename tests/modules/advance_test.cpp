@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// sph.advance: forces and the end of the sub-step in one sweep does what the two stages do one by one, and a World that
+// halts goes back to the bits it had, however its sub-steps were made.
+#include <cmath>
+#include <string>
+
+#include "meltsim/particle_tag.hpp"
+#include "modules/engine.hpp"
+
+namespace {
+
+using namespace modules_test;
+
+constexpr double dx = 0.1, dt = 1e-3;
+
+/// Jittered water in a box, that moves. The upper face may be open: then the topmost layer leaves through it at 4 m/s,
+/// some in the second sub-step, most in the third.
+struct Pool {
+  core::SceneConstants c = plain_constants(dx);
+  core::SceneState s;
+  explicit Pool(bool open = false) {
+    c.one_liquid = true;
+    c.domain.bounded = true;
+    c.domain.max = {1.2, 1.2, 0.8};
+    if (open) c.domain.faces[3] = Face::open;
+    Random random(17);
+    for (int z = 0; z < 8; ++z)
+      for (int y = 0; y < (open ? 12 : 6); ++y)
+        for (int x = 0; x < 12; ++x)
+          add_particle(s, c,
+                       Vec3d{x + 0.5, y + 0.5, z + 0.5} * dx + random.vector(0.02 * dx) +
+                           Vec3d{0, open ? 0.042 : 0, 0},
+                       0, random.vector(0.3) + Vec3d{0, open ? 4.0 : 0.0, 0});
+  }
+};
+
+template <class T>
+class Advance : public ::testing::Test {
+ protected:
+  static constexpr std::uint32_t facts = core::fact_particles | core::fact_fluid;
+  using Rig = modules_test::Rig<T>;
+  static void step(Rig& rig, int times = 1) {
+    for (int k = 0; k < times; ++k) rig.run({"step.begin", "spatial", "sph", "step.integrate"}, dt);
+  }
+  static core::SceneState state_of(Rig& rig) {
+    core::SceneState s;
+    rig.engine->download(s);
+    return s;
+  }
+  static void expect_same(const core::SceneState& a, const core::SceneState& b, const std::string& what) {
+    ASSERT_EQ(a.position.size(), b.position.size());
+    for (std::size_t i = 0; i < a.position.size(); ++i) {
+      ASSERT_EQ(length(a.position[i] - b.position[i]), 0.0) << what << ", position of " << i;
+      ASSERT_EQ(length(a.velocity[i] - b.velocity[i]), 0.0) << what << ", velocity of " << i;
+      ASSERT_EQ(a.volume[i], b.volume[i]) << what << ", volume of " << i;
+      ASSERT_EQ(a.mass[i], b.mass[i]) << what << ", mass of " << i;
+      ASSERT_EQ(a.enthalpy[i], b.enthalpy[i]) << what << ", enthalpy of " << i;
+      ASSERT_EQ(a.tag[i], b.tag[i]) << what << ", tag of " << i;
+    }
+  }
+};
+
+using Precisions = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(Advance, Precisions);
+
+// Sums of eight neighbours at a time and one by one are added up in other orders: 20 sub-steps apart by some units in
+// the last place of the largest terms (pressures of some 1e4 Pa against 1e2 Pa that do not cancel).
+TYPED_TEST(Advance, DoesWhatForcesAndIntegrationDo) {
+  using T = TypeParam;
+  for (const bool open : {false, true})
+    for (const std::uint32_t search : core::search_facts) {
+      const Pool pool(open);
+      modules_test::Rig<T> one_by_one(Order::shuffled), at_once(Order::shuffled, true);
+      for (auto* rig : {&one_by_one, &at_once}) {
+        rig->upload(pool.c, {}, pool.s, this->facts | search);
+        this->step(*rig, 20);
+      }
+      EXPECT_EQ(one_by_one.frame().next.position, nullptr);
+      ASSERT_NE(at_once.frame().next.position, nullptr) << "the sweep was not taken";
+      const auto a = this->state_of(one_by_one), b = this->state_of(at_once);
+      const core::WorldStatus sa = one_by_one.engine->synchronize(), sb = at_once.engine->synchronize();
+      const double tolerance = sizeof(T) == 4 ? 2e-4 : 1e-12;
+      std::size_t removed = 0;
+      for (std::size_t i = 0; i < a.position.size(); ++i) {
+        ASSERT_LT(length(a.position[i] - b.position[i]), tolerance * dx) << i << ", search " << search;
+        ASSERT_LT(length(a.velocity[i] - b.velocity[i]), tolerance * dx / dt) << i << ", search " << search;
+        ASSERT_EQ(a.tag[i], b.tag[i]) << i;
+        removed += is_removed(a.tag[i]) ? 1 : 0;
+      }
+      EXPECT_EQ(open, removed != 0) << "particles leave through the open face only";
+      EXPECT_EQ(sa.removed, sb.removed);
+      EXPECT_EQ(static_cast<std::size_t>(sb.removed), removed);
+      EXPECT_EQ(sb.halted, 0u);
+      EXPECT_NEAR(sa.step_speed, sb.step_speed, tolerance * dx / dt);
+      EXPECT_NEAR(sa.step_density, sb.step_density, 1e3 * tolerance * dx);
+      EXPECT_GT(sb.step_excess, 0.0);
+      EXPECT_NEAR(sa.step_excess / sb.step_excess, 1.0, 10 * tolerance + 1e-3);  // in units of 2^-22
+    }
+}
+
+// Timings make stages run one by one. Whatever mixture of the two a World was made by, before it halted and after, it
+// goes back to the bits of the last sub-step that counts.
+TYPED_TEST(Advance, AWorldThatHaltsGoesBackToItsBits) {
+  for (const bool open : {false, true})
+    for (int mixture = 0; mixture < 32; ++mixture) {
+      const auto at_once = [mixture](int k) { return ((mixture >> k) & 1) != 0; };
+      const Pool pool(open);
+      modules_test::Rig<TypeParam> rig(Order::shuffled, true);
+      rig.upload(pool.c, {}, pool.s, this->facts | core::fact_packed);
+      const auto next = [&](bool fused) {
+        rig.engine->enable_timings(!fused);
+        this->step(rig);
+        EXPECT_EQ(rig.frame().next.position != nullptr, fused);
+      };
+      next(at_once(0));
+      next(at_once(1));
+      // Someone is to move through its whole neighbourhood in the next sub-step: its place in the state is where the
+      // last one wrote.
+      const core::Frame<TypeParam> w = rig.frame();
+      auto* const velocity = at_once(1) ? w.next.velocity : w.f.velocity;
+      std::uint32_t slot = 100;
+      while (is_removed(w.f.tag[slot])) ++slot;
+      velocity[slot].x = static_cast<TypeParam>(10 * pool.c.support / dt);
+      const auto before = this->state_of(rig);
+      for (int k = 2; k < 5; ++k) next(at_once(k));
+      if (open) {
+        const core::Frame<TypeParam>& last = rig.frame();
+        std::size_t had_left = 0, left = 0;
+        for (std::size_t i = 0; i < before.tag.size(); ++i) {
+          had_left += is_removed(before.tag[i]) ? 1u : 0u;
+          left += is_removed(last.f.tag[i]) || is_removed(last.before.tag[i]) ? 1u : 0u;
+        }
+        EXPECT_GT(left, had_left) << "nobody leaves in the sub-step that halts";
+      }
+      const core::WorldStatus status = rig.engine->synchronize();
+      const std::string what = "mixture " + std::to_string(mixture);
+      EXPECT_EQ(static_cast<core::Halt>(status.halted), core::Halt::speed) << what;
+      EXPECT_EQ(status.halt_step, 3u) << what;
+      EXPECT_EQ(status.halt_particle, w.f.id[slot]) << what;
+      this->expect_same(this->state_of(rig), before, what);
+    }
+}
+
+// Where anything else happens between forces and the end of the sub-step, or somebody looks on, the stages run one by
+// one: bodies, heat, several liquids.
+TYPED_TEST(Advance, IsNotTakenWhereLiquidIsNotAlone) {
+  const auto taken = [&](const Pool& pool, std::uint32_t more) {
+    modules_test::Rig<TypeParam> rig(Order::forward, true);
+    rig.upload(pool.c, {}, pool.s, this->facts | core::fact_packed | more);
+    this->step(rig);
+    return rig.frame().next.position != nullptr;
+  };
+  EXPECT_TRUE(taken(Pool(), 0));
+  EXPECT_FALSE(taken(Pool(), core::fact_heat_enthalpy));
+  EXPECT_FALSE(taken(Pool(), core::fact_shifting));
+  EXPECT_FALSE(taken(Pool(), core::fact_viscosity));
+  Pool two;
+  two.c.one_liquid = false;
+  EXPECT_FALSE(taken(two, 0));
+  Pool solid;
+  solid.s.tag[5] |= tag_solid;
+  EXPECT_FALSE(taken(solid, 0));
+}
+
+}  // namespace
