@@ -53,15 +53,15 @@ class Kernels:
                 if stage not in self.order:
                     continue
                 text = with_called(name, functions)
-                for body in re.findall(r"\b(\w+Body)\b", text):
-                    self.bodies.setdefault(f"{module}::{body}", set()).add(stage)
+                for space, body in re.findall(r"\b(?:(core)::)?(\w+Body)\b", text):
+                    self.bodies.setdefault(f"{space or module}::{body}", set()).add(stage)
                 for verb in re.findall(r"\bex\.(\w+)\(", text):
                     self.verbs.setdefault(verb, set()).add(stage)
         self.modules = modules
 
     def candidates(self, kernel):
         for module, body in re.findall(r"\b(\w+)::(\w+Body)\b", kernel):
-            if module in self.modules:
+            if module in self.modules or f"{module}::{body}" in self.bodies:
                 return self.bodies.get(f"{module}::{body}") or {s for s in self.order if s.startswith(module + ".")}
         verbs = [verb for verb, pattern in VERBS if re.search(pattern, kernel)]
         if verbs:

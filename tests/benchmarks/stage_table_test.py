@@ -87,8 +87,9 @@ class StageKernels(unittest.TestCase):
                  each("lsm::GoalsBody<float>"), each("lsm::PieceSumsBody<float>"), each("lsm::BalanceBody<float>"),
                  each("thermal::OperandsBody<float>"),
                  "void meltsim::v0::core::kernels::gather_adding<3u, meltsim::v0::thermal::StageBody<float, false, "
-                 "true>>(int)", "void meltsim::v0::core::kernels::reduce<meltsim::v0::core::CheckResult, "
-                 "meltsim::v0::step::IntegrateBody<float>, meltsim::v0::step::JudgeBody<float>>(int)", "memset_kernel()",
+                 "true>>(int)", "void meltsim::v0::core::kernels::gather_reduce<1u, meltsim::v0::core::CheckResult, "
+                 "meltsim::v0::step::IntegrateBody<float>>(int)", "void meltsim::v0::core::kernels::combine_places<"
+                 "meltsim::v0::core::CheckResult, meltsim::v0::core::JudgeBody<float>>(int)",
                  each("topology::PickBody<float>"), fill]
         self.assertEqual(self.kernels.stages_of(names), [
             "spatial.keys", "spatial.sort", "lsm.goals", "lsm.balance", "lsm.balance", "thermal.operands",

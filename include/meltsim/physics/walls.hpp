@@ -79,7 +79,7 @@ MELTSIM_HD T image_step(T from, T x) {
 /// r_m^2 - r^2 of one plane, 4 d_i d_j [m^2].
 template <class T>
 MELTSIM_HD T image_shift(T from, T x) {
-  return maximum(T(4) * from * (from - x), T(0));
+  return maximum(product(T(4) * from, from - x), T(0));
 }
 
 /// Sums over the images of one neighbour, of whatever depends on r_m alone.
