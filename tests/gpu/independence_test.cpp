@@ -85,6 +85,12 @@ TEST(Sanitizer, SmallSceneForAFewSteps) {
     World world = make_world(scene);
     hash_after(world, 4);
     value_of(world.lattice());
+    scene.ice = scene.second_ice = 0;  // water alone takes another way
+    World water = make_world(scene);
+    hash_after(water, 4);
+    for (const meltsim::StageReport& stage : water.plan().stages)
+      EXPECT_TRUE(!stage.runs || (stage.name.rfind("thermal", 0) != 0 && stage.name.rfind("lsm", 0) != 0))
+          << stage.name;
   }
 }
 

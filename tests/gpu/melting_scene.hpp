@@ -22,7 +22,7 @@ struct MeltingScene {
   Precision precision = Precision::single_precision;
   void* stream = nullptr;
   int side = 16;       ///< tank, in spacings
-  int ice = 8;         ///< block, in spacings
+  int ice = 8;         ///< block, in spacings; 0: none
   int second_ice = 0;  ///< another block beside it, so that bodies can touch
   int half_width = 2;  ///< of regions
   double water_temperature = 80;
@@ -95,6 +95,10 @@ inline World make_world(const MeltingScene& scene) {
   pool.temperature = scene.water_temperature;
   value_of(world.add_fluid(pool));
 
+  if (scene.ice == 0) {
+    succeed(world.prepare());
+    return world;
+  }
   SolidDesc block;
   const double low = (scene.side - scene.ice) / 2 * spacing, length = scene.ice * spacing;
   block.shape = Shape::box({low, low, low}, {low + length, low + length, low + length});
