@@ -838,6 +838,7 @@ class EngineImpl final : public Engine {
             w_.particles,
             reinterpret_cast<std::uintptr_t>(w_.f.position),  // which of the buffers
             reinterpret_cast<std::uintptr_t>(w_.before.position),
+            reinterpret_cast<std::uintptr_t>(w_.f.velocity),
             reinterpret_cast<std::uintptr_t>(w_.f.id),
             bits(a.dt),
             bits(a.heat_dt),

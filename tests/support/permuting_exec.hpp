@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <random>
@@ -39,6 +40,23 @@ class PermutingExec : public meltsim::core::CpuExec {
 
   /// Shared with every copy of this executor.
   const meltsim::core::Frame<T>& frame() const { return *frame_; }
+
+  using Base::repeat;
+  /// Runs what may be recorded, and looks whether it could have been: the same key, the same buffers.
+  template <class First, class Enqueue>
+  void repeat(const meltsim::core::RepeatKey& key, const First& first, const Enqueue& enqueue) {
+    first();
+    enqueue();
+    const auto& w = *frame_;
+    const Buffers now{
+        w.f.position,  w.f.velocity,     w.f.enthalpy,      w.f.mass,          w.f.tag,
+        w.f.id,        w.f.acceleration, w.before.position, w.before.velocity, w.before.enthalpy,
+        w.before.mass, w.before.tag,     w.before.id,       w.next.position,   w.next.velocity};
+    const auto known = repeats_->try_emplace(key, now);
+    if (known.first->second != now) ++*wrong_repeats_;
+  }
+  /// How often a key stood for other buffers than the first time, since this executor was made.
+  int wrong_repeats() const { return *wrong_repeats_; }
 
   // --- stages side by side: one after the other, later ones first or in any order
   void begin_tracks() const {}
@@ -181,6 +199,10 @@ class PermutingExec : public meltsim::core::CpuExec {
     if (order_ == Order::shuffled) std::shuffle(order.begin(), order.end(), engine_);
     return order;
   }
+  using Buffers = std::array<const void*, 15>;
+  std::shared_ptr<std::map<meltsim::core::RepeatKey, Buffers>> repeats_ =
+      std::make_shared<std::map<meltsim::core::RepeatKey, Buffers>>();
+  std::shared_ptr<int> wrong_repeats_ = std::make_shared<int>(0);
   Order order_;
   bool fuses_;
   std::uint64_t free_bytes_ = std::numeric_limits<std::uint64_t>::max();
