@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // sph.advance: forces and the end of the sub-step in one sweep does what the two stages do one by one, and a World that
 // halts goes back to the bits it had, however its sub-steps were made.
-#include <cmath>
+#include <limits>
 #include <string>
 
 #include "meltsim/particle_tag.hpp"
@@ -63,8 +63,9 @@ class Advance : public ::testing::Test {
 using Precisions = ::testing::Types<float, double>;
 TYPED_TEST_SUITE(Advance, Precisions);
 
-// Sums of eight neighbours at a time and one by one are added up in other orders: 20 sub-steps apart by some units in
-// the last place of the largest terms (pressures of some 1e4 Pa against 1e2 Pa that do not cancel).
+// Sums of eight neighbours at a time and one by one are added up in other orders. After 20 sub-steps positions were
+// apart by 2 units in the last place of the box, velocities by 60 of 1 m/s, densities by one; about four times that is
+// let pass. What is beyond rho0 counts in units of 2^-22, and there are hundreds of particles to its mean.
 TYPED_TEST(Advance, DoesWhatForcesAndIntegrationDo) {
   using T = TypeParam;
   for (const bool open : {false, true})
@@ -79,11 +80,12 @@ TYPED_TEST(Advance, DoesWhatForcesAndIntegrationDo) {
       ASSERT_NE(at_once.frame().next.position, nullptr) << "the sweep was not taken";
       const auto a = this->state_of(one_by_one), b = this->state_of(at_once);
       const core::WorldStatus sa = one_by_one.engine->synchronize(), sb = at_once.engine->synchronize();
-      const double tolerance = sizeof(T) == 4 ? 2e-4 : 1e-12;
+      const double unit = std::numeric_limits<T>::epsilon();
       std::size_t removed = 0;
       for (std::size_t i = 0; i < a.position.size(); ++i) {
-        ASSERT_LT(length(a.position[i] - b.position[i]), tolerance * dx) << i << ", search " << search;
-        ASSERT_LT(length(a.velocity[i] - b.velocity[i]), tolerance * dx / dt) << i << ", search " << search;
+        ASSERT_LT(length(a.position[i] - b.position[i]), 8 * unit * pool.c.domain.max.x)
+            << i << ", search " << search;
+        ASSERT_LT(length(a.velocity[i] - b.velocity[i]), 250 * unit) << i << ", search " << search;
         ASSERT_EQ(a.tag[i], b.tag[i]) << i;
         removed += is_removed(a.tag[i]) ? 1 : 0;
       }
@@ -91,10 +93,10 @@ TYPED_TEST(Advance, DoesWhatForcesAndIntegrationDo) {
       EXPECT_EQ(sa.removed, sb.removed);
       EXPECT_EQ(static_cast<std::size_t>(sb.removed), removed);
       EXPECT_EQ(sb.halted, 0u);
-      EXPECT_NEAR(sa.step_speed, sb.step_speed, tolerance * dx / dt);
-      EXPECT_NEAR(sa.step_density, sb.step_density, 1e3 * tolerance * dx);
+      EXPECT_NEAR(sa.step_speed, sb.step_speed, 250 * unit);
+      EXPECT_NEAR(sa.step_density, sb.step_density, 4 * unit);
       EXPECT_GT(sb.step_excess, 0.0);
-      EXPECT_NEAR(sa.step_excess / sb.step_excess, 1.0, 10 * tolerance + 1e-3);  // in units of 2^-22
+      EXPECT_NEAR(sa.step_excess, sb.step_excess, unit + 1e-2 / core::CheckResult::excess_units);
     }
 }
 
