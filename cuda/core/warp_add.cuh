@@ -147,6 +147,13 @@ struct CudaAdder {
   __host__ __device__ std::uint32_t load(const std::uint32_t* address) const {
     return *const_cast<const volatile std::uint32_t*>(address);
   }
+  /// Bits of *address.
+  __host__ __device__ void set(std::uint32_t* address, std::uint32_t bits) const {
+    NV_DISPATCH_TARGET(NV_IS_DEVICE, (atomicOr(address, bits);), NV_ANY_TARGET, (*address |= bits;))
+  }
+  __host__ __device__ void clear(std::uint32_t* address, std::uint32_t bits) const {
+    NV_DISPATCH_TARGET(NV_IS_DEVICE, (atomicAnd(address, ~bits);), NV_ANY_TARGET, (*address &= ~bits;))
+  }
 };
 
 }  // namespace core

@@ -123,6 +123,8 @@ class EngineImpl final : public Engine {
     const bool advances = plain && spare_position_ && liquid_alone(w_) && can_advance(a.stages);
     w_.next.position = advances ? static_cast<Vec4<T>*>(buffers_[field_acceleration]) : nullptr;
     w_.next.velocity = advances ? static_cast<Vec4<T>*>(previous_[field_velocity]) : nullptr;
+    // Enthalpies are what they were when the state was put in order.
+    w_.heat_at_hand = plain && fuses(ex_) && can_make_operands(a.stages);
     counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
@@ -337,6 +339,7 @@ class EngineImpl final : public Engine {
     set(Owner::vertex_list, rows && E::lists ? l.vertex_site.size() + 1 : 0);
     set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
     set(Owner::site, l.site_vertex.size());
+    set(Owner::site_words, l.site_vertex.empty() ? 0 : l.site_vertex.size() / 32 + 2);
     set(Owner::body, l.bodies.size());
     set(Owner::material, c.materials.size());
     set(Owner::property, c.properties.size());
@@ -427,10 +430,17 @@ class EngineImpl final : public Engine {
 
   /// Whether no stage moves particles behind step.integrate, and cells are counted in every sub-step.
   static bool can_count_ahead(std::uint64_t stages) {
-    const auto runs = [&](int stage) { return ((stages >> stage) & 1u) != 0; };
-    return runs(stage_spatial_cells) && runs(stage_step_integrate) && !runs(stage_spatial_moved) &&
-           !runs(stage_topology_freeze);
+    return runs(stages, stage_spatial_cells) && runs(stages, stage_step_integrate) &&
+           !runs(stages, stage_spatial_moved) && !runs(stages, stage_topology_freeze);
   }
+
+  /// Whether spatial.settle or spatial.reorder may do the work of thermal.operands: no enthalpy changes between.
+  static bool can_make_operands(std::uint64_t stages) {
+    return (runs(stages, stage_spatial_settle) || runs(stages, stage_spatial_reorder)) &&
+           runs(stages, stage_thermal_operands) && !runs(stages, stage_thermal_boundary);
+  }
+
+  static bool runs(std::uint64_t stages, int stage) { return ((stages >> stage) & 1u) != 0; }
 
   /// Whether sph.advance may take the place of sph.forces and step.integrate: nothing runs between them or behind.
   static bool can_advance(std::uint64_t stages) {
@@ -807,7 +817,7 @@ class EngineImpl final : public Engine {
         ex_.step_aside(((plan.aside >> s) & 1u) != 0 ? aside_blocks(support_in_spacings_) : 0u);
         for (int t = 0; t < s; ++t)
           if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
-        run_or_advance(s);
+        run_unless_done(s);
         if (((plan.awaited >> s) & 1u) != 0) ex_.mark_stage(s);
       }
       ex_.enter_track(0);
@@ -818,8 +828,10 @@ class EngineImpl final : public Engine {
     }
   }
 
-  void run_or_advance(int s) {
+  /// A stage, or what takes its place, or nothing where another has done its work.
+  void run_unless_done(int s) {
     if constexpr (can_fuse<E>) {
+      if (s == stage_thermal_operands && w_.heat_at_hand) return;
       if (w_.next.position != nullptr) {
         if (s == stage_sph_forces) sph::advance<E, T>(ex_, w_);
         if (s == stage_sph_forces || s == stage_step_integrate) return;
@@ -845,7 +857,8 @@ class EngineImpl final : public Engine {
             bits(a.heat_bound),
             static_cast<std::uint64_t>(a.heat_stages),
             static_cast<std::uint64_t>(a.heat_supersteps),
-            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
+            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u) |
+                (w_.heat_at_hand ? 8u : 0u)};
   }
 
   void run(int s, StageFunction<E, T> function) {

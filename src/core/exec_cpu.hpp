@@ -28,9 +28,10 @@
 //   begin_buckets(m, counts, begin, first), fill_buckets(n, bucket_of, begin, order, counts)
 //                                the same in two, where somebody has set bucket_of and added up counts (add.count)
 //                                since the last time. first(0) runs beside the one
-//   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer) and
-//                                add.count(counters, k): exact sums and minima, so order does not matter; lower
-//                                returns what was there, add.load(address) reads what others may be lowering
+//   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer),
+//                                add.count(counters, k), add.set(address, bits) and add.clear(address, bits): exact
+//                                sums, minima and sets, so order does not matter; lower returns what was there,
+//                                add.load(address) reads what others may be lowering
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
@@ -109,6 +110,13 @@ class CpuAdder {
   }
   std::uint32_t load(const std::uint32_t* address) const {
     return __atomic_load_n(address, __ATOMIC_RELAXED);
+  }
+  /// Bits of *address, at once.
+  void set(std::uint32_t* address, std::uint32_t bits) const {
+    __atomic_fetch_or(address, bits, __ATOMIC_RELAXED);
+  }
+  void clear(std::uint32_t* address, std::uint32_t bits) const {
+    __atomic_fetch_and(address, ~bits, __ATOMIC_RELAXED);
   }
 
  private:

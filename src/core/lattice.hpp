@@ -32,6 +32,22 @@ MELTSIM_HD std::uint32_t site_at(std::uint32_t site, const BodyRow& b, int dx, i
                                     static_cast<std::int64_t>(dz) * b.stride_z);
 }
 
+/// Where site_live says whether there is a live vertex at a site.
+template <class T>
+MELTSIM_HD std::uint32_t* site_word(const Frame<T>& w, std::uint32_t site) {
+  return w.f.site_live + (site >> 5);
+}
+MELTSIM_HD std::uint32_t site_bit(std::uint32_t site) { return 1u << (site & 31u); }
+
+/// Live vertices among n <= 32 sites from `first` on: bit k, at first + k.
+template <class T>
+MELTSIM_HD std::uint32_t live_sites(const Frame<T>& w, std::uint32_t first, std::uint32_t n) {
+  const std::uint32_t* word = site_word(w, first);
+  const std::uint64_t pair = word[0] | static_cast<std::uint64_t>(word[1]) << 32;
+  return static_cast<std::uint32_t>(pair >> (first & 31u)) &
+         static_cast<std::uint32_t>((std::uint64_t{1} << n) - 1u);
+}
+
 /// Bits [bit, bit + side) of a mask of `words` words; side <= 17.
 MELTSIM_HD std::uint32_t mask_bits(const std::uint32_t* mask, std::uint32_t words, std::uint32_t bit,
                                    std::uint32_t side) {

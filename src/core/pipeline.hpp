@@ -59,6 +59,7 @@ enum class Owner {
   vertex_rows,
   vertex_list,
   site,
+  site_words,
   body,
   material,
   property,
@@ -171,7 +172,7 @@ constexpr int first_unfed_stage(std::uint32_t facts) {
     if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
         // Kept up to date by topology, built at upload.
         i == field_neighbour_mask || i == field_region_mask || i == field_region_members ||
-        i == field_row_live ||
+        i == field_row_live || i == field_site_live ||
         i == field_anchor)  // of an earlier sub-step; the first one after an upload asks for none
       available |= FieldSet{1} << i;
   for (int i = 0; i < stage_count; ++i) {

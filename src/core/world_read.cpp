@@ -248,7 +248,8 @@ core::LatticeMasks host_masks(const core::SceneState& state, const core::SceneLa
   // The bodies of a build read these and write the two masks.
   std::vector<std::uint32_t> vertex_state = state.vertex_state, site = lattice.vertex_site,
                              body = lattice.vertex_body, site_vertex = lattice.site_vertex,
-                             members(lattice.vertex_site.size()), live(lattice.vertex_site.size());
+                             members(lattice.vertex_site.size()), live(lattice.vertex_site.size()),
+                             live_sites(lattice.site_vertex.size() / 32 + 2, 0u);
   std::vector<core::BodyRow> rows = lattice.bodies;
   w.f.vertex_state = vertex_state.data();
   w.f.vertex_site = site.data();
@@ -259,6 +260,7 @@ core::LatticeMasks host_masks(const core::SceneState& state, const core::SceneLa
   w.f.region_mask = m.region_mask.data();
   w.f.region_members = members.data();
   w.f.row_live = live.data();
+  w.f.site_live = live_sites.data();
   core::CpuExec exec;
   topology::build<core::CpuExec, float>(exec, w);
   return m;

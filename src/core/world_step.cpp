@@ -232,7 +232,8 @@ Status WorldImpl::prepare() {
   }
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
   if ((setup.facts & core::fact_mobile) != 0)
-    setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
+    setup.channels |=
+        (core::FieldSet{1} << core::field_neighbour_mask) | (core::FieldSet{1} << core::field_site_live);
   if ((setup.facts & core::fact_solid) == 0)
     setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   derive_limits();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/heat_operand.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "spatial/neighbours.hpp"
 
@@ -13,28 +14,9 @@ namespace thermal {
 using core::Frame;
 using core::HeatBoundary;
 using core::HeatOperand;
+using core::operand_at;
+using core::unmarked;
 using physics::MaterialRow;
-
-/// The resistivity of what holds both phases, marked: so far below zero that its sum with any other is below zero, too,
-/// but for infinity, which nothing gets past.
-template <class T>
-MELTSIM_HD T marked(T resistivity) {
-  return -minimum(resistivity, T(0x1p40)) * T(0x1p80);
-}
-template <class T>
-MELTSIM_HD T unmarked(T resistivity) {
-  return resistivity < T(0) ? -resistivity * T(0x1p-80) : resistivity;
-}
-
-/// Temperature and resistivity at an enthalpy [J].
-template <class T>
-MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
-  const double h = enthalpy / static_cast<double>(mass);
-  const T temperature = static_cast<T>(physics::temperature_of(m, h));
-  const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
-  const T r = physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
-  return {temperature, fraction > T(0) && fraction < T(1) ? marked(r) : r};
-}
 
 /// 1/k of a particle toward one of another temperature [m K/W].
 template <class T>

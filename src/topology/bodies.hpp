@@ -215,9 +215,12 @@ struct JoinBody {
 template <class T>
 struct BirthBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t v) const {
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
     if (w.f.vertex_pick[v] != none) {
       w.f.vertex_state[v] = vertex_live;
+      const std::uint32_t site = w.f.vertex_site[v];
+      add.set(core::site_word(w, site), core::site_bit(site));
       if (w.f.contact_slip != nullptr) w.f.contact_slip[v] = {};  // not of whoever was there before
     }
   }
@@ -266,6 +269,8 @@ struct MeltBody {
                         w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
       return;
     w.f.vertex_state[v] = vertex_died;
+    const std::uint32_t site = w.f.vertex_site[v];
+    add.clear(core::site_word(w, site), core::site_bit(site));
     add(&w.f.status->died, 1);
     add(&w.f.status->melted, 1);
   }
@@ -276,23 +281,27 @@ template <class T>
 MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t site, const BodyRow& b) {
   std::uint32_t mask = 0, bit = 0;
   for (int dz = -1; dz <= 1; ++dz)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx, ++bit)
-        if (is_live(w, w.f.site_vertex[core::site_at(site, b, dx, dy, dz)])) mask |= 1u << bit;
+    for (int dy = -1; dy <= 1; ++dy, bit += 3)
+      mask |= core::live_sites(w, core::site_at(site, b, -1, dy, dz), 3) << bit;
   return mask;
 }
 
-/// Live vertices within w of a site along x: bit k of 2w+1 is the one at k - w. Of a site without a vertex of its own
-/// that is not kept (row_live), and is looked up.
+/// Live vertices within w of a site along x: bit k of 2w+1 is the one at k - w.
 template <class T>
 MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int h) {
-  std::uint32_t live = 0;
-  for (int dx = -h; dx <= h; ++dx) {
-    const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(site) + dx];
-    if (is_live(w, n)) live |= 1u << (dx + h);
-  }
-  return live;
+  return core::live_sites(w, site - static_cast<std::uint32_t>(h), static_cast<std::uint32_t>(2 * h + 1));
 }
+
+/// Every live vertex notes so; when the scene is uploaded, on words that are 0.
+template <class T>
+struct SiteLiveBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    const std::uint32_t site = w.f.vertex_site[v];
+    if (w.f.vertex_state[v] == vertex_live) add.set(core::site_word(w, site), core::site_bit(site));
+  }
+};
 
 /// Whether anything melted or froze in this sub-step, or in the one before while this one has not come so far.
 template <class T>

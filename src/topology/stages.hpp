@@ -17,7 +17,7 @@ void freeze(E& ex, const core::Frame<T>& w) {
   static_assert(sizeof(Count) == sizeof(std::uint32_t));
   ex.reduce(w.vertices, BornBody<T>{w}, reinterpret_cast<Count*>(&w.f.status->born));
   ex.for_each(w.vertices, JoinBody<T>{w});
-  ex.for_each(w.vertices, BirthBody<T>{w});
+  ex.accumulate(w.vertices, BirthBody<T>{w});
   ex.for_each(1, FrozenBody<T>{w});
 }
 
@@ -54,9 +54,10 @@ void pieces(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, SettledBody<T>{w});
 }
 
-/// arrayN, arrayR and labels of a lattice as uploaded (not a stage: called when the scene changes).
+/// arrayN, arrayR and labels of a lattice as uploaded, whose site_live is 0 (not a stage: called when the scene changes).
 template <class E, class T>
 void build(E& ex, const core::Frame<T>& w) {
+  if (w.f.site_live) ex.accumulate(w.vertices, SiteLiveBody<T>{w});
   if (w.f.neighbour_mask) ex.for_each(w.vertices, BuildNeighboursBody<T>{w});
   if (!w.f.neighbour_mask || !w.f.region_mask) return;
   ex.for_each(w.vertices, RowLiveBody<T>{w});

@@ -42,7 +42,8 @@ struct Rig {
     if ((facts & core::fact_kept) != 0) facts |= core::fact_packed;
     setup.facts = facts_ = facts;
     setup.channels = core::channels_for(facts) | (core::FieldSet{1} << core::field_vertex_of_id) |
-                     (core::FieldSet{1} << core::field_neighbour_mask);
+                     (core::FieldSet{1} << core::field_neighbour_mask) |
+                     (core::FieldSet{1} << core::field_site_live);
     setup.particle_capacity = static_cast<std::uint32_t>(s.position.size());
     const Status status = engine->upload(c, l, s, setup);
     ASSERT_TRUE(status) << status.error().message;
