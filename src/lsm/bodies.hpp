@@ -310,18 +310,24 @@ struct BalanceBody {
   }
 };
 
-/// What the next sub-step begins with, once this one counts. By particle, which knows whether it is solid: vertices
-/// melt meanwhile.
+/// What the next sub-step begins with, once this one counts. Vertices melt meanwhile: who had a region in this sub-step
+/// is asked, not who is live.
 template <class T>
 struct CommitBody {
   Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t i) const {
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag) || !is_solid(tag) || (tag & tag_fixed) != 0u) return;
-    const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
-    w.f.region_rotation[vertex] = core::fitted_rotation(w, vertex);
-    const Vec4<T> slip = w.f.slip_next[i];
-    w.f.contact_slip[vertex] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};
+  struct Item {
+    std::uint32_t members = 0, body = 0, id = 0;
+    Quat<T> rotation;
+  };
+  MELTSIM_HD Item read(std::uint64_t v) const {
+    return {w.f.region_members[v], w.f.vertex_body[v], w.f.vertex_id[v], core::fitted_rotation(w, v)};
+  }
+  MELTSIM_HD void operator()(std::uint64_t v) const { (*this)(v, read(v)); }
+  MELTSIM_HD void operator()(std::uint64_t v, const Item& item) const {
+    if (item.members == 0u || w.f.bodies[item.body].fixed != 0u) return;
+    w.f.region_rotation[v] = item.rotation;
+    const Vec4<T> slip = w.f.slip_next[w.f.slot_of_id[item.id]];
+    w.f.contact_slip[v] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};
   }
 };
 

@@ -58,7 +58,7 @@ void balance(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void commit(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, CommitBody<T>{w});
+  ex.for_each(w.vertices, CommitBody<T>{w});
 }
 
 }  // namespace lsm

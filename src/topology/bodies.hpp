@@ -243,7 +243,7 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
 }
 
 /// A surface particle that is all liquid leaves the lattice. Mass, momentum and enthalpy stay as they are:
-/// only the tag changes, and that not here (NeighboursBody): lsm.commit may still be reading it.
+/// only the tag changes.
 template <class T>
 struct MeltBody {
   Frame<T> w;
@@ -269,6 +269,7 @@ struct MeltBody {
                         w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
       return;
     w.f.vertex_state[v] = vertex_died;
+    w.f.tag[slot] = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) | m.liquid;
     const std::uint32_t site = w.f.vertex_site[v];
     add.clear(core::site_word(w, site), core::site_bit(site));
     add(&w.f.status->died, 1);
@@ -310,7 +311,7 @@ MELTSIM_HD std::uint32_t has_changed(const Frame<T>& w) {
 }
 
 /// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
-/// melted vertex empties its own, and its particle becomes liquid. Each vertex writes to its own particle and no other.
+/// melted vertex empties its own. Each vertex writes to its own particle and no other.
 /// In passing: who is live in the row about a vertex, melted or not, and whether that is news, for topology.regions.
 template <class T>
 struct NeighboursBody {
@@ -327,11 +328,6 @@ struct NeighboursBody {
   MELTSIM_HD void operator()(std::uint64_t v) const { (*this)(v, read(v)); }
   MELTSIM_HD void operator()(std::uint64_t v, const Item& item) const {
     if (item.changed == 0u) return;
-    if (item.state == vertex_died) {  // in this step: from now on its particle is liquid
-      std::uint32_t& tag = w.f.tag[w.f.slot_of_id[item.id]];
-      tag = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) |
-            w.f.materials[material_of(tag)].liquid;
-    }
     const BodyRow b = w.f.bodies[item.body];
     const std::uint32_t mask = item.state == vertex_live ? direct_neighbours(w, item.site, b) : 0u;
     if (w.f.row_live != nullptr) {

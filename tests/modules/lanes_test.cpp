@@ -114,7 +114,7 @@ class Lanes : public testing::Test {
     Random random(91);
     for (std::size_t i = 0; i < w.particles; ++i) {
       const T r = static_cast<T>(random.uniform(0.5, 2));
-      w.f.heat_operand[i] = {static_cast<T>(random.uniform(-20, 20)), i % 5 == 0 ? thermal::marked(r) : r};
+      w.f.heat_operand[i] = {static_cast<T>(random.uniform(-20, 20)), i % 5 == 0 ? core::marked(r) : r};
     }
     const thermal::StageBody<T, false, Periodic> body{w, 0, 0, 1, 0, {true, true, true}};
     const thermal::StageLanes<T, false, Periodic> lanes(body);
