@@ -232,8 +232,9 @@ Status WorldImpl::prepare() {
   }
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
   if ((setup.facts & core::fact_mobile) != 0)
-    setup.channels |=
-        (core::FieldSet{1} << core::field_neighbour_mask) | (core::FieldSet{1} << core::field_site_live);
+    setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
+  if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
+    setup.channels |= core::FieldSet{1} << core::field_site_live;
   if ((setup.facts & core::fact_solid) == 0)
     setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   derive_limits();

@@ -247,6 +247,15 @@ inline void in_lanes(std::uint32_t n, const Visit& visit) {
   }
 }
 
+/// Whether a k in [0, n), or on to whole lanes, is so.
+template <class Test>
+inline bool any_in_lanes(std::uint32_t n, const Test& test) {
+  std::uint32_t found[lanes] = {}, any = 0;
+  in_lanes(n, [&](std::size_t l, std::size_t k) { found[l] |= test(k) ? 1u : 0u; });
+  for (const std::uint32_t f : found) any |= f;
+  return any != 0u;
+}
+
 }  // namespace spatial
 }  // namespace v0
 }  // namespace meltsim

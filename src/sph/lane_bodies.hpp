@@ -3,12 +3,45 @@
 // neighbours at a time. Images in walls vanish beyond H like everything else, so none has to be asked for.
 #pragma once
 
+#include <type_traits>
+
 #include "spatial/lanes.hpp"
 #include "sph/bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace sph {
+
+/// visit(mask) for the images across walls of `axes`, the mask a constant: a loop over neighbours then has no branch in
+/// it, and becomes vector instructions.
+template <class Visit>
+inline void for_each_mask(std::uint32_t axes, const Visit& visit) {
+  for (std::uint32_t mask = axes; mask != 0u; mask = (mask - 1u) & axes) {
+    switch (mask) {
+      case 1:
+        visit(std::integral_constant<std::uint32_t, 1>{});
+        break;
+      case 2:
+        visit(std::integral_constant<std::uint32_t, 2>{});
+        break;
+      case 3:
+        visit(std::integral_constant<std::uint32_t, 3>{});
+        break;
+      case 4:
+        visit(std::integral_constant<std::uint32_t, 4>{});
+        break;
+      case 5:
+        visit(std::integral_constant<std::uint32_t, 5>{});
+        break;
+      case 6:
+        visit(std::integral_constant<std::uint32_t, 6>{});
+        break;
+      default:
+        visit(std::integral_constant<std::uint32_t, 7>{});
+        break;
+    }
+  }
+}
 
 template <class T, bool Periodic>
 struct DensityLanes : DensityBody<T, spatial::search_kind<Periodic>> {
@@ -42,14 +75,14 @@ struct DensityLanes : DensityBody<T, spatial::search_kind<Periodic>> {
       spatial::LaneVectors<T> x;
       x.load(w.f.position, neighbours.slots, n);
       spatial::cut(x.w, n);
-      for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
+      for_each_mask(walls.axes, [&](auto mask) {
         spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
           const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
           phi.lane[l] +=
               x.w[k] * physics::kernel_shape(
-                           kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask)));
+                           kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask())));
         });
-      }
+      });
     }
   }
 };
@@ -99,18 +132,18 @@ struct ForcesLanes : ForcesBody<T, company, Periodic> {
         fy.lane[l] += f.y;
         fz.lane[l] += f.z;
       });
-      for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
+      for_each_mask(walls.axes, [&](auto mask) {
         spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
           const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
-          const Vec3<T> x_m = physics::image_of(walls, x_ij, mask);
+          const Vec3<T> x_m = physics::image_of(walls, x_ij, mask());
           const T factor = physics::kernel_gradient_factor(
-              kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask)));
+              kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask())));
           const Vec3<T> f = physics::pressure_force(xi.w, x.w[k], vi.w, v.w[k], factor, x_m);
           fx.lane[l] += f.x;
           fy.lane[l] += f.y;
           fz.lane[l] += f.z;
         });
-      }
+      });
     }
     sum = {fx.total(), fy.total(), fz.total()};
     return true;
@@ -118,21 +151,95 @@ struct ForcesLanes : ForcesBody<T, company, Periodic> {
   /// Pressure terms of solids become those of the liquid that they act as. False where one may leak.
   bool take_solids(Vec3<T> xi, T stiffness, std::uint32_t n, const spatial::LaneVectors<T>& x,
                    T* term) const {
-    bool some = false;
-    for (std::uint32_t k = 0; k < n; ++k) some |= is_solid_term(term[k]);
-    if (!some) return true;
-    for (std::uint32_t k = 0; k < n; ++k) {
-      if (!is_solid_term(term[k])) continue;
-      const Vec3<T> d = spatial::separation<Periodic>(w.grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
-      if (dot(d, d) < w.c.leak_distance2) return false;
-      term[k] *= -stiffness;
-    }
+    if (!spatial::any_in_lanes(n, [&](std::size_t k) { return is_solid_term(term[k]); })) return true;
+    const auto grid = w.grid;
+    const T leak2 = w.c.leak_distance2;
+    const bool leak = spatial::any_in_lanes(n, [&](std::size_t k) {
+      const Vec3<T> d = spatial::separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
+      return is_solid_term(term[k]) & (dot(d, d) < leak2);
+    });
+    if (leak) return false;
+    spatial::in_lanes(n, [&](std::size_t, std::size_t k) {
+      const T of_solid = term[k] * -stiffness;
+      term[k] = is_solid_term(term[k]) ? of_solid : term[k];
+    });
     return true;
   }
   bool alike(const std::uint32_t* slots, std::uint32_t n, std::uint32_t tag) const {
     std::uint32_t other = 0;
     for (std::uint32_t k = 0; k < n; ++k) other |= w.f.tag[slots[k]] ^ tag;
     return (other & (tag_material_mask | tag_solid)) == 0u;
+  }
+};
+
+/// ReactionBody beside one liquid. Where that is so near that it could slip through, ReactionBody does the work.
+template <class T, bool Periodic>
+struct ReactionLanes : ReactionBody<T, Periodic> {
+  using Base = ReactionBody<T, Periodic>;
+  using Base::w;
+  explicit ReactionLanes(const Frame<T>& frame) : Base{frame} {}
+
+  void operator()(std::uint64_t k) const {
+    if (!Base::wanted(k)) return;
+    Vec3<T> force{};
+    Base::finish(k, add(k, force) ? ForceSum<T>{force} : Base::part(k, 0, 1));
+  }
+  /// False where ReactionBody has to.
+  bool add(std::uint64_t k, Vec3<T>& sum) const {
+    const auto kernel = w.c.kernel;
+    const auto grid = w.grid;
+    const T alpha = w.c.artificial_viscosity, sound_speed = w.c.sound_speed, leak2 = w.c.leak_distance2;
+    const Vec4<T> xk = w.f.position[k], vk = w.f.velocity[k];
+    const T tau = -vk.w;
+    const auto walls = physics::wall_view(w.c.walls, xyz(xk));
+    spatial::LaneSum<T> fx, fy, fz;
+    spatial::Batches<Periodic, T> neighbours(w, k);
+    while (const std::uint32_t n = neighbours.next()) {
+      const MaterialRow<T>* m = liquid_of(neighbours.slots, n);
+      if (m == nullptr) continue;
+      const T stiffness = m->tait_stiffness, mu = m->viscosity, density = m->density;
+      spatial::LaneVectors<T> x, v;
+      x.load(w.f.position, neighbours.slots, n);
+      v.load(w.f.velocity, neighbours.slots, n);
+      spatial::in_lanes(n,
+                        [&](std::size_t, std::size_t j) { x.w[j] = is_solid_term(v.w[j]) ? T(0) : x.w[j]; });
+      spatial::cut(x.w, n);
+      const auto from = [&](std::size_t j) {
+        return spatial::separation<Periodic>(grid, xyz(xk), Vec3<T>{x.x[j], x.y[j], x.z[j]});
+      };
+      const bool leak = spatial::any_in_lanes(n, [&](std::size_t j) {
+        const Vec3<T> d = from(j);
+        return (x.w[j] > T(0)) & (dot(d, d) < leak2);
+      });
+      if (leak) return false;
+      spatial::in_lanes(n, [&](std::size_t l, std::size_t j) {
+        const Vec3<T> x_ki = from(j), v_ik = Vec3<T>{v.x[j], v.y[j], v.z[j]} - xyz(vk);
+        const physics::CouplingPair<T> p{x.w[j], xk.w, v.w[j] + stiffness * tau, mu, density, -x_ki, v_ik};
+        const Vec3<T> f = physics::coupling_force(kernel, alpha, sound_speed, p, dot(x_ki, x_ki));
+        fx.lane[l] -= f.x;
+        fy.lane[l] -= f.y;
+        fz.lane[l] -= f.z;
+      });
+      for_each_mask(walls.axes, [&](auto mask) {
+        spatial::in_lanes(n, [&](std::size_t l, std::size_t j) {
+          const Vec3<T> x_ki = from(j), x_m = physics::image_of(walls, x_ki, mask());
+          const T factor = physics::kernel_gradient_factor(
+              kernel, std::sqrt(physics::image_square(walls, x_ki, dot(x_ki, x_ki), mask())));
+          const Vec3<T> f = physics::pressure_force(x.w[j], xk.w, v.w[j], stiffness * tau, factor, x_m);
+          fx.lane[l] += f.x;
+          fy.lane[l] += f.y;
+          fz.lane[l] += f.z;
+        });
+      });
+    }
+    sum = {fx.total(), fy.total(), fz.total()};
+    return true;
+  }
+  /// The one liquid; null where there is none among n neighbours.
+  const MaterialRow<T>* liquid_of(const std::uint32_t* slots, std::uint32_t n) const {
+    for (std::uint32_t j = 0; j < n; ++j)
+      if (is_fluid(w.f.tag[slots[j]])) return w.f.materials + material_of(w.f.tag[slots[j]]);
+    return nullptr;
   }
 };
 

@@ -60,8 +60,11 @@ void wetted(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(
-      w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.wetted, ReactionBody<T, periodic()>{w}); });
+  spatial::with_periods(w, [&](auto periodic) {
+    if constexpr (core::runs_lanes<E>)
+      if (company_of(w) == Company::solids) return ex.for_each(w.particles, ReactionLanes<T, periodic()>(w));
+    ex.gather_listed(w.particles, w.f.wetted, ReactionBody<T, periodic()>{w});
+  });
 }
 
 template <class E, class T>

@@ -2,6 +2,8 @@
 // The sweep of a heat stage for a CPU: what StageBody adds up, many neighbours at a time.
 #pragma once
 
+#include <limits>
+
 #include "spatial/lanes.hpp"
 #include "thermal/bodies.hpp"
 
@@ -25,6 +27,9 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
     const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
     const HeatOperand<T> own = w.f.heat_operand[i];
     const Vec4<T> xi = w.f.position[i];
+    // What holds both phases conducts by who is at the other end: warmer, or not.
+    const T to_warmer = toward(m, own, std::numeric_limits<T>::infinity()),
+            to_colder = toward(m, own, own.temperature);
     spatial::LaneSum<double> rate;
     spatial::LaneSum<T> conductance;
     spatial::Batches<Periodic, T> neighbours(w, i);
@@ -35,19 +40,14 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
       other.load(w.f.heat_operand, neighbours.slots, n);
       spatial::cut(x.w, n);
       const T *temperature = other.first, *r_other = other.second;
-      // What holds both phases conducts by who is at the other end.
-      alignas(64) T r_own[spatial::batch + spatial::lanes];
-      for (std::size_t k = 0; k < n + spatial::lanes; ++k) r_own[k] = own.resistivity;
-      if (own.resistivity < T(0))
-        for (std::uint32_t k = 0; k < n; ++k) r_own[k] = toward(m, own, temperature[k]);
-      bool both = false;
-      for (std::uint32_t k = 0; k < n; ++k) both |= r_other[k] < T(0);
-      if (both) settle(neighbours.slots, n, own.temperature, other);
+      if (spatial::any_in_lanes(n, [&](std::size_t k) { return r_other[k] < T(0); }))
+        settle(neighbours.slots, n, own.temperature, other);
       spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
         const Vec3<T> d = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
         const T r2 = dot(d, d);
         const T g = physics::pair_conductance(
-            xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2), r_own[k] + r_other[k]);
+            xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2),
+            (temperature[k] > own.temperature ? to_warmer : to_colder) + r_other[k]);
         rate.lane[l] += static_cast<double>(g * (temperature[k] - own.temperature));
         conductance.lane[l] += g;
       });

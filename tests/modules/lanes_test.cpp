@@ -6,6 +6,8 @@
 
 #include <limits>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "modules/engine.hpp"
 #include "sph/lane_bodies.hpp"
@@ -49,6 +51,11 @@ class Lanes : public testing::Test {
 
   static void check(Cloud cloud, sph::Company company) {
     cloud.constants.one_liquid = company != sph::Company::any;
+    for (core::MaterialRow<double>& m : cloud.constants.materials) {
+      m.plateau = 1;  // a liquid that holds both phases conducts in another way toward who is warmer, too
+      m.conductivity = 2.2;
+      m.liquid_conductivity = 0.6;
+    }
     for (const std::uint32_t search : {core::fact_packed, core::fact_sparse}) {
       Rig<T> rig;
       rig.upload(cloud.constants, {}, cloud.state,
@@ -106,7 +113,34 @@ class Lanes : public testing::Test {
       asks(i);  // who asks everyone what it is finds the same
       EXPECT_LE(length(w.f.acceleration[i] - alone), tolerance * largest) << i;
     }
+    if constexpr (company == sph::Company::solids) compare_reaction<Periodic>(w);
     compare_heat<Periodic>(w);
+  }
+  /// Of solids that no liquid is about to slip past; of the others the lanes have to say so.
+  template <bool Periodic>
+  static void compare_reaction(const core::Frame<T>& w) {
+    const sph::ReactionBody<T, Periodic> body{w};
+    const sph::ReactionLanes<T, Periodic> lanes(w);
+    std::vector<std::pair<Vec3<T>, Vec3<T>>> both;
+    T largest = 0;
+    int near = 0;
+    for (std::size_t k = 0; k < w.particles; ++k) {
+      if (!is_solid(w.f.tag[k]) || is_removed(w.f.tag[k])) continue;
+      bool leaks = false;
+      spatial::for_each_neighbour(w, k, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T r2) {
+        leaks = leaks || (is_fluid(w.f.tag[j]) && r2 < w.c.leak_distance2);
+      });
+      Vec3<T> force{};
+      ASSERT_EQ(lanes.add(k, force), !leaks) << k;
+      near += leaks ? 1 : 0;
+      if (leaks) continue;
+      both.emplace_back(body.part(k, 0, 1).force, force);
+      largest = maximum(largest, length(force));
+    }
+    EXPECT_GT(near, 5);
+    EXPECT_GT(both.size(), 5u);
+    EXPECT_GT(largest, T(0));
+    for (const auto& [one, many] : both) EXPECT_LE(length(one - many), tolerance * largest);
   }
   /// Some particles hold both phases: their resistivity is marked.
   template <bool Periodic>
