@@ -80,8 +80,8 @@ struct ParticleData {
   std::vector<double> temperature;      ///< [degrees Celsius]
   std::vector<double> enthalpy;         ///< [J]
   std::vector<double> liquid_fraction;  ///< 0 solid .. 1 liquid: latent heat taken up
-  std::vector<double> density;          ///< [kg/m^3]; of the last step; 0 before the first
-  std::vector<double> pressure;         ///< [Pa]; likewise, 0 for solids
+  std::vector<double> density;   ///< [kg/m^3]; of the last step, also of one that halted; 0 before the first
+  std::vector<double> pressure;  ///< [Pa]; likewise, 0 for solids
   std::vector<ParticleTag> tag;
   std::vector<std::uint32_t> piece;  ///< label of the connected piece, 0 for liquid
 };

@@ -227,14 +227,15 @@ class EngineImpl final : public Engine {
   }
 
   void download(DerivedState& d) override {
-    ex_.synchronize();
+    last_good();
     const std::size_t n = w_.born, slots = w_.particles;
     d.density.assign(n, 0.0);
     d.pressure_term.assign(n, 0.0);
     if (w_.f.density == nullptr || last_index_ == 0) return;
+    // Those of a sub-step that halted stand in its order, which the World has gone back from.
     const auto density = fetch(w_.f.density, slots);
-    const auto velocity = fetch(w_.f.velocity, slots);
-    const auto id = fetch(w_.f.id, slots);
+    const auto velocity = fetch<Vec4<T>>(rolled_back_ ? w_.before.velocity : w_.f.velocity, slots);
+    const auto id = fetch<std::uint32_t>(rolled_back_ ? w_.before.id : w_.f.id, slots);
     for (std::size_t i = 0; i < slots; ++i) {
       if (id[i] >= n) continue;  // to come
       d.density[id[i]] = static_cast<double>(density[i]);

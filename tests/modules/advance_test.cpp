@@ -101,30 +101,39 @@ TYPED_TEST(Advance, DoesWhatForcesAndIntegrationDo) {
 }
 
 // Timings make stages run one by one. Whatever mixture of the two a World was made by, before it halted and after, it
-// goes back to the bits of the last sub-step that counts.
+// goes back to the bits of the last sub-step that counts. Densities are those of the one that halted.
 TYPED_TEST(Advance, AWorldThatHaltsGoesBackToItsBits) {
   for (const bool open : {false, true})
     for (int mixture = 0; mixture < 32; ++mixture) {
       const auto at_once = [mixture](int k) { return ((mixture >> k) & 1) != 0; };
       const Pool pool(open);
-      modules_test::Rig<TypeParam> rig(Order::shuffled, true);
-      rig.upload(pool.c, {}, pool.s, this->facts | core::fact_packed);
-      const auto next = [&](bool fused) {
+      using Rig = modules_test::Rig<TypeParam>;
+      const auto next = [&](Rig& rig, bool fused) {
         rig.engine->enable_timings(!fused);
         this->step(rig);
         EXPECT_EQ(rig.frame().next.position != nullptr, fused);
       };
-      next(at_once(0));
-      next(at_once(1));
-      // Someone is to move through its whole neighbourhood in the next sub-step: its place in the state is where the
-      // last one wrote.
-      const core::Frame<TypeParam> w = rig.frame();
-      auto* const velocity = at_once(1) ? w.next.velocity : w.f.velocity;
-      std::uint32_t slot = 100;
-      while (is_removed(w.f.tag[slot])) ++slot;
-      velocity[slot].x = static_cast<TypeParam>(10 * pool.c.support / dt);
+      // Two sub-steps; then someone is to move through its whole neighbourhood in the next one. Its place in the state is
+      // where the last one wrote.
+      const auto begin = [&](Rig& rig) {
+        rig.upload(pool.c, {}, pool.s, this->facts | core::fact_packed);
+        next(rig, at_once(0));
+        next(rig, at_once(1));
+        const core::Frame<TypeParam> w = rig.frame();
+        auto* const velocity = at_once(1) ? w.next.velocity : w.f.velocity;
+        std::uint32_t slot = 100;
+        while (is_removed(w.f.tag[slot])) ++slot;
+        velocity[slot].x = static_cast<TypeParam>(10 * pool.c.support / dt);
+        return w.f.id[slot];
+      };
+      Rig rig(Order::shuffled, true), twin(Order::shuffled, true);
+      const std::uint32_t culprit = begin(rig);
+      begin(twin);
+      twin.run({"step.begin", "spatial", "sph.density"}, dt);
+      core::DerivedState found, expected;  // as the sub-step that halts finds it
+      twin.engine->download(expected);
       const auto before = this->state_of(rig);
-      for (int k = 2; k < 5; ++k) next(at_once(k));
+      for (int k = 2; k < 5; ++k) next(rig, at_once(k));
       if (open) {
         const core::Frame<TypeParam>& last = rig.frame();
         std::size_t had_left = 0, left = 0;
@@ -138,8 +147,11 @@ TYPED_TEST(Advance, AWorldThatHaltsGoesBackToItsBits) {
       const std::string what = "mixture " + std::to_string(mixture);
       EXPECT_EQ(static_cast<core::Halt>(status.halted), core::Halt::speed) << what;
       EXPECT_EQ(status.halt_step, 3u) << what;
-      EXPECT_EQ(status.halt_particle, w.f.id[slot]) << what;
+      EXPECT_EQ(status.halt_particle, culprit) << what;
       this->expect_same(this->state_of(rig), before, what);
+      rig.engine->download(found);
+      EXPECT_EQ(found.density, expected.density) << what;
+      EXPECT_EQ(found.pressure_term, expected.pressure_term) << what;
     }
 }
 
