@@ -17,7 +17,6 @@
 #include "core/frame.hpp"
 #include "core/frame_constants.hpp"
 #include "core/lane_positions.hpp"
-#include "core/lattice.hpp"
 #include "core/repeat_key.hpp"
 #include "core/scales.hpp"
 #include "core/schedule.hpp"

@@ -13,6 +13,9 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
+/// Particles closer than this share of the spacing occupy the same place.
+inline constexpr double same_place = 0.9;
+
 class PointGrid {
  public:
   explicit PointGrid(double cell) : inv_(1.0 / cell) {}

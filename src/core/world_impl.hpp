@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The World's inside. Split by purpose: world_build.cpp (materials, fluids, bodies, emitters), world_step.cpp
-// (facts, constants, plan of a step), world_read.cpp (totals, particles, pieces), snapshot.cpp, plan.cpp.
+// The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
+// world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
+// (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
+// particles, pieces), world_surface.cpp, snapshot.cpp, plan.cpp.
 #pragma once
 
 #include <limits>
@@ -33,11 +35,14 @@ class WorldImpl final : public Scheduler {
   // world_build.cpp
   Result<MaterialId> add_material(const MaterialDesc& m);
   Result<std::uint64_t> add_fluid(const FluidDesc& f);
-  Result<BodyId> add_solid(const SolidDesc& s);
   Result<EmitterId> add_emitter(const EmitterDesc& e);
+  // world_solid.cpp
+  Result<BodyId> add_solid(const SolidDesc& s);
+  // world_heat.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
-  // world_step.cpp
+  // world_prepare.cpp
   Status prepare();
+  // world_step.cpp
   Status step(double dt);
   StepResult synchronize();
   double stable_dt() const;

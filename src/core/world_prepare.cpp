@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a scene to what the backend is given: constants, limits of a sub-step, the upload.
+#include <algorithm>
+#include <cmath>
+
+#include "core/pipeline.hpp"
+#include "core/text.hpp"
+#include "core/validate.hpp"
+#include "core/world_impl.hpp"
+#include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/phase_change.hpp"
+#include "meltsim/physics/sph_kernels.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+namespace {
+/// Crowded neighbourhoods (splashes, a melted particle beside a larger one) exchange faster than the lattice;
+/// this head room keeps the heat stages stable. Exceeding it raises StepResult::heat_bound_exceeded.
+constexpr double heat_margin = 1.5;
+
+double largest_viscosity(const MaterialDesc& m) {
+  double mu = m.viscosity_points.empty() ? m.viscosity : 0;
+  for (const PropertyPoint& p : m.viscosity_points) mu = std::max(mu, p.value);
+  return mu;
+}
+
+double least_density(const MaterialDesc& m) {
+  double rho = m.density;
+  for (const PropertyPoint& p : m.density_points) rho = std::min(rho, p.value);
+  return rho;
+}
+
+double largest_conductivity(const core::MaterialRow<double>& m) {
+  double k = std::max(m.conductivity, m.liquid_conductivity);
+  if (m.tables == nullptr) return k;
+  for (const auto* t : {&m.tables->conductivity, &m.tables->liquid_conductivity})
+    for (std::uint32_t p = 0; p < t->points; ++p) k = std::max(k, t->value[p]);
+  return k;
+}
+}  // namespace
+
+/// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with.
+void WorldImpl::derive_sound_speed() {
+  if (desc.sound_speed > 0) {
+    sound_speed_ = desc.sound_speed;
+    return;
+  }
+  if (sound_speed_ > 0 && steps > 0) return;  // fixed once the simulation runs: pressure depends on it
+  const double g = length(desc.gravity);
+  const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+  double low = infinity, high = -infinity, speed = 0;
+  const auto see = [&](Vec3d x) {
+    low = std::min(low, dot(x, up));
+    high = std::max(high, dot(x, up));
+  };
+  for (std::size_t i = 0; i < state_.position.size(); ++i) {
+    if (is_removed(state_.tag[i])) continue;
+    see(state_.position[i]);
+    speed = std::max(speed, length(state_.velocity[i]));
+  }
+  for (const EmitterRecord& e : emitters_) {
+    see(e.desc.center - origin_);
+    speed = std::max(speed, e.desc.speed);
+  }
+  if (desc.domain.bounded)
+    for (const Vec3d& v : desc.domain.velocity) speed = std::max(speed, length(v));
+  if (desc.domain.bounded && high >= low) {
+    // What stands above a floor may fall to it.
+    const Vec3d corner = desc.domain.min - origin_;
+    const double floor = dot(corner, up);
+    if (std::isfinite(floor) && floor < low) low = floor;
+  }
+  const double depth = high >= low ? high - low + desc.spacing : 0;
+  sound_speed_ = physics::sound_speed_for(speed, g, depth);
+  if (!(sound_speed_ > 0)) sound_speed_ = 10 * desc.spacing;  // nothing moves: any stable value will do
+}
+
+core::SceneConstants WorldImpl::constants() const {
+  core::SceneConstants c;
+  c.spacing = desc.spacing;
+  c.support = core::support_of(desc);
+  c.sound_speed = sound_speed_;
+  c.spring_reference = spring_reference_;
+  c.artificial_viscosity = desc.artificial_viscosity;
+  c.tension = desc.tension;
+  c.one_liquid = one_liquid_;
+  c.courant = desc.courant;
+  c.gravity = desc.gravity;
+  c.domain = desc.domain;
+  c.domain.min = desc.domain.min - origin_;
+  c.domain.max = desc.domain.max - origin_;
+  c.materials = material_rows();
+  c.properties = properties_;
+  fill_heat_boundary(c);
+  c.emitter_points = emitter_points_;
+  for (const MaterialDesc& m : materials)
+    c.largest_mass = std::max(c.largest_mass, m.density * desc.spacing * desc.spacing * desc.spacing);
+  return c;
+}
+
+std::uint64_t WorldImpl::planned_emission() const {
+  std::uint64_t n = 0;
+  for (const EmitterRecord& e : emitters_)
+    if (e.layers > e.next_layer) n += (e.layers - e.next_layer) * e.points;
+  return n;
+}
+
+Status WorldImpl::prepare() {
+  if (!dirty_) return {};
+  fetch_state();
+  derive_sound_speed();
+  core::EngineSetup setup;
+  setup.facts = facts_ = facts();
+  setup.channels = core::channels_for(setup.facts);
+  if ((setup.facts & core::fact_particles) != 0) {
+    setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
+    if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
+  }
+  // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
+  if ((setup.facts & core::fact_mobile) != 0)
+    setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
+  if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
+    setup.channels |= core::FieldSet{1} << core::field_site_live;
+  if ((setup.facts & core::fact_solid) == 0)
+    setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
+  derive_limits();
+  fit_regions(substep_ > 0 ? substep_ : static_dt_);
+  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);
+  const std::uint64_t capacity = state_.position.size() + planned_emission();
+  if (capacity >= core::none)
+    return Error{ErrorCode::capacity,
+                 core::text("particles: ", capacity, " are more than 32-bit ids can number (", core::none,
+                            "); use a larger spacing or shorter emitters")};
+  setup.particle_capacity = static_cast<std::uint32_t>(capacity);
+  if (Status s = engine->upload(constants(), lattice_, state_, setup); !s) return s;
+  engine->set_custom_stages(&custom_);
+  engine->enable_timings(timed_);
+  dirty_ = false;
+  return {};
+}
+
+/// What step() needs of the scene, worked out once: it must not search or allocate per step.
+void WorldImpl::derive_limits() {
+  static_dt_ = infinity;
+  heat_lambda_ = 0;
+  const double support = core::support_of(desc);
+  // Of the scene alone, not of what has melted by now: static_dt_ also follows densities and viscosities.
+  const bool loaded = length(desc.gravity) > 0 || (facts_ & core::fact_fluid) != 0;
+  spring_reference_ = loaded ? physics::acoustic_dt(desc.courant, support, sound_speed_) : 0;
+  const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
+  if ((facts_ & core::fact_fluid) != 0) {
+    static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
+    for (const MaterialDesc& m : materials)
+      if (!m.melts_into && largest_viscosity(m) > 0)
+        static_dt_ = std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / least_density(m), sum));
+  }
+  rows_ = material_rows();
+  for (const auto& i : rows_) {
+    const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
+    for (const auto& j : rows_) {
+      const double k = physics::pair_conductivity(physics::resistivity_of(largest_conductivity(i)),
+                                                  physics::resistivity_of(largest_conductivity(j)));
+      heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
+    }
+  }
+  if ((facts_ & core::fact_heat_boundary) == 0) return;
+  // A surface takes more than the neighbours it stands for gave, where a particle is as close as it gets.
+  const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
+  const double surface = physics::wall_area(e, e.smallest_distance) / e.smallest_distance;
+  double fastest = 0;
+  for (const auto& i : rows_)
+    fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
+                                    (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
+  heat_lambda_ += fastest;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adding a body: its lattice, what it may grow into, what stands in its way.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/growth_sites.hpp"
+#include "core/lattice.hpp"
+#include "core/shape_limits.hpp"
+#include "core/text.hpp"
+#include "core/validate.hpp"
+#include "core/world_impl.hpp"
+#include "meltsim/physics/heat.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+using core::none;
+using core::same_place;
+
+namespace {
+/// Sites of the box that a body may grow in: at some 400 bytes each, 50 GB.
+constexpr double most_growth_sites = 134217728.0;
+}  // namespace
+
+/// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
+/// out: what stands there may move or melt, so topology.freeze looks when the time comes.
+Status WorldImpl::place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
+                               std::vector<Vec3i>& free, core::SiteBox& box) const {
+  box = core::box_of(points);
+  const MaterialDesc& m = materials[s.material.index];
+  if (s.growth < 0)
+    return invalid(what, "growth: must be >= 0 lattice steps, got ", s.growth,
+                   "; 0 lets liquid freeze only where the body was solid before");
+  if (s.growth == 0) return {};
+  if (!m.freezes)
+    return invalid(what, "growth: ", s.growth, " steps of \"", m.name,
+                   "\", which does not freeze; set `freezes` on the material or growth to 0");
+  const double low[3] = {desc.domain.min.x, desc.domain.min.y, desc.domain.min.z};
+  const double high[3] = {desc.domain.max.x, desc.domain.max.y, desc.domain.max.z};
+  const Vec3d o = lattice_origin();
+  const double origin[3] = {o.x, o.y, o.z};
+  for (int a = 0; a < 3; ++a) {
+    std::int64_t lo = box.low[a] - s.growth, hi = box.high[a] + s.growth;
+    if (desc.domain.bounded) {  // sites whose centre lies inside
+      lo = std::max(lo, static_cast<std::int64_t>(std::ceil((low[a] - origin[a]) / desc.spacing - 0.5)));
+      hi = std::min(hi, static_cast<std::int64_t>(std::floor((high[a] - origin[a]) / desc.spacing - 0.5)));
+    }
+    box.low[a] = std::min(lo, box.low[a]);  // never less than the shape
+    box.high[a] = std::max(hi, box.high[a]);
+  }
+  if (box.sites() > most_growth_sites)
+    return invalid(what, "growth: ", s.growth, " steps make a box of ", box.sites(), " sites, more than ",
+                   most_growth_sites, "; grow less, or bound the domain");
+  free = core::growth_sites(points, s.growth, box);
+  return {};
+}
+
+Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
+  const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
+  const std::string what = "body \"" + name + "\": ";
+  for (const BodyRecord& b : bodies_)
+    if (b.desc.name == name) return invalid(what, "a body of this name exists; choose another name");
+  if (bodies_.size() >= 65535) return Error{ErrorCode::capacity, what + "a World holds at most 65535 bodies"};
+  if (!valid(s.material))
+    return invalid(what, "material: no such material in this World; pass an id from add_material");
+  const MaterialDesc& m = materials[s.material.index];
+  if (Status st = core::validate_state(what.c_str(), s.temperature, s.velocity); !st) return st.error();
+  if (!finite(s.angular_velocity))
+    return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
+  if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
+  if (!std::isfinite(s.heat_source) || (s.heat_source != 0 && desc.heat.model != HeatModel::enthalpy))
+    return invalid(what, "heat_source: must be finite W/m^3 and needs heat.model enthalpy, got ",
+                   s.heat_source, "; 0 is none");
+  if (s.fixed && (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
+    return invalid(what, "velocity: a fixed body cannot move, got ", s.velocity,
+                   "; drop fixed or the velocity");
+  std::vector<Vec3i> points;
+  std::vector<Vec3d> positions;
+  if (Status st = place(s.shape, what.c_str(), points, positions); !st) return st.error();
+  std::vector<Vec3i> free;
+  core::SiteBox box;
+  if (Status st = place_growth(s, what, points, free, box); !st) return st.error();
+  // The body's box of sites, padded so that a region look-up never leaves it.
+  // A modulus may widen regions later.
+  const int pad = m.youngs_modulus > 0 ? physics::most_half_width : std::max(1, m.region_half_width);
+  const auto nx = static_cast<std::uint64_t>(box.extent(0) + 2 * pad),
+             ny = static_cast<std::uint64_t>(box.extent(1) + 2 * pad),
+             nz = static_cast<std::uint64_t>(box.extent(2) + 2 * pad);
+  const std::uint64_t base = lattice_.site_vertex.size();
+  if (double(base) + double(nx) * double(ny) * double(nz) >= double(none))
+    return Error{ErrorCode::capacity,
+                 core::text(what, "shape: its box of ", double(nx) * double(ny) * double(nz),
+                            " lattice sites is more than 32 bits can number together with the ", base,
+                            " of other bodies; use a larger spacing or smaller bodies")};
+  fetch_state();
+  const core::PointGrid solids = solids_grid();
+  core::PointGrid own(desc.spacing);
+  Vec3d center{};
+  for (const Vec3d& p : positions) {
+    const Vec3d x = p - origin_;
+    const std::int64_t other = solids.near(x, same_place * desc.spacing);
+    if (other >= 0)
+      return invalid(what, "shape: overlaps body \"",
+                     bodies_[body_of(state_.tag[static_cast<std::size_t>(other)]) - 1].desc.name, "\" at ", p,
+                     "; bodies must be a spacing apart, move one of them");
+    own.add(x, 0);
+    center += x;
+  }
+  center = center * (1.0 / double(positions.size()));
+  std::vector<std::uint8_t> drop(state_.position.size(), 0);
+  bool any = false;
+  for (std::size_t i = 0; i < drop.size(); ++i)
+    if (is_fluid(state_.tag[i]) && own.near(state_.position[i], same_place * desc.spacing) >= 0) {
+      if (!s.carve)
+        return invalid(what, "carve: liquid occupies its place at ", state_.position[i] + origin_,
+                       " and carve is off; move the body or let it carve");
+      drop[i] = 1;
+      any = true;
+    }
+  if (any) drop_fluid(drop);
+
+  core::BodyRow row;
+  row.stride_y = static_cast<std::uint32_t>(nx);
+  row.stride_z = static_cast<std::uint32_t>(nx * ny);
+  row.region_half_width = m.region_half_width;
+  row.fixed = s.fixed ? 1u : 0u;
+  lattice_.site_vertex.resize(base + nx * ny * nz, none);
+  BodyRecord record;
+  record.desc = s;
+  record.desc.name = name;
+  record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
+  record.vertices = static_cast<std::uint32_t>(points.size());
+  const auto site_of = [&](Vec3i p) {
+    return base + std::uint64_t(p.x - box.low[0] + pad) + std::uint64_t(p.y - box.low[1] + pad) * nx +
+           std::uint64_t(p.z - box.low[2] + pad) * nx * ny;
+  };
+  for (std::size_t k = 0; k < points.size(); ++k)
+    lattice_.site_vertex[site_of(points[k])] = record.first_vertex + static_cast<std::uint32_t>(k);
+  const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Vec3i& p = points[k];
+    const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
+    int direct = 0;
+    for (int dz = -1; dz <= 1; ++dz)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+          direct += lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none ? 1 : 0;
+    std::uint32_t tag =
+        s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
+    if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
+    if (s.fixed) tag |= tag_fixed;
+    const Vec3d x = positions[k] - origin_;
+    state_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
+    lattice_.vertex_site.push_back(site);
+    lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
+    lattice_.vertex_coordinates.push_back(p);
+    append(x, s.velocity + cross(s.angular_velocity, x - center), m.density, h, tag,
+           record.first_vertex + static_cast<std::uint32_t>(k));
+    state_.vertex_state.push_back(1u);
+    state_.vertex_piece.push_back(none);
+    state_.region_rotation.push_back({});
+    state_.contact_slip.push_back({});
+  }
+  // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
+  std::vector<std::uint32_t> stack;
+  for (std::uint32_t v = record.first_vertex; v < record.first_vertex + record.vertices; ++v) {
+    if (state_.vertex_piece[v] != none) continue;
+    state_.vertex_piece[v] = v;
+    stack.push_back(v);
+    while (!stack.empty()) {
+      const std::uint32_t u = stack.back();
+      stack.pop_back();
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) {
+            const std::uint32_t n =
+                lattice_.site_vertex[core::site_at(lattice_.vertex_site[u], row, dx, dy, dz)];
+            if (n == none || state_.vertex_piece[n] != none) continue;
+            state_.vertex_piece[n] = v;
+            stack.push_back(n);
+          }
+    }
+  }
+  // Free sites come after all that are occupied; each is the label of nothing but itself.
+  for (const Vec3i& p : free) {
+    const auto v = static_cast<std::uint32_t>(lattice_.vertex_site.size());
+    const std::uint64_t site = site_of(p);
+    lattice_.site_vertex[site] = v;
+    lattice_.vertex_site.push_back(static_cast<std::uint32_t>(site));
+    lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
+    lattice_.vertex_coordinates.push_back(p);
+    state_.vertex_id.push_back(none);
+    state_.vertex_state.push_back(0u);
+    state_.vertex_piece.push_back(v);
+    state_.region_rotation.push_back({});
+    state_.contact_slip.push_back({});
+  }
+  solids_built_ += points.size();
+  lattice_.bodies.push_back(row);
+  lattice_.max_half_width = std::max(lattice_.max_half_width, m.region_half_width);
+  bodies_.push_back(record);
+  dirty_ = true;
+  return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), 1};
+}
+
+}  // namespace v0
+}  // namespace meltsim
