@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sph stages for the CPU executor.
+// The other sph stages for the CPU executor.
 #include "core/exec_cpu.hpp"
 #include "core/stage_functions.hpp"
 #include "sph/stages.hpp"
@@ -10,9 +10,7 @@ namespace sph {
 
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
-MELTSIM_INSTANTIATE(core::CpuExec, forces)
 MELTSIM_INSTANTIATE(core::CpuExec, wetted)
-MELTSIM_INSTANTIATE(core::CpuExec, reaction)
 MELTSIM_INSTANTIATE(core::CpuExec, shift)
 
 }  // namespace sph

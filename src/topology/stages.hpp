@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "topology/freeze_bodies.hpp"
+#include "topology/piece_bodies.hpp"
 #include "topology/region_bodies.hpp"
 
 namespace meltsim {

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a sub-step came to: checks of every particle, their sum, and what a World keeps of it.
+#pragma once
+
+#include <cstdint>
+
+#include "meltsim/physics/math.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// Which check stopped the World; order = order of the stages.
+enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed };
+
+/// Sums over all particles as they are, in stored coordinates.
+struct LedgerSums {
+  double mass = 0;
+  Vec3<double> momentum, angular_momentum;  ///< about the stored origin
+  double kinetic = 0, potential = 0;        ///< potential at the stored origin is 0
+  double thermal = 0, latent = 0;
+  MELTSIM_HD static LedgerSums combine(LedgerSums a, const LedgerSums& b) {
+    a.mass += b.mass;
+    a.momentum += b.momentum;
+    a.angular_momentum += b.angular_momentum;
+    a.kinetic += b.kinetic;
+    a.potential += b.potential;
+    a.thermal += b.thermal;
+    a.latent += b.latent;
+    return a;
+  }
+};
+
+/// What a sub-step comes to: the worst of all particles, how many left, how far liquid is compressed. Ties go to the
+/// smaller id, so that nothing hangs on the order.
+struct CheckResult {
+  double max_speed = 0, max_density = 0;
+  std::uint64_t excess = 0;  ///< sum of rho/rho0 - 1 where above 0, in units of 1/excess_units
+  double bad_value = 0;
+  std::uint32_t dense = 0, removed = 0;  ///< how many are in that sum; how many left
+  std::uint32_t bad = 0;                 ///< Halt
+  std::uint32_t bad_id = 0xffffffffu;
+  static constexpr double excess_units = 1u << 22, most_excess = 16;  // a warp's sum fits 32 bits
+  MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
+    CheckResult r;
+    r.max_speed = maximum(a.max_speed, b.max_speed);
+    r.max_density = maximum(a.max_density, b.max_density);
+    r.excess = a.excess + b.excess;
+    r.dense = a.dense + b.dense;
+    r.removed = a.removed + b.removed;
+    const bool take_b =
+        b.bad != 0u && (a.bad == 0u || b.bad < a.bad || (b.bad == a.bad && b.bad_id < a.bad_id));
+    r.bad = take_b ? b.bad : a.bad;
+    r.bad_id = take_b ? b.bad_id : a.bad_id;
+    r.bad_value = take_b ? b.bad_value : a.bad_value;
+    return r;
+  }
+  /// Into what others hand in as well, where nothing is bad. Add: raise(x, v), x = max(x, v) for v >= 0, and add(x, n).
+  template <class Add>
+  MELTSIM_HD void hand_in(CheckResult& to, const Add& add) const {
+    add.raise(to.max_speed, max_speed);
+    add.raise(to.max_density, max_density);
+    if (dense != 0u) {
+      add.add(to.excess, excess);
+      add.add(to.dense, dense);
+    }
+    if (removed != 0u) add.add(to.removed, removed);
+  }
+};
+
+/// The same of one particle.
+template <class T>
+struct ParticleCheck {
+  T speed{}, phi{};
+  std::uint32_t excess = 0, counts = 0;  ///< counts: 65,536 where dense, and 1 where it left
+  std::uint32_t bad = 0, bad_id = 0xffffffffu;
+  double bad_value = 0;
+  static constexpr std::uint32_t dense = 1u << 16;
+  MELTSIM_HD bool plain() const { return bad == 0u; }
+  MELTSIM_HD CheckResult result() const {
+    CheckResult r = of(speed, phi, excess, counts);
+    r.bad = bad;
+    r.bad_id = bad_id;
+    r.bad_value = bad_value;
+    return r;
+  }
+  /// Of up to 32 at once, where none is bad. Lanes: largest(x), x >= 0, and sum(n) over all of them.
+  template <class Lanes>
+  MELTSIM_HD CheckResult over(const Lanes& lanes) const {
+    return of(lanes.largest(speed), lanes.largest(phi), lanes.sum(excess), lanes.sum(counts));
+  }
+
+ private:
+  MELTSIM_HD static CheckResult of(T speed, T phi, std::uint32_t excess, std::uint32_t counts) {
+    CheckResult r;
+    r.max_speed = static_cast<double>(speed);
+    r.max_density = static_cast<double>(phi);
+    r.excess = excess;
+    r.dense = counts / dense;
+    r.removed = counts % dense;
+    return r;
+  }
+};
+
+struct WorldStatus {
+  std::uint32_t halted = 0;         ///< Halt
+  std::uint32_t halt_particle = 0;  ///< id
+  std::uint64_t halt_step = 0;
+  double halt_value = 0;
+  /// Where the state of that sub-step's beginning lies: addresses of its positions, velocities and ids. Where
+  /// sph.advance made the sub-step, velocities are those in the new order.
+  std::uint64_t halt_position = 0, halt_velocity = 0, halt_id = 0;
+  std::uint32_t halt_advanced = 0;
+  double time = 0;         ///< start of the last sub-step that began [s]
+  double max_speed = 0;    ///< since the last synchronize()
+  double max_density = 0;  ///< likewise, phi
+  std::uint32_t courant_exceeded = 0;
+  std::uint32_t groups = 0;                 ///< occupied cells of this step
+  std::int64_t died = 0;                    ///< vertices that melted in this step; 0 again once pieces know
+  std::uint32_t born = 0;                   ///< vertices that liquid froze onto in this step
+  std::uint32_t pieces_stale = 1;           ///< something melted or froze since the last search ended
+  std::uint32_t particles = 0;              ///< ids in use when this sub-step began
+  std::int64_t melted = 0;                  ///< since the scene was uploaded
+  std::uint64_t frozen = 0;                 ///< likewise
+  std::int64_t removed = 0;                 ///< likewise
+  double heat_in = 0;                       ///< likewise [J]
+  LedgerSums sums;                          ///< of the particles as they are, once asked for (step::ledger)
+  double step_speed = 0, step_density = 0;  ///< largest speed and phi of the last sub-step that counts
+  double step_excess = 0;                   ///< its mean of rho/rho0 - 1 where above 0
+  std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
+  double ledger_dt = 0;
+  std::int64_t heat_bound_exceeded =
+      0;  ///< particle-stages that exchanged faster than the stage count allows
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// What liquid does to solids, for the CPU executor: apart, as it takes long to compile.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "sph/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+MELTSIM_INSTANTIATE(core::CpuExec, reaction)
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim

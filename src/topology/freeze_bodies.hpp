@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of freezing: which liquid stands at a free site of a body, and how it becomes part of it.
+#pragma once
+
+#include "spatial/neighbours.hpp"
+#include "topology/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace topology {
+
+/// Number of vertices that melted, or froze.
+struct Count {
+  std::uint32_t n = 0;
+  MELTSIM_HD static Count combine(Count a, Count b) { return {a.n + b.n}; }
+};
+
+/// A free site next to something live.
+template <class T>
+struct Site {
+  Vec3<T> position{};  ///< p, stored coordinates [m]
+  std::uint32_t donor =
+      none;  ///< the face neighbour that hands on body, piece and rotation; none: no site now
+};
+
+/// Vertex at an offset from v if it is live, else none.
+template <class T>
+MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int dx, int dy,
+                                 int dz) {
+  const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], b, dx, dy, dz)];
+  return is_live(w, n) ? n : none;
+}
+
+/// Offset of face k = 0..5: -x, +x, -y, +y, -z, +z.
+MELTSIM_HD int face_step(int k, int axis) { return k / 2 == axis ? 2 * (k % 2) - 1 : 0; }
+
+/// p_n - x_n.
+template <class T>
+MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t n, const BodyRow& b, int dx, int dy,
+                                 int dz) {
+  const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
+  return b.fixed != 0u || w.f.region_rotation == nullptr ? q
+                                                         : physics::site_offset(w.f.region_rotation[n], q);
+}
+
+template <class T>
+MELTSIM_HD Vec3<T> vertex_place(const Frame<T>& w, std::uint32_t n) {
+  return xyz(w.f.position[w.f.slot_of_id[w.f.vertex_id[n]]]);
+}
+
+/// Clear of the faces along one axis; faces: bit 0 the low one, bit 1 the high one.
+template <class T>
+MELTSIM_HD bool clear_of(T x, T low, T high, T margin, std::uint32_t faces) {
+  return !((faces & 1u) != 0u && x < low + margin) && !((faces & 2u) != 0u && x > high - margin);
+}
+
+/// Where the live neighbours of a free vertex want it, if they agree and it lies in the domain.
+template <class T>
+MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  Site<T> s;
+  for (int k = 0; k < 6 && s.donor == none; ++k)
+    s.donor = live_at(w, v, b, face_step(k, 0), face_step(k, 1), face_step(k, 2));
+  if (s.donor == none) return s;
+  // Relative to the donor: a lattice may lie across a periodic face.
+  const Vec3<T> origin = vertex_place(w, s.donor);
+  Vec3<T> sum{};
+  T count = 0;
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
+        if (n == none) continue;
+        sum += spatial::separation(w.grid, vertex_place(w, n), origin) + wanted_offset(w, n, b, dx, dy, dz);
+        count += T(1);
+      }
+  const Vec3<T> mean = sum * (T(1) / count);
+  const T tolerance = T(physics::site_agreement) * w.c.spacing;
+  bool agreed = true;
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
+        if (n == none) continue;
+        const Vec3<T> off = spatial::separation(w.grid, vertex_place(w, n), origin) +
+                            wanted_offset(w, n, b, dx, dy, dz) - mean;
+        agreed = agreed && dot(off, off) <= tolerance * tolerance;
+      }
+  Vec3<T> x = origin + mean;
+  if (w.grid.periodic != 0u) {
+    x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
+    x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
+    x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
+  }
+  const std::uint32_t faces = w.c.walls.faces | w.c.open_faces;
+  const T margin = T(physics::site_margin) * w.c.spacing;
+  agreed = agreed && clear_of(x.x, w.c.domain_min.x, w.c.domain_max.x, margin, faces) &&
+           clear_of(x.y, w.c.domain_min.y, w.c.domain_max.y, margin, faces >> 2) &&
+           clear_of(x.z, w.c.domain_min.z, w.c.domain_max.z, margin, faces >> 4);
+  if (!agreed) s.donor = none;
+  s.position = x;
+  return s;
+}
+
+/// visit(j, r2) for every particle j among the neighbours of the live face neighbours of v, r2 from the site;
+/// some more than once. Their lists are those of this sub-step's sort, half a drift old.
+template <class T, class Visit>
+MELTSIM_HD void for_each_near_site(const Frame<T>& w, std::uint32_t v, const Site<T>& s, const Visit& visit) {
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  for (int k = 0; k < 6; ++k) {
+    const std::uint32_t n = live_at(w, v, b, face_step(k, 0), face_step(k, 1), face_step(k, 2));
+    if (n == none) continue;
+    const std::uint32_t from = w.f.slot_of_id[w.f.vertex_id[n]];
+    spatial::for_each_neighbour(w, from, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T) {
+      const Vec3<T> d = spatial::separation(w.grid, xyz(xj), s.position);
+      visit(j, dot(d, d));
+    });
+  }
+}
+
+/// Every free vertex picks the one particle that stands there, if that is liquid within reach that freezes
+/// into its body's material. Where there are two, neither is taken: the other would be pushed away like a
+/// splash.
+template <class T>
+struct PickBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    w.f.vertex_pick[i] = none;
+    if (w.f.vertex_state[i] != vertex_gone) return;
+    const auto v = static_cast<std::uint32_t>(i);
+    const Site<T> s = locate_site(w, v);
+    if (s.donor == none) return;
+    const std::uint32_t solid = material_of(w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]]);
+    const T clearance = T(physics::site_clearance) * w.c.spacing;
+    const T reach = T(physics::capture_radius) * w.c.spacing;
+    std::uint32_t slot = none;
+    T distance2 = 0;
+    bool crowded = false;
+    for_each_near_site(w, v, s, [&](std::uint32_t j, T r2) {
+      if (!(r2 < clearance * clearance) || is_removed(w.f.tag[j])) return;
+      crowded = crowded || (slot != none && slot != j);
+      slot = j;
+      distance2 = r2;
+    });
+    if (slot == none || crowded || !is_fluid(w.f.tag[slot]) || distance2 > reach * reach) return;
+    const physics::MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[slot])];
+    if (m.solid == solid && physics::freezes(m, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
+      w.f.vertex_pick[i] = w.f.id[slot];
+  }
+};
+
+/// A particle that several vertices want goes to the smallest of them.
+template <class T>
+struct ClaimBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    const std::uint32_t id = w.f.vertex_pick[v];
+    if (id != none) add.lower(&w.f.claim[id], static_cast<std::uint32_t>(v));
+  }
+};
+template <class T>
+struct YieldBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    const std::uint32_t id = w.f.vertex_pick[v];
+    if (id != none && w.f.claim[id] != static_cast<std::uint32_t>(v)) w.f.vertex_pick[v] = none;
+  }
+};
+
+template <class T>
+struct BornBody {
+  Frame<T> w;
+  MELTSIM_HD Count operator()(std::uint64_t v) const { return {w.f.vertex_pick[v] != none ? 1u : 0u}; }
+};
+
+/// The particle takes the site: it becomes part of the body, and stops if that is fixed. Each vertex writes
+/// to itself and to the particle that is its own by now; what it reads of others belongs to vertices that
+/// were live before. States change after all of them have joined.
+template <class T>
+struct JoinBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t id = w.f.vertex_pick[i];
+    if (w.f.status->born == 0u || id == none) return;
+    const auto v = static_cast<std::uint32_t>(i);
+    const Site<T> s = locate_site(w, v);
+    const std::uint32_t slot = w.f.slot_of_id[id];
+    const std::uint32_t donor_tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]];
+    const Vec3<T> velocity = (donor_tag & tag_fixed) != 0u ? Vec3<T>{} : xyz(w.f.velocity[slot]);
+    w.f.position[slot] = with_w(s.position, w.c.spacing * w.c.spacing * w.c.spacing);
+    w.f.velocity[slot] = with_w(velocity, T(0));
+    w.f.tag[slot] = donor_tag | tag_surface;
+    w.f.vertex_of_id[id] = v;
+    w.f.vertex_id[v] = id;
+    w.f.vertex_piece[v] = w.f.vertex_piece[s.donor];
+    if (w.f.region_rotation != nullptr) w.f.region_rotation[v] = w.f.region_rotation[s.donor];
+  }
+};
+template <class T>
+struct BirthBody {
+  Frame<T> w;
+  template <class Add>
+  MELTSIM_HD void operator()(std::uint64_t v, const Add& add) const {
+    if (w.f.vertex_pick[v] != none) {
+      w.f.vertex_state[v] = vertex_live;
+      const std::uint32_t site = w.f.vertex_site[v];
+      add.set(core::site_word(w, site), core::site_bit(site));
+      if (w.f.contact_slip != nullptr) w.f.contact_slip[v] = {};  // not of whoever was there before
+    }
+  }
+};
+
+/// Adds the step's count to the running one.
+template <class T>
+struct FrozenBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    w.f.status->frozen += w.f.status->born;
+    if (w.f.status->born != 0u) w.f.status->pieces_stale = 1u;
+  }
+};
+
+}  // namespace topology
+}  // namespace v0
+}  // namespace meltsim
