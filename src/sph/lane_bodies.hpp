@@ -43,6 +43,36 @@ inline void for_each_mask(std::uint32_t axes, const Visit& visit) {
   }
 }
 
+/// A force per lane.
+template <class T>
+struct LaneForce {
+  spatial::LaneSum<T> x, y, z;
+  void add(std::size_t l, const Vec3<T>& f) {
+    x.lane[l] += f.x;
+    y.lane[l] += f.y;
+    z.lane[l] += f.z;
+  }
+  Vec3<T> total() const { return {x.total(), y.total(), z.total()}; }
+};
+
+/// Pressure of the images of n neighbours on a particle: xi, x positions and volumes, term_i, term pressure terms.
+template <bool Periodic, class T>
+inline void add_image_forces(const Frame<T>& w, const physics::WallView<T>& walls, const Vec4<T>& xi,
+                             T term_i, std::uint32_t n, const spatial::LaneVectors<T>& x, const T* term,
+                             LaneForce<T>& force) {
+  const auto kernel = w.c.kernel;
+  const auto grid = w.grid;
+  for_each_mask(walls.axes, [&](auto mask) {
+    spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
+      const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
+      const T factor = physics::kernel_gradient_factor(
+          kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask())));
+      force.add(l, physics::pressure_force(xi.w, x.w[k], term_i, term[k], factor,
+                                           physics::image_of(walls, x_ij, mask())));
+    });
+  });
+}
+
 template <class T, bool Periodic>
 struct DensityLanes : DensityBody<T, spatial::search_kind<Periodic>> {
   using Base = DensityBody<T, spatial::search_kind<Periodic>>;
@@ -109,7 +139,7 @@ struct ForcesLanes : ForcesBody<T, company, Periodic> {
     const T alpha = w.c.artificial_viscosity, sound_speed = w.c.sound_speed, density = m.density;
     const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
     const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    spatial::LaneSum<T> fx, fy, fz;
+    LaneForce<T> force;
     spatial::Batches<Periodic, T> neighbours(w, i);
     while (const std::uint32_t n = neighbours.next()) {
       if (company == Company::any && !alike(neighbours.slots, n, tag)) return false;
@@ -128,24 +158,11 @@ struct ForcesLanes : ForcesBody<T, company, Periodic> {
         const Vec3<T> v_ij = xyz(vi) - Vec3<T>{v.x[k], v.y[k], v.z[k]};
         const physics::LiquidPair<T> pair{xi.w, x.w[k], vi.w, v.w[k], mu_ij[k], density, x_ij, v_ij};
         const Vec3<T> f = physics::liquid_force(kernel, alpha, sound_speed, pair, dot(x_ij, x_ij));
-        fx.lane[l] += f.x;
-        fy.lane[l] += f.y;
-        fz.lane[l] += f.z;
+        force.add(l, f);
       });
-      for_each_mask(walls.axes, [&](auto mask) {
-        spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
-          const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
-          const Vec3<T> x_m = physics::image_of(walls, x_ij, mask());
-          const T factor = physics::kernel_gradient_factor(
-              kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask())));
-          const Vec3<T> f = physics::pressure_force(xi.w, x.w[k], vi.w, v.w[k], factor, x_m);
-          fx.lane[l] += f.x;
-          fy.lane[l] += f.y;
-          fz.lane[l] += f.z;
-        });
-      });
+      add_image_forces<Periodic>(w, walls, xi, vi.w, n, x, v.w, force);
     }
-    sum = {fx.total(), fy.total(), fz.total()};
+    sum = force.total();
     return true;
   }
   /// Pressure terms of solids become those of the liquid that they act as. False where one may leak.
@@ -192,7 +209,7 @@ struct ReactionLanes : ReactionBody<T, Periodic> {
     const Vec4<T> xk = w.f.position[k], vk = w.f.velocity[k];
     const T tau = -vk.w;
     const auto walls = physics::wall_view(w.c.walls, xyz(xk));
-    spatial::LaneSum<T> fx, fy, fz;
+    LaneForce<T> force;
     spatial::Batches<Periodic, T> neighbours(w, k);
     while (const std::uint32_t n = neighbours.next()) {
       const MaterialRow<T>* m = liquid_of(neighbours.slots, n);
@@ -216,23 +233,11 @@ struct ReactionLanes : ReactionBody<T, Periodic> {
         const Vec3<T> x_ki = from(j), v_ik = Vec3<T>{v.x[j], v.y[j], v.z[j]} - xyz(vk);
         const physics::CouplingPair<T> p{x.w[j], xk.w, v.w[j] + stiffness * tau, mu, density, -x_ki, v_ik};
         const Vec3<T> f = physics::coupling_force(kernel, alpha, sound_speed, p, dot(x_ki, x_ki));
-        fx.lane[l] -= f.x;
-        fy.lane[l] -= f.y;
-        fz.lane[l] -= f.z;
+        force.add(l, -f);
       });
-      for_each_mask(walls.axes, [&](auto mask) {
-        spatial::in_lanes(n, [&](std::size_t l, std::size_t j) {
-          const Vec3<T> x_ki = from(j), x_m = physics::image_of(walls, x_ki, mask());
-          const T factor = physics::kernel_gradient_factor(
-              kernel, std::sqrt(physics::image_square(walls, x_ki, dot(x_ki, x_ki), mask())));
-          const Vec3<T> f = physics::pressure_force(x.w[j], xk.w, v.w[j], stiffness * tau, factor, x_m);
-          fx.lane[l] += f.x;
-          fy.lane[l] += f.y;
-          fz.lane[l] += f.z;
-        });
-      });
+      add_image_forces<Periodic>(w, walls, xk, stiffness * tau, n, x, v.w, force);
     }
-    sum = {fx.total(), fy.total(), fz.total()};
+    sum = force.total();
     return true;
   }
   /// The one liquid; null where there is none among n neighbours.

@@ -18,12 +18,6 @@ using core::row_changed;
 
 inline constexpr std::uint32_t vertex_gone = 0, vertex_live = 1, vertex_died = 2;
 
-/// Whether what a site holds is a live vertex.
-template <class T>
-MELTSIM_HD bool is_live(const Frame<T>& w, std::uint32_t n) {
-  return core::is_vertex(n) && w.f.vertex_state[n] == vertex_live;
-}
-
 /// Whether liquid froze onto a vertex in this step.
 template <class T>
 MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {

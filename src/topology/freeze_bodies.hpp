@@ -23,6 +23,12 @@ struct Site {
       none;  ///< the face neighbour that hands on body, piece and rotation; none: no site now
 };
 
+/// Whether what a site holds is a live vertex.
+template <class T>
+MELTSIM_HD bool is_live(const Frame<T>& w, std::uint32_t n) {
+  return core::is_vertex(n) && w.f.vertex_state[n] == vertex_live;
+}
+
 /// Vertex at an offset from v if it is live, else none.
 template <class T>
 MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int dx, int dy,
