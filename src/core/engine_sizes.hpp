@@ -10,6 +10,7 @@
 #include "core/gather.hpp"
 #include "core/lane_positions.hpp"
 #include "core/lattice.hpp"
+#include "core/shortcuts.hpp"
 #include "spatial/neighbour_words.hpp"
 
 namespace meltsim {
@@ -31,10 +32,6 @@ struct Sizes {
 /// What depends on the backend goes as on a GPU: on a CPU, too, where both are to have the same bits.
 template <class E>
 inline constexpr bool as_gpu = E::lists || !sums_by_lanes;
-
-/// Scenes in which sph.advance never runs.
-inline constexpr std::uint32_t not_advancing = fact_solid | fact_melt | fact_shifting | fact_viscosity |
-                                               fact_heat_enthalpy | fact_heat_paper | fact_heat_iwasaki;
 
 inline bool double_buffered(int field) {
   return field_table[field].owner == Owner::particle && field_table[field].lifetime == Lifetime::State;
