@@ -172,6 +172,57 @@ __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Bo
   if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
+/// Sums of two items per thread at once; first those that are left over. What is left to do for some of them is shared out
+/// anew among the threads of the block, one item to each, in order: else a warp whose first half has it would go through
+/// it twice.
+template <class Body>
+__global__ void __launch_bounds__(block, Body::resident_warps_of_two * 32 / block)
+    gather_two(const std::uint32_t* guard, std::uint64_t n, unsigned blocks_left_over,
+               std::uint64_t left_over, const __grid_constant__ Body body) {
+  using Sum = typename Body::Sum;
+  __shared__ std::uint32_t unfinished[2 * block];
+  // Raw bytes: shared variables may not have constructors.
+  __shared__ alignas(16) unsigned char raw[2 * block * sizeof(Sum)];
+  __shared__ unsigned all_unfinished;
+  Sum* const sums = reinterpret_cast<Sum*>(raw);
+  if (stopped(guard)) return;
+  if (threadIdx.x == 0) all_unfinished = 0;
+  __syncthreads();
+  const bool alone = blockIdx.x < blocks_left_over;
+  std::uint64_t i = n;
+  if (!alone) i = 2u * (index() - std::uint64_t{blocks_left_over} * block);
+  else if (index() < left_over) i = body.left_over(index());
+  std::uint32_t count = 0;
+  Sum sum[2]{};
+  if (i < n) count = body.two(i, alone, sum);
+  bool more[2] = {false, false};
+#pragma unroll
+  for (unsigned k = 0; k < 2u; ++k) {
+    if (k >= count) continue;
+    more[k] = body.unfinished(i + k);
+    if (!more[k]) body.finish(i + k, sum[k]);
+  }
+  const unsigned have[2] = {__ballot_sync(~0u, more[0]), __ballot_sync(~0u, more[1])};
+  if ((have[0] | have[1]) != 0u) {
+    const unsigned lane = threadIdx.x % 32u, below = (1u << lane) - 1u;
+    unsigned at = 0;
+    if (lane == 0) at = atomicAdd(&all_unfinished, static_cast<unsigned>(__popc(have[0]) + __popc(have[1])));
+    at = __shfl_sync(~0u, at, 0) + static_cast<unsigned>(__popc(have[0] & below) + __popc(have[1] & below));
+#pragma unroll
+    for (unsigned k = 0; k < 2u; ++k) {
+      if (!more[k]) continue;
+      sums[at] = sum[k];
+      unfinished[at++] = static_cast<std::uint32_t>(i) + k;
+    }
+  }
+  __syncthreads();
+  for (unsigned k = threadIdx.x; k < all_unfinished; k += block) {
+    Sum s = sums[k];
+    body.more(unfinished[k], 0u, 1u, s);
+    body.finish(unfinished[k], s);
+  }
+}
+
 /// list[0] counts, the rest follows in whatever order blocks come.
 template <class Body>
 __global__ void __launch_bounds__(block) select(const std::uint32_t* guard, std::uint64_t n,
@@ -521,6 +572,15 @@ class CudaExec {
     else
       launch(kernels::gather<3, Body>, blocks(n, kernels::gather_items), kernels::gather_block<3>, guard_, n,
              body);
+  }
+
+  static bool gathers_two(std::uint64_t n) { return shared_parts(n) == 1u; }
+  template <class Body>
+  void gather_two(std::uint64_t n, std::uint64_t left_over, const Body& body) const {
+    if (n == 0) return;
+    const std::uint64_t apart = blocks(left_over, kernels::block);
+    launch(kernels::gather_two<Body>, apart + blocks(n, 2u * kernels::block), kernels::block, guard_, n,
+           static_cast<unsigned>(apart), left_over, body);
   }
 
   template <class Body>

@@ -117,6 +117,18 @@ bool fuses(const E& ex) {
   else return false;
 }
 
+/// Executors with gathers_two(n) and gather_two(n, left_over, body): a thread makes the sums of two items that follow each
+/// other, for bodies with
+///   std::uint32_t two(i, alone, sums)    parts of i and i + 1; how many they are of: 1 where i + 1 is left over, or alone
+///   std::uint64_t left_over(k)           for k < left_over: an item that was left over, or one beyond all
+///   bool unfinished(i)                   whether `more` adds to the sum of i
+///   std::uint32_t resident_warps_of_two  as resident_warps
+template <class E, class = void>
+inline constexpr bool can_gather_two = false;
+template <class E>
+inline constexpr bool can_gather_two<E, std::void_t<decltype(std::declval<const E&>().gathers_two(1))>> =
+    true;
+
 /// A gather as the body of a reduction.
 template <class Body>
 struct Finishing {

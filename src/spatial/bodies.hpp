@@ -200,7 +200,7 @@ struct NeighboursBody {
   };
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     if (w.f.group_of[i] != none)  // not removed
-      find_part<kind>(w, i, k, parts, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
+      find_part<kind>(w, i, k, parts, [](const Vec4<T>&, T) {});
     return {};
   }
   MELTSIM_HD void join(std::uint64_t i) const {

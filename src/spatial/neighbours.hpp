@@ -20,72 +20,161 @@ inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : Sear
 /// Candidates of a row that far_bits covers.
 inline constexpr std::uint32_t far_bits_per_row = 64;
 
-/// visit(j, x_j, x_ij, r2) for every candidate in these rows, and stores which are near as set `part` of words:
-/// the first sweep of a sub-step. Where branches are dear, candidates that are not near are visited, too; what
-/// vanishes beyond H needs no branch.
-template <SearchKind kind, class T, class Visit>
-MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
-                          const Visit& visit) {
-  constexpr bool Periodic = kind == SearchKind::periodic, counted = kind == SearchKind::counted;
-  const Vec3<T> xi = xyz(w.f.position[i]);
-  const std::conditional_t<counted, CountedRows<T>, Rows<Periodic, T>> rows(w, i);
-  WordWriter<T> words(w, i, part);
-  // 1 where near: the sign of a difference, which takes no comparison.
-  const auto look = [&](std::uint32_t j, const Vec4<T>& xj) {
-    const Vec3<T> d = separation<Periodic>(w.grid, xi, xyz(xj));
-    const T r2 = dot(d, d), beyond = r2 - w.c.kernel.support2;
-    if (on_device() || beyond < T(0)) visit(j, xj, d, r2);
-    return sign_bit(beyond);
+/// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores who is near to each of
+/// them. Where branches are dear, candidates that are not near are visited, too; what vanishes beyond H needs no branch.
+/// i: the first of the particles.
+template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
+MELTSIM_HD void search_for(const core::Frame<T>& w, std::uint64_t i, const SomeKindOfRows& rows, SomeRows set,
+                           const Vec3<T> (&x)[Count], WordWriter<T> (&words)[Count], const Visit& visit) {
+  std::uint32_t bits[Count]{};  // the first candidate's bit comes out highest
+  const auto look = [&](const Vec4<T>& xj) {
+    T r2[Count];
+    bool near = on_device();
+    for (std::uint32_t p = 0; p < Count; ++p) {
+      const Vec3<T> d = separation<kind == SearchKind::periodic>(w.grid, x[p], xyz(xj));
+      r2[p] = dot(d, d);
+      const T beyond = r2[p] - w.c.kernel.support2;
+      near = near || beyond < T(0);
+      bits[p] = bits[p] << 1 | sign_bit(beyond);  // 1 where near, without a comparison
+    }
+    if (near) visit(xj, r2);
   };
-  const auto mark = [&](std::uint32_t begin, std::uint32_t count) {
-    const Vec4<T>* x = w.f.position + begin;
-    std::uint32_t bits = 0, j = begin, left = count;  // the first candidate's bit comes out highest
+  const auto note = [&](std::uint32_t begin, std::uint32_t count) {
+    for (std::uint32_t p = 0; p < Count; ++p) {
+      words[p].add(begin, reversed(bits[p]) >> (word_bits - count));
+      bits[p] = 0u;
+    }
+  };
+  const auto mark = [&](std::uint32_t begin, std::uint32_t left) {
+    const Vec4<T>* xj = w.f.position + begin;
+    std::uint32_t done = 0;
     // Four at a time: their loads are under way together.
     const auto four = [&] {
-      const Vec4<T> x0 = x[0], x1 = x[1], x2 = x[2], x3 = x[3];
-      bits = bits << 1 | look(j, x0);
-      bits = bits << 1 | look(j + 1u, x1);
-      bits = bits << 1 | look(j + 2u, x2);
-      bits = bits << 1 | look(j + 3u, x3);
-      left -= 4u, j += 4u, x += 4;
+      const Vec4<T> x0 = xj[0], x1 = xj[1], x2 = xj[2], x3 = xj[3];
+      look(x0);
+      look(x1);
+      look(x2);
+      look(x3);
+      left -= 4u, done += 4u, xj += 4;
     };
     while (left >= 8u) {
       four();
       four();
+      if (done == word_bits) {
+        note(begin, word_bits);
+        begin += word_bits, done = 0u;
+      }
     }
     if (left >= 4u) four();
     if (left != 0u) {
-      const Vec4<T> x0 = x[0], x1 = x[left > 1u ? 1 : 0], x2 = x[left > 2u ? 2 : 0];
-      bits = bits << 1 | look(j, x0);
-      if (left > 1u) bits = bits << 1 | look(j + 1u, x1);
-      if (left > 2u) bits = bits << 1 | look(j + 2u, x2);
+      const Vec4<T> x0 = xj[0], x1 = xj[left > 1u ? 1 : 0], x2 = xj[left > 2u ? 2 : 0];
+      look(x0);
+      if (left > 1u) look(x1);
+      if (left > 2u) look(x2);
     }
-    words.add(begin, reversed(bits) >> (word_bits - count));
+    if (done + left != 0u) note(begin, done + left);
   };
   // A kept grid knows who cannot be near.
   const auto mark_some = [&](std::uint32_t begin, std::uint32_t far) {
     std::uint32_t near = far;
-    for (std::uint32_t bits = far; bits != 0u; bits &= bits - 1u) {
-      const std::uint32_t j = begin + static_cast<std::uint32_t>(lowest_bit(bits));
-      if (look(j, w.f.position[j]) == 0u) near &= ~(bits & (~bits + 1u));
+    for (std::uint32_t left = far; left != 0u; left &= left - 1u) {
+      look(w.f.position[begin + static_cast<std::uint32_t>(lowest_bit(left))]);
+      if ((bits[0] & 1u) == 0u) near &= ~(left & (~left + 1u));
     }
-    words.add(begin, near);
+    words[0].add(begin, near);
+    bits[0] = 0u;
   };
-  SomeRows set = rows_of_part(w, part, parts);
-  set.bits &= rows.within();
   while (!set.empty()) {
     const std::uint32_t r = set.take();
     const core::Range row = rows[r];
     std::uint32_t from = row.begin;
-    if (!counted && w.f.far_bits != nullptr) {
+    if (kind != SearchKind::counted && w.f.far_bits != nullptr) {
       const std::uint64_t far = w.f.far_bits[static_cast<std::uint64_t>(r) * w.bits_stride + i];
       mark_some(from, static_cast<std::uint32_t>(far));
       mark_some(from + word_bits, static_cast<std::uint32_t>(far >> word_bits));
       from += far_bits_per_row;
     }
-    for (; from < row.end; from += word_bits) mark(from, minimum(row.end - from, word_bits));
+    if (from < row.end) mark(from, row.end - from);
   }
-  words.close();
+}
+
+/// visit(x_j, r2) for every candidate of particle i in one part of its rows, and stores who is near as set `part` of words:
+/// the first sweep of a sub-step.
+template <SearchKind kind, class T, class Visit>
+MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,
+                          const Visit& visit) {
+  const Vec3<T> x[1] = {xyz(w.f.position[i])};
+  WordWriter<T> words[1] = {{w, i, part}};
+  SomeRows set = rows_of_part(w, part, parts);
+  const auto search = [&](const auto& rows) {
+    set.bits &= rows.within();
+    search_for<kind>(w, i, rows, set, x, words,
+                     [&](const Vec4<T>& xj, const T(&r2)[1]) { visit(xj, r2[0]); });
+  };
+  if constexpr (kind == SearchKind::counted) {
+    const std::uint32_t cell = w.f.group_of[i];
+    search(CountedRows<T>(w, cell, cell));
+  } else {
+    search(Rows<kind == SearchKind::periodic, T>(w, i));
+  }
+  words[0].close();
+}
+
+/// The same for particles i and i + 1 at once, where cells are counted; visit(x_j, r2 of each). Most follow each other in
+/// one line of cells and have nearly the same candidates: a position that is loaded serves both, and so does what it
+/// takes to come to the next row. Says of how many it was: of i alone where it is the last or the next is in another line
+/// (first_of_line finds that one), or where that is asked for. Removed ones have no candidates.
+template <class T, class Visit>
+MELTSIM_HD std::uint32_t find_two(const core::Frame<T>& w, std::uint64_t i, bool alone, const Visit& visit) {
+  const std::uint32_t there = alone || i + 1u >= w.particles ? 1u : 2u;
+  std::uint32_t from = w.f.group_of[i], to = from;
+  if (from == core::none) return there;
+  if (there == 2u) to = w.f.group_of[i + 1u];
+  const bool two = there == 2u && to != core::none;
+  if (!two) to = from;
+  WordWriter<T> words[2] = {{w, i, 0u}, {w, i + 1u, 0u}};
+  for (bool again = false;;) {
+    const CountedRows<T> rows(w, from, to);
+    const std::uint32_t done = rows.of_both() ? there : rows.one_line() ? 0u : 1u;
+    Vec3<T> x[2] = {xyz(w.f.position[i]), xyz(w.f.position[i + (two ? 1u : 0u)])};
+    // So far from candidates that one finds nothing and adds nothing.
+    const T away = T(1e4) * w.c.kernel.support;
+    if (again) x[0] += Vec3<T>{away, away, away};
+    if (!two || !rows.of_both()) x[1] += Vec3<T>{away, away, away};
+    SomeRows set = rows_of_part(w, 0u, 1u);
+    set.bits &= rows.within();
+    search_for<SearchKind::counted>(w, i, rows, set, x, words,
+                                    [&](const Vec4<T>& xj, const T(&r2)[2]) { visit(xj, r2[0], r2[1]); });
+    if (done != 0u) {
+      words[0].close();
+      if (done == 2u) words[1].close();
+      return done;
+    }
+    from = to;  // far apart: one after the other
+    again = true;
+  }
+}
+
+/// Lines of cells along x.
+template <class T>
+std::uint64_t lines(const core::Grid<T>& g) {
+  return static_cast<std::uint64_t>(g.ny) * static_cast<std::uint64_t>(g.nz);
+}
+
+/// Whether find_two is faster than one particle per thread. A million particles on an H200 [ms per sub-step]: at 2 spacings
+/// water 0.351 to 0.332, melting 0.757 to 0.744; at 2.5, where a row is longer than a word, water 0.574 both ways, melting
+/// 1.150 to 1.185: shape matching beside it leaves room for half as many warps. In short lines too many would be left over.
+template <class T>
+bool pays_by_twos(const core::Frame<T>& w) {
+  return w.c.kernel.support < T(2.25) * w.c.spacing && w.grid.nx >= 64;
+}
+
+/// The particle that begins a line of cells where find_two leaves it alone; behind all particles where there is none.
+template <class T>
+MELTSIM_HD std::uint64_t first_of_line(const core::Frame<T>& w, std::uint64_t line) {
+  const std::uint32_t* cells = w.f.cell_begin + line * static_cast<std::uint64_t>(w.grid.nx);
+  const std::uint32_t begin = cells[0], end = cells[w.grid.nx];
+  return begin % 2u == 1u && begin < end ? begin : w.particles;
 }
 
 /// visit(j, x_j, x_ij, r2) for every particle j with |x_ij| < H, i itself included (x_ij = 0), or for one part of

@@ -56,14 +56,23 @@ class Rows {
   StraightRows straight_{};
 };
 
-/// The same where cells are counted and nothing wraps, asked for rows that are within the domain only.
+/// The same where cells are counted and nothing wraps, asked for rows that are within the domain only. Of the particles
+/// in cells first and last, where these are in one line and no farther apart than candidates are; else of those in the
+/// first.
 template <class T>
 class CountedRows {
  public:
-  MELTSIM_HD CountedRows(const core::Frame<T>& w, std::uint64_t i) : w_(w) {
-    const std::uint32_t cell = w.f.group_of[i];
-    own_ = straight_rows(w.grid, place_of(w.grid, cell), cell);
+  MELTSIM_HD CountedRows(const core::Frame<T>& w, std::uint32_t first, std::uint32_t last) : w_(w) {
+    const CellPlace at = place_of(w.grid, first);
+    own_ = straight_rows(w.grid, at, first);
+    const auto reach = static_cast<std::uint32_t>(w.grid.reach);
+    const std::uint32_t after = static_cast<std::uint32_t>(w.grid.nx - 1 - at.x), apart = last - first;
+    one_line_ = apart <= after;
+    both_ = apart <= minimum(after, reach);
+    if (both_) own_.cells = last + minimum(after - apart, reach) + 1u - own_.first;
   }
+  MELTSIM_HD bool one_line() const { return one_line_; }
+  MELTSIM_HD bool of_both() const { return both_; }
   MELTSIM_HD std::uint32_t within() const { return own_.lines; }
   MELTSIM_HD core::Range operator[](std::uint32_t r) const {
     const std::uint32_t* begin =
@@ -74,6 +83,7 @@ class CountedRows {
  private:
   const core::Frame<T>& w_;
   StraightRows own_;
+  bool one_line_, both_;
 };
 
 /// Rows whose bits are set, ascending.

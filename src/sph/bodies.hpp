@@ -43,17 +43,31 @@ struct DensityBody {
   static constexpr std::uint32_t resident_warps(std::uint32_t parts) {
     return sizeof(T) == sizeof(float) && parts == 1u && !Periodic ? 48u : 0u;
   }
+  /// With room for 28, 36 or 40 it is slower (measured).
+  static constexpr std::uint32_t resident_warps_of_two = 32u;
   using Sum = Surroundings<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
-    spatial::find_part<kind>(w, i, k, parts, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
-    });
+    spatial::find_part<kind>(w, i, k, parts, [&](const Vec4<T>& xj, T r2) { s.phi += contribution(xj, r2); });
     return s;
+  }
+  /// core::can_gather_two; where cells are counted.
+  MELTSIM_HD std::uint32_t two(std::uint64_t i, bool alone, Sum (&s)[2]) const {
+    return spatial::find_two(w, i, alone, [&](const Vec4<T>& xj, T r2, T r2_next) {
+      s[0].phi += contribution(xj, r2);
+      s[1].phi += contribution(xj, r2_next);
+    });
+  }
+  MELTSIM_HD std::uint64_t left_over(std::uint64_t k) const { return spatial::first_of_line(w, k); }
+  MELTSIM_HD T contribution(const Vec4<T>& xj, T r2) const {
+    return xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
   }
   MELTSIM_HD void join(std::uint64_t i) const {
     if (w.f.group_of[i] != core::none) spatial::join_words(w, i);
+  }
+  MELTSIM_HD bool unfinished(std::uint64_t i) const {
+    return w.f.group_of[i] != core::none && physics::wall_view(w.c.walls, xyz(w.f.position[i])).axes != 0u;
   }
   /// The images of the neighbours, shared out anew: beside an edge a third of the rows may have half of them.
   MELTSIM_HD void more(std::uint64_t i, std::uint32_t k, std::uint32_t parts, Sum& s) const {

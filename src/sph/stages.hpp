@@ -16,7 +16,15 @@ void density(E& ex, const core::Frame<T>& w) {
     spatial::with_periods(w, [&](auto periodic) {
       ex.for_each(w.particles, DensityLanes<T, periodic()>(w, ex.split(w.particles, w.f.position)));
     });
-  else spatial::with_search(w, [&](auto kind) { ex.gather(w.particles, DensityBody<T, kind()>{w}); });
+  else
+    spatial::with_search(w, [&](auto kind) {
+      const DensityBody<T, kind()> body{w};
+      if constexpr (core::can_gather_two<E> && kind() == spatial::SearchKind::counted &&
+                    sizeof(T) == sizeof(float))
+        if (ex.gathers_two(w.particles) && spatial::pays_by_twos(w))
+          return ex.gather_two(w.particles, spatial::lines(w.grid), body);
+      ex.gather(w.particles, body);
+    });
 }
 
 template <class E, class T>

@@ -18,6 +18,49 @@ struct Maker<CudaExec> {
 
 INSTANTIATE_TYPED_TEST_SUITE_P(Cuda, Verbs, CudaExec);
 
+/// Two at once, but for one of ten, which is left over. More to add to none in long runs, to all in others, to some
+/// elsewhere.
+struct TwoAtOnce {
+  static constexpr std::uint32_t resident_warps_of_two = 32;
+  std::uint64_t n;
+  const std::uint32_t* values;
+  std::uint64_t* out;
+  struct Sum {
+    std::uint64_t n = 0;
+  };
+  MELTSIM_HD std::uint32_t two(std::uint64_t i, bool alone, Sum (&s)[2]) const {
+    s[0].n = values[i];
+    if (alone || i + 1 >= n || (i + 1) % 10u == 7u) return 1;
+    s[1].n = values[i + 1];
+    return 2;
+  }
+  MELTSIM_HD std::uint64_t left_over(std::uint64_t k) const { return 10 * k + 7; }
+  MELTSIM_HD bool unfinished(std::uint64_t i) const {
+    return i / 500u % 3u == 0u || (i / 500u % 3u == 1u && values[i] % 3u == 0u);
+  }
+  MELTSIM_HD void more(std::uint64_t i, std::uint32_t, std::uint32_t, Sum& s) const { s.n += 1000 * (i + 1); }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { out[i] += s.n; }
+};
+
+TEST(CudaVerbs, GatherTwoFinishesEveryoneOnce) {
+  MELTSIM_NEEDS_GPU();
+  CudaExec ex(0, nullptr);
+  for (const std::uint64_t n : sizes()) {
+    std::vector<std::uint32_t> host;
+    for (std::uint64_t i = 0; i < n; ++i)
+      host.push_back(static_cast<std::uint32_t>(i * 2654435761u >> 7) % 100u);
+    Buffer<CudaExec, std::uint32_t> values(ex, host);
+    Buffer<CudaExec, std::uint64_t> out(ex, n + 1, std::uint64_t{7});
+    ex.gather_two(n, (n + 9) / 10, TwoAtOnce{n, values.get(), out.get()});
+    const auto got = out.host();
+    const TwoAtOnce same{n, host.data(), nullptr};
+    for (std::uint64_t i = 0; i < n; ++i)
+      ASSERT_EQ(got[i], 7 + host[i] + (same.unfinished(i) ? 1000 * (i + 1) : 0)) << "n " << n << ", i " << i;
+    EXPECT_EQ(got[n], 7u);
+  }
+  EXPECT_EQ(ex.fault(), "");
+}
+
 // A hidden wait, allocation or read-back would fail the capture.
 TEST(CudaVerbs, CanBeCapturedAndReplayed) {
   MELTSIM_NEEDS_GPU();

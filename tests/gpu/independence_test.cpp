@@ -94,4 +94,16 @@ TEST(Sanitizer, SmallSceneForAFewSteps) {
   }
 }
 
+// Threads that take two particles at once do so where there are so many and the support is short.
+TEST(Sanitizer, ManyOfWaterAtAShortSupport) {
+  MELTSIM_NEEDS_GPU();
+  MeltingScene scene;
+  scene.side = 66;
+  scene.support = 2;
+  scene.ice = 0;
+  World water = make_world(scene);
+  hash_after(water, 1);
+  EXPECT_GE(value_of(water.particles()).id.size(), 200000u);
+}
+
 }  // namespace

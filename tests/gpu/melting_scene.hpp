@@ -21,10 +21,11 @@ struct MeltingScene {
   Backend backend = Backend::cuda;
   Precision precision = Precision::single_precision;
   void* stream = nullptr;
-  int side = 16;       ///< tank, in spacings
-  int ice = 8;         ///< block, in spacings; 0: none
-  int second_ice = 0;  ///< another block beside it, so that bodies can touch
-  int half_width = 2;  ///< of regions
+  int side = 16;         ///< tank, in spacings
+  int ice = 8;           ///< block, in spacings; 0: none
+  int second_ice = 0;    ///< another block beside it, so that bodies can touch
+  int half_width = 2;    ///< of regions
+  double support = 2.5;  ///< in spacings
   double water_temperature = 80;
   double latent_heat = 3.34e5;
   double heat_time_scale = 2e4;
@@ -62,6 +63,7 @@ inline World make_world(const MeltingScene& scene) {
   desc.precision = scene.precision;
   desc.stream = scene.stream;
   desc.spacing = spacing;
+  desc.support_radius = scene.support * spacing;
   desc.domain.bounded = true;
   const double wide = scene.side * spacing;
   desc.domain.max = {wide, wide, wide};

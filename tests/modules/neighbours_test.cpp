@@ -121,8 +121,7 @@ class Neighbours : public testing::Test {
         EXPECT_EQ(found, expected) << what << " of " << i << ", room for " << room;
         found.clear();
       };
-      for (std::uint32_t k = 0; k < 3; ++k)
-        spatial::find_part<kind()>(w, i, k, 3u, [](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T) {});
+      for (std::uint32_t k = 0; k < 3; ++k) spatial::find_part<kind()>(w, i, k, 3u, [](const Vec4<T>&, T) {});
       spatial::join_words(w, i);
       // Everyone but the neighbours marked, then one of them, too.
       std::vector<std::uint32_t> marks(w.particles / 32 + 2, ~0u);

@@ -89,6 +89,37 @@ TEST_P(Sizes, DensityIsThatOfAllPairs) {
   }
 }
 
+// On a GPU a thread takes two of so many particles at a time, where the support is short. A lattice of odd lines in the corner
+// of a box, whose images go on with it: all have the density of an endless one but for two layers at the free sides.
+TEST_P(Sizes, DensityOfManyAtAShortSupportIsThatOfAllPairs) {
+  const int nx = 61, ny = 59, nz = 57;  // 205,143
+  WorldDesc d = still(GetParam(), 2);
+  d.domain.bounded = true;
+  d.domain.max = Vec3d{nx + 3.0, ny + 3.0, nz + 3.0} * dx;
+  auto w = *World::create(d);
+  add(w, *w.add_material({}), sites({0, 0, 0}, {double(nx), double(ny), double(nz)}));
+  require(w.step(1e-9));
+  ASSERT_FALSE(w.synchronize().halted);
+  const auto data = *w.particles();
+  ASSERT_EQ(data.id.size(), std::size_t{nx * ny * nz});
+  const auto kernel = physics::make_kernel<double>(2 * dx, dx);
+  double endless = 0;
+  for (int k = 0; k < 125; ++k) {
+    const double distance = length(Vec3d{k % 5 - 2.0, k / 5 % 5 - 2.0, k / 25 - 2.0} * dx);
+    if (distance < kernel.support) endless += dx * dx * dx * physics::kernel_value(kernel, distance);
+  }
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < data.id.size(); ++i) {
+    const Vec3d x = data.position[i] * (1 / dx);
+    if (x.x > nx - 2 || x.y > ny - 2 || x.z > nz - 2) continue;
+    ++inside;
+    ASSERT_NEAR(data.density[i] / (1000 * endless), 1.0,
+                GetParam() == Precision::double_precision ? 1e-12 : 1e-5)
+        << "particle " << i << " at site " << x.x << ", " << x.y << ", " << x.z;
+  }
+  EXPECT_EQ(inside, std::size_t{(nx - 2) * (ny - 2) * (nz - 2)});
+}
+
 // A body of so few particles, beside liquid and alone.
 TEST_P(Sizes, BodiesOfFewParticlesStep) {
   for (const int n : {1, 31, 33})
