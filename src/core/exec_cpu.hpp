@@ -149,17 +149,14 @@ class CpuExec {
 
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) const {
-    if (n == 0 || stopped()) return;
-    each_part(n, part, [&](std::uint64_t begin, std::uint64_t end) {
-      if (wide_) run_wide(body, begin, end);
-      else run(body, begin, end);
-    });
+    for_all(n, body, makes_sums<Body>::value ? few_sums : few);
   }
 
   template <class Body>
   void gather(std::uint64_t n, const Body& body) const {
     const std::uint32_t parts = gather_parts<Body>(n);
-    for_each(n, [&body, parts](std::uint64_t i) { body.finish(i, sum_of(body, i, parts)); });
+    for_all(
+        n, [&body, parts](std::uint64_t i) { body.finish(i, sum_of(body, i, parts)); }, few_sums);
   }
 
   template <class Body>
@@ -176,9 +173,10 @@ class CpuExec {
 
   template <class Body>
   void gather_listed(std::uint64_t n, const std::uint32_t*, const Body& body) const {
-    for_each(n, [&body](std::uint64_t i) {
+    const auto one = [&body](std::uint64_t i) {
       if (body.wanted(i)) body.finish(i, sum_of(body, i, listed<Body>::parts));
-    });
+    };
+    for_all(n, one, few_sums);
   }
 
   template <class R, class Body, class Last = Nothing>
@@ -451,8 +449,9 @@ class CpuExec {
   static std::size_t split_bytes(std::uint64_t n) {
     return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);
   }
-  static constexpr std::uint64_t few = 1024;  // items that are not worth waking threads for
-  static constexpr std::uint64_t part = 64;   // least number of items that a thread takes
+  // Items that are not worth waking threads for; and where each is a sum.
+  static constexpr std::uint64_t few = 1024, few_sums = 256;
+  static constexpr std::uint64_t part = 64;  // least number of items that a thread takes
   template <class Body>
   static void run(const Body& body, std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t i = begin; i < end; ++i) body(i);
@@ -461,15 +460,26 @@ class CpuExec {
   MELTSIM_WIDE static void run_wide(const Body& body, std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t i = begin; i < end; ++i) body(i);
   }
-  /// run(begin, end) over pieces of [0, n); small loops are not worth waking threads.
+  template <class Body>
+  void for_all(std::uint64_t n, const Body& body, std::uint64_t alone) const {
+    if (n == 0 || stopped()) return;
+    each_part(
+        n, part,
+        [&](std::uint64_t begin, std::uint64_t end) {
+          if (wide_) run_wide(body, begin, end);
+          else run(body, begin, end);
+        },
+        alone);
+  }
+  /// run(begin, end) over pieces of [0, n); up to `alone` items by this thread.
   template <class Run>
-  void each_part(std::uint64_t n, std::uint64_t size, const Run& run) const {
+  void each_part(std::uint64_t n, std::uint64_t size, const Run& run, std::uint64_t alone = few) const {
     const auto parts = static_cast<std::int64_t>((n + size - 1) / size);
     const auto one = [&](std::int64_t c) {
       const std::uint64_t begin = static_cast<std::uint64_t>(c) * size;
       run(begin, std::min(n, begin + size));
     };
-    if (threads_ > 1 && n > few) return shares_.each(parts, one);
+    if (threads_ > 1 && n > alone) return shares_.each(parts, one);
     for (std::int64_t c = 0; c < parts; ++c) one(c);
   }
   int threads_;

@@ -33,6 +33,12 @@ struct joins : std::false_type {};
 template <class Body>
 struct joins<Body, std::void_t<decltype(&Body::join)>> : std::true_type {};
 
+/// Bodies of which every call makes a sum, one by one as in a gather or many terms at a time: some 0.2 us and more.
+template <class Body, class = void>
+struct makes_sums : std::false_type {};
+template <class Body>
+struct makes_sums<Body, std::void_t<typename Body::Sum>> : std::true_type {};
+
 /// The sum of i in one thread, added up as where parts have threads of their own.
 template <class Body>
 MELTSIM_HD typename Body::Sum sum_of(const Body& body, std::uint64_t i, std::uint32_t parts) {
