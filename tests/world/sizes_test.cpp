@@ -91,6 +91,7 @@ TEST_P(Sizes, DensityIsThatOfAllPairs) {
 
 // On a GPU a thread takes two of so many particles at a time, where the support is short. A lattice of odd lines in the corner
 // of a box, whose images go on with it: all have the density of an endless one but for two layers at the free sides.
+// Tolerances as above: here some 33 additions and as many images.
 TEST_P(Sizes, DensityOfManyAtAShortSupportIsThatOfAllPairs) {
   const int nx = 61, ny = 59, nz = 57;  // 205,143
   WorldDesc d = still(GetParam(), 2);
