@@ -54,7 +54,8 @@ struct StageContext {
   void* position = nullptr;      ///< Vec4<T>: x, y, z relative to World::origin() [m], volume [m^3]
   void* velocity = nullptr;      ///< Vec4<T>: vx, vy, vz [m/s], operand (do not write w)
   void* acceleration = nullptr;  ///< Vec3<T> [m/s^2]; add to it after "sph.forces" / before "step.integrate"
-  const double* enthalpy = nullptr;    ///< [J] per particle
+  /// [J] per particle; null where heat is at rest and no custom stage names "enthalpy".
+  const double* enthalpy = nullptr;
   const std::uint32_t* id = nullptr;   ///< stable id per particle
   const std::uint32_t* tag = nullptr;  ///< see meltsim/particle_tag.hpp
 };

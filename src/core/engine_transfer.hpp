@@ -57,6 +57,7 @@ void put_particles(E& ex, const Frame<T>& w, const ParticleArrays<T>& a) {
   put(ex, w.f.position, a.position);
   put(ex, w.f.velocity, a.velocity);
   put(ex, w.f.enthalpy, a.enthalpy);
+  put(ex, w.f.enthalpy_of_id, a.enthalpy);  // slots are ids as yet
   put(ex, w.f.mass, a.mass);
   put(ex, w.f.tag, a.tag);
   put(ex, w.f.id, a.id);
@@ -117,7 +118,8 @@ template <class E, class T>
 void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
   const std::size_t n = w.born, slots = w.particles;
   const auto position = fetch(ex, w.f.position, slots), velocity = fetch(ex, w.f.velocity, slots);
-  const auto enthalpy = fetch(ex, w.f.enthalpy, slots);
+  const bool moved = w.f.enthalpy != nullptr;
+  const auto enthalpy = fetch(ex, moved ? w.f.enthalpy : w.f.enthalpy_of_id, slots);
   const auto mass = fetch(ex, w.f.mass, slots);
   const auto tag = fetch(ex, w.f.tag, slots), id = fetch(ex, w.f.id, slots);
   s.position.resize(n);
@@ -132,7 +134,7 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     if (k >= n) continue;  // to come
     s.position[k] = cast<double>(xyz(position[i]));
     s.velocity[k] = cast<double>(xyz(velocity[i]));
-    s.enthalpy[k] = enthalpy[i];
+    s.enthalpy[k] = enthalpy[moved ? i : k];
     s.mass[k] = static_cast<double>(mass[i]);
     s.volume[k] = static_cast<double>(position[i].w);
     s.tag[k] = tag[i];

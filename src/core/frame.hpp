@@ -201,6 +201,12 @@ struct Frame {
   SumUnits sum_units;  ///< lsm.balance
 };
 
+/// Enthalpy of the particle at slot i, wherever the scene keeps it [J].
+template <class T>
+MELTSIM_HD double enthalpy_at(const Frame<T>& w, std::uint64_t i) {
+  return w.f.enthalpy != nullptr ? w.f.enthalpy[i] : w.f.enthalpy_of_id[w.f.id[i]];
+}
+
 /// Whether a particle of liquid has nothing beside it but the same liquid, equally viscous.
 template <class T>
 bool liquid_alone(const Frame<T>& w) {

@@ -192,11 +192,13 @@ constexpr bool pipeline_is_fed() {
 }
 static_assert(pipeline_is_fed(), "a stage reads a channel that no earlier stage of that scene produced");
 
-/// Channels a scene needs: what its stages touch, and nothing else.
-constexpr FieldSet channels_for(std::uint32_t facts) {
-  FieldSet set = 0;
+/// Channels a scene needs: what its stages touch, and what the host asks for. Enthalpies that neither does lie by id.
+constexpr FieldSet channels_for(std::uint32_t facts, FieldSet wanted = 0) {
+  FieldSet set = wanted;
   for (int i = 0; i < stage_count; ++i)
     if (runs(stage_table[i], facts)) set |= stage_table[i].reads | stage_table[i].writes;
+  const FieldSet moved = FieldSet{1} << field_enthalpy;
+  if ((facts & fact_particles) != 0 && (set & moved) == 0) set |= FieldSet{1} << field_enthalpy_of_id;
   return set;
 }
 

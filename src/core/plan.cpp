@@ -73,6 +73,17 @@ std::string Plan::to_string() const {
   return out + line;
 }
 
+/// Channels of a scene with these facts and the custom stages there are. Of what such a stage can see, only enthalpies are
+/// not there in any scene with particles.
+core::FieldSet WorldImpl::channels_of(std::uint32_t facts) const {
+  core::FieldSet wanted = 0;
+  for (const core::PlacedStage& c : custom_)
+    for (const auto* list : {&c.stage.reads, &c.stage.writes})
+      if (std::find(list->begin(), list->end(), "enthalpy") != list->end())
+        wanted |= core::FieldSet{1} << core::field_enthalpy;
+  return core::channels_for(facts, wanted);
+}
+
 Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
   if (stage.name.empty()) return invalid("custom stage: name is empty; give it one, timings refer to it");
   if (stage.run == nullptr)
@@ -91,7 +102,12 @@ Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
                        "\" does not exist; names are those of meltsim/fields.def");
   for (int s = 0; s < core::stage_count; ++s)
     if (after == core::stage_table[static_cast<std::size_t>(s)].name) {
+      const core::FieldSet held = channels_of(facts_);
       custom_.push_back({s, std::move(stage)});
+      if (channels_of(facts_) != held && !dirty_) {
+        fetch_state();
+        dirty_ = true;
+      }
       return {};
     }
   return invalid("custom stage \"", stage.name, "\": after: no stage is named \"", after,

@@ -60,9 +60,9 @@ template <class T>
 struct SurfaceFrame {
   // the World's particles
   const Vec4<T>* position = nullptr;
-  const double* enthalpy = nullptr;
+  const double *enthalpy = nullptr, *enthalpy_of_id = nullptr;  ///< one of them
   const T* mass = nullptr;
-  const std::uint32_t* tag = nullptr;
+  const std::uint32_t *tag = nullptr, *id = nullptr;
   const std::uint32_t* slot_of_id = nullptr;
   const MaterialRow<T>* materials = nullptr;
   const WorldStatus* status = nullptr;

@@ -72,8 +72,10 @@ class SurfaceRun {
   void describe(const Frame<T>& scene, const SurfaceRequest& q) {
     w_.position = scene.f.position;
     w_.enthalpy = scene.f.enthalpy;
+    w_.enthalpy_of_id = scene.f.enthalpy_of_id;
     w_.mass = scene.f.mass;
     w_.tag = scene.f.tag;
+    w_.id = scene.f.id;
     w_.slot_of_id = scene.f.slot_of_id;
     w_.materials = scene.f.materials;
     w_.status = scene.f.status;

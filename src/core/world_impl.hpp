@@ -85,6 +85,7 @@ class WorldImpl final : public Scheduler {
 
  private:
   std::uint32_t facts();
+  core::FieldSet channels_of(std::uint32_t facts) const;
   std::string heat_reason() const;
   bool heat_from_outside() const;
   void fill_heat_boundary(core::SceneConstants& c) const;

@@ -114,7 +114,7 @@ Status WorldImpl::prepare() {
   derive_sound_speed();
   core::EngineSetup setup;
   setup.facts = facts_ = facts();
-  setup.channels = core::channels_for(setup.facts);
+  setup.channels = channels_of(setup.facts);
   if ((setup.facts & core::fact_particles) != 0) {
     setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
     if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;

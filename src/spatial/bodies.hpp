@@ -48,22 +48,25 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   const Vec4<T> x = w.before.position[from];
   const Vec4<T> v = w.before.velocity[from];
   const T mass = w.before.mass[from];
-  const double enthalpy = w.before.enthalpy[from];
+  const core::MaterialRow<T>& m = w.f.materials[material_of(tag)];
+  const bool has_enthalpy = w.f.enthalpy != nullptr;
+  double enthalpy = 0;
+  if (has_enthalpy) enthalpy = w.before.enthalpy[from];
+  else if (m.tables != nullptr) enthalpy = w.f.enthalpy_of_id[id];
   const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
   // A melted particle grows or shrinks to its liquid's volume within a few acoustic times, not at once.
-  const T volume = is_solid(tag) ? x.w
-                                 : physics::relaxed_volume(
-                                       x.w,
-                                       mass / physics::rest_density(w.f.materials[material_of(tag)],
-                                                                    enthalpy / static_cast<double>(mass)),
-                                       w.f.clock->dt * w.c.volume_rate);
+  const T volume = is_solid(tag)
+                       ? x.w
+                       : physics::relaxed_volume(
+                             x.w, mass / physics::rest_density(m, enthalpy / static_cast<double>(mass)),
+                             w.f.clock->dt * w.c.volume_rate);
   w.f.position[i] = with_w(moved, volume);
   w.f.velocity[i] = v;
-  w.f.enthalpy[i] = enthalpy;
+  if (has_enthalpy) w.f.enthalpy[i] = enthalpy;
   w.f.mass[i] = mass;
   w.f.tag[i] = tag;
   w.f.id[i] = id;
-  if (w.heat_at_hand) w.f.heat_operand[i] = core::operand_at(w.f.materials[material_of(tag)], enthalpy, mass);
+  if (w.heat_at_hand) w.f.heat_operand[i] = core::operand_at(m, enthalpy, mass);
   // A permutation: no two i share an id. Written all over memory, hence for those only whom somebody will look for.
   if (w.slots_of_all || is_solid(tag) || is_removed(tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
 }

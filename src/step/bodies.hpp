@@ -34,7 +34,8 @@ struct EmitBody {
     const Vec3<T> offset = xyz(w.f.emitter_points[b.first_point + k]);
     w.f.position[slot] = with_w(b.center + offset, b.volume);
     w.f.velocity[slot] = with_w(b.velocity, T(0));
-    w.f.enthalpy[slot] = b.enthalpy;
+    if (w.f.enthalpy != nullptr) w.f.enthalpy[slot] = b.enthalpy;
+    else w.f.enthalpy_of_id[id] = b.enthalpy;
     w.f.mass[slot] = b.mass;
     w.f.tag[slot] = b.tag;
     if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
@@ -77,7 +78,7 @@ struct IntegrateBody {
     p.velocity = w.f.velocity[i];
     p.acceleration = acceleration_of(w, i);
     if (w.f.shift != nullptr) p.shift = w.f.shift[i];
-    p.enthalpy = w.f.enthalpy[i];
+    if (w.f.enthalpy != nullptr) p.enthalpy = w.f.enthalpy[i];
     return p;
   }
   template <class Add>
@@ -101,7 +102,7 @@ struct LedgerBody {
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag)) return s;
     const auto mass = static_cast<double>(w.f.mass[i]);
-    const double enthalpy = w.f.enthalpy[i];
+    const double enthalpy = core::enthalpy_at(w, i);
     const Vec3<double> x = cast<double>(xyz(w.f.position[i])), v = cast<double>(xyz(w.f.velocity[i]));
     s.mass = mass;
     s.momentum = v * mass;

@@ -73,7 +73,8 @@ struct SurfaceGroupsBody {
     if (!live) return;
     const std::uint32_t slot = w.slot_out[i], tag = w.tag[slot];
     const core::MaterialRow<T>& m = w.materials[material_of(tag)];
-    const double h = w.enthalpy[slot] / static_cast<double>(w.mass[slot]);
+    const double enthalpy = w.enthalpy != nullptr ? w.enthalpy[slot] : w.enthalpy_of_id[w.id[slot]];
+    const double h = enthalpy / static_cast<double>(w.mass[slot]);
     w.point[i] = w.position[slot];
     w.mark[i] = is_solid(tag) ? mark_solid : mark_liquid;
     const double both = is_solid(tag) ? 0.0 : 1.0;
