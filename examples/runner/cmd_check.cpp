@@ -47,6 +47,7 @@ class Check {
       placed += count;
       fmt::print("fluids[{}]   {} particles of {}, {:g} C\n", i, count_text(count), scene_.fluids[i].material,
                  scene_.fluids[i].desc.temperature);
+      print_left_out(scene_.fluids[i].desc, count);
     }
     print_bodies();
     for (const SceneEmitter& emitter : scene_.emitters) print_emitter(emitter);
@@ -59,6 +60,16 @@ class Check {
       fmt::print("overlaps    none\n");
     }
     if (now_.fluid + now_.solid == 0 && scene_.emitters.empty()) warn("the scene holds no particles");
+  }
+
+  void print_left_out(const meltsim::FluidDesc& fluid, std::uint64_t count) {
+    const meltsim::WorldDesc& world = scene_.world;
+    const meltsim::Vec3d origin = world.domain.bounded ? world.domain.min : meltsim::Vec3d{};
+    const std::uint64_t points = fluid.shape.lattice_points(origin, world.spacing).size();
+    if (points > count)
+      fmt::print(
+          "            {} more are nearer to a wall than half a spacing or where there is liquid already\n",
+          count_text(points - count));
   }
 
   void print_bodies() {

@@ -90,7 +90,8 @@ struct WorldDesc {
   int pieces_interval = 16;  ///< steps between searches for pieces that came apart, >= 1
 };
 
-/// Liquid filling a shape, on the same lattice as the solids. Points inside bodies are carved away.
+/// Liquid filling a shape, on the same lattice as the solids. Points inside bodies are carved away; points nearer to a wall
+/// than half a spacing, where the domain is no whole number of spacings wide, are left out: there liquid would be squeezed.
 struct FluidDesc {
   Shape shape;
   MaterialId material;

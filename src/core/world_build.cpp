@@ -20,6 +20,20 @@ using core::same_place;
 
 namespace {
 constexpr double most_points = 4e9;  // ids are 32 bits
+
+// Liquid nearer to a wall than this many spacings is squeezed by its image there. A column of water that should reach
+// 0.75 m/s within 40 ms reaches 1.2 at 0.48, 4.3 at 0.4, 11 at 0.3.
+constexpr double least_wall_distance = 0.48;
+
+/// Whether liquid at p is as far from walls, and from its images across periodic faces, as it can be at rest.
+bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
+  if (!domain.bounded) return true;
+  const Vec3d below = p - domain.min, above = domain.max - p;
+  const double distance[] = {below.x, above.x, below.y, above.y, below.z, above.z};
+  for (std::size_t face = 0; face < 6; ++face)
+    if (domain.faces[face] != Face::open && distance[face] < least_wall_distance * spacing) return false;
+  return true;
+}
 }  // namespace
 
 Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
@@ -216,6 +230,12 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
   if (Status s = place(f.shape, "fluid: ", points, positions); !s) return s.error();
+  const auto squeezed = [this](Vec3d p) { return !has_room(desc.domain, desc.spacing, p); };
+  positions.erase(std::remove_if(positions.begin(), positions.end(), squeezed), positions.end());
+  if (positions.empty())
+    return invalid("fluid: shape: every one of its ", static_cast<std::uint64_t>(points.size()),
+                   " points is nearer to a wall than half a spacing (", 0.5 * desc.spacing,
+                   " m); make the domain a whole number of spacings wide, or the spacing smaller");
   fetch_state();
   core::PointGrid taken(desc.spacing);
   for (std::size_t i = 0; i < state_.position.size(); ++i)
