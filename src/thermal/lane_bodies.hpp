@@ -54,11 +54,21 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
     }
     return {rate.total(), conductance.total()};
   }
+  /// Resistivities of neighbours that hold both phases, toward one of temperature `own`. Nearly all of them are of one
+  /// material, and all of that at its melting point: what those have is worked out once.
   void settle(const std::uint32_t* slots, std::uint32_t n, T own, spatial::LanePairs<T>& other) const {
-    for (std::uint32_t k = 0; k < n; ++k)
-      if (other.second[k] < T(0))
-        other.second[k] = toward(w.f.materials[material_of(w.f.tag[slots[k]])],
-                                 HeatOperand<T>{other.first[k], other.second[k]}, own);
+    std::uint32_t material = core::none;
+    T temperature{}, resistivity{};
+    for (std::uint32_t k = 0; k < n; ++k) {
+      if (!(other.second[k] < T(0))) continue;
+      const std::uint32_t its = material_of(w.f.tag[slots[k]]);
+      if (its != material || other.first[k] != temperature) {
+        material = its;
+        temperature = other.first[k];
+        resistivity = toward(w.f.materials[its], HeatOperand<T>{temperature, other.second[k]}, own);
+      }
+      other.second[k] = resistivity;
+    }
   }
 };
 
