@@ -99,7 +99,8 @@ struct FluidDesc {
   Vec3d velocity;           ///< [m/s]
 };
 
-/// A body. Points closer than one spacing to another body are refused; liquid in its place is carved away.
+/// A body. Points closer than one spacing to another body are refused; liquid in its place is carved away. Of one that can
+/// move, points nearer to a wall than half a spacing are left out, as of liquid.
 struct SolidDesc {
   std::string name;  ///< empty = "body<N>"
   Shape shape;

@@ -106,7 +106,7 @@ class WorldImpl final : public Scheduler {
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
-  Status place(const Shape& shape, const char* what, std::vector<Vec3i>& points,
+  Status place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions);
   Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
                       std::vector<Vec3i>& free, core::SiteBox& box) const;

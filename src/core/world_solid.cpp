@@ -78,7 +78,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
                    "; drop fixed or the velocity");
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
-  if (Status st = place(s.shape, what.c_str(), points, positions); !st) return st.error();
+  if (Status st = place(s.shape, what.c_str(), s.fixed, points, positions); !st) return st.error();
   std::vector<Vec3i> free;
   core::SiteBox box;
   if (Status st = place_growth(s, what, points, free, box); !st) return st.error();

@@ -121,5 +121,28 @@ TEST(Liquid, LeavesOutWhatHasNoRoomBesidePeriodicFacesEither) {
       << nothing.error().message;
 }
 
+// A body from wall to wall in a domain of 10.7 spacings: with its last layers, 0.2 spacings from a wall, it would be wedged
+// and push itself off. Weightless and at rest it stays so. One that is fixed is as it was asked for.
+TEST(Liquid, NeitherAreBodiesThatCanMove) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool fixed : {false, true}) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.gravity = {0, 0, 0};
+    d.domain.bounded = true;
+    d.domain.max = {1.07, 1.2, 1.07};
+    World w = *World::create(d);
+    SolidDesc plug;
+    plug.material = *w.add_material({});
+    plug.shape = Shape::box({0, 0.5, 0}, {1.07, 0.8, 1.07});
+    plug.fixed = fixed;
+    require(w.add_solid(plug));
+    EXPECT_EQ(w.totals()->solid, fixed ? 11u * 3u * 11u : 10u * 3u * 10u);
+    for (int k = 0; k < 20; ++k) require(w.step(2e-3));
+    EXPECT_LT(w.synchronize().max_speed,
+              1e-3);  // [m/s]; 16 units in the last place of coordinates, 1.2e-7 m, over the step
+  }
+}
+
 }  // namespace
 }  // namespace meltsim_test
