@@ -8,7 +8,7 @@ namespace runner {
 
 namespace {
 
-constexpr double least_change = 1e-9, most_change = 0.12, rounding = 0.01;
+constexpr double least_change = 1e-9, most_change = 0.12, rounding = 0.02;
 // Gaps in spacings that a change of the spacing by as much as itself is worth.
 constexpr double worth = 2;
 
