@@ -17,7 +17,7 @@ namespace runner {
 
 namespace {
 
-// Liquid squeezed above this ratio at the start overlaps with something.
+// Liquid squeezed above this ratio at the start has no room, or runs into something.
 constexpr double squeezed = 1.2;
 
 /// One significant digit, rounded down: a step to try.
@@ -37,10 +37,10 @@ void Run::warn_about(const meltsim::StepResult& result) {
   if (result.modulus_unreachable) warn_about_stiffness();
   if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
   if (state_.next_frame <= 1 && result.max_density_ratio > squeezed) {
-    log_.warn(
-        fmt::format("liquid is squeezed to {:.3g} of its rest density in the first frame: shapes overlap or "
-                    "touch at the start",
-                    result.max_density_ratio));
+    log_.warn(fmt::format(
+        "liquid is squeezed to {:.3g} of its rest density in the first frame: it is fast, or between "
+        "shapes that leave it no room",
+        result.max_density_ratio));
   }
 }
 

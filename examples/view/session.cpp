@@ -135,11 +135,10 @@ std::string Session::warning() const {
   const auto say = [&text](bool so, const std::string& what) {
     if (so) text += (text.empty() ? "" : "\n") + what;
   };
-  say(squeezed_ > squeezed_too_much,
-      fmt::format(
-          "liquid was squeezed to {:.3g} of its rest density at the start: shapes overlap or touch, or the "
-          "spacing does not fit the domain; try another quality",
-          squeezed_));
+  say(squeezed_ > squeezed_too_much, fmt::format("liquid was squeezed to {:.3g} of its rest density at the "
+                                                 "start: it is fast, or between shapes that leave it no "
+                                                 "room; try another velocity or quality",
+                                                 squeezed_));
   say(result_.courant_exceeded, "something moves too far in one sub-step: take a shorter time step");
   say(result_.heat_bound_exceeded, "heat is faster than its sub-step: take a shorter time step");
   say(result_.emitter_exhausted, "an emitter has reached its max_particles");
