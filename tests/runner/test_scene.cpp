@@ -130,7 +130,8 @@ TEST(Scene, ScaledSpacingFitsBetweenTheWalls) {
     EXPECT_NEAR(scene.world.spacing, wanted, 0.06 * wanted);
   }
   // 0.8 m are 7.5 of 0.08/0.75 m; 4 m are 37.5. With 0.1 m both fit.
-  Scene narrow = parse(small, {"particles.spacing=0.08", "domain={min: [0,0,0], max: [4,2.4,0.8], walls: box}"});
+  Scene narrow =
+      parse(small, {"particles.spacing=0.08", "domain={min: [0,0,0], max: [4,2.4,0.8], walls: box}"});
   apply_resolution(narrow, 1, Quality::draft);
   EXPECT_DOUBLE_EQ(narrow.world.spacing, 0.1);
   Scene same = parse(small, tank);
