@@ -2,6 +2,7 @@
 // The liquid alone: hydrostatics, waves, the dam break, viscous flow, a free drop.
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "run.hpp"
 
@@ -24,20 +25,56 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
 // layer and over the last four seconds: a tank that starts without pressure rings at c/4h, and the liquid
 // damps that slowly, at 16 layers by e in 10 to 12 s (rms speed 0.0094 to 0.0104 of sqrt(g h) after 8 s, 0.0042 to
 // 0.0054 after 16); 8 layers are at 0.004 after 8 s.
-void tank(const Settings& s, Report& r, int layers, bool slosh) {
-  constexpr double dx = 0.0625;
-  constexpr int side = 10;
-  WorldDesc d = box(s, dx, {side, (slosh ? 2 : 1) * layers + 8, side}, Face::wall, Face::wall, Face::wall);
+constexpr double tank_spacing = 0.0625;
+constexpr int tank_side = 10;
+
+/// What a tank at rest reads: means over its layers and over time.
+struct Rest {
+  std::vector<double> y, pressure, exact;
+  double level = 0, speed = 0;
+  /// L2 over all layers but the upper ones, of that of rho g h [%].
+  double error(std::size_t but_upper) const {
+    double e = 0, all = 0;
+    for (std::size_t b = 0; b + but_upper < y.size(); ++b) {
+      e += (pressure[b] - exact[b]) * (pressure[b] - exact[b]);
+      all += exact[b] * exact[b];
+    }
+    return 100 * std::sqrt(e / all);
+  }
+};
+
+enum class Start { still, sloshing };
+
+/// seed: 0, or particles start with up to 1e-4 m/s each, at random.
+Rest rest_of(const Settings& s, Report& r, int layers, Start start, unsigned seed) {
+  constexpr double dx = tank_spacing;
+  constexpr int side = tank_side;
+  const bool slosh = start == Start::sloshing;
+  const WorldDesc d =
+      box(s, dx, {side, (slosh ? 2 : 1) * layers + 8, side}, Face::wall, Face::wall, Face::wall);
   const double depth = layers * dx, width = side * dx, until = slosh ? 12 : layers,
                from = until - (slosh ? 2 : 4);
   Run run(d, r);
   const MaterialId water = run.material("water", 1000, 1e-3);
-  run.fluid(slosh ? Shape::box({0, 0, 0}, {width / 2, 2 * depth, width})
-                  : Shape::box({0, 0, 0}, {width, depth, width}),
-            water);
+  if (slosh) {
+    run.fluid(Shape::box({0, 0, 0}, {width / 2, 2 * depth, width}), water);
+  } else if (seed == 0) {
+    run.fluid(Shape::box({0, 0, 0}, {width, depth, width}), water);
+  } else {
+    std::mt19937 random(seed);
+    const auto up_to = [&](double speed) {
+      return speed * (2 * static_cast<double>(random()) / static_cast<double>(std::mt19937::max()) - 1);
+    };
+    for (int i = 0; i < side; ++i)
+      for (int j = 0; j < layers; ++j)
+        for (int k = 0; k < side; ++k) {
+          const Vec3d low{i * dx, j * dx, k * dx}, v{up_to(1e-4), up_to(1e-4), up_to(1e-4)};
+          run.fluid(Shape::box(low, low + Vec3d{dx, dx, dx}), water, v);
+        }
+  }
   const auto bins = static_cast<std::size_t>(layers);
   std::vector<double> pressure(bins), height(bins), count(bins);
-  double level = 0, speed = 0;
+  Rest rest;
   int samples = 0;
   for (double t = from; run.to(t, 0.02) && t < until; t += 0.02) {
     const ParticleData p = run.particles();
@@ -51,46 +88,79 @@ void tank(const Settings& s, Report& r, int layers, bool slosh) {
       height[b] += p.position[i].y;
       count[b] += 1;
     }
-    level += 2 * centre / static_cast<double>(p.id.size());
-    speed += std::sqrt(square / static_cast<double>(p.id.size()));
+    rest.level += 2 * centre / static_cast<double>(p.id.size());
+    rest.speed += std::sqrt(square / static_cast<double>(p.id.size()));
     ++samples;
   }
-  if (!run.good()) return;
-  level /= samples;
-  speed /= samples;
-  double error = 0, reference = 0;
-  Curve ours{"meltsim", {}, {}, false}, exact{"rho g (h - y)", {}, {}, true};
+  if (!run.good()) return rest;
+  rest.level /= samples;
+  rest.speed /= samples;
   for (std::size_t b = 0; b < bins; ++b) {
     if (count[b] == 0) continue;
-    const double y = height[b] / count[b], p = pressure[b] / count[b], e = 1000 * g * (level - y);
-    error += (p - e) * (p - e);
-    reference += e * e;
-    ours.x.push_back(y);
-    ours.y.push_back(p);
-    exact.x.push_back(y);
-    exact.y.push_back(e);
+    rest.y.push_back(height[b] / count[b]);
+    rest.pressure.push_back(pressure[b] / count[b]);
+    rest.exact.push_back(1000 * g * (rest.level - rest.y.back()));
   }
-  r.plots.push_back({slosh ? "liquid_sloshed" : "liquid_hydrostatic",
-                     "Pressure in a tank at rest",
-                     "y [m]",
-                     "p [Pa]",
-                     {ours, exact}});
-  r.absolute("pressure, L2 over layers", 100 * std::sqrt(error / reference), 0, 3, "%",
-             "16 layers: the free surface alone, whose layer carries no pressure, makes 1 %");
-  r.relative("level of the surface (twice the centre of mass)", level, depth, 1,
+  return rest;
+}
+
+void level_and_speed(Report& r, const Rest& rest, int layers, const char* at_rest) {
+  const double depth = layers * tank_spacing;
+  r.relative("level of the surface (twice the centre of mass)", rest.level, depth, 1,
              "0.25 % is compression at the chosen sound speed, 0.4 % the lattice's disorder");
-  r.absolute("rms speed over sqrt(g h)", speed / std::sqrt(g * depth), 0, 1e-2, "-",
-             slosh ? "at rest, apart from ringing"
-                   : "at rest once it has stopped ringing: after a second per layer");
+  r.absolute("rms speed over sqrt(g h)", rest.speed / std::sqrt(g * depth), 0, 1e-2, "-", at_rest);
 }
-void hydrostatic(const Settings& s, Report& r) { tank(s, r, 16, false); }
+
+void plot_rest(Report& r, const Rest& rest, const std::string& name) {
+  r.plots.push_back(
+      {name,
+       "Pressure in a tank at rest",
+       "y [m]",
+       "p [Pa]",
+       {{"meltsim", rest.y, rest.pressure, false}, {"rho g (h - y)", rest.y, rest.exact, true}}});
+}
+
+void tank(const Settings& s, Report& r, Start start) {
+  constexpr int layers = 16;
+  const Rest rest = rest_of(s, r, layers, start, 0);
+  if (!r.error.empty()) return;
+  plot_rest(r, rest, start == Start::sloshing ? "liquid_sloshed" : "liquid_hydrostatic");
+  r.absolute("pressure, L2 over layers", rest.error(0), 0, 3, "%",
+             "16 layers: the free surface alone, whose layer carries no pressure, makes 1 %");
+  level_and_speed(r, rest, layers,
+                  start == Start::sloshing ? "at rest, apart from ringing"
+                                           : "at rest once it has stopped ringing: after a second per layer");
+}
+void hydrostatic(const Settings& s, Report& r) { tank(s, r, Start::still); }
+
+// A surface as coarse as that is chaotic, and a lattice that nothing stirs keeps some of its order: one start reads
+// anything from 1.1 to 4.7 %.
 void hydrostatic_coarse(const Settings& s, Report& r) {
-  tank(s, r, 8, false);
+  constexpr int layers = 8, starts = 5;
+  Rest mean;
+  double all = 0, below = 0;
+  for (unsigned seed = 1; seed <= starts; ++seed) {
+    const Rest rest = rest_of(s, r, layers, Start::still, seed);
+    if (!r.error.empty()) return;
+    all += rest.error(0) / starts;
+    below += rest.error(2) / starts;
+    mean.level += rest.level / starts;
+    mean.speed += rest.speed / starts;
+    if (seed == 1) plot_rest(r, rest, "liquid_hydrostatic_coarse");
+  }
+  r.absolute("pressure, L2 over layers, mean of five stirred starts", all, 0, 3, "%",
+             "as with 16 layers, where the surface weighs a third as much");
+  r.absolute("the same below the upper two layers", below, 0, 2, "%",
+             "the surface alone is as coarse as that: 4.4 % where floors lack their push");
+  level_and_speed(r, mean, layers, "at rest once it has stopped ringing: after a second per layer");
   r.note =
-      "8 layers: the surface, half a spacing unsure, is 6 % of the depth; its two layers make what error is "
-      "left.";
+      "8 layers fall short of 3 %: 3.7 +- 0.6 % in single precision and 3.6 +- 0.6 in double, ten starts "
+      "each, which "
+      "begin with up to 1e-4 m/s at random. The outermost layer of a free surface carries no pressure and "
+      "lies closer "
+      "to the next, which carries more: a fifth to two fifths of rho g dx each.";
 }
-void sloshed(const Settings& s, Report& r) { tank(s, r, 16, true); }
+void sloshed(const Settings& s, Report& r) { tank(s, r, Start::sloshing); }
 
 /// Two decimals.
 std::string text(double value) { return std::to_string(std::round(value * 100) / 100).substr(0, 4); }
