@@ -20,17 +20,6 @@ inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : Sear
 /// Candidates of a row that far_bits covers.
 inline constexpr std::uint32_t far_bits_per_row = 64;
 
-/// What a first sweep goes through of row r. One to three candidates that fours leave over take longer than four, so
-/// rows are made up to fours where what follows them is known.
-template <class SomeKindOfRows>
-MELTSIM_HD core::Range row_to_search(const SomeKindOfRows& rows, std::uint32_t r) {
-  return rows[r];
-}
-template <class T>
-MELTSIM_HD core::Range row_to_search(const CountedRows<T>& rows, std::uint32_t r) {
-  return rows.made_up(r);
-}
-
 /// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores who is near to each of
 /// them. Where branches are dear, candidates that are not near are visited, too; what vanishes beyond H needs no branch.
 /// i: the first of the particles.
@@ -97,7 +86,7 @@ MELTSIM_HD void search_for(const core::Frame<T>& w, std::uint64_t i, const SomeK
   };
   while (!set.empty()) {
     const std::uint32_t r = set.take();
-    const core::Range row = row_to_search(rows, r);
+    const core::Range row = rows[r];
     std::uint32_t from = row.begin;
     if (kind != SearchKind::counted && w.f.far_bits != nullptr) {
       const std::uint64_t far = w.f.far_bits[static_cast<std::uint64_t>(r) * w.bits_stride + i];

@@ -69,7 +69,6 @@ class CountedRows {
     const std::uint32_t after = static_cast<std::uint32_t>(w.grid.nx - 1 - at.x), apart = last - first;
     one_line_ = apart <= after;
     both_ = apart <= minimum(after, reach);
-    to_end_ = first - own_.first + after + 1u;
     if (both_) own_.cells = last + minimum(after - apart, reach) + 1u - own_.first;
   }
   MELTSIM_HD bool one_line() const { return one_line_; }
@@ -80,19 +79,10 @@ class CountedRows {
         w_.f.cell_begin + (own_.first + static_cast<std::uint32_t>(w_.grid.line_cells[r]));
     return {begin[0], begin[own_.cells]};
   }
-  /// The row and up to three that follow it in its line of cells, so that most rows are a multiple of four long. Those
-  /// are beyond H, and nobody else's candidates here; in the next line they could be another row's.
-  MELTSIM_HD core::Range made_up(std::uint32_t r) const {
-    const std::uint32_t* begin =
-        w_.f.cell_begin + (own_.first + static_cast<std::uint32_t>(w_.grid.line_cells[r]));
-    const std::uint32_t from = begin[0], missing = (from - begin[own_.cells]) & 3u;
-    return {from, minimum(begin[own_.cells] + missing, begin[to_end_])};
-  }
 
  private:
   const core::Frame<T>& w_;
   StraightRows own_;
-  std::uint32_t to_end_;  // cells from the first of a row to the end of its line
   bool one_line_, both_;
 };
 
