@@ -1,0 +1,623 @@
+// SPDX-License-Identifier: Apache-2.0
+// Random sequences of calls of World, seeded by the number of the case. After every call: a refused one changed
+// nothing; what is read is finite and consistent; masses and ids are those given out. Two kinds of sequences: even
+// cases stay within what a user would write, where a World must not halt and nothing may fly; odd ones draw extremes.
+//
+//   meltsim_api_fuzz --cases 800 --backend cpu
+//   meltsim_api_fuzz --first 4711 --cases 1 --trace 1     # one case again, with its calls
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "children.hpp"
+#include "meltsim/meltsim.hpp"
+#include "support/random.hpp"
+
+namespace {
+
+using namespace meltsim;
+using test_support::Random;
+
+const double nan = std::numeric_limits<double>::quiet_NaN();
+
+struct Settings {
+  Backend backend = Backend::cpu;
+  bool trace = false;
+};
+
+struct Violation {
+  std::string text;
+};
+
+bool finite(double v) { return std::isfinite(v); }
+bool finite(Vec3d v) { return finite(v.x) && finite(v.y) && finite(v.z); }
+
+/// One World and what must be true of it.
+class Sequence {
+ public:
+  Sequence(std::uint64_t item, const Settings& settings, fuzz::Progress& progress)
+      : random_(static_cast<std::uint32_t>(item * 2654435761u + 17u)),
+        settings_(settings),
+        progress_(progress),
+        wild_(item % 2 == 1) {}
+
+  std::string run() {
+    try {
+      create();
+      if (!world_) return {};
+      const int calls = 6 + static_cast<int>(random_.below(30));
+      for (int k = 0; k < calls; ++k) any_call();
+      step_some();
+      close();
+      return {};
+    } catch (const Violation& v) {
+      return v.text + "\n  after: " + trace_;
+    } catch (const std::exception& e) {
+      return std::string("an exception left the library: ") + e.what() + "\n  after: " + trace_;
+    }
+  }
+
+ private:
+  // --- drawing ----------------------------------------------------------------------------------------------
+  bool chance(double p) { return random_.uniform() < p; }
+  double log_uniform(double low, double high) {
+    return std::exp(random_.uniform(std::log(low), std::log(high)));
+  }
+  template <class T>
+  T pick(std::initializer_list<T> of) {
+    return *(of.begin() + random_.below(static_cast<std::uint32_t>(of.size())));
+  }
+  double extreme() {
+    return pick(
+        {0.0, -1.0, nan, infinity, -infinity, 1e300, -1e300, 1e-300, 1e30, -1e30, 1e12, 1e-12, 1e9, 4e9});
+  }
+  /// `v`, or in wild sequences sometimes something absurd.
+  double or_extreme(double v, double p = 0.04) { return wild_ && chance(p) ? extreme() : v; }
+  Vec3d or_extreme(Vec3d v, double p = 0.04) {
+    if (wild_ && chance(p)) (&v.x)[random_.below(3)] = extreme();
+    return v;
+  }
+
+  // --- reporting --------------------------------------------------------------------------------------------
+  template <class... Parts>
+  std::string text(const Parts&... parts) {
+    std::ostringstream out;
+    out.precision(9);
+    (out << ... << parts);
+    return out.str();
+  }
+  template <class... Parts>
+  void note(const Parts&... parts) {
+    const std::string said = text(parts...);
+    trace_ += (trace_.empty() ? "" : "; ") + said;
+    if (settings_.trace) std::printf("  %s\n", said.c_str()), std::fflush(stdout);
+    std::snprintf(progress_.what, sizeof progress_.what, "%s", said.c_str());
+    progress_.calls = progress_.calls + 1;
+  }
+  [[noreturn]] void violate(const std::string& what) { throw Violation{what}; }
+  void expect(bool holds, const std::string& what) {
+    if (!holds) violate(what);
+  }
+
+  // --- the World --------------------------------------------------------------------------------------------
+  void create() {
+    WorldDesc d;
+    d.backend = settings_.backend;
+    d.spacing = dx_ = pick({0.02, 0.05, 0.1, 0.2});
+    d.precision = chance(0.3) ? Precision::double_precision : Precision::single_precision;
+    d.threads = 1 + static_cast<int>(random_.below(2));
+    if (chance(0.3)) d.support_radius = dx_ * random_.uniform(2.0, 3.2);
+    const double support = d.support_radius > 0 ? d.support_radius : 2.5 * dx_;
+    d.domain.bounded = chance(0.75);
+    size_ = {dx_ * (8 + random_.below(8)), dx_ * (8 + random_.below(10)), dx_ * (8 + random_.below(8))};
+    low_ = chance(0.3) ? random_.vector(5) : Vec3d{};
+    d.domain.min = low_;
+    d.domain.max = low_ + size_;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double extent = (&size_.x)[axis];
+      const double what = random_.uniform();
+      const auto face = static_cast<std::size_t>(2 * axis);
+      if (what < 0.15 && extent >= 3 * support)
+        d.domain.faces[face] = d.domain.faces[face + 1] = Face::periodic;
+      else if (what < 0.3) d.domain.faces[face + random_.below(2)] = Face::open;
+    }
+    if (chance(0.15)) d.domain.velocity[random_.below(6)] = random_.vector(1);
+    d.domain.no_slip = chance(0.7);
+    d.domain.friction = random_.uniform(0, 1);
+    d.gravity = chance(0.7) ? Vec3d{0, -9.81, 0} : chance(0.5) ? Vec3d{} : random_.vector(9.81);
+    d.artificial_viscosity = random_.uniform(0.01, 0.1);
+    d.heat.time_scale = pick({0.0, 1.0, 1e3, 1e5});
+    d.heat.model = pick(
+        {HeatModel::enthalpy, HeatModel::enthalpy, HeatModel::enthalpy, HeatModel::none, HeatModel::paper});
+    const std::uint32_t face = random_.below(6);
+    if (chance(0.3) && d.domain.bounded && d.heat.model == HeatModel::enthalpy &&
+        d.domain.faces[face] == Face::wall)
+      d.domain.heat[face] = surface_heat();
+    d.neighbour_search = pick(
+        {NeighbourSearch::automatic, NeighbourSearch::grid, NeighbourSearch::verlet, NeighbourSearch::tree});
+    d.courant = random_.uniform(0.2, 0.45);
+    d.pieces_interval = 1 + static_cast<int>(random_.below(16));
+    d.spacing = or_extreme(d.spacing, 0.02);
+    d.support_radius = or_extreme(d.support_radius, 0.02);
+    d.courant = or_extreme(d.courant, 0.02);
+    d.gravity = or_extreme(d.gravity, 0.02);
+    d.sound_speed = or_extreme(0, 0.04);
+    d.artificial_viscosity = or_extreme(d.artificial_viscosity, 0.02);
+    d.heat.time_scale = or_extreme(d.heat.time_scale, 0.04);
+    d.domain.max = or_extreme(d.domain.max, 0.02);
+    d.domain.velocity[0] = or_extreme(d.domain.velocity[0], 0.02);
+    if (wild_ && chance(0.03)) d.threads = pick({-1, 100000, 1 << 30});
+    if (wild_ && chance(0.02)) d.heat.max_stages = pick({0, 1, 2, 1024, 1 << 30});
+    if (wild_ && chance(0.02)) d.max_substeps = pick({0, 1, 1 << 30});
+    note("create dx ", d.spacing, d.domain.bounded ? " bounded " : " unbounded ", size_.x / dx_, "x",
+         size_.y / dx_, "x", size_.z / dx_, " search ", int(d.neighbour_search), " precision ",
+         int(d.precision), " heat ", int(d.heat.model), " x", d.heat.time_scale, " c ", d.sound_speed, " g ",
+         d.gravity.x, ",", d.gravity.y, ",", d.gravity.z);
+    auto made = World::create(d);
+    if (!made) {
+      expect(wild_, "a usual World was refused: " + made.error().message);
+      expect(!made.error().message.empty(), "an error without a message");
+      return;
+    }
+    desc_ = d;
+    world_.emplace(std::move(*made));
+    speed_scale_ = 0;
+    for (const Vec3d& v : d.domain.velocity) speed_scale_ = std::max(speed_scale_, length(v));
+  }
+
+  SurfaceHeatDesc surface_heat() {
+    SurfaceHeatDesc s;
+    if (chance(0.4)) {
+      s.temperature = or_extreme(random_.uniform(-50, 150));
+      return s;
+    }
+    s.flux = or_extreme(random_.uniform(-1e3, 1e4));
+    s.convection = or_extreme(random_.uniform(0, 500));
+    s.emissivity = or_extreme(random_.uniform(0, 1));
+    s.ambient = or_extreme(random_.uniform(-50, 150));
+    return s;
+  }
+
+  /// Tells whether a refused call changed anything a host can see.
+  struct Seen {
+    std::vector<std::uint8_t> snapshot;
+    std::uint64_t hash = 0, steps = 0;
+    double time = 0, stable_dt = 0;
+    std::size_t materials = 0;
+  };
+  Seen see() {
+    Seen s;
+    (void)world_->prepare();  // derives what follows from the scene, stable_dt among it
+    const auto snapshot = world_->snapshot();
+    if (snapshot) s.snapshot = *snapshot;
+    const auto hash = world_->state_hash();
+    if (hash) s.hash = *hash;
+    s.steps = world_->steps();
+    s.time = world_->time();
+    s.stable_dt = world_->stable_dt();
+    return s;
+  }
+  template <class Call>
+  auto guarded_call(const char* what, const Call& call) {
+    const bool watched = chance(0.5);
+    Seen before;
+    if (watched) before = see();
+    auto result = call();
+    if (!result) {
+      expect(!result.error().message.empty(), text(what, ": an error without a message"));
+      if (settings_.trace) std::printf("    refused: %s\n", result.error().message.c_str());
+      if (watched) {
+        const Seen after = see();
+        expect(after.hash == before.hash,
+               text(what, " was refused and changed the state: ", result.error().message));
+        expect(after.snapshot == before.snapshot,
+               text(what, " was refused and changed the snapshot: ", result.error().message));
+        expect(after.steps == before.steps && after.time == before.time,
+               text(what, " was refused and changed the clock: ", result.error().message));
+        expect(after.stable_dt == before.stable_dt ||
+                   (std::isnan(after.stable_dt) && std::isnan(before.stable_dt)),
+               text(what, " was refused and changed stable_dt from ", before.stable_dt, " to ",
+                    after.stable_dt, ": ", result.error().message));
+      }
+      const bool may = wild_ || result.error().code == ErrorCode::capacity ||
+                       result.error().code == ErrorCode::step_too_large || refusable_;
+      expect(may, text(what, ": a usual call was refused: ", result.error().message));
+    }
+    return result;
+  }
+
+  Vec3d place() {
+    return low_ + Vec3d{size_.x * random_.uniform(0.1, 0.9), size_.y * random_.uniform(0.1, 0.9),
+                        size_.z * random_.uniform(0.1, 0.9)};
+  }
+  Shape shape() {
+    const Vec3d c = place();
+    const double r = dx_ * random_.uniform(1.2, 3.2);
+    switch (random_.below(6)) {
+      case 0:
+        return Shape::sphere(or_extreme(c, 0.02), or_extreme(r, 0.03));
+      case 1:
+        return Shape::capsule(c, or_extreme(c + random_.vector(2 * dx_), 0.02), or_extreme(r / 2, 0.03));
+      case 2:
+        return Shape::cylinder(c, or_extreme(c + Vec3d{0, r, 0}, 0.02), or_extreme(r, 0.03));
+      case 3:
+        return Shape::subtract(Shape::box(c - Vec3d{r, r, r}, c + Vec3d{r, r, r}), Shape::sphere(c, r / 2));
+      case 4:
+        return Shape::box(c - Vec3d{r, r, r}, c + Vec3d{r, r, r})
+            .transformed({}, {1, 2, 3}, or_extreme(random_.uniform(0, 3), 0.03));
+      default:
+        return Shape::box(or_extreme(c - Vec3d{r, r, r}, 0.02), c + Vec3d{r, r, r});
+    }
+  }
+
+  void add_material() {
+    MaterialDesc m;
+    m.name = text("m", materials_.size());
+    const bool solid = !liquids_.empty() && chance(0.55);
+    m.density = or_extreme(log_uniform(300, 3000));
+    m.viscosity = or_extreme(log_uniform(1e-4, 1));
+    m.conductivity = or_extreme(log_uniform(0.05, 100));
+    m.heat_capacity = or_extreme(log_uniform(300, 5000));
+    m.damping = or_extreme(random_.uniform(0, 0.5), 0.02);
+    m.friction = or_extreme(random_.uniform(0, 1), 0.02);
+    if (solid) {
+      m.region_half_width = static_cast<int>(random_.below(4));
+      if (wild_ && chance(0.1)) m.region_half_width = pick({-1, 0, 8, 9, 1 << 30});
+      m.stiffness = or_extreme(random_.uniform(0.3, 1), 0.03);
+      if (m.region_half_width > 0 && chance(0.3)) m.youngs_modulus = or_extreme(log_uniform(1e4, 1e7), 0.05);
+      if (chance(0.8)) {
+        m.melts_into = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
+        m.melting_point = or_extreme(random_.uniform(-20, 60));
+        m.latent_heat = or_extreme(pick({0.0, 1e4, 3.34e5}));
+        m.freezes = chance(0.3);
+      }
+    } else {
+      if (chance(0.2)) m.viscosity_points = {{0, or_extreme(0.5)}, {or_extreme(50), 0.01}};
+      if (chance(0.2)) m.density_points = {{0, m.density}, {80, or_extreme(m.density * 0.97)}};
+    }
+    if (chance(0.2)) m.conductivity_points = {{-20, or_extreme(0.4)}, {or_extreme(60), 2}};
+    note("add_material ", solid ? "solid" : "liquid", " rho ", m.density, " mu ", m.viscosity, " k ",
+         m.conductivity, " c ", m.heat_capacity, " w ", m.region_half_width, " E ", m.youngs_modulus, " L ",
+         m.latent_heat, m.freezes ? " freezes" : "");
+    refusable_ = m.freezes;  // two solids may not freeze from one liquid
+    const auto id = guarded_call("add_material", [&] { return world_->add_material(m); });
+    refusable_ = false;
+    if (!id) return;
+    materials_.push_back(*id);
+    (solid ? solids_ : liquids_).push_back(*id);
+  }
+
+  void add_fluid() {
+    if (liquids_.empty()) return add_material();
+    FluidDesc f;
+    f.shape = shape();
+    f.material = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
+    if (wild_ && chance(0.03)) f.material = pick({MaterialId{}, MaterialId{77, 1}, MaterialId{0, 2}});
+    f.temperature = or_extreme(random_.uniform(-10, 90));
+    if (chance(0.2)) f.velocity = or_extreme(random_.vector(1));
+    note("add_fluid T ", f.temperature, " v ", f.velocity.x, ",", f.velocity.y, ",", f.velocity.z);
+    refusable_ = true;  // its place may be taken or outside
+    const auto n = guarded_call("add_fluid", [&] { return world_->add_fluid(f); });
+    refusable_ = false;
+    if (n) moves(length(f.velocity));
+  }
+
+  void add_solid() {
+    if (solids_.empty()) return add_material();
+    SolidDesc s;
+    s.shape = shape();
+    s.material = solids_[random_.below(static_cast<std::uint32_t>(solids_.size()))];
+    s.temperature = or_extreme(random_.uniform(-30, 40));
+    if (chance(0.3)) s.velocity = or_extreme(random_.vector(1));
+    if (chance(0.2)) s.angular_velocity = or_extreme(random_.vector(2));
+    s.fixed = chance(0.25);
+    if (s.fixed) s.velocity = s.angular_velocity = {};
+    if (chance(0.2)) s.surface = surface_heat();
+    if (chance(0.1)) s.heat_source = or_extreme(random_.uniform(-1e5, 1e6));
+    if (chance(0.15)) s.growth = static_cast<int>(random_.below(3));
+    if (wild_ && chance(0.03)) s.growth = pick({-1, 1 << 30, 1000});
+    s.carve = chance(0.8);
+    note("add_solid T ", s.temperature, s.fixed ? " fixed" : "", " growth ", s.growth, " source ",
+         s.heat_source, " v ", s.velocity.x, ",", s.velocity.y, ",", s.velocity.z);
+    refusable_ = true;
+    const auto id = guarded_call("add_solid", [&] { return world_->add_solid(s); });
+    refusable_ = false;
+    if (!id) return;
+    bodies_.push_back(*id);
+    moves(length(s.velocity) + 4 * dx_ * length(s.angular_velocity));
+  }
+
+  void add_emitter() {
+    if (liquids_.empty()) return add_material();
+    EmitterDesc e;
+    e.center = or_extreme(place());
+    e.axis = chance(0.6) ? Vec3d{0, -1, 0} : random_.vector(1);
+    e.axis = or_extreme(e.axis, 0.05);
+    e.radius = or_extreme(dx_ * random_.uniform(1, 2), 0.08);
+    e.speed = or_extreme(random_.uniform(0.2, 2));
+    e.material = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
+    e.temperature = or_extreme(random_.uniform(5, 95));
+    e.from = or_extreme(random_.uniform(0, 0.1), 0.03);
+    e.until = or_extreme(e.from + random_.uniform(0, 0.3), 0.03);
+    if (chance(0.5)) e.max_particles = 50 + random_.below(300);
+    note("add_emitter radius ", e.radius / dx_, " dx, speed ", e.speed, " axis ", e.axis.x, ",", e.axis.y,
+         ",", e.axis.z, " until ", e.until);
+    refusable_ = true;
+    const auto id = guarded_call("add_emitter", [&] { return world_->add_emitter(e); });
+    refusable_ = false;
+    if (id) {
+      moves(e.speed);
+      emits_ = true;
+    }
+  }
+
+  void add_heat_region() {
+    HeatRegionDesc r;
+    r.shape = shape();
+    if (chance(0.5)) r.temperature = or_extreme(random_.uniform(-50, 150));
+    else r.source = or_extreme(random_.uniform(-1e5, 1e6));
+    r.from = or_extreme(random_.uniform(0, 0.1));
+    r.until = or_extreme(r.from + random_.uniform(0, 0.2));
+    note("add_heat_region source ", r.source, " held ", r.temperature.value_or(nan));
+    refusable_ = true;
+    (void)guarded_call("add_heat_region", [&] { return world_->add_heat_region(r); });
+    refusable_ = false;
+  }
+
+  void moves(double speed) {
+    if (finite(speed)) speed_scale_ = std::max(speed_scale_, speed);
+  }
+
+  // --- stepping ---------------------------------------------------------------------------------------------
+  void step() {
+    double stable = world_->stable_dt();
+    if (!finite(stable) || stable <= 0) stable = 1e-3;
+    double dt = stable * pick({0.01, 0.1, 0.3, 0.5, 0.9, 1.0, 1.0, 2.0, 4.0});
+    if (chance(0.5)) dt = stable * random_.uniform(0.01, 1);
+    if (wild_ && chance(0.06)) dt = extreme();
+    note("step ", dt, " = ", dt / stable, " stable");
+    refusable_ = halted_;
+    const bool usual = dt >= 0 && dt <= 10 * stable;
+    const auto s = guarded_call("step", [&] { return world_->step(dt); });
+    refusable_ = false;
+    if (!s && usual && !halted_ && s.error().code == ErrorCode::halted) synchronize();
+    if (s) stepped_ += dt;
+  }
+  void step_some() {
+    for (int k = 1 + static_cast<int>(random_.below(8)); k > 0; --k) step();
+    synchronize();
+  }
+  void synchronize() {
+    note("synchronize");
+    const StepResult r = world_->synchronize();
+    halted_ = r.halted;
+    expect(!(r.halted && r.halt_reason.empty()), "halted without a reason");
+    expect(wild_ || !r.halted, "a usual World halted: " + r.halt_reason);
+    expect(finite(r.time) && r.time >= 0, "the clock is not finite");
+    check_speed(r.max_speed, r);
+  }
+  /// What falls or is pushed may reach a few times the fastest thing there was; more is energy from nothing.
+  void check_speed(double speed, const StepResult& r) {
+    expect(!std::isnan(speed), "the largest speed is NaN");
+    if (wild_) return;
+    const double g = length(desc_.gravity),
+                 height = length(size_) + 2 * stepped_ * speed_scale_ + g * stepped_ * stepped_;
+    const double fall = std::sqrt(2 * g * height), thrust = std::sqrt(g * dx_);
+    const double bound = 6 * (speed_scale_ + fall + thrust) + 1;
+    if (speed > bound)
+      violate(text("speed ", speed, " m/s, where ", bound, " is plenty (fastest given ", speed_scale_,
+                   ", fall ", fall, "), t ", r.time, r.courant_exceeded ? ", flagged" : ", no flag"));
+  }
+
+  // --- reading ----------------------------------------------------------------------------------------------
+  void read_particles() {
+    note("particles");
+    const auto data = world_->particles();
+    expect(bool(data), "particles() failed: " + (data ? "" : data.error().message));
+    for (std::size_t i = 0; i < data->id.size(); ++i) {
+      const std::string who = text("particle ", data->id[i], ": ");
+      expect(i == 0 || data->id[i] > data->id[i - 1], who + "ids are not ascending");
+      expect(finite(data->position[i]), who + "position is not finite");
+      expect(finite(data->velocity[i]), who + "velocity is not finite");
+      expect(data->mass[i] > 0 && finite(data->mass[i]), who + text("mass ", data->mass[i]));
+      expect(finite(data->temperature[i]), who + text("temperature ", data->temperature[i]));
+      // The enthalpy of absolute zero is met to rounding.
+      expect(data->temperature[i] >= absolute_zero * (1 + 1e-5),
+             who + text("temperature ", data->temperature[i]));
+      expect(data->liquid_fraction[i] >= 0 && data->liquid_fraction[i] <= 1, who + "liquid fraction");
+      expect(finite(data->density[i]) && finite(data->pressure[i]), who + "density or pressure");
+      expect(material_of(data->tag[i]) < materials_.size(), who + "material");
+      const auto known = masses_.find(data->id[i]);
+      if (known == masses_.end()) masses_[data->id[i]] = data->mass[i];
+      else
+        expect(known->second == data->mass[i],
+               who + text("mass changed from ", known->second, " to ", data->mass[i]));
+    }
+  }
+  void read_totals() {
+    note("totals, ledger");
+    const auto t = world_->totals();
+    const auto l = world_->ledger();
+    expect(t && l, "totals() or ledger() failed");
+    for (const double v : {t->mass, t->kinetic, t->potential, t->thermal, t->latent, t->heat_in,
+                           t->temperature_min, t->temperature_mean, t->temperature_max, t->max_speed,
+                           t->density_error_mean, t->density_error_max, l->mass, l->kinetic, l->thermal})
+      expect(finite(v), "a total is not finite");
+    expect(finite(t->momentum) && finite(t->angular_momentum) && finite(t->solid_center),
+           "a total is not finite");
+    const auto near = [](double a, double b, double scale) {
+      return std::fabs(a - b) <= 1e-4 * scale + 1e-9;
+    };
+    expect(t->fluid == l->fluid && t->solid == l->solid,
+           text("totals count ", t->fluid, " + ", t->solid, ", the ledger ", l->fluid, " + ", l->solid));
+    expect(near(t->mass, l->mass, t->mass), text("mass ", t->mass, " and ", l->mass));
+    expect(near(t->kinetic, l->kinetic, t->kinetic), text("kinetic ", t->kinetic, " and ", l->kinetic));
+    const auto p = world_->particles();
+    expect(p && p->id.size() == t->fluid + t->solid, "totals and particles count differently");
+  }
+  void read_other() {
+    switch (random_.below(6)) {
+      case 0: {
+        note("pieces");
+        const auto pieces = world_->pieces();
+        expect(bool(pieces), "pieces() failed");
+        for (const PieceInfo& p : *pieces)
+          expect(p.particles > 0 && p.mass > 0 && finite(p.center) && finite(p.velocity) &&
+                     finite(p.temperature_mean) && p.submerged_fraction >= 0 &&
+                     p.submerged_fraction <= 1.0000001,
+                 "a piece is not consistent");
+        return;
+      }
+      case 1: {
+        note("lattice");
+        refusable_ = true;
+        expect(bool(world_->lattice()), "lattice() failed");
+        refusable_ = false;
+        return;
+      }
+      case 2: {
+        note("sample");
+        const auto v = world_->sample({or_extreme(place(), 0.1), place()},
+                                      pick({"temperature", "pressure", "density", "velocity"}));
+        if (v) expect(v->size() == 2, "sample gave another number of values");
+        else expect(wild_, "sample failed: " + v.error().message);
+        return;
+      }
+      case 3: {
+        SurfaceDesc d;
+        d.of = pick({SurfaceOf::liquid, SurfaceOf::solids});
+        d.cell = or_extreme(0, 0.1);
+        if (wild_ && chance(0.1)) d.smoothing = pick({-1, 101, 1 << 30});
+        note("surface");
+        const auto mesh = world_->surface(d);
+        if (!mesh) return expect(wild_, "surface failed: " + mesh.error().message);
+        for (const Vec3f& p : mesh->position)
+          expect(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z), "a surface is not finite");
+        for (const std::uint32_t k : mesh->triangles)
+          expect(k < mesh->position.size(), "a triangle has no such vertex");
+        return;
+      }
+      case 4:
+        note("plan, resolved");
+        expect(!world_->plan().to_string().empty(), "an empty plan");
+        (void)world_->resolved();
+        return;
+      default:
+        read_particles();
+    }
+  }
+  void snapshot_and_restore() {
+    note("snapshot, restore");
+    const auto hash = world_->state_hash();
+    auto bytes = world_->snapshot();
+    if (!bytes || !hash) return expect(halted_, "snapshot failed: " + (bytes ? "" : bytes.error().message));
+    if (chance(0.4) && !bytes->empty()) {  // a damaged one is refused and changes nothing
+      std::vector<std::uint8_t> bad = *bytes;
+      if (chance(0.5)) bad.resize(random_.below(static_cast<std::uint32_t>(bad.size())));
+      else
+        bad[random_.below(static_cast<std::uint32_t>(bad.size()))] ^=
+            static_cast<std::uint8_t>(1u << random_.below(8));
+      expect(!world_->restore(bad.data(), bad.size()), "a damaged snapshot was taken");
+      const auto same = world_->state_hash();
+      expect(same && *same == *hash, "a damaged snapshot changed the state");
+    }
+    if (chance(0.5)) step();
+    const Status back = world_->restore(bytes->data(), bytes->size());
+    expect(bool(back), "a World refuses its own snapshot: " + (back ? "" : back.error().message));
+    const auto after = world_->state_hash();
+    expect(after && *after == *hash, "restored with another hash");
+    halted_ = false;
+  }
+  void schedule() {
+    Scheduler& s = world_->scheduler();
+    note("schedule");
+    refusable_ = true;
+    switch (random_.below(4)) {
+      case 0:
+        (void)guarded_call("set_interval", [&] {
+          return s.set_interval(pick({"thermal", "topology", "sph", "nonsense"}), pick({1, 2, 3, 0, -1}));
+        });
+        break;
+      case 1: {
+        const bool on = chance(0.7);
+        const char* module = pick({"thermal", "topology", "nonsense"});
+        (void)guarded_call("enable", [&] { return s.enable(module, on); });
+        break;
+      }
+      case 2:
+        s.enable_timings(chance(0.5));
+        break;
+      default:
+        (void)guarded_call("insert_after", [&] {
+          return s.insert_after(pick({"sph.density", "step.integrate", "nonsense"}),
+                                {"own", [](const StageContext&, void*) {}, nullptr, {}, {}});
+        });
+        (void)s.remove("own");
+    }
+    refusable_ = false;
+  }
+
+  void any_call() {
+    const double what = random_.uniform();
+    if (what < 0.14) add_material();
+    else if (what < 0.26) add_fluid();
+    else if (what < 0.36) add_solid();
+    else if (what < 0.41) add_emitter();
+    else if (what < 0.45) add_heat_region();
+    else if (what < 0.70) step_some();
+    else if (what < 0.78) read_totals();
+    else if (what < 0.88) read_other();
+    else if (what < 0.95) snapshot_and_restore();
+    else if (what < 0.98) schedule();
+    else {
+      note("prepare");
+      const Status s = world_->prepare();
+      expect(s || wild_, "prepare failed: " + (s ? "" : s.error().message));
+    }
+  }
+  void close() {
+    synchronize();
+    if (halted_) return;
+    read_totals();
+    read_particles();
+  }
+
+  Random random_;
+  const Settings& settings_;
+  fuzz::Progress& progress_;
+  const bool wild_;
+  std::optional<World> world_;
+  WorldDesc desc_;
+  double dx_ = 0.1, speed_scale_ = 0, stepped_ = 0;
+  Vec3d size_, low_;
+  std::vector<MaterialId> materials_, liquids_, solids_;
+  std::vector<BodyId> bodies_;
+  std::map<std::uint32_t, double> masses_;
+  bool halted_ = false, emits_ = false, refusable_ = false;
+  std::string trace_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  fuzz::Options options;
+  Settings settings;
+  const auto own = [&](const std::string& name, const std::string& value) {
+    if (name == "--backend" && value == "cpu") settings.backend = Backend::cpu;
+    else if (name == "--backend" && value == "cuda") settings.backend = Backend::cuda;
+    else if (name == "--trace") settings.trace = value != "0";
+    else return false;
+    return true;
+  };
+  if (!fuzz::parse(argc, argv, options, own, "[--backend cpu|cuda] [--trace 0|1]")) return 2;
+  return fuzz::run(options, [&](std::uint64_t item, fuzz::Progress& progress) {
+    return Sequence(item, settings, progress).run();
+  });
+}
