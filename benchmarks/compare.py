@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two records of meltsim_benchmarks side by side. Standard library only.
 
-  compare.py BEFORE.json AFTER.json [--filter REGEX] [--threshold PERCENT]
+  compare.py BEFORE AFTER [--filter REGEX] [--threshold PERCENT]
 
-A record is what --benchmark_out=FILE --benchmark_out_format=json --benchmark_repetitions=N wrote. Times are medians over
+A record is a file of benchmarks/records (record.py), or what --benchmark_out=FILE --benchmark_out_format=json
+--benchmark_repetitions=N wrote. Times are medians over
 the repetitions, with the fastest and the slowest as the spread. A benchmark is slower (or faster) when its median moved by
 at least the threshold (5 %) and the two spreads do not overlap; a record of one repetition has no spread, so nothing of
 it is ever called slower. Exit code 1 when anything is slower, 2 when there is nothing to compare.
@@ -14,6 +15,10 @@ import json
 import re
 import statistics
 import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import record as compact  # noqa: E402  (next to this file)
 
 TO_MS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
 
@@ -32,7 +37,10 @@ def runs_of(path):
 
 
 def read(path):
-    """name -> times of its repetitions [ms]"""
+    """name -> times of its repetitions [ms]; of a compact record the lowest, the median and the highest"""
+    if str(path).endswith(".jsonl"):
+        return {name: [e["low"], e["ms"], e["high"]] if e.get("runs", 1) > 1 else [e["ms"]]
+                for name, e in compact.read(path)[1].items()}
     times = {}
     for run in runs_of(path):
         times.setdefault(plain_name(run["name"]), []).append(run["real_time"] * TO_MS[run["time_unit"]])

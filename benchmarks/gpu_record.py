@@ -1,19 +1,22 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Gathers what gpu_suite.sh left behind into OUT/record.json. Exit code 1 when a part failed. Standard library only."""
+"""Gathers what gpu_suite.sh left behind into OUT/record.jsonl (record.py). Exit code 1 when a part failed. Standard library
+only."""
 import argparse
 import datetime
 import json
 import os
 import platform
 import re
-import statistics
 import sys
 import xml.etree.ElementTree
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import compare  # noqa: E402  (next to this file)
+import record  # noqa: E402
+import stage_kernels  # noqa: E402
+import stage_table  # noqa: E402
 
 
 def text_of(path):
@@ -51,19 +54,29 @@ def errors_of(log):
     return sum(int(a or b) for a, b in found) if found else None
 
 
-def benchmarks_of(out):
+def failed_benchmarks(out):
+    """Names of those that reported an error; nothing where none ran."""
     path = out / "benchmarks.json"
     if not path.exists():
-        return None
+        return []
     try:
-        times = compare.read(path)
-        failed = [compare.plain_name(b["name"]) for b in json.loads(path.read_text())["benchmarks"]
-                  if b.get("error_occurred") or b.get("skipped")]
+        runs = json.loads(path.read_text())["benchmarks"]
     except (ValueError, KeyError) as error:
-        return {"error": f"benchmarks.json: {error}"}
-    medians = {name: {"median_ms": statistics.median(v), "spread": compare.summary(v)[1], "runs": len(v)}
-               for name, v in times.items()}
-    return {"times": medians, "failed": sorted(set(failed))}
+        return [f"benchmarks.json: {error}"]
+    return sorted({compare.plain_name(b["name"]) for b in runs if b.get("error_occurred") or b.get("skipped")})
+
+
+def measured(out):
+    """(times, counters, refused) as record.write() takes them."""
+    kernels = stage_kernels.Kernels(stage_table.ROOT)
+    times = stage_table.measured(out / "benchmarks.json") if (out / "benchmarks.json").exists() else {}
+    counted, refused = stage_table.profiles_of(out, kernels)
+    return (times, {stage_table.scene_of(k): c for k, c in counted.items()},
+            {stage_table.scene_of(k): w for k, w in refused.items()})
+
+
+def whole_runs(out):
+    return [json.loads(line) for line in text_of(out / "whole_runs.jsonl").splitlines() if line.strip()]
 
 
 def main():
@@ -74,35 +87,36 @@ def main():
     options = parser.parse_args()
     work, out = options.work, options.out
     melting = text_of(work / "melting.json")
-    record = {
+    about = {
         "commit": options.commit,
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "device": text_of(work / "device.txt").strip(),
         "host": {"system": platform.platform(), "cores": os.cpu_count()},
-        "parts": parts_of(work),
+        "parts": {p["name"]: p for p in parts_of(work)},
         "tests": tests_of(work),
         "sanitizer_errors": {tool: errors_of(text_of(work / f"{tool}.log"))
                              for tool in ("memcheck", "racecheck", "initcheck", "synccheck")},
-        "benchmarks": benchmarks_of(out),
         "melting": json.loads(melting) if melting else None,
     }
-    failed = [p["name"] for p in record["parts"] if p["result"] != "passed"]
-    benchmarks = record["benchmarks"] or {}
-    if benchmarks.get("failed") or benchmarks.get("error"):
-        failed.append("benchmarks: " + (benchmarks.get("error") or ", ".join(benchmarks["failed"])))
-    record["failed"] = failed
-    record["passed"] = not failed and bool(record["parts"])
-    (out / "record.json").write_text(json.dumps(record, indent=1) + "\n")
-    for p in record["parts"]:
-        print(f"{p['name']:12} {p['result']:10} {p['seconds']:4} s")
-    for name, t in sorted(benchmarks.get("times", {}).items()):
+    failed = [name for name, p in about["parts"].items() if p["result"] != "passed"]
+    bad = failed_benchmarks(out)
+    if bad:
+        failed.append("benchmarks: " + ", ".join(bad))
+    about["failed"] = failed
+    about["passed"] = not failed and bool(about["parts"])
+    times, counters, refused = measured(out)
+    runs = whole_runs(out)
+    record.write(out / "record.jsonl", about, times, counters, refused, runs)
+    for name, p in about["parts"].items():
+        print(f"{name:12} {p['result']:10} {p['seconds']:4} s")
+    for name, t in sorted(times.items()):
         if name.startswith("scene/"):
-            print(f"{name:36} {t['median_ms']:9.4f} ms/step, spread {t['spread']:.1%}")
-    if record["melting"]:
-        print(f"melted fraction: mean difference {record['melting']['mean_difference']}, largest "
-              f"{record['melting']['largest_difference']}")
-    print("passed" if record["passed"] else "FAILED: " + ("; ".join(failed) or "nothing ran"))
-    return 0 if record["passed"] else 1
+            print(f"{name:36} {t['ms']:9.4f} ms/step, spread {(t['high'] - t['low']) / t['ms']:.1%}")
+    if about["melting"]:
+        print(f"melted fraction: mean difference {about['melting']['mean_difference']}, largest "
+              f"{about['melting']['largest_difference']}")
+    print("passed" if about["passed"] else "FAILED: " + ("; ".join(failed) or "nothing ran"))
+    return 0 if about["passed"] else 1
 
 
 if __name__ == "__main__":

@@ -11,10 +11,10 @@
 #
 #   MELTSIM_SUITE_PARTS="build benchmarks profile" benchmarks/gpu_suite.sh OUT_DIR
 #
-# Writes to OUT_DIR: record.json (what was run, where, with what result), benchmarks.json (for compare.py), profile_*.csv
-# (ncu's counters, where it may read them), stages.json and stages.md (both together: stage_table.py), log.txt (the output
-# of every part), stats_cpu.csv and stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR and the
-# build directory.
+# Writes to OUT_DIR: record.jsonl (what was run, where, with what result, and every figure: record.py; this file is what
+# benchmarks/records keeps), what it is made from (benchmarks.json, profile_*.csv with ncu's counters where it may read them,
+# whole_runs.jsonl), stages.md (its tables: stage_table.py), log.txt (the output of every part), stats_cpu.csv and
+# stats_cuda.csv (ice_block). No network, no packages, nothing outside OUT_DIR and the build directory.
 #
 # Environment:
 #   MELTSIM_BUILD_DIR       a build to use as it is; default: build/gpu_suite, built here
@@ -44,7 +44,7 @@ trap 'rm -rf "$work"' EXIT
 : > "$out/log.txt"
 : > "$work/parts.tsv"
 # A record of an earlier run must not pass for this one's.
-rm -f "$out"/record.json "$out"/benchmarks.json "$out"/profile_*.csv "$out"/stages.json "$out"/stages.md \
+rm -f "$out"/record.jsonl "$out"/benchmarks.json "$out"/profile_*.csv "$out"/whole_runs.jsonl "$out"/stages.md \
   "$out"/stats_cpu.csv "$out"/stats_cuda.csv
 command -v nvcc > /dev/null || PATH=$PATH:/usr/local/cuda/bin
 if [ -n "${MELTSIM_BENCHMARK_LARGE-yes}" ]; then export MELTSIM_BENCHMARK_LARGE=1; else unset MELTSIM_BENCHMARK_LARGE; fi
@@ -210,8 +210,8 @@ fi
 python3 "$root/benchmarks/gpu_record.py" --work "$work" --out "$out" --commit "$commit"
 code=$?
 if [ -s "$out/benchmarks.json" ]; then
-  python3 "$root/benchmarks/stage_table.py" "$out" > "$out/stages.md" || code=1
+  python3 "$root/benchmarks/stage_table.py" "$out/record.jsonl" > "$out/stages.md" || code=1
   cat "$out/stages.md"
 fi
-say "record: $out/record.json"
+say "record: $out/record.jsonl"
 exit "$code"

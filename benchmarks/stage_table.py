@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/performance.md, from what gpu_suite.sh left in a folder. Standard library only.
+"""The tables of docs/performance.md, from a record of gpu_suite.sh. Standard library only.
 
-  stage_table.py FOLDER [--docs docs/performance.md] [--json FILE]
+  stage_table.py RECORD [--docs docs/performance.md]
 
-FOLDER holds benchmarks.json and, where ncu may read the GPU's counters, profile_<scene>_<particles>.csv for each scene
-that was profiled. Prints markdown; --docs puts it between that file's markers; --json keeps the numbers (default
-FOLDER/stages.json). What was not measured is left out and said so.
+RECORD is a file as record.py describes it, or a folder with benchmarks.json and, where ncu may read the GPU's counters,
+profile_<scene>_<particles>.csv for each scene that was profiled. Prints markdown; --docs puts it between that file's
+markers. What was not measured is left out and said so.
 """
 import argparse
-import json
 import re
 import statistics
 import sys
@@ -18,6 +17,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import compare  # noqa: E402  (next to this file)
 import ncu_csv  # noqa: E402
+import record  # noqa: E402
 import stage_kernels  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -56,13 +56,14 @@ def measured(path):
     result = {}
     for name, all_runs in runs.items():
         ms = [r["real_time"] * compare.TO_MS[r["time_unit"]] for r in all_runs]
-        entry = {"ms": statistics.median(ms), "low": min(ms), "high": max(ms)}
+        entry = {"ms": statistics.median(ms), "low": min(ms), "high": max(ms), "runs": len(ms)}
         for counter in ("bytes", "bytes/s", "substeps", "solid", "heat_stages", "bytes_per_particle"):
             values = [r[counter] for r in all_runs if counter in r]
             if values:
                 entry[counter] = statistics.median(values)
-        if "bytes" not in entry and "bytes/s" in entry:
-            entry["bytes"] = entry["bytes/s"] * entry["ms"] * 1e-3
+        if "bytes/s" in entry:
+            entry.setdefault("bytes", entry["bytes/s"] * entry["ms"] * 1e-3)
+            del entry["bytes/s"]
         result[name] = entry
     return result
 
@@ -262,10 +263,8 @@ def thread_table(times):
     return markdown(["scene", *(f"{t} thread{'s' if t > 1 else ''}" for t in threads)], rows) if rows else ""
 
 
-def report(folder, times, counted, refused, order):
-    record = folder / "record.json"
-    about = json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
-    parts = [f"Of `{folder.name}`: {about.get('device', 'device unknown')}, {about.get('host', {}).get('cores', '?')} CPU "
+def report(name, about, times, counted, refused, order):
+    parts = [f"Of `{name}`: {about.get('device', 'device unknown')}, {about.get('host', {}).get('cores', '?')} CPU "
              f"threads, commit {about.get('commit', 'unknown')[:7]}. Medians; ms per sub-step."]
     missing = "Not measured in this record."
     parts += ["### Whole sub-steps", scene_table(times) or missing]
@@ -297,29 +296,38 @@ def put(docs, text):
     docs.write_text(page[:begin + len(MARKERS[0])] + "\n" + text + page[end:], encoding="utf-8")
 
 
+def key_of(scene):
+    """"melting/1000000/2d" -> ("melting", 1000000, "2d"), as profiles_of() has it"""
+    name, particles, *what = scene.split("/")
+    return name, int(particles), what[0] if what else ""
+
+
+def scene_of(key):
+    return "/".join(str(k) for k in key if k != "")
+
+
+def load(path, kernels):
+    """(about, times, counters, refused) of a record, or of the folder that one is made from."""
+    if path.is_dir():
+        counted, refused = profiles_of(path, kernels)
+        return {}, measured(path / "benchmarks.json"), counted, refused
+    about, times, counters, refused, _ = record.read(path)
+    return (about, times, {key_of(s): c for s, c in counters.items()}, {key_of(s): w for s, w in refused.items()})
+
+
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("record", type=Path)
     parser.add_argument("--docs", type=Path, default=None)
-    parser.add_argument("--json", type=Path, default=None)
     options = parser.parse_args(arguments)
-    folder = options.folder.resolve()
-    try:
-        times = measured(folder / "benchmarks.json")
-    except (OSError, ValueError, KeyError) as error:
-        print(f"{folder / 'benchmarks.json'}: {error!r}")
-        return 1
     kernels = stage_kernels.Kernels(ROOT)
-    counted, refused = profiles_of(folder, kernels)
-    text = report(folder, times, counted, refused, kernels.order)
+    try:
+        about, times, counted, refused = load(options.record.resolve(), kernels)
+    except (OSError, ValueError, KeyError) as error:
+        print(f"{options.record}: {error}")
+        return 1
+    text = report(options.record.resolve().stem, about, times, counted, refused, kernels.order)
     print(text, end="")
-
-    def named(table):
-        return {"/".join(str(k) for k in key if k != ""): value for key, value in table.items()}
-
-    record = {"times": times, "counters": {n: {s or "?": v for s, v in c.items()} for n, c in named(counted).items()},
-              "refused": named(refused)}
-    (options.json or folder / "stages.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
     if options.docs:
         put(options.docs, text)
     return 0

@@ -10,6 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 import compare  # noqa: E402
+import record as compact  # noqa: E402
 
 
 def record(folder, name, **times):
@@ -62,6 +63,16 @@ class Compare(unittest.TestCase):
         code, text = self.compare({"f": [100]}, {"f": [200]})
         self.assertEqual(code, 0)
         self.assertIn("one repetition", text)
+
+    def test_compact_records(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "a.jsonl"
+            compact.write(path, {}, {"stage/f/cpu/60500": {"ms": 0.1, "low": 0.09, "high": 0.11, "runs": 3}}, {}, {})
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                code = compare.main([str(path), record(folder, "b.json", f=[120, 121, 122])])
+        self.assertEqual(code, 1, out.getvalue())
+        self.assertIn("1.210  slower", out.getvalue())
 
     def test_what_only_one_record_has(self):
         code, text = self.compare({"f": [1, 1], "old": [1]}, {"f": [1, 1], "new": [1]})

@@ -11,6 +11,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 import ncu_csv  # noqa: E402
+import record  # noqa: E402
 import stage_kernels  # noqa: E402
 import stage_table  # noqa: E402
 
@@ -142,7 +143,11 @@ class StageTable(unittest.TestCase):
             (each("sph::ForcesBody<float>"), metrics(1000, 50e6, 30.0))],
             {ncu_csv.TIME: "ns", ncu_csv.DRAM_BYTES: "byte"}))
         (path / "profile_water_2d_1000000.csv").write_text("==ERROR== ERR_NVGPUCTRPERM\n")
-        (path / "record.json").write_text(json.dumps({"commit": "0123456789", "device": "a GPU", "host": {"cores": 16}}))
+        times, kernels = stage_table.measured(path / "benchmarks.json"), stage_kernels.Kernels(ROOT)
+        counted, refused = stage_table.profiles_of(path, kernels)
+        record.write(path / "2026-01-02.jsonl", {"commit": "0123456789", "device": "a GPU", "host": {"cores": 16}}, times,
+                     {stage_table.scene_of(k): v for k, v in counted.items()},
+                     {stage_table.scene_of(k): v for k, v in refused.items()}, [{"run": "dam_break", "wall_s": 1.5}])
 
     def test_the_whole(self):
         with tempfile.TemporaryDirectory() as name:
@@ -152,9 +157,12 @@ class StageTable(unittest.TestCase):
             docs.write_text("before\n" + stage_table.MARKERS[0] + "\nold\n" + stage_table.MARKERS[1] + "\nafter\n")
             out = io.StringIO()
             with contextlib.redirect_stdout(out):
-                self.assertEqual(stage_table.main([name, "--docs", str(docs)]), 0)
+                self.assertEqual(stage_table.main([str(path / "2026-01-02.jsonl"), "--docs", str(docs)]), 0)
             text, page = out.getvalue(), docs.read_text()
-            record = json.loads((path / "stages.json").read_text())
+            _, _, counters, _, runs = record.read(path / "2026-01-02.jsonl")
+            of_folder = io.StringIO()
+            with contextlib.redirect_stdout(of_folder):
+                self.assertEqual(stage_table.main([name]), 0)
         self.assertTrue(page.startswith("before\n") and page.endswith("\nafter\n") and "old" not in page)
         self.assertIn(text, page)
         self.assertIn("| melting, 60,500, 2.5 dx |  | 0.98 | 61.7 | 424 |", text)
@@ -169,7 +177,25 @@ class StageTable(unittest.TestCase):
         self.assertIn("| a pool at rest, 60,500 | tree | 0.75 | 2 |  |  |  | 0.7 |", text)
         self.assertNotIn("spatial.walk", text)
         self.assertIn("| water, 60,500, 2 dx | 160 | 80 (2.0x) | 16 (10.0x) |", text)
-        self.assertEqual(record["counters"]["melting/60500"]["sph.forces"]["bound"], "issue")
+        self.assertIn("Of `2026-01-02`: a GPU, 16 CPU threads, commit 0123456.", text)
+        self.assertEqual(counters["melting/60500"]["sph.forces"]["bound"], "issue")
+        self.assertEqual(runs, [{"run": "dam_break", "wall_s": 1.5}])
+        # A folder gives the tables of the record that is made from it, but for what only the record knows.
+        self.assertEqual(of_folder.getvalue().splitlines()[1:], text.splitlines()[1:])
+
+    def test_a_line_that_is_none_is_named(self):
+        with tempfile.TemporaryDirectory() as name:
+            path = Path(name) / "r.jsonl"
+            path.write_text('{"record":{}}\n{"what":1}\n')
+            with self.assertRaisesRegex(ValueError, "r.jsonl:2"):
+                record.read(path)
+
+    def test_committed_records_are_read(self):
+        records = sorted((ROOT / "benchmarks/records").glob("*.jsonl"))
+        self.assertTrue(records)
+        for path in records:
+            about, times, *_ = record.read(path)
+            self.assertTrue(about["commit"] and len(times) > 100, path)
 
     def test_a_page_without_markers_is_refused(self):
         with tempfile.TemporaryDirectory() as name:
