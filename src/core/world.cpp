@@ -83,6 +83,15 @@ Status World::step(double dt) {
 }
 StepResult World::synchronize() { return impl_->synchronize(); }
 double World::stable_dt() const { return impl_->stable_dt(); }
+Result<ReadTicket> World::request(const ReadRequest& what) {
+  return guarded<Result<ReadTicket>>([&] { return impl_->request(what); });
+}
+Result<bool> World::ready(ReadTicket ticket) {
+  return guarded<Result<bool>>([&] { return impl_->ready(ticket); });
+}
+Result<Reading> World::take(ReadTicket ticket) {
+  return guarded<Result<Reading>>([&] { return impl_->take(ticket); });
+}
 Result<Totals> World::totals() {
   return guarded<Result<Totals>>([&] { return impl_->totals(); });
 }

@@ -2,9 +2,10 @@
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
 // world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
 // (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
-// particles, pieces), world_surface.cpp, snapshot.cpp, plan.cpp.
+// particles, pieces), world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <memory>
 #include <string>
@@ -54,6 +55,10 @@ class WorldImpl final : public Scheduler {
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
+  // world_request.cpp
+  Result<ReadTicket> request(const ReadRequest& what);
+  Result<bool> ready(ReadTicket ticket);
+  Result<Reading> take(ReadTicket ticket);
   // world_surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   // snapshot.cpp
@@ -153,6 +158,11 @@ class WorldImpl final : public Scheduler {
   std::vector<std::string> disabled_modules_;
   int thermal_interval_ = 1, topology_interval_ = 1;
   bool timed_ = false;
+  struct OpenReading {
+    ReadTicket ticket;
+    Reading reading;
+  };
+  std::array<OpenReading, most_readings> readings_;
 };
 
 }  // namespace v0
