@@ -7,6 +7,7 @@
 `browser` needs Chromium and ends with 77 (skipped) where there is none.
 """
 import base64
+import html
 import json
 import os
 import re
@@ -25,6 +26,12 @@ from png_reader import read_png  # noqa: E402
 PROGRAM, SCENE, PART = str(Path(sys.argv[1]).resolve()), str(Path(sys.argv[2]).resolve()), sys.argv[3]
 BROWSER = next((found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))),
                None)
+BROWSER_COMMAND = [BROWSER, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
+                   "--enable-unsafe-swiftshader", "--hide-scrollbars", "--window-size=900,600", "--virtual-time-budget=4000"]
+
+
+# Marks of the template, ends and beginnings of scripts and comments, escapes.
+ODD_TITLES = ["</script><b>x", "%FRAMES%", "%META%", "<!--<script>", "<!-- <script", "]]> -->", "\\u003c\\ \"'`${1}", "\u2028 \U0001f525"]
 
 
 def part(page, name):
@@ -114,8 +121,11 @@ class Data(Page):
         self.assertEqual(run["stats"]["rows"][0][0], 0)
 
     def test_a_title_cannot_end_the_script(self):
-        self.run_scene("--set", "title=\"</script><b>x\"")
-        self.assertEqual(json.loads(part(self.page, "about-run"))["title"], "</script><b>x")
+        for title in ODD_TITLES:
+            with self.subTest(title=title):
+                self.run_scene("--frames", "1", "--set", "title=" + json.dumps(title, ensure_ascii=False))
+                self.assertEqual(json.loads(part(self.page, "about-run"))["title"], title)
+                self.assertEqual(len(unpacked(self.page)[1]), 2)
 
 
 class Browser(Page):
@@ -127,9 +137,7 @@ class Browser(Page):
         picture = Path(self.directory.name, "page.png")
         picture.unlink(missing_ok=True)
         done = subprocess.run(
-            [BROWSER, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--hide-scrollbars", "--window-size=900,600",
-             f"--user-data-dir={self.directory.name}/profile", "--virtual-time-budget=4000", f"--screenshot={picture}",
+            [*BROWSER_COMMAND, f"--user-data-dir={self.directory.name}/profile", f"--screenshot={picture}",
              f"file://{self.file}#{wish}"], capture_output=True, text=True, timeout=180)
         self.assertTrue(picture.exists(), done.stderr)
         _, _, rows = read_png(picture)
@@ -144,6 +152,16 @@ class Browser(Page):
         self.assertGreater(len(cold), 500)
         without = [p for p in self.pixels("t=0.04&color=temperature&liquid=hidden") if p[0] > p[2] + 60]
         self.assertLess(len(without), len(hot) / 10)
+
+    def test_any_title_leaves_the_page_alive(self):
+        for title in ODD_TITLES[:4]:
+            with self.subTest(title=title):
+                self.run_scene("--frames", "1", "--set", "title=" + json.dumps(title, ensure_ascii=False))
+                shown = subprocess.run([*BROWSER_COMMAND, f"--user-data-dir={self.directory.name}/profile", "--dump-dom",
+                                        f"file://{self.file}"], capture_output=True, text=True, timeout=180).stdout
+                # The page's script writes the title where it can read what is in the page, and a message where it cannot.
+                self.assertEqual(html.unescape(re.search(r'<b id="title">(.*?)</b>', shown, re.S).group(1)), title)
+                self.assertNotIn("display", re.search(r'<div id="message".*?>', shown).group(0))
 
     def test_materials_have_the_scene_s_colours(self):
         self.run_scene("--frames", "3", "--set", "materials.water.color=[0.1, 0.8, 0.1]")

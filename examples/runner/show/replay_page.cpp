@@ -169,8 +169,25 @@ Json ramp_json() {
 /// Drawn radius as a multiple of the spacing: where few particles stand for many, they are larger.
 double drawn_radius(const ReplayPage& page, double share) { return 0.55 * page.spacing * std::cbrt(share); }
 
-std::string with(std::string text, const std::string& mark, const std::string& value) {
-  return text.replace(text.find(mark), mark.size(), value);
+/// `page` with each mark replaced by its value, in one pass: a value that holds a mark stays as it is.
+std::string filled(const std::string& page, const std::vector<std::pair<std::string, std::string>>& marks) {
+  std::string text;
+  std::size_t at = 0;
+  for (const auto& [mark, value] : marks) {
+    const std::size_t next = page.find(mark, at);
+    text += page.substr(at, next - at) + value;
+    at = next + mark.size();
+  }
+  return text + page.substr(at);
+}
+
+/// JSON for the inside of a <script>: "<" appears in strings only and is written as an escape, so that no title can end the
+/// script or begin an HTML comment in it.
+std::string script_text(const Json& json) {
+  std::string text;
+  for (const char c : json.dump(-1, ' ', true, Json::error_handler_t::replace))
+    text += c == '<' ? std::string("\\u003c") : std::string(1, c);
+  return text;
 }
 
 }  // namespace
@@ -207,10 +224,7 @@ std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& 
         {{"name", look.name}, {"color", look.color ? bytes_of(*look.color) : Json()}});
   meta["ramp"] = ramp_json();
   meta["stats"] = stats_of(page.stats_file);
-  std::string json = meta.dump(-1, ' ', true, Json::error_handler_t::replace);
-  // A title may hold "</script>"; JSON may write its slash with a backslash.
-  for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos;) json.insert(at + 1, "\\");
-  return with(with(replay_template, "%META%", json), "%FRAMES%", text);
+  return filled(replay_template, {{"%META%", script_text(meta)}, {"%FRAMES%", text}});
 }
 
 }  // namespace runner
