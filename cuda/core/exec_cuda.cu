@@ -3,6 +3,7 @@
 #include "core/exec_cuda.cuh"
 
 #include <algorithm>
+#include <chrono>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 #include <limits>
@@ -44,6 +45,22 @@ struct Repeat {
 /// for step lengths that alternate.
 constexpr std::size_t most_repeats = 16;
 
+/// Work that may be enqueued [s]; as many sub-steps at most; marks (events) among them.
+constexpr double queue_seconds = 0.5;
+constexpr std::uint64_t most_queued = 256;
+constexpr std::uint64_t queue_marks = 8;
+
+/// How far the device is behind: a mark every few sub-steps, oldest first.
+struct Queue {
+  static constexpr std::size_t ring = 2 * queue_marks;
+  cudaEvent_t event[ring] = {};
+  std::uint64_t steps[ring] = {};  // since the mark before
+  std::size_t first = 0, marks = 0;
+  std::uint64_t queued = 0, unmarked = 0;       // sub-steps up to the last mark, and since
+  std::uint64_t allowed = 1;                    // sub-steps in the queue; follows how long they take
+  std::chrono::steady_clock::time_point since;  // the device began what the oldest mark ends, or later
+};
+
 /// Partial results of one track and, behind them, the ticket; aligned.
 constexpr std::uint64_t partials_bytes(std::uint64_t parts) {
   return (parts * kernels::reduce_item + 127) / 128 * 128 + 128;
@@ -78,6 +95,7 @@ struct CudaExec::Owned {
   cudaStream_t tracks[most_tracks] = {};  // 0: the stream itself
   bool entered[most_tracks] = {};         // since begin_tracks
   std::vector<cudaEvent_t> marks;         // a stage has ended; the last one: the tracks begin
+  Queue queue;
   std::uint64_t launches = 0, captures = 0;
   std::size_t known = 0;
   int most_urgent = 0;  // priorities are 0 and below
@@ -105,6 +123,8 @@ CudaExec::CudaExec(int device, void* stream)
   own_->marks.resize(stage_count + 1);
   for (cudaEvent_t& e : own_->marks)
     check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming), "making an event");
+  for (cudaEvent_t& e : own_->queue.event)  // whoever waits for one sleeps
+    check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming | cudaEventBlockingSync), "making an event");
 }
 
 CudaExec::CudaExec(CudaExec&&) noexcept = default;
@@ -134,6 +154,8 @@ CudaExec::~CudaExec() {
   if (own_->scratch != nullptr) (void)cudaFree(own_->scratch);
   if (own_->handing != nullptr) (void)cudaFree(own_->handing);
   for (const cudaEvent_t e : own_->marks)
+    if (e != nullptr) (void)cudaEventDestroy(e);
+  for (const cudaEvent_t e : own_->queue.event)
     if (e != nullptr) (void)cudaEventDestroy(e);
   for (int k = 1; k < most_tracks; ++k)
     if (own_->tracks[k] != nullptr) (void)cudaStreamDestroy(own_->tracks[k]);
@@ -299,6 +321,45 @@ void CudaExec::zero(void* p, std::uint64_t bytes) const {
 void CudaExec::synchronize() {
   const DeviceScope scope(device_);
   if (check(cudaStreamSynchronize(stream_), "a step")) harvest();
+  Queue& q = own_->queue;
+  q.first = q.marks = 0;
+  q.queued = q.unmarked = 0;
+}
+
+void CudaExec::pace() {
+  if (host_captures()) return;
+  const DeviceScope scope(device_);
+  using Clock = std::chrono::steady_clock;
+  Queue& q = own_->queue;
+  if (q.marks == 0 && q.unmarked == 0) q.since = Clock::now();
+  if (++q.unmarked >= std::max<std::uint64_t>(1, q.allowed / queue_marks)) {
+    const std::size_t last = (q.first + q.marks++) % Queue::ring;
+    check(cudaEventRecord(q.event[last], stream_), "marking the end of a sub-step");
+    q.steps[last] = q.unmarked;
+    q.queued += std::exchange(q.unmarked, 0);
+  }
+  // The host may be capturing another stream of its own; waiting here is no part of that.
+  cudaStreamCaptureMode mode = cudaStreamCaptureModeRelaxed;
+  const bool full = q.marks == Queue::ring || (q.marks != 0 && q.queued + q.unmarked > q.allowed);
+  if (!full || !check(cudaThreadExchangeStreamCaptureMode(&mode), "waiting for sub-steps")) return;
+  while (q.marks != 0 && (q.queued + q.unmarked > q.allowed || q.marks == Queue::ring)) {
+    const cudaEvent_t oldest = q.event[q.first];
+    const std::uint64_t steps = q.steps[q.first];
+    const bool waits = cudaEventQuery(oldest) == cudaErrorNotReady;
+    (void)cudaGetLastError();  // "not ready" is an answer, not an error
+    if (!check(cudaEventSynchronize(oldest), "a step")) break;
+    const Clock::time_point now = Clock::now();
+    if (waits) {  // else it ended some time ago, and says nothing of how long sub-steps take
+      const double each = std::chrono::duration<double>(now - q.since).count() / static_cast<double>(steps);
+      const double fit = queue_seconds / std::max(each, queue_seconds / static_cast<double>(most_queued));
+      q.allowed = std::clamp<std::uint64_t>(static_cast<std::uint64_t>(fit), 1, 2 * q.allowed);
+    }
+    q.since = now;
+    q.first = (q.first + 1) % Queue::ring;
+    --q.marks;
+    q.queued -= steps;
+  }
+  check(cudaThreadExchangeStreamCaptureMode(&mode), "waiting for sub-steps");
 }
 
 std::uint64_t CudaExec::free_bytes() const {

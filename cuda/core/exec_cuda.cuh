@@ -242,6 +242,9 @@ class CudaExec {
   void download(void* to, const void* from, std::uint64_t bytes) const;
   void zero(void* p, std::uint64_t bytes) const;
   void synchronize();
+  /// After every sub-step: waits until no more than queue_seconds of sub-steps are enqueued, so that a host that
+  /// wants to stop need not wait for long. Does nothing while the host captures the stream.
+  void pace();
   std::uint64_t free_bytes() const;
   /// Working space of reduce, scan and sort over up to n items; without it they record a fault.
   bool reserve(std::uint64_t n);

@@ -18,6 +18,7 @@ enum class ErrorCode {
   step_too_large,    ///< more sub-steps than allowed; the message names the step that fits
   halted,            ///< the simulation diverged earlier and keeps its last good state
   corrupt_data,      ///< a snapshot that does not verify
+  interrupted,       ///< World::interrupt() ended a step between two sub-steps; what came before them counts
   internal           ///< a fault of the library or of the device
 };
 

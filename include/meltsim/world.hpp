@@ -83,10 +83,17 @@ class MELTSIM_API World {
   Status prepare();
 
   /// Enqueues dt seconds, split into equal sub-steps that keep the Courant number. dt = 0 does nothing.
-  /// Does not wait and does not allocate, except where a youngs_modulus needs other regions at this length of
-  /// sub-step than at the last one. Errors: negative or non-finite dt; step_too_large; halted;
+  /// Does not allocate, except where a youngs_modulus needs other regions at this length of sub-step than at the
+  /// last one. Waits only where the device is more than about half a second of work behind (never while the host
+  /// captures the stream). Errors: negative or non-finite dt; step_too_large; halted; interrupted;
   /// out_of_memory as in prepare().
   Status step(double dt);
+
+  /// Asks the step() that is running, or else the next one, to return ErrorCode::interrupted before its next
+  /// sub-step. The sub-steps before it count and the World is as usable as ever: time() says how far it came, and
+  /// a further step() goes on from there. One call interrupts one step. May be called from another thread or from
+  /// a signal handler while the World exists and is not moved: it sets one atomic flag and does nothing else.
+  void interrupt() noexcept;
 
   /// Waits for everything enqueued and reports it.
   StepResult synchronize();

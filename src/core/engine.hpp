@@ -67,7 +67,7 @@ class Engine {
   virtual void download(SceneState& state) = 0;
   virtual void download(DerivedState& derived) = 0;
   virtual void download(LatticeMasks& masks) = 0;
-  /// Enqueues one sub-step. No allocation, no wait, no copy from the host.
+  /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
   virtual void substep(const SubstepArguments& arguments) = 0;
   /// The next sub-step builds what is kept between sub-steps anew, as one after an upload does.
   virtual void rebuild() = 0;

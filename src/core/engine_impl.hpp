@@ -151,6 +151,7 @@ class EngineImpl final : public Engine {
       run_stages(a);
     }
     if (advances) buffers_.take_spare(w_);
+    ex_.pace();
   }
 
   void rebuild() override { rebuild_ = true; }

@@ -38,7 +38,8 @@
 //   repeat(key[, first], enqueue)  enqueue(), which may be recorded: the same key later stands for the same
 //                                launches. first() is one launch ahead of them whose arguments may differ
 //   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space for
-//   verbs over n items, begin_stage/end_stage/collect for timings, native_stream, fault (device errors)
+//   verbs over n items, pace() after every sub-step: waits where too much is enqueued, begin_stage/end_stage/collect
+//   for timings, native_stream, fault (device errors)
 //
 // `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
 // keeps its last good state without the host having to look. Threads: OpenMP, which costs an embedding host
@@ -381,6 +382,7 @@ class CpuExec {
   }
   void zero(void* p, std::uint64_t bytes) const { std::memset(p, 0, static_cast<std::size_t>(bytes)); }
   void synchronize() const {}
+  void pace() const {}
   /// Bytes that may still be allocated; the CPU backend leaves that to the operating system.
   std::uint64_t free_bytes() const { return std::numeric_limits<std::uint64_t>::max(); }
   bool reserve(std::uint64_t n) {

@@ -81,6 +81,7 @@ Status World::prepare() {
 Status World::step(double dt) {
   return guarded<Status>([&] { return impl_->step(dt); });
 }
+void World::interrupt() noexcept { impl_->interrupt(); }
 StepResult World::synchronize() { return impl_->synchronize(); }
 double World::stable_dt() const { return impl_->stable_dt(); }
 Result<ReadTicket> World::request(const ReadRequest& what) {

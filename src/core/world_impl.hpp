@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <limits>
 #include <memory>
 #include <string>
@@ -45,6 +46,7 @@ class WorldImpl final : public Scheduler {
   Status prepare();
   // world_step.cpp
   Status step(double dt);
+  void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
   double stable_dt() const;
   Resolved resolved();
@@ -134,8 +136,10 @@ class WorldImpl final : public Scheduler {
   std::vector<Vec3d> emitter_points_;
   Vec3d origin_;
   bool origin_set_ = false;
-  bool dirty_ = true;         ///< the engine does not hold `state_`
-  bool state_stale_ = false;  ///< the engine is ahead of `state_`
+  bool dirty_ = true;                     ///< the engine does not hold `state_`
+  bool state_stale_ = false;              ///< the engine is ahead of `state_`
+  std::atomic<bool> interrupted_{false};  ///< asked for; set from any thread or a signal handler
+  static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
   bool halted_ = false;
   std::string halt_reason_;
   double sound_speed_ = 0;

@@ -112,6 +112,11 @@ Status WorldImpl::step(double dt) {
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
   const double start = time;
   for (int k = 0; k < n; ++k) {
+    if (interrupted_.exchange(false, std::memory_order_relaxed))
+      return Error{ErrorCode::interrupted,
+                   core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
+                              dt, " s; the World is good up to there, call step again to go on")};
+    state_stale_ = true;
     a.time = start + dt * k / n;
     const double end = k + 1 == n ? start + dt : start + dt * (k + 1) / n;
     a.index = ++steps;
@@ -120,7 +125,6 @@ Status WorldImpl::step(double dt) {
     engine->substep(a);
     time = end;
   }
-  state_stale_ = true;
   return {};
 }
 

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step that is interrupted ends between two sub-steps and leaves a World to go on with.
+#include <csignal>
+#include <string>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+Scene pool() { return ice_in_water(describe(), {}); }
+
+/// Interrupts from within a step, at its n-th sub-step: on CUDA stages of the host's run while it enqueues, too.
+struct Interrupter {
+  World* world = nullptr;
+  int left = 0;
+  bool by_signal = false;
+  static World* of_signal;
+  static void on_signal(int) { of_signal->interrupt(); }
+  static void run(const StageContext&, void* user) {
+    auto& self = *static_cast<Interrupter*>(user);
+    if (--self.left != 0) return;
+    if (!self.by_signal) return self.world->interrupt();
+    of_signal = self.world;
+    const auto before = std::signal(SIGUSR1, on_signal);
+    std::raise(SIGUSR1);
+    std::signal(SIGUSR1, before);
+  }
+};
+World* Interrupter::of_signal = nullptr;
+
+TEST(Interrupt, EndsTheNextStepBeforeItsFirstSubStepAndNoOther) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = pool();
+  const auto hash = *s.world.state_hash();
+  s.world.interrupt();
+  s.world.interrupt();       // the same request
+  require(s.world.step(0));  // does nothing, and keeps it
+  const Status status = s.world.step(1e-3);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(status.error().code, ErrorCode::interrupted);
+  EXPECT_NE(status.error().message.find("after 0 of "), std::string::npos) << status.error().message;
+  EXPECT_EQ(*s.world.state_hash(), hash);
+  EXPECT_EQ(s.world.time(), 0.0);
+  require(s.world.step(1e-3));
+  EXPECT_FALSE(s.world.synchronize().halted);
+}
+
+// From a stage and from a signal's handler. The sub-steps before count: the state is that of as many steps of that length.
+TEST(Interrupt, KeepsTheSubStepsBefore) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool by_signal : {false, true}) {
+    Scene s = pool(), reference = pool();
+    Interrupter interrupter{&s.world, 3, by_signal};
+    require(s.world.scheduler().insert_after("step.begin", {"stop", Interrupter::run, &interrupter, {}, {}}));
+    require(s.world.prepare());
+    const int n = 5;
+    const double dt = 0.9 * n * s.world.stable_dt();  // takes n sub-steps
+    const Status status = s.world.step(dt);
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::interrupted);
+    EXPECT_NE(status.error().message.find("after 3 of 5"), std::string::npos) << status.error().message;
+    EXPECT_EQ(s.world.steps(), 3u);
+    EXPECT_NEAR(s.world.time(), 3 * dt / n, 1e-12);
+    for (int k = 0; k < 3; ++k) require(reference.world.step(dt / n));
+    EXPECT_EQ(*s.world.state_hash(), *reference.world.state_hash());
+    const StepResult r = s.world.synchronize();
+    EXPECT_FALSE(r.halted);
+    EXPECT_EQ(r.steps, 3u);
+    require(s.world.step(dt / n));
+    EXPECT_EQ(s.world.steps(), 4u);
+  }
+}
+
+}  // namespace
+}  // namespace meltsim_test
