@@ -33,7 +33,7 @@ Json header_json(const Checkpoint& checkpoint) {
   json["next_frame"] = state.next_frame;
   json["frame_dt"] = state.frame_dt;
   json["stable_dt"] = std::isfinite(state.stable_dt) ? state.stable_dt : 0;
-  json["probe_samples"] = state.probe_samples;
+  json["rest"] = {{"dt", state.rest.dt}, {"steps", state.rest.steps}, {"end", state.rest.end}};
   json["meltable"] = state.meltable;
   if (state.melted_at) json["melted_at"] = *state.melted_at;
   json["wall_s"] = state.wall_s;
@@ -49,7 +49,8 @@ Checkpoint from_header(const Json& json) {
   state.next_frame = json.at("next_frame").get<std::uint64_t>();
   state.frame_dt = json.at("frame_dt").get<double>();
   state.stable_dt = json.at("stable_dt").get<double>();
-  state.probe_samples = json.at("probe_samples").get<std::vector<std::uint64_t>>();
+  const Json& rest = json.at("rest");
+  state.rest = {rest.at("dt").get<double>(), rest.at("steps").get<int>(), rest.at("end").get<double>()};
   state.meltable = json.at("meltable").get<std::uint64_t>();
   if (json.contains("melted_at")) state.melted_at = json.at("melted_at").get<double>();
   state.wall_s = json.at("wall_s").get<double>();

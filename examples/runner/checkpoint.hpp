@@ -8,19 +8,20 @@
 #include <vector>
 
 #include "scene.hpp"
+#include "stepper.hpp"
 
 namespace runner {
 
 struct RunState {
-  double time = 0;                           ///< [s]
-  std::uint64_t steps = 0;                   ///< time steps; the library may split each into sub-steps
-  std::uint64_t next_frame = 0;              ///< the first one not written yet
-  double frame_dt = 0;                       ///< [s] step of the frame being computed; 0 = not chosen yet
-  double stable_dt = 0;                      ///< [s] limit of the next adaptive step; 0 = ask the World
-  std::vector<std::uint64_t> probe_samples;  ///< taken so far, per probe
-  std::uint64_t meltable = 0;                ///< solid particles at the start that can melt
-  std::optional<double> melted_at;           ///< [s] when nothing meltable was left
-  double wall_s = 0;                         ///< of all sessions
+  double time = 0;                  ///< [s]
+  std::uint64_t steps = 0;          ///< time steps; the library may split each into sub-steps
+  std::uint64_t next_frame = 0;     ///< the first one not written yet
+  double frame_dt = 0;              ///< [s] step of the frame being computed; 0 = not chosen yet
+  double stable_dt = 0;             ///< [s] limit of the next adaptive step; 0 = ask the World
+  Batch rest;                       ///< of the steps that an interrupt cut short
+  std::uint64_t meltable = 0;       ///< solid particles at the start that can melt
+  std::optional<double> melted_at;  ///< [s] when nothing meltable was left
+  double wall_s = 0;                ///< of all sessions
 };
 
 struct Checkpoint {

@@ -58,6 +58,10 @@ int run_scene(const RunOptions& options, Log& log) {
   if (options.resume) resumed_run_directory(options.out);
   Scene scene = load_scene(options.scene);
   apply_run_options(scene, options);
+  if (options.machine.threads_asked > static_cast<std::uint64_t>(options.machine.threads)) {
+    log.warn(fmt::format("--threads {}: this machine has {} processors for it; using {}",
+                         options.machine.threads_asked, options.machine.threads, options.machine.threads));
+  }
   Built built = build_world(scene, options.machine);
   check_dt(scene, built);
   log.info("backend: " + backend_text(built.world));

@@ -13,6 +13,7 @@
 #include "failure.hpp"
 #include "meltsim/world.hpp"
 #include "option_values.hpp"
+#include "processors.hpp"
 #include "suggest.hpp"
 
 namespace runner {
@@ -44,7 +45,7 @@ class CommandLine {
     app_.set_version_flag("--version", "meltsim " + meltsim::build_info().version);
     app_.footer(
         "Exit codes: 0 ok, 1 usage (validate: a case fails), 2 scene error, 3 diverged (state saved), 4 "
-        "device or memory, 5 files.");
+        "device or memory, 5 files, 130 and 143 interrupted (state saved).");
     add_run();
     add_check();
     app_.add_subcommand("list", "list the built-in scenes");
@@ -191,8 +192,9 @@ class CommandLine {
       if (word == "cpu") options.backend = meltsim::Backend::cpu;
     }
     if (typed_.has("--threads")) {
+      options.threads_asked = option_count("--threads", typed_.get("--threads"));
       options.threads =
-          static_cast<int>(std::min<std::uint64_t>(option_count("--threads", typed_.get("--threads")), 4096));
+          static_cast<int>(std::min(options.threads_asked, static_cast<std::uint64_t>(processors())));
     }
     if (typed_.has("--precision")) {
       const std::string word = option_choice("--precision", typed_.get("--precision"), {"single", "double"});

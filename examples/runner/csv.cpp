@@ -35,12 +35,12 @@ CsvFile CsvFile::resume(std::string path, const std::string& header, std::size_t
   if (!exists(path)) return {std::move(path), header};
   std::istringstream old(read_file(path));
   std::string line, content = header + "\n";
-  std::getline(old, line);  // the header
+  const double last = parse_number(csv_number(time)).value_or(time);  // rows hold nine digits
+  std::getline(old, line);                                            // the header
   while (std::getline(old, line)) {
     const std::vector<std::string> cells = split_commas(line);
     const auto at = cells.size() > time_column ? parse_number(cells[time_column]) : std::nullopt;
-    // Rows hold nine digits; half a nanosecond forgives that.
-    if (!at || *at > time * (1 + 1e-8) + 5e-10) continue;
+    if (!at || *at > last) continue;
     content += line + "\n";
     if (kept != nullptr) kept->push_back(line);
   }

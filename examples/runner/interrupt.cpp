@@ -1,24 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "interrupt.hpp"
 
+#include <unistd.h>
+
+#include <atomic>
 #include <csignal>
 
 namespace runner {
 
 namespace {
 
-volatile std::sig_atomic_t noted = 0;
+std::atomic<int> noted{0};
+static_assert(std::atomic<int>::is_always_lock_free, "signal handlers may touch nothing that locks");
 
-extern "C" void note_signal(int signal) { noted = signal; }
+extern "C" void note_signal(int signal) {
+  // Files are written under another name first, so nothing is left half written.
+  if (noted.exchange(signal) != 0) _exit(128 + signal);
+}
 
 }  // namespace
 
 void watch_interrupts() {
   struct sigaction action {};
   action.sa_handler = note_signal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  action.sa_flags = SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  struct sigaction before {};
+  sigaction(SIGHUP, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // ignored: nohup started this
   // A closed pipe (`meltsim run ... | head`) must not kill a long run.
   std::signal(SIGPIPE, SIG_IGN);
   // Nor must a limit on the size of files: writing fails, and that is said.

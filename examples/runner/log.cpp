@@ -27,7 +27,7 @@ Json progress_json(const Progress& p) {
   json["step"] = p.steps;
   json["n_fluid"] = p.fluid;
   json["n_solid"] = p.solid;
-  json["melted_fraction"] = p.melted;
+  json["melted_fraction"] = p.melted.value_or(0);
   json["ms_per_step"] = p.ms_per_step;
   json["real_time_ratio"] = p.real_time_ratio;
   json["eta_s"] = p.eta;
@@ -48,8 +48,23 @@ std::string progress_text(const Progress& p) {
   return fmt::format(
       "{:>7}  t={:.4g}{} s  ETA {}  melted {}  liquid {}  solid {}  dt={:.3g} s  {:.3g} ms/step  "
       "{:.2g}x real time",
-      percent_text(p.done), p.time, end, duration_text(p.eta), percent_text(p.melted), p.fluid, p.solid, p.dt,
-      p.ms_per_step, p.real_time_ratio);
+      percent_text(p.done), p.time, end, duration_text(p.eta), percent_text(p.melted.value_or(0)), p.fluid,
+      p.solid, p.dt, p.ms_per_step, p.real_time_ratio);
+}
+
+std::string progress_bar(const Progress& p, std::size_t columns) {
+  columns = std::min<std::size_t>(columns, 80);
+  const std::string end = std::isfinite(p.end) ? fmt::format("/{:.3g}", p.end) : "";
+  // What matters most comes first: a narrow terminal cuts the rest off.
+  std::string text = fmt::format(" {:3.0f} % {:.3g}{} s", std::floor(100 * p.done), p.time, end);
+  if (p.melted) text += fmt::format(" melted {:.0f} %", std::floor(100 * *p.melted));
+  text +=
+      fmt::format(" {:.3g} ms/step {:.2g}x ETA {}", p.ms_per_step, p.real_time_ratio, duration_text(p.eta));
+  constexpr std::size_t shortest = 6;
+  if (columns < text.size() + shortest) return text.substr(1, columns);
+  const std::size_t length = columns - text.size() - 2;
+  const auto full = static_cast<std::size_t>(p.done * static_cast<double>(length));
+  return "[" + std::string(full, '#') + std::string(length - full, '.') + "]" + text;
 }
 
 Log::Log(LogStyle style, bool quiet)
@@ -97,7 +112,7 @@ void Log::show(const Progress& progress) {
   if (style_ == LogStyle::json) return line(dump(progress_json(progress)));
   if (!terminal_) return line(progress_text(progress));
   // A line that wraps cannot be written over.
-  std::fputs(("\r\033[K" + progress_text(progress).substr(0, terminal_columns() - 1)).c_str(), stdout);
+  std::fputs(("\r\033[K" + progress_bar(progress, terminal_columns() - 1)).c_str(), stdout);
   std::fflush(stdout);
   line_open_ = true;
 }

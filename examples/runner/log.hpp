@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Progress {
   double done = 0;                   ///< 0..1
   double time = 0, end = 0, dt = 0;  ///< [s]; end is infinite when a number of steps was asked for
   std::uint64_t steps = 0, fluid = 0, solid = 0;
-  double melted = 0;  ///< 0..1
+  std::optional<double> melted;  ///< 0..1; nothing where nothing can melt
   double ms_per_step = 0;
   double real_time_ratio = 0;  ///< simulated seconds per second of waiting
   double eta = 0;              ///< [s]
@@ -48,5 +49,7 @@ class Log {
 };
 
 std::string progress_text(const Progress& progress);
+/// The same with a bar, in at most `columns` (80 where there are more).
+std::string progress_bar(const Progress& progress, std::size_t columns);
 
 }  // namespace runner

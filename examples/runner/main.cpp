@@ -5,8 +5,10 @@
 
 #include "command_line.hpp"
 #include "failure.hpp"
+#include "processors.hpp"
 
 int main(int argc, char** argv) {
+  runner::wait_politely(argv);
   try {
     return runner::run_command_line(argc, argv);
   } catch (const runner::Failure& failure) {

@@ -18,7 +18,8 @@ enum class Quality { draft, balanced, accurate };
 struct MachineOptions {
   meltsim::Backend backend = meltsim::Backend::automatic;
   meltsim::Precision precision = meltsim::Precision::single_precision;
-  int threads = 0;  ///< 0 = all
+  int threads = 0;                  ///< 0 = all; at most the processors there are
+  std::uint64_t threads_asked = 0;  ///< as typed
 };
 
 /// Changes to the scene: `run` and `check` share these.

@@ -10,13 +10,11 @@
 #include "files.hpp"
 #include "numbers.hpp"
 #include "particle_files.hpp"
+#include "stepper.hpp"
 
 namespace runner {
 
 namespace {
-
-// Times are sums of rounded steps.
-constexpr double slack = 1e-9;
 
 CsvFile open_table(const std::string& path, const std::string& header, std::size_t time_column,
                    const RunState* resumed, std::vector<std::string>* kept = nullptr) {
@@ -80,26 +78,20 @@ const std::string& Recorder::problem() const {
   return pictures_.problem().empty() ? export_.problem() : pictures_.problem();
 }
 
-double Recorder::next_probe(const RunState& state) const {
+double Recorder::next_probe(double now) const {
   double due = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
-    due = std::min(due, static_cast<double>(state.probe_samples.at(i)) * scene_.probes[i].every);
-  }
+  for (const SceneProbe& probe : scene_.probes) due = std::min(due, next_sample(now, probe.every));
   return due;
 }
 
-void Recorder::probes(meltsim::World& world, RunState& state) {
-  for (std::size_t i = 0; i < scene_.probes.size(); ++i) {
-    const SceneProbe& probe = scene_.probes[i];
-    std::uint64_t& taken = state.probe_samples.at(i);
-    if (state.time < static_cast<double>(taken) * probe.every - slack) continue;
+void Recorder::probes(meltsim::World& world, double since, double now) {
+  for (const SceneProbe& probe : scene_.probes) {
+    const double due = samples_by(now, probe.every);
+    if (std::isfinite(due) && since >= 0 && due <= samples_by(since, probe.every)) continue;
     for (const std::string& field : probe.fields) {
       const std::vector<double> values = expect(world.sample({probe.at}, field));
-      probes_->row(
-          fmt::format("{},{},{},{}", probe.name, csv_number(state.time), field, csv_number(values.at(0))));
+      probes_->row(fmt::format("{},{},{},{}", probe.name, csv_number(now), field, csv_number(values.at(0))));
     }
-    // A step may pass several due times; one sample answers them all.
-    while (static_cast<double>(taken) * probe.every <= state.time + slack) ++taken;
   }
 }
 

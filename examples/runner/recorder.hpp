@@ -31,10 +31,10 @@ class Recorder {
 
   /// One row of stats.csv, the bodies, and the exported files of frame state.next_frame.
   void frame(Built& built, const RunState& state, double dt, double ms_per_step);
-  /// Samples every probe that is due at state.time.
-  void probes(meltsim::World& world, RunState& state);
+  /// Samples every probe for which a sample came due after `since`; one answers all that did.
+  void probes(meltsim::World& world, double since, double now);
   /// When the next sample is due; infinite without probes.
-  double next_probe(const RunState& state) const;
+  double next_probe(double now) const;
   void flush();
   /// flush(), and what pictures need to go on after a resume.
   void save();

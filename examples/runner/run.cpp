@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "expect.hpp"
 #include "files.hpp"
@@ -17,7 +18,7 @@ namespace {
 
 // A machine that dies costs at most this much work.
 constexpr double checkpoint_every_s = 60;
-// Times are sums of rounded steps.
+// Of the length of a step: what is as close to a whole number of steps is one.
 constexpr double slack = 1e-9;
 
 }  // namespace
@@ -30,9 +31,7 @@ Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirecto
       log_(log),
       time_(scene.time),
       started_(Clock::now()),
-      last_checkpoint_(Clock::now()) {
-  state_.probe_samples.assign(scene.probes.size(), 0);
-}
+      last_checkpoint_(Clock::now()) {}
 
 int Run::execute() {
   watch_interrupts();
@@ -64,7 +63,7 @@ void Run::begin() {
   recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr);
   state_.meltable = built_.meltable;
   write_run_json({});
-  recorder_->probes(built_.world, state_);
+  recorder_->probes(built_.world, -1, state_.time);
   frame_done();
 }
 
@@ -83,16 +82,19 @@ void Run::resume() {
                               "numbered by it, so resume with --fps {}",
                               time_before.value("fps", 0.0), time_before.value("fps", 0.0)));
   }
-  if (time_before.value("dt", Json()) != time_now.value("dt", Json())) checkpoint.state.frame_dt = 0;
+  if (time_before.value("dt", Json()) != time_now.value("dt", Json())) {
+    checkpoint.state.frame_dt = 0;
+    checkpoint.state.rest = {};
+  }
   const meltsim::Status restored =
       built_.world.restore(checkpoint.snapshot.data(), checkpoint.snapshot.size());
   if (!restored) {
     throw Failure(ExitCode::io,
                   fmt::format("{}: {}", directory_.file("checkpoint.bin"), restored.error().message));
   }
-  checkpoint.state.probe_samples.resize(scene_.probes.size());
   state_ = checkpoint.state;
   wall_before_ = state_.wall_s;
+  resumed_amid_ = state_.rest.steps > 0;
   recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_);
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
@@ -118,7 +120,7 @@ double Run::frame_start() const { return static_cast<double>(state_.next_frame -
 
 bool Run::at_end() const {
   if (options_.steps && state_.steps >= *options_.steps) return true;
-  return state_.time >= end() - slack;
+  return reached(state_.time, end());
 }
 
 double Run::wall() const { return wall_before_ + seconds_since(started_); }
@@ -126,10 +128,11 @@ double Run::wall() const { return wall_before_ + seconds_since(started_); }
 Outcome Run::loop() {
   while (!at_end()) {
     if (interrupt_signal() != 0) return Outcome::interrupted;
+    const double since = state_.time;
     const Batch batch = next_batch();
     if (!take(batch)) return Outcome::diverged;
-    recorder_->probes(built_.world, state_);
-    if (at_end() || state_.time >= frame_end() - slack) frame_done();
+    recorder_->probes(built_.world, since, state_.time);
+    if (at_end() || reached(state_.time, frame_end())) frame_done();
     if (seconds_since(last_checkpoint_) > checkpoint_every_s) save_checkpoint();
   }
   return Outcome::finished;
@@ -142,19 +145,23 @@ void Run::choose_frame_dt() {
   const bool fits =
       steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6 && state_.frame_dt <= *time_.dt * (1 + slack);
   if (fits) return;
-  const bool whole = std::abs(state_.time - frame_start()) < slack;
+  const bool whole = std::abs(state_.time - frame_start()) < slack * *time_.dt;
   state_.frame_dt = fixed_frame_dt(whole ? frame_start() : state_.time, frame_end(), *time_.dt);
 }
 
 Batch Run::next_batch() {
-  const double frame = frame_end(), target = std::min(frame, recorder_->next_probe(state_));
+  if (state_.rest.steps > 0) return std::exchange(state_.rest, {});
+  const double frame = frame_end(), target = std::min(frame, recorder_->next_probe(state_.time));
   Batch batch;
   if (time_.adaptive) {
     const double cap = time_.dt.value_or(std::numeric_limits<double>::infinity());
     // A restored World has not seen its speeds yet; the checkpoint has.
-    const double stable = state_.stable_dt > 0 ? state_.stable_dt : built_.world.stable_dt();
+    // One that stopped amid a batch adds what it saw since.
+    double stable = state_.stable_dt > 0 ? state_.stable_dt : built_.world.stable_dt();
+    if (resumed_amid_) stable = std::min(stable, built_.world.stable_dt());
+    resumed_amid_ = false;
     state_.stable_dt = 0;
-    batch = adaptive_batch(state_.time, target, std::min(cap, stable));
+    batch = adaptive_batch(state_.time, target, frame, std::min(cap, stable));
   } else {
     choose_frame_dt();
     batch = fixed_batch(state_.time, target, frame, state_.frame_dt);
@@ -172,8 +179,10 @@ Batch Run::next_batch() {
 bool Run::take(const Batch& batch) {
   const Clock::time_point start = Clock::now();
   const std::uint64_t substeps_before = built_.world.steps();
-  for (int i = 0; i < batch.steps; ++i) {
+  int taken = 0;
+  while (taken < batch.steps && (taken == 0 || interrupt_signal() == 0)) {
     const meltsim::Status status = built_.world.step(batch.dt);
+    ++taken;
     if (status) continue;
     if (status.error().code != meltsim::ErrorCode::halted) step_error_ = status.error().message;
     break;
@@ -185,14 +194,15 @@ bool Run::take(const Batch& batch) {
   if (last_result_.halted || !step_error_.empty()) {
     // Sub-steps that were good before the one that was not; a step counts when all of its own were.
     const double good = static_cast<double>(last_result_.steps - substeps_before);
-    const double per_step = static_cast<double>(substeps) / batch.steps;
+    const double per_step = static_cast<double>(substeps) / taken;
     state_.time += batch.dt * good / std::max(per_step, 1.0);
     state_.steps += static_cast<std::uint64_t>(good / std::max(per_step, 1.0));
     return false;
   }
-  state_.time = batch.end;
-  state_.steps += static_cast<std::uint64_t>(batch.steps);
-  frame_steps_ += static_cast<std::uint64_t>(batch.steps);
+  if (taken < batch.steps) state_.rest = {batch.dt, batch.steps - taken, batch.end};
+  state_.time = taken < batch.steps ? state_.time + batch.dt * taken : batch.end;
+  state_.steps += static_cast<std::uint64_t>(taken);
+  frame_steps_ += static_cast<std::uint64_t>(taken);
   warn_about(last_result_);
   show_progress(last_result_);
   return true;

@@ -67,6 +67,7 @@ class Run {
   meltsim::StepResult last_result_;
   std::string step_error_;  ///< why step() refused, when it did
   double last_dt_ = 0;
+  bool resumed_amid_ = false;      ///< of a batch of steps
   std::uint64_t frame_steps_ = 0;  ///< steps since the last frame
   double stepping_s_ = 0;          ///< time they took
   double start_time_ = 0, wall_before_ = 0;

@@ -69,10 +69,10 @@ void Run::show_progress(const meltsim::StepResult& result) {
   progress_.steps = state_.steps;
   progress_.fluid = result.fluid;
   progress_.solid = result.solid;
-  progress_.melted = state_.meltable == 0
-                         ? 0
-                         : std::min(1.0, static_cast<double>(net_melted(result.melted, result.frozen)) /
-                                             static_cast<double>(state_.meltable));
+  if (state_.meltable > 0) {
+    progress_.melted = std::min(1.0, static_cast<double>(net_melted(result.melted, result.frozen)) /
+                                         static_cast<double>(state_.meltable));
+  }
   if (frame_steps_ > 0) progress_.ms_per_step = 1e3 * stepping_s_ / static_cast<double>(frame_steps_);
   progress_.real_time_ratio = simulated / waited;
   const double before = options_.steps ? 0 : start_time_ / progress_.end;

@@ -35,7 +35,6 @@ Checkpoint example() {
   checkpoint.state.time = 1.0 / 3;
   checkpoint.state.steps = 67;
   checkpoint.state.next_frame = 9;
-  checkpoint.state.probe_samples = {4, 0};
   checkpoint.state.melted_at = 0.25;
   checkpoint.scene = {{"meltsim", 1}};
   checkpoint.snapshot = {0, 255, 7, 10};
@@ -49,7 +48,6 @@ TEST(Checkpoint, ComesBackToTheLastBit) {
   const Checkpoint back = read_checkpoint(path);
   EXPECT_EQ(back.state.time, 1.0 / 3);
   EXPECT_EQ(back.state.steps, 67u);
-  EXPECT_EQ(back.state.probe_samples, example().state.probe_samples);
   EXPECT_EQ(back.state.melted_at, 0.25);
   EXPECT_EQ(back.snapshot, example().snapshot);
   EXPECT_FALSE(exists(path + ".tmp"));

@@ -40,17 +40,42 @@ TEST(Stepper, AProbeEndsABatchAtTheFirstStepThatReachesIt) {
 }
 
 TEST(Stepper, AdaptiveStepsAreEqualAndLandOnTheTarget) {
-  const Batch all = adaptive_batch(1, 1.04, 0.011);
+  const Batch all = adaptive_batch(1, 1.04, 1.04, 0.011);
   EXPECT_EQ(all.steps, 4);
   EXPECT_NEAR(all.dt, 0.01, 1e-15);
   EXPECT_EQ(all.end, 1.04);
-  const Batch some = adaptive_batch(0, 0.04, 0.001);
+  const Batch some = adaptive_batch(0, 0.04, 0.04, 0.001);
   EXPECT_EQ(some.steps, steps_per_batch);
   EXPECT_NEAR(some.end, 0.008, 1e-15);
 }
 
+TEST(Stepper, AProbeDoesNotShortenAdaptiveSteps) {
+  const Batch batch = adaptive_batch(0, 0.012, 0.04, 0.01);
+  EXPECT_EQ(batch.steps, 2);
+  EXPECT_DOUBLE_EQ(batch.dt, 0.01);
+  EXPECT_EQ(adaptive_batch(0.01, 0.01, 0.04, 0.01).steps, 1);  // one that is due all the time
+}
+
+TEST(Stepper, SamplesAreCountedByDivision) {
+  EXPECT_EQ(samples_by(0, 0.02), 1);
+  EXPECT_EQ(samples_by(0.04, 0.02), 3);
+  EXPECT_EQ(samples_by(3 * 0.1, 0.1), 4);  // 0.30000000000000004
+  EXPECT_EQ(samples_by(0.3, 0.1), 4);      // 2.9999999999999996 times 0.1
+  EXPECT_DOUBLE_EQ(next_sample(0.03, 0.02), 0.04);
+  EXPECT_EQ(samples_by(1, 1e-300), inf);
+  EXPECT_EQ(next_sample(1, 1e-300), 1);  // due at every step
+  EXPECT_EQ(next_sample(1, 1e-15), 1);
+}
+
+TEST(Stepper, TimesAreReachedWhateverTheirSize) {
+  EXPECT_TRUE(reached(3 * 0.1, 0.3));
+  EXPECT_TRUE(reached(0.3, 3 * 0.1));
+  EXPECT_FALSE(reached(1.2e-8, 1.3e-8));
+  EXPECT_FALSE(reached(1e6 - 1e-6, 1e6));
+}
+
 TEST(Stepper, NothingLimitsTheStepOfAnEmptyWorld) {
-  const Batch batch = adaptive_batch(0, 0.04, inf);
+  const Batch batch = adaptive_batch(0, 0.04, 0.04, inf);
   EXPECT_EQ(batch.steps, 1);
   EXPECT_EQ(batch.end, 0.04);
   EXPECT_EQ(automatic_dt(inf, 0.04), 0.04);

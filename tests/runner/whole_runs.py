@@ -246,6 +246,42 @@ class WholeRuns(unittest.TestCase):
             del row["ms_per_step"]
         self.assertEqual(whole, cut)
 
+    def test_a_run_shorter_than_a_nanosecond_takes_all_its_steps(self):
+        for end, dt, steps in (("1.3e-8", "1e-9", 13), ("7e-13", "1e-13", 7)):
+            out = "run" + end
+            self.meltsim("run", SCENE, "--backend", "cpu", "--out", out, "--time", end, "--set", "time.dt=" + dt,
+                         "--set", "probes[0].every=" + dt, "--export", "none")
+            rows = table(self.path(out, "stats.csv"))
+            self.assertEqual([int(row["step"]) for row in rows], [0, steps])
+            self.assertEqual(float(rows[-1]["time_s"]), float(end))
+            self.assertEqual(len(table(self.path(out, "probes.csv"))), 2 * (steps + 1))
+
+    def test_a_probe_that_is_always_due_is_sampled_at_every_step(self):
+        for stepping in ("fixed", "adaptive"):
+            self.meltsim("run", SCENE, "--backend", "cpu", "--out", stepping, "--frames", "1", "--export", "none",
+                         "--set", "probes[0].every=1e-300", "--set", "time.stepping=" + stepping)
+            steps = int(table(self.path(stepping, "stats.csv"))[-1]["step"])
+            self.assertGreaterEqual(steps, 8)
+            self.assertEqual(len(table(self.path(stepping, "probes.csv"))), 2 * (steps + 1))
+
+    def test_a_second_signal_of_another_kind_ends_the_program(self):
+        """A step that takes minutes: the first signal cannot be acted upon yet."""
+        process = subprocess.Popen([PROGRAM, "run", SCENE, "--backend", "cpu", "--scale", "4", "--set", "time.dt=2",
+                                    "--set", "time.fps=0.5", "--set", "solver.max_substeps=1000000", "--out", "run"],
+                                   cwd=self.directory.name, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        while not os.path.exists(self.path("run", "frames", "particles_00000.ply")) and process.poll() is None:
+            time.sleep(0.01)
+        time.sleep(0.1)
+        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 128 + signal.SIGTERM)
+        self.assertFalse(os.path.exists(self.path("run", "checkpoint.bin")))
+
+    def test_threads_are_capped_at_the_machine(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--threads", "100000", "--steps", "1").stderr
+        self.assertRegex(said, r"^warning: --threads 100000: this machine has \d+ processors for it; using \d+\n$")
+
     def test_resuming_refuses_what_is_not_a_checkpoint(self):
         os.mkdir(self.path("run"))
         self.assertIn("holds no checkpoint", self.meltsim("run", SCENE, "--out", "run", "--resume", code=5).stderr)
