@@ -4,6 +4,7 @@
 #include "checkpoint.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "failure.hpp"
 #include "files.hpp"
@@ -32,8 +33,13 @@ Json header_json(const Checkpoint& checkpoint) {
   json["steps"] = state.steps;
   json["next_frame"] = state.next_frame;
   json["frame_dt"] = state.frame_dt;
-  json["stable_dt"] = std::isfinite(state.stable_dt) ? state.stable_dt : 0;
-  json["rest"] = {{"dt", state.rest.dt}, {"steps", state.rest.steps}, {"end", state.rest.end}};
+  json["limits"] = Json::array();
+  for (const double limit : state.limits)
+    json["limits"].push_back(std::isfinite(limit) ? Json(limit) : Json());
+  json["rest"] = {{"dt", state.rest.dt},
+                  {"steps", state.rest.steps},
+                  {"end", state.rest.end},
+                  {"speed", state.rest_speed}};
   json["meltable"] = state.meltable;
   if (state.melted_at) json["melted_at"] = *state.melted_at;
   json["wall_s"] = state.wall_s;
@@ -48,9 +54,11 @@ Checkpoint from_header(const Json& json) {
   state.steps = json.at("steps").get<std::uint64_t>();
   state.next_frame = json.at("next_frame").get<std::uint64_t>();
   state.frame_dt = json.at("frame_dt").get<double>();
-  state.stable_dt = json.at("stable_dt").get<double>();
+  for (const Json& limit : json.at("limits"))
+    state.limits.push_back(limit.is_null() ? std::numeric_limits<double>::infinity() : limit.get<double>());
   const Json& rest = json.at("rest");
   state.rest = {rest.at("dt").get<double>(), rest.at("steps").get<int>(), rest.at("end").get<double>()};
+  state.rest_speed = rest.at("speed").get<double>();
   state.meltable = json.at("meltable").get<std::uint64_t>();
   if (json.contains("melted_at")) state.melted_at = json.at("melted_at").get<double>();
   state.wall_s = json.at("wall_s").get<double>();

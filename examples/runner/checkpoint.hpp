@@ -13,12 +13,14 @@
 namespace runner {
 
 struct RunState {
-  double time = 0;                  ///< [s]
-  std::uint64_t steps = 0;          ///< time steps; the library may split each into sub-steps
-  std::uint64_t next_frame = 0;     ///< the first one not written yet
-  double frame_dt = 0;              ///< [s] step of the frame being computed; 0 = not chosen yet
-  double stable_dt = 0;             ///< [s] limit of the next adaptive step; 0 = ask the World
+  double time = 0;               ///< [s]
+  std::uint64_t steps = 0;       ///< time steps; the library may split each into sub-steps
+  std::uint64_t next_frame = 0;  ///< the first one not written yet
+  double frame_dt = 0;           ///< [s] step of the frame being computed; 0 = not chosen yet
+  /// [s] What the speeds of the steps so far allow the next batches of adaptive stepping; empty = ask the World.
+  std::vector<double> limits;
   Batch rest;                       ///< of the steps that an interrupt cut short
+  double rest_speed = 0;            ///< [m/s] seen in those before it
   std::uint64_t meltable = 0;       ///< solid particles at the start that can melt
   std::optional<double> melted_at;  ///< [s] when nothing meltable was left
   double wall_s = 0;                ///< of all sessions

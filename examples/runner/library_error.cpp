@@ -49,6 +49,7 @@ ExitCode exit_code(meltsim::ErrorCode code) {
     case ErrorCode::invalid_argument:
     case ErrorCode::capacity:
     case ErrorCode::step_too_large:
+    case ErrorCode::interrupted:
       break;
   }
   return ExitCode::scene;

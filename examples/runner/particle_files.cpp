@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -40,21 +41,20 @@ class VtpArrays {
 
 }  // namespace
 
-std::vector<FrameParticle> frame_particles(const meltsim::ParticleData& data) {
+std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame) {
   std::vector<FrameParticle> list;
-  list.reserve(data.id.size());
-  for (std::size_t i = 0; i < data.id.size(); ++i) {
-    const meltsim::ParticleTag tag = data.tag[i];
-    if (meltsim::is_removed(tag)) continue;
-    const meltsim::Vec3f x = meltsim::cast<float>(data.position[i]),
-                         v = meltsim::cast<float>(data.velocity[i]);
+  list.reserve(std::max<std::size_t>(1, frame.id.size()));
+  for (std::size_t i = 0; i < frame.id.size(); ++i) {
+    const meltsim::ParticleTag tag = frame.tag[i];
+    const meltsim::Vec3f x = meltsim::cast<float>(frame.origin + meltsim::cast<double>(frame.position[i]));
+    const meltsim::Vec3f v = frame.velocity[i];
     const std::uint8_t phase = meltsim::is_solid(tag) ? 1 : 0;
     list.push_back({{x.x, x.y, x.z},
                     {v.x, v.y, v.z},
-                    static_cast<float>(data.temperature[i]),
+                    frame.temperature[i],
                     phase,
                     static_cast<std::int32_t>(meltsim::body_of(tag)) - 1,
-                    data.id[i],
+                    frame.id[i],
                     static_cast<std::int32_t>(meltsim::material_of(tag))});
   }
   if (list.empty()) {

@@ -23,7 +23,7 @@ struct FrameParticle {
 };
 
 /// Live particles in order of id. When there are none, one placeholder: empty meshes break importers.
-std::vector<FrameParticle> frame_particles(const meltsim::ParticleData& data);
+std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame);
 
 std::string ply_text(const std::vector<FrameParticle>& particles, double time);
 std::string vtp_text(const std::vector<FrameParticle>& particles, double time);

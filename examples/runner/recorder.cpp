@@ -40,38 +40,51 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
       directory_(std::move(directory)),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
       bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)),
+      probes_(open_table(directory_.file("probes.csv"), probes_header, 1, resumed)),
       export_(scene, directory_, times_of(kept_stats_)),
       pictures_(scene, directory_, built, planned_frames, resumed) {
-  probes_ = open_table(directory_.file("probes.csv"), probes_header, 1, resumed);
+  replay_every_ = pictures_.every();
 }
 
-void Recorder::frame(Built& built, const RunState& state, double dt, double ms_per_step) {
-  last_.step = state.steps;
-  last_.time = state.time;
-  last_.dt = dt;
-  last_.totals = expect(built.world.totals());
-  last_.melted_fraction = share(net_melted(last_.totals.melted, last_.totals.frozen), state.meltable);
-  last_.ms_per_step = ms_per_step;
-  last_.courant = expect(built.world.ledger()).courant;
-  stats_.row(stats_line(last_));
-  write_bodies(built, state.time);
-  write_particles(built.world, state);
-  flush();
+bool Recorder::wants_particles(std::uint64_t index) const {
+  return export_.any() || index % replay_every_ == 0;
 }
 
-void Recorder::write_bodies(Built& built, double time) {
+Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, meltsim::Reading reading,
+                      std::uint64_t meltable) {
+  row.totals = reading.totals;
+  row.melted_fraction = share(net_melted(row.totals.melted, row.totals.frozen), meltable);
+  row.courant = reading.ledger.courant;
   meltable_left_ = 0;
-  for (const meltsim::PieceInfo& piece : expect(built.world.pieces())) {
-    bodies_.row(bodies_line(piece, time));
+  for (const meltsim::PieceInfo& piece : reading.pieces) {
     if (built.body_melts.at(piece.body.index)) meltable_left_ += piece.particles;
   }
+  last_ = row;
+  return {index, row, std::move(reading.pieces)};
 }
 
-void Recorder::write_particles(meltsim::World& world, const RunState& state) {
-  if (!export_.any() && !pictures_.wants(state.next_frame)) return;
-  const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
-  pictures_.frame(state.next_frame, state.time, particles);
-  export_.write(world, state.next_frame, state.time, particles);
+std::shared_ptr<const FrameShapes> Recorder::shapes(meltsim::World& world,
+                                                    const meltsim::ParticleFrame& particles, double time) {
+  if (!wants_world()) return nullptr;
+  return std::make_shared<const FrameShapes>(export_.shapes(world, time, frame_particles(particles)));
+}
+
+void Recorder::write(Frame frame, meltsim::ParticleFrame particles,
+                     std::shared_ptr<const FrameShapes> shapes) {
+  const bool seen = wants_particles(frame.index);
+  writer_.push([this, seen, probes = std::exchange(probe_rows_, {}), frame = std::move(frame),
+                particles = std::move(particles), shapes = std::move(shapes)] {
+    const double time = frame.row.time;
+    stats_.row(stats_line(frame.row));
+    for (const meltsim::PieceInfo& piece : frame.pieces) bodies_.row(bodies_line(piece, time));
+    for (const std::string& line : probes) probes_->row(line);
+    flush();
+    if (!seen) return;
+    const std::vector<FrameParticle> list = frame_particles(particles);
+    pictures_.frame(frame.index, time, list);
+    replay_every_ = pictures_.every();
+    export_.write(frame.index, time, list, shapes.get());
+  });
 }
 
 const std::string& Recorder::problem() const {
@@ -90,7 +103,8 @@ void Recorder::probes(meltsim::World& world, double since, double now) {
     if (std::isfinite(due) && since >= 0 && due <= samples_by(since, probe.every)) continue;
     for (const std::string& field : probe.fields) {
       const std::vector<double> values = expect(world.sample({probe.at}, field));
-      probes_->row(fmt::format("{},{},{},{}", probe.name, csv_number(now), field, csv_number(values.at(0))));
+      probe_rows_.push_back(
+          fmt::format("{},{},{},{}", probe.name, csv_number(now), field, csv_number(values.at(0))));
     }
   }
 }
@@ -101,14 +115,20 @@ void Recorder::flush() {
   probes_->flush();
 }
 
-void Recorder::save() {
-  flush();
-  pictures_.save();
+void Recorder::save(Checkpoint checkpoint) {
+  writer_.push([this, probes = std::exchange(probe_rows_, {}), checkpoint = std::move(checkpoint)] {
+    for (const std::string& line : probes) probes_->row(line);
+    flush();
+    pictures_.save();
+    write_checkpoint(directory_.file("checkpoint.bin"), checkpoint);
+  });
 }
 
-void Recorder::finish(meltsim::World& world, const RunState& state) {
-  flush();
-  pictures_.finish(world, state);
+void Recorder::finish() { writer_.finish(); }
+
+void Recorder::pictures(meltsim::World& world, const RunState& state, bool still) {
+  writer_.finish();
+  pictures_.finish(world, state, still);
 }
 
 }  // namespace runner

@@ -2,8 +2,11 @@
 // Everything a run writes while it runs, apart from run.json and the checkpoint.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -14,6 +17,7 @@
 #include "show/frame_export.hpp"
 #include "show/run_pictures.hpp"
 #include "tables.hpp"
+#include "writer.hpp"
 
 namespace runner {
 
@@ -22,6 +26,15 @@ inline std::uint64_t net_melted(std::uint64_t melted, std::uint64_t frozen) {
   return melted > frozen ? melted - frozen : 0;
 }
 
+/// What the tables say of one frame.
+struct Frame {
+  std::uint64_t index = 0;
+  StatsRow row;
+  std::vector<meltsim::PieceInfo> pieces;
+};
+
+/// Works out rows in the thread of the World, and writes everything in a thread of its own. Whatever an earlier frame's
+/// files failed with is thrown by the next call that writes.
 class Recorder {
  public:
   /// `resumed`: goes on with the tables in the directory from this state's time.
@@ -29,37 +42,54 @@ class Recorder {
   Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
            const RunState* resumed);
 
-  /// One row of stats.csv, the bodies, and the exported files of frame state.next_frame.
-  void frame(Built& built, const RunState& state, double dt, double ms_per_step);
+  /// Whether write() needs the particles of frame `index`.
+  bool wants_particles(std::uint64_t index) const;
+  /// Whether write() needs the World as it is at a frame, so that no step may be taken before.
+  bool wants_world() const { return export_.wants_shapes(); }
+  /// What a frame comes to. `row` has step, time, dt and ms_per_step, the reading totals and pieces. From then on the
+  /// frame is last(). Frames come in order.
+  Frame count(const Built& built, std::uint64_t index, StatsRow row, meltsim::Reading reading,
+              std::uint64_t meltable);
+  /// Its row of stats.csv, its bodies, the probes since the last frame and its exported files. `particles` where
+  /// wants_particles(), `shapes` from shapes().
+  void write(Frame frame, meltsim::ParticleFrame particles, std::shared_ptr<const FrameShapes> shapes);
+  /// Surfaces of a frame, from the World as it is; null where wants_world() is false.
+  std::shared_ptr<const FrameShapes> shapes(meltsim::World& world, const meltsim::ParticleFrame& particles,
+                                            double time);
   /// Samples every probe for which a sample came due after `since`; one answers all that did.
   void probes(meltsim::World& world, double since, double now);
   /// When the next sample is due; infinite without probes.
   double next_probe(double now) const;
-  void flush();
-  /// flush(), and what pictures need to go on after a resume.
-  void save();
+  /// Writes what a resumed run needs, the checkpoint behind everything that it counts on.
+  void save(Checkpoint checkpoint);
+  /// Waits until everything is written.
+  void finish();
   /// The pictures a run ends with.
-  void finish(meltsim::World& world, const RunState& state);
-  /// What went wrong with surfaces, if anything did.
+  void pictures(meltsim::World& world, const RunState& state, bool still);
+  /// What went wrong with surfaces, if anything did; after finish().
   const std::string& problem() const;
 
   const StatsRow& last() const { return last_; }
   bool anything_left_to_melt() const { return meltable_left_ > 0; }
   std::uint64_t meltable_left() const { return meltable_left_; }
+  double busy() const { return writer_.busy(); }  ///< [s] of the thread that writes
 
  private:
-  void write_bodies(Built& built, double time);
-  void write_particles(meltsim::World& world, const RunState& state);
+  void flush();
 
   const Scene& scene_;
   RunDirectory directory_;
   std::vector<std::string> kept_stats_;  ///< rows from before a resume
+  StatsRow last_;
+  std::uint64_t meltable_left_ = 0;
+  std::vector<std::string> probe_rows_;  ///< since the last frame
+  std::atomic<std::uint64_t> replay_every_{1};
+  // The writer's, while it runs.
   CsvFile stats_, bodies_;
   std::optional<CsvFile> probes_;
   FrameExport export_;
   RunPictures pictures_;
-  StatsRow last_;
-  std::uint64_t meltable_left_ = 0;
+  Writer writer_;  ///< the last member: its thread ends before what it writes
 };
 
 }  // namespace runner

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "expect.hpp"
+#include "failure.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "scene_json.hpp"
@@ -18,6 +19,9 @@ namespace {
 
 // A machine that dies costs at most this much work.
 constexpr double checkpoint_every_s = 60;
+// Adaptive steps follow the speeds of the last batch but one: the last one is still being computed when the next is
+// enqueued. A number, not whatever is ready, so that a run repeats bit for bit.
+constexpr std::size_t readings_behind = 2;
 // Of the length of a step: what is as close to a whole number of steps is one.
 constexpr double slack = 1e-9;
 
@@ -35,12 +39,21 @@ Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirecto
 
 int Run::execute() {
   watch_interrupts();
-  built_.world.scheduler().enable_timings(true);
+  // On a GPU timings would run every sub-step stage by stage.
+  if (built_.world.backend() == meltsim::Backend::cpu) built_.world.scheduler().enable_timings(true);
   resolve_dt();
-  if (options_.resume) resume();
-  else begin();
-  start_time_ = state_.time;
-  return report(loop());
+  last_result_ = built_.world.synchronize();
+  times_.start_up = seconds_since(program_start());
+  try {
+    if (options_.resume) resume();
+    else begin();
+    start_time_ = state_.time;
+    return report(loop());
+  } catch (const Failure& failure) {
+    if (failure.code() != ExitCode::io || !(checkpointed_ || options_.resume)) throw;
+    throw Failure(ExitCode::io, fmt::format("{}\nthe last checkpoint is whole; resume with: {}",
+                                            failure.what(), resume_hint()));
+  }
 }
 
 void Run::resolve_dt() {
@@ -64,7 +77,13 @@ void Run::begin() {
   state_.meltable = built_.meltable;
   write_run_json({});
   recorder_->probes(built_.world, -1, state_.time);
-  frame_done();
+  if (time_.adaptive) state_.limits.assign(readings_behind, built_.world.stable_dt());
+  Flight start;
+  start.ends_frame = true;
+  start.batch.end = state_.time;
+  request(start);
+  flights_.push_back(start);
+  settle_all();
 }
 
 void Run::resume() {
@@ -85,6 +104,7 @@ void Run::resume() {
   if (time_before.value("dt", Json()) != time_now.value("dt", Json())) {
     checkpoint.state.frame_dt = 0;
     checkpoint.state.rest = {};
+    checkpoint.state.limits.clear();
   }
   const meltsim::Status restored =
       built_.world.restore(checkpoint.snapshot.data(), checkpoint.snapshot.size());
@@ -94,7 +114,10 @@ void Run::resume() {
   }
   state_ = checkpoint.state;
   wall_before_ = state_.wall_s;
-  resumed_amid_ = state_.rest.steps > 0;
+  if (time_.adaptive && state_.limits.empty()) {
+    state_.rest = {};
+    state_.limits.assign(readings_behind, built_.world.stable_dt());
+  }
   recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_);
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
@@ -126,16 +149,52 @@ bool Run::at_end() const {
 double Run::wall() const { return wall_before_ + seconds_since(started_); }
 
 Outcome Run::loop() {
-  while (!at_end()) {
-    if (interrupt_signal() != 0) return Outcome::interrupted;
-    const double since = state_.time;
-    const Batch batch = next_batch();
-    if (!take(batch)) return Outcome::diverged;
-    recorder_->probes(built_.world, since, state_.time);
-    if (at_end() || reached(state_.time, frame_end())) frame_done();
-    if (seconds_since(last_checkpoint_) > checkpoint_every_s) save_checkpoint();
+  for (;;) {
+    if (interrupt_signal() != 0) return settle_all() ? Outcome::interrupted : Outcome::diverged;
+    if (at_end() || melting_must_settle()) {
+      if (!settle_all()) return Outcome::diverged;
+      if (at_end()) return Outcome::finished;
+    }
+    if (!make_room()) return Outcome::diverged;
+    enqueue(next_batch());
+    if (!step_error_.empty()) {
+      settle_all();
+      return Outcome::diverged;
+    }
+    write_ready_frames();
+    if (seconds_since(last_checkpoint_) > checkpoint_every_s) {
+      if (!settle_all()) return Outcome::diverged;
+      save_checkpoint();
+    }
   }
-  return Outcome::finished;
+}
+
+/// Whether a frame on its way may tell that the run ends before the next batch does.
+bool Run::melting_must_settle() const {
+  if (!time_.until_melted || state_.melted_at) return false;
+  for (const Flight& flight : flights_) {
+    if (flight.ends_frame) return !reached(flight.batch.end + time_.tail, frame_end());
+  }
+  return false;
+}
+
+int Run::open_readings() const {
+  int open = 0;
+  for (const Flight& flight : flights_) open += flight.particles.value != 0 ? 2 : 1;
+  for (const OpenFrame& frame : frames_) open += frame.particles.value != 0 ? 1 : 0;
+  return open;
+}
+
+bool Run::make_room() {
+  while (flights_.size() >= readings_behind ||
+         (time_.adaptive && state_.limits.empty() && !flights_.empty())) {
+    if (!settle()) return false;
+  }
+  while (open_readings() + 2 > meltsim::most_readings) {
+    if (!frames_.empty()) write_frame();
+    else if (!settle()) return false;
+  }
+  return true;
 }
 
 void Run::choose_frame_dt() {
@@ -155,13 +214,8 @@ Batch Run::next_batch() {
   Batch batch;
   if (time_.adaptive) {
     const double cap = time_.dt.value_or(std::numeric_limits<double>::infinity());
-    // A restored World has not seen its speeds yet; the checkpoint has.
-    // One that stopped amid a batch adds what it saw since.
-    double stable = state_.stable_dt > 0 ? state_.stable_dt : built_.world.stable_dt();
-    if (resumed_amid_) stable = std::min(stable, built_.world.stable_dt());
-    resumed_amid_ = false;
-    state_.stable_dt = 0;
-    batch = adaptive_batch(state_.time, target, frame, std::min(cap, stable));
+    batch = adaptive_batch(state_.time, target, frame, std::min(cap, state_.limits.front()));
+    state_.limits.erase(state_.limits.begin());
   } else {
     choose_frame_dt();
     batch = fixed_batch(state_.time, target, frame, state_.frame_dt);
@@ -176,61 +230,156 @@ Batch Run::next_batch() {
   return batch;
 }
 
-bool Run::take(const Batch& batch) {
-  const Clock::time_point start = Clock::now();
-  const std::uint64_t substeps_before = built_.world.steps();
-  int taken = 0;
-  while (taken < batch.steps && (taken == 0 || interrupt_signal() == 0)) {
+void Run::enqueue(const Batch& batch) {
+  Flight flight;
+  flight.batch = batch;
+  flight.time = state_.time;
+  flight.steps_before = state_.steps;
+  flight.substeps_before = built_.world.steps();
+  flight.next_frame = state_.next_frame;
+  bool taken = true;
+  while (taken && flight.steps < batch.steps && (flight.steps == 0 || interrupt_signal() == 0)) {
+    const Stopwatch watch(times_.stepping);
     const meltsim::Status status = built_.world.step(batch.dt);
-    ++taken;
-    if (status) continue;
-    if (status.error().code != meltsim::ErrorCode::halted) step_error_ = status.error().message;
-    break;
+    taken = static_cast<bool>(status);
+    // That it halted is what the readings on their way say, too, and they know where.
+    if (!taken && status.error().code != meltsim::ErrorCode::halted) step_error_ = status.error().message;
+    if (taken) {
+      ++flight.steps;
+      ++state_.steps;
+      show_progress();
+    }
   }
-  const std::uint64_t substeps = built_.world.steps() - substeps_before;
-  last_result_ = built_.world.synchronize();
-  stepping_s_ += seconds_since(start);
-  last_dt_ = batch.dt;
-  if (last_result_.halted || !step_error_.empty()) {
-    // Sub-steps that were good before the one that was not; a step counts when all of its own were.
-    const double good = static_cast<double>(last_result_.steps - substeps_before);
-    const double per_step = static_cast<double>(substeps) / taken;
-    state_.time += batch.dt * good / std::max(per_step, 1.0);
-    state_.steps += static_cast<std::uint64_t>(good / std::max(per_step, 1.0));
-    return false;
+  flight.substeps = built_.world.steps() - flight.substeps_before;
+  const bool whole = flight.steps == batch.steps;
+  state_.time = whole ? batch.end : state_.time + batch.dt * flight.steps;
+  if (!whole) state_.rest = {batch.dt, batch.steps - flight.steps, batch.end};
+  flight.ends_frame = whole && (at_end() || reached(state_.time, frame_end()));
+  request(flight);
+  flights_.push_back(flight);
+  recorder_->probes(built_.world, flight.time, state_.time);
+  if (flight.ends_frame && recorder_->wants_world()) settle_all();
+}
+
+void Run::request(Flight& flight) {
+  const Stopwatch watch(times_.reading);
+  meltsim::ReadRequest steering;
+  steering.totals = steering.pieces = flight.ends_frame;
+  flight.ticket = expect(built_.world.request(steering));
+  if (!flight.ends_frame) return;
+  if (recorder_->wants_particles(state_.next_frame)) {
+    meltsim::ReadRequest all;
+    all.particles = true;
+    flight.particles = expect(built_.world.request(all));
   }
-  if (taken < batch.steps) state_.rest = {batch.dt, batch.steps - taken, batch.end};
-  state_.time = taken < batch.steps ? state_.time + batch.dt * taken : batch.end;
-  state_.steps += static_cast<std::uint64_t>(taken);
-  frame_steps_ += static_cast<std::uint64_t>(taken);
-  warn_about(last_result_);
-  show_progress(last_result_);
+  ++state_.next_frame;
+}
+
+bool Run::settle_all() {
+  while (!flights_.empty()) {
+    if (!settle()) return false;
+  }
+  while (!frames_.empty()) write_frame();
   return true;
 }
 
-void Run::frame_done() {
-  const double ms = frame_steps_ > 0 ? 1e3 * stepping_s_ / static_cast<double>(frame_steps_) : 0;
-  const double dt = frame_steps_ > 0 ? last_dt_ : time_.dt.value_or(built_.world.stable_dt());
-  recorder_->frame(built_, state_, dt, ms);
-  ++state_.next_frame;
-  frame_steps_ = 0;
-  stepping_s_ = 0;
-  check_melted();
+bool Run::settle() {
+  const Flight flight = flights_.front();
+  flights_.pop_front();
+  meltsim::Reading reading;
+  {
+    const Stopwatch watch(times_.stepping);
+    reading = expect(built_.world.take(flight.ticket));
+  }
+  if (reading.result.halted) {
+    diverge(flight, reading.result);
+    return false;
+  }
+  last_result_ = reading.result;
+  last_dt_ = flight.steps > 0 ? flight.batch.dt : last_dt_;
+  frame_steps_ += static_cast<std::uint64_t>(flight.steps);
+  warn_about(last_result_, flight.next_frame);
+  if (time_.adaptive && flight.steps > 0) {
+    state_.rest_speed = std::max(state_.rest_speed, last_result_.max_speed);
+    if (flight.steps == flight.batch.steps)
+      state_.limits.push_back(built_.world.stable_dt(std::exchange(state_.rest_speed, 0)));
+  }
+  if (flight.ends_frame) settle_frame(flight, std::move(reading));
+  return true;
 }
 
-void Run::check_melted() {
+void Run::settle_frame(const Flight& flight, meltsim::Reading reading) {
+  StatsRow row;
+  row.step = flight.steps_before + static_cast<std::uint64_t>(flight.steps);
+  row.time = flight.batch.end;
+  row.dt = frame_steps_ > 0 ? last_dt_ : time_.dt.value_or(built_.world.stable_dt());
+  if (frame_steps_ > 0)
+    row.ms_per_step = 1e3 * (times_.stepping - frame_stepping_) / static_cast<double>(frame_steps_);
+  last_ms_ = row.ms_per_step;
+  frame_steps_ = 0;
+  frame_stepping_ = times_.stepping;
+  frames_.push_back({recorder_->count(built_, flight.next_frame, row, std::move(reading), state_.meltable),
+                     flight.particles});
+  check_melted(flight.batch.end);
+}
+
+void Run::write_ready_frames() {
+  while (!frames_.empty()) {
+    const meltsim::ReadTicket particles = frames_.front().particles;
+    if (particles.value != 0 && !expect(built_.world.ready(particles))) return;
+    write_frame();
+  }
+}
+
+void Run::write_frame() {
+  OpenFrame open = std::move(frames_.front());
+  frames_.pop_front();
+  meltsim::ParticleFrame particles;
+  if (open.particles.value != 0) {
+    const Stopwatch watch(times_.reading);
+    particles = std::move(expect(built_.world.take(open.particles)).particles);
+  }
+  std::shared_ptr<const FrameShapes> shapes;
+  if (recorder_->wants_world()) {
+    const Stopwatch watch(times_.surfaces);
+    shapes = recorder_->shapes(built_.world, particles, open.frame.row.time);
+  }
+  const Stopwatch watch(times_.writing);
+  recorder_->write(std::move(open.frame), std::move(particles), std::move(shapes));
+}
+
+/// Goes back to the last good state, which may be amid a step that was split.
+void Run::diverge(const Flight& flight, const meltsim::StepResult& result) {
+  last_result_ = result;
+  last_dt_ = flight.batch.dt;
+  const double good = static_cast<double>(result.steps - std::min(result.steps, flight.substeps_before));
+  const double per_step = static_cast<double>(flight.substeps) / std::max(flight.steps, 1);
+  state_.time = flight.time + flight.batch.dt * good / std::max(per_step, 1.0);
+  state_.steps = flight.steps_before + static_cast<std::uint64_t>(good / std::max(per_step, 1.0));
+  state_.next_frame = flight.next_frame;
+  std::vector<meltsim::ReadTicket> left{flight.particles};
+  for (const Flight& later : flights_) {
+    left.push_back(later.ticket);
+    left.push_back(later.particles);
+  }
+  flights_.clear();
+  for (const meltsim::ReadTicket ticket : left) {
+    if (ticket.value != 0) static_cast<void>(built_.world.take(ticket));
+  }
+  while (!frames_.empty()) write_frame();
+}
+
+void Run::check_melted(double time) {
   if (!time_.until_melted || state_.melted_at || recorder_->anything_left_to_melt()) return;
-  state_.melted_at = state_.time;
-  log_.info(fmt::format("everything has melted at t={:.4g} s", state_.time), {{"melted_at_s", state_.time}});
+  state_.melted_at = time;
+  log_.info(fmt::format("everything has melted at t={:.4g} s", time), {{"melted_at_s", time}});
 }
 
 void Run::save_checkpoint() {
+  const Stopwatch watch(times_.writing);
   state_.wall_s = wall();
-  state_.stable_dt = time_.adaptive ? built_.world.stable_dt() : 0;
-  recorder_->save();
-  write_checkpoint(directory_.file("checkpoint.bin"),
-                   {state_, resolved_scene_, expect(built_.world.snapshot())});
-  state_.stable_dt = 0;
+  recorder_->save({state_, resolved_scene_, expect(built_.world.snapshot())});
+  checkpointed_ = true;
   last_checkpoint_ = Clock::now();
 }
 

@@ -2,21 +2,40 @@
 // One run: steps the World from frame to frame until the end, an interrupt or a divergence.
 #pragma once
 
-#include <chrono>
+#include <deque>
+#include <memory>
+#include <optional>
 #include <string>
 
 #include "log.hpp"
 #include "recorder.hpp"
 #include "stepper.hpp"
+#include "wall_times.hpp"
 
 namespace runner {
 
 enum class Outcome { finished, interrupted, diverged };
 
-/// Seconds of waiting since then.
-inline double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+/// Steps run ahead: while some are being computed, the next are enqueued, and what a frame reads is taken when those
+/// after it are on their way. A Flight is a batch of steps that was enqueued and whose reading was not taken yet.
+struct Flight {
+  Batch batch;
+  int steps = 0;  ///< of the batch; fewer where an interrupt cut it short
+  // When it was enqueued:
+  double time = 0;  ///< [s] at its start
+  std::uint64_t steps_before = 0, substeps_before = 0;
+  std::uint64_t substeps = 0;  ///< of its own
+  std::uint64_t next_frame = 0;
+  bool ends_frame = false;
+  meltsim::ReadTicket ticket;     ///< what steers the run; of a frame with totals and pieces
+  meltsim::ReadTicket particles;  ///< of a frame; null: it needs none
+};
+
+/// A frame whose steps are done and whose particles are on their way, if it needs them.
+struct OpenFrame {
+  Frame frame;
+  meltsim::ReadTicket particles;
+};
 
 class Run {
  public:
@@ -26,20 +45,27 @@ class Run {
   int execute();
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void resume();
   void begin();
   void resolve_dt();
   Outcome loop();
-  void frame_done();
+  bool melting_must_settle() const;
+  bool make_room();  ///< false: diverged
+  int open_readings() const;
   void choose_frame_dt();
   Batch next_batch();
-  bool take(const Batch& batch);  ///< false: diverged
+  void enqueue(const Batch& batch);
+  void request(Flight& flight);
+  bool settle();      ///< the oldest flight; false: diverged
+  bool settle_all();  ///< false: diverged
+  void settle_frame(const Flight& flight, meltsim::Reading reading);
+  void write_frame();  ///< the oldest open one
+  void write_ready_frames();
+  void diverge(const Flight& flight, const meltsim::StepResult& result);
   void warn_about_stiffness();
-  void warn_about(const meltsim::StepResult& result);
-  void check_melted();
-  void show_progress(const meltsim::StepResult& result);
+  void warn_about(const meltsim::StepResult& result, std::uint64_t next_frame);
+  void check_melted(double time);
+  void show_progress();
   bool at_end() const;
   double end() const;
   std::uint64_t planned_frames() const;
@@ -49,6 +75,7 @@ class Run {
   void save_checkpoint();
   void write_run_json(const Json& final_block);
   Json final_block(Outcome outcome) const;
+  Json timings_json() const;
   std::string resume_hint() const;
   std::string divergence_message() const;
   void finish_pictures(Outcome outcome);
@@ -59,18 +86,22 @@ class Run {
   Built& built_;
   RunDirectory directory_;
   Log& log_;
-  RunState state_;
+  RunState state_;  ///< with the steps that are enqueued
   std::optional<Recorder> recorder_;
   Json resolved_scene_;
   SceneTime time_;  ///< with dt as a value
   Progress progress_;
+  std::deque<Flight> flights_;
+  std::deque<OpenFrame> frames_;
   meltsim::StepResult last_result_;
   std::string step_error_;  ///< why step() refused, when it did
   double last_dt_ = 0;
-  bool resumed_amid_ = false;      ///< of a batch of steps
-  std::uint64_t frame_steps_ = 0;  ///< steps since the last frame
-  double stepping_s_ = 0;          ///< time they took
+  std::uint64_t frame_steps_ = 0;  ///< steps settled since the last frame
+  double frame_stepping_ = 0;      ///< WallTimes::stepping then
+  double last_ms_ = 0;             ///< per step, in the last frame
   double start_time_ = 0, wall_before_ = 0;
+  bool checkpointed_ = false;
+  WallTimes times_;
   Clock::time_point started_, last_checkpoint_;
 };
 

@@ -28,7 +28,7 @@ double round_down(double value) {
 
 }  // namespace
 
-void Run::warn_about(const meltsim::StepResult& result) {
+void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame) {
   if (result.courant_exceeded)
     log_.warn("something moved further than 0.4 support radii in one sub-step; lower dt");
   if (result.heat_bound_exceeded) {
@@ -36,7 +36,7 @@ void Run::warn_about(const meltsim::StepResult& result) {
   }
   if (result.modulus_unreachable) warn_about_stiffness();
   if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
-  if (state_.next_frame <= 1 && result.max_density_ratio > squeezed) {
+  if (next_frame <= 1 && result.max_density_ratio > squeezed) {
     log_.warn(fmt::format(
         "liquid is squeezed to {:.3g} of its rest density in the first frame: it is fast, or between "
         "shapes that leave it no room",
@@ -58,7 +58,8 @@ void Run::warn_about_stiffness() {
   }
 }
 
-void Run::show_progress(const meltsim::StepResult& result) {
+void Run::show_progress() {
+  const meltsim::StepResult& result = last_result_;
   const double waited = seconds_since(started_), simulated = state_.time - start_time_;
   progress_.end = end();
   progress_.done = options_.steps ? static_cast<double>(state_.steps) / static_cast<double>(*options_.steps)
@@ -73,7 +74,7 @@ void Run::show_progress(const meltsim::StepResult& result) {
     progress_.melted = std::min(1.0, static_cast<double>(net_melted(result.melted, result.frozen)) /
                                          static_cast<double>(state_.meltable));
   }
-  if (frame_steps_ > 0) progress_.ms_per_step = 1e3 * stepping_s_ / static_cast<double>(frame_steps_);
+  progress_.ms_per_step = last_ms_;
   progress_.real_time_ratio = simulated / waited;
   const double before = options_.steps ? 0 : start_time_ / progress_.end;
   progress_.eta = waited * (1 - progress_.done) / std::max(progress_.done - before, 1e-12);
@@ -81,7 +82,9 @@ void Run::show_progress(const meltsim::StepResult& result) {
 }
 
 void Run::write_run_json(const Json& final_block_json) {
-  const Json json = run_json(scene_, resolved_scene_, options_, built_, log_.warnings(), final_block_json);
+  const Stopwatch watch(times_.writing);
+  Json json = run_json(scene_, resolved_scene_, options_, built_, log_.warnings(), final_block_json);
+  json["timings"] = timings_json();
   write_file(directory_.file("run.json"), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -116,10 +119,26 @@ std::string Run::divergence_message() const {
                      state_.time, reason, directory_.file("checkpoint.bin"), advice);
 }
 
+Json Run::timings_json() const {
+  Json wall;
+  wall["start_up_s"] = times_.start_up;
+  wall["stepping_s"] = times_.stepping;
+  wall["reading_s"] = times_.reading;
+  wall["surfaces_s"] = times_.surfaces;
+  wall["writing_s"] = times_.writing;
+  wall["pictures_s"] = times_.pictures;
+  wall["all_s"] = seconds_since(program_start());
+  wall["writer_busy_s"] = recorder_ ? recorder_->busy() : 0;
+  return {{"wall", wall}};
+}
+
 /// After a divergence or an interrupt, that and how to go on must be said even where no picture can be made.
 void Run::finish_pictures(Outcome outcome) {
   try {
-    recorder_->finish(built_.world, state_);
+    const Stopwatch watch(times_.pictures);
+    // An interrupted run is to end soon, and its picture is made when it is resumed and done.
+    const bool still = outcome != Outcome::interrupted && !scene_.output.formats.empty();
+    recorder_->pictures(built_.world, state_, still);
   } catch (const Failure& failure) {
     if (outcome == Outcome::finished) throw;
     log_.warn(fmt::format("pictures: {}", failure.what()));
@@ -128,8 +147,16 @@ void Run::finish_pictures(Outcome outcome) {
 
 int Run::report(Outcome outcome) {
   if (outcome != Outcome::finished) {
-    state_.frame_dt = outcome == Outcome::diverged ? 0 : state_.frame_dt;
+    if (outcome == Outcome::diverged) {
+      state_.frame_dt = 0;
+      state_.rest = {};
+      state_.limits.clear();
+    }
     save_checkpoint();
+  }
+  {
+    const Stopwatch watch(times_.writing);
+    recorder_->finish();
   }
   if (state_.steps > 0) log_.end_progress(progress_);
   if (options_.overwrite) {
@@ -146,10 +173,8 @@ int Run::report(Outcome outcome) {
   const Json block = final_block(outcome);
   write_run_json(block);
   finish_pictures(outcome);
-  if (!recorder_->problem().empty()) {
-    log_.warn("pictures: " + recorder_->problem());
-    write_run_json(block);
-  }
+  if (!recorder_->problem().empty()) log_.warn("pictures: " + recorder_->problem());
+  write_run_json(block);
   if (outcome == Outcome::diverged) {
     log_.error(divergence_message());
     return static_cast<int>(ExitCode::diverged);

@@ -101,6 +101,8 @@ class MELTSIM_API World {
   /// Largest dt that step() takes without sub-steps [s], from sound speed, viscosity and the speeds seen at
   /// the last synchronize(); infinity when nothing limits it.
   double stable_dt() const;
+  /// The same for a largest speed [m/s] of one's own, such as a reading's: takes nothing from synchronize().
+  double stable_dt(double speed) const;
 
   // Reading without waiting (meltsim/reading.hpp).
   /// Enqueues a reading behind the steps enqueued so far. At most `most_readings` may be open; those of other Worlds do

@@ -84,6 +84,7 @@ Status World::step(double dt) {
 void World::interrupt() noexcept { impl_->interrupt(); }
 StepResult World::synchronize() { return impl_->synchronize(); }
 double World::stable_dt() const { return impl_->stable_dt(); }
+double World::stable_dt(double speed) const { return impl_->stable_dt(speed); }
 Result<ReadTicket> World::request(const ReadRequest& what) {
   return guarded<Result<ReadTicket>>([&] { return impl_->request(what); });
 }

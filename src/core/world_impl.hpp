@@ -48,7 +48,8 @@ class WorldImpl final : public Scheduler {
   Status step(double dt);
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
-  double stable_dt() const;
+  double stable_dt() const { return stable_dt(last_max_speed_); }
+  double stable_dt(double speed) const;
   Resolved resolved();
   // world_read.cpp
   Result<Totals> totals();

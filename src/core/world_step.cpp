@@ -16,10 +16,10 @@ inline namespace v0 {
 
 using core::invalid;
 
-double WorldImpl::stable_dt() const {
+double WorldImpl::stable_dt(double speed) const {
   const double dt = static_dt_;
   // A particle may cross courant H per sub-step before a flag is raised.
-  return last_max_speed_ > 0 ? std::min(dt, desc.courant * core::support_of(desc) / last_max_speed_) : dt;
+  return speed > 0 ? std::min(dt, desc.courant * core::support_of(desc) / speed) : dt;
 }
 
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {

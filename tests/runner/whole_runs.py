@@ -216,7 +216,7 @@ class WholeRuns(unittest.TestCase):
         run = json.loads(Path(self.path("cut", "run.json")).read_text())
         self.assertEqual(run["final"]["status"], "interrupted")
         self.assertGreaterEqual(len(self.replay("cut")[0]["frames"]), 3)
-        self.assertTrue(os.path.exists(self.path("cut", "still.png")))
+        self.assertFalse(os.path.exists(self.path("cut", "still.png")))  # it would keep an interrupt waiting
         # Rows from after the checkpoint (a killed run leaves some) are computed again.
         with open(self.path("cut", "stats.csv"), "a") as file:
             file.write(",".join(["99", "1.99"] + ["0"] * (len(STATS) - 2)) + "\n")
@@ -275,7 +275,8 @@ class WholeRuns(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         process.send_signal(signal.SIGTERM)
         process.communicate(timeout=60)
-        self.assertEqual(process.returncode, 128 + signal.SIGTERM)
+        # The system does not say which of two waiting signals it delivers first.
+        self.assertIn(process.returncode, (128 + signal.SIGTERM, 128 + signal.SIGINT))
         self.assertFalse(os.path.exists(self.path("run", "checkpoint.bin")))
 
     def test_threads_are_capped_at_the_machine(self):

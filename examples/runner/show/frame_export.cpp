@@ -25,14 +25,19 @@ bool FrameExport::any() const {
                      [](const std::string& format) { return format != "html"; });
 }
 
-void FrameExport::write(meltsim::World& world, std::uint64_t index, double time,
-                        const std::vector<FrameParticle>& particles) {
+bool FrameExport::wants_shapes() const {
+  return wants("surface") || wants("obj") || wants("glb") || wants("pov") || wants("png");
+}
+
+FrameShapes FrameExport::shapes(meltsim::World& world, double time,
+                                const std::vector<FrameParticle>& particles) {
+  return world_shapes(world, scene_, time, particles, problem_);
+}
+
+void FrameExport::write(std::uint64_t index, double time, const std::vector<FrameParticle>& particles,
+                        const FrameShapes* shapes) {
   write_particles(index, time, particles);
-  for (const char* format : {"surface", "obj", "glb", "pov", "png"}) {
-    if (!wants(format)) continue;
-    write_shapes(world_shapes(world, scene_, time, particles, problem_), index);
-    return;
-  }
+  if (shapes != nullptr) write_shapes(*shapes, index);
 }
 
 void FrameExport::write_particles(std::uint64_t index, double time,

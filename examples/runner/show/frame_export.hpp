@@ -19,8 +19,12 @@ class FrameExport {
 
   /// Whether it needs the particles of a frame at all.
   bool any() const;
-  void write(meltsim::World& world, std::uint64_t index, double time,
-             const std::vector<FrameParticle>& particles);
+  /// Whether it needs surfaces, which only the World can make, at the time of the frame.
+  bool wants_shapes() const;
+  FrameShapes shapes(meltsim::World& world, double time, const std::vector<FrameParticle>& particles);
+  /// `shapes` where wants_shapes(), null otherwise. Touches no World: another thread than the World's may call it.
+  void write(std::uint64_t index, double time, const std::vector<FrameParticle>& particles,
+             const FrameShapes* shapes);
   /// Why surfaces were replaced by particles, if they were.
   const std::string& problem() const { return problem_; }
 

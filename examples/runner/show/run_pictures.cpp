@@ -49,15 +49,18 @@ void RunPictures::frame(std::uint64_t index, double time, const std::vector<Fram
 
 void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
 
-void RunPictures::finish(meltsim::World& world, const RunState& state) {
-  const std::vector<FrameParticle> particles = frame_particles(expect(world.particles()));
+void RunPictures::finish(meltsim::World& world, const RunState& state, bool still) {
+  meltsim::ReadRequest all;
+  all.particles = true;
+  const std::vector<FrameParticle> particles =
+      frame_particles(expect(world.take(expect(world.request(all)))).particles);
   std::vector<ReplayFrame> frames = replay_.frames();
   if (frames.empty() || frames.back().time < state.time - 1e-9) {
     frames.push_back(replay_.picked(state.next_frame, state.time, particles));
   }
   const Box seen = view_box(scene_, box_of(frames));
   write_page(std::move(frames), seen, state);
-  write_still(world, particles, seen, state.time);
+  if (still) write_still(world, particles, seen, state.time);
 }
 
 void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {

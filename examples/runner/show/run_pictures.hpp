@@ -16,13 +16,13 @@ class RunPictures {
   RunPictures(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
               const RunState* resumed);
 
-  /// Whether frame `index` is kept, so that the run copies its particles from the World.
-  bool wants(std::uint64_t index) const { return replay_.wants(index); }
+  /// Every so many-th frame is kept; others need no particles from the World.
+  std::uint64_t every() const { return replay_.every(); }
   void frame(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
   /// With the checkpoint: what a resumed run needs.
   void save() const;
-  /// The pictures a run ends with.
-  void finish(meltsim::World& world, const RunState& state);
+  /// The pictures a run ends with: index.html and, if `still` says so, still.png.
+  void finish(meltsim::World& world, const RunState& state, bool still);
   /// Why the still is not what it should be, if so.
   const std::string& problem() const { return problem_; }
 
