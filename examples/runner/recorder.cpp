@@ -102,7 +102,8 @@ void Recorder::probes(meltsim::World& world, double since, double now) {
     const double due = samples_by(now, probe.every);
     if (std::isfinite(due) && since >= 0 && due <= samples_by(since, probe.every)) continue;
     for (const std::string& field : probe.fields) {
-      const std::vector<double> values = expect(world.sample({probe.at}, field));
+      const std::vector<double> values =
+          expect(world.sample({probe.at}, field == "velocity" ? "speed" : field));
       probe_rows_.push_back(
           fmt::format("{},{},{},{}", probe.name, csv_number(now), field, csv_number(values.at(0))));
     }

@@ -22,6 +22,7 @@ using MaterialId = Handle<struct MaterialTag>;
 using BodyId = Handle<struct BodyTag>;
 using HeatRegionId = Handle<struct HeatRegionTag>;
 using EmitterId = Handle<struct EmitterTag>;
+using ProbeId = Handle<struct ProbeTag>;
 
 }  // namespace v0
 }  // namespace meltsim

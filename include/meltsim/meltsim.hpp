@@ -3,4 +3,5 @@
 #pragma once
 
 #include "meltsim/desc.hpp"
+#include "meltsim/probe.hpp"
 #include "meltsim/world.hpp"

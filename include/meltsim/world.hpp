@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "meltsim/desc.hpp"
 #include "meltsim/export.hpp"
+#include "meltsim/probe.hpp"
 #include "meltsim/reading.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
@@ -77,6 +79,10 @@ class MELTSIM_API World {
   Result<BodyId> add_solid(const SolidDesc& desc);
   Result<EmitterId> add_emitter(const EmitterDesc& desc);
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& desc);
+  /// At any time, also between steps: particles stay where they are, and no bit of what follows changes. Waits for what is
+  /// enqueued. At most 64 probes, 2,097,152 values per sample of all of them, and 4,194,304 heights of gauges (one per half spacing
+  /// of a line). Errors: invalid_argument (names the field), capacity, out_of_memory.
+  Result<ProbeId> add_probe(const ProbeDesc& desc);
 
   /// Allocates, uploads and plans what the next step needs. step() calls it when something was added; call
   /// it yourself to keep the first step free of allocation. Errors: out_of_memory.
@@ -132,9 +138,24 @@ class MELTSIM_API World {
   /// backend. On error the World is unchanged. Errors: corrupt_data, invalid_argument.
   Status restore(const void* data, std::size_t bytes);
 
-  /// Uniform samples at points: field is "temperature", "pressure", "density" or "velocity" (magnitude);
-  /// SPH average over the particles within H, NaN where there are none.
-  Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
+  /// Waits; the samples of every probe, in the order added, since the last call, which are then forgotten. A sub-step that
+  /// halted the World has none. step() waits and puts samples aside on the host when 16 MB of them were not asked for.
+  /// restore() drops those at or after the time that it goes back to.
+  Result<std::vector<ProbeSeries>> take_samples();
+
+  /// Waits; fields at points, as they are now: [point][value], in the order of the fields, which are those of
+  /// ProbeDesc::fields. Outside the domain, too. One pass over the particles for all points and fields, on the backend; working
+  /// space is kept for the next call. Density and pressure are those of the last sub-step, 0 before the first.
+  /// Errors: invalid_argument (names the field), capacity (more than 4,194,304 points), out_of_memory.
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
+                                     const std::vector<std::string>& fields);
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
+                                     std::initializer_list<const char*> fields) {
+    return sample(points, std::vector<std::string>(fields.begin(), fields.end()));
+  }
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field) {
+    return sample(points, std::vector<std::string>{field});
+  }
 
   /// Surface of the liquid, of the solids or of one body, as a closed mesh; no vertices where there are no
   /// such particles. Synchronises; changes nothing. Working space is kept for the next call.

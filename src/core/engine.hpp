@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/pipeline.hpp"
+#include "core/probe_setup.hpp"
 #include "core/scene.hpp"
 #include "core/surface_request.hpp"
 #include "meltsim/result.hpp"
@@ -33,6 +34,8 @@ struct SubstepArguments {
   int heat_stages = 0, heat_supersteps = 0;
   double heat_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
+  std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
+  std::uint64_t sample_at = 0;  ///< where their values go: first of the samples' values
 };
 
 /// Numbers for timings beyond the stage table.
@@ -91,6 +94,13 @@ class Engine {
   /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
   /// the last good one. Timed as stage surface_stage.
   virtual Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) = 0;
+  /// Waits. Replaces all probes; samples taken so far are lost. The state and its buffers stay as they are.
+  /// Error out_of_memory: there are no probes then.
+  virtual Status set_probes(const ProbeSetup& setup) = 0;
+  /// Waits; copies the first n values of samples. The sub-step that halted the World, 0 where none did.
+  virtual std::uint64_t samples(std::uint64_t n, double* to) = 0;
+  /// Waits; values of one probe at once, from the last good state. Error: out_of_memory.
+  virtual Status sample(const ProbeSetup& what, std::vector<double>& values) = 0;
 };
 
 /// Result of asking for an engine: the engine, or why there is none.

@@ -17,6 +17,7 @@
 #include "core/frame.hpp"
 #include "core/frame_constants.hpp"
 #include "core/lane_positions.hpp"
+#include "core/probe_run.hpp"
 #include "core/repeat_key.hpp"
 #include "core/scales.hpp"
 #include "core/schedule.hpp"
@@ -36,13 +37,16 @@ class EngineImpl final : public Engine {
   EngineImpl(E exec, std::string device) : ex_(std::move(exec)), device_(std::move(device)) {}
   ~EngineImpl() override {
     ex_.synchronize();
+    probes_.release(ex_);
     release();
   }
 
   Backend backend() const override { return E::backend; }
   std::string device_name() const override { return device_; }
   std::uint64_t channel_bytes(int field) const override { return buffers_.bytes(field); }
-  std::uint64_t scratch_bytes() const override { return ex_.reserved_bytes() + surface_.bytes(); }
+  std::uint64_t scratch_bytes() const override {
+    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes();
+  }
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
   void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
@@ -78,6 +82,7 @@ class EngineImpl final : public Engine {
     buffers_.link(w_);
     scales_ = scales_of(c, l);
     fill_constants<E>(w_, c, l, n);
+    probes_.link(w_);
     w_.born = static_cast<std::uint32_t>(state.position.size());
     use_slots(slots_for(w_.born));
     put_state(c, l, state);
@@ -126,6 +131,8 @@ class EngineImpl final : public Engine {
     w_.clock.step = a.index;
     w_.clock.time = a.time;
     w_.clock.rebuild = rebuild_ ? 1u : 0u;
+    w_.clock.sampled = a.sampled;
+    w_.clock.sample_at = a.sample_at;
     rebuild_ = false;
     w_.heat_dt = static_cast<T>(a.heat_dt);
     w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
@@ -198,6 +205,30 @@ class EngineImpl final : public Engine {
     auto halted = surface_.run(ex_, w_, reserved_, timed_, request, mesh);
     // The flag stays up after the World went back to its last good state.
     return halted && *halted && rolled_back_ ? Result<bool>(false) : halted;
+  }
+
+  Status set_probes(const ProbeSetup& setup) override {
+    ex_.synchronize();
+    ex_.forget_repeats();
+    if (Status s = probes_.set(ex_, setup); !s) return s;
+    probes_.link(w_);
+    return {};
+  }
+
+  std::uint64_t samples(std::uint64_t n, double* to) override {
+    const WorldStatus s = last_good();
+    probes_.fetch(ex_, n, to);
+    return s.halted != 0 ? s.halt_step : 0;
+  }
+
+  Status sample(const ProbeSetup& what, std::vector<double>& values) override {
+    last_good();
+    if (!w_.slots_of_all) index_all();
+    const bool derived = w_.f.density != nullptr && rolled_back_;
+    ex_.set_guard(nullptr);
+    Status s = probes_.at_once(ex_, w_, what, derived, values);
+    if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
+    return s ? fault_status() : s;
   }
 
   StageContext context() const override {
@@ -335,7 +366,8 @@ class EngineImpl final : public Engine {
     if constexpr (!runs_tracks<E>) {
       run_stages(a);
     } else {
-      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin));
+      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin),
+                                          w_.next.position != nullptr ? advancing_barriers : usual_barriers);
       ex_.begin_tracks();
       for (const int s : EnqueueOrder<E>::of(ex_, plan)) {
         const auto at = static_cast<std::size_t>(s);
@@ -426,6 +458,7 @@ class EngineImpl final : public Engine {
   std::string device_;
   Frame<T> w_;
   SurfaceRun<E, T> surface_;
+  ProbeRun<E, T> probes_;
   EngineBuffers<E, T> buffers_;
   const std::vector<PlacedStage>* custom_ = nullptr;
   Scales scales_;

@@ -14,6 +14,7 @@
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/sampling.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
@@ -95,11 +96,13 @@ struct BodyRow {
 
 template <class T>
 struct Clock {
-  T dt{}, half_dt{};          ///< of this sub-step [s]
-  T spring_dt{};              ///< what goals and contacts go by (physics/integrate.hpp) [s]
-  std::uint64_t step = 0;     ///< index of this sub-step, from 1
-  double time = 0;            ///< at its start [s]
-  std::uint32_t rebuild = 0;  ///< 1: a kept grid is not kept
+  T dt{}, half_dt{};            ///< of this sub-step [s]
+  T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
+  std::uint64_t step = 0;       ///< index of this sub-step, from 1
+  double time = 0;              ///< at its start [s]
+  std::uint32_t rebuild = 0;    ///< 1: a kept grid is not kept
+  std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
+  std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values
 };
 
 /// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
@@ -118,6 +121,57 @@ template <class T>
 struct NextViews {
   Vec4<T>* position = nullptr;
   Vec4<T>* velocity = nullptr;
+};
+
+/// Most probes of a World: a bit each in Clock::sampled.
+inline constexpr std::uint32_t most_probes = 64;
+
+/// What a probe reads. Points of kind `point`, lines of kind `level`.
+struct ProbeRow {
+  std::uint32_t first = 0;                                  ///< of its points or lines
+  std::uint32_t width = 0;                                  ///< values per point
+  std::uint32_t values = 0;                                 ///< in all
+  std::uint32_t fields = 0;                                 ///< bit per physics::SampleField
+  std::uint32_t listed = 0;                                 ///< fields
+  physics::SampleField field[physics::sample_fields] = {};  ///< in the order of their values
+};
+
+/// In stored coordinates.
+template <class T>
+struct ProbePoint {
+  Vec3<T> x;
+  std::uint32_t probe = 0;
+};
+
+/// Of a level gauge.
+struct ProbeLine {
+  std::uint32_t probe = 0;
+  std::uint32_t first = 0, heights = 0;  ///< its points in ProbeViews::heights
+  double lowest = 0, step = 0;           ///< of them, along "up", in stored coordinates [m]
+};
+
+/// Probes (core/probe_run.hpp); all null where there are none.
+template <class T>
+struct ProbeViews {
+  const ProbeRow* rows = nullptr;
+  const ProbePoint<T>*points = nullptr, *heights = nullptr;
+  const ProbeLine* lines = nullptr;
+  std::uint32_t point_count = 0, height_count = 0, line_count = 0;
+  T* profile = nullptr;      ///< how much liquid there is, per height
+  double* values = nullptr;  ///< samples, one after another
+  // Of World::sample, between sub-steps:
+  const std::uint64_t* keys = nullptr;          ///< cells of particles, ascending
+  const std::uint32_t* slots = nullptr;         ///< their slots
+  std::uint32_t sorted = 0;                     ///< how many
+  const Vec4<T>* terms = nullptr;               ///< pressure terms in w, where not in velocity
+  const std::uint32_t* derived_slot = nullptr;  ///< per id: where density and terms are, if elsewhere
+};
+
+/// Working space of World::sample, an entry per particle each.
+struct SampleRoom {
+  std::uint64_t *keys = nullptr, *keys_sorted = nullptr;
+  std::uint32_t *slots = nullptr, *slots_sorted = nullptr;
+  std::uint32_t* derived_slot = nullptr;  ///< null where it is not needed
 };
 
 template <class T>
@@ -173,6 +227,7 @@ struct Frame {
   Grid<T> grid;
   Tree<T> tree;
   Kept<T> kept;
+  ProbeViews<T> probes;
   std::uint32_t particles = 0;   ///< slots in use: ids handed out, removed ones included, and some to come
   std::uint32_t born = 0;        ///< ids handed out
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0

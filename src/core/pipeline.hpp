@@ -109,6 +109,8 @@ enum Fact : std::uint32_t {
   fact_sparse = 1u << 16,  ///< grid; the domain is unbounded or mostly empty
   fact_tree = 1u << 17,    ///< tree
   fact_kept = 1u << 18,    ///< grid, packed, kept for several sub-steps
+  // Of the host's wishes, not of the scene: no channel hangs on it.
+  fact_probes = 1u << 19,  ///< something is sampled
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
@@ -129,8 +131,9 @@ struct StageInfo {
 
 #define F(field) (FieldSet{1} << field_##field)
 /// Channels that stages which may touch them only read; their producer names them among what it writes.
-inline constexpr FieldSet read_where_there =
-    F(viscosity) | F(far_bits) | F(body_heat) | F(cell_begin) | F(group_ranges);
+inline constexpr FieldSet read_where_there = F(viscosity) | F(far_bits) | F(body_heat) | F(cell_begin) |
+                                             F(group_ranges) | F(density) | F(group_key) | F(group_begin) |
+                                             F(tree_box);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \
@@ -187,7 +190,7 @@ constexpr bool pipeline_is_fed() {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts)
     if (consistent(facts))
       for (const std::uint32_t search : search_facts)
-        if (first_unfed_stage(facts | search) >= 0) return false;
+        if (first_unfed_stage(facts | search | fact_probes) >= 0) return false;
   return true;
 }
 static_assert(pipeline_is_fed(), "a stage reads a channel that no earlier stage of that scene produced");

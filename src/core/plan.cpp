@@ -24,7 +24,7 @@ Plan WorldImpl::plan() {
     StageReport r;
     r.name = info.name;
     r.module = info.module;
-    r.runs = core::runs(info, facts_);
+    r.runs = core::runs(info, facts_ | (probes_.empty() ? 0u : core::fact_probes));
     r.reason = r.runs ? info.why : info.why_not;
     if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
     if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;

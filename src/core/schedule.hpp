@@ -58,26 +58,31 @@ constexpr unsigned aside_blocks(double support_in_spacings) { return support_in_
 
 /// Every kernel asks whether the World was halted: what step.integrate says holds for all stages after it, and
 /// for none before it.
-constexpr bool is_barrier(int stage) { return stage == stage_step_begin || stage == stage_step_integrate; }
+constexpr std::uint64_t usual_barriers = stage_bit(stage_step_begin) | stage_bit(stage_step_integrate);
+/// The same where sph.advance takes the place of sph.forces and step.integrate.
+constexpr std::uint64_t advancing_barriers = usual_barriers | stage_bit(stage_sph_forces);
+constexpr bool is_barrier(int stage, std::uint64_t barriers = usual_barriers) {
+  return (stage_bit(stage) & barriers) != 0;
+}
 
-constexpr bool in_order(int first, int second) {
+constexpr bool in_order(int first, int second, std::uint64_t barriers = usual_barriers) {
   const StageInfo &a = stage_table[static_cast<std::size_t>(first)],
                   &b = stage_table[static_cast<std::size_t>(second)];
-  return is_barrier(first) || is_barrier(second) ||
+  return is_barrier(first, barriers) || is_barrier(second, barriers) ||
          (a.writes_apart & (b.reads_apart | b.writes_apart)) != 0 || (a.reads_apart & b.writes_apart) != 0;
 }
 
 /// Who steps aside, and who goes first.
-constexpr void rank(Schedule& r, std::uint64_t running) {
+constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers) {
   for (int s = stage_count; s-- > 0;) {
     if (((running >> s) & 1u) == 0) continue;
     for (int t = 0; t < stage_count; ++t)
       if ((stage_bit(s) & modest_stages) != 0 && (stage_bit(t) & running & sum_stages) != 0 &&
-          !in_order(s, t))
+          !in_order(s, t, barriers))
         r.aside |= stage_bit(s);
     int urgency = 0;
-    for (int t = s + 1; t < stage_count && !is_barrier(t); ++t) {
-      if (((running >> t) & 1u) == 0 || !in_order(s, t)) continue;
+    for (int t = s + 1; t < stage_count && !is_barrier(t, barriers); ++t) {
+      if (((running >> t) & 1u) == 0 || !in_order(s, t, barriers)) continue;
       const int behind = r.urgency[static_cast<std::size_t>(t)];
       urgency = std::max(urgency, t == stage_sph_density ? 3 : std::max(behind, 1));
     }
@@ -88,7 +93,7 @@ constexpr void rank(Schedule& r, std::uint64_t running) {
 }
 
 /// The schedule of the stages in `running` (bit per stage).
-constexpr Schedule make_schedule(std::uint64_t running) {
+constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers = usual_barriers) {
   Schedule r;
   std::array<std::uint64_t, stage_count> before{};  // everything that has ended when a stage begins
   std::array<int, most_tracks> end{};               // last stage of a track
@@ -99,7 +104,7 @@ constexpr Schedule make_schedule(std::uint64_t running) {
     if (((running >> s) & 1u) == 0) continue;
     std::uint64_t direct = 0;
     for (int t = 0; t < s; ++t)
-      if (((running >> t) & 1u) != 0 && in_order(t, s)) {
+      if (((running >> t) & 1u) != 0 && in_order(t, s, barriers)) {
         direct |= std::uint64_t{1} << t;
         before[at] |= (std::uint64_t{1} << t) | before[static_cast<std::size_t>(t)];
       }
@@ -107,7 +112,7 @@ constexpr Schedule make_schedule(std::uint64_t running) {
     int track = -1;
     for (int k = 0; k < tracks && track < 0; ++k)
       if (((direct >> end[static_cast<std::size_t>(k)]) & 1u) != 0) track = k;
-    if (is_barrier(s) && tracks != 0) track = 0;
+    if (is_barrier(s, barriers) && tracks != 0) track = 0;
     if (track < 0 && tracks < most_tracks) {
       track = tracks++;
     } else if (track < 0) {
@@ -134,7 +139,7 @@ constexpr Schedule make_schedule(std::uint64_t running) {
                     before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
     end[static_cast<std::size_t>(track)] = s;
   }
-  rank(r, running);
+  rank(r, running, barriers);
   for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
   r.awaited |= r.last;
   return r;

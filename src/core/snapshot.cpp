@@ -238,6 +238,8 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   if (spacing != desc.spacing)
     return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
                          " m; build the World from the same scene first");
+  collect_samples();
+  drop_samples_from(new_time);
   state_ = std::move(s);
   state_stale_ = false;
   time = new_time;

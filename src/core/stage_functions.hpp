@@ -40,6 +40,11 @@ template <class E, class T>
 void build(E& ex, const core::Frame<T>& w);
 }
 
+namespace sampling {
+template <class E, class T>
+void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room);
+}
+
 namespace core {
 template <class T>
 struct SurfaceFrame;

@@ -116,8 +116,15 @@ Result<std::vector<std::uint8_t>> World::snapshot() {
 Status World::restore(const void* data, std::size_t bytes) {
   return guarded<Status>([&] { return impl_->restore(static_cast<const std::uint8_t*>(data), bytes); });
 }
-Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points, const std::string& field) {
-  return guarded<Result<std::vector<double>>>([&] { return impl_->sample(points, field); });
+Result<ProbeId> World::add_probe(const ProbeDesc& d) {
+  return guarded<Result<ProbeId>>([&] { return impl_->add_probe(d); });
+}
+Result<std::vector<ProbeSeries>> World::take_samples() {
+  return guarded<Result<std::vector<ProbeSeries>>>([&] { return impl_->take_samples(); });
+}
+Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points,
+                                          const std::vector<std::string>& fields) {
+  return guarded<Result<std::vector<double>>>([&] { return impl_->sample(points, fields); });
 }
 Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
   return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });

@@ -2,7 +2,7 @@
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
 // world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
 // (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
-// particles, pieces), world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
+// particles, pieces), world_probes.cpp, world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
 #pragma once
 
 #include <array>
@@ -32,6 +32,22 @@ struct EmitterRecord {
   std::uint64_t layers = 0;  ///< most layers it may emit
 };
 
+struct ProbeRecord {
+  ProbeDesc desc;
+  std::vector<physics::SampleField> fields;
+  std::uint32_t width = 0, values = 0;  ///< values per point, in all
+  ProbeSeries kept;                     ///< samples that are on the host already
+};
+
+/// A sample whose values lie on the backend.
+struct PendingSample {
+  std::uint64_t step = 0;  ///< index of its sub-step
+  double time = 0;         ///< [s]
+  std::uint64_t due = 0;   ///< bit per probe
+  std::uint64_t at = 0;    ///< first of its values
+  bool blank = false;      ///< the World was empty: nothing was written
+};
+
 class WorldImpl final : public Scheduler {
  public:
   // world_build.cpp
@@ -57,11 +73,15 @@ class WorldImpl final : public Scheduler {
   Result<ParticleData> particles();
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
-  Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
   // world_request.cpp
   Result<ReadTicket> request(const ReadRequest& what);
   Result<bool> ready(ReadTicket ticket);
   Result<Reading> take(ReadTicket ticket);
+  // world_probes.cpp
+  Result<ProbeId> add_probe(const ProbeDesc& p);
+  Result<std::vector<ProbeSeries>> take_samples();
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
+                                     const std::vector<std::string>& fields);
   // world_surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   // snapshot.cpp
@@ -126,6 +146,15 @@ class WorldImpl final : public Scheduler {
   std::uint64_t lattice_hash() const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
+  Status check(const ProbeDesc& p, ProbeRecord& record) const;
+  std::vector<core::ProbeLine> lines_of(const ProbeDesc& p) const;
+  core::ProbeSetup probe_setup() const;
+  Status place_probes();
+  void begin_sample(core::SubstepArguments& a, double end);
+  void end_sample(const core::SubstepArguments& a, double end);
+  void collect_samples();
+  void drop_samples_from(double time);
+  Vec3d up() const;
 
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
@@ -157,6 +186,11 @@ class WorldImpl final : public Scheduler {
   double heat_lambda_ = 0;            ///< bound of the heat operator's spectrum [1/s]
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
+  std::vector<ProbeRecord> probes_;
+  std::vector<PendingSample> pending_;
+  std::uint64_t sample_room_ = 0,
+                samples_used_ = 0;  ///< values that the backend has room for; that are there
+  bool probes_stale_ = false;       ///< the engine does not have them as they are
   bool emitter_exhausted_ = false;
   std::vector<core::PlacedStage> custom_;
   std::uint32_t disabled_facts_ = 0;

@@ -109,8 +109,9 @@ std::uint64_t WorldImpl::planned_emission() const {
 }
 
 Status WorldImpl::prepare() {
-  if (!dirty_) return {};
+  if (!dirty_) return probes_stale_ ? place_probes() : Status{};
   fetch_state();
+  collect_samples();  // a halt that ends with the upload says which of them count
   derive_sound_speed();
   core::EngineSetup setup;
   setup.facts = facts_ = facts();
@@ -139,7 +140,7 @@ Status WorldImpl::prepare() {
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timed_);
   dirty_ = false;
-  return {};
+  return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
 }
 
 /// What step() needs of the scene, worked out once: it must not search or allocate per step.

@@ -12,7 +12,6 @@
 #include "core/validate.hpp"
 #include "core/world_impl.hpp"
 #include "meltsim/physics/energy.hpp"
-#include "meltsim/physics/sph_kernels.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -307,34 +306,6 @@ Result<LatticeData> WorldImpl::lattice() {
         }
   }
   return d;
-}
-
-Result<std::vector<double>> WorldImpl::sample(const std::vector<Vec3d>& points, const std::string& field) {
-  if (field != "temperature" && field != "pressure" && field != "density" && field != "velocity")
-    return core::invalid("sample: field: unknown \"", field,
-                         "\"; use temperature, pressure, density or velocity");
-  const auto data = particles();
-  if (!data) return data.error();
-  const double support = core::support_of(desc);
-  const auto kernel = physics::make_kernel<double>(support, desc.spacing);
-  std::vector<double> out;
-  for (const Vec3d& p : points) {
-    double sum = 0, weight = 0;
-    for (std::size_t i = 0; i < data->id.size(); ++i) {
-      const Vec3d d = data->position[i] - p;
-      const double r2 = dot(d, d);
-      if (!(r2 < support * support)) continue;
-      const double w = physics::kernel_value(kernel, std::sqrt(r2));
-      const double value = field == "temperature" ? data->temperature[i]
-                           : field == "pressure"  ? data->pressure[i]
-                           : field == "density"   ? data->density[i]
-                                                  : length(data->velocity[i]);
-      sum += w * value;
-      weight += w;
-    }
-    out.push_back(weight > 0 ? sum / weight : std::numeric_limits<double>::quiet_NaN());
-  }
-  return out;
 }
 
 }  // namespace v0

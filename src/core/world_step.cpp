@@ -122,7 +122,9 @@ Status WorldImpl::step(double dt) {
     a.index = ++steps;
     a.stages = stage_bits(steps);
     a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
+    begin_sample(a, end);
     engine->substep(a);
+    end_sample(a, end);
     time = end;
   }
   return {};

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sampling stage for the CUDA executor.
+#include "core/exec_cuda.cuh"
+#include "core/stage_functions.hpp"
+#include "sampling/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sampling {
+
+MELTSIM_INSTANTIATE(core::CudaExec, probes)
+template void at_once<core::CudaExec, float>(core::CudaExec&, const core::Frame<float>&,
+                                             const core::SampleRoom&);
+template void at_once<core::CudaExec, double>(core::CudaExec&, const core::Frame<double>&,
+                                              const core::SampleRoom&);
+
+}  // namespace sampling
+}  // namespace v0
+}  // namespace meltsim

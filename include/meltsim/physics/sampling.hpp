@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of fields at points between particles, and the level of a liquid along a line.
+//
+// Source: Shepard, D. (1968), Proc. 23rd ACM Nat. Conf., 517, eq. (1): an average whose weights add up to 1. Level:
+// the half value of the smoothed volume fraction, as free surfaces are found in volume-of-fluid methods (Hirt &
+// Nichols 1981, J. Comput. Phys. 39:201).
+//
+//   symbol  meaning                                                               unit
+//   A(x)    sum_j W(|x - x_j|) A_j / sum_j W(|x - x_j|), |x - x_j| < H             of A
+//   f_L(x)  sum over liquid of V_j [W(|x - x_j|) + sum over images in walls of W]  -
+//   f_S(x)  the same over solids                                                  -
+//   g(x)    2 f_L + min(f_S, 1/2) - 1                                             -
+//
+// j runs over all particles for temperature, density and liquid fraction, over liquid for pressure, speed and
+// velocity: a solid has no pressure of its own, and counting it as 0 would lower what a point beside it reads.
+//
+// g > 0 where liquid fills more of the space than nothing does: with f_0 = 1 - f_L - f_S for what is empty,
+// f_L > f_0 is g > 0 where f_S < 1/2. On a flat surface f_L = 1/2 and g = 0, also beside a wall, whose images complete
+// f_L, and beside a body, which takes the same share from liquid and from air. The bound on f_S keeps the inside of a body from
+// counting as liquid.
+#pragma once
+
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/walls.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+enum class SampleField : std::uint32_t { temperature, pressure, density, speed, velocity, liquid_fraction };
+inline constexpr std::uint32_t sample_fields = 6;
+MELTSIM_HD constexpr std::uint32_t sample_bit(SampleField f) { return 1u << static_cast<std::uint32_t>(f); }
+/// Numbers that a field takes.
+MELTSIM_HD constexpr std::uint32_t sample_width(SampleField f) {
+  return f == SampleField::velocity ? 3u : 1u;
+}
+
+/// What a particle is, as sampling and World::particles() report it.
+struct SampledParticle {
+  bool liquid = false;
+  double temperature = 0;      ///< [degrees Celsius]
+  double pressure = 0;         ///< [Pa]; of liquid
+  double density = 0;          ///< [kg/m^3]
+  double liquid_fraction = 0;  ///< 0 solid .. 1 liquid
+  Vec3<double> velocity;       ///< [m/s]
+};
+
+/// Of a particle with specific enthalpy h [J/kg], volume fraction phi, pressure_term = P/phi^2 [Pa].
+template <class T>
+MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double h, double mass, double volume,
+                                   double phi, double pressure_term, Vec3<double> velocity,
+                                   std::uint32_t fields) {
+  SampledParticle p;
+  p.liquid = liquid;
+  p.velocity = velocity;
+  if ((fields & sample_bit(SampleField::temperature)) != 0u) p.temperature = temperature_of(m, h);
+  // A material that melts or freezes: its enthalpy says how far it is.
+  p.liquid_fraction = m.plateau != 0u ? liquid_fraction(m, h) : liquid ? 1.0 : 0.0;
+  p.density = liquid ? phi * mass / volume : static_cast<double>(m.density);
+  p.pressure = liquid ? pressure_term * phi * phi : 0.0;
+  return p;
+}
+
+/// The sums of A(x). Weights are relative: the kernel's scale cancels.
+struct SampleSums {
+  double all = 0, liquid = 0;  ///< sums of W over all particles, over liquid
+  double temperature = 0, density = 0, liquid_fraction = 0, pressure = 0, speed = 0;
+  Vec3<double> velocity;
+  MELTSIM_HD void add(const SampleSums& o) {
+    all += o.all;
+    liquid += o.liquid;
+    temperature += o.temperature;
+    density += o.density;
+    liquid_fraction += o.liquid_fraction;
+    pressure += o.pressure;
+    speed += o.speed;
+    velocity += o.velocity;
+  }
+  MELTSIM_HD void add(double weight, const SampledParticle& p) {
+    all += weight;
+    temperature += weight * p.temperature;
+    density += weight * p.density;
+    liquid_fraction += weight * p.liquid_fraction;
+    if (!p.liquid) return;
+    liquid += weight;
+    pressure += weight * p.pressure;
+    speed += weight * length(p.velocity);
+    velocity += p.velocity * weight;
+  }
+};
+
+/// NaN where the weights are 0.
+MELTSIM_HD double average(double sum, double weights) {
+  return weights > 0 ? sum / weights : static_cast<double>(NAN);
+}
+
+/// A(x); component 0, or 0 to 2 of a velocity. NaN where there is nothing to average.
+MELTSIM_HD double sampled_value(const SampleSums& s, SampleField field, std::uint32_t component) {
+  switch (field) {
+    case SampleField::temperature:
+      return average(s.temperature, s.all);
+    case SampleField::density:
+      return average(s.density, s.all);
+    case SampleField::liquid_fraction:
+      return average(s.liquid_fraction, s.all);
+    case SampleField::pressure:
+      return average(s.pressure, s.liquid);
+    case SampleField::speed:
+      return average(s.speed, s.liquid);
+    case SampleField::velocity:
+      return average(component == 0u   ? s.velocity.x
+                     : component == 1u ? s.velocity.y
+                                       : s.velocity.z,
+                     s.liquid);
+  }
+  return static_cast<double>(NAN);
+}
+
+/// f_L and f_S over the kernel's scale.
+template <class T>
+struct FillSums {
+  T liquid{}, solid{};
+  MELTSIM_HD void add(const FillSums& o) {
+    liquid += o.liquid;
+    solid += o.solid;
+  }
+  /// x_ij: from the particle to the point; walls: those within reach of the point.
+  MELTSIM_HD void add(const SphKernel<T>& k, const WallView<T>& walls, bool is_liquid, T volume, Vec3<T> x_ij,
+                      T r2) {
+    T shape = kernel_shape(k, std::sqrt(r2));
+    if (walls.axes != 0u) shape += image_shape(k, walls, x_ij, r2);
+    if (is_liquid) liquid += volume * shape;
+    else solid += volume * shape;
+  }
+};
+
+/// g(x).
+template <class T>
+MELTSIM_HD T liquid_excess(const SphKernel<T>& k, const FillSums<T>& s) {
+  return T(2) * k.w_scale * s.liquid + minimum(k.w_scale * s.solid, T(0.5)) - T(1);
+}
+
+/// Height of the highest place where g falls through 0, from its values at `count` heights `step` apart, the first at
+/// `lowest` [m]; between two of them g counts as linear. The last height where liquid is there too; NaN where it is nowhere.
+template <class T>
+MELTSIM_HD double level_of(const T* g, std::uint32_t count, double lowest, double step) {
+  T above = 0;
+  for (std::uint32_t k = count; k-- > 0u;) {
+    const T here = g[k];
+    if (here > T(0)) {
+      const double part = k + 1u == count ? 0.0 : static_cast<double>(here / (here - above));
+      return lowest + step * (static_cast<double>(k) + part);
+    }
+    above = here;
+  }
+  return static_cast<double>(NAN);
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of probes: what fields read at points, how far up a line there is liquid. Formulas: meltsim/physics/sampling.hpp.
+#pragma once
+
+#include "core/frame.hpp"
+#include "meltsim/physics/sampling.hpp"
+#include "spatial/around.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sampling {
+
+using core::Frame;
+using core::ProbeRow;
+
+/// Whether a probe is due in this sub-step; World::sample is at once.
+template <class T>
+MELTSIM_HD bool is_due(const Frame<T>& w, std::uint32_t probe) {
+  return w.probes.keys != nullptr || (w.f.clock->sampled >> probe & 1u) != 0u;
+}
+
+/// Where its values of this sub-step begin: behind those of the probes before it that are due as well.
+template <class T>
+MELTSIM_HD double* values_of(const Frame<T>& w, std::uint32_t probe) {
+  if (w.probes.keys != nullptr) return w.probes.values;
+  std::uint64_t at = w.f.clock->sample_at;
+  for (std::uint32_t other = 0; other < probe; ++other)
+    if (is_due(w, other)) at += w.probes.rows[other].values;
+  return w.probes.values + at;
+}
+
+/// What of a particle is averaged. Of a World that went back to an earlier state, density and pressure are in the order
+/// of the sub-step that halted.
+template <class T>
+MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t slot, std::uint32_t tag,
+                                                T volume, std::uint32_t fields) {
+  const auto mass = static_cast<double>(w.f.mass[slot]);
+  std::uint32_t derived = slot;
+  if (w.probes.derived_slot != nullptr) derived = w.probes.derived_slot[w.f.id[slot]];
+  const Vec4<T>* terms = w.probes.terms != nullptr ? w.probes.terms : w.f.velocity;
+  const double phi = w.f.density != nullptr ? static_cast<double>(w.f.density[derived]) : 0.0;
+  const std::uint32_t of_heat = physics::sample_bit(physics::SampleField::temperature) |
+                                physics::sample_bit(physics::SampleField::liquid_fraction);
+  const double h = (fields & of_heat) != 0u ? core::enthalpy_at(w, slot) / mass : 0.0;
+  return physics::sampled(w.f.materials[material_of(tag)], is_fluid(tag), h, mass,
+                          static_cast<double>(volume), phi, static_cast<double>(terms[derived].w),
+                          cast<double>(xyz(w.f.velocity[slot])), fields);
+}
+
+/// Averages at one point.
+template <class T, bool Tree>
+struct PointBody {
+  Frame<T> w;
+  static constexpr bool shared = true;
+  using Sum = physics::SampleSums;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    Sum s;
+    const core::ProbePoint<T> point = w.probes.points[i];
+    if (!is_due(w, point.probe)) return s;
+    const std::uint32_t fields = w.probes.rows[point.probe].fields;
+    spatial::for_each_around<Tree>(
+        w, point.x, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+          const std::uint32_t tag = w.f.tag[j];
+          if (is_removed(tag)) return;
+          const auto weight = static_cast<double>(physics::kernel_shape(w.c.kernel, std::sqrt(r2)));
+          s.add(weight, particle_at(w, j, tag, xj.w, fields));
+        });
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    const std::uint32_t probe = w.probes.points[i].probe;
+    if (!is_due(w, probe)) return;
+    const ProbeRow& row = w.probes.rows[probe];
+    double* to = values_of(w, probe) + (i - row.first) * row.width;
+    for (std::uint32_t f = 0; f < row.listed; ++f)
+      for (std::uint32_t c = 0; c < physics::sample_width(row.field[f]); ++c)
+        *to++ = physics::sampled_value(s, row.field[f], c);
+  }
+};
+
+/// How much liquid there is at one height of a gauge.
+template <class T, bool Tree>
+struct HeightBody {
+  Frame<T> w;
+  static constexpr bool shared = true;
+  using Sum = physics::FillSums<T>;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    Sum s;
+    const core::ProbePoint<T> point = w.probes.heights[i];
+    if (!is_due(w, point.probe)) return s;
+    const auto walls = physics::wall_view(w.c.walls, point.x);
+    spatial::for_each_around<Tree>(w, point.x, k, parts,
+                                   [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& d, T r2) {
+                                     const std::uint32_t tag = w.f.tag[j];
+                                     if (is_removed(tag)) return;
+                                     s.add(w.c.kernel, walls, is_fluid(tag), xj.w, d, r2);
+                                   });
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
+    if (is_due(w, w.probes.heights[i].probe)) w.probes.profile[i] = physics::liquid_excess(w.c.kernel, s);
+  }
+};
+
+/// The level that a gauge reads.
+template <class T>
+struct LevelBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const core::ProbeLine line = w.probes.lines[i];
+    if (!is_due(w, line.probe)) return;
+    values_of(w, line.probe)[i - w.probes.rows[line.probe].first] =
+        physics::level_of(w.probes.profile + line.first, line.heights, line.lowest, line.step);
+  }
+};
+
+/// Cell of a particle as it is between sub-steps; one call per id, so that a stable sort leaves ids ascending in a cell.
+template <class T>
+struct KeyBody {
+  Frame<T> w;
+  std::uint64_t* keys;
+  std::uint32_t* slots;
+  MELTSIM_HD void operator()(std::uint64_t id) const {
+    const std::uint32_t slot = w.f.slot_of_id[id];
+    slots[id] = slot;
+    const spatial::CellPlace at = spatial::place_at(w.grid, xyz(w.f.position[slot]));
+    keys[id] = is_removed(w.f.tag[slot]) ? core::removed_key
+                                         : spatial::cell_key<std::uint64_t>(w.grid, at.x, at.y, at.z);
+  }
+};
+
+/// Where particles were in the order of the sub-step that halted.
+template <class T>
+struct DerivedSlotBody {
+  Frame<T> w;
+  std::uint32_t* to;
+  MELTSIM_HD void operator()(std::uint64_t i) const { to[w.before.id[i]] = static_cast<std::uint32_t>(i); }
+};
+
+}  // namespace sampling
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sampling stage for the CPU executor.
+#include "core/exec_cpu.hpp"
+#include "core/stage_functions.hpp"
+#include "sampling/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sampling {
+
+MELTSIM_INSTANTIATE(core::CpuExec, probes)
+template void at_once<core::CpuExec, float>(core::CpuExec&, const core::Frame<float>&,
+                                            const core::SampleRoom&);
+template void at_once<core::CpuExec, double>(core::CpuExec&, const core::Frame<double>&,
+                                             const core::SampleRoom&);
+
+}  // namespace sampling
+}  // namespace v0
+}  // namespace meltsim

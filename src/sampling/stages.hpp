@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sampling/bodies.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sampling {
+
+/// What is due in this sub-step, from its own neighbour structure.
+template <class E, class T>
+void probes(E& ex, const core::Frame<T>& w) {
+  spatial::with_tree(w, [&](auto tree) {
+    ex.gather(w.probes.point_count, PointBody<T, tree()>{w});
+    ex.gather(w.probes.height_count, HeightBody<T, tree()>{w});
+  });
+  ex.for_each(w.probes.line_count, LevelBody<T>{w});
+}
+
+/// Between sub-steps, for World::sample: sorts particles by cell, then averages; not a stage. w.grid: cells of H.
+template <class E, class T>
+void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room) {
+  ex.for_each(w.born, KeyBody<T>{w, room.keys, room.slots});
+  if (room.derived_slot != nullptr) ex.for_each(w.particles, DerivedSlotBody<T>{w, room.derived_slot});
+  ex.sort(w.born, w.key_bits, room.keys, room.slots, room.keys_sorted, room.slots_sorted);
+  ex.gather(w.probes.point_count, PointBody<T, false>{w});
+}
+
+}  // namespace sampling
+}  // namespace v0
+}  // namespace meltsim
