@@ -8,6 +8,7 @@
 
 #include "meltsim/handle.hpp"
 #include "meltsim/particle_tag.hpp"
+#include "meltsim/probe.hpp"
 #include "meltsim/types.hpp"
 
 namespace meltsim {
@@ -99,6 +100,7 @@ struct ReadRequest {
   bool totals = false;     ///< Reading::totals and Reading::ledger
   bool pieces = false;     ///< Reading::pieces
   bool particles = false;  ///< Reading::particles
+  bool probes = false;     ///< Reading::probes
 };
 
 /// Particles in single precision, in order of id; removed ones are left out. Arrays are parallel.
@@ -124,6 +126,7 @@ struct Reading {
   Ledger ledger;
   std::vector<PieceInfo> pieces;
   ParticleFrame particles;
+  std::vector<ProbeSeries> probes;  ///< samples not taken before, as World::take_samples() gives them
 };
 
 /// Names an open reading. The null ticket names none; no two readings of a process have the same.

@@ -67,6 +67,11 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     if (!d) return d.error();
     r.particles = frame_of(*d, origin_);
   }
+  if (what.probes) {
+    auto s = take_samples();
+    if (!s) return s.error();
+    r.probes = std::move(*s);
+  }
   free->reading = std::move(r);
   free->ticket.value = next_ticket();
   return free->ticket;

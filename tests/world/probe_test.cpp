@@ -52,10 +52,11 @@ constexpr double size_of[8] = {100, 1e4, 1000, 1, 1, 1, 1, 1};
 
 /// Rounding of a few hundred single-precision terms and of distances: some 1e-6 of a field's size. Where the only weights
 /// are those at the rim of the kernel, (1 - r/H)^4 makes more of what a distance is rounded by; such points are left out.
-void expect_values(const double* got, const std::vector<double>& expected, const std::string& where) {
+void expect_values(const double* got, const std::vector<double>& expected, const std::string& where,
+                   double coarser = 1) {
   for (std::size_t k = 0; k < 8; ++k) {
     if (std::isnan(expected[k])) EXPECT_TRUE(std::isnan(got[k])) << where << ", value " << k;
-    else EXPECT_NEAR(got[k], expected[k], 1e-5 * size_of[k]) << where << ", value " << k;
+    else EXPECT_NEAR(got[k], expected[k], 1e-5 * coarser * size_of[k]) << where << ", value " << k;
   }
 }
 
@@ -78,6 +79,8 @@ struct Variant {
   bool periodic = false, unbounded = false;
   Precision precision = Precision::single_precision;
   bool mostly_empty = false;
+  /// Positions and points are stored relative to the middle of a domain of 240 m: 50 times as coarsely.
+  double coarser() const { return mostly_empty ? 50 : 1; }
 };
 const Variant variants[] = {
     {"grid"},
@@ -161,7 +164,7 @@ TEST(Sample, IsTheAverageOverEveryParticleWithinReach) {
       if (at_rim(p, points[n], support, period)) continue;
       ++checked;
       expect_values(values->data() + 8 * n, by_definition(p, points[n], support, period),
-                    std::string(v.name) + ", point " + std::to_string(n));
+                    std::string(v.name) + ", point " + std::to_string(n), v.coarser());
     }
     EXPECT_GT(checked, 40) << v.name;
     // Fewer fields or points give the same numbers.
@@ -210,7 +213,7 @@ TEST(Probe, ReadsTheAverageInTheMiddleOfTheSubStep) {
       if (at_rim(middle, points[n], support, period)) continue;
       ++checked;
       expect_values(series->at(0).values.data() + 8 * n, by_definition(middle, points[n], support, period),
-                    std::string(v.name) + ", point " + std::to_string(n));
+                    std::string(v.name) + ", point " + std::to_string(n), v.coarser());
     }
     EXPECT_GT(checked, 40) << v.name;
   }
@@ -235,6 +238,12 @@ ProbeDesc gauge(std::vector<Vec3d> points) {
   d.kind = ProbeKind::level;
   d.points = std::move(points);
   return d;
+}
+
+std::vector<ProbeSeries> samples_of(World& w) {
+  auto taken = w.take_samples();
+  EXPECT_TRUE(taken);
+  return taken ? std::move(*taken) : std::vector<ProbeSeries>{};
 }
 
 ProbeDesc thermometer(Vec3d x, double every = 0) {
@@ -264,7 +273,7 @@ TEST(Probe, ChangesNoBitOfTheState) {
     const auto series = *probed.take_samples();
     EXPECT_EQ(series.at(0).time.size(), 16u) << v.name;
     EXPECT_EQ(series.at(1).time.size(), 40u) << v.name;
-    EXPECT_EQ(later.take_samples()->at(0).time.size(), 22u) << v.name;
+    EXPECT_EQ(later.take_samples()->at(0).time.size(), 23u) << v.name;
   }
 }
 
@@ -302,7 +311,7 @@ TEST(Probe, LevelOfAPoolIsItsDepth) {
       require(w.add_probe(gauge({{0.2, 0.5, 0.8}, {0.23, -0.3, 0.77}, {0.25, 1.7, 0.85}})));
       require(w.add_probe(gauge({{-0.4, 0, 0.8}, {0.1, 0, 1.4}, {-0.4, 0, 0.2}, {-0.38, 0, 0.24}})));
       require(w.step(1e-6));  // before anything moves
-      for (const ProbeSeries& s : *w.take_samples())
+      for (const ProbeSeries& s : samples_of(w))
         for (const double level : s.values)
           EXPECT_NEAR(level, -0.3 + 0.1 * layers, 0.005) << support << " spacings, " << layers << " layers";
     }
@@ -398,7 +407,7 @@ TEST(Probe, LevelWhereLiquidEndsOtherwise) {
 std::vector<std::vector<double>> times_of(World& w, double until, test_support::Random& random) {
   while (w.time() < until) require(w.step(std::min(random.uniform(1e-4, 0.02), until - w.time())));
   std::vector<std::vector<double>> times;
-  for (const ProbeSeries& s : *w.take_samples()) {
+  for (const ProbeSeries& s : samples_of(w)) {
     times.push_back(s.time);
     EXPECT_EQ(s.values.size(), s.time.size() * s.points * s.width);
   }
@@ -468,7 +477,7 @@ TEST(Probe, NothingIsLostOrDoubledAcrossASnapshot) {
     // The same World back in time, with samples that nobody took: those of what happens again are dropped.
     for (int k = 0; k < 20; ++k) require(first.step(0.004));
     require(first.restore(bytes.data(), bytes.size()));
-    for (const ProbeSeries& s : *first.take_samples()) EXPECT_TRUE(s.time.empty());
+    for (const ProbeSeries& s : samples_of(first)) EXPECT_TRUE(s.time.empty());
   }
 }
 
