@@ -83,7 +83,7 @@ MELTSIM_HD void visit_leaves(const Frame<T>& w, Vec3<T> x, std::uint32_t k, std:
     } else {
       --level;
       first[level] = 8u * node;
-      left[level] = WalkBody<T, Periodic>{w}.brothers_within_reach(here, groups, level, first[level]);
+      left[level] = brothers_within_reach<Periodic>(w, here, groups, level, first[level]);
     }
   }
 }

@@ -185,6 +185,17 @@ MELTSIM_HD bool within_reach(const Frame<T>& w, const core::TreeBox<T>& a, const
   return x * x + y * y + z * z < w.tree.reach * w.tree.reach;
 }
 
+/// Which of up to eight brothers from `first` on are within H of a box.
+template <bool Periodic, class T>
+MELTSIM_HD std::uint32_t brothers_within_reach(const Frame<T>& w, const core::TreeBox<T>& mine,
+                                               std::uint64_t groups, int level, std::uint32_t first) {
+  const core::TreeBox<T>* boxes = w.f.tree_box + w.tree.first[level] + first;
+  const auto n = static_cast<std::uint32_t>(minimum(nodes_of(groups, level) - first, std::uint64_t{8}));
+  std::uint32_t bits = 0;
+  for (std::uint32_t k = 0; k < n; ++k) bits |= (within_reach<Periodic>(w, mine, boxes[k]) ? 1u : 0u) << k;
+  return bits;
+}
+
 /// The rows of one group, filled with runs of slots that ascend. Runs beyond the last row are kept by joining
 /// the two runs with the fewest slots between them: candidates more, none less.
 class RowList {
@@ -253,18 +264,10 @@ struct WalkBody {
       } else {
         --level;
         first[level] = 8u * node;
-        left[level] = brothers_within_reach(mine, groups, level, first[level]);
+        left[level] = brothers_within_reach<Periodic>(w, mine, groups, level, first[level]);
       }
     }
     rows.finish();
-  }
-  MELTSIM_HD std::uint32_t brothers_within_reach(const core::TreeBox<T>& mine, std::uint64_t groups,
-                                                 int level, std::uint32_t first) const {
-    const core::TreeBox<T>* boxes = w.f.tree_box + w.tree.first[level] + first;
-    const auto n = static_cast<std::uint32_t>(minimum(nodes_of(groups, level) - first, std::uint64_t{8}));
-    std::uint32_t bits = 0;
-    for (std::uint32_t k = 0; k < n; ++k) bits |= (within_reach<Periodic>(w, mine, boxes[k]) ? 1u : 0u) << k;
-    return bits;
   }
 };
 
