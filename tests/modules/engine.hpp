@@ -28,6 +28,8 @@ template <class T>
 struct Rig {
   PermutingExec<T> exec;
   std::shared_ptr<core::Engine> engine;
+  std::uint64_t sampled =
+      0;  ///< bit per probe: due in the sub-steps to come; their values go to the same place
 
   explicit Rig(Order order = Order::forward, bool fuses = false)
       : exec(order, fuses), engine(make_engine<T>(exec)) {}
@@ -53,6 +55,7 @@ struct Rig {
     core::SubstepArguments a;
     a.dt = dt;
     a.index = ++steps_;
+    a.sampled = sampled;
     for (const char* wanted : stages) {
       bool found = false;
       for (int s = 0; s < core::stage_count; ++s) {
