@@ -13,7 +13,7 @@ inline namespace v0 {
 
 /// Whose surface.
 enum class SurfaceOf {
-  liquid,  ///< all liquid; where it touches a solid, the solid's own surface bounds it
+  liquid,  ///< all liquid; where it touches a solid, see SurfaceDesc::closed_at_solids
   solids,  ///< all solid particles, as one
   body     ///< the solid particles of one body
 };
@@ -31,10 +31,15 @@ struct SurfaceDesc {
   double cell = 0;  ///< edge of the marching cubes' cells [m], 1/16 to 2 spacings; 0 = half a spacing
   SurfaceKernel kernel = SurfaceKernel::isotropic;
   int smoothing = 4;  ///< passes over the mesh that take out bumps and keep the volume, 0 to 100
+  /// Of SurfaceOf::liquid. False: the solids' mesh is the interface of both; the liquid's mesh leaves it out and
+  /// ends a little inside the solids (a third of a cell, at most a quarter of a spacing), so that no two sheets
+  /// coincide and there is no gap between them: draw both. True: the liquid's mesh covers the interface as well,
+  /// is closed and has a volume; its sheet there coincides with the solids', and renderers show artefacts.
+  bool closed_at_solids = false;
 };
 
-/// A closed surface: every edge belongs to two triangles, vertices are shared. Arrays per vertex are
-/// parallel.
+/// A surface: every edge belongs to two triangles, except where a liquid's mesh ends inside a solid
+/// (SurfaceDesc::closed_at_solids). Vertices are shared. Arrays per vertex are parallel.
 struct SurfaceMesh {
   Vec3d origin;                        ///< add it to positions [m]; zero unless they are too large for float
   std::vector<Vec3f> position;         ///< [m]

@@ -40,6 +40,12 @@ struct alignas(16) SurfaceRing {
 /// Links of a block to a neighbour that is not in the list: all its nodes are outside, or inside.
 inline constexpr std::uint32_t link_outside = 0xffffffffu, link_inside = 0xfffffffeu;
 
+/// What a node is in. Beneath a solid's surface it is outside of the liquid.
+inline constexpr std::uint8_t node_outside = 0, node_inside = 1, node_in_solid = 2;
+
+/// In `code`: the cell has no triangles, because only solids bound the liquid in it.
+inline constexpr std::uint32_t code_at_solid = 1u << 11;
+
 // Marks of a particle, and of a group: of all its particles.
 inline constexpr std::uint8_t mark_solid = 1, mark_liquid = 2, mark_surface = 4;
 
@@ -72,6 +78,7 @@ struct SurfaceFrame {
   std::uint32_t only_solids = 0;
   std::uint32_t only_body = 0;  ///< body index + 1; 0 = any
   bool two_fields = false;      ///< liquid beside solids: all of it, less the solids
+  T overlap{};  ///< how far the liquid's mesh reaches into solids [cells]; 0 = it is closed there
   bool anisotropic = false;
   bool coarse_first = false;  ///< cells are small enough that every second node tells about those between
 
@@ -107,10 +114,12 @@ struct SurfaceFrame {
   Range* block_rows = nullptr;          ///< 9 per block
   std::uint32_t* block_link = nullptr;  ///< 27 per block
   // per node
-  T* value = nullptr;        ///< phi - level
-  T* solid_value = nullptr;  ///< level - phi of the solids
-  std::uint8_t* inside = nullptr;
-  std::uint32_t* code = nullptr;  ///< bits 0-7: corners of its cell inside; 8-10: its three edges crossed
+  T* value = nullptr;              ///< phi - level
+  T* solid_value = nullptr;        ///< level - phi of the solids
+  std::uint8_t* inside = nullptr;  ///< node_outside, node_inside or node_in_solid
+  std::uint32_t* code =
+      nullptr;  ///< bits 0-7: corners of its cell inside; 8-10: its edges with a vertex; 11:
+                ///< code_at_solid
   std::uint64_t* ends = nullptr;  ///< running counts: vertices in the low half, triangles in the high one
   // per vertex
   std::uint32_t* vertex_edge = nullptr;              ///< 4 node + axis

@@ -17,6 +17,7 @@ struct SurfaceRequest {
   double cell = 0, spacing = 0;
   bool anisotropic = false;
   bool solids = false;  ///< there are some
+  bool closed = false;  ///< SurfaceDesc::closed_at_solids
   int smoothing = 0;
   DomainDesc domain;
 };

@@ -84,6 +84,9 @@ class SurfaceRun {
     w_.only_solids = q.of == SurfaceOf::liquid ? 0u : 1u;
     w_.only_body = q.of == SurfaceOf::body ? q.body : 0u;
     w_.two_fields = q.of == SurfaceOf::liquid && q.solids;
+    // A third of a cell hides what smoothing moves; a quarter of a spacing stays inside the thinnest solid.
+    const double overlap = std::min(1.0 / 3, 0.25 * q.spacing / q.cell);
+    w_.overlap = w_.two_fields && !q.closed ? static_cast<T>(overlap) : T(0);
     w_.anisotropic = q.anisotropic;
     w_.coarse_first = q.cell < 0.4 * q.spacing;  // at half a spacing it costs a GPU more than it saves
     if (spacing_ != q.spacing) {
@@ -304,7 +307,7 @@ class SurfaceRun {
     std::memcpy(&cell, &q.cell, sizeof cell);
     return {~std::uint64_t{0},  // no sub-step has all stages
             static_cast<std::uint64_t>(q.of) | (q.anisotropic ? 8u : 0u) | (q.solids ? 16u : 0u) |
-                static_cast<std::uint64_t>(q.smoothing) << 8,
+                (q.closed ? 32u : 0u) | static_cast<std::uint64_t>(q.smoothing) << 8,
             q.body,
             cell,
             reinterpret_cast<std::uintptr_t>(scene.f.position),

@@ -37,6 +37,7 @@ Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
   q.spacing = dx;
   q.anisotropic = d.kernel == SurfaceKernel::anisotropic;
   q.solids = solids;
+  q.closed = d.closed_at_solids;
   q.smoothing = d.smoothing;
   q.domain = desc.domain;
   q.domain.min = q.domain.min - origin_;

@@ -185,7 +185,12 @@ MELTSIM_HD std::uint32_t node_at(const SurfaceFrame<T>& w, std::uint32_t block, 
 
 template <class T>
 MELTSIM_HD bool is_inside(const SurfaceFrame<T>& w, std::uint32_t node) {
-  return node >= link_inside ? node == link_inside : w.inside[node] != 0u;
+  return node >= link_inside ? node == link_inside : w.inside[node] == core::node_inside;
+}
+/// Neither in the liquid nor in a solid beside it. Always false where the mesh is closed at solids.
+template <class T>
+MELTSIM_HD bool is_open(const SurfaceFrame<T>& w, std::uint32_t node) {
+  return node >= link_inside ? node == link_outside : w.inside[node] == core::node_outside;
 }
 
 MELTSIM_HD Index3 node_in_block(std::uint32_t number, std::int32_t side) {

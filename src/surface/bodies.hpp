@@ -273,7 +273,7 @@ struct SurfaceNodesBody {
     const T far = static_cast<T>(physics::far_from_level), value = w.value[number];
     const T solid = w.two_fields ? w.solid_value[number] : T(1);
     if (value < -far || solid < -far) return far_outside;
-    return value > far && solid > far && w.inside[number] != 0u ? far_inside : unknown;
+    return value > far && solid > far && w.inside[number] == core::node_inside ? far_inside : unknown;
   }
 
   /// What can be said of a node without the field.
@@ -337,7 +337,8 @@ struct SurfaceNodesBody {
       const std::uint32_t to = node_at(w, l.block, node(l, k));
       w.value[to] = value;
       if (w.two_fields) w.solid_value[to] = solid;
-      w.inside[to] = in ? 1u : 0u;
+      const bool in_solid = w.overlap > T(0) && !in && !(solid > T(0));
+      w.inside[to] = in ? core::node_inside : in_solid ? core::node_in_solid : core::node_outside;
     }
   }
 };

@@ -9,8 +9,10 @@ namespace meltsim {
 inline namespace v0 {
 namespace surface {
 
-/// Which corners of a node's cell are inside and which of its three edges are crossed. One call per line of
-/// nodes along x: a corner is asked once for the two cells beside it.
+/// Which corners of a node's cell are inside and which of its three edges have a vertex: those that are crossed.
+/// Where the mesh is not closed at solids, a cell whose corners are all in the liquid or in a solid has no
+/// triangles, and an edge has a vertex only if one of the cells around it has triangles. One call per line of nodes
+/// along x: a corner is asked once for the two cells beside it.
 template <class T>
 struct SurfaceCodeBody {
   SurfaceFrame<T> w;
@@ -27,23 +29,44 @@ struct SurfaceCodeBody {
       first[c] = node_at(w, b, at);
       beyond[c] = node_at(w, b, at + Index3{side, 0, 0});
     }
-    const auto corners = [&](std::uint32_t x) {  // as bits 0, 2, 4, 6
+    const auto corners = [&](std::uint32_t x) {  // inside: as bits 0, 2, 4, 6; open: 8 further
       std::uint32_t bits = 0;
       for (std::uint32_t c = 0; c < 4u; ++c) {
         const std::uint32_t node = x == along ? beyond[c] : first[c] < link_inside ? first[c] + x : first[c];
         if (is_inside(w, node)) bits |= 1u << (2u * c);
+        if (is_open(w, node)) bits |= 256u << (2u * c);
       }
       return bits;
     };
+    const bool leaves_out = w.overlap > T(0);
     std::uint32_t here = listed ? corners(0) : 0u;
     for (std::uint32_t x = 0; x < along; ++x) {
-      const std::uint32_t next = listed ? corners(x + 1u) : 0u;
-      std::uint32_t code = here | next << 1;
-      for (std::uint32_t axis = 0; axis < 3; ++axis)
-        if (((code >> (1u << axis) ^ code) & 1u) != 0u) code |= 1u << (8 + axis);
-      w.code[line * along + x] = code;
+      const std::uint32_t next = listed ? corners(x + 1u) : 0u, both = here | next << 1;
+      std::uint32_t code = both & 255u;
+      const bool at_solid = leaves_out && code != 0u && code != 255u && both >> 8 == 0u;
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        const bool crossed = ((code >> (1u << axis) ^ code) & 1u) != 0u;
+        const Index3 at{static_cast<std::int32_t>(x), n.y, n.z};
+        if (crossed && (!at_solid || open_around(b, at, axis))) code |= 1u << (8 + axis);
+      }
+      w.code[line * along + x] = at_solid ? code | core::code_at_solid : code;
       here = next;
     }
+  }
+
+  /// Whether any corner of the four cells around an edge is open.
+  MELTSIM_HD bool open_around(std::uint32_t b, Index3 n, std::uint32_t axis) const {
+    const Index3 u = corner_offset(1u << (axis + 1u) % 3u), v = corner_offset(1u << (axis + 2u) % 3u);
+    for (std::int32_t i = -1; i <= 1; ++i)
+      for (std::int32_t j = -1; j <= 1; ++j)
+        for (std::uint32_t end = 0; end < 2u; ++end) {
+          const Index3 along = corner_offset(end << axis);
+          if (is_open(w, node_at(w, b,
+                                 {n.x + along.x + i * u.x + j * v.x, n.y + along.y + i * u.y + j * v.y,
+                                  n.z + along.z + i * u.z + j * v.z})))
+            return true;
+        }
+    return false;
   }
 };
 
@@ -56,13 +79,20 @@ struct SurfaceCountBody {
   const std::uint32_t* code;
   const core::CubeCase* cases;
   MELTSIM_HD std::uint64_t operator()(std::uint64_t i) const {
-    return std::uint64_t{cases[code[i] & 255u].triangles} << 32 | crossed_edges(code[i]);
+    const std::uint32_t triangles =
+        (code[i] & core::code_at_solid) != 0u ? 0u : cases[code[i] & 255u].triangles;
+    return std::uint64_t{triangles} << 32 | crossed_edges(code[i]);
   }
 };
 MELTSIM_HD std::uint32_t vertex_end(std::uint64_t ends) { return static_cast<std::uint32_t>(ends); }
 MELTSIM_HD std::uint32_t triangle_end(std::uint64_t ends) { return static_cast<std::uint32_t>(ends >> 32); }
 
-/// Number of the vertex on a node's edge; the edge is crossed, so the node is in a listed block.
+/// Whether a node's edge has a vertex.
+template <class T>
+MELTSIM_HD bool has_vertex(const SurfaceFrame<T>& w, std::uint32_t node, std::uint32_t axis) {
+  return node < link_inside && (w.code[node] >> (8u + axis) & 1u) != 0u;
+}
+/// Number of the vertex on a node's edge, which has one, so the node is in a listed block.
 template <class T>
 MELTSIM_HD std::uint32_t vertex_on(const SurfaceFrame<T>& w, std::uint32_t node, std::uint32_t axis) {
   const std::uint32_t code = w.code[node];
@@ -86,6 +116,7 @@ struct SurfaceEmitBody {
       const std::uint32_t v = vertex_on(w, node, axis);
       if (v < w.max_vertices) w.vertex_edge[v] = 4u * node + axis;
     }
+    if ((code & core::code_at_solid) != 0u) return;
     const core::CubeCase& cell = w.cases[code & 255u];
     const std::uint32_t end = triangle_end(w.ends[i]), first = end - cell.triangles;
     if (end > w.max_triangles) return;
@@ -139,14 +170,18 @@ struct SurfaceVertexBody {
     }
     const T margin = static_cast<T>(physics::edge_margin);
     t = clamp(t, margin, T(1) - margin);
+    // Where the mesh ends in a solid it stays where it is: its interior is not there to smooth against.
+    const bool ends = w.overlap > T(0) && !clip && !(out.solid > T(0));
+    if (ends) t = t + w.overlap;
     const T step = (low_in ? t : T(1) - t) * w.grid.cell;
     const Vec3<T> p{x.x + T(along.x) * step, x.y + T(along.y) * step, x.z + T(along.z) * step};
-    w.vertex[v] = with_w(p, clip ? T(1) : T(0));
-    w.ring[v] = ring(axis, b, n, low_in);
+    w.vertex[v] = with_w(p, clip || ends ? T(1) : T(0));
+    w.ring[v] = ring(static_cast<std::uint32_t>(v), axis, b, n, low_in);
   }
 
-  /// Across the faces on the sides +u, +v, -u, -v of the edge.
-  MELTSIM_HD core::SurfaceRing ring(std::uint32_t axis, std::uint32_t b, Index3 n, bool low_in) const {
+  /// Across the faces on the sides +u, +v, -u, -v of the edge; itself where the mesh ends.
+  MELTSIM_HD core::SurfaceRing ring(std::uint32_t own, std::uint32_t axis, std::uint32_t b, Index3 n,
+                                    bool low_in) const {
     const Index3 along = corner_offset(1u << axis);
     core::SurfaceRing r;
     for (std::uint32_t k = 0; k < 4; ++k) {
@@ -163,7 +198,7 @@ struct SurfaceVertexBody {
         const Index3 base = joined == 1 ? n + along : n;
         low = below ? (joined == 1 ? c : d) : node_at(w, b, base);
       }
-      const std::uint32_t to = low < link_inside ? vertex_on(w, low, other) : 0u;
+      const std::uint32_t to = has_vertex(w, low, other) ? vertex_on(w, low, other) : own;
       // Clockwise seen along the axis is counter-clockwise against it.
       r.at[low_in ? k : (4u - k) % 4u] = minimum(to, w.max_vertices - 1u);
     }
@@ -245,7 +280,7 @@ struct SurfaceAttributesBody {
     if (size > T(1e-6) * w.grid.cell * w.grid.cell) return n * (T(1) / size);
     // Folded onto itself: the direction of the edge.
     const std::uint32_t edge = w.vertex_edge[v], axis = edge & 3u;
-    const T sign = w.inside[edge >> 2] != 0u ? T(1) : T(-1);
+    const T sign = is_inside(w, edge >> 2) ? T(1) : T(-1);
     return {axis == 0u ? sign : T(0), axis == 1u ? sign : T(0), axis == 2u ? sign : T(0)};
   }
 
