@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -220,17 +223,29 @@ TEST(Shapes, LiquidOfAColourIsTakenFromTheClearOne) {
   EXPECT_TRUE(split_liquid(shapes, looks).paint.empty());
   for (std::size_t v = 0; v < 8; ++v) shapes.liquid.material[v] = v < 4 ? 1 : 0;  // z = -1 is syrup
   const FrameShapes split = split_liquid(shapes, looks);
-  EXPECT_EQ(split.paint.triangles.size() + split.liquid.triangles.size(), shapes.liquid.triangles.size());
-  const auto colored = [&](const Mesh& m, std::size_t t) {
-    int count = 0;
-    for (std::size_t k = 0; k < 3; ++k) count += m.triangles[t + k] < 4 ? 1 : 0;
-    return count;
-  };
-  // Two at z = -1, and of the two on each side one.
-  ASSERT_EQ(split.paint.triangles.size(), 3u * 6);
-  for (std::size_t t = 0; t < split.paint.triangles.size(); t += 3) EXPECT_GE(colored(split.paint, t), 2);
-  for (std::size_t t = 0; t < split.liquid.triangles.size(); t += 3) EXPECT_LE(colored(split.liquid, t), 1);
-  EXPECT_EQ(material_of_triangle(split.paint, 0), 1u);
+  // Both parts together are the cube: its area, and every edge between two triangles.
+  double area = 0;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+  for (const Mesh* mesh : {&split.paint, &split.liquid}) {
+    for (std::size_t t = 0; t < mesh->triangles.size(); t += 3) {
+      const std::uint32_t v[3] = {mesh->triangles[t], mesh->triangles[t + 1], mesh->triangles[t + 2]};
+      area += 0.5 * length(cross(mesh->position[v[1]] - mesh->position[v[0]],
+                                 mesh->position[v[2]] - mesh->position[v[0]]));
+      for (std::size_t k = 0; k < 3; ++k) ++sides[{v[k], v[(k + 1) % 3]}];
+    }
+  }
+  EXPECT_NEAR(area, 24, 1e-4);  // six faces of 2 x 2 in single precision
+  for (const auto& [side, count] : sides) {
+    ASSERT_EQ(count, 1);
+    ASSERT_EQ(sides.count({side.second, side.first}), 1u);
+  }
+  // Cut between the two kinds of corners, and of the one colour there is.
+  for (const std::uint32_t v : split.paint.triangles) {
+    EXPECT_LT(split.paint.position[v].z, 0.999f);
+    EXPECT_NEAR(split.paint.color[v].x, std::pow(0.5, 2.2), 1e-5);
+    EXPECT_NEAR(split.paint.color[v].z, 0, 1e-6);
+  }
+  for (const std::uint32_t v : split.liquid.triangles) EXPECT_GT(split.liquid.position[v].z, -0.999f);
   // Where they are, and what light passes.
   const Bvh bvh(split);
   const Hit below = bvh.nearest({{0.2f, 0.3f, -5}, {0, 0, 1}}),
@@ -240,6 +255,22 @@ TEST(Shapes, LiquidOfAColourIsTakenFromTheClearOne) {
   EXPECT_TRUE(bvh.is_solid(below.primitive) && bvh.is_paint(below.primitive));
   EXPECT_FALSE(bvh.is_solid(above.primitive));
   EXPECT_NEAR(bvh.nearest({{0.2f, 0.3f, 5}, {0, 0, -1}}, Seen::solid).distance, 6, 1e-5);
+}
+
+TEST(Shapes, WallsAreBarsAlongTheirEdges) {
+  Scene scene;
+  scene.world.domain.bounded = true;
+  scene.world.domain.max = {1, 2, 3};
+  EXPECT_EQ(tank_bars(scene).size(), 12u);
+  for (const Bar& bar : tank_bars(scene)) {  // outside of what may be full of liquid
+    const bool beside = bar.max.x <= 0 || bar.min.x >= 1 || bar.max.y <= 0 || bar.min.y >= 2 ||
+                        bar.max.z <= 0 || bar.min.z >= 3;
+    EXPECT_TRUE(beside);
+  }
+  scene.world.domain.faces.fill(meltsim::Face::open);
+  EXPECT_TRUE(tank_bars(scene).empty());
+  scene.world.domain.faces[2] = meltsim::Face::wall;  // a floor alone
+  EXPECT_EQ(tank_bars(scene).size(), 4u);
 }
 
 TEST(Tracer, NothingShinesThroughLiquidOfAColour) {

@@ -42,9 +42,10 @@ float Bvh::Bounds::area() const {
 Bvh::Bvh(const FrameShapes& shapes)
     : shapes_(shapes),
       solid_triangles_(shapes.solid.triangles.size() / 3),
-      opaque_triangles_(solid_triangles_ + shapes.paint.triangles.size() / 3) {
+      tank_triangles_(solid_triangles_ + shapes.tank.triangles.size() / 3),
+      opaque_triangles_(tank_triangles_ + shapes.paint.triangles.size() / 3) {
   std::vector<Bounds> bounds;
-  for (const Mesh* mesh : {&shapes.solid, &shapes.paint, &shapes.liquid}) {
+  for (const Mesh* mesh : {&shapes.solid, &shapes.tank, &shapes.paint, &shapes.liquid}) {
     for (std::size_t i = 0; i + 2 < mesh->triangles.size(); i += 3) {
       const Vec3f a = mesh->position[mesh->triangles[i]], b = mesh->position[mesh->triangles[i + 1]],
                   c = mesh->position[mesh->triangles[i + 2]];
@@ -71,7 +72,8 @@ bool Bvh::is_solid(std::uint32_t primitive) const {
 
 std::size_t Bvh::triangle(std::uint32_t primitive) const {
   const std::size_t before = primitive < solid_triangles_    ? 0
-                             : primitive < opaque_triangles_ ? solid_triangles_
+                             : primitive < tank_triangles_   ? solid_triangles_
+                             : primitive < opaque_triangles_ ? tank_triangles_
                                                              : opaque_triangles_;
   return 3 * (primitive - before);
 }

@@ -22,7 +22,7 @@ struct Hit {
   bool any() const { return primitive != 0xffffffffu; }
 };
 
-/// What rays are asked to see; paint counts as solid, as light does not pass it.
+/// What rays are asked to see; paint and the tank count as solid, as light does not pass them.
 enum class Seen { all, liquid, solid };
 
 class Bvh {
@@ -38,11 +38,15 @@ class Bvh {
   const Ball& ball(std::uint32_t primitive) const { return shapes_.balls[primitive - triangles_.size()]; }
   const Mesh& mesh(std::uint32_t primitive) const {
     return primitive < solid_triangles_    ? shapes_.solid
+           : primitive < tank_triangles_   ? shapes_.tank
            : primitive < opaque_triangles_ ? shapes_.paint
                                            : shapes_.liquid;
   }
+  bool is_tank(std::uint32_t primitive) const {
+    return primitive >= solid_triangles_ && primitive < tank_triangles_;
+  }
   bool is_paint(std::uint32_t primitive) const {
-    return primitive >= solid_triangles_ && primitive < opaque_triangles_;
+    return primitive >= tank_triangles_ && primitive < opaque_triangles_;
   }
   /// First of the triangle's three entries in mesh().triangles.
   std::size_t triangle(std::uint32_t primitive) const;
@@ -70,8 +74,9 @@ class Bvh {
 
   const FrameShapes& shapes_;
   std::size_t solid_triangles_;      ///< they come first
+  std::size_t tank_triangles_;       ///< those and the tank's
   std::size_t opaque_triangles_;     ///< those and the ones of paint
-  std::vector<Triangle> triangles_;  ///< solid, paint, liquid
+  std::vector<Triangle> triangles_;  ///< solid, tank, paint, liquid
   std::vector<std::uint32_t> order_;
   std::vector<Node> nodes_;
 };

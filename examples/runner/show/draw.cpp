@@ -53,6 +53,11 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
   settings.has_floor = scene.world.domain.bounded;
   if (settings.has_floor) {
     settings.floor = bottom(view_box(scene, {}), camera.up) - 0.02 * scene.world.spacing;
+    settings.tank = tank_bars(scene);
+    if (!settings.tank.empty()) {
+      settings.basin = view_box(scene, {});
+      settings.floor -= tank_width(scene);  // the lowest bars stand on it
+    }
   }
   return settings;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <set>
 
 #include "scene.hpp"
 #include "show/ramp.hpp"
@@ -129,6 +130,30 @@ void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& ori
                            {"translation", {origin.x, origin.y, origin.z}}});
 }
 
+/// Whether liquids of different colours are in it.
+bool is_mixed(const Mesh& mesh, const std::vector<SceneLook>& looks) {
+  std::set<std::uint32_t> colored;
+  for (const std::uint32_t m : mesh.material)
+    if (color_of(looks, m) != nullptr) colored.insert(m);
+  return colored.size() > 1;
+}
+
+/// Liquids of different colours: what has a colour is one part whose vertices carry it.
+void add_mixed_node(Json& json, Glb& glb, const FrameShapes& split, std::size_t dyed, double cold,
+                    double hot) {
+  add_node(json, glb, split.liquid, split.origin, "liquid", 0, cold, hot, {});
+  const Json clear = json["meshes"].back()["primitives"][0];
+  Json& primitives = json["meshes"].back()["primitives"];
+  primitives = Json::array();
+  if (!split.liquid.triangles.empty()) primitives.push_back(clear);
+  Json part;
+  part["attributes"] = clear["attributes"];
+  part["attributes"]["COLOR_0"] = glb.add(split.paint.color, "VEC3", gl_float, gl_vertices);
+  part["indices"] = glb.add(split.paint.triangles, "SCALAR", gl_unsigned, gl_indices);
+  part["material"] = dyed;
+  primitives.push_back(part);
+}
+
 }  // namespace
 
 std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, double time) {
@@ -202,7 +227,16 @@ std::string glb_text(const FrameShapes& shapes, double cold, double hot,
   for (const SceneLook& look : looks)
     json["materials"].push_back(material(look.name, linear(look.color.value_or(Rgb{1, 1, 1})), 1, 0.4));
   Glb glb(json);
-  add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot, looks);
+  const bool mixed = is_mixed(shapes.liquid, looks);
+  FrameShapes split;
+  if (mixed) split = split_liquid(shapes, looks);
+  // A mesh of which nothing is clear has no first part to add colours to.
+  if (mixed && !split.liquid.empty()) {
+    json["materials"].push_back(material("dyed", {1, 1, 1}, 1, 0.4));
+    add_mixed_node(json, glb, split, json["materials"].size() - 1, cold, hot);
+  } else {
+    add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot, looks);
+  }
   add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot, looks);
   std::string bytes = glb.take_bytes();
   json["buffers"] = Json::array({{{"byteLength", bytes.size()}}});

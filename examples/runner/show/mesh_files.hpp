@@ -22,7 +22,8 @@ std::string mesh_obj_text(const Mesh& mesh, const meltsim::Vec3d& origin, double
                           const std::string& name, double cold, double hot,
                           const std::vector<SceneLook>& looks);
 /// Liquid and solid of a frame as two nodes, with the attributes _TEMPERATURE and _MATERIAL. What is of a
-/// material that has a colour is a primitive of that colour, the rest has the temperature's.
+/// material that has a colour is a primitive of that colour, the rest has the temperature's. Liquids of several
+/// colours are one primitive, `dyed`, whose vertices have them, cut off from the clear one where half is clear.
 std::string glb_text(const FrameShapes& shapes, double cold, double hot, const std::vector<SceneLook>& looks);
 
 }  // namespace runner

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <map>
 
 namespace runner {
 
@@ -47,20 +49,25 @@ Textures warmth(const Mesh& m, const TraceSettings& s, const char* transmit) {
   return made;
 }
 
-/// Of liquid that has a colour; corners that have none take the first.
-Textures paint(const Mesh& m, const TraceSettings& s) {
+/// Of liquid that has a colour: the colours of its vertices, rounded to steps that are not seen.
+Textures paint(const Mesh& m) {
+  constexpr float steps = 31;
+  std::map<std::array<int, 3>, int> numbers;
+  std::vector<int> number;
   Textures made;
-  std::vector<int> number(s.looks.size(), 0);
-  for (std::size_t i = 0; i < s.looks.size(); ++i) {
-    const Rgb* const color = color_of(s.looks, static_cast<std::uint32_t>(i));
-    if (color == nullptr) continue;
-    const Rgb c = linear(*color);
-    number[i] = static_cast<int>(made.list.size());
-    made.list.push_back(fmt::format("Paint(<{:.3f},{:.3f},{:.3f}>)", c[0], c[1], c[2]));
-  }
-  made.of = [&m, number](std::uint32_t v) {
-    return m.material[v] < number.size() ? number[m.material[v]] : 0;
+  const auto step = [](float c) {
+    return static_cast<int>(std::lround(steps * std::pow(std::max(c, 0.0f), 1 / 2.2f)));
   };
+  const auto light = [](int s) { return std::pow(static_cast<float>(s) / steps, 2.2f); };
+  for (const Vec3f& c : m.color) {
+    const std::array<int, 3> key{step(c.x), step(c.y), step(c.z)};
+    const auto [found, fresh] = numbers.try_emplace(key, static_cast<int>(numbers.size()));
+    if (fresh)
+      made.list.push_back(
+          fmt::format("Paint(<{:.3f},{:.3f},{:.3f}>)", light(key[0]), light(key[1]), light(key[2])));
+    number.push_back(found->second);
+  }
+  made.of = [number = std::move(number)](std::uint32_t v) { return number[v]; };
   return made;
 }
 
@@ -109,8 +116,8 @@ std::vector<std::pair<std::uint32_t, Mesh>> by_body(const Mesh& all) {
 
 const char* const head = R"(#version 3.7;
 global_settings {{ assumed_gamma 1 max_trace_level 8 }}
-background {{ rgb <0.80,0.84,0.88> }}
-sky_sphere {{ pigment {{ gradient {up} color_map {{ [0 rgb <0.80,0.84,0.88>] [0.9 rgb <0.36,0.50,0.70>] }} }} }}
+background {{ rgb <0.50,0.56,0.62> }}
+sky_sphere {{ pigment {{ gradient {up} color_map {{ [0 rgb <0.50,0.56,0.62>] [0.9 rgb <0.12,0.19,0.29>] }} }} }}
 // Coordinates are right-handed: the picture's right is turned round.
 camera {{ perspective location {eye} right -x*{aspect:.6g} up y sky {up} angle {angle:.6g} look_at {look_at} }}
 light_source {{ {sun} rgb 1.1*<1,0.96,0.89> area_light {side1} {side2} 3 3 adaptive 0 jitter circular orient parallel point_at {look_at} }}
@@ -124,7 +131,7 @@ const char* const looks = R"(
   finish {{ ambient 0.12 diffuse 0.7 specular 0.6 roughness 0.004 }} #end
 #macro Water(Reach) material {{ texture {{ pigment {{ rgbt <1,1,1,1> }}
     finish {{ ambient 0 diffuse 0 specular 0.6 roughness 0.002 reflection {{ 0.02, 1 fresnel on }} conserve_energy }} }}
-  interior {{ ior 1.333 fade_distance Reach fade_power 1001 fade_color <0.05,0.45,0.62> }} }} photons {{ target off }} #end
+  interior {{ ior 1.333 fade_distance Reach fade_power 1001 fade_color <0.03,0.34,0.46> }} }} photons {{ target off }} #end
 )";
 
 std::string warmth_macro() {
@@ -138,6 +145,23 @@ std::string warmth_macro() {
          " }\n#macro Warmth(I, T) pigment { rgb Ramp[I] transmit T } finish { ambient 0.45 diffuse 0.5 "
          "specular "
          "0.1 } #end\n";
+}
+
+/// A slab just below the liquid's lowest face.
+std::string basin_floor(const TraceSettings& s, const Vec3d& up, const Vec3d& origin, double tile) {
+  const double gap = 0.02 * s.spacing, thick = 0.5 * s.spacing;
+  Vec3d low = s.basin.min, high = s.basin.max;
+  const auto flatten = [&](double along_up, double& from, double& to) {
+    if (along_up > 0.7) to = from - gap, from = to - thick;
+    else if (along_up < -0.7) from = to + gap, to = from + thick;
+  };
+  flatten(up.x, low.x, high.x);
+  flatten(up.y, low.y, high.y);
+  flatten(up.z, low.z, high.z);
+  return fmt::format(
+      "box {{ {}, {} pigment {{ checker rgb <0.16,0.18,0.20> rgb <0.34,0.36,0.38> scale {:.4g} }} "
+      "finish {{ ambient 0.12 diffuse 0.7 }} }}\n",
+      vec(low - origin), vec(high - origin), tile);
 }
 
 }  // namespace
@@ -168,12 +192,16 @@ std::string pov_text(const FrameShapes& given, const Camera& camera, const Trace
   text += fmt::format(looks) + warmth_macro();
   if (s.has_floor) {
     text += fmt::format(
-        "plane {{ {}, {:.6g} pigment {{ checker rgb <0.50,0.52,0.55> rgb <0.60,0.62,0.64> scale {:.4g} }} "
+        "plane {{ {}, {:.6g} pigment {{ checker rgb <0.33,0.35,0.37> rgb <0.40,0.42,0.44> scale {:.4g} }} "
         "finish {{ ambient 0.12 diffuse 0.7 }} }}\n",
         vec(up), s.floor - dot(up, shapes.origin), tile_size(size));
     // Beyond what the picture is about the floor fades into the horizon.
-    text += fmt::format("fog {{ distance {:.4g} rgb <0.80,0.84,0.88> fog_type 1 }}\n", 8 * size);
+    text += fmt::format("fog {{ distance {:.4g} rgb <0.50,0.56,0.62> fog_type 1 }}\n", 8 * size);
   }
+  for (const Bar& bar : s.tank)
+    text += fmt::format("box {{ {}, {} Body(<0.035,0.04,0.045>) }}\n", vec(bar.min - shapes.origin),
+                        vec(bar.max - shapes.origin));
+  if (!s.basin.empty()) text += basin_floor(s, up, shapes.origin, tile_size(size));
   const bool warm = s.look == Look::temperature;
   if (shapes.solid.empty() && shapes.balls.empty()) text += "// nothing solid in this frame\n";
   for (const auto& [body, part] : by_body(shapes.solid)) {
@@ -185,7 +213,7 @@ std::string pov_text(const FrameShapes& given, const Camera& camera, const Trace
     text += warm ? mesh(shapes.liquid, warmth(shapes.liquid, s, "0.45")) + "}\n"
                  : mesh(shapes.liquid) + fmt::format("  Water({:.4g})\n}}\n", 0.6 * size);
   }
-  if (!shapes.paint.empty()) text += mesh(shapes.paint, paint(shapes.paint, s)) + "}\n";
+  if (!shapes.paint.empty()) text += mesh(shapes.paint, paint(shapes.paint)) + "}\n";
   for (const Ball& ball : shapes.balls) {
     text += fmt::format("sphere {{ {},{:.5g} ", vec(ball.center), ball.radius);
     const Rgb* const own = color_of(s.looks, ball.material);

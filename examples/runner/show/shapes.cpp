@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "show/shapes.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include "show/ramp.hpp"
+
 namespace runner {
 
 using meltsim::Vec3d;
@@ -27,17 +32,118 @@ std::uint32_t material_of_triangle(const Mesh& mesh, std::size_t first) {
   return at(1) == at(2) ? at(1) : at(0);
 }
 
+namespace {
+
+/// How often colours are averaged over neighbours: a material changes from vertex to vertex, and its edge would
+/// follow the triangles.
+constexpr int color_passes = 4;
+
+/// Colour times its share, and the share of what has a colour.
+struct Dye {
+  Vec3f color{0, 0, 0};
+  float share = 0;
+};
+
+Vec3f linear_color(const std::array<double, 3>& shown) {
+  const Rgb c = linear(shown);
+  return meltsim::cast<float>(Vec3d{c[0], c[1], c[2]});
+}
+
+std::vector<Dye> dyes_of(const Mesh& mesh, const std::vector<SceneLook>& looks) {
+  std::vector<Dye> dyes(mesh.position.size());
+  for (std::size_t v = 0; v < dyes.size(); ++v) {
+    if (const auto* color = color_of(looks, mesh.material[v])) dyes[v] = {linear_color(*color), 1};
+  }
+  for (int pass = 0; pass < color_passes; ++pass) {
+    std::vector<Dye> sum(dyes.size());
+    std::vector<float> count(dyes.size(), 0);
+    for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::uint32_t v = mesh.triangles[t + k];
+        for (const std::uint32_t other : {mesh.triangles[t + (k + 1) % 3], mesh.triangles[t + (k + 2) % 3]}) {
+          sum[v].color = sum[v].color + dyes[other].color;
+          sum[v].share += dyes[other].share;
+          count[v] += 1;
+        }
+      }
+    }
+    for (std::size_t v = 0; v < dyes.size(); ++v) {
+      if (count[v] == 0) continue;
+      const float part = 0.5f / count[v];
+      dyes[v] = {dyes[v].color * 0.5f + sum[v].color * part, 0.5f * dyes[v].share + sum[v].share * part};
+    }
+  }
+  return dyes;
+}
+
+/// Cuts a mesh's triangles where the share of dye is one half.
+class Cutter {
+ public:
+  Cutter(Mesh& mesh, std::vector<Dye>& dyes) : mesh_(mesh), dyes_(dyes) {}
+
+  void cut(std::vector<std::uint32_t>& dyed, std::vector<std::uint32_t>& clear) {
+    const std::vector<std::uint32_t> all = std::move(mesh_.triangles);
+    mesh_.triangles.clear();
+    for (std::size_t t = 0; t + 2 < all.size(); t += 3) {
+      const std::uint32_t v[3] = {all[t], all[t + 1], all[t + 2]};
+      int inside = 0;
+      for (const std::uint32_t k : v) inside += is_dyed(k) ? 1 : 0;
+      if (inside == 0 || inside == 3) {
+        auto& to = inside == 3 ? dyed : clear;
+        to.insert(to.end(), {v[0], v[1], v[2]});
+        continue;
+      }
+      // The corner that is alone on its side, then the others in order.
+      std::size_t alone = 0;
+      while (is_dyed(v[alone]) != (inside == 1)) ++alone;
+      const std::uint32_t a = v[alone], b = v[(alone + 1) % 3], c = v[(alone + 2) % 3];
+      const std::uint32_t ab = between(a, b), ac = between(a, c);
+      auto& one = inside == 1 ? dyed : clear;
+      auto& two = inside == 1 ? clear : dyed;
+      one.insert(one.end(), {a, ab, ac});
+      two.insert(two.end(), {ab, b, c, ab, c, ac});
+    }
+  }
+
+ private:
+  bool is_dyed(std::uint32_t v) const { return dyes_[v].share > 0.5f; }
+
+  std::uint32_t between(std::uint32_t a, std::uint32_t b) {
+    if (a > b) std::swap(a, b);
+    const auto [found, fresh] = cuts_.try_emplace({a, b}, static_cast<std::uint32_t>(mesh_.position.size()));
+    if (!fresh) return found->second;
+    const float t = (0.5f - dyes_[a].share) / (dyes_[b].share - dyes_[a].share);
+    const auto mix = [t](const auto& x, const auto& y) { return x * (1 - t) + y * t; };
+    const Vec3f normal = mix(mesh_.normal[a], mesh_.normal[b]);
+    const std::uint32_t nearer = t < 0.5f ? a : b;
+    mesh_.position.push_back(mix(mesh_.position[a], mesh_.position[b]));
+    mesh_.normal.push_back(normal * (1 / std::max(length(normal), 1e-20f)));
+    mesh_.temperature.push_back(mix(mesh_.temperature[a], mesh_.temperature[b]));
+    mesh_.body.push_back(mesh_.body[nearer]);
+    mesh_.material.push_back(mesh_.material[nearer]);
+    dyes_.push_back({mix(dyes_[a].color, dyes_[b].color), 0.5f});
+    return found->second;
+  }
+
+  Mesh& mesh_;
+  std::vector<Dye>& dyes_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> cuts_;
+};
+
+}  // namespace
+
 FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks) {
-  auto parts = grouped(shapes.liquid, [&](std::size_t t) {
-    int colored = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      colored += color_of(looks, shapes.liquid.material[shapes.liquid.triangles[t + k]]) != nullptr ? 1 : 0;
-    return colored > 1;
-  });
-  if (parts[true].empty()) return shapes;
-  shapes.paint = shapes.liquid;  // vertices of others do no harm
-  shapes.paint.triangles = std::move(parts[true]);
-  shapes.liquid.triangles = std::move(parts[false]);
+  Mesh& liquid = shapes.liquid;
+  if (std::none_of(liquid.material.begin(), liquid.material.end(),
+                   [&](std::uint32_t m) { return color_of(looks, m) != nullptr; }))
+    return shapes;
+  std::vector<Dye> dyes = dyes_of(liquid, looks);
+  std::vector<std::uint32_t> dyed, clear;
+  Cutter(liquid, dyes).cut(dyed, clear);
+  shapes.paint = liquid;  // vertices of others do no harm
+  shapes.paint.triangles = std::move(dyed);
+  for (const Dye& dye : dyes) shapes.paint.color.push_back(dye.color * (1 / std::max(dye.share, 1e-6f)));
+  liquid.triangles = std::move(clear);
   return shapes;
 }
 

@@ -15,7 +15,7 @@
 
 namespace runner {
 
-/// A closed surface; arrays per vertex are parallel.
+/// A surface; arrays per vertex are parallel.
 struct Mesh {
   std::vector<meltsim::Vec3f> position,
       normal;                            ///< [m] relative to the origin of its FrameShapes; unit, outward
@@ -23,6 +23,7 @@ struct Mesh {
   std::vector<std::uint32_t> body;       ///< 1 + index; 0 = liquid
   std::vector<std::uint32_t> material;   ///< index
   std::vector<std::uint32_t> triangles;  ///< 3 vertices each, counter-clockwise from outside
+  std::vector<meltsim::Vec3f> color;     ///< linear light; of FrameShapes::paint alone
   bool empty() const { return triangles.empty(); }
 };
 
@@ -40,13 +41,14 @@ struct FrameShapes {
   meltsim::Vec3d origin;  ///< [m]; what follows is relative to it
   Mesh liquid, solid;
   Mesh paint;  ///< liquid that nothing shines through, once split_liquid has told it from clear one
+  Mesh tank;   ///< walls, as far as they are shown
   std::vector<Ball> balls;  ///< what the meshes do not show
 };
 
 /// Particles as balls; those of phases that a mesh shows are left out.
 void add_balls(FrameShapes& shapes, const std::vector<FrameParticle>& particles, double spacing);
-/// Moves liquid of materials that have a colour from `liquid` to `paint`: triangles most of whose vertices
-/// are of such a material.
+/// Moves liquid of materials that have a colour from `liquid` to `paint`. Colours, and whether there is one, are
+/// averaged over neighbouring vertices; triangles are cut where half of the neighbourhood has a colour.
 FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks);
 /// What a vertex shows; null = its material has no colour.
 const std::array<double, 3>* color_of(const std::vector<SceneLook>& looks, std::uint32_t material);

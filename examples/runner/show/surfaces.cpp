@@ -7,9 +7,13 @@ namespace runner {
 
 namespace {
 
-meltsim::SurfaceDesc desc_of(const Scene& scene) {
+/// Fewer particles than this are shown with finer cells: they are large in the picture, and it costs little.
+constexpr std::size_t few_particles = 10000;
+
+meltsim::SurfaceDesc desc_of(const Scene& scene, std::size_t particles) {
   const Json& wish = scene.output.surface;
   meltsim::SurfaceDesc desc;
+  if (particles < few_particles) desc.cell = scene.world.spacing / 3;
   if (!wish.is_object()) return desc;
   desc.cell = wish.value("cell", desc.cell);
   desc.smoothing = wish.value("smoothing", desc.smoothing);
@@ -49,7 +53,7 @@ FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
   shapes.origin = scene.world.domain.bounded
                       ? scene.world.domain.min
                       : meltsim::Vec3d{first.position[0], first.position[1], first.position[2]};
-  const meltsim::SurfaceDesc desc = desc_of(scene);
+  const meltsim::SurfaceDesc desc = desc_of(scene, particles.size());
   shapes.liquid = mesh_of(world, desc, meltsim::SurfaceOf::liquid, shapes.origin, problem);
   shapes.solid = mesh_of(world, desc, meltsim::SurfaceOf::solids, shapes.origin, problem);
   add_balls(shapes, particles, scene.world.spacing);

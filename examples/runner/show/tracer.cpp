@@ -15,9 +15,10 @@ using meltsim::Vec3d;
 using meltsim::Vec3f;
 
 // Colours are linear light from here on.
-const Vec3f horizon{0.80f, 0.84f, 0.88f}, zenith{0.36f, 0.50f, 0.70f}, sunlight{1.9f, 1.82f, 1.68f};
-const Vec3f absorbed{1.6f, 0.42f, 0.22f};  ///< by a depth of liquid as large as the picture's contents
-const Vec3f liquid_color{0.07f, 0.24f, 0.55f};
+const Vec3f horizon{0.50f, 0.56f, 0.62f}, zenith{0.12f, 0.19f, 0.29f}, sunlight{2.1f, 2.0f, 1.85f};
+const Vec3f absorbed{2.6f, 0.75f, 0.42f};    ///< by a depth of liquid as large as the picture's contents
+const Vec3f scattered{0.01f, 0.11f, 0.17f};  ///< what very deep liquid shows
+const Vec3f liquid_color{0.07f, 0.24f, 0.55f}, tank_color{0.035f, 0.04f, 0.045f};
 constexpr float refraction = 1.333f, pi = 3.14159265f;
 constexpr int deepest = 7;
 
@@ -45,6 +46,29 @@ class Dice {
   std::uint32_t state_;
 };
 
+/// A mesh of boxes; only positions and triangles are of use.
+Mesh mesh_of(const std::vector<Bar>& bars, const Vec3d& origin) {
+  constexpr std::uint32_t faces[12][3] = {{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                                          {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  Mesh mesh;
+  for (const Bar& bar : bars) {
+    const auto first = static_cast<std::uint32_t>(mesh.position.size());
+    for (int c = 0; c < 8; ++c) {
+      const Vec3d x{(c & 1) != 0 ? bar.max.x : bar.min.x, (c & 2) != 0 ? bar.max.y : bar.min.y,
+                    (c & 4) != 0 ? bar.max.z : bar.min.z};
+      mesh.position.push_back(meltsim::cast<float>(x - origin));
+    }
+    for (const auto& face : faces)
+      for (const std::uint32_t corner : face) mesh.triangles.push_back(first + corner);
+  }
+  return mesh;
+}
+
+FrameShapes with_tank(FrameShapes shapes, const std::vector<Bar>& bars) {
+  shapes.tank = mesh_of(bars, shapes.origin);
+  return shapes;
+}
+
 /// What a ray met.
 struct Surface {
   Vec3f at, normal;  ///< of the shading, on the outside
@@ -55,7 +79,8 @@ struct Surface {
 class Tracer {
  public:
   Tracer(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings)
-      : shapes_(settings.look == Look::natural ? split_liquid(shapes, settings.looks) : shapes),
+      : shapes_(with_tank(settings.look == Look::natural ? split_liquid(shapes, settings.looks) : shapes,
+                          settings.tank)),
         bvh_(shapes_),
         settings_(settings) {
     eye_ = meltsim::cast<float>(camera.eye - shapes.origin);
@@ -68,7 +93,16 @@ class Tracer {
     tangent_ = std::tan(0.5f * static_cast<float>(std::min(camera.fov, 170.0)) * pi / 180);
     sun_ = unit(up_ * 1.25f - right_ * 0.75f - front_ * 0.55f);
     across_ = unit(cross(up_, sun_));
+    window_ = unit(up_ * 0.75f - right_ * 0.35f + front_ * 0.8f);
     floor_ = static_cast<float>(settings.floor - dot(camera.up, shapes.origin));
+    if (!settings.basin.empty()) {
+      basin_low_ = meltsim::cast<float>(settings.basin.min - shapes.origin);
+      basin_high_ = meltsim::cast<float>(settings.basin.max - shapes.origin);
+      // A little below the liquid's own lowest face.
+      const Vec3f bottom{up_.x > 0 ? basin_low_.x : basin_high_.x, up_.y > 0 ? basin_low_.y : basin_high_.y,
+                         up_.z > 0 ? basin_low_.z : basin_high_.z};
+      basin_floor_ = dot(bottom, up_) - 0.02f * static_cast<float>(settings.spacing);
+    }
     const Box box = box_of(shapes);
     size_ = static_cast<float>(
         std::max(settings.extent > 0 ? settings.extent : length(box.size()), settings.spacing));
@@ -85,10 +119,13 @@ class Tracer {
   }
 
  private:
+  /// A studio: light from above, the sun, and a window to the left whose mirror image shows the waves.
   Vec3f sky(const Vec3f& along) const {
     const float height = dot(along, up_);
     const float glow = std::pow(std::max(0.0f, dot(along, sun_)), 350.0f);
-    return mix(horizon, zenith, smooth(0, 0.9f, height)) + sunlight * (6 * glow);
+    const float window = smooth(0.86f, 0.93f, dot(along, window_));
+    return mix(horizon, zenith, smooth(0, 0.9f, height)) + sunlight * (6 * glow) +
+           Vec3f{1.0f, 1.05f, 1.1f} * window;
   }
 
   Surface surface(const Ray& ray, const Hit& hit) const {
@@ -112,10 +149,16 @@ class Tracer {
       const Vec3f flat = cross(mesh.position[b] - mesh.position[a], mesh.position[c] - mesh.position[a]);
       s.outside = dot(flat, ray.along) < 0;
       const float w = 1 - hit.u - hit.v;
+      if (bvh_.is_tank(hit.primitive)) {
+        s.normal = unit(flat);
+        s.color = tank_color;
+        return s;
+      }
       s.normal = unit(mesh.normal[a] * w + mesh.normal[b] * hit.u + mesh.normal[c] * hit.v);
       temperature = mesh.temperature[a] * w + mesh.temperature[b] * hit.u + mesh.temperature[c] * hit.v;
       body = mesh.body[a];
-      if (bvh_.is_paint(hit.primitive)) own = paint(mesh, t, {w, hit.u, hit.v});
+      if (bvh_.is_paint(hit.primitive))
+        own = mesh.color[a] * w + mesh.color[b] * hit.u + mesh.color[c] * hit.v;
     }
     if (settings_.look == Look::temperature) {
       const Rgb shown = ramp((temperature - settings_.cold) / std::max(settings_.hot - settings_.cold, 1e-9));
@@ -169,7 +212,8 @@ class Tracer {
     return color;
   }
 
-  Vec3f floor_color(const Vec3f& at, const Vec3f& along, Dice& dice, int sample) const {
+  /// `inside`: of the basin.
+  Vec3f floor_color(const Vec3f& at, const Vec3f& along, Dice& dice, int sample, bool inside) const {
     const Vec3f off = at - middle_;
     const Vec3f level = off - up_ * dot(off, up_);
     const Vec3f east = unit(cross(up_, std::abs(up_.x) < 0.8f ? Vec3f{1, 0, 0} : Vec3f{0, 0, 1})),
@@ -179,11 +223,37 @@ class Tracer {
     Surface s;
     s.at = at;
     s.normal = up_;
-    s.color = dark ? Vec3f{0.50f, 0.52f, 0.55f} : Vec3f{0.60f, 0.62f, 0.64f};
-    const float far = smooth(0.9f * size_, 3.5f * size_, length(level));
+    if (inside) s.color = dark ? Vec3f{0.16f, 0.18f, 0.20f} : Vec3f{0.34f, 0.36f, 0.38f};
+    else s.color = dark ? Vec3f{0.33f, 0.35f, 0.37f} : Vec3f{0.40f, 0.42f, 0.44f};
+    const float far = inside ? 0 : smooth(0.9f * size_, 3.5f * size_, length(level));
     // Beyond what the picture is about the floor fades into the horizon.
     if (far >= 1) return horizon;
     return mix(lit(s, along, dice, sample, 0), horizon, far);
+  }
+
+  bool over_basin(const Vec3f& x) const {
+    const auto within = [](float along_up, float low, float at, float high) {
+      return std::abs(along_up) > 0.7f || (at > low && at < high);
+    };
+    return within(up_.x, basin_low_.x, x.x, basin_high_.x) &&
+           within(up_.y, basin_low_.y, x.y, basin_high_.y) && within(up_.z, basin_low_.z, x.z, basin_high_.z);
+  }
+
+  /// Where a ray that goes down meets the floor, or the basin's own.
+  struct Ground {
+    float distance = 1e30f;
+    bool basin = false;
+  };
+  Ground ground(const Ray& ray, float down, float most, float lifted) const {
+    if (!settings_.has_floor || down >= 0) return {};
+    const float height = dot(ray.from, up_);
+    if (!settings_.basin.empty()) {
+      const float to = (basin_floor_ + lifted - height) / down;
+      if (to > 0 && to < most && over_basin(ray.from + ray.along * to)) return {to, true};
+    }
+    const float to = (floor_ + (settings_.basin.empty() ? lifted : 0) - height) / down;
+    if (to > 0 && to < most) return {to, false};
+    return {};
   }
 
   /// submerged: the ray starts in liquid.
@@ -193,25 +263,21 @@ class Tracer {
     Surface s;
     if (met) s = surface(ray, hit);
     const bool inside = met && !s.solid && !s.outside;
-    const float down = dot(ray.along, up_);
-    if (settings_.has_floor && down < 0) {
-      // Liquid rests on the floor: from inside, the film of air below it is not there.
-      const float height = floor_ + (inside ? 0.7f * static_cast<float>(settings_.spacing) : 0);
-      const float to_floor = (height - dot(ray.from, up_)) / down;
-      if (to_floor > 0 && to_floor < hit.distance) {
-        const Vec3f found = floor_color(ray.from + ray.along * to_floor, ray.along, dice, sample);
-        return inside ? times(found, passing(to_floor)) : found;
-      }
+    // Liquid rests on the floor: from inside, the film of air below it is not there.
+    const float film = inside ? 0.7f * static_cast<float>(settings_.spacing) : 0;
+    const Ground found = ground(ray, dot(ray.along, up_), hit.distance, film);
+    if (found.distance < hit.distance) {
+      const Vec3f own =
+          floor_color(ray.from + ray.along * found.distance, ray.along, dice, sample, found.basin);
+      return inside ? veiled(own, found.distance) : own;
     }
     if (!met) return sky(ray.along);
     if (settings_.look == Look::temperature) return warm_color(ray, s, dice, sample, depth, weight);
     if (s.solid) {
       const Vec3f own = lit(s, ray.along, dice, sample, 0.25f);
-      return submerged ? times(own, passing(hit.distance)) : own;
+      return submerged ? veiled(own, hit.distance) : own;
     }
     if (!see_through_) return lit(s, ray.along, dice, sample, 0.35f);
-    if (const auto wetted = inside ? wetted_solid(ray, s) : std::nullopt)
-      return times(lit(*wetted, ray.along, dice, sample, 0.25f), passing(hit.distance));
     return liquid(ray, s, hit.distance, dice, sample, depth, weight);
   }
 
@@ -227,20 +293,11 @@ class Tracer {
     return own * opaque + behind * (1 - opaque);
   }
 
-  /// The solid that a ray leaving the liquid meets at once. Both have a surface where they touch, and the film of
-  /// air that rounding leaves between would be a mirror.
-  std::optional<Surface> wetted_solid(const Ray& ray, const Surface& left) const {
-    Ray on{left.at - ray.along * lift(), ray.along};
-    on.most = static_cast<float>(settings_.spacing);
-    const Hit next = bvh_.nearest(on, Seen::solid);
-    if (!next.any()) return std::nullopt;
-    return surface(on, next);
-  }
-
-  /// What liquid lets through over a distance.
-  Vec3f passing(float distance) const {
+  /// What is seen through a distance of liquid: less of what lies behind, and some light from between.
+  Vec3f veiled(const Vec3f& behind, float distance) const {
     const float x = distance / size_;
-    return {std::exp(-absorbed.x * x), std::exp(-absorbed.y * x), std::exp(-absorbed.z * x)};
+    const Vec3f passed{std::exp(-absorbed.x * x), std::exp(-absorbed.y * x), std::exp(-absorbed.z * x)};
+    return times(behind, passed) + times(scattered, Vec3f{1, 1, 1} - passed);
   }
 
   Vec3f liquid(const Ray& ray, const Surface& s, float distance, Dice& dice, int sample, int depth,
@@ -249,11 +306,11 @@ class Tracer {
     const float cosine = std::clamp(-dot(n, ray.along), 0.02f, 1.0f);
     const float eta = s.outside ? 1 / refraction : refraction;
     const float k = 1 - eta * eta * (1 - cosine * cosine);
-    const Vec3f through = s.outside ? Vec3f{1, 1, 1} : passing(distance);
+    const auto through = [&](const Vec3f& light) { return s.outside ? light : veiled(light, distance); };
     const Vec3f mirrored = unit(ray.along + n * (2 * cosine));
-    if (depth >= deepest || weight < 0.02f) return times(sky(mirrored), through);
+    if (depth >= deepest || weight < 0.04f) return through(sky(mirrored));
     const Ray back{s.at + n * lift(), mirrored};
-    if (k <= 0) return times(color(back, dice, sample, depth + 1, weight, true), through);
+    if (k <= 0) return through(color(back, dice, sample, depth + 1, weight, true));
     const float outer = s.outside ? cosine : std::sqrt(k), grazing = 1 - outer, g2 = grazing * grazing;
     const float fresnel = 0.02f + 0.98f * g2 * g2 * grazing;  // Schlick 1994
     const Vec3f bent = unit(ray.along * eta + n * (eta * cosine - std::sqrt(k)));
@@ -263,31 +320,17 @@ class Tracer {
     const Vec3f reflected = fresnel * weight < 0.03f && depth > 0
                                 ? sky(mirrored)
                                 : color(back, dice, sample, depth + 1, weight * fresnel, !s.outside);
-    return times(refracted * (1 - fresnel) + reflected * fresnel, through);
+    return through(refracted * (1 - fresnel) + reflected * fresnel);
   }
 
   /// Rays start this far from the surface they leave.
   float lift() const { return 1e-4f * size_; }
 
-  /// Of a point in the liquid: between the corners that have a colour.
-  Vec3f paint(const Mesh& mesh, std::size_t t, const float (&share)[3]) const {
-    Vec3f sum{0, 0, 0};
-    float weight = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto* color = color_of(settings_.looks, mesh.material[mesh.triangles[t + k]]);
-      if (color == nullptr) continue;
-      const float part = share[k] + 1e-6f;
-      sum = sum + as_vector(linear(*color)) * part;
-      weight += part;
-    }
-    return sum * (1 / std::max(weight, 1e-6f));
-  }
-
   FrameShapes shapes_;
   Bvh bvh_;
   const TraceSettings& settings_;
-  Vec3f eye_, up_, front_, right_, above_, sun_, across_, middle_;
-  float tangent_ = 1, floor_ = 0, size_ = 1, tile_ = 1;
+  Vec3f eye_, up_, front_, right_, above_, sun_, across_, window_, middle_, basin_low_, basin_high_;
+  float tangent_ = 1, floor_ = 0, basin_floor_ = 0, size_ = 1, tile_ = 1;
   bool see_through_ = false;
 };
 
@@ -315,35 +358,91 @@ Rgb body_color(const TraceSettings& settings, std::size_t body) {
   return index < settings.bodies.size() ? settings.bodies[index] : palette[index % std::size(palette)];
 }
 
-Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings) {
-  Image image(settings.width, settings.height);
-  const Tracer tracer(shapes, camera, settings);
-  std::atomic<int> next_row{0};
+namespace {
+
+/// Calls row(y) for every row, in several threads.
+template <class Row>
+void each_row(int height, int threads, const Row& row) {
+  std::atomic<int> next{0};
   const auto work = [&] {
-    for (int y = next_row++; y < settings.height; y = next_row++) {
-      for (int x = 0; x < settings.width; ++x) {
-        Vec3f sum{0, 0, 0};
-        const int n = settings.samples;
-        for (int s = 0; s < n * n; ++s) {
-          const auto seed = static_cast<std::uint32_t>((y * settings.width + x) * 64 + s);
-          Dice dice(seed);
-          const float px =
-              static_cast<float>(x) + (static_cast<float>(s % n) + dice.next()) / static_cast<float>(n);
-          const float py =
-              static_cast<float>(y) + (static_cast<float>(s / n) + dice.next()) / static_cast<float>(n);
-          sum = sum + tracer.pixel(2 * px / static_cast<float>(settings.width) - 1,
-                                   1 - 2 * py / static_cast<float>(settings.height), dice, s);
-        }
-        image.set(x, y, shown(sum * (1 / static_cast<float>(n * n))));
-      }
-    }
+    for (int y = next++; y < height; y = next++) row(y);
   };
-  const unsigned count = settings.threads > 0 ? static_cast<unsigned>(settings.threads)
-                                              : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned count =
+      threads > 0 ? static_cast<unsigned>(threads) : std::max(1u, std::thread::hardware_concurrency());
   std::vector<std::thread> helpers;
   for (unsigned i = 1; i < count; ++i) helpers.emplace_back(work);
   work();
   for (std::thread& helper : helpers) helper.join();
+}
+
+/// A pixel while samples are added to it.
+struct Pixel {
+  Vec3f sum{0, 0, 0};
+  float count = 0;
+  Rgb first{};    ///< as a monitor shows its first sample,
+  Rgb average{};  ///< and all of those that every pixel has
+};
+
+float difference(const Rgb& a, const Rgb& b) {
+  double most = 0;
+  for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(a[k] - b[k]));
+  return static_cast<float>(most);
+}
+
+}  // namespace
+
+Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSettings& settings) {
+  Image image(settings.width, settings.height);
+  const Tracer tracer(shapes, camera, settings);
+  const int n = settings.samples, all = n * n, few = std::min(2, all);
+  std::vector<Pixel> pixels(static_cast<std::size_t>(settings.width) *
+                            static_cast<std::size_t>(settings.height));
+  const auto at = [&](int x, int y) -> Pixel& {
+    return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(settings.width) +
+                  static_cast<std::size_t>(x)];
+  };
+  const auto sample = [&](int x, int y, int s) {
+    Dice dice(static_cast<std::uint32_t>((y * settings.width + x) * 64 + s));
+    const float px =
+        static_cast<float>(x) + (static_cast<float>(s % n) + dice.next()) / static_cast<float>(n);
+    const float py =
+        static_cast<float>(y) + (static_cast<float>(s / n) + dice.next()) / static_cast<float>(n);
+    return tracer.pixel(2 * px / static_cast<float>(settings.width) - 1,
+                        1 - 2 * py / static_cast<float>(settings.height), dice, s);
+  };
+  const auto order = [&](int k) { return k * (all / few) % all; };  // the first two lie half a pixel apart
+  each_row(settings.height, settings.threads, [&](int y) {
+    for (int x = 0; x < settings.width; ++x) {
+      Pixel& p = at(x, y);
+      for (int k = 0; k < few; ++k) {
+        p.sum = p.sum + sample(x, y, order(k));
+        p.count += 1;
+        if (k == 0) p.first = shown(p.sum);
+      }
+      p.average = shown(p.sum * (1 / p.count));
+    }
+  });
+  // Where a pixel's samples or its neighbours differ by what an eye sees, it gets the rest of its samples.
+  constexpr float seen = 0.02f;
+  each_row(settings.height, settings.threads, [&](int y) {
+    for (int x = 0; x < settings.width; ++x) {
+      Pixel& p = at(x, y);
+      bool uneven = difference(p.first, p.average) > seen;
+      for (const auto& [i, j] :
+           {std::pair{x - 1, y}, std::pair{x + 1, y}, std::pair{x, y - 1}, std::pair{x, y + 1}}) {
+        if (i < 0 || j < 0 || i >= settings.width || j >= settings.height) continue;
+        uneven = uneven || difference(p.average, at(i, j).average) > 2 * seen;
+      }
+      for (int s = 0; s < all && uneven; ++s) {
+        bool done = false;
+        for (int k = 0; k < few; ++k) done = done || s == order(k);
+        if (done) continue;
+        p.sum = p.sum + sample(x, y, s);
+        p.count += 1;
+      }
+      image.set(x, y, shown(p.sum * (1 / p.count)));
+    }
+  });
   return image;
 }
 

@@ -5,6 +5,7 @@
 #include "show/bvh.hpp"
 #include "show/camera.hpp"
 #include "show/image.hpp"
+#include "show/tank.hpp"
 
 namespace runner {
 
@@ -24,7 +25,9 @@ struct TraceSettings {
   double spacing = 0;            ///< [m]
   double extent = 0;             ///< [m] of what a row of pictures shows; 0 = of this frame
   bool has_floor = true;
-  double floor = 0;  ///< its height along the camera's up [m]
+  double floor = 0;       ///< its height along the camera's up [m]
+  std::vector<Bar> tank;  ///< the domain's walls
+  Box basin;              ///< the domain, whose own floor is darker; empty = none is drawn
 };
 
 /// Edge of the floor's tiles for a picture of something this large [m]: 1, 2 or 5 times a power of ten.
