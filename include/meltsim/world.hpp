@@ -80,7 +80,7 @@ class MELTSIM_API World {
   Result<EmitterId> add_emitter(const EmitterDesc& desc);
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& desc);
   /// At any time, also between steps: particles stay where they are, and no bit of what follows changes. Waits for what is
-  /// enqueued. At most 64 probes, 2,097,152 values per sample of all of them, and 4,194,304 heights of gauges (one per half spacing
+  /// enqueued. At most 64 probes, 524,288 values per sample of all of them, and 4,194,304 heights of gauges (one per half spacing
   /// of a line). Errors: invalid_argument (names the field), capacity, out_of_memory.
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
@@ -139,7 +139,7 @@ class MELTSIM_API World {
   Status restore(const void* data, std::size_t bytes);
 
   /// Waits; the samples of every probe, in the order added, since the last call, which are then forgotten. A sub-step that
-  /// halted the World has none. step() waits and puts samples aside on the host when 16 MB of them were not asked for.
+  /// halted the World has none. step() waits and puts samples aside on the host when 0.25 to 4 MB of them were not asked for.
   /// restore() drops those at or after the time that it goes back to.
   Result<std::vector<ProbeSeries>> take_samples();
 

@@ -97,8 +97,8 @@ class Engine {
   /// Waits. Replaces all probes; samples taken so far are lost. The state and its buffers stay as they are.
   /// Error out_of_memory: there are no probes then.
   virtual Status set_probes(const ProbeSetup& setup) = 0;
-  /// Waits; copies the first n values of samples. The sub-step that halted the World, 0 where none did.
-  virtual std::uint64_t samples(std::uint64_t n, double* to) = 0;
+  /// Waits; copies n values of samples. The sub-step that halted the World, 0 where none did.
+  virtual std::uint64_t samples(std::uint64_t first, std::uint64_t n, double* to) = 0;
   /// Waits; values of one probe at once, from the last good state. Error: out_of_memory.
   virtual Status sample(const ProbeSetup& what, std::vector<double>& values) = 0;
 };

@@ -215,9 +215,9 @@ class EngineImpl final : public Engine {
     return {};
   }
 
-  std::uint64_t samples(std::uint64_t n, double* to) override {
+  std::uint64_t samples(std::uint64_t first, std::uint64_t n, double* to) override {
     const WorldStatus s = last_good();
-    probes_.fetch(ex_, n, to);
+    probes_.fetch(ex_, first, n, to);
     return s.halted != 0 ? s.halt_step : 0;
   }
 

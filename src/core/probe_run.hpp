@@ -31,8 +31,8 @@ class ProbeRun {
 
   void link(Frame<T>& w) const { w.probes = views_; }
 
-  void fetch(const E& ex, std::uint64_t n, double* to) const {
-    if (n != 0) ex.download(to, views_.values, n * sizeof(double));
+  void fetch(const E& ex, std::uint64_t first, std::uint64_t n, double* to) const {
+    if (n != 0) ex.download(to, views_.values + first, n * sizeof(double));
   }
 
   /// Waits. derived: density and pressure terms are in the order of the sub-step that halted.

@@ -36,7 +36,6 @@ struct ProbeRecord {
   ProbeDesc desc;
   std::vector<physics::SampleField> fields;
   std::uint32_t width = 0, values = 0;  ///< values per point, in all
-  ProbeSeries kept;                     ///< samples that are on the host already
 };
 
 /// A sample whose values lie on the backend.
@@ -46,6 +45,14 @@ struct PendingSample {
   std::uint64_t due = 0;   ///< bit per probe
   std::uint64_t at = 0;    ///< first of its values
   bool blank = false;      ///< the World was empty: nothing was written
+};
+
+/// Samples that a reading takes: those that were on the host, and those that lie in a region on the backend.
+struct SampleBatch {
+  std::vector<ProbeSeries> series;
+  std::vector<PendingSample> pending;
+  std::uint64_t first = 0, values = 0;  ///< on the backend
+  std::uint64_t region = 0;
 };
 
 class WorldImpl final : public Scheduler {
@@ -153,6 +160,11 @@ class WorldImpl final : public Scheduler {
   void begin_sample(core::SubstepArguments& a, double end);
   void end_sample(const core::SubstepArguments& a, double end);
   void collect_samples();
+  SampleBatch hand_over_samples();
+  void add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
+                   std::vector<ProbeSeries>& to) const;
+  std::vector<ProbeSeries> empty_series() const;
+  std::uint64_t first_of_region() const { return sample_region_ * sample_room_; }
   void drop_samples_from(double time);
   Vec3d up() const;
 
@@ -188,8 +200,12 @@ class WorldImpl final : public Scheduler {
   std::vector<core::BurstArguments> bursts_;
   std::vector<ProbeRecord> probes_;
   std::vector<PendingSample> pending_;
-  std::uint64_t sample_room_ = 0,
-                samples_used_ = 0;  ///< values that the backend has room for; that are there
+  std::vector<ProbeSeries> sampled_;  ///< per probe: on the host already
+  /// The backend's room for samples is in as many regions as there may be readings, and one more: sub-steps write to one of
+  /// them, open readings hold others.
+  std::uint64_t sample_region_ = 0;
+  std::uint64_t sample_room_ = 0;   ///< values of a region
+  std::uint64_t samples_used_ = 0;  ///< those that are in the region that is written to
   bool probes_stale_ = false;       ///< the engine does not have them as they are
   bool emitter_exhausted_ = false;
   std::vector<core::PlacedStage> custom_;

@@ -29,8 +29,9 @@ constexpr NamedField field_names[] = {
 };
 static_assert(std::size(field_names) == physics::sample_fields);
 
-constexpr std::uint64_t most_values = std::uint64_t{1} << 21;  // 16 MB of samples
-constexpr std::uint64_t usual_values = std::uint64_t{1} << 17, usual_samples = 256;
+constexpr std::uint64_t most_values = std::uint64_t{1} << 19;  // of a region: 4 MB
+constexpr std::uint64_t usual_values = std::uint64_t{1} << 15, usual_samples = 256;
+constexpr std::uint64_t sample_regions = most_readings + 1;
 constexpr std::uint64_t most_points = std::uint64_t{1} << 22;
 constexpr double unbounded_reach = 512;  // of a gauge's line, in spacings
 
@@ -208,14 +209,15 @@ core::ProbeSetup WorldImpl::probe_setup() const {
       s.lines.push_back(line);
     }
   }
-  s.room = std::max(values, std::min(most_values, std::max(usual_values, usual_samples * values)));
+  s.region = std::max(values, std::min(most_values, std::max(usual_values, usual_samples * values)));
+  s.room = s.region * sample_regions;
   return s;
 }
 
 Status WorldImpl::place_probes() {
   const core::ProbeSetup setup = probe_setup();
   Status s = engine->set_probes(setup);
-  sample_room_ = s ? setup.room : 0;
+  sample_room_ = s ? setup.region : 0;
   samples_used_ = 0;
   probes_stale_ = !s;
   return s;
@@ -239,15 +241,14 @@ Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
                  core::text("probe \"", record.desc.name, "\": points: gauges would look at ", heights,
                             " heights, one per half spacing, more than ", most_points,
                             "; use fewer gauges or a lower domain")};
-  record.kept.probe = id;
-  record.kept.points = static_cast<std::uint32_t>(p.points.size());
-  record.kept.width = record.width;
   collect_samples();
   probes_.push_back(std::move(record));
+  sampled_.push_back(empty_series().back());
   probes_stale_ = true;
   if (dirty_) return id;  // prepare() places them
   if (Status s = place_probes(); !s) {
     probes_.pop_back();
+    sampled_.pop_back();
     static_cast<void>(place_probes());  // fitted before
     return s.error();
   }
@@ -266,7 +267,7 @@ void WorldImpl::begin_sample(core::SubstepArguments& a, double end) {
   if (a.sampled == 0) return;
   if (samples_used_ + values > sample_room_) collect_samples();
   a.stages |= std::uint64_t{1} << core::stage_sampling_probes;
-  a.sample_at = samples_used_;
+  a.sample_at = first_of_region() + samples_used_;
   samples_used_ += values;
 }
 
@@ -276,38 +277,68 @@ void WorldImpl::end_sample(const core::SubstepArguments& a, double end) {
       {a.index, a.time + 0.5 * (end - a.time), a.sampled, a.sample_at, engine->context().particles == 0});
 }
 
-/// Waits where there are samples: takes them to the host.
-void WorldImpl::collect_samples() {
-  if (pending_.empty()) return;
-  std::vector<double> values(static_cast<std::size_t>(samples_used_), static_cast<double>(NAN));
-  const std::uint64_t halt_step = engine->samples(samples_used_, values.data());
+std::vector<ProbeSeries> WorldImpl::empty_series() const {
+  std::vector<ProbeSeries> all;
+  for (std::size_t k = 0; k < probes_.size(); ++k) {
+    ProbeSeries s;
+    s.probe = ProbeId{static_cast<std::uint32_t>(k), 1};
+    s.points = static_cast<std::uint32_t>(probes_[k].desc.points.size());
+    s.width = probes_[k].width;
+    all.push_back(std::move(s));
+  }
+  return all;
+}
+
+/// Appends what a batch holds: `values`, its values on the backend. Of a World that halted, without the sub-step that did
+/// not count and those after it.
+void WorldImpl::add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
+                            std::vector<ProbeSeries>& to) const {
   const double origin_level = dot(origin_, up());
-  for (const PendingSample& s : pending_) {
-    if (halt_step != 0 && s.step >= halt_step) break;  // that sub-step does not count
-    const double* from = values.data() + s.at;
-    for (std::size_t k = 0; k < probes_.size(); ++k) {
+  for (const PendingSample& s : batch.pending) {
+    if (halt_step != 0 && s.step >= halt_step) break;
+    const double* from = values + (s.at - batch.first);
+    for (std::size_t k = 0; k < to.size(); ++k) {
       if (((s.due >> k) & 1u) == 0) continue;
-      ProbeRecord& p = probes_[k];
-      p.kept.time.push_back(s.time);
-      for (std::uint32_t v = 0; v < p.values; ++v) {
+      const ProbeRecord& p = probes_[k];
+      to[k].time.push_back(s.time);
+      for (std::uint32_t v = 0; v < p.values; ++v, ++from) {
         const double value = s.blank ? static_cast<double>(NAN) : *from;
-        p.kept.values.push_back(p.desc.kind == ProbeKind::level ? value + origin_level : value);
-        ++from;
+        to[k].values.push_back(p.desc.kind == ProbeKind::level ? value + origin_level : value);
       }
     }
   }
-  pending_.clear();
-  samples_used_ = 0;
+}
+
+/// Waits where there are samples: takes them to the host.
+void WorldImpl::collect_samples() {
+  if (pending_.empty()) return;
+  SampleBatch batch;
+  batch.first = first_of_region();
+  batch.pending = std::exchange(pending_, {});
+  std::vector<double> values(static_cast<std::size_t>(std::exchange(samples_used_, 0)));
+  const std::uint64_t halt_step = engine->samples(batch.first, values.size(), values.data());
+  add_samples(batch, values.data(), halt_step, sampled_);
+}
+
+/// All samples that nobody took; their region is no longer written to.
+SampleBatch WorldImpl::hand_over_samples() {
+  SampleBatch batch;
+  batch.region = sample_region_;
+  batch.first = first_of_region();
+  batch.values = std::exchange(samples_used_, 0);
+  batch.pending = std::exchange(pending_, {});
+  batch.series = std::exchange(sampled_, empty_series());
+  return batch;
 }
 
 /// After collect_samples: what will be sampled again.
 void WorldImpl::drop_samples_from(double time_from) {
-  for (ProbeRecord& p : probes_) {
-    std::vector<double>& times = p.kept.time;
+  for (std::size_t k = 0; k < sampled_.size(); ++k) {
+    std::vector<double>& times = sampled_[k].time;
     const auto kept =
         static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time_from) - times.begin());
     times.resize(kept);
-    p.kept.values.resize(kept * p.values);
+    sampled_[k].values.resize(kept * probes_[k].values);
   }
 }
 
@@ -315,14 +346,7 @@ Result<std::vector<ProbeSeries>> WorldImpl::take_samples() {
   collect_samples();
   if (const std::string fault = engine->fault(); !fault.empty())
     return Error{ErrorCode::internal, "device: " + fault};
-  std::vector<ProbeSeries> series;
-  for (ProbeRecord& p : probes_) {
-    ProbeSeries next = p.kept;
-    next.time.clear();
-    next.values.clear();
-    series.push_back(std::exchange(p.kept, std::move(next)));
-  }
-  return series;
+  return std::exchange(sampled_, empty_series());
 }
 
 Result<std::vector<double>> WorldImpl::sample(const std::vector<Vec3d>& points,

@@ -216,7 +216,7 @@ TYPED_TEST(Advance, WaitsForProbes) {
       for (int k = 0; k < 3; ++k) {
         rig.run({"step.begin", "spatial", "sph", "sampling.probes", "step.integrate"}, dt);
         std::vector<double> values(12);
-        EXPECT_EQ(rig.engine->samples(12, values.data()), 0u);
+        EXPECT_EQ(rig.engine->samples(0, 12, values.data()), 0u);
         all.insert(all.end(), values.begin(), values.end());
       }
       EXPECT_GT(rig.engine->synchronize().removed, 0);
