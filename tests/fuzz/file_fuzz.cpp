@@ -309,7 +309,6 @@ std::string one_checkpoint(Random& random, const Settings& settings) {
     return step_world(built.world);
   }
   runner::Checkpoint checkpoint;
-  checkpoint.state.probe_samples.assign(1, 3);
   checkpoint.scene = {{"time", {{"fps", 25.0}}}};
   checkpoint.snapshot = *snapshot;
   runner::write_checkpoint(path, checkpoint);
