@@ -39,6 +39,8 @@ meltsim_install_packages() {
 
 meltsim_build_packages=(g++ cmake ninja-build pkg-config)
 meltsim_runner_packages=(libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-dev libpng-dev zlib1g-dev)
+# For `meltsim render` to end in a movie.
+meltsim_movie_packages=(ffmpeg)
 # povray and gnuplot are small; tests that need chromium, ffmpeg or python3-vtk9 say SKIPPED without them.
 meltsim_test_packages=(libgtest-dev libeigen3-dev libbenchmark-dev python3 binutils povray gnuplot-nox)
 # Not for the viewer: OpenGL and X11 are much to bring to a machine that may have no display, and nothing else needs

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# From a fresh machine to pictures of a melting ice block: installs what is missing, builds, and runs the scene by way of
-# `meltsim render`. With arguments it is `meltsim run ice_block` with them: examples/run_ice_block.sh --time 2 --out /tmp/ice
+# From a fresh machine to a picture, a movie and a page of a melting ice block: installs what is missing, builds, and runs
+# the scene by way of `meltsim render`. With arguments it is `meltsim run ice_block` with them: examples/run_ice_block.sh --time 2 --out /tmp/ice
 # BUILD_DIR (default build/release) is reused when it exists.
 set -euo pipefail
 # shellcheck source=../cmake/setup_debian.sh
@@ -18,7 +18,10 @@ meltsim_build "$build" --target meltsim_runner
 if [ $# -gt 0 ]; then
   command=(run ice_block "$@")
 else  # without POV-Ray, which takes several times as long and which a fresh machine has not
-  command=(render ice_block --fps 10 --pictures 12 --renderer builtin)
+  # Without it there are pictures, a page and no movie.
+  meltsim_install_packages "${meltsim_movie_packages[@]}" || meltsim_say "no ffmpeg: there will be no movie"
+  command=(render ice_block --fps 10 --pictures 0 --size 800x450 --samples 2 --renderer builtin)
 fi
 meltsim_say "$build/bin/meltsim ${command[*]}"
-exec "$build/bin/meltsim" "${command[@]}"
+"$build/bin/meltsim" "${command[@]}"
+meltsim_say "to type \`meltsim\` in this shell: export PATH=\"$(cd "$build/bin" && pwd):\$PATH\""

@@ -78,6 +78,9 @@ class Renderer {
                           small, std::min<int>(sheet_columns, static_cast<int>(small.size())), sheet_width)));
     log_.info("all at a glance: " + sheet);
     if (pictures.size() > 1) movie(pictures);
+    if (exists(directory_.file("still.png"))) log_.info("picture: " + directory_.file("still.png"));
+    if (exists(directory_.file("index.html")))
+      log_.info("page, for any browser: " + directory_.file("index.html"));
     return 0;
   }
 

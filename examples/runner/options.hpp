@@ -39,6 +39,7 @@ struct RunOptions {
   std::optional<double> fps;
   std::optional<std::vector<std::string>> formats;
   bool resume = false, overwrite = false, quiet = false;
+  bool still = true;  ///< still.png, where anything is exported
   LogStyle log = LogStyle::text;
   std::string resume_command;  ///< the command that continues this run, but for --out
 };

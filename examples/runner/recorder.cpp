@@ -35,7 +35,7 @@ double share(std::uint64_t part, std::uint64_t whole) {
 }  // namespace
 
 Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
-                   const RunState* resumed)
+                   const RunState* resumed, bool still)
     : scene_(scene),
       directory_(std::move(directory)),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
@@ -44,10 +44,21 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
       export_(scene, directory_, times_of(kept_stats_)),
       pictures_(scene, directory_, built, planned_frames, resumed) {
   replay_every_ = pictures_.every();
+  still_ = still;
+  // A resumed run has one if it had come so far.
+  wants_still_ = still && !(resumed != nullptr && exists(directory_.file("still.png")));
+}
+
+void Recorder::choose_still(std::uint64_t index) {
+  // Some more melts until the frame is there.
+  constexpr double nearly_half = 0.42;
+  if (!wants_still_ || last_.melted_fraction < nearly_half) return;
+  wants_still_ = false;
+  still_frame_ = index;
 }
 
 bool Recorder::wants_particles(std::uint64_t index) const {
-  return export_.any() || index % replay_every_ == 0;
+  return export_.any() || index == still_frame_ || index % replay_every_ == 0;
 }
 
 Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, meltsim::Reading reading,
@@ -64,15 +75,17 @@ Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, mel
 }
 
 std::shared_ptr<const FrameShapes> Recorder::shapes(meltsim::World& world,
-                                                    const meltsim::ParticleFrame& particles, double time) {
-  if (!wants_world()) return nullptr;
+                                                    const meltsim::ParticleFrame& particles,
+                                                    std::uint64_t index, double time) {
+  if (!wants_world(index)) return nullptr;
   return std::make_shared<const FrameShapes>(export_.shapes(world, time, frame_particles(particles)));
 }
 
 void Recorder::write(Frame frame, meltsim::ParticleFrame particles,
                      std::shared_ptr<const FrameShapes> shapes) {
   const bool seen = wants_particles(frame.index);
-  writer_.push([this, seen, probes = std::exchange(probe_rows_, {}), frame = std::move(frame),
+  const bool still = frame.index == still_frame_;
+  writer_.push([this, seen, still, probes = std::exchange(probe_rows_, {}), frame = std::move(frame),
                 particles = std::move(particles), shapes = std::move(shapes)] {
     const double time = frame.row.time;
     stats_.row(stats_line(frame.row));
@@ -83,7 +96,8 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles,
     const std::vector<FrameParticle> list = frame_particles(particles);
     pictures_.frame(frame.index, time, list);
     replay_every_ = pictures_.every();
-    export_.write(frame.index, time, list, shapes.get());
+    export_.write(frame.index, time, list, export_.wants_shapes() ? shapes.get() : nullptr);
+    if (still && shapes) pictures_.still(*shapes);
   });
 }
 
@@ -127,9 +141,11 @@ void Recorder::save(Checkpoint checkpoint) {
 
 void Recorder::finish() { writer_.finish(); }
 
-void Recorder::pictures(meltsim::World& world, const RunState& state, bool still) {
+void Recorder::pictures(meltsim::World& world, const RunState& state, bool ended) {
   writer_.finish();
-  pictures_.finish(world, state, still);
+  // The frame that was chosen may lie beyond the end.
+  const bool missing = still_ && (wants_still_ || (still_frame_ != none && still_frame_ >= state.next_frame));
+  pictures_.finish(world, state, ended && missing);
 }
 
 }  // namespace runner

@@ -38,14 +38,17 @@ struct Frame {
 class Recorder {
  public:
   /// `resumed`: goes on with the tables in the directory from this state's time.
-  /// `planned_frames` is a guess for pictures, 0 = not known.
+  /// `planned_frames` is a guess for pictures, 0 = not known. `still`: whether still.png is wanted.
   Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
-           const RunState* resumed);
+           const RunState* resumed, bool still);
 
   /// Whether write() needs the particles of frame `index`.
   bool wants_particles(std::uint64_t index) const;
   /// Whether write() needs the World as it is at a frame, so that no step may be taken before.
-  bool wants_world() const { return export_.wants_shapes(); }
+  bool wants_world(std::uint64_t index) const { return export_.wants_shapes() || index == still_frame_; }
+  /// Of a frame whose steps have not been taken yet: still.png will show it if it is the first one from here on that
+  /// is half molten. Called for every frame, so that what is chosen follows from the frames.
+  void choose_still(std::uint64_t index);
   /// What a frame comes to. `row` has step, time, dt and ms_per_step, the reading totals and pieces. From then on the
   /// frame is last(). Frames come in order.
   Frame count(const Built& built, std::uint64_t index, StatsRow row, meltsim::Reading reading,
@@ -55,7 +58,7 @@ class Recorder {
   void write(Frame frame, meltsim::ParticleFrame particles, std::shared_ptr<const FrameShapes> shapes);
   /// Surfaces of a frame, from the World as it is; null where wants_world() is false.
   std::shared_ptr<const FrameShapes> shapes(meltsim::World& world, const meltsim::ParticleFrame& particles,
-                                            double time);
+                                            std::uint64_t index, double time);
   /// Samples every probe for which a sample came due after `since`; one answers all that did.
   void probes(meltsim::World& world, double since, double now);
   /// When the next sample is due; infinite without probes.
@@ -64,8 +67,8 @@ class Recorder {
   void save(Checkpoint checkpoint);
   /// Waits until everything is written.
   void finish();
-  /// The pictures a run ends with.
-  void pictures(meltsim::World& world, const RunState& state, bool still);
+  /// The pictures a run ends with. `ended`: it will not be resumed, so that a still of its end is of use.
+  void pictures(meltsim::World& world, const RunState& state, bool ended);
   /// What went wrong with surfaces, if anything did; after finish().
   const std::string& problem() const;
 
@@ -82,6 +85,10 @@ class Recorder {
   std::vector<std::string> kept_stats_;  ///< rows from before a resume
   StatsRow last_;
   std::uint64_t meltable_left_ = 0;
+  static constexpr std::uint64_t none = ~std::uint64_t{0};
+  bool still_ = true;        ///< still.png is wanted
+  bool wants_still_ = true;  ///< and its frame has not been chosen yet
+  std::uint64_t still_frame_ = none;
   std::vector<std::string> probe_rows_;  ///< since the last frame
   std::atomic<std::uint64_t> replay_every_{1};
   // The writer's, while it runs.

@@ -73,7 +73,7 @@ void Run::resolve_dt() {
 }
 
 void Run::begin() {
-  recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr);
+  recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr, wants_still());
   state_.meltable = built_.meltable;
   write_run_json({});
   recorder_->probes(built_.world, -1, state_.time);
@@ -118,7 +118,7 @@ void Run::resume() {
     state_.rest = {};
     state_.limits.assign(readings_behind, built_.world.stable_dt());
   }
-  recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_);
+  recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_, wants_still());
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
 }
@@ -258,7 +258,7 @@ void Run::enqueue(const Batch& batch) {
   request(flight);
   flights_.push_back(flight);
   recorder_->probes(built_.world, flight.time, state_.time);
-  if (flight.ends_frame && recorder_->wants_world()) settle_all();
+  if (flight.ends_frame && recorder_->wants_world(state_.next_frame - 1)) settle_all();
 }
 
 void Run::request(Flight& flight) {
@@ -320,6 +320,8 @@ void Run::settle_frame(const Flight& flight, meltsim::Reading reading) {
   frame_stepping_ = times_.stepping;
   frames_.push_back({recorder_->count(built_, flight.next_frame, row, std::move(reading), state_.meltable),
                      flight.particles});
+  recorder_->choose_still(
+      std::max(state_.next_frame, flight.next_frame + 2));  // the same when fewer steps are ahead
   check_melted(flight.batch.end);
 }
 
@@ -340,9 +342,9 @@ void Run::write_frame() {
     particles = std::move(expect(built_.world.take(open.particles)).particles);
   }
   std::shared_ptr<const FrameShapes> shapes;
-  if (recorder_->wants_world()) {
+  if (recorder_->wants_world(open.frame.index)) {
     const Stopwatch watch(times_.surfaces);
-    shapes = recorder_->shapes(built_.world, particles, open.frame.row.time);
+    shapes = recorder_->shapes(built_.world, particles, open.frame.index, open.frame.row.time);
   }
   const Stopwatch watch(times_.writing);
   recorder_->write(std::move(open.frame), std::move(particles), std::move(shapes));

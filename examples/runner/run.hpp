@@ -79,6 +79,7 @@ class Run {
   std::string resume_hint() const;
   std::string divergence_message() const;
   void finish_pictures(Outcome outcome);
+  bool wants_still() const;
   int report(Outcome outcome);
 
   const Scene& scene_;

@@ -132,13 +132,14 @@ Json Run::timings_json() const {
   return {{"wall", wall}};
 }
 
+bool Run::wants_still() const { return options_.still && !scene_.output.formats.empty(); }
+
 /// After a divergence or an interrupt, that and how to go on must be said even where no picture can be made.
 void Run::finish_pictures(Outcome outcome) {
   try {
     const Stopwatch watch(times_.pictures);
     // An interrupted run is to end soon, and its picture is made when it is resumed and done.
-    const bool still = outcome != Outcome::interrupted && !scene_.output.formats.empty();
-    recorder_->pictures(built_.world, state_, still);
+    recorder_->pictures(built_.world, state_, outcome != Outcome::interrupted);
   } catch (const Failure& failure) {
     if (outcome == Outcome::finished) throw;
     log_.warn(fmt::format("pictures: {}", failure.what()));

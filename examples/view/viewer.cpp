@@ -55,6 +55,8 @@ class Viewer {
     state_.paused = options.paused;
     state_.edits = session_.edits();
     look_.panel = options.panel;
+    // Balls of liquid would hide the bodies in it.
+    if (!session_.scene().bodies.empty()) look_.liquid_size = 0.4f;
     look_.temperature = temperature_range(session_.scene());
     const bool heats = session_.scene().world.heat.model != meltsim::HeatModel::none;
     look_.by = options.color.value_or(heats ? ColorBy::temperature : ColorBy::speed);

@@ -150,7 +150,7 @@ class Own(Pictures):
             self.meltsim("render", "run", "--renderer", "builtin", "--pictures", "1")
 
     def test_every_run_ends_in_a_picture(self):
-        self.run_scene("--frames", "1", "--export", "none", "--set", "output.picture.look=temperature",
+        self.run_scene("--frames", "1", "--export", "html", "--set", "output.picture.look=temperature",
                        "--set", "emitters=[]")
         width, height, _ = read_png(self.path("run", "still.png"))
         self.assertEqual((width, height), (64, 36))
@@ -158,6 +158,22 @@ class Own(Pictures):
         self.assertGreater(sum(n for (r, _, b), n in shown.items() if b > r + 50), 10)  # ice at -10
         self.assertGreater(sum(n for (r, _, b), n in shown.items() if r > b + 50), 50)  # water at 40
         self.assertEqual(os.listdir(self.path("run", "frames")), [])
+
+    def test_a_run_ends_without_a_picture_where_none_is_wanted(self):
+        for options in (["--export", "none"], ["--no-still"]):
+            shutil.rmtree(self.path("run"), ignore_errors=True)
+            self.run_scene("--frames", "1", *options)
+            self.assertFalse(os.path.exists(self.path("run", "still.png")))
+            self.assertTrue(os.path.exists(self.path("run", "index.html")))
+
+    def test_the_still_is_half_molten(self):
+        """At the end nothing red is left: red ice becomes clear water."""
+        self.run_scene(*MELT, "--set", "heat.time_scale=2e6", "--export", "html", "--set", "emitters=[]",
+                       "--set", "materials.ice.color=[0.9, 0.05, 0.05]", "--set", "output.picture.look=natural")
+        final = json.loads(Path(self.path("run", "run.json")).read_text())["final"]
+        self.assertEqual(final["n_solid"], 0)
+        red = sum(n for (r, g, b), n in colors(self.path("run", "still.png")).items() if r > 2 * max(g, b))
+        self.assertGreater(red, 5)  # of 64 x 36
 
     def test_nothing_at_all_is_a_picture_of_the_floor(self):
         self.run_scene("--frames", "1", *DRY, "--set", "bodies=[]", "--export", "surface,obj,glb,pov,png,ply,vtp")

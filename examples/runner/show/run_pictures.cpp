@@ -60,7 +60,7 @@ void RunPictures::finish(meltsim::World& world, const RunState& state, bool stil
   }
   const Box seen = view_box(scene_, box_of(frames));
   write_page(std::move(frames), seen, state);
-  if (still) write_still(world, particles, seen, state.time);
+  if (still) write_still(world_shapes(world, scene_, state.time, particles, problem_), seen);
 }
 
 void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {
@@ -77,9 +77,11 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   write_file(directory_.file("index.html"), replay_page(page, frames));
 }
 
-void RunPictures::write_still(meltsim::World& world, const std::vector<FrameParticle>& particles,
-                              const Box& seen, double time) {
-  const FrameShapes shapes = world_shapes(world, scene_, time, particles, problem_);
+void RunPictures::still(const FrameShapes& shapes) {
+  write_still(shapes, view_box(scene_, box_of(replay_.frames())));
+}
+
+void RunPictures::write_still(const FrameShapes& shapes, const Box& seen) {
   const auto [cold, hot] = temperature_range(scene_);
   const Camera camera = scene_camera(scene_, seen);
   if (eye_in_solid(shapes, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";

@@ -7,6 +7,7 @@
 #include "run_directory.hpp"
 #include "show/camera.hpp"
 #include "show/replay.hpp"
+#include "show/shapes.hpp"
 
 namespace runner {
 
@@ -21,6 +22,8 @@ class RunPictures {
   void frame(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
   /// With the checkpoint: what a resumed run needs.
   void save() const;
+  /// still.png of a frame. Touches no World: another thread than the World's may call it.
+  void still(const FrameShapes& shapes);
   /// The pictures a run ends with: index.html and, if `still` says so, still.png.
   void finish(meltsim::World& world, const RunState& state, bool still);
   /// Why the still is not what it should be, if so.
@@ -28,8 +31,7 @@ class RunPictures {
 
  private:
   void write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const;
-  void write_still(meltsim::World& world, const std::vector<FrameParticle>& particles, const Box& seen,
-                   double time);
+  void write_still(const FrameShapes& shapes, const Box& seen);
 
   const Scene& scene_;
   RunDirectory directory_;
