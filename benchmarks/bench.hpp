@@ -15,7 +15,7 @@
 //   profile/<name>[_<what>]/cuda/<particles>              one step between cudaProfilerStart and -Stop, for
 //                                                         ncu; only where MELTSIM_BENCHMARK_PROFILE is set
 //
-// 2d is a support of 2 spacings, otherwise 2.5; double is the precision, otherwise single. All times are
+// gauges and points: with so many probes, samples read after every few steps. 2d is a support of 2 spacings, otherwise 2.5; double is the precision, otherwise single. All times are
 // manual: events on CUDA (verbs, stages), the clock of the host elsewhere. A stage's time is the median over
 // the last steps of a World with timings on, taken once per repetition; the World goes on between them.
 //
@@ -66,12 +66,18 @@ struct Scene {
   meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
   std::string layout;  ///< of the comparison of searches: "pool", "slosh" or "droplets"
 
-  bool plain() const { return support == 2.5 && half_width == 2 && !in_double && layout.empty(); }
+  std::string
+      probes;  ///< what is sampled: "gauges" (8 levels at 1 kHz), "points" (1000 at every step), or nothing
+
+  bool plain() const {
+    return support == 2.5 && half_width == 2 && !in_double && layout.empty() && probes.empty();
+  }
   /// Of 5 million particles or more: measured in few steps.
   bool large() const { return block.all() >= 5000000; }
-  /// "2d", "double", "w3", "<layout>_<search>", or nothing where plain().
+  /// "2d", "double", "w3", "gauges", "points", "<layout>_<search>", or nothing where plain().
   std::string what() const {
     if (!layout.empty()) return layout + "_" + search_name();
+    if (!probes.empty()) return probes;
     if (half_width != 2) return "w" + std::to_string(half_width);
     return in_double ? "double" : plain() ? "" : "2d";
   }
@@ -112,6 +118,8 @@ std::vector<Scene> scenes(Backend backend);
 std::vector<Scene> search_scenes(Backend backend);
 /// Regions of other half-widths.
 std::vector<Scene> width_scenes(Backend backend);
+/// Water with probes.
+std::vector<Scene> probe_scenes(Backend backend);
 /// The rows of the paper's Table 2 and the sizes of its Fig. 7.
 std::vector<Scene> paper_scenes(Backend backend);
 
@@ -126,6 +134,8 @@ void register_step(const Scene& scene, Backend backend);
 void register_searches();
 /// What regions of half-widths from 1 to 8 cost.
 void register_widths();
+/// What probes add to a step: beside scene/water.
+void register_probes();
 void register_paper();
 void register_threads();
 /// Surfaces of the scene of 60,500 particles, and on CUDA of the one of a million.

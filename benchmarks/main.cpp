@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   bench::register_scenes();
   bench::register_searches();
   bench::register_widths();
+  bench::register_probes();
   bench::register_paper();
   bench::register_threads();
   bench::register_surfaces();

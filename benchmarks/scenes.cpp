@@ -213,6 +213,21 @@ std::vector<Scene> width_scenes(Backend backend) {
   return all;
 }
 
+std::vector<Scene> probe_scenes(Backend backend) {
+  std::vector<Scene> all;
+  for (const char* probes : {"gauges", "points"}) {
+    Scene s;
+    s.name = "water";
+    s.probes = probes;
+    s.block = {44, 25, 55};
+    all.push_back(s);
+    if (backend == Backend::cpu) continue;
+    s.block = {100, 100, 100};
+    all.push_back(s);
+  }
+  return all;
+}
+
 std::vector<Scene> paper_scenes(Backend backend) {
   std::vector<Scene> all;
   const auto add = [&all](const char* name, Sites block, Sites ice) {
@@ -233,6 +248,26 @@ std::vector<Scene> paper_scenes(Backend backend) {
   return all;
 }
 
+namespace {
+void add_probes(meltsim::World& world, const Scene& s) {
+  meltsim::ProbeDesc d;
+  const meltsim::Vec3d size = world.desc().domain.max;
+  const bool gauges = s.probes == "gauges";
+  const int n = gauges ? 8 : 1000;
+  for (int k = 0; k < n; ++k) {
+    const double x = (k % 10 + 0.5) / 10, y = (k / 10 % 10 + 0.5) / 10, z = (k / 100 + 0.5) / 10;
+    d.points.push_back({x * size.x, y * size.y, z * size.z});
+  }
+  if (gauges) {
+    d.kind = meltsim::ProbeKind::level;
+    d.every = 1e-3;
+  } else {
+    d.fields = {"pressure", "velocity"};
+  }
+  value_of(world.add_probe(d));
+}
+}  // namespace
+
 Running* running(const Scene& scene, Backend backend) {
   // Only one World at a time: a million particles and their history would otherwise pile up.
   static std::unique_ptr<Running> current;
@@ -245,6 +280,7 @@ Running* running(const Scene& scene, Backend backend) {
   const double dt = scene.paper ? paper_step : 0.25 * world.resolved().stable_dt;
   const meltsim::Totals totals = value_of(world.totals());
   const std::uint64_t particles = totals.fluid + totals.solid;
+  if (!scene.probes.empty()) add_probes(world, scene);
   // Load kernels, touch memory, and let the surface of the ice warm until some of it melts.
   const int warm_up = scene.threads != 0 || scene.large() ? 8 : backend == Backend::cuda ? 40 : 16;
   for (int k = 0; k < warm_up; ++k) succeed(world.step(dt));

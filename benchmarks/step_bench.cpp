@@ -19,6 +19,8 @@ void run(benchmark::State& state, const Scene& scene, Backend backend, int steps
     const auto start = std::chrono::steady_clock::now();
     for (int k = 0; k < steps; ++k)
       if (!now->world.step(now->dt)) return state.SkipWithError("a step was refused");
+    if (!scene.probes.empty() && !now->world.take_samples())
+      return state.SkipWithError("samples were refused");
     const meltsim::StepResult r = now->world.synchronize();
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     if (r.halted) return state.SkipWithError(r.halt_reason.c_str());
@@ -66,6 +68,11 @@ void register_paper() {
       if (backend == Backend::cpu) add(name, scene, backend, 1, 2);
       else add(name, scene, backend, 2, 8);
     }
+}
+
+void register_probes() {
+  for (const Backend backend : backends())
+    for (const Scene& scene : probe_scenes(backend)) register_step(scene, backend);
 }
 
 void register_threads() {
