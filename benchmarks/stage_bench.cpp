@@ -42,7 +42,7 @@ struct Medians {
 Medians measure(Running& now, const Scene& scene, Backend backend) {
   // Long enough for the stages that run every 16 steps.
   const int steps = backend == Backend::cuda && !scene.large() ? 64 : 16;
-  now.world.scheduler().enable_timings(true);
+  static_cast<void>(now.world.scheduler().enable_timings(true, 1));  // every sub-step
   Medians m;
   for (int k = 0; k < steps; ++k) {
     if (!now.world.step(now.dt)) return m;
@@ -50,7 +50,7 @@ Medians measure(Running& now, const Scene& scene, Backend backend) {
   }
   if (now.world.synchronize().halted) return m;
   const meltsim::Plan plan = now.world.plan();
-  now.world.scheduler().enable_timings(false);  // whole steps are measured without
+  static_cast<void>(now.world.scheduler().enable_timings(false));  // whole steps are measured without
   m.particles = now.particles;
   for (const meltsim::StageReport& stage : plan.stages)
     if (stage.runs) m.ms[stage.name] = stage.median_ms;

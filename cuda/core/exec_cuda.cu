@@ -491,7 +491,8 @@ void CudaExec::begin_stage(int index, const char* name) {
     for (int k = 0; k < StageEvents::ring && own_->timing; ++k)
       own_->timing =
           check(cudaEventCreate(&s.start[k]), "timing") && check(cudaEventCreate(&s.stop[k]), "timing");
-  s.pending[s.next] = false;  // a run that nobody asked about in time is forgotten
+  if (s.pending[s.next]) harvest();
+  s.pending[s.next] = false;  // one that has not ended yet is forgotten
   if (own_->timing) own_->timing = check(cudaEventRecord(s.start[s.next], stream_), "timing");
 }
 

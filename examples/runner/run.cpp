@@ -39,8 +39,7 @@ Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirecto
 
 int Run::execute() {
   watch_interrupts();
-  // On a GPU timings would run every sub-step stage by stage.
-  if (built_.world.backend() == meltsim::Backend::cpu) built_.world.scheduler().enable_timings(true);
+  static_cast<void>(built_.world.scheduler().enable_timings(true));
   resolve_dt();
   last_result_ = built_.world.synchronize();
   times_.start_up = seconds_since(program_start());

@@ -198,7 +198,7 @@ class Viewer {
     const double elapsed = seconds_since(last_frame_);
     last_frame_ = Clock::now();
     const bool timed = state_.timings && look_.panel;
-    if (timed != timed_) session_.world().scheduler().enable_timings(timed_ = timed);
+    if (timed != timed_) static_cast<void>(session_.world().scheduler().enable_timings(timed_ = timed, 60));
     const std::uint64_t before = session_.world().steps();
     feed_.before_steps();
     if (options_.scripted() && !state_.paused) {

@@ -20,7 +20,7 @@ struct StageReport {
   bool runs = false;
   std::string reason;    ///< why it runs or why it is left out
   int interval = 1;      ///< runs every this many steps; 0 = when the host asks
-  double median_ms = 0;  ///< over the last timed steps; 0 when timing is off
+  double median_ms = 0;  ///< of the last timed sub-steps, run by itself; 0 when there was none
 };
 
 struct ChannelReport {
@@ -38,6 +38,10 @@ struct Plan {
   std::uint64_t bytes = 0;  ///< all buffers together
   /// CUDA graphs made since the last change of the scene: one per kind of sub-step, then they are replayed.
   std::uint64_t graphs = 0;
+  int timings_every = 0;  ///< stages are timed in one sub-step of so many; 0 = in none
+  /// Median time of whole sub-steps as they usually run [ms], measured as often as stages; 0 when none was, as when every
+  /// sub-step is timed stage by stage.
+  double substep_ms = 0;
   /// The plan as a table for a terminal.
   MELTSIM_API std::string to_string() const;
 };
@@ -82,8 +86,10 @@ class MELTSIM_API Scheduler {
   virtual Status set_interval(const std::string& module, int n) = 0;
   /// Switches a module off or on again. "spatial" and "step" cannot be switched off.
   virtual Status enable(const std::string& module, bool on) = 0;
-  /// Per-stage timing. On CUDA it records events; the medians are read at synchronize().
-  virtual void enable_timings(bool on) = 0;
+  /// Times stages in one sub-step of every `every`. That sub-step runs them one after another, which costs about as much
+  /// as three others; its results are the same. The medians are in plan(), which does not wait for the device.
+  /// Errors: `every` below 1.
+  virtual Status enable_timings(bool on, int every = 400) = 0;
 };
 
 }  // namespace v0

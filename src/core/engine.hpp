@@ -39,7 +39,8 @@ struct SubstepArguments {
 };
 
 /// Numbers for timings beyond the stage table.
-inline constexpr int surface_stage = stage_count, custom_stage = stage_count + 1;
+inline constexpr int surface_stage = stage_count, whole_substep = stage_count + 1,
+                     custom_stage = stage_count + 2;
 
 /// A host's stage and where it goes.
 struct PlacedStage {
@@ -88,7 +89,8 @@ class Engine {
                                      const EngineSetup&) const = 0;
   virtual std::uint64_t free_bytes() const = 0;
   virtual void set_custom_stages(const std::vector<PlacedStage>* stages) = 0;
-  virtual void enable_timings(bool on) = 0;
+  /// Stages are timed in one sub-step of `every`; 0 = in none.
+  virtual void enable_timings(int every) = 0;
   virtual double median_ms(int stage) = 0;  ///< custom_stage + k for custom stage k
   virtual StageContext context() const = 0;
   /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet

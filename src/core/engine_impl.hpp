@@ -24,6 +24,7 @@
 #include "core/shortcuts.hpp"
 #include "core/stage_functions.hpp"
 #include "core/surface_run.hpp"
+#include "core/timings.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "spatial/neighbour_words.hpp"
 
@@ -50,7 +51,9 @@ class EngineImpl final : public Engine {
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
   void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
-  void enable_timings(bool on) override { timed_ = on; }
+  void enable_timings(int every) override {
+    if (every != sampling_.every) sampling_ = {every};
+  }
   double median_ms(int stage) override { return ex_.collect().median(stage); }
   std::string fault() override {
     const std::string device = ex_.fault();
@@ -113,6 +116,8 @@ class EngineImpl final : public Engine {
     buffers_.turn(w_);
     // A host's own stages may do anything, timings and checks look at stages one by one.
     const bool own_stages = custom_ != nullptr && !custom_->empty();
+    const Sample sample = sampling_.next();
+    timed_ = sample == Sample::stages;
     const bool plain = !timed_ && !checked_build && !own_stages;
     // As long as this one is, so that particles drift as far; and nothing moves them between the two.
     const bool alone = !own_stages && !ex_.host_captures();
@@ -152,7 +157,10 @@ class EngineImpl final : public Engine {
       else run(stage_step_begin, stage_functions<E, T>[stage_step_begin]);
     };
     if (plain) {
+      const bool whole = sample == Sample::whole;
+      if (whole) ex_.begin_stage(whole_substep, "sub-step");
       ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
+      if (whole) ex_.end_stage(whole_substep);
     } else {
       begin();
       run_stages(a);
@@ -202,7 +210,7 @@ class EngineImpl final : public Engine {
 
   Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
     if (!w_.slots_of_all) index_all();  // it takes particles in order of id
-    auto halted = surface_.run(ex_, w_, reserved_, timed_, request, mesh);
+    auto halted = surface_.run(ex_, w_, reserved_, sampling_.every != 0, request, mesh);
     // The flag stays up after the World went back to its last good state.
     return halted && *halted && rolled_back_ ? Result<bool>(false) : halted;
   }
@@ -275,8 +283,10 @@ class EngineImpl final : public Engine {
   /// Waits. The status, and the World in its last good state, which the buffers may not show yet.
   WorldStatus last_good() {
     WorldStatus s;
-    if (timed_ || w_.f.status == nullptr) ex_.synchronize();
-    if (w_.f.status == nullptr) return s;
+    if (w_.f.status == nullptr) {
+      ex_.synchronize();
+      return s;
+    }
     ex_.download(&s, w_.f.status, sizeof s);
     roll_back(s);
     return s;
@@ -464,7 +474,9 @@ class EngineImpl final : public Engine {
   Scales scales_;
   std::uint64_t last_index_ = 0;
   std::uint64_t reserved_ = 0;  ///< items that verbs may work on
-  bool timed_ = false, rolled_back_ = false, rebuild_ = true;
+  Sampling sampling_;
+  bool timed_ = false;  ///< this sub-step
+  bool rolled_back_ = false, rebuild_ = true;
   double counted_dt_ = 0;  ///< of the sub-step before
   double mass_ = 0;        ///< checked builds: at the upload [kg]
   std::string broken_;     ///< checked builds: the first broken invariant

@@ -50,6 +50,8 @@ Plan WorldImpl::plan() {
   }
   p.bytes += engine->scratch_bytes();
   p.graphs = engine->graphs();
+  p.timings_every = timings_every_;
+  p.substep_ms = engine->median_ms(core::whole_substep);
   return p;
 }
 
@@ -70,7 +72,16 @@ std::string Plan::to_string() const {
   }
   std::snprintf(line, sizeof line, "total                  %llu bytes\n",
                 static_cast<unsigned long long>(bytes));
-  return out + line;
+  out += line;
+  if (timings_every == 0) return out;
+  std::snprintf(line, sizeof line, "timings                of one sub-step in %d, stage by stage\n",
+                timings_every);
+  out += line;
+  if (substep_ms > 0) {
+    std::snprintf(line, sizeof line, "a whole sub-step       %.4f ms as it usually runs\n", substep_ms);
+    out += line;
+  }
+  return out;
 }
 
 /// Channels of a scene with these facts and the custom stages there are. Of what such a stage can see, only enthalpies are
@@ -159,9 +170,12 @@ Status WorldImpl::enable(const std::string& module, bool on) {
   return {};
 }
 
-void WorldImpl::enable_timings(bool on) {
-  timed_ = on;
-  engine->enable_timings(on);
+Status WorldImpl::enable_timings(bool on, int every) {
+  if (every < 1)
+    return invalid("enable_timings: every: must be >= 1, got ", every, "; 1 times every sub-step");
+  timings_every_ = on ? every : 0;
+  engine->enable_timings(timings_every_);
+  return {};
 }
 
 }  // namespace v0

@@ -2,11 +2,38 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 namespace meltsim {
 inline namespace v0 {
 namespace core {
+
+/// What of a sub-step is timed.
+enum class Sample { nothing, stages, whole };
+
+/// Times the stages of one sub-step of every `every`, and the whole of the next. Which one of them follows no period, so that
+/// stages that run in one sub-step of several get their turn whatever `every` is.
+struct Sampling {
+  int every = 0;  ///< 0: nothing is timed
+  std::uint64_t count = 0;
+  Sample next() {
+    if (every == 0) return Sample::nothing;
+    const auto n = static_cast<std::uint64_t>(every), window = count / n, place = count++ % n;
+    // Not the very first sub-steps, which load what later ones find loaded.
+    const std::uint64_t stages = window == 0 ? std::min<std::uint64_t>(n - 1, 8) : scattered(window) % n;
+    return place == stages ? Sample::stages : place == (stages + 1) % n ? Sample::whole : Sample::nothing;
+  }
+
+ private:
+  /// The mixing function of splitmix64 (Steele, Lea & Flood 2014, OOPSLA).
+  static std::uint64_t scattered(std::uint64_t x) {
+    x *= 0x9e3779b97f4a7c15u;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+  }
+};
 
 /// The last `window` durations of every stage; the median is what is reported.
 class Timings {

@@ -101,7 +101,7 @@ class WorldImpl final : public Scheduler {
   Status remove(const std::string& name) override;
   Status set_interval(const std::string& module, int n) override;
   Status enable(const std::string& module, bool on) override;
-  void enable_timings(bool on) override;
+  Status enable_timings(bool on, int every) override;
 
   WorldDesc desc;
   std::string backend_reason;
@@ -212,7 +212,7 @@ class WorldImpl final : public Scheduler {
   std::uint32_t disabled_facts_ = 0;
   std::vector<std::string> disabled_modules_;
   int thermal_interval_ = 1, topology_interval_ = 1;
-  bool timed_ = false;
+  int timings_every_ = 0;
   struct OpenReading {
     ReadTicket ticket;
     Reading reading;

@@ -138,7 +138,7 @@ Status WorldImpl::prepare() {
   setup.particle_capacity = static_cast<std::uint32_t>(capacity);
   if (Status s = engine->upload(constants(), lattice_, state_, setup); !s) return s;
   engine->set_custom_stages(&custom_);
-  engine->enable_timings(timed_);
+  engine->enable_timings(timings_every_);
   dirty_ = false;
   return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
 }

@@ -552,7 +552,7 @@ class Sequence {
         break;
       }
       case 2:
-        s.enable_timings(chance(0.5));
+        static_cast<void>(s.enable_timings(chance(0.5), chance(0.5) ? 1 : 3));
         break;
       default:
         (void)guarded_call("insert_after", [&] {

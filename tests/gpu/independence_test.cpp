@@ -28,7 +28,7 @@ TEST(Repeatability, TimingsAndReadBackChangeNothing) {
   MELTSIM_NEEDS_GPU();
   World plain = make_world({});
   World watched = make_world({});
-  watched.scheduler().enable_timings(true);
+  ASSERT_TRUE(watched.scheduler().enable_timings(true, 1));
   for (int k = 0; k < 4; ++k) {
     step(watched, 5);
     value_of(watched.particles());

@@ -6,6 +6,8 @@
 
 #include <vector>
 
+#include "core/timings.hpp"
+
 namespace {
 
 using namespace meltsim::core;
@@ -128,6 +130,29 @@ TEST(Schedule, ShapeMatchingStepsAsideForSums) {
   EXPECT_EQ(ended_before(many)[stage_thermal_operands] & stage_bit(stage_sph_density), 0u);
   // Without liquid and heat there is nothing to step aside for.
   EXPECT_EQ(make_schedule(stages_of(solids | fact_dry)).aside, 0u);
+}
+
+// Every window of `every` sub-steps has one whose stages are timed and, where there is room, one that is timed as a whole;
+// sub-steps that are a multiple of 16, in which pieces are looked for by default, are among them about once in 16 times.
+TEST(Sampling, TimesOneSubStepOfEachWindowAndAllKindsOfThem) {
+  for (const int every : {1, 2, 3, 16, 64, 400}) {
+    Sampling sampling{every};
+    int multiples = 0;
+    for (int window = 0; window < 64; ++window) {
+      int stages = 0, whole = 0;
+      for (int n = 0; n < every; ++n) {
+        const Sample s = sampling.next();
+        stages += s == Sample::stages ? 1 : 0;
+        whole += s == Sample::whole ? 1 : 0;
+        multiples += s == Sample::stages && (window * every + n) % 16 == 0 ? 1 : 0;
+      }
+      EXPECT_EQ(stages, 1) << every;
+      EXPECT_EQ(whole, every > 1 ? 1 : 0) << every;
+    }
+    EXPECT_GE(multiples, 2) << every;
+    EXPECT_LE(multiples, 8) << every;
+  }
+  EXPECT_EQ(Sampling{}.next(), Sample::nothing);
 }
 
 }  // namespace

@@ -72,18 +72,43 @@ TEST_P(WaterAlone, IsTheSameStageByStage) {
   for (std::size_t k = 0; k < scenes.size(); ++k) {
     scenes[k].precision = GetParam();
     scenes[k].velocity = {0.5, 0, 0.3};
-    World plain = make_water(scenes[k]), timed = make_water(scenes[k]), now_and_then = make_water(scenes[k]);
-    timed.scheduler().enable_timings(true);
+    World plain = make_water(scenes[k]), timed = make_water(scenes[k]), now_and_then = make_water(scenes[k]),
+          sampled = make_water(scenes[k]);
+    require(sampled.scheduler().enable_timings(true, 3));
+    require(timed.scheduler().enable_timings(true, 1));
     for (int n = 0; n < 12; ++n) {
-      now_and_then.scheduler().enable_timings(n % 3 == 1);
-      for (World* w : {&plain, &timed, &now_and_then}) require(w->step(4e-3));
+      require(now_and_then.scheduler().enable_timings(n % 3 == 1, 1));
+      for (World* w : {&plain, &timed, &now_and_then, &sampled}) require(w->step(4e-3));
     }
     const StepResult r = plain.synchronize();
     ASSERT_FALSE(r.halted) << r.halt_reason;
     EXPECT_EQ(scenes[k].jet, r.removed != 0) << "scene " << k;
     EXPECT_EQ(*plain.state_hash(), *timed.state_hash()) << "scene " << k;
     EXPECT_EQ(*plain.state_hash(), *now_and_then.state_hash()) << "scene " << k;
+    EXPECT_EQ(*plain.state_hash(), *sampled.state_hash()) << "scene " << k;
   }
+}
+
+// The plan says how timings were taken. A whole sub-step is only timed where stages are not.
+TEST_P(WaterAlone, SaysHowItWasTimed) {
+  Water water;
+  water.precision = GetParam();
+  World w = make_water(water);
+  EXPECT_EQ(w.plan().timings_every, 0);
+  EXPECT_EQ(w.scheduler().enable_timings(true, 0).error().code, ErrorCode::invalid_argument);
+  for (const int every : {3, 1}) {
+    require(w.scheduler().enable_timings(true, every));
+    for (int n = 0; n < 6; ++n) require(w.step(4e-3));
+    w.synchronize();
+    const Plan plan = w.plan();
+    EXPECT_EQ(plan.timings_every, every);
+    EXPECT_GT(plan.substep_ms, 0);  // of the sampled ones, also later
+    for (const StageReport& stage : plan.stages)
+      if (stage.name == "sph.forces") EXPECT_GT(stage.median_ms, 0);
+    EXPECT_NE(plan.to_string().find("one sub-step in " + std::to_string(every)), std::string::npos);
+  }
+  require(w.scheduler().enable_timings(false));
+  EXPECT_EQ(w.plan().timings_every, 0);
 }
 
 // Sound at 5 m/s allows sub-steps of 20 ms, in which 40 m/s are 0.8 m: more than H.
@@ -100,10 +125,10 @@ TEST_P(WaterAlone, ThatHaltsKeepsItsLastGoodState) {
       for (int k = 0; k < steps; ++k) require(w.step(1e-3));
       const auto good = *w.state_hash();
       const double time = w.time();
-      w.scheduler().enable_timings(timed);
+      require(w.scheduler().enable_timings(timed, 1));
       require(w.step(0.02));
       EXPECT_EQ(*w.state_hash(), good);
-      w.scheduler().enable_timings(!timed);
+      require(w.scheduler().enable_timings(!timed, 1));
       require(w.step(0.02));  // enqueued behind it, does nothing
       const StepResult r = w.synchronize();
       EXPECT_TRUE(r.halted);
