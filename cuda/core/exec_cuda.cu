@@ -96,6 +96,8 @@ struct CudaExec::Owned {
   bool entered[most_tracks] = {};         // since begin_tracks
   std::vector<cudaEvent_t> marks;         // a stage has ended; the last one: the tracks begin
   Queue queue;
+  cudaStream_t copies = nullptr;  // to page-locked memory
+  cudaEvent_t copies_begin = nullptr;
   std::uint64_t launches = 0, captures = 0;
   std::size_t known = 0;
   int most_urgent = 0;  // priorities are 0 and below
@@ -123,6 +125,8 @@ CudaExec::CudaExec(int device, void* stream)
   own_->marks.resize(stage_count + 1);
   for (cudaEvent_t& e : own_->marks)
     check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming), "making an event");
+  make(&own_->copies);
+  check(cudaEventCreateWithFlags(&own_->copies_begin, cudaEventDisableTiming), "making an event");
   for (cudaEvent_t& e : own_->queue.event)  // whoever waits for one sleeps
     check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming | cudaEventBlockingSync), "making an event");
 }
@@ -157,6 +161,8 @@ CudaExec::~CudaExec() {
     if (e != nullptr) (void)cudaEventDestroy(e);
   for (const cudaEvent_t e : own_->queue.event)
     if (e != nullptr) (void)cudaEventDestroy(e);
+  if (own_->copies_begin != nullptr) (void)cudaEventDestroy(own_->copies_begin);
+  if (own_->copies != nullptr) (void)cudaStreamDestroy(own_->copies);
   for (int k = 1; k < most_tracks; ++k)
     if (own_->tracks[k] != nullptr) (void)cudaStreamDestroy(own_->tracks[k]);
   if (own_->stream != nullptr) (void)cudaStreamDestroy(own_->stream);
@@ -316,6 +322,67 @@ void CudaExec::zero(void* p, std::uint64_t bytes) const {
   if (bytes == 0) return;
   const DeviceScope scope(device_);
   check(cudaMemsetAsync(p, 0, static_cast<std::size_t>(bytes), stream_), "clearing memory");
+}
+
+void* CudaExec::allocate_pinned(std::uint64_t bytes) const {
+  const DeviceScope scope(device_);
+  void* p = nullptr;
+  const cudaError_t result = cudaMallocHost(&p, static_cast<std::size_t>(bytes));
+  if (result == cudaSuccess) return p;
+  (void)cudaGetLastError();
+  if (result != cudaErrorMemoryAllocation) check(result, "allocating page-locked memory");
+  return nullptr;
+}
+
+void CudaExec::release_pinned(void* p) const {
+  const DeviceScope scope(device_);
+  check(cudaFreeHost(p), "freeing page-locked memory");
+}
+
+void* CudaExec::make_mark() const {
+  const DeviceScope scope(device_);
+  cudaEvent_t mark = nullptr;  // whoever waits for it sleeps
+  check(cudaEventCreateWithFlags(&mark, cudaEventDisableTiming | cudaEventBlockingSync), "making an event");
+  return mark;
+}
+
+void CudaExec::release_mark(void* mark) const {
+  const DeviceScope scope(device_);
+  if (mark != nullptr) check(cudaEventDestroy(static_cast<cudaEvent_t>(mark)), "releasing an event");
+}
+
+void CudaExec::begin_copies() const {
+  const DeviceScope scope(device_);
+  if (check(cudaEventRecord(own_->copies_begin, stream_), "marking what is to be copied"))
+    check(cudaStreamWaitEvent(own_->copies, own_->copies_begin, 0), "waiting for what is to be copied");
+}
+
+void CudaExec::copy_out(void* to, const void* from, std::uint64_t bytes) const {
+  if (bytes == 0) return;
+  const DeviceScope scope(device_);
+  check(cudaMemcpyAsync(to, from, static_cast<std::size_t>(bytes), cudaMemcpyDeviceToHost, own_->copies),
+        "copying from the device");
+}
+
+void CudaExec::end_copies(void* mark) const {
+  const DeviceScope scope(device_);
+  check(cudaEventRecord(static_cast<cudaEvent_t>(mark), own_->copies), "marking the end of a copy");
+}
+
+bool CudaExec::reached(void* mark) const {
+  const DeviceScope scope(device_);
+  const cudaError_t result = cudaEventQuery(static_cast<cudaEvent_t>(mark));
+  if (result == cudaErrorNotReady) {
+    (void)cudaGetLastError();  // an answer, not an error
+    return false;
+  }
+  check(result, "copying from the device");
+  return true;  // nothing more will come
+}
+
+void CudaExec::wait_for_mark(void* mark) const {
+  const DeviceScope scope(device_);
+  check(cudaEventSynchronize(static_cast<cudaEvent_t>(mark)), "copying from the device");
 }
 
 void CudaExec::synchronize() {

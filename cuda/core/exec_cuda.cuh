@@ -242,6 +242,17 @@ class CudaExec {
   void download(void* to, const void* from, std::uint64_t bytes) const;
   void zero(void* p, std::uint64_t bytes) const;
   void synchronize();
+  // Copies run on a stream of their own behind what is enqueued so far, so that what comes next need not wait for them. Marks
+  // are events; null where none could be made, which is a fault.
+  void* allocate_pinned(std::uint64_t bytes) const;
+  void release_pinned(void* p) const;
+  void* make_mark() const;
+  void release_mark(void* mark) const;
+  void begin_copies() const;
+  void copy_out(void* to, const void* from, std::uint64_t bytes) const;
+  void end_copies(void* mark) const;
+  bool reached(void* mark) const;
+  void wait_for_mark(void* mark) const;
   /// After every sub-step: waits until no more than queue_seconds of sub-steps are enqueued, so that a host that
   /// wants to stop need not wait for long. Does nothing while the host captures the stream.
   void pace();

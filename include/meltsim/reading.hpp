@@ -42,7 +42,9 @@ struct Totals {
   Vec3d momentum;                                  ///< [kg m/s]
   Vec3d angular_momentum;                          ///< about the origin [kg m^2/s]
   double kinetic = 0, potential = 0, thermal = 0;  ///< [J]; thermal includes latent heat
-  double latent = 0;   ///< [J]; the part of thermal that is melting enthalpy taken up
+  /// [J]; the part of thermal that is latent heat: m L f of everything that can melt and of every liquid that something
+  /// melts into, f the liquid fraction; whether the liquid can freeze makes no difference.
+  double latent = 0;
   double heat_in = 0;  ///< [J]; through surfaces and from sources since the World was created
   double temperature_min = 0, temperature_mean = 0, temperature_max = 0;  ///< [degrees Celsius]
   Vec3d solid_center;                                    ///< centre of mass of everything solid [m]
@@ -89,10 +91,18 @@ struct PieceInfo {
   std::uint32_t piece = 0;  ///< label
   std::uint64_t particles = 0;
   double mass = 0;
-  Vec3d center, velocity;  ///< of the centre of mass
-  double temperature_mean = 0;
-  double submerged_fraction =
-      0;  ///< share of particles whose surroundings are more than half liquid or solid
+  Vec3d center, velocity;  ///< of the centre of mass [m], [m/s]
+  /// Rotation from the lattice as it was built, axes along those of the World. What the particles do not show, such as
+  /// the twist of a row, is as their regions have it.
+  Quat<double> orientation;
+  Vec3d angular_velocity;  ///< of the rigid motion with the piece's angular momentum about its centre [1/s]
+  Mat3<double> inertia;    ///< about the centre, along the axes of the World [kg m^2]
+  Box bounds;              ///< of its particles, half a spacing around their centres, to single precision [m]
+  double temperature_mean = 0;  ///< by mass [degrees Celsius]
+  /// Share of its volume below the liquid's level: 0 where nothing but air surrounds it. The level at a particle is the
+  /// mean height of the liquid's surface in the nearest columns, two spacings wide, that no solid stands in near the
+  /// surface; columns without liquid count as dry, and where most are the particle is. Up is against gravity, +y without.
+  double submerged_fraction = 0;
 };
 
 /// What World::request() reads. Any combination; StepResult is always read.
@@ -125,6 +135,7 @@ struct Reading {
   Totals totals;
   Ledger ledger;
   std::vector<PieceInfo> pieces;
+  std::uint64_t pieces_left_out = 0;  ///< of more than 65,536
   ParticleFrame particles;
   std::vector<ProbeSeries> probes;  ///< samples not taken before, as World::take_samples() gives them
 };

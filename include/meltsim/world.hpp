@@ -110,17 +110,21 @@ class MELTSIM_API World {
   /// The same for a largest speed [m/s] of one's own, such as a reading's: takes nothing from synchronize().
   double stable_dt(double speed) const;
 
-  // Reading without waiting (meltsim/reading.hpp).
-  /// Enqueues a reading behind the steps enqueued so far. At most `most_readings` may be open; those of other Worlds do
-  /// not count. Like synchronize(), it starts the extremes of StepResult anew: they are of the steps since the
-  /// synchronize() or request() before. Errors: capacity; out_of_memory.
+  // Reading without waiting (meltsim/reading.hpp). While the host captures the World's stream into a CUDA graph they
+  // return invalid_argument.
+  /// Enqueues a reading behind the steps enqueued so far; does not wait for them. At most `most_readings` may be open. Like
+  /// synchronize(), it starts the extremes of StepResult anew: a reading has those since the synchronize() or request()
+  /// before it. The first requests allocate; what was added since the last step is uploaded, as by prepare().
+  /// Errors: capacity; out_of_memory.
   Result<ReadTicket> request(const ReadRequest& what);
   /// Whether take() would return at once. Never waits. Errors: invalid_argument (no open reading of this World has
   /// this ticket).
   Result<bool> ready(ReadTicket ticket);
-  /// Waits for that reading, not for steps enqueued after it, and closes the ticket, also on an error. If a step ahead
-  /// of the request halted, StepResult::halted is set and the rest is of the last good state. Errors:
-  /// invalid_argument as in ready(); internal (a fault of the device).
+  /// Waits for that reading, not for steps enqueued after it, and closes the ticket, also on an error. A reading stays
+  /// what it was when the World goes on, grows or is restored. If a step ahead of the request halted,
+  /// StepResult::halted is set and the rest is of the last good state. Where a reading shows that the last solid is
+  /// gone, the plan is made anew, once, which waits for all steps. Errors: invalid_argument as in ready(); internal (a
+  /// fault of the device); out_of_memory.
   Result<Reading> take(ReadTicket ticket);
 
   // Reading back. All synchronise.

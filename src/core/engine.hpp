@@ -8,6 +8,7 @@
 
 #include "core/pipeline.hpp"
 #include "core/probe_setup.hpp"
+#include "core/reading_frame.hpp"
 #include "core/scene.hpp"
 #include "core/surface_request.hpp"
 #include "meltsim/result.hpp"
@@ -59,6 +60,36 @@ struct LatticeMasks {
   std::uint32_t region_words = 0;
 };
 
+/// What a reading is of.
+struct ReadParts {
+  bool sums = false, pieces = false, particles = false;
+  bool clears = false;  ///< extremes begin anew, as synchronize() has it
+};
+
+/// A piece, in stored coordinates; SI.
+struct PieceReading {
+  std::uint32_t label = 0, body = 0;
+  std::uint64_t particles = 0;
+  double mass = 0;
+  Vec3d center, velocity, angular_velocity, low, high;
+  Mat3<double> inertia;
+  Quat<double> orientation;
+  double temperature_mean = 0, submerged_fraction = 0;
+};
+
+/// Of the moment at which it was requested. With what was not asked for empty.
+struct StateReading {
+  WorldStatus status;
+  LedgerSums sums;  ///< about the stored origin
+  ExtentSums extents;
+  std::uint32_t piece_count = 0;
+  std::vector<PieceReading> pieces;  ///< by label
+  ParticleFrame particles;
+};
+
+/// Slots for readings: a World's, and one for reads that wait.
+inline constexpr int reading_slots = most_readings + 1, waiting_slot = most_readings;
+
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -77,8 +108,14 @@ class Engine {
   virtual void rebuild() = 0;
   /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
   virtual WorldStatus synchronize() = 0;
-  /// Waits; the status with sums over the particles, nothing cleared. Goes back likewise.
-  virtual WorldStatus ledger() = 0;
+  /// Enqueues a reading of the state as it will be then, and does not wait, except for memory where that is asked for the
+  /// first time. Nothing is enqueued on an error: out_of_memory; invalid_argument where the host captures the stream.
+  virtual Status request(int slot, const ReadParts& parts) = 0;
+  virtual Result<bool> ready(int slot) = 0;
+  /// Waits for that reading. Of a World that had halted: goes back to the last good state, and reads that.
+  virtual Status take(int slot, StateReading& reading) = 0;
+  /// Frees a slot that nobody will take.
+  virtual void drop(int slot) = 0;
   /// Device fault since the last call, empty if none.
   virtual std::string fault() = 0;
   virtual std::uint64_t channel_bytes(int field) const = 0;

@@ -18,6 +18,7 @@
 #include "core/frame_constants.hpp"
 #include "core/lane_positions.hpp"
 #include "core/probe_run.hpp"
+#include "core/reading_run.hpp"
 #include "core/repeat_key.hpp"
 #include "core/scales.hpp"
 #include "core/schedule.hpp"
@@ -40,13 +41,14 @@ class EngineImpl final : public Engine {
     ex_.synchronize();
     probes_.release(ex_);
     release();
+    readings_.release(ex_);
   }
 
   Backend backend() const override { return E::backend; }
   std::string device_name() const override { return device_; }
   std::uint64_t channel_bytes(int field) const override { return buffers_.bytes(field); }
   std::uint64_t scratch_bytes() const override {
-    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes();
+    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes() + readings_.bytes();
   }
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
@@ -71,6 +73,7 @@ class EngineImpl final : public Engine {
 
   Status upload(const SceneConstants& c, const SceneLattice& l, const SceneState& state,
                 const EngineSetup& setup) override {
+    settle_readings();
     ex_.synchronize();
     release();
     w_ = Frame<T>{};
@@ -84,6 +87,7 @@ class EngineImpl final : public Engine {
     if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
     buffers_.link(w_);
     scales_ = scales_of(c, l);
+    readings_.describe(c, l, scales_);
     fill_constants<E>(w_, c, l, n);
     probes_.link(w_);
     w_.born = static_cast<std::uint32_t>(state.position.size());
@@ -178,12 +182,27 @@ class EngineImpl final : public Engine {
     return s;
   }
 
-  WorldStatus ledger() override {
-    WorldStatus s = last_good();
-    if (s.ledger_step == 0) return s;
-    unguarded([&] { step::ledger<E, T>(ex_, w_); });
-    ex_.download(&s.sums, &w_.f.status->sums, sizeof s.sums);
-    return s;
+  Status request(int slot, const ReadParts& parts) override {
+    if (ex_.host_captures()) return captured("request");
+    return enqueue_reading(slot, parts);
+  }
+
+  Result<bool> ready(int slot) override {
+    if (ex_.host_captures()) return captured("ready");
+    return readings_.ready(ex_, slot);
+  }
+
+  Status take(int slot, StateReading& reading) override {
+    if (ex_.host_captures()) return captured("take");
+    const Status settled = settle_reading(slot);
+    if (settled) readings_.unpack(ex_, slot, reading);
+    readings_.close(slot);
+    return settled;
+  }
+
+  void drop(int slot) override {
+    readings_.wait(ex_, slot);
+    readings_.close(slot);
   }
 
   void download(SceneState& s) override {
@@ -267,6 +286,42 @@ class EngineImpl final : public Engine {
     return Error{ErrorCode::out_of_memory, "memory: " + gb(needed) + " GB needed, " + free +
                                                "; use fewer particles (larger spacing) or smaller "
                                                "region_half_width"};
+  }
+
+  static Error captured(const char* call) {
+    return Error{ErrorCode::invalid_argument,
+                 std::string(call) +
+                     ": the World's stream is being captured into a graph, which cannot "
+                     "hold a reading; end the capture first"};
+  }
+
+  Status enqueue_reading(int slot, const ReadParts& parts) {
+    const bool has_density = w_.f.density != nullptr && last_index_ != 0;
+    return readings_.request(ex_, w_, slot, parts, rolled_back_, has_density);
+  }
+
+  /// Waits. Where the World had halted before a reading, so that nothing but the status came, the last good state is read
+  /// now.
+  Status settle_reading(int slot) {
+    if (!readings_.lost(slot).empty()) return Error{ErrorCode::out_of_memory, readings_.lost(slot)};
+    const ReadingHead& head = readings_.wait(ex_, slot);
+    if (head.complete != 0u) return {};
+    const WorldStatus then = head.status;  // with the extremes of its interval
+    last_good();
+    ReadParts parts = readings_.parts(slot);
+    parts.clears = false;
+    if (Status s = enqueue_reading(slot, parts); !s) return s;
+    readings_.wait(ex_, slot);
+    readings_.keep_status(slot, then);
+    return {};
+  }
+
+  /// Ahead of another scene: what refers to this one is read first.
+  void settle_readings() {
+    if (w_.f.status == nullptr) return;
+    for (int slot = 0; slot < reading_slots; ++slot)
+      if (readings_.is_open(slot))
+        if (const Status s = settle_reading(slot); !s) readings_.lose(slot, s.error());
   }
 
   Status fault_status() {
@@ -469,6 +524,7 @@ class EngineImpl final : public Engine {
   Frame<T> w_;
   SurfaceRun<E, T> surface_;
   ProbeRun<E, T> probes_;
+  ReadingRun<E, T> readings_;
   EngineBuffers<E, T> buffers_;
   const std::vector<PlacedStage>* custom_ = nullptr;
   Scales scales_;

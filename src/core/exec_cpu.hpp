@@ -37,7 +37,10 @@
 // and, for the engine:
 //   repeat(key[, first], enqueue)  enqueue(), which may be recorded: the same key later stands for the same
 //                                launches. first() is one launch ahead of them whose arguments may differ
-//   allocate/release, upload/download (they wait), zero, synchronize, free_bytes, reserve(n) working space for
+//   begin_copies(), copy_out(to, from, bytes)..., end_copies(mark)
+//                                copies to page-locked memory of what is there now, beside what is enqueued next;
+//                                reached(mark) and wait_for_mark(mark) say when they have ended
+//   allocate/release, upload/download (they wait), the same _pinned of host memory, make_mark/release_mark, zero, synchronize, free_bytes, reserve(n) working space for
 //   verbs over n items, pace() after every sub-step: waits where too much is enqueued, begin_stage/end_stage/collect
 //   for timings, native_stream, fault (device errors)
 //
@@ -382,6 +385,16 @@ class CpuExec {
   }
   void zero(void* p, std::uint64_t bytes) const { std::memset(p, 0, static_cast<std::size_t>(bytes)); }
   void synchronize() const {}
+  // Copies have ended when they are enqueued.
+  void* allocate_pinned(std::uint64_t bytes) const { return allocate(bytes); }
+  void release_pinned(void* p) const { release(p); }
+  void* make_mark() const { return nullptr; }
+  void release_mark(void*) const {}
+  void begin_copies() const {}
+  void copy_out(void* to, const void* from, std::uint64_t bytes) const { download(to, from, bytes); }
+  void end_copies(void*) const {}
+  bool reached(void*) const { return true; }
+  void wait_for_mark(void*) const {}
   void pace() const {}
   /// Bytes that may still be allocated; the CPU backend leaves that to the operating system.
   std::uint64_t free_bytes() const { return std::numeric_limits<std::uint64_t>::max(); }

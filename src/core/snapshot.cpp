@@ -250,6 +250,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   origin_set_ = true;
   for (std::size_t k = 0; k < layers.size(); ++k) emitters_[k].next_layer = layers[k];
   halted_ = false;
+  ++restored_;
   halt_reason_.clear();
   dirty_ = true;
   return {};

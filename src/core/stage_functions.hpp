@@ -25,8 +25,6 @@ void begin_cells(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void clear(E& ex, const core::Frame<T>& w);
 template <class E, class T>
-void ledger(E& ex, const core::Frame<T>& w);
-template <class E, class T>
 void restore(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void reindex(E& ex, const core::Frame<T>& w);
@@ -56,6 +54,24 @@ void build(E& ex, const core::SurfaceFrame<T>& w, int smoothing);
 }  // namespace surface
 
 namespace core {
+template <class T>
+struct ReadingFrame;
+}
+/// Between sub-steps; w as core/reading_run.hpp fills it.
+namespace reading {
+template <class E, class T>
+void status(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void sums(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void count_pieces(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void pieces(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void pack(E& ex, const core::ReadingFrame<T>& w);
+}  // namespace reading
+
+namespace core {
 
 template <class E, class T>
 using StageFunction = void (*)(E&, const Frame<T>&);
@@ -74,6 +90,17 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
 #define MELTSIM_INSTANTIATE(Exec, stage)                              \
   template void stage<Exec, float>(Exec&, const core::Frame<float>&); \
   template void stage<Exec, double>(Exec&, const core::Frame<double>&);
+
+/// All that a reading enqueues, likewise.
+#define MELTSIM_INSTANTIATE_READING(Exec)             \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, status)       \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, sums)         \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, count_pieces) \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, pieces)       \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, pack)
+#define MELTSIM_INSTANTIATE_FOR_READING(Exec, part)                         \
+  template void part<Exec, float>(Exec&, const core::ReadingFrame<float>&); \
+  template void part<Exec, double>(Exec&, const core::ReadingFrame<double>&);
 
 }  // namespace v0
 }  // namespace meltsim

@@ -70,7 +70,7 @@ Result<BodyId> World::add_solid(const SolidDesc& d) {
   return guarded<Result<BodyId>>([&] { return impl_->add_solid(d); });
 }
 Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
-  return impl_->add_heat_region(desc);
+  return guarded<Result<HeatRegionId>>([&] { return impl_->add_heat_region(desc); });
 }
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
   return guarded<Result<EmitterId>>([&] { return impl_->add_emitter(d); });
@@ -97,7 +97,9 @@ Result<Reading> World::take(ReadTicket ticket) {
 Result<Totals> World::totals() {
   return guarded<Result<Totals>>([&] { return impl_->totals(); });
 }
-Result<Ledger> World::ledger() { return impl_->ledger(); }
+Result<Ledger> World::ledger() {
+  return guarded<Result<Ledger>>([&] { return impl_->ledger(); });
+}
 Result<ParticleData> World::particles() {
   return guarded<Result<ParticleData>>([&] { return impl_->particles(); });
 }

@@ -137,6 +137,28 @@ class WorldImpl final : public Scheduler {
   Status follow_modulus(double dt);
   bool modulus_out_of_reach(double dt) const;
   StepResult collect();
+  /// What the host has to a status.
+  struct Moment {
+    std::uint64_t steps = 0;
+    double time = 0;
+    std::uint64_t solids_built = 0;
+    bool emitter_exhausted = false;
+    Vec3d origin;
+    double sound_speed = 0;
+  };
+  Moment now() const;
+  static StepResult result_of(const core::WorldStatus& s, const Moment& at);
+  static void report_halt(const core::WorldStatus& s, StepResult& r);
+  void note_halt(const core::WorldStatus& s, const std::string& fault, StepResult& r);
+  void let_go_of_solids(const StepResult& r);
+  StepResult take_carried();
+  static void add_extremes(StepResult& r, const StepResult& more);
+  Status ready_to_read();
+  Result<core::StateReading> read_now(const core::ReadParts& parts);
+  Status lost_device();
+  Totals totals_of(const core::StateReading& s, const StepResult& r, const Moment& at) const;
+  Ledger ledger_of(const core::StateReading& s, const StepResult& r, const Moment& at) const;
+  std::vector<PieceInfo> pieces_of(const core::StateReading& s, Vec3d origin) const;
   double heat_efficiency(double dt) const;
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index) const;
@@ -215,9 +237,15 @@ class WorldImpl final : public Scheduler {
   int timings_every_ = 0;
   struct OpenReading {
     ReadTicket ticket;
-    Reading reading;
+    ReadRequest what;
+    Moment at;
+    std::vector<ProbeSeries> probes;
+    StepResult carried;          ///< extremes that the host had
+    std::uint64_t restored = 0;  ///< restored_ then
+    bool of_nothing = false;     ///< the World was empty: `carried` is all there is
   };
-  std::array<OpenReading, most_readings> readings_;
+  std::array<OpenReading, most_readings> readings_;  ///< the engine's slots of the same number
+  std::uint64_t restored_ = 0;  ///< how often another state has come in place of this one
 };
 
 }  // namespace v0

@@ -101,6 +101,11 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
       r.melting_point = m.melting_point;
       r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;
     }
+    // A liquid that cannot freeze holds the latent heat of what melts into it none the less.
+    for (const MaterialDesc& s : materials)
+      if (r.plateau == 0u && r.latent_heat == 0 && s.melts_into && s.melts_into.index == i &&
+          desc.heat.model == HeatModel::enthalpy)
+        r.latent_heat = s.latent_heat;
     if (!properties_.empty()) r.tables = &properties_[i];
     r.shape_stiffness = own.stiffness;
     r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);

@@ -125,6 +125,11 @@ Status WorldImpl::prepare() {
     setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
   if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
     setup.channels |= core::FieldSet{1} << core::field_site_live;
+  // Pieces are read on the device, those of fixed bodies, too.
+  if ((setup.facts & core::fact_solid) != 0)
+    for (const int field : {core::field_vertex_id, core::field_vertex_state, core::field_vertex_piece,
+                            core::field_vertex_site, core::field_vertex_body, core::field_bodies})
+      setup.channels |= core::FieldSet{1} << field;
   if ((setup.facts & core::fact_solid) == 0)
     setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   derive_limits();

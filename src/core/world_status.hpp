@@ -124,7 +124,6 @@ struct WorldStatus {
   std::uint64_t frozen = 0;                 ///< likewise
   std::int64_t removed = 0;                 ///< likewise
   double heat_in = 0;                       ///< likewise [J]
-  LedgerSums sums;                          ///< of the particles as they are, once asked for (step::ledger)
   double step_speed = 0, step_density = 0;  ///< largest speed and phi of the last sub-step that counts
   double step_excess = 0;                   ///< its mean of rho/rho0 - 1 where above 0
   std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
@@ -172,62 +173,93 @@ std::string fault_text(const std::string& fault) {
 
 StepResult WorldImpl::synchronize() {
   StepResult r = collect();
-  r.max_speed = std::max(r.max_speed, carried_.max_speed);
-  r.max_density_ratio = std::max(r.max_density_ratio, carried_.max_density_ratio);
-  r.courant_exceeded = r.courant_exceeded || carried_.courant_exceeded;
-  r.heat_bound_exceeded = r.heat_bound_exceeded || carried_.heat_bound_exceeded;
-  r.modulus_unreachable = modulus_unreachable_ || carried_.modulus_unreachable;
-  carried_ = {};
+  add_extremes(r, take_carried());
+  return r;
+}
+
+/// Extremes of the interval that ends now as far as the host has them; those of the next begin.
+StepResult WorldImpl::take_carried() {
+  StepResult r = std::exchange(carried_, {});
+  r.modulus_unreachable = r.modulus_unreachable || modulus_unreachable_;
   modulus_unreachable_ = modulus_out_of_reach(substep_);  // what it is until the sub-step changes
   return r;
+}
+
+void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
+  r.max_speed = std::max(r.max_speed, more.max_speed);
+  r.max_density_ratio = std::max(r.max_density_ratio, more.max_density_ratio);
+  r.courant_exceeded = r.courant_exceeded || more.courant_exceeded;
+  r.heat_bound_exceeded = r.heat_bound_exceeded || more.heat_bound_exceeded;
+  r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
+}
+
+WorldImpl::Moment WorldImpl::now() const {
+  return {steps, time, solids_built_, emitter_exhausted_, origin_, sound_speed_};
+}
+
+/// What a status of that moment says, but for halts.
+StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
+  StepResult r;
+  r.steps = at.steps;
+  r.time = at.time;
+  r.max_speed = s.max_speed;
+  r.max_density_ratio = s.max_density;
+  r.courant_exceeded = s.courant_exceeded != 0;
+  r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
+  r.emitter_exhausted = at.emitter_exhausted;
+  r.melted = static_cast<std::uint64_t>(s.melted);
+  r.frozen = s.frozen;
+  r.removed = static_cast<std::uint64_t>(s.removed);
+  r.solid = at.solids_built + s.frozen - r.melted;
+  r.fluid = s.particles - r.removed - r.solid;
+  return r;
+}
+
+/// Of a World that halted: the clock goes back with the state.
+void WorldImpl::report_halt(const core::WorldStatus& s, StepResult& r) {
+  r.halted = true;
+  r.halt_step = s.halt_step;
+  if (s.halt_step == 0) return;
+  r.steps = s.halt_step - 1;
+  r.time = s.time;
+}
+
+void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault, StepResult& r) {
+  if (!halted_) halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
+  halted_ = true;
+  report_halt(s, r);
+  r.halt_reason = halt_reason_;
+  steps = r.steps;
+  time = r.time;
+}
+
+/// Where everything has melted the plan needs no lattice from here on, and its memory goes back.
+void WorldImpl::let_go_of_solids(const StepResult& r) {
+  if (r.solid != 0 || (facts_ & core::fact_solid) == 0 || halted_ || dirty_) return;
+  fetch_state();
+  dirty_ = true;
+  static_cast<void>(prepare());  // smaller than what was there; a failure shows at the next step
 }
 
 /// What the engine and the host know of the steps since the last call.
 StepResult WorldImpl::collect() {
   const core::WorldStatus s = engine->synchronize();
-  StepResult r;
-  r.steps = steps;
-  r.time = time;
-  r.max_speed = s.max_speed;
-  r.max_density_ratio = s.max_density;
-  r.courant_exceeded = s.courant_exceeded != 0;
-  r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
-  r.emitter_exhausted = emitter_exhausted_;
+  StepResult r = result_of(s, now());
   const std::string fault = engine->fault();
-  if (s.halted != 0 || !fault.empty()) {
-    if (!halted_) halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
-    halted_ = true;
-    r.halted = true;
-    r.halt_reason = halt_reason_;
-    r.halt_step = s.halt_step;
-    if (s.halt_step != 0) {  // the clock goes back with the state
-      r.steps = steps = s.halt_step - 1;
-      r.time = time = s.time;
-    }
-  }
+  if (s.halted != 0 || !fault.empty() || halted_) note_halt(s, fault, r);
   last_max_speed_ = s.max_speed > 0 ? s.max_speed : last_max_speed_;
   if (dirty_) {  // nothing was stepped since the last change: the host knows
     r.melted = state_.melted;
     r.frozen = state_.frozen;
     r.removed = state_.removed;
+    r.fluid = r.solid = 0;
     for (const std::uint32_t tag : state_.tag) {
       r.fluid += is_fluid(tag) ? 1u : 0u;
       r.solid += is_solid(tag) ? 1u : 0u;
     }
     return r;
   }
-  r.melted = static_cast<std::uint64_t>(s.melted);
-  r.frozen = s.frozen;
-  r.removed = static_cast<std::uint64_t>(s.removed);
-  r.solid = solids_built_ + s.frozen - r.melted;
-  const std::uint64_t live = s.particles - r.removed;
-  r.fluid = live - r.solid;
-  // Everything has melted: from here on the plan needs no lattice, and its memory goes back.
-  if (r.solid == 0 && (facts_ & core::fact_solid) != 0 && !halted_) {
-    fetch_state();
-    dirty_ = true;
-    static_cast<void>(prepare());  // smaller than what was there; a failure shows at the next step
-  }
+  let_go_of_solids(r);
   return r;
 }
 

@@ -4,7 +4,6 @@
 
 #include "core/advance.hpp"
 #include "core/lattice.hpp"
-#include "meltsim/physics/energy.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -90,28 +89,6 @@ struct IntegrateBody {
       w.f.velocity[i] = end.velocity;
     }
     return end.check;
-  }
-};
-
-/// What a particle adds to the ledger: it is the state's alone, so that nobody pays for it who does not ask.
-template <class T>
-struct LedgerBody {
-  Frame<T> w;
-  MELTSIM_HD core::LedgerSums operator()(std::uint64_t i) const {
-    core::LedgerSums s;
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag)) return s;
-    const auto mass = static_cast<double>(w.f.mass[i]);
-    const double enthalpy = core::enthalpy_at(w, i);
-    const Vec3<double> x = cast<double>(xyz(w.f.position[i])), v = cast<double>(xyz(w.f.velocity[i]));
-    s.mass = mass;
-    s.momentum = v * mass;
-    s.angular_momentum = cross(x, v) * mass;
-    s.kinetic = physics::kinetic_energy(mass, v);
-    s.potential = physics::potential_energy(mass, cast<double>(w.c.gravity), x);
-    s.thermal = enthalpy;
-    s.latent = physics::latent_energy(w.f.materials[material_of(tag)], mass, enthalpy);
-    return s;
   }
 };
 

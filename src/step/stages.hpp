@@ -35,12 +35,6 @@ void clear(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, ClearBody<T>{w});
 }
 
-/// Adds up the ledger, for whoever asks; not a stage.
-template <class E, class T>
-void ledger(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.particles, LedgerBody<T>{w}, &w.f.status->sums);
-}
-
 /// After a roll-back, behind reindex; not a stage.
 template <class E, class T>
 void restore(E& ex, const core::Frame<T>& w) {

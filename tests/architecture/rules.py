@@ -22,7 +22,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling"}  # they meet only in the channels of fields.def
+MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "reading"}  # they meet only in the channels of fields.def
 SHARED = {"core", "spatial"}                                # every module may use these
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
 

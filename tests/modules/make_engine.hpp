@@ -5,6 +5,7 @@
 #include "core/engine_impl.hpp"
 #include "lsm/stages.hpp"
 #include "modules/engine.hpp"
+#include "reading/stages.hpp"
 #include "sampling/stages.hpp"
 #include "spatial/stages.hpp"
 #include "sph/stages.hpp"

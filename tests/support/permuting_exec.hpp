@@ -16,6 +16,7 @@
 
 #include "core/exec_cpu.hpp"
 #include "core/frame.hpp"
+#include "core/reading_frame.hpp"
 #include "core/schedule.hpp"
 #include "core/surface_frame.hpp"
 
@@ -192,6 +193,7 @@ class PermutingExec : public meltsim::core::CpuExec {
   };
   void see(const meltsim::core::Frame<T>& frame) { *frame_ = frame; }
   void see(const meltsim::core::SurfaceFrame<T>&) {}  // between steps, with a frame of its own
+  void see(const meltsim::core::ReadingFrame<T>&) {}  // likewise
   std::vector<std::uint64_t> indices(std::uint64_t n) {
     std::vector<std::uint64_t> order(n);
     std::iota(order.begin(), order.end(), std::uint64_t{0});

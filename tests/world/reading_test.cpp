@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Readings that are taken while the World goes on: they are of the moment of their request, whatever follows.
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "scenes.hpp"
 
@@ -160,6 +162,253 @@ TEST_F(Reading, StartsTheExtremesAnew) {
     EXPECT_EQ(r->result.steps, here.steps);
     EXPECT_EQ(r->result.time, here.time);
   }
+}
+
+/// The same sums, by hand, from particles in double.
+TEST_F(Reading, TotalsAreThoseOfTheParticles) {
+  Scene s = melting();
+  for (int n = 0; n < 5; ++n) require(s.world.step(4e-3));
+  const auto t = s.world.totals();
+  const auto d = s.world.particles();
+  require(t);
+  require(d);
+  Totals sum;
+  sum.temperature_min = infinity;
+  sum.temperature_max = -infinity;
+  double solid_mass = 0;
+  for (std::size_t i = 0; i < d->id.size(); ++i) {
+    const double m = d->mass[i];
+    const Vec3d x = d->position[i], v = d->velocity[i];
+    sum.mass += m;
+    sum.momentum += v * m;
+    sum.angular_momentum += cross(x, v) * m;
+    sum.kinetic += 0.5 * m * dot(v, v);
+    sum.potential += 9.81 * m * x.y;
+    sum.thermal += d->enthalpy[i];
+    sum.latent += m * 3.34e5 * d->liquid_fraction[i];
+    sum.temperature_min = std::min(sum.temperature_min, d->temperature[i]);
+    sum.temperature_max = std::max(sum.temperature_max, d->temperature[i]);
+    sum.temperature_mean += m * d->temperature[i];
+    sum.max_speed = std::max(sum.max_speed, length(v));
+    if (!is_solid(d->tag[i])) continue;
+    ++sum.solid;
+    sum.solid_center += x * m;
+    solid_mass += m;
+  }
+  // The order of addition differs: 1e-12 of the sum of the sizes, which the mass times the largest stands for.
+  const double speed = sum.max_speed, close = 1e-12 * sum.mass;
+  EXPECT_NEAR(t->mass, sum.mass, close);
+  EXPECT_NEAR(t->momentum.y, sum.momentum.y, close * speed);
+  EXPECT_NEAR(t->angular_momentum.x, sum.angular_momentum.x, close * speed * 3);
+  EXPECT_NEAR(t->kinetic, sum.kinetic, close * speed * speed);
+  EXPECT_NEAR(t->potential, sum.potential, close * 30);
+  EXPECT_NEAR(t->thermal, sum.thermal, 1e-12 * sum.mass * 4e5);
+  EXPECT_NEAR(t->latent, sum.latent, 1e-12 * sum.mass * 4e5);
+  EXPECT_EQ(t->temperature_min, sum.temperature_min);
+  EXPECT_EQ(t->temperature_max, sum.temperature_max);
+  EXPECT_NEAR(t->temperature_mean, sum.temperature_mean / sum.mass, 1e-10);
+  EXPECT_EQ(t->max_speed, sum.max_speed);
+  EXPECT_EQ(t->solid, sum.solid);
+  EXPECT_EQ(t->fluid + t->solid, d->id.size());
+  EXPECT_EQ(t->bodies, 1u);
+  EXPECT_NEAR(t->solid_center.y, sum.solid_center.y / solid_mass, 1e-12);
+  EXPECT_GT(t->density_error_max, 0);
+  EXPECT_LE(t->density_error_mean, t->density_error_max);
+}
+
+// Nothing has frozen, so the latent heat that is there is the same whether or not something may.
+TEST_F(Reading, LatentHeatIsTheSameWhetherOrNotLiquidMayFreeze) {
+  double latent[2];
+  for (const bool freezes : {false, true}) {
+    IceScene scene;
+    scene.freezes = freezes;
+    scene.block_floor = 0.6;
+    Scene s = ice_in_water(describe(), scene);
+    const auto t = s.world.totals();
+    require(t);
+    latent[freezes ? 1 : 0] = t->latent;
+    EXPECT_NEAR(t->latent, (t->mass - 27 * 917 * 0.008) * 3.34e5, 1e-6 * t->latent);  // masses are single
+  }
+  EXPECT_EQ(latent[0], latent[1]);
+}
+
+struct Bath {
+  World world;
+  BodyId body;
+};
+
+/// Water 0.8 m deep at a spacing of 0.1 m, and a fixed box of 4 x 8 x 4 spacings in it whose foot is at `foot`.
+Bath bath(double foot, Vec3d up, double depth = 0.8) {
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.gravity = up * -9.81;
+  d.domain.bounded = true;
+  d.domain.max = {1.6, 1.6, 1.6};
+  World w = *World::create(d);
+  const MaterialId water = *w.add_material({});
+  SolidDesc s;
+  s.name = "box";
+  s.material = water;
+  s.fixed = true;
+  const auto box = [&](double low, double high, double lower, double upper) {  // up is y or x
+    return up.y != 0 ? Shape::box({low, lower, low}, {high, upper, high})
+                     : Shape::box({lower, low, low}, {upper, high, high});
+  };
+  s.shape = box(0.6, 1.0, foot, foot + 0.8);
+  const BodyId body = *w.add_solid(s);
+  if (depth > 0) {
+    FluidDesc f;
+    f.material = water;
+    f.shape = Shape::subtract(box(0, 1.6, 0, depth), s.shape);
+    require(w.add_fluid(f));
+  }
+  return {std::move(w), body};
+}
+
+// At rest on the lattice the level is exact, along whatever axis gravity points: 0, 1/4, 1/2 and all of a box that hangs at
+// 0.9, 0.6, 0.4 and 0 m. In single precision heights are good to 1e-7 m, which is 1e-6 of a spacing.
+TEST_F(Reading, SubmergedFractionOfABoxIsExact) {
+  for (const Vec3d up : {Vec3d{0, 1, 0}, Vec3d{1, 0, 0}})
+    for (const auto& [foot, share] : {std::pair{0.8, 0.0}, {0.6, 0.25}, {0.4, 0.5}, {0.0, 1.0}}) {
+      Bath b = bath(foot, up);
+      const auto p = b.world.pieces();
+      require(p);
+      ASSERT_EQ(p->size(), 1u);
+      EXPECT_NEAR(p->front().submerged_fraction, share, 2e-6) << foot;
+      EXPECT_EQ(p->front().particles, 128u);
+    }
+  Bath dry = bath(0, {0, 1, 0}, 0);
+  EXPECT_EQ(dry.world.pieces()->front().submerged_fraction, 0);
+}
+
+// A cuboid of 4 x 6 x 8 spacings that turns freely about its long axis, without gravity and liquid, keeps its spin: it
+// turns by its angle. 0.5 rad, and as the body is soft a thousandth of that.
+TEST_F(Reading, PiecesTurnAsTheySpin) {
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    WorldDesc d = describe();
+    d.precision = precision;
+    d.spacing = 0.1;
+    d.gravity = {};
+    World w = *World::create(d);
+    MaterialDesc m;
+    m.density = 500;
+    SolidDesc s;
+    s.material = *w.add_material(m);
+    s.shape = Shape::box({1, 2, 3}, {1.4, 2.6, 3.8});
+    s.velocity = {1, 0, 0};
+    s.angular_velocity = {0, 0, 2};
+    require(w.add_solid(s));
+    const auto before = w.pieces();
+    require(before);
+    const PieceInfo a = before->front();
+    // sum m (y^2 + z^2) of centres on the lattice; 1e-6: masses and positions are single.
+    const auto square = [](int n) { return 0.01 * (n * n - 1) / 12.0; };
+    const double mass = 192 * 0.5;
+    EXPECT_NEAR(a.mass, mass, 1e-6 * mass);
+    EXPECT_NEAR(a.inertia.m[0][0], mass * (square(6) + square(8)), 1e-5 * mass);
+    EXPECT_NEAR(a.inertia.m[1][1], mass * (square(4) + square(8)), 1e-5 * mass);
+    EXPECT_NEAR(a.inertia.m[2][2], mass * (square(4) + square(6)), 1e-5 * mass);
+    EXPECT_NEAR(a.inertia.m[0][1], 0, 1e-5 * mass);
+    EXPECT_NEAR(a.center.x, 1.2, 1e-6);
+    EXPECT_NEAR(a.center.z, 3.4, 1e-6);
+    EXPECT_NEAR(a.angular_velocity.z, 2, 1e-5);
+    EXPECT_NEAR(a.velocity.x, 1, 1e-6);
+    EXPECT_NEAR(a.orientation.w, 1, 1e-6);
+    EXPECT_NEAR(a.bounds.min.x, 1, 1e-6);
+    EXPECT_NEAR(a.bounds.min.y, 2, 1e-6);
+    EXPECT_NEAR(a.bounds.max.z, 3.8, 1e-6);
+    for (int n = 0; n < 250; ++n) require(w.step(1e-3));
+    const auto after = w.pieces();
+    require(after);
+    const PieceInfo b = after->front();
+    EXPECT_NEAR(2 * std::atan2(b.orientation.z, b.orientation.w), 0.5, 5e-4);
+    EXPECT_NEAR(b.orientation.x, 0, 1e-4);
+    EXPECT_NEAR(b.angular_velocity.z, 2, 2e-3);
+    EXPECT_NEAR(b.center.x, 1.45, 1e-5);
+  }
+}
+
+/// 36 particles that fly so fast that a sub-step of 20 ms crosses their neighbourhood.
+World bullet() {
+  World w = *World::create(describe());
+  SolidDesc b;
+  b.name = "bullet";
+  b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+  b.material = *w.add_material({});
+  b.velocity = {40, 0, 0};
+  require(w.add_solid(b));
+  require(w.step(0.01));
+  return w;
+}
+
+// Readings ahead of the sub-step that halts and behind it are both of the last good state; only the second says that the
+// World halted. The engine has gone on meanwhile, and the one taken last needs what the first put right.
+TEST_F(Reading, OfAWorldThatHaltsIsOfTheLastGoodState) {
+  World w = bullet(), twin = bullet();
+  const auto good = twin.take(*twin.request(everything()));
+  require(good);
+  const auto ahead = w.request(everything());
+  require(ahead);
+  require(w.step(0.02));
+  const auto behind = w.request(everything()), later = w.request(everything());
+  require(behind);
+  require(later);
+  const auto c = w.take(*later), b = w.take(*behind), a = w.take(*ahead);
+  require(a);
+  require(b);
+  require(c);
+  expect_equal(*good, *a);
+  EXPECT_FALSE(a->result.halted);
+  for (const auto* r : {&*b, &*c}) {
+    EXPECT_TRUE(r->result.halted);
+    EXPECT_NE(r->result.halt_reason.find("bullet"), std::string::npos) << r->result.halt_reason;
+    EXPECT_EQ(r->step, good->step);
+    EXPECT_EQ(r->time, good->time);
+    EXPECT_EQ(r->totals.kinetic, good->totals.kinetic);
+    EXPECT_EQ(r->pieces.front().center.x, good->pieces.front().center.x);
+    EXPECT_EQ(r->particles.id, good->particles.id);
+    EXPECT_EQ(r->particles.position[5].x, good->particles.position[5].x);
+  }
+  EXPECT_TRUE(w.synchronize().halted);
+  EXPECT_EQ(w.time(), good->time);
+  EXPECT_FALSE(w.step(0.01));
+}
+
+// The state that a halted World's reading is of is gone when another is restored: it is read before that.
+TEST_F(Reading, OfAWorldThatHaltedOutlivesARestore) {
+  World w = bullet(), twin = bullet();
+  const auto saved = w.snapshot();
+  require(saved);
+  require(w.step(0.01));
+  require(twin.step(0.01));
+  const auto good = twin.take(*twin.request(everything()));
+  require(good);
+  require(w.step(0.02));
+  const auto ticket = w.request(everything());
+  require(ticket);
+  require(w.restore(saved->data(), saved->size()));
+  require(w.step(1e-3));
+  const auto r = w.take(*ticket);
+  require(r);
+  EXPECT_TRUE(r->result.halted);
+  EXPECT_EQ(r->totals.kinetic, good->totals.kinetic);
+  EXPECT_EQ(r->pieces.front().center.x, good->pieces.front().center.x);
+  EXPECT_FALSE(w.synchronize().halted);
+  require(w.step(1e-3));
+}
+
+TEST_F(Reading, OfNothing) {
+  World w = *World::create(describe());
+  const auto ticket = w.request(everything());
+  require(ticket);
+  EXPECT_TRUE(*w.ready(*ticket));
+  const auto r = w.take(*ticket);
+  require(r);
+  EXPECT_EQ(r->step, 0u);
+  EXPECT_EQ(r->totals.mass, 0);
+  EXPECT_TRUE(r->particles.id.empty());
+  EXPECT_EQ(w.totals()->temperature_max, 0);
+  EXPECT_TRUE(w.pieces()->empty());
 }
 
 }  // namespace

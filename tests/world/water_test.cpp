@@ -104,7 +104,9 @@ TEST_P(WaterAlone, SaysHowItWasTimed) {
     EXPECT_EQ(plan.timings_every, every);
     EXPECT_GT(plan.substep_ms, 0);  // of the sampled ones, also later
     for (const StageReport& stage : plan.stages)
-      if (stage.name == "sph.forces") EXPECT_GT(stage.median_ms, 0);
+      if (stage.name == "sph.forces") {
+        EXPECT_GT(stage.median_ms, 0);
+      }
     EXPECT_NE(plan.to_string().find("one sub-step in " + std::to_string(every)), std::string::npos);
   }
   require(w.scheduler().enable_timings(false));

@@ -13,7 +13,8 @@
 //   E_p     -m g.x: zero at x = 0                            J
 //   E_l     m L f: latent heat taken up, f liquid fraction   J
 //
-// E_l is part of the enthalpy H = m h, not beside it; a material that neither melts nor freezes has none.
+// E_l is part of the enthalpy H = m h, not beside it. A liquid has the L of the solid that melts into it, whether or not it
+// can freeze; a material that neither melts nor is what another melts into has none.
 #pragma once
 
 #include "meltsim/physics/heat.hpp"
@@ -35,7 +36,7 @@ MELTSIM_HD double potential_energy(double mass, Vec3<double> gravity, Vec3<doubl
 /// E_l [J] at enthalpy H [J] of the particle.
 template <class T>
 MELTSIM_HD double latent_energy(const MaterialRow<T>& m, double mass, double enthalpy) {
-  return m.plateau != 0u ? mass * m.latent_heat * liquid_fraction(m, enthalpy / mass) : 0.0;
+  return mass * m.latent_heat * liquid_fraction(m, enthalpy / mass);
 }
 
 }  // namespace physics

@@ -21,7 +21,7 @@ struct MaterialRow {
   double liquid_heat_capacity{};  ///< c of the liquid it becomes or is [J/(kg K)]; the least of a table
   double melting_point{};         ///< [degrees Celsius]
   double melting_enthalpy{};      ///< specific enthalpy at the melting point, still solid [J/kg]
-  double latent_heat{};           ///< L [J/kg]
+  double latent_heat{};           ///< L [J/kg]; of a liquid that of the solid that melts into it
   T shape_stiffness{};            ///< alpha of shape matching
   T modulus_rate{};               ///< E/(rho0 dx^2) of a given modulus [1/s^2]; 0 = shape_stiffness holds
   T shape_damping{};              ///< share of non-rigid motion removed per step
