@@ -89,6 +89,7 @@ Json run_json(const Scene& scene, const Json& resolved_scene, const RunOptions& 
   json["heat"] = {{"stages", resolved.heat_stages}, {"efficiency", resolved.heat_efficiency}};
   json["plan"] = plan_json(plan);
   json["timings_ms"] = timings_json(plan);
+  json["timings"] = {{"stages_timed_every", plan.timings_every}, {"substep_ms", plan.substep_ms}};
   json["warnings"] = warnings;
   if (!final_block.is_null()) json["final"] = final_block;
   return json;
