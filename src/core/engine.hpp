@@ -63,7 +63,8 @@ struct LatticeMasks {
 /// What a reading is of.
 struct ReadParts {
   bool sums = false, pieces = false, particles = false;
-  bool clears = false;  ///< extremes begin anew, as synchronize() has it
+  bool clears = false;                          ///< extremes begin anew, as synchronize() has it
+  std::uint64_t first_sample = 0, samples = 0;  ///< values of probes
 };
 
 /// A piece, in stored coordinates; SI.
@@ -85,6 +86,7 @@ struct StateReading {
   std::uint32_t piece_count = 0;
   std::vector<PieceReading> pieces;  ///< by label
   ParticleFrame particles;
+  std::vector<double> samples;
 };
 
 /// Slots for readings: a World's, and one for reads that wait.
@@ -133,7 +135,7 @@ class Engine {
   /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
   /// the last good one. Timed as stage surface_stage.
   virtual Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) = 0;
-  /// Waits. Replaces all probes; samples taken so far are lost. The state and its buffers stay as they are.
+  /// Waits. Replaces all probes; samples taken so far are lost, but for those of open readings. The state and its buffers stay as they are.
   /// Error out_of_memory: there are no probes then.
   virtual Status set_probes(const ProbeSetup& setup) = 0;
   /// Waits; copies n values of samples. The sub-step that halted the World, 0 where none did.

@@ -235,6 +235,7 @@ class EngineImpl final : public Engine {
   }
 
   Status set_probes(const ProbeSetup& setup) override {
+    settle_readings();
     ex_.synchronize();
     ex_.forget_repeats();
     if (Status s = probes_.set(ex_, setup); !s) return s;

@@ -78,6 +78,7 @@ class ReadingRun {
     bring(host.rows, w.rows, s.rows_sent * sizeof(PieceRow));
     bring(host.totals, w.totals, s.rows_sent * sizeof(PieceTotals));
     bring(host.particles, w.p.position, s.parts.particles ? s.born * PackedParticles::bytes : 0);
+    bring(host.end, scene.probes.values + parts.first_sample, parts.samples * sizeof(double));
     ex.end_copies(s.mark);
     s.open = true;
     return {};
@@ -110,6 +111,8 @@ class ReadingRun {
     out.piece_count = s.counts ? head.pieces : 0;
     if (s.parts.pieces) unpack_pieces(ex, s, head, out);
     if (s.parts.particles) unpack_particles(s, out.particles);
+    const auto* samples = reinterpret_cast<const double*>(s.host + layout(s, s.rows_sent).end);
+    out.samples.assign(samples, samples + s.parts.samples);
   }
 
   void release(E& ex) {
@@ -150,6 +153,10 @@ class ReadingRun {
   struct Layout {
     std::uint64_t head = 0, rows = 0, totals = 0, particles = 0, end = 0;
   };
+  /// Generous, as intervals between readings have some more or fewer samples.
+  static std::uint64_t sample_room(std::uint64_t samples) {
+    return (samples * sizeof(double) + 65535) / 65536 * 65536;
+  }
   static std::uint64_t padded(std::uint64_t bytes) { return (bytes + 255) / 256 * 256; }
   static Layout layout(const Slot& s, std::uint32_t rows) {
     Layout l;
@@ -181,7 +188,8 @@ class ReadingRun {
   }
 
   Status fit(E& ex, Slot& s, std::uint64_t vertices) {
-    const std::uint64_t device = layout(s, s.rows).end, host = layout(s, s.rows_sent).end;
+    const std::uint64_t device = layout(s, s.rows).end,
+                        host = layout(s, s.rows_sent).end + sample_room(s.parts.samples);
     const std::uint64_t scratch = s.counts ? scratch_layout(vertices).end : 0;
     const auto too_much = [](std::uint64_t bytes, const char* where) {
       return Error{ErrorCode::out_of_memory,

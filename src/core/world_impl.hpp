@@ -52,7 +52,7 @@ struct SampleBatch {
   std::vector<ProbeSeries> series;
   std::vector<PendingSample> pending;
   std::uint64_t first = 0, values = 0;  ///< on the backend
-  std::uint64_t region = 0;
+  std::uint64_t region = 0, room = 0;   ///< which, of which of the rooms that there have been
 };
 
 class WorldImpl final : public Scheduler {
@@ -183,6 +183,7 @@ class WorldImpl final : public Scheduler {
   void end_sample(const core::SubstepArguments& a, double end);
   void collect_samples();
   SampleBatch hand_over_samples();
+  void choose_region();
   void add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
                    std::vector<ProbeSeries>& to) const;
   std::vector<ProbeSeries> empty_series() const;
@@ -226,6 +227,7 @@ class WorldImpl final : public Scheduler {
   /// The backend's room for samples is in as many regions as there may be readings, and one more: sub-steps write to one of
   /// them, open readings hold others.
   std::uint64_t sample_region_ = 0;
+  std::uint64_t sample_rooms_ = 0;  ///< how often the engine was given other probes
   std::uint64_t sample_room_ = 0;   ///< values of a region
   std::uint64_t samples_used_ = 0;  ///< those that are in the region that is written to
   bool probes_stale_ = false;       ///< the engine does not have them as they are
@@ -239,7 +241,7 @@ class WorldImpl final : public Scheduler {
     ReadTicket ticket;
     ReadRequest what;
     Moment at;
-    std::vector<ProbeSeries> probes;
+    SampleBatch samples;
     StepResult carried;          ///< extremes that the host had
     std::uint64_t restored = 0;  ///< restored_ then
     bool of_nothing = false;     ///< the World was empty: `carried` is all there is

@@ -219,6 +219,8 @@ Status WorldImpl::place_probes() {
   Status s = engine->set_probes(setup);
   sample_room_ = s ? setup.region : 0;
   samples_used_ = 0;
+  sample_region_ = 0;
+  ++sample_rooms_;  // readings hold none of the new regions
   probes_stale_ = !s;
   return s;
 }
@@ -324,11 +326,24 @@ void WorldImpl::collect_samples() {
 SampleBatch WorldImpl::hand_over_samples() {
   SampleBatch batch;
   batch.region = sample_region_;
+  batch.room = sample_rooms_;
   batch.first = first_of_region();
   batch.values = std::exchange(samples_used_, 0);
   batch.pending = std::exchange(pending_, {});
   batch.series = std::exchange(sampled_, empty_series());
   return batch;
+}
+
+/// One that no open reading holds, for the samples to come.
+void WorldImpl::choose_region() {
+  const auto held = [&](std::uint64_t region) {
+    return std::any_of(readings_.begin(), readings_.end(), [&](const OpenReading& r) {
+      return r.ticket.value != 0 && r.samples.values != 0 && r.samples.room == sample_rooms_ &&
+             r.samples.region == region;
+    });
+  };
+  sample_region_ = 0;
+  while (held(sample_region_)) ++sample_region_;  // there is one more than readings
 }
 
 /// After collect_samples: what will be sampled again.

@@ -177,28 +177,30 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
   if (Status ready = ready_to_read(); !ready) return ready.error();
   OpenReading r;
   r.what = what;
-  if (what.probes) {
-    auto samples = take_samples();
-    if (!samples) return samples.error();
-    r.probes = std::move(*samples);
-  }
   r.restored = restored_;
   r.of_nothing = (facts_ & core::fact_particles) == 0;
   if (r.of_nothing) {
     r.carried = synchronize();
+    if (what.probes) collect_samples();
   } else {
     core::ReadParts parts;
     parts.sums = what.totals;
     parts.pieces = what.pieces;
     parts.particles = what.particles;
     parts.clears = true;
+    if (what.probes) {
+      parts.first_sample = first_of_region();
+      parts.samples = samples_used_;
+    }
     const auto slot = static_cast<int>(free - readings_.begin());
     if (Status asked = engine->request(slot, parts); !asked) return asked.error();
     r.carried = take_carried();
     r.at = now();
   }
+  if (what.probes) r.samples = hand_over_samples();  // what comes now goes elsewhere
   r.ticket.value = next_ticket();
   *free = std::move(r);
+  if (what.probes) choose_region();
   return free->ticket;
 }
 
@@ -217,7 +219,7 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
     return invalid("take: ticket: no open reading of this World has it; use what request() returned, once");
   OpenReading open = std::exchange(*found, {});
   Reading r;
-  r.probes = std::move(open.probes);
+  r.probes = std::move(open.samples.series);
   if (open.of_nothing) {
     r.result = open.carried;
     r.step = r.result.steps;
@@ -242,6 +244,7 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
   if (still_there && s.status.max_speed > 0) last_max_speed_ = s.status.max_speed;
   r.step = r.result.steps;
   r.time = r.result.time;
+  add_samples(open.samples, s.samples.data(), s.status.halted != 0 ? s.status.halt_step : 0, r.probes);
   if (open.what.totals) {
     r.ledger = ledger_of(s, r.result, open.at);
     r.totals = totals_of(s, r.result, open.at);

@@ -481,6 +481,56 @@ TEST(Probe, NothingIsLostOrDoubledAcrossASnapshot) {
   }
 }
 
+// Readings hold the samples of their intervals, however many are open and in whatever order they are taken; the World goes
+// on meanwhile, and other readings, probes and taking what is there do not mix them up.
+TEST(Probe, ReadingsBringTheSamplesOfTheirIntervals) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto make = [] {
+    World w = make_pool(0.3);
+    require(w.add_probe(thermometer({0, 0, 1}, 0.003)));
+    require(w.add_probe(gauge({{0, 0, 1}, {0.2, 0, 1}})));
+    return w;
+  };
+  World w = make(), twin = make();
+  ReadRequest with, without;
+  with.probes = true;
+  without.particles = true;
+  std::vector<ProbeSeries> got(2);
+  const auto add = [&](const std::vector<ProbeSeries>& more) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      got[k].time.insert(got[k].time.end(), more[k].time.begin(), more[k].time.end());
+      got[k].values.insert(got[k].values.end(), more[k].values.begin(), more[k].values.end());
+    }
+  };
+  const auto step = [](World& world, int times) {
+    for (int k = 0; k < times; ++k) require(world.step(1e-3));
+  };
+  for (int round = 0; round < 6; ++round) {
+    std::vector<ReadTicket> tickets;
+    for (int k = 0; k < 3; ++k) {
+      step(w, 5 + k);
+      tickets.push_back(*w.request(with));
+      if (k == 1) {
+        step(w, 1);  // an interval that another reading ends in the middle
+        tickets.push_back(*w.request(without));
+      }
+    }
+    step(w, 4);
+    if (round == 2) require(w.add_probe(thermometer({0, 0.1, 1}, 0.01)));
+    std::vector<std::vector<ProbeSeries>> taken(4);
+    for (const std::size_t k : {2u, 0u, 3u, 1u}) taken[k] = w.take(tickets[k])->probes;
+    EXPECT_TRUE(taken[2].empty()) << "not asked for";
+    for (const std::size_t k : {0u, 1u, 3u}) add(taken[k]);
+    add(samples_of(w));
+  }
+  step(twin, 6 * (5 + 6 + 1 + 7 + 4));
+  const auto expected = samples_of(twin);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_EQ(got[k].time, expected[k].time);
+    EXPECT_EQ(got[k].values, expected[k].values);
+  }
+}
+
 TEST(Probe, AHaltKeepsTheSamplesOfTheStepsThatCount) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();
