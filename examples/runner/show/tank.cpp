@@ -8,7 +8,7 @@ namespace runner {
 using meltsim::Vec3d;
 
 double tank_width(const Scene& scene) {
-  constexpr double share = 0.005;  // of the diagonal: thin enough to look past
+  constexpr double share = 0.0035;  // of the diagonal: thin enough to look past
   const meltsim::DomainDesc& domain = scene.world.domain;
   return domain.bounded ? share * length(domain.max - domain.min) : 0;
 }

@@ -381,6 +381,7 @@ struct Pixel {
   float count = 0;
   Rgb first{};    ///< as a monitor shows its first sample,
   Rgb average{};  ///< and all of those that every pixel has
+  bool uneven = false;
 };
 
 float difference(const Rgb& a, const Rgb& b) {
@@ -422,18 +423,27 @@ Image traced(const FrameShapes& shapes, const Camera& camera, const TraceSetting
       p.average = shown(p.sum * (1 / p.count));
     }
   });
-  // Where a pixel's samples or its neighbours differ by what an eye sees, it gets the rest of its samples.
+  // Where a pixel's samples or its neighbours differ by what an eye sees, it gets the rest of its samples, and so do
+  // those beside it: what only some samples meet would leave grains.
   constexpr float seen = 0.02f;
+  const auto beside = [&](int x, int y, const auto& visit) {
+    for (int j = std::max(0, y - 1); j <= std::min(settings.height - 1, y + 1); ++j)
+      for (int i = std::max(0, x - 1); i <= std::min(settings.width - 1, x + 1); ++i) visit(at(i, j));
+  };
   each_row(settings.height, settings.threads, [&](int y) {
     for (int x = 0; x < settings.width; ++x) {
       Pixel& p = at(x, y);
-      bool uneven = difference(p.first, p.average) > seen;
-      for (const auto& [i, j] :
-           {std::pair{x - 1, y}, std::pair{x + 1, y}, std::pair{x, y - 1}, std::pair{x, y + 1}}) {
-        if (i < 0 || j < 0 || i >= settings.width || j >= settings.height) continue;
-        uneven = uneven || difference(p.average, at(i, j).average) > 2 * seen;
-      }
-      for (int s = 0; s < all && uneven; ++s) {
+      float most = 2 * difference(p.first, p.average);
+      beside(x, y, [&](const Pixel& other) { most = std::max(most, difference(p.average, other.average)); });
+      p.uneven = most > 2 * seen;
+    }
+  });
+  each_row(settings.height, settings.threads, [&](int y) {
+    for (int x = 0; x < settings.width; ++x) {
+      Pixel& p = at(x, y);
+      bool refine = false;
+      beside(x, y, [&](const Pixel& other) { refine = refine || other.uneven; });
+      for (int s = 0; s < all && refine; ++s) {
         bool done = false;
         for (int k = 0; k < few; ++k) done = done || s == order(k);
         if (done) continue;
