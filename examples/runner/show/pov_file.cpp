@@ -147,13 +147,13 @@ std::string warmth_macro() {
          "0.1 } #end\n";
 }
 
-/// A slab just below the liquid's lowest face.
+/// A slab whose top is just inside the liquid: air between the two would be a mirror.
 std::string basin_floor(const TraceSettings& s, const Vec3d& up, const Vec3d& origin, double tile) {
   const double gap = 0.02 * s.spacing, thick = 0.5 * s.spacing;
   Vec3d low = s.basin.min, high = s.basin.max;
   const auto flatten = [&](double along_up, double& from, double& to) {
-    if (along_up > 0.7) to = from - gap, from = to - thick;
-    else if (along_up < -0.7) from = to + gap, to = from + thick;
+    if (along_up > 0.7) to = from + gap, from = to - thick;
+    else if (along_up < -0.7) from = to - gap, to = from + thick;
   };
   flatten(up.x, low.x, high.x);
   flatten(up.y, low.y, high.y);
@@ -211,7 +211,7 @@ std::string pov_text(const FrameShapes& given, const Camera& camera, const Trace
   }
   if (!shapes.liquid.empty()) {
     text += warm ? mesh(shapes.liquid, warmth(shapes.liquid, s, "0.45")) + "}\n"
-                 : mesh(shapes.liquid) + fmt::format("  Water({:.4g})\n}}\n", 0.6 * size);
+                 : mesh(shapes.liquid) + fmt::format("  Water({:.4g})\n}}\n", 0.35 * size);
   }
   if (!shapes.paint.empty()) text += mesh(shapes.paint, paint(shapes.paint)) + "}\n";
   for (const Ball& ball : shapes.balls) {
