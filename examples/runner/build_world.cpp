@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "check_units.hpp"
 #include "expect.hpp"
 #include "library_error.hpp"
 #include "load_scene.hpp"
@@ -117,6 +118,7 @@ class Builder {
 }  // namespace
 
 Built build_world(const Scene& scene, const MachineOptions& machine) {
+  check_frames(scene);
   check_particle_budget(scene);
   meltsim::WorldDesc desc = scene.world;
   desc.backend = machine.backend;

@@ -47,6 +47,17 @@ Json header_json(const Checkpoint& checkpoint) {
   return json;
 }
 
+/// Whether numbers and scene are such as this program writes; the sum over the file only says that nothing changed them.
+bool sound(const Checkpoint& checkpoint) {
+  const RunState& state = checkpoint.state;
+  for (const double value :
+       {state.time, state.frame_dt, state.wall_s, state.rest.dt, state.rest.end, state.melted_at.value_or(0)})
+    if (!(value >= 0 && std::isfinite(value))) return false;
+  if (!checkpoint.scene.is_object()) return false;
+  const Json time = checkpoint.scene.value("time", Json::object());
+  return time.is_object() && (!time.contains("fps") || time["fps"].is_number());
+}
+
 Checkpoint from_header(const Json& json) {
   Checkpoint checkpoint;
   RunState& state = checkpoint.state;
@@ -117,7 +128,8 @@ Checkpoint read_checkpoint(const std::string& path) {
   try {
     Checkpoint checkpoint = from_header(Json::parse(header));
     checkpoint.snapshot.assign(snapshot.begin(), snapshot.end());
-    return checkpoint;
+    if (sound(checkpoint)) return checkpoint;
+    reader.fail();
   } catch (const Json::exception&) {
     reader.fail();
   }

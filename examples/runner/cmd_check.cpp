@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// `meltsim check`: builds the world, takes no step, and says what a run would be.
+// `meltsim check`: builds the world, says what a run would be, and measures a few steps and a frame of it.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
 
 #include "build_world.hpp"
 #include "commands.hpp"
 #include "expect.hpp"
 #include "heat_balance.hpp"
+#include "meltsim/physics/artificial_viscosity.hpp"
 #include "numbers.hpp"
+#include "rehearsal.hpp"
+#include "run_directory.hpp"
+#include "show/frame_export.hpp"
+#include "show/programs.hpp"
 #include "stepper.hpp"
 
 namespace runner {
@@ -17,86 +25,64 @@ namespace runner {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
+// Steps are timed for so long, the first one left out: it prepares what others use.
+constexpr double timing_s = 0.4;
+// A trial that was broken off with less than this share melted says nothing of how the melting goes on.
+constexpr double telling = 0.05;
+
+using Clock = std::chrono::steady_clock;
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// "0.42 s", "3 min": an estimate has no more digits than it deserves.
+std::string about(double seconds) {
+  if (seconds < 1) return "a second";
+  if (seconds < 100) return fmt::format("{:.2g} s", seconds);
+  if (seconds < 6000) return fmt::format("{:.2g} min", seconds / 60);
+  if (seconds < 72 * 3600) return fmt::format("{:.2g} hours", seconds / 3600);
+  return fmt::format("{:.2g} days", seconds / 86400);
+}
 
 class Check {
  public:
-  Check(const Scene& scene, Built& built) : scene_(scene), built_(built), now_(built.world.synchronize()) {}
+  Check(const Scene& scene, Built& built, bool verbose)
+      : scene_(scene), built_(built), now_(built.world.synchronize()), verbose_(verbose) {
+    for (const std::string& warning : scene.warnings) warn(warning);
+  }
 
   void print() {
     fmt::print("{}{}\n", scene_.name, scene_.title.empty() ? "" : ": " + scene_.title);
-    fmt::print("backend     {}\n", backend_text(built_.world));
+    line("backend", backend_text(built_.world));
     print_particles();
-    print_numbers();
+    print_bodies();
+    print_viscosity();
     print_time();
     const meltsim::Plan plan = built_.world.plan();
-    fmt::print("memory      {} for the World\n", bytes_text(static_cast<double>(plan.bytes)));
-    if (const auto balance = heat_balance(built_))
-      fmt::print("heat        {}\n", heat_balance_text(*balance));
-    fmt::print("\n{}\n", plan.to_string());
+    line("memory", bytes_text(static_cast<double>(plan.bytes)) + " for the World");
+    if (verbose_) print_parts();
+    print_heat();
+    std::fflush(stdout);  // what follows takes seconds
+    const std::optional<Rehearsal> rehearsal = rehearse(scene_, built_);
+    print_melting(rehearsal);
+    print_cost(rehearsal);
+    if (verbose_) fmt::print("\n{}\n", plan.to_string());
     for (const std::string& warning : warnings_) fmt::print("warning: {}\n", warning);
-    fmt::print("{}\n", warnings_.empty() ? "ok"
-                                         : fmt::format("ok, {} warning{}", warnings_.size(),
-                                                       warnings_.size() == 1 ? "" : "s"));
+    fmt::print("{}{}\n",
+               warnings_.empty()
+                   ? "ok"
+                   : fmt::format("ok, {} warning{}", warnings_.size(), warnings_.size() == 1 ? "" : "s"),
+               verbose_ ? "" : "; --verbose says more");
   }
 
  private:
+  static void line(const char* label, const std::string& text) { fmt::print("{:<12}{}\n", label, text); }
+
   void print_particles() {
-    std::uint64_t placed = 0;
-    for (std::size_t i = 0; i < scene_.fluids.size(); ++i) {
-      const std::uint64_t count = built_.fluid_particles[i];
-      placed += count;
-      fmt::print("fluids[{}]   {} particles of {}, {:g} C\n", i, count_text(count), scene_.fluids[i].material,
-                 scene_.fluids[i].desc.temperature);
-      print_left_out(scene_.fluids[i].desc, count);
-    }
-    print_bodies();
-    for (const SceneEmitter& emitter : scene_.emitters) print_emitter(emitter);
-    fmt::print("total       {} liquid and {} solid particles\n", count_text(now_.fluid),
-               count_text(now_.solid));
-    if (placed > now_.fluid) {
-      fmt::print("overlaps    {} liquid particles lay inside bodies and were carved away\n",
-                 count_text(placed - now_.fluid));
-    } else {
-      fmt::print("overlaps    none\n");
-    }
-    if (now_.fluid + now_.solid == 0 && scene_.emitters.empty()) warn("the scene holds no particles");
-  }
-
-  void print_left_out(const meltsim::FluidDesc& fluid, std::uint64_t count) {
-    const meltsim::WorldDesc& world = scene_.world;
-    const meltsim::Vec3d origin = world.domain.bounded ? world.domain.min : meltsim::Vec3d{};
-    const std::uint64_t points = fluid.shape.lattice_points(origin, world.spacing).size();
-    if (points > count)
-      fmt::print(
-          "            {} more are nearer to a wall than half a spacing or where there is liquid already\n",
-          count_text(points - count));
-  }
-
-  void print_bodies() {
-    for (const meltsim::PieceInfo& piece : expect(built_.world.pieces())) {
-      const SceneBody& body = scene_.bodies.at(piece.body.index);
-      fmt::print("body        \"{}\": {} particles of {}, {:.6g} kg, {:g} C{}\n", piece.name,
-                 count_text(piece.particles), body.material, piece.mass, body.desc.temperature,
-                 body.desc.fixed ? ", fixed" : "");
-    }
-  }
-
-  void print_emitter(const SceneEmitter& emitter) {
-    const meltsim::EmitterDesc& desc = emitter.desc;
-    const double until = std::min(desc.until, scene_.time.end);
-    const double volume = pi * desc.radius * desc.radius * desc.speed * std::max(0.0, until - desc.from);
-    const auto count = static_cast<std::uint64_t>(volume / std::pow(scene_.world.spacing, 3));
-    fmt::print("emitter     \"{}\": about {} particles of {} by t={:g} s, {:g} C\n", desc.name,
-               count_text(count), emitter.material, until, desc.temperature);
-  }
-
-  void print_numbers() {
     const meltsim::Resolved resolved = built_.world.resolved();
     const double ratio = resolved.support_radius / scene_.world.spacing;
-    fmt::print("particles   spacing {:.4g} m, support {:.4g} m ({:.3g} spacings)\n", scene_.world.spacing,
-               resolved.support_radius, ratio);
-    fmt::print("sound       {:.4g} m/s{}\n", resolved.sound_speed,
-               scene_.world.sound_speed > 0 ? "" : " (auto)");
+    line("particles",
+         fmt::format("{} liquid and {} solid, {:.4g} m apart; support {:.4g} m", count_text(now_.fluid),
+                     count_text(now_.solid), scene_.world.spacing, resolved.support_radius));
+    if (now_.fluid + now_.solid == 0 && scene_.emitters.empty()) warn("the scene holds no particles");
     if (ratio > 4) {
       warn(fmt::format(
           "support is {:.3g} spacings: above 4 it smooths detail away and costs {:.0f} neighbours", ratio,
@@ -104,31 +90,70 @@ class Check {
     }
   }
 
+  std::string body_text(const meltsim::PieceInfo& piece) const {
+    const SceneBody& body = scene_.bodies.at(piece.body.index);
+    return fmt::format("\"{}\": {} particles of {}, {:.6g} kg, {:g} C{}", piece.name,
+                       count_text(piece.particles), body.material, piece.mass, body.desc.temperature,
+                       body.desc.fixed ? ", fixed" : "");
+  }
+
+  void print_bodies() {
+    const std::vector<meltsim::PieceInfo> pieces = expect(built_.world.pieces());
+    if (verbose_)
+      for (const meltsim::PieceInfo& piece : pieces) line("body", body_text(piece));
+    else if (!pieces.empty())
+      line("body", body_text(pieces[0]) +
+                       (pieces.size() > 1 ? fmt::format("; and {} more", pieces.size() - 1) : std::string()));
+  }
+
+  /// Of each liquid as its viscosity stands in the scene, and what the artificial one adds.
+  void print_viscosity() {
+    if (now_.fluid == 0 && scene_.emitters.empty()) return;
+    const meltsim::Resolved resolved = built_.world.resolved();
+    const double added = meltsim::physics::artificial_kinematic_viscosity(
+        scene_.world.artificial_viscosity, resolved.sound_speed, resolved.support_radius);
+    std::string text = fmt::format("sound {:.4g} m/s{}", resolved.sound_speed,
+                                   scene_.world.sound_speed > 0 ? "" : " (auto)");
+    if (added > 0) {
+      text += fmt::format("; artificial_viscosity {:g} acts like {:.2g} m^2/s",
+                          scene_.world.artificial_viscosity, added);
+      for (const SceneMaterial& material : scene_.materials) {
+        const bool flows = std::any_of(scene_.fluids.begin(), scene_.fluids.end(),
+                                       [&](const SceneFluid& f) { return f.material == material.desc.name; });
+        if (!flows) continue;
+        text += fmt::format(", {} itself has {:.2g}", material.desc.name,
+                            material.desc.viscosity / material.desc.density);
+        break;
+      }
+    }
+    line("liquid", text);
+  }
+
   void print_time() {
     const SceneTime& time = scene_.time;
     const double stable = built_.world.stable_dt(), frame = 1 / time.fps;
-    fmt::print("time        {} stepping to t={:g} s{}, {:g} frames per second\n",
-               time.adaptive ? "adaptive" : "fixed", time.end, time.until_melted ? " or until melted" : "",
-               time.fps);
-    fmt::print("stable dt   {:.4g} s at rest; motion lowers it\n", stable);
     const double efficiency = built_.world.resolved().heat_efficiency;
     if (efficiency < 1)
       warn(fmt::format(
           "heat.model paper delivers {:.0f} % of the diffusivity asked for at a sub-step of {:.4g} s; "
           "its energy drifts (thermal_J in stats.csv). heat.model: enthalpy delivers all of it",
           100 * efficiency, stable));
-    if (time.adaptive) return;
+    const std::string span = fmt::format("to t={:g} s{}, {:g} frames per second; ", time.end,
+                                         time.until_melted ? " or until melted" : "", time.fps);
+    if (time.adaptive) {
+      line("time", span + fmt::format("adaptive, stable dt {:.4g} s at rest", stable));
+      return;
+    }
     const double wanted = time.dt.value_or(automatic_dt(stable, frame));
     const double dt = fixed_frame_dt(0, frame, wanted),
                  substeps = std::max(1.0, std::ceil(dt / stable - 1e-9));
-    fmt::print("dt          {:.4g} s, {:.0f} sub-step{} each, {:.0f} steps\n", dt, substeps,
-               substeps > 1 ? "s" : "", std::ceil(time.end / dt - 1e-6));
+    line("time",
+         span + fmt::format("{:.0f} steps of {:.4g} s{}, stable dt {:.4g} s at rest",
+                            std::ceil(time.end / dt - 1e-6), dt,
+                            substeps > 1 ? fmt::format(" in {:.0f} sub-steps each", substeps) : "", stable));
     if (substeps > scene_.world.max_substeps) {
       warn(fmt::format("dt {:g} s needs {:.0f} sub-steps, more than solver.max_substeps {}; try dt {:.2g}",
                        dt, substeps, scene_.world.max_substeps, stable * scene_.world.max_substeps));
-    } else if (substeps > 1) {
-      warn(fmt::format("dt {:g} s is above the stable {:.3g} s, so each step is split into {:.0f}", dt,
-                       stable, substeps));
     }
     if (std::abs(dt - wanted) > 1e-9 * wanted) {
       warn(fmt::format("dt {:g} s does not divide the frame interval {:g} s; a run uses {:.6g} s", wanted,
@@ -136,20 +161,175 @@ class Check {
     }
   }
 
+  /// Behind --verbose: what the particles came from.
+  void print_parts() {
+    std::uint64_t placed = 0;
+    for (std::size_t i = 0; i < scene_.fluids.size(); ++i) {
+      const std::uint64_t count = built_.fluid_particles[i];
+      placed += count;
+      line(fmt::format("fluids[{}]", i).c_str(),
+           fmt::format("{} particles of {}, {:g} C", count_text(count), scene_.fluids[i].material,
+                       scene_.fluids[i].desc.temperature));
+      print_left_out(scene_.fluids[i].desc, count);
+    }
+    for (const SceneEmitter& emitter : scene_.emitters) print_emitter(emitter);
+    line("overlaps", placed > now_.fluid ? count_text(placed - now_.fluid) +
+                                               " liquid particles lay inside bodies and were carved away"
+                                         : "none");
+  }
+
+  void print_left_out(const meltsim::FluidDesc& fluid, std::uint64_t count) {
+    const meltsim::WorldDesc& world = scene_.world;
+    const meltsim::Vec3d origin = world.domain.bounded ? world.domain.min : meltsim::Vec3d{};
+    const std::uint64_t points = fluid.shape.lattice_points(origin, world.spacing).size();
+    if (points > count)
+      line("",
+           fmt::format("{} more are nearer to a wall than half a spacing or where there is liquid already",
+                       count_text(points - count)));
+  }
+
+  /// What an emitter brings until the end of the scene.
+  double emitted(const meltsim::EmitterDesc& desc) const {
+    const double until = std::min(desc.until, scene_.time.end);
+    const double volume = pi * desc.radius * desc.radius * desc.speed * std::max(0.0, until - desc.from);
+    const double count = volume / std::pow(scene_.world.spacing, 3);
+    return desc.max_particles > 0 ? std::min(count, static_cast<double>(desc.max_particles)) : count;
+  }
+
+  void print_emitter(const SceneEmitter& emitter) {
+    const meltsim::EmitterDesc& desc = emitter.desc;
+    line("emitter", fmt::format("\"{}\": about {} particles of {} by t={:g} s, {:g} C", desc.name,
+                                count_text(static_cast<std::uint64_t>(emitted(desc))), emitter.material,
+                                std::min(desc.until, scene_.time.end), desc.temperature));
+  }
+
+  void print_heat() {
+    if (built_.meltable == 0) return;
+    const auto balance = heat_balance(built_);
+    const std::string others = heat_sources_text(scene_);
+    if (balance) line("heat", heat_balance_text(*balance, others));
+    else if (!others.empty()) line("heat", "also from " + others);
+  }
+
+  void print_melting(const std::optional<Rehearsal>& rehearsal) {
+    if (built_.meltable == 0) return;
+    if (!rehearsal) {
+      line("melting", "not estimated: the scene cannot be tried with coarser particles");
+      return;
+    }
+    const double end = scene_.time.end, until = rehearsal->until, melted = rehearsal->melted_at(until);
+    const std::string how =
+        rehearsal->coarseness > 1
+            ? fmt::format(" (tried with particles {:.2g} times as large)", rehearsal->coarseness)
+            : " (tried)";
+    const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
+    if (broken_off && melted < telling) {
+      line("melting", fmt::format("{:.2g} % of the solid by t={:.2g} s{}; beyond that it was not tried",
+                                  100 * melted, until, how));
+      return;
+    }
+    const double share = rehearsal->melted_at(end), all = rehearsal->time_of(1);
+    std::string text;
+    if (share >= 1) text = fmt::format("everything melts by about t={:.2g} s", all);
+    else if (share < 0.005) text = fmt::format("next to nothing melts by t={:g} s", end);
+    else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
+    if (share >= telling && share < 1 && std::isfinite(all))
+      text += fmt::format(", all of it by about t={:.2g} s", all);
+    if (share < 1 && scene_.world.heat.model == meltsim::HeatModel::enthalpy)
+      text += "; heat.time_scale makes it faster";
+    line("melting", text + how);
+  }
+
+  /// [s] The end of a run, which may come when everything has melted.
+  double run_end(const std::optional<Rehearsal>& rehearsal) const {
+    if (!scene_.time.until_melted || !rehearsal) return scene_.time.end;
+    return std::min(scene_.time.end, rehearsal->time_of(1) + scene_.time.tail);
+  }
+
+  void print_cost(const std::optional<Rehearsal>& rehearsal) {
+    const double end = run_end(rehearsal), frames = std::floor(end * scene_.time.fps + 1e-6) + 1;
+    double particles = static_cast<double>(now_.fluid + now_.solid), more = 0;
+    for (const SceneEmitter& emitter : scene_.emitters) more += emitted(emitter.desc);
+    if (particles == 0) {
+      line("run", "not estimated: there are no particles at the start");
+      return;
+    }
+    const double growth = 1 + 0.5 * more / particles;  // emitters fill up evenly, near enough
+    double frame_bytes = 0, frame_s = 0;
+    measure_frame(frame_bytes, frame_s);
+    double per_substep = 0, substeps = 0;
+    measure_steps(end, per_substep, substeps);
+    if (per_substep > 0) {
+      if (rehearsal) substeps = std::max(substeps, end * rehearsal->substeps_per_s);
+      line("run", fmt::format("about {} here: {:.2g} sub-steps of {:.3g} ms, {:.0f} frames",
+                              about(growth * (substeps * per_substep + frames * frame_s)), substeps,
+                              1e3 * growth * per_substep, frames));
+    }
+    line("disk", fmt::format("about {} in {:.0f} frames ({}), and a page of less than 10 MB",
+                             bytes_text(growth * frames * frame_bytes), frames,
+                             scene_.output.formats.empty()
+                                 ? "none"
+                                 : fmt::format("{}", fmt::join(scene_.output.formats, ","))));
+  }
+
+  /// The first frame, as a run writes it.
+  void measure_frame(double& bytes, double& seconds) {
+    const Scratch scratch;
+    std::filesystem::create_directory(scratch.file("frames"));
+    FrameExport frame(scene_, {scratch.path(), {}}, {});
+    const Clock::time_point start = Clock::now();
+    if (frame.any()) {
+      meltsim::ReadRequest request;
+      request.particles = true;
+      const std::vector<FrameParticle> particles =
+          frame_particles(expect(built_.world.take(expect(built_.world.request(request)))).particles);
+      if (frame.wants_shapes()) {
+        const FrameShapes shapes = frame.shapes(built_.world, 0, particles);
+        frame.write(0, 0, particles, &shapes);
+      } else {
+        frame.write(0, 0, particles, nullptr);
+      }
+    }
+    seconds = since(start);
+    for (const auto& entry : std::filesystem::directory_iterator(scratch.file("frames")))
+      bytes += static_cast<double>(entry.file_size());
+  }
+
+  /// How long a sub-step takes, and how many a run at rest takes. The World is stepped and of no use afterwards.
+  void measure_steps(double end, double& per_substep, double& substeps) {
+    const double frame = 1 / scene_.time.fps, stable = built_.world.stable_dt();
+    const double limit = scene_.time.dt.value_or(meltsim::infinity);
+    const double dt = std::min({frame, limit, std::isfinite(stable) ? stable : frame});
+    substeps = std::ceil(end / dt - 1e-6);
+    if (!built_.world.step(dt)) return;
+    built_.world.synchronize();
+    const std::uint64_t before = built_.world.steps();
+    const Clock::time_point start = Clock::now();
+    std::uint64_t done = 0;
+    while (since(start) < timing_s) {
+      for (int i = 0; i < steps_per_batch; ++i)
+        if (!built_.world.step(dt)) return;
+      if (built_.world.synchronize().halted) return;
+      done = built_.world.steps() - before;
+    }
+    per_substep = since(start) / static_cast<double>(std::max<std::uint64_t>(done, 1));
+  }
+
   void warn(const std::string& text) { warnings_.push_back(text); }
 
   const Scene& scene_;
   Built& built_;
   meltsim::StepResult now_;
+  bool verbose_;
   std::vector<std::string> warnings_;
 };
 
 }  // namespace
 
-int cmd_check(const SceneOptions& options, const MachineOptions& machine) {
+int cmd_check(const SceneOptions& options, const MachineOptions& machine, bool verbose) {
   const Scene scene = load_scene(options);
   Built built = build_world(scene, machine);
-  Check(scene, built).print();
+  Check(scene, built, verbose).print();
   return 0;
 }
 

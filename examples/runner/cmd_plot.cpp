@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 
 #include "commands.hpp"
 #include "failure.hpp"
@@ -16,7 +15,7 @@
 namespace runner {
 
 int cmd_plot(const std::string& path) {
-  const RunDirectory directory{path};
+  const RunDirectory directory{path, {}};
   const Scene scene = run_scene_of(directory);
   if (!exists(directory.file("stats.csv")))
     throw Failure(ExitCode::io, directory.file("stats.csv") + ": is missing; run the scene again");
@@ -31,20 +30,21 @@ int cmd_plot(const std::string& path) {
   }
   const std::string table = read_file(directory.file("stats.csv"));
   const auto rows = std::count(table.begin(), table.end(), '\n');  // with the header
+  const Scratch scratch;
+  write_file(scratch.file("stats.csv"), table);
   for (const char* name : {"plots.svg", "plots.png"}) {
-    const std::string picture = directory.file(name), temporary = picture + ".tmp", script = picture + ".gp",
-                      said = picture + ".log";
-    write_file(script, plot_script(directory.file("stats.csv"), temporary,
-                                   scene.title.empty() ? path : scene.title, name[6] == 's', rows < 3));
-    const int status = run_program({gnuplot, script}, said);
-    if (status != 0 || !exists(temporary)) {
+    const std::string script =
+        plot_script("stats.csv", name, scene.title.empty() ? path : scene.title, name[6] == 's', rows < 3);
+    write_file(scratch.file("plots.gp"), script);
+    const int status = run_program({gnuplot, "plots.gp"}, scratch);
+    if (status != 0 || !exists(scratch.file(name))) {
+      const std::string said = directory.file("plots.log");
+      scratch.take(program_log, said);
       throw Failure(ExitCode::io,
-                    fmt::format("{}: gnuplot ended with {}; it said why in {}", script, status, said));
+                    fmt::format("{}: gnuplot ended with {}; it said why in {}", path, status, said));
     }
-    if (std::rename(temporary.c_str(), picture.c_str()) != 0)
-      throw Failure(ExitCode::io, picture + ": cannot be replaced");
-    for (const std::string& file : {script, said}) std::remove(file.c_str());
-    fmt::print("{}\n", picture);
+    scratch.take(name, directory.file(name));
+    fmt::print("{}\n", directory.file(name));
   }
   return 0;
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 
 #include "commands.hpp"
@@ -58,7 +57,11 @@ class Renderer {
     }
     const std::vector<std::uint64_t> chosen = spread(all, options_.frames);
     camera_ = common_camera(chosen);
-    std::filesystem::create_directories(directory_.file("pictures"));
+    std::error_code error;
+    std::filesystem::create_directories(directory_.file("pictures"), error);
+    if (error)
+      throw Failure(ExitCode::io, directory_.file("pictures") + ": cannot be created: " + error.message());
+    const DirectoryLock lock(directory_.file("pictures"), "another `meltsim render`");
     std::vector<std::pair<double, std::string>> pictures;
     std::vector<Image> small;
     const std::vector<std::uint64_t> on_sheet = spread(chosen, sheet_pictures);
@@ -125,12 +128,11 @@ class Renderer {
 
   Image picture(const FrameShapes& shapes, std::uint64_t index) {
     if (povray_.empty()) return draw(shapes, scene_, camera_, wish_);
-    const std::string base = directory_.file(fmt::format("pictures/{}_{:05}", name_, index));
-    const std::string pov = base + ".pov", png = base + ".povray.png", said = base + ".log";
-    write_file(pov, pov_text(shapes, camera_, trace_settings(scene_, camera_, wish_)));
+    const Scratch scratch;
+    write_file(scratch.file("scene.pov"), pov_text(shapes, camera_, trace_settings(scene_, camera_, wish_)));
     std::vector<std::string> command{povray_,
-                                     "+I" + pov,
-                                     "+O" + png,
+                                     "+Iscene.pov",
+                                     "+Opicture.png",
                                      fmt::format("+W{}", wish_.width),
                                      fmt::format("+H{}", wish_.height),
                                      "+A0.1",
@@ -138,15 +140,17 @@ class Renderer {
                                      "-D",
                                      "+FN8"};
     if (wish_.threads > 0) command.push_back(fmt::format("+WT{}", wish_.threads));
-    const int status = run_program(command, said);
-    if (status != 0 || !exists(png)) {
-      throw Failure(
-          ExitCode::io,
-          fmt::format("{}: povray ended with {}; it said why in {}; --renderer builtin does without it", pov,
-                      status, said));
+    const int status = run_program(command, scratch);
+    if (status != 0 || !exists(scratch.file("picture.png"))) {
+      const std::string base = directory_.file(fmt::format("pictures/{}_{:05}", name_, index));
+      scratch.take("scene.pov", base + ".pov");
+      scratch.take(program_log, base + ".log");
+      throw Failure(ExitCode::io,
+                    fmt::format("{0}.pov: povray ended with {1}; it said why in {0}.log; --renderer builtin "
+                                "does without it",
+                                base, status));
     }
-    Image image = read_png(png);
-    for (const std::string& file : {pov, png, said}) std::remove(file.c_str());  // our own, a moment old
+    Image image = read_png(scratch.file("picture.png"));
     annotate(image, shapes.time, wish_);
     return image;
   }
@@ -157,8 +161,8 @@ class Renderer {
       log_.info("no movie: ffmpeg is not installed (Debian/Ubuntu: apt install ffmpeg)");
       return;
     }
-    const std::string list = directory_.file(name_ + ".ffconcat"),
-                      said = directory_.file(name_ + ".ffmpeg.log");
+    const Scratch scratch;
+    scratch.link("pictures", directory_.file("pictures"));
     std::string text = "ffconcat version 1.0\n";
     for (std::size_t i = 0; i < pictures.size(); ++i) {
       const double until = i + 1 < pictures.size() ? pictures[i + 1].first : pictures[i].first + 1;
@@ -167,9 +171,7 @@ class Renderer {
     }
     // The last picture stays for a second; ffmpeg forgets a last duration that no file follows.
     text += fmt::format("file '{}'\n", pictures.back().second);
-    write_file(list, text);
-    const std::string movie = directory_.file(name_ + ".mp4"),
-                      temporary = directory_.file(name_ + ".part.mp4");
+    write_file(scratch.file("pictures.ffconcat"), text);
     for (const char* codec : {"libx264", "mpeg4"}) {
       const int status = run_program({ffmpeg,
                                       "-hide_banner",
@@ -179,7 +181,7 @@ class Renderer {
                                       "-safe",
                                       "0",
                                       "-i",
-                                      list,
+                                      "pictures.ffconcat",
                                       "-vf",
                                       "fps=25,scale=trunc(iw/2)*2:trunc(ih/2)*2",
                                       "-c:v",
@@ -190,15 +192,16 @@ class Renderer {
                                       "yuv420p",
                                       "-movflags",
                                       "+faststart",
-                                      temporary},
-                                     said);
+                                      "movie.mp4"},
+                                     scratch);
       if (status != 0) continue;
-      if (std::rename(temporary.c_str(), movie.c_str()) != 0)
-        throw Failure(ExitCode::io, movie + ": cannot be replaced");
-      for (const std::string& file : {list, said}) std::remove(file.c_str());
+      const std::string movie = directory_.file(name_ + ".mp4");
+      scratch.take("movie.mp4", movie);
       log_.info("movie: " + movie);
       return;
     }
+    const std::string said = directory_.file(name_ + ".ffmpeg.log");
+    scratch.take(program_log, said);
     log_.warn(fmt::format("no movie: ffmpeg failed and said why in {}", said));
   }
 
@@ -227,7 +230,7 @@ int cmd_render(const RenderOptions& options) {
   }
   Log log(LogStyle::text, options.run.quiet);
   try {
-    return Renderer(options, {directory}, log).execute();
+    return Renderer(options, {directory, {}}, log).execute();
   } catch (const Failure& failure) {
     log.error(failure.what());
     return static_cast<int>(failure.code());

@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include "failure.hpp"
+#include "files.hpp"
 #include "load_scene.hpp"
 #include "numbers.hpp"
 #include "resolution.hpp"
@@ -34,8 +35,15 @@ std::string particles_text(Built& built, const Scene& scene) {
                      bytes_text(static_cast<double>(built.world.plan().bytes)));
 }
 
-RunDirectory choose_directory(const Scene& scene, const RunOptions& options) {
+/// A directory that is there already, locked before the long work of building the scene.
+std::optional<RunDirectory> existing_directory(const RunOptions& options) {
   if (options.resume) return resumed_run_directory(options.out);
+  if (options.overwrite && exists(options.out)) return named_run_directory(options.out);
+  if (!options.out.empty()) refuse_existing(options.out);
+  return std::nullopt;
+}
+
+RunDirectory new_directory(const Scene& scene, const RunOptions& options) {
   return options.out.empty() ? new_run_directory(scene.name) : named_run_directory(options.out);
 }
 
@@ -53,9 +61,7 @@ void check_dt(const Scene& scene, const Built& built) {
 }
 
 int run_scene(const RunOptions& options, Log& log) {
-  const bool must_be_new = !options.out.empty() && !options.overwrite && !options.resume;
-  if (must_be_new) refuse_existing(options.out);
-  if (options.resume) resumed_run_directory(options.out);
+  const std::optional<RunDirectory> existing = existing_directory(options);
   Scene scene = load_scene(options.scene);
   apply_run_options(scene, options);
   if (options.machine.threads_asked > static_cast<std::uint64_t>(options.machine.threads)) {
@@ -64,12 +70,14 @@ int run_scene(const RunOptions& options, Log& log) {
   }
   Built built = build_world(scene, options.machine);
   check_dt(scene, built);
+  for (const std::string& warning : scene.warnings) log.warn(warning);
   log.info("backend: " + backend_text(built.world));
   log.info(particles_text(built, scene));
   const meltsim::StepResult start = built.world.synchronize();
   if (start.fluid + start.solid == 0 && scene.emitters.empty()) log.warn("the scene holds no particles");
-  const RunDirectory directory = choose_directory(scene, options);
+  const RunDirectory directory = existing ? *existing : new_directory(scene, options);
   log.info("writing to " + directory.path);
+  if (!scene.text.empty()) write_file(directory.file(stdin_scene), scene.text);
   return Run(scene, options, built, directory, log).execute();
 }
 

@@ -32,7 +32,7 @@ struct Typed {
   std::vector<std::string> set, filter;
   std::map<std::string, std::string> values;
   bool deterministic = false, resume = false, overwrite = false, quiet = false, no_still = false;
-  bool long_cases = false, list = false;
+  bool long_cases = false, list = false, verbose = false;
 
   bool has(const std::string& option) const { return values.count(option) > 0 && !values.at(option).empty(); }
   const std::string& get(const std::string& option) const { return values.at(option); }
@@ -90,7 +90,7 @@ class CommandLine {
   }
 
   void add_shared(CLI::App* command, const std::string& name = "SCENE",
-                  const std::string& what = "scene file (YAML or JSON) or name of a built-in scene") {
+                  const std::string& what = "scene file (YAML or JSON), name of a built-in scene, or - for standard input") {
     command->add_option(name, typed_.argument, what)->required();
     add_machine(command);
     value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
@@ -122,7 +122,9 @@ class CommandLine {
   }
 
   void add_check() {
-    add_shared(app_.add_subcommand("check", "say what a run would be, without running it"));
+    CLI::App* check = app_.add_subcommand("check", "say what a run would be: what melts, how long, how much disk");
+    add_shared(check);
+    check->add_flag("--verbose", typed_.verbose, "all bodies, fluids and emitters, and which stages run and why");
   }
 
   void add_render() {
@@ -272,7 +274,7 @@ class CommandLine {
 
   /// The command as typed, without the parts that a resumption replaces.
   static std::string resume_command(int argc, char** argv) {
-    std::string command = "meltsim";
+    std::string command = shell_quoted(argv[0]);
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
       const std::string option = word.substr(0, word.find('='));
@@ -289,7 +291,7 @@ class CommandLine {
   int dispatch(int argc, char** argv) {
     const std::string name = app_.get_subcommands().front()->get_name();
     if (name == "run") return cmd_run(run_options(argc, argv));
-    if (name == "check") return cmd_check(scene_options(), machine_options());
+    if (name == "check") return cmd_check(scene_options(), machine_options(), typed_.verbose);
     if (name == "list") return cmd_list();
     if (name == "new") return cmd_new(typed_.argument);
     if (name == "info") return cmd_info();

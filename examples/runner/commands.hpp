@@ -10,7 +10,7 @@
 namespace runner {
 
 int cmd_run(const RunOptions& options);
-int cmd_check(const SceneOptions& scene, const MachineOptions& machine);
+int cmd_check(const SceneOptions& scene, const MachineOptions& machine, bool verbose);
 int cmd_list();
 int cmd_new(const std::string& name);
 int cmd_info();

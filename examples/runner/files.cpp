@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "files.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -24,19 +26,30 @@ namespace {
 
 void write_file(const std::string& path, const std::string& content) {
   const std::string temporary = path + ".tmp";
-  {
-    std::ofstream file(temporary, std::ios::binary | std::ios::trunc);
-    if (!file) fail(temporary, "written");
-    file.write(content.data(), static_cast<std::streamsize>(content.size()));
-    file.close();
-    if (!file) {
-      const int why = errno;
-      std::remove(temporary.c_str());  // half a file helps nobody, least of all on a full disk
-      errno = why;
-      fail(path, "written");
-    }
+  const int file = open_new(temporary);
+  std::size_t done = 0;
+  while (done < content.size()) {
+    const ssize_t written = ::write(file, content.data() + done, content.size() - done);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) break;
+    done += static_cast<std::size_t>(written);
+  }
+  int why = done < content.size() ? errno : 0;
+  if (::close(file) != 0 && why == 0) why = errno;
+  if (why != 0) {
+    std::remove(temporary.c_str());  // half a file helps nobody, least of all on a full disk
+    errno = why;
+    fail(path, "written");
   }
   if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "replaced");
+}
+
+int open_new(const std::string& path) {
+  // What is left of a killed run, or a link that somebody planted: the link goes, not the file that it names.
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT) fail(path, "replaced");
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (file < 0) fail(path, "written");
+  return file;
 }
 
 std::string read_file(const std::string& path) {

@@ -2,6 +2,7 @@
 #include "heat_balance.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -73,14 +74,37 @@ std::optional<HeatBalance> heat_balance(Built& built) {
   return balance;
 }
 
-std::string heat_balance_text(const HeatBalance& balance) {
+std::string heat_balance_text(const HeatBalance& balance, const std::string& others) {
   const std::string end = balance.melts >= 1  ? "everything melts"
                           : balance.melts > 0 ? percent_text(balance.melts) + " of the solid melts"
                                               : "nothing melts";
-  return fmt::format(
-      "the liquid gives {:.3g} J down to {:g} C, melting takes {:.3g} J: {}, ending at {:.4g} C "
-      "(insulated box, emitters not counted)",
-      balance.available, balance.melting_point, balance.needed, end, balance.end_temperature);
+  return fmt::format("the liquid holds {:.2g} times what melting takes: in the end {} at {:.3g} C{}",
+                     balance.needed > 0 ? std::max(0.0, balance.available / balance.needed) : 0, end,
+                     balance.end_temperature, others.empty() ? "" : "; not counted: " + others);
+}
+
+std::string heat_sources_text(const Scene& scene) {
+  std::vector<std::string> names;
+  const auto acts = [](const meltsim::SurfaceHeatDesc& surface) {
+    return surface.temperature || surface.flux != 0 || surface.convection != 0 || surface.emissivity != 0;
+  };
+  if (std::any_of(scene.world.domain.heat.begin(), scene.world.domain.heat.end(), acts))
+    names.push_back("walls");
+  for (const SceneBody& body : scene.bodies) {
+    if (acts(body.desc.surface)) names.push_back(fmt::format("the surface of \"{}\"", body.desc.name));
+    if (body.desc.heat_source != 0) names.push_back(fmt::format("the source in \"{}\"", body.desc.name));
+  }
+  for (const SceneHeatRegion& region : scene.heat_regions)
+    names.push_back(fmt::format("region \"{}\"", region.desc.name));
+  for (const SceneEmitter& emitter : scene.emitters)
+    names.push_back(fmt::format("emitter \"{}\"", emitter.desc.name));
+  constexpr std::size_t most = 3;
+  if (names.size() > most) {
+    const std::string rest = fmt::format("{} more", names.size() - most);
+    names.resize(most);
+    names.push_back(rest);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 }  // namespace runner

@@ -19,6 +19,9 @@ struct HeatBalance {
 
 /// Nothing when nothing melts or the solids melt at different temperatures.
 std::optional<HeatBalance> heat_balance(Built& built);
-std::string heat_balance_text(const HeatBalance& balance);
+/// `others`: what else brings or takes heat, in words, or empty.
+std::string heat_balance_text(const HeatBalance& balance, const std::string& others);
+/// "walls, emitter \"jet\"": what the balance of an insulated box leaves out; empty where there is nothing.
+std::string heat_sources_text(const Scene& scene);
 
 }  // namespace runner

@@ -69,7 +69,12 @@ void load_heat(const Node& node, Scene& scene) {
                  : model == "none"    ? meltsim::HeatModel::none
                                       : meltsim::HeatModel::enthalpy;
   }
-  if (const auto value = node.find("time_scale")) heat.time_scale = value->number("a factor");
+  if (const auto value = node.find("time_scale")) {
+    constexpr double most = 1e12;  // weeks of melting in a second are 1e6
+    heat.time_scale = value->number("a factor");
+    if (heat.time_scale < 0 || heat.time_scale > most)
+      value->fail(fmt::format("expected a factor from 0 to {:g}, got {}", most, value->found()));
+  }
   if (const auto value = node.find("max_stages")) heat.max_stages = value->small_integer();
   if (const auto walls = node.find("walls")) {
     walls->allow_keys(keys::faces);

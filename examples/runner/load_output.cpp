@@ -38,10 +38,16 @@ int between(const Node& node, int least, int most, const char* unit) {
   return value;
 }
 
-void load_surface_wish(const Node& node, Json& surface) {
+void load_surface_wish(const Node& node, double spacing, Json& surface) {
   node.allow_keys(keys::surface);
   surface = Json::object();
-  if (const auto cell = node.find("cell")) surface["cell"] = cell->positive("m");
+  if (const auto cell = node.find("cell")) {
+    const double edge = cell->positive("m");  // the bounds are those of SurfaceDesc::cell
+    if (edge < spacing / 16 || edge > 2 * spacing)
+      cell->fail(fmt::format("expected 1/16 to 2 spacings, {:.4g} to {:.4g} (m), got {}", spacing / 16,
+                             2 * spacing, cell->found()));
+    surface["cell"] = edge;
+  }
   if (const auto kernel = node.find("kernel")) surface["kernel"] = kernel->choice(keys::surface_kernel);
   if (const auto smoothing = node.find("smoothing"))
     surface["smoothing"] = between(*smoothing, 0, 100, "passes");
@@ -87,7 +93,8 @@ void load_output(const Node& node, Scene& scene) {
       output.formats.push_back(item.choice(keys::formats));
     }
   }
-  if (const auto surface = node.find("surface")) load_surface_wish(*surface, output.surface);
+  if (const auto surface = node.find("surface"))
+    load_surface_wish(*surface, scene.world.spacing, output.surface);
   if (const auto camera = node.find("camera")) load_camera(*camera, output.camera);
   if (const auto picture = node.find("picture")) load_picture(*picture, output.picture);
 }

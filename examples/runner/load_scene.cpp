@@ -7,9 +7,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 #include <sstream>
 
 #include "builtin.hpp"
+#include "check_units.hpp"
 #include "failure.hpp"
 #include "load_parts.hpp"
 #include "overrides.hpp"
@@ -23,6 +25,19 @@ namespace {
 // Scenes are written by hand; meshes live in files of their own.
 constexpr std::uintmax_t max_scene_bytes = 16u << 20;
 
+/// Reads until the end or the limit.
+std::string read_stream(std::istream& stream, const std::string& name) {
+  std::string text;
+  std::vector<char> block(1u << 16);
+  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) || stream.gcount() > 0) {
+    text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
+    if (text.size() > max_scene_bytes) throw Failure(ExitCode::scene, name + ": a scene is at most 16 MB");
+  }
+  if (stream.bad())
+    throw Failure(ExitCode::io, fmt::format("{}: cannot be read: {}", name, std::strerror(errno)));
+  return text;
+}
+
 std::string read_text(const std::string& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error)) {
@@ -30,15 +45,7 @@ std::string read_text(const std::string& path) {
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Failure(ExitCode::io, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
-  std::string text;
-  std::vector<char> block(1u << 16);
-  while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-    if (text.size() > max_scene_bytes) throw Failure(ExitCode::scene, path + ": a scene is at most 16 MB");
-  }
-  if (file.bad())
-    throw Failure(ExitCode::io, fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
-  return text;
+  return read_stream(file, path);
 }
 
 YAML::Node parse_text(const std::string& text, const std::string& file) {
@@ -89,6 +96,7 @@ void load_sections(const Node& root, Scene& scene) {
     if (const auto section = root.find(name)) read(*section, scene);
   }
   for (const char* named : {"bodies", "emitters", "probes"}) check_names(root, named);
+  check_units(root, scene);
   for (const SceneMaterial& material : scene.materials)
     add_look(scene.output, material.desc.name, material.color);
   for (const SceneBody& body : scene.bodies)
@@ -142,6 +150,13 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
 }
 
 Scene load_scene(const std::string& file_or_name, const std::vector<std::string>& set_options) {
+  if (file_or_name == "-") {
+    const std::string text = read_stream(std::cin, "standard input");
+    Scene scene = parse_scene(text, "standard input", "", set_options);
+    scene.name = "stdin";
+    scene.text = text;
+    return scene;
+  }
   const std::filesystem::path path(file_or_name);
   std::error_code error;
   if (std::filesystem::is_regular_file(path, error)) {

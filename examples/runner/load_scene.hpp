@@ -9,7 +9,7 @@
 
 namespace runner {
 
-/// SCENE of the command line: a file, or the name of a built-in scene.
+/// SCENE of the command line: a file, the name of a built-in scene, or "-" for standard input.
 Scene load_scene(const std::string& file_or_name, const std::vector<std::string>& set_options);
 
 /// The same from text; `file` is what messages call it.

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <numeric>
+#include <tuple>
 
 #include "echo.hpp"
 #include "failure.hpp"
@@ -100,13 +103,53 @@ SceneShape load_blend(const Node& node) {
   return {Shape::blend(std::move(parts), width), {{"ellipsoids", list}, {"width", width}}};
 }
 
+/// Edges that an odd number of triangles share. Vertices at the same place are one: many files repeat them.
+std::size_t open_edges(const meltsim::TriangleMesh& mesh) {
+  std::vector<std::uint32_t> order(mesh.vertices.size()), same(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto key = [&mesh](std::uint32_t i) {
+    const Vec3d& v = mesh.vertices[i];
+    return std::make_tuple(v.x, v.y, v.z);
+  };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  for (std::size_t i = 0; i < order.size(); ++i)
+    same[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? same[order[i - 1]] : order[i];
+  std::vector<std::uint64_t> edges;
+  edges.reserve(mesh.indices.size());
+  for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+    const std::uint64_t a = same[mesh.indices[i]], b = same[mesh.indices[i % 3 == 2 ? i - 2 : i + 1]];
+    if (a != b) edges.push_back(std::min(a, b) << 32 | std::max(a, b));
+  }
+  std::sort(edges.begin(), edges.end());
+  std::size_t open = 0;
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    while (end < edges.size() && edges[end] == edges[begin]) ++end;
+    open += (end - begin) % 2;
+  }
+  return open;
+}
+
 SceneShape load_mesh(const Node& node) {
   const std::string given = node.text("the path of an OBJ, STL or PLY file");
   std::filesystem::path path = given;
   if (path.is_relative()) path = std::filesystem::path(node.document().directory) / path;
   auto mesh = meltsim::read_mesh(path.string());
+  if (!mesh && mesh.error().code == meltsim::ErrorCode::out_of_memory)
+    throw Failure(ExitCode::device, fmt::format("{}: {}: memory: the machine has too little for this mesh",
+                                                node.where(), node.path()));
   if (!mesh) node.fail(mesh.error().message);
-  return {Shape::mesh(std::move(*mesh)), std::filesystem::absolute(path).lexically_normal().string()};
+  SceneShape shape;
+  if (const std::size_t open = open_edges(*mesh); open > 0) {
+    shape.warnings.push_back(
+        fmt::format("{}: {}: the mesh is open: {} of its edges belong to one triangle only; what is inside "
+                    "is a guess there, so close "
+                    "the holes",
+                    node.where(), node.path(), open));
+  }
+  shape.mesh = true;
+  shape.shape = Shape::mesh(std::move(*mesh));
+  shape.echo = std::filesystem::absolute(path).lexically_normal().string();
+  return shape;
 }
 
 SceneShape transformed(const SceneShape& shape, const Node& node, Json& echo_map) {
@@ -120,26 +163,38 @@ SceneShape transformed(const SceneShape& shape, const Node& node, Json& echo_map
   echo_map["transform"] = {
       {"offset", echo(offset)}, {"axis", echo(axis)}, {"angle", angle}, {"scale", scale}};
   constexpr double radians = 3.14159265358979323846 / 180;
-  return {shape.shape.transformed(offset, axis, angle * radians, scale), echo_map};
+  SceneShape moved = shape;
+  moved.shape = shape.shape.transformed(offset, axis, angle * radians, scale);
+  moved.echo = echo_map;
+  return moved;
 }
 
 SceneShape Loader::combined(const std::string& kind, const Node& node, int depth) {
   std::vector<Shape> shapes;
-  Json list = Json::array();
+  SceneShape all;
+  all.echo = Json::array();
   for (const Node& item : node.items("shapes")) {
     const SceneShape part = load(item, depth + 1);
     shapes.push_back(part.shape);
-    list.push_back(part.echo);
+    all.echo.push_back(part.echo);
+    all.warnings.insert(all.warnings.end(), part.warnings.begin(), part.warnings.end());
+    all.mesh = all.mesh || part.mesh;
   }
   const std::size_t least = kind == "union" ? 1 : 2;
   if (shapes.size() < least) {
     node.fail(
         fmt::format("expected at least {} shape{}, got {}", least, least == 1 ? "" : "s", node.found()));
   }
-  if (kind == "union") return {Shape::unite(std::move(shapes)), list};
-  const Shape from = shapes.front();
-  shapes.erase(shapes.begin());
-  return {Shape::subtract(from, Shape::unite(std::move(shapes))), list};
+  if (kind == "union") {
+    all.shape = Shape::unite(std::move(shapes));
+  } else if (kind == "intersection") {
+    all.shape = Shape::intersect(std::move(shapes));
+  } else {
+    const Shape from = shapes.front();
+    shapes.erase(shapes.begin());
+    all.shape = Shape::subtract(from, Shape::unite(std::move(shapes)));
+  }
+  return all;
 }
 
 SceneShape Loader::plain(const std::string& kind, const Node& node, int depth) {
@@ -148,7 +203,7 @@ SceneShape Loader::plain(const std::string& kind, const Node& node, int depth) {
   if (kind == "torus") return load_torus(node);
   if (kind == "blend") return load_blend(node);
   if (kind == "mesh") return load_mesh(node);
-  if (kind == "union" || kind == "difference") return combined(kind, node, depth);
+  if (kind == "union" || kind == "difference" || kind == "intersection") return combined(kind, node, depth);
   return load_rod(kind, node);
 }
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <stdexcept>
 
 #include "command_line.hpp"
 #include "failure.hpp"
@@ -15,6 +16,9 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", failure.what());
     return static_cast<int>(failure.code());
   } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "memory: the machine has no more; try a smaller --scale\n");
+    return static_cast<int>(runner::ExitCode::device);
+  } catch (const std::length_error&) {  // a list longer than an address space
     std::fprintf(stderr, "memory: the machine has no more; try a smaller --scale\n");
     return static_cast<int>(runner::ExitCode::device);
   } catch (const std::exception& error) {

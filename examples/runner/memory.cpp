@@ -2,12 +2,15 @@
 #include "memory.hpp"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <regex>
 
+#include "check_units.hpp"
 #include "numbers.hpp"
 
 namespace runner {
@@ -23,8 +26,27 @@ double box_volume(const meltsim::Box& box) {
   return size.x > 0 && size.y > 0 && size.z > 0 ? size.x * size.y * size.z : 0;
 }
 
-double machine_memory() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+/// A number in a file, infinite where there is none: "max", or no such file.
+double number_in(const char* path) {
+  std::ifstream file(path);
+  double value = 0;
+  return file >> value ? value : meltsim::infinity;
+}
+
+/// What this process may have: the machine's memory, less where the system limits the process or its container.
+double usable_memory() {
+  double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+    memory = std::min(memory, static_cast<double>(limit.rlim_cur));
+  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"})
+    memory = std::min(memory, number_in(path));
+  return memory;
+}
+
+double extent(const meltsim::Box& box) {
+  const meltsim::Vec3d size = box.max - box.min;
+  return std::max({size.x, size.y, size.z});
 }
 
 }  // namespace
@@ -36,18 +58,30 @@ std::string scale_hint(double needed_bytes, double free_bytes) {
 
 void check_particle_budget(const Scene& scene) {
   const double cell = std::pow(scene.world.spacing, 3);
-  double largest = 0;
-  for (const SceneFluid& fluid : scene.fluids)
-    largest = std::max(largest, box_volume(fluid.desc.shape.bounds()));
-  for (const SceneBody& body : scene.bodies)
-    largest = std::max(largest, box_volume(body.desc.shape.bounds()));
-  const double needed = largest / cell * bytes_per_point, memory = machine_memory();
-  if (needed <= memory) return;
-  throw Failure(ExitCode::device,
-                fmt::format("memory: more than {} needed for {:.2g} particles, {} in this machine; raise "
-                            "particles.spacing, now {:g} m{}",
-                            bytes_text(needed), largest / cell, bytes_text(memory), scene.world.spacing,
-                            scale_hint(needed, memory)));
+  const SceneShape* largest = nullptr;
+  const Source* source = nullptr;
+  double volume = 0;
+  const auto see = [&](const auto& item) {
+    const double of_this = box_volume(item.shape.shape.bounds());
+    if (!(of_this > volume)) return;
+    volume = of_this;
+    largest = &item.shape;
+    source = &item.source;
+  };
+  for (const SceneFluid& fluid : scene.fluids) see(fluid);
+  for (const SceneBody& body : scene.bodies) see(body);
+  const double needed = volume / cell * bytes_per_point, memory = usable_memory();
+  if (needed <= memory || largest == nullptr) return;
+  const meltsim::Box box = largest->shape.bounds();
+  const meltsim::Vec3d size = box.max - box.min;
+  throw Failure(
+      ExitCode::device,
+      fmt::format(
+          "memory: more than {} needed for {:.2g} particles of {}, {:.3g} x {:.3g} x {:.3g} m, and {} "
+          "can be had here; raise particles.spacing, now {:g} m{}{}",
+          bytes_text(needed), volume / cell, source->path, size.x, size.y, size.z, bytes_text(memory),
+          scene.world.spacing, scale_hint(needed, memory),
+          millimetre_hint(*largest, extent(box), extent(box), scene.world.spacing)));
 }
 
 Failure memory_failure(const std::string& library_message, const std::string& device) {

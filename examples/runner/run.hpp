@@ -78,6 +78,7 @@ class Run {
   Json timings_json() const;
   std::string resume_hint() const;
   std::string divergence_message() const;
+  std::string advice(const std::string& reason) const;
   void finish_pictures(Outcome outcome);
   bool wants_still() const;
   int report(Outcome outcome);
@@ -95,7 +96,7 @@ class Run {
   std::deque<Flight> flights_;
   std::deque<OpenFrame> frames_;
   meltsim::StepResult last_result_;
-  std::string step_error_;  ///< why step() refused, when it did
+  std::string step_error_;          ///< why step() refused, when it did
   double last_dt_ = 0;
   std::uint64_t frame_steps_ = 0;  ///< steps settled since the last frame
   double frame_stepping_ = 0;      ///< WallTimes::stepping then

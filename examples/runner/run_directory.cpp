@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_directory.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 
 #include "failure.hpp"
@@ -23,7 +29,47 @@ void make(const fs::path& path) {
     throw Failure(ExitCode::io, fmt::format("{}: cannot be created: {}", path.string(), error.message()));
 }
 
+RunDirectory locked(const std::string& path) {
+  RunDirectory directory{path, std::make_shared<DirectoryLock>(path, "another run")};
+  make(fs::path(path) / "frames");
+  return directory;
+}
+
+/// The first line of an open file.
+std::string line_of(int file) {
+  char text[200];
+  const ssize_t size = pread(file, text, sizeof text, 0);
+  const std::string all(text, size > 0 ? static_cast<std::size_t>(size) : 0);
+  return all.substr(0, all.find('\n'));
+}
+
 }  // namespace
+
+DirectoryLock::DirectoryLock(const std::string& directory, const std::string& what) {
+  const std::string path = directory + "/.lock";
+  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK, 0666);
+  struct stat about {};
+  if (file_ < 0 || fstat(file_, &about) != 0 || !S_ISREG(about.st_mode)) {
+    const int why = file_ < 0 ? errno : EINVAL;
+    if (file_ >= 0) ::close(file_);
+    throw Failure(ExitCode::io, fmt::format("{}: cannot be opened: {}", path, std::strerror(why)));
+  }
+  if (flock(file_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return;  // a file system without locks
+    const std::string who = line_of(file_);
+    ::close(file_);
+    throw Failure(ExitCode::io,
+                  fmt::format("{}: {} is writing there{}; wait until it has ended, or name another directory",
+                              directory, what, who.empty() ? "" : " (" + who + ")"));
+  }
+  char host[256] = "";
+  gethostname(host, sizeof host - 1);
+  const std::string us = fmt::format("process {} on {}\n", getpid(), host);
+  // Only for the message; a full disk is found out where it matters.
+  if (ftruncate(file_, 0) == 0 && pwrite(file_, us.data(), us.size(), 0) < 0) return;
+}
+
+DirectoryLock::~DirectoryLock() { ::close(file_); }
 
 std::optional<std::int64_t> frame_number(const std::string& file) {
   const std::size_t dot = file.find('.'), line = file.rfind('_', dot);
@@ -50,10 +96,7 @@ RunDirectory new_run_directory(const std::string& name) {
     if (error && !fs::exists(path)) {
       throw Failure(ExitCode::io, fmt::format("{}: cannot be created: {}", path, error.message()));
     }
-    if (fresh) {
-      make(fs::path(path) / "frames");
-      return {path};
-    }
+    if (fresh) return locked(path);
   }
 }
 
@@ -73,20 +116,18 @@ void refuse_existing(const std::string& path) {
 }
 
 RunDirectory named_run_directory(const std::string& path) {
-  make(fs::path(path) / "frames");
-  return {path};
+  make(path);
+  return locked(path);
 }
 
 RunDirectory resumed_run_directory(const std::string& path) {
   if (!exists(path)) throw Failure(ExitCode::io, path + ": there is no such directory to resume");
-  const RunDirectory directory{path};
-  if (!exists(directory.file("checkpoint.bin"))) {
+  if (!exists(path + "/checkpoint.bin")) {
     throw Failure(ExitCode::io, fmt::format("{}: holds no checkpoint.bin; only runs that were stopped, that "
                                             "diverged or that ran for a minute leave one",
                                             path));
   }
-  make(fs::path(path) / "frames");
-  return directory;
+  return locked(path);
 }
 
 std::size_t stale_frames(const RunDirectory& directory, std::uint64_t last_frame) {

@@ -10,6 +10,7 @@
 #include "files.hpp"
 #include "interrupt.hpp"
 #include "numbers.hpp"
+#include "option_values.hpp"
 #include "run.hpp"
 #include "run_json.hpp"
 
@@ -102,21 +103,38 @@ Json Run::final_block(Outcome outcome) const {
 }
 
 std::string Run::resume_hint() const {
-  return fmt::format("{} --out {} --resume", options_.resume_command, directory_.path);
+  std::string command =
+      fmt::format("{} --out {} --resume", options_.resume_command, shell_quoted(directory_.path));
+  if (!scene_.text.empty()) command += " < " + shell_quoted(directory_.file(stdin_scene));
+  return command;
 }
 
 std::string Run::divergence_message() const {
-  const double half = last_dt_ / 2, stable = built_.world.stable_dt();
-  const double smaller = round_down(std::min(half, stable > 0 ? stable : half));
-  const std::string advice = time_.adaptive
-                                 ? fmt::format("try time.dt {:g} or a smaller solver.courant", smaller)
-                                 : fmt::format("try dt {:g} or stepping: adaptive", smaller);
   std::string reason = step_error_.empty() ? last_result_.halt_reason : step_error_;
   // The library counts sub-steps; the sentence has its own count of steps.
   if (const std::size_t colon = reason.find(": "); reason.compare(0, 9, "sub-step ") == 0)
     reason.erase(0, colon + 2);
   return fmt::format("diverged at step {} (t={:.4g} s): {}; state saved to {}; {}", state_.steps + 1,
-                     state_.time, reason, directory_.file("checkpoint.bin"), advice);
+                     state_.time, reason, directory_.file("checkpoint.bin"), advice(reason));
+}
+
+/// A step to try where a shorter one can help: the largest speed then is one that things may have, not one that came of
+/// numbers gone wrong.
+std::string Run::advice(const std::string& reason) const {
+  constexpr double worth_trying = 1e-3;
+  const double stable = built_.world.stable_dt(), speed = last_result_.max_speed;
+  double limit = last_dt_ / 2;
+  if (stable > 0) limit = std::min(limit, stable);
+  if (speed > 0)
+    limit = std::min(limit, scene_.world.courant * built_.world.resolved().support_radius / speed);
+  const bool numbers = reason.find("not finite") != std::string::npos || !(limit > worth_trying * last_dt_);
+  if (numbers) {
+    return "a shorter step will not help: look for an extreme density, stiffness, speed or temperature, and "
+           "for things that "
+           "overlap or stand in a wall";
+  }
+  return time_.adaptive ? fmt::format("try time.dt {:g} or a smaller solver.courant", round_down(limit))
+                        : fmt::format("try dt {:g} or stepping: adaptive", round_down(limit));
 }
 
 Json Run::timings_json() const {

@@ -20,6 +20,8 @@ using Json = nlohmann::ordered_json;
 struct SceneShape {
   meltsim::Shape shape;
   Json echo;
+  std::vector<std::string> warnings{};  ///< of mesh files
+  bool mesh = false;                    ///< a mesh file is part of it
 };
 
 struct SceneMaterial {
@@ -91,6 +93,8 @@ struct Scene {
   std::string file;  ///< as shown in messages
   std::string name;  ///< of the output directory
   std::string title;
+  std::string text;                   ///< of a scene from standard input, which cannot be read twice
+  std::vector<std::string> warnings;  ///< what looks like a slip: "where: path: ..."
   meltsim::WorldDesc world;
   SceneTime time;
   std::vector<SceneMaterial> materials;

@@ -38,10 +38,10 @@ inline const List surface{"cell", "kernel", "smoothing"};
 inline const List camera{"eye", "look_at", "up", "fov"};
 inline const List picture{"width", "height", "samples", "look"};
 
-inline const List shapes{"box",   "sphere", "capsule", "cylinder",  "torus",
-                         "blend", "mesh",   "union",   "difference"};
-inline const List shape{"box",   "sphere", "capsule", "cylinder",   "torus",
-                        "blend", "mesh",   "union",   "difference", "transform"};
+inline const List shapes{"box",   "sphere", "capsule", "cylinder",   "torus",
+                         "blend", "mesh",   "union",   "difference", "intersection"};
+inline const List shape{"box",  "sphere", "capsule",    "cylinder",     "torus",    "blend",
+                        "mesh", "union",  "difference", "intersection", "transform"};
 inline const List transform{"offset", "axis", "angle", "scale"};
 inline const List sphere{"center", "radius"};
 inline const List rod{"from", "to", "radius"};  ///< capsule and cylinder

@@ -24,7 +24,7 @@ particles:
 time:
   dt: auto                       # s; steps that are too long are split by themselves
   stepping: fixed                # fixed | adaptive
-  end: 2                         # s
+  end: 4                         # s; `meltsim check` says how much has melted by then
   fps: 25                        # frames per simulated second
   end_when: time                 # time | melted (then `end` is the cap)
 
@@ -32,9 +32,10 @@ solver:
   gravity: [0, -9.81, 0]         # m/s^2, y is up
   sound_speed: auto              # m/s; auto = ten times the fastest motion that gravity can cause
 
+# A ball of ice of 0.6 m would melt for days: heat runs faster than motion, as in a time lapse.
 heat:
   model: enthalpy                # none | paper | enthalpy
-  time_scale: 1                  # heat runs this many times faster than motion
+  time_scale: 2.0e+5             # <- change this first: 10 times less melts 10 times as slowly, 1 is real time
 
 materials:
   water:
@@ -47,14 +48,14 @@ materials:
     conductivity: 2.2
     heat_capacity: 2100
     melting_point: 0             # degrees Celsius
-    latent_heat: 3.34e5          # J/kg
+    latent_heat: 3.34e5          # J/kg; less melts faster
     becomes: water
     region_half_width: 2         # 0..8; larger is stiffer
 
 fluids:
   - shape: {box: [[0, 0, 0], [2, 0.8, 2]]}
     material: water
-    temperature: 40
+    temperature: 40              # <- warmer water melts the ice faster
 
 bodies:
   - name: block

@@ -42,6 +42,8 @@ class MELTSIM_API Shape {
   static Shape mesh(TriangleMesh mesh);
   static Shape unite(std::vector<Shape> parts);
   static Shape subtract(Shape from, Shape what);
+  /// What lies in every part; nothing where there are none.
+  static Shape intersect(std::vector<Shape> parts);
 
   /// The shape moved: x -> scale * R x + offset, R = rotation about `axis` by `angle` [rad].
   Shape transformed(Vec3d offset, Vec3d axis = {0, 1, 0}, double angle = 0, double scale = 1) const;

@@ -99,6 +99,13 @@ Shape Shape::unite(std::vector<Shape> parts) {
 Shape Shape::subtract(Shape from, Shape what) {
   return Shape(build([&] { return make_difference(std::move(from.node_), std::move(what.node_)); }));
 }
+Shape Shape::intersect(std::vector<Shape> parts) {
+  return Shape(build([&] {
+    std::vector<ShapePtr> nodes;
+    for (Shape& part : parts) nodes.push_back(std::move(part.node_));
+    return make_intersection(std::move(nodes));
+  }));
+}
 Shape Shape::transformed(Vec3d offset, Vec3d axis, double angle, double scale) const {
   return Shape(build([&] { return make_transformed(node_, offset, axis, angle, scale); }));
 }

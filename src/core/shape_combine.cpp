@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Union and difference. Both flatten what they are given, so that shapes put together piece by piece in a
+// Union, difference and intersection. All flatten what they are given, so that shapes put together piece by piece in a
 // loop stay shallow.
 #include "core/shape_combine.hpp"
 
@@ -96,7 +96,66 @@ class DifferenceNode final : public ShapeNode {
   ShapePtr from_, what_;
 };
 
+class IntersectionNode final : public ShapeNode {
+ public:
+  explicit IntersectionNode(std::vector<ShapePtr> parts)
+      : ShapeNode(deepest(parts) + 1), parts_(std::move(parts)) {}
+
+  const std::vector<ShapePtr>& parts() const { return parts_; }
+
+  bool contains(Vec3d p) const override {
+    for (const ShapePtr& part : parts_)
+      if (!part->contains(p)) return false;
+    return true;
+  }
+
+  Box bounds(const Affine& to_world) const override {
+    Box out = parts_.front()->bounds(to_world);
+    for (const ShapePtr& part : parts_) {
+      const Box b = part->bounds(to_world);
+      out.min = {maximum(out.min.x, b.min.x), maximum(out.min.y, b.min.y), maximum(out.min.z, b.min.z)};
+      out.max = {minimum(out.max.x, b.max.x), minimum(out.max.y, b.max.y), minimum(out.max.z, b.max.z)};
+    }
+    return inverted(out) ? Box{out.min, out.min}
+                         : out;  // parts that do not meet: a point, which holds nothing
+  }
+
+  Status validate() const override {
+    for (std::size_t i = 0; i < parts_.size(); ++i)
+      if (Status s = parts_[i]->validate(); !s)
+        return within("intersect.parts[" + std::to_string(i) + "]", s);
+    return {};
+  }
+
+  void fill(const Lattice& lattice, SiteMask& mask) const override {
+    std::vector<std::uint8_t> missing(mask.inside.size(), 0);
+    for (const ShapePtr& part : parts_) {
+      SiteMask one{mask.range, std::vector<std::uint8_t>(mask.inside.size(), 0)};
+      UnionNode::combine(sample(*part, lattice, mask.range), 1, one);
+      for (std::size_t i = 0; i < missing.size(); ++i)
+        if (one.inside[i] == 0) missing[i] = 1;
+    }
+    for (std::size_t i = 0; i < missing.size(); ++i) mask.inside[i] = missing[i] == 0 ? 1 : 0;
+  }
+
+ private:
+  std::vector<ShapePtr> parts_;
+};
+
 }  // namespace
+
+ShapePtr make_intersection(std::vector<ShapePtr> parts) {
+  std::vector<ShapePtr> flat;
+  for (ShapePtr& part : parts) {
+    if (!part) return nullptr;  // nothing is in an empty shape
+    if (const auto* inner = dynamic_cast<const IntersectionNode*>(part.get()))
+      flat.insert(flat.end(), inner->parts().begin(), inner->parts().end());
+    else flat.push_back(std::move(part));
+  }
+  if (flat.empty()) return nullptr;
+  if (flat.size() == 1) return flat.front();
+  return std::make_shared<IntersectionNode>(std::move(flat));
+}
 
 ShapePtr make_union(std::vector<ShapePtr> parts) {
   std::vector<ShapePtr> flat;

@@ -11,6 +11,7 @@ inline namespace v0 {
 
 ShapePtr make_union(std::vector<ShapePtr> parts);
 ShapePtr make_difference(ShapePtr from, ShapePtr what);
+ShapePtr make_intersection(std::vector<ShapePtr> parts);
 ShapePtr make_transformed(ShapePtr child, Vec3d offset, Vec3d axis, double angle, double scale);
 
 }  // namespace v0

@@ -216,6 +216,31 @@ TEST(Shape, UnionAndDifferenceVolumes) {
   expect_consistent(Shape::subtract(Shape::unite({a, b}), Shape::mesh(torus_mesh(0.5, 0.2, 24, 12))), 0.07);
 }
 
+TEST(Shape, IntersectionVolumes) {
+  const Shape a = Shape::sphere({0, 0, 0}, 0.5), b = Shape::sphere({0.5, 0, 0}, 0.5);
+  const double ball = pi / 6, lens = 5 * pi / 12 * 0.125;
+  expect_volume(Shape::intersect({a, b}), lens, pi);
+  expect_volume(Shape::intersect({a}), ball, pi);
+  expect_volume(Shape::intersect({a, Shape::box({0, -1, -1}, {1, 1, 1})}), ball / 2, 2 * pi);
+  const Shape turned = Shape::intersect({a, b}).transformed({1, 2, 3}, {0, 0, 1}, pi / 3);
+  expect_volume(turned, lens, pi);
+  // The lens reaches from x = 0 to 0.5 and 0.433 across; the box of the parts' boxes is a little larger.
+  EXPECT_NEAR(Shape::intersect({a, b}).bounds().min.x, 0, 1e-12);
+  EXPECT_NEAR(Shape::intersect({a, b}).bounds().max.x, 0.5, 1e-12);
+  expect_consistent(Shape::intersect({a, Shape::mesh(torus_mesh(0.5, 0.2, 24, 12))}), 0.07);
+}
+
+TEST(Shape, IntersectionsOfNothing) {
+  const Shape a = Shape::sphere({0, 0, 0}, 0.5), far = Shape::sphere({9, 0, 0}, 0.5);
+  EXPECT_TRUE(Shape::intersect({}).empty());
+  EXPECT_TRUE(Shape::intersect({a, Shape()}).empty());
+  EXPECT_TRUE(Shape::intersect({a, far}).validate());
+  EXPECT_TRUE(Shape::intersect({a, far}).lattice_points({}, 0.1).empty());
+  // Nothing in a union changes nothing.
+  EXPECT_EQ(Shape::unite({a, Shape::intersect({a, far})}).lattice_points({}, 0.1), a.lattice_points({}, 0.1));
+  expect_refused(Shape::intersect({a, Shape::sphere({}, -3)}), "intersect.parts[1]", "-3");
+}
+
 TEST(Shape, ManyPartsInALoopStayShallow) {
   Shape all;  // one part per step: deeper than any tree could be walked if it were not flattened
   for (int i = 0; i < 2000; ++i) all = Shape::unite({all, Shape::box({i * 1.0, 0, 0}, {i + 1.0, 1, 1})});

@@ -25,7 +25,8 @@ def matches(expected, actual):
 
 
 def run(program, arguments, directory):
-    result = subprocess.run([program, *arguments], cwd=directory, capture_output=True, text=True, timeout=120)
+    result = subprocess.run([program, *arguments], cwd=directory, capture_output=True, text=True, timeout=120,
+                            stdin=subprocess.DEVNULL)
     return result.returncode, result.stderr
 
 

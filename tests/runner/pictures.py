@@ -185,7 +185,7 @@ class Own(Pictures):
         size = ["--renderer", "builtin", "--size", "80x60", "--samples", "1"]
         said = self.meltsim("render", "run/", *size, "--pictures", "3", "--look", "temperature")
         self.assertNotIn("balls", said.stderr)
-        self.assertEqual(sorted(os.listdir(self.path("run", "pictures"))),
+        self.assertEqual(sorted(os.listdir(self.path("run", "pictures")))[1:],  # behind .lock
                          [f"temperature_{i:05}.png" for i in (0, 2, 4)])
         width, height, _ = read_png(self.path("run", "temperature_sheet.png"))
         self.assertEqual((width, height), (3 * 84 + 4, 68))
@@ -255,6 +255,28 @@ def python_with_vtk():
     return None
 
 
+# Names of directories that gnuplot, POV-Ray or ffmpeg would take for commands, pipes, options, lists or protocols.
+ODD_NAMES = ("<touch hit;#", "|touch hit;#", "-version", "+Ihit", "pipe:1", "concat:a|b", "@hit", "a'b\"c$(touch hit)`touch hit`",
+             "per %d cent", "\\n'; system 'touch hit")
+
+
+class OddNames:
+    """What runs another program on a run's directory runs it on the files of that directory, whatever its name."""
+
+    def check_odd_names(self, command, made):
+        self.run_scene("--frames", "1", "--export", "surface", "--set", "output.picture.samples=1")
+        for name in ODD_NAMES:
+            with self.subTest(name=name):
+                os.rename(self.path("run"), self.path(name))
+                self.meltsim(command, *(["--renderer", self.renderer] if command == "render" else []), "--", name)
+                for file in made:
+                    self.assertGreater(os.path.getsize(self.path(name, file)), 500)
+                    os.remove(self.path(name, file))
+                os.rename(self.path(name), self.path("run"))
+                left = [at for at, _, names in os.walk(self.directory.name) for n in names if "hit" in n]
+                self.assertEqual(left, [])
+
+
 class Vtk(Pictures):
     def read(self, *names):
         done = subprocess.run([python_with_vtk(), "-c", VTK, *(self.frame(name) for name in names)],
@@ -280,7 +302,12 @@ class Vtk(Pictures):
         self.assertEqual((found["liquid_00000.ply"]["polys"], found["solid_00000.obj"]["polys"]), (1, 1))
 
 
-class Povray(Pictures):
+class Povray(OddNames, Pictures):
+    renderer = "povray"
+
+    def test_names_of_directories_are_names_only(self):
+        self.check_odd_names("render", ["pictures/natural_00000.png", "natural_sheet.png"])
+
     def test_povray_draws_every_kind_of_frame(self):
         for options in (["--frames", "0"], MELT, DRY + ["--frames", "0"],
                         DRY + ["--frames", "0", "--set", "bodies=[]"],
@@ -299,11 +326,16 @@ class Povray(Pictures):
         self.run_scene("--frames", "0", "--export", "surface")
         said = self.meltsim("render", "run")
         self.assertIn("renderer: /", said.stdout)
-        self.assertEqual(os.listdir(self.path("run", "pictures")), ["natural_00000.png"])
+        self.assertEqual(sorted(os.listdir(self.path("run", "pictures"))), [".lock", "natural_00000.png"])
         self.assertGreater(len(colors(self.path("run", "pictures", "natural_00000.png"))), 50)
 
 
-class Movie(Pictures):
+class Movie(OddNames, Pictures):
+    renderer = "builtin"
+
+    def test_names_of_directories_are_names_only(self):
+        self.check_odd_names("render", ["natural.mp4"])
+
     def test_the_movie_lasts_as_long_as_the_run(self):
         self.run_scene("--export", "ply")
         self.meltsim("render", "run", "--renderer", "builtin")
@@ -316,7 +348,10 @@ class Movie(Pictures):
         self.assertEqual([name for name in os.listdir(self.path("run")) if "ffmpeg" in name or "ffconcat" in name], [])
 
 
-class Plot(Pictures):
+class Plot(OddNames, Pictures):
+    def test_names_of_directories_are_names_only(self):
+        self.check_odd_names("plot", ["plots.svg", "plots.png"])
+
     def test_plots_are_drawn(self):
         self.run_scene()
         self.meltsim("plot", "run")

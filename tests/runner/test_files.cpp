@@ -2,8 +2,10 @@
 // What is written and read back: checkpoints, tables, particle files, library errors.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 
 #include "checkpoint.hpp"
 #include "csv.hpp"
@@ -12,6 +14,8 @@
 #include "library_error.hpp"
 #include "memory.hpp"
 #include "particle_files.hpp"
+#include "rehearsal.hpp"
+#include "run_directory.hpp"
 #include "tables.hpp"
 
 namespace runner {
@@ -66,6 +70,91 @@ TEST(Checkpoint, AnyChangeOfAnyByteIsFound) {
     write_file(path, good.substr(0, i));
     EXPECT_THROW(read_checkpoint(path), Failure) << "cut at " << i;
   }
+}
+
+/// A file whose sum is right and whose header is this.
+std::string with_header(const std::string& header) {
+  const Directory directory;
+  const std::string path = directory.file("checkpoint.bin");
+  write_checkpoint(path, example());
+  const std::string good = read_file(path);
+  const auto size_of = [&](std::size_t at) {
+    return static_cast<std::size_t>(static_cast<unsigned char>(good[at])) +
+           256u * static_cast<unsigned char>(good[at + 1]);
+  };
+  const std::size_t rest = 16 + size_of(8);
+  std::string data = good.substr(0, 8), length(8, '\0');
+  length[0] = static_cast<char>(header.size() & 255u);
+  length[1] = static_cast<char>(header.size() >> 8);
+  data += length + header + good.substr(rest, good.size() - rest - 8);
+  std::uint64_t hash = 14695981039346656037ull;
+  for (const char c : data) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+  for (int shift = 0; shift < 64; shift += 8) data += static_cast<char>(hash >> shift & 255u);
+  return data;
+}
+
+TEST(Checkpoint, AHeaderThatIsNoneIsRefusedAsTheWholeFileIs) {
+  const Directory directory;
+  const std::string path = directory.file("checkpoint.bin");
+  const std::string numbers =
+      R"("steps":1,"next_frame":1,"frame_dt":0,"limits":[],"rest":{"dt":0,"steps":0,"end":0,"speed":0},"meltable":0,"wall_s":0)";
+  write_file(path, with_header(R"({"time":0,)" + numbers + R"(,"scene":{"time":{"fps":25}}})"));
+  EXPECT_NO_THROW(read_checkpoint(path));
+  for (const std::string& header :
+       {R"({"time":0,)" + numbers + R"(,"scene":5})", R"({"time":0,)" + numbers + R"(,"scene":{"time":5}})",
+        R"({"time":0,)" + numbers + R"(,"scene":{"time":{"fps":"x"}}})",
+        R"({"time":-1,)" + numbers + R"(,"scene":{}})", R"({"time":1e999,)" + numbers + R"(,"scene":{}})",
+        R"({"time":null,)" + numbers + R"(,"scene":{}})", std::string("[1]"), std::string("null"),
+        std::string("{")}) {
+    write_file(path, with_header(header));
+    try {
+      read_checkpoint(path);
+      ADD_FAILURE() << "taken: " << header;
+    } catch (const Failure& failure) {
+      EXPECT_EQ(failure.code(), ExitCode::io) << header;
+      EXPECT_NE(std::string(failure.what()).find("not a whole checkpoint"), std::string::npos) << header;
+    }
+  }
+}
+
+TEST(RunDirectory, OneProcessAtATime) {
+  const Directory directory;
+  const std::string path = directory.file("");
+  auto first = std::make_unique<DirectoryLock>(path, "another run");
+  try {
+    const DirectoryLock second(path, "another run");
+    ADD_FAILURE() << "both have the lock";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::io);
+    EXPECT_NE(std::string(failure.what()).find(": another run is writing there (process "), std::string::npos)
+        << failure.what();
+  }
+  first.reset();
+  EXPECT_NO_THROW(DirectoryLock(path, "another run")) << "the file is still there, the lock is not";
+}
+
+TEST(RunDirectory, ALockThatIsALinkIsNotOpened) {
+  const Directory directory;
+  write_file(directory.file("precious"), "precious");
+  std::filesystem::create_symlink(directory.file("precious"), directory.file(".lock"));
+  EXPECT_THROW(DirectoryLock(directory.file(""), "another run"), Failure);
+  EXPECT_EQ(read_file(directory.file("precious")), "precious");
+}
+
+TEST(Rehearsal, GoesOnAsTheCurveDid) {
+  Rehearsal seen;
+  seen.until = 4;
+  for (int i = 0; i <= 40; ++i) seen.melting.push_back({0.1 * i, 0.025 * i * 0.1});  // in proportion to time
+  EXPECT_NEAR(seen.melted_at(2), 0.05, 1e-12);
+  EXPECT_NEAR(seen.melted_at(8), 0.2, 1e-9);
+  EXPECT_NEAR(seen.time_of(1), 40, 1e-6);
+  EXPECT_EQ(seen.melted_at(1000), 1);
+  for (Rehearsal::Sample& sample : seen.melting)
+    sample.melted = 0.05 * std::sqrt(sample.time);  // heat that soaks in
+  EXPECT_NEAR(seen.melted_at(16), 0.2, 1e-3);
+  for (Rehearsal::Sample& sample : seen.melting) sample.melted = 0;
+  EXPECT_EQ(seen.melted_at(1e6), 0);
+  EXPECT_EQ(seen.time_of(1), meltsim::infinity);
 }
 
 TEST(Csv, ResumingDropsRowsThatAreComputedAgain) {

@@ -6,6 +6,7 @@
 
 #include "builtin.hpp"
 #include "failure.hpp"
+#include "files.hpp"
 #include "load_scene.hpp"
 #include "resolution.hpp"
 #include "scene_json.hpp"
@@ -51,6 +52,68 @@ TEST(Scene, ReadsValues) {
   ASSERT_EQ(scene.bodies.size(), 1u);
   EXPECT_EQ(scene.bodies[0].desc.name, "body1");
   EXPECT_EQ(scene.bodies[0].density, 500);
+}
+
+std::string warning_of(const std::vector<std::string>& set) {
+  const std::vector<std::string> warnings = parse(small, set).warnings;
+  return warnings.empty() ? "" : warnings.size() == 1 ? warnings[0] : "several warnings";
+}
+
+TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
+  EXPECT_EQ(warning_of({}), "");
+  EXPECT_EQ(warning_of({"fluids[0].temperature=95"}), "");
+  EXPECT_EQ(warning_of({"materials.water.heat_capacity=4186", "fluids[0].temperature=313"}),
+            "--set fluids[0].temperature=313: fluids[0].temperature: water at 313 degrees Celsius; Kelvin? "
+            "Then write 39.85");
+  EXPECT_EQ(warning_of({"bodies[0].temperature=263"}),
+            "--set bodies[0].temperature=263: bodies[0].temperature: ice at 263 degrees Celsius; Kelvin? "
+            "Then write -10.15");
+  EXPECT_NE(warning_of({"materials.ice.melting_point=273.15"}).find("Kelvin? Then write 0"),
+            std::string::npos);
+  // Molten metal is hot: no water, and no solid far above its melting point.
+  EXPECT_EQ(warning_of({"materials.water.density=7000", "materials.water.heat_capacity=500",
+                        "fluids[0].temperature=1500"}),
+            "");
+  EXPECT_NE(warning_of({"materials.ice.density=0.917"}).find("0.917 kg/m^3 is no density"),
+            std::string::npos);
+  EXPECT_NE(warning_of({"bodies[0].density=3e4"}).find("30000 kg/m^3 is no density"), std::string::npos);
+  EXPECT_EQ(warning_of({"bodies[0].density=22590"}), "");  // osmium
+}
+
+TEST(Scene, WarnsOfASoundSlowerThanTheFall) {
+  // From 1.8 m to the floor: 5.94 m/s.
+  EXPECT_NE(warning_of({"solver.sound_speed=5"}).find("things reach 5.94 m/s by falling"), std::string::npos);
+  EXPECT_EQ(warning_of({"solver.sound_speed=18"}), "");
+  EXPECT_NE(warning_of({"solver.sound_speed=18", "fluids[0].velocity=[0, 0, -20]"}).find("20.9 m/s"),
+            std::string::npos);
+  EXPECT_EQ(warning_of({"solver.sound_speed=5", "solver.gravity=[0, 0, 0]"}), "");
+}
+
+TEST(Scene, CountsTheOpenEdgesOfAMesh) {
+  const std::string path = testing::TempDir() + "open_cube.obj";
+  std::string cube;
+  for (int i = 0; i < 8; ++i)
+    cube += "v " + std::to_string(i & 1) + " " + std::to_string(i >> 1 & 1) + " " +
+            std::to_string(i >> 2 & 1) + "\n";
+  for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3"})
+    cube += std::string("f ") + face + "\n";
+  write_file(path, cube);
+  const std::vector<std::string> mesh{"bodies[0].shape={mesh: " + path + "}", "bodies[0].density=900"};
+  EXPECT_NE(warning_of(mesh).find("the mesh is open: 4 of its edges belong to one triangle only"),
+            std::string::npos);
+  write_file(path, cube + "f 2 4 8 6\n");
+  EXPECT_EQ(warning_of(mesh), "");
+  // The same cube, each face with vertices of its own, as STL has them.
+  std::string apart;
+  for (const auto& face : {"000 010 110 100", "001 101 111 011", "000 100 101 001", "010 011 111 110",
+                           "000 001 011 010", "100 110 111 101"}) {
+    const std::string corners = face;
+    for (std::size_t i = 0; i < 16; i += 4)
+      apart += std::string("v ") + corners[i] + " " + corners[i + 1] + " " + corners[i + 2] + "\n";
+    apart += "f -1 -2 -3 -4\n";
+  }
+  write_file(path, apart);
+  EXPECT_EQ(warning_of(mesh), "");
 }
 
 TEST(Scene, LiquidsComeBeforeWhatBecomesThem) {

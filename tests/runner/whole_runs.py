@@ -9,6 +9,8 @@ import json
 import math
 import os
 import re
+import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -157,6 +159,23 @@ class WholeRuns(unittest.TestCase):
         self.meltsim("run", SCENE, "--out", "mine", "--overwrite", "--steps", "1", "--backend", "cpu")
         self.assertEqual(len(table(self.path("mine", "stats.csv"))), 2)
 
+    def test_links_are_replaced_and_not_written_through(self):
+        """In a directory that others can write to, a link planted under a name that a run writes."""
+        precious = Path(self.path("precious"))
+        precious.write_text("precious")
+        self.meltsim("run", SCENE, "--out", "run", "--backend", "cpu", "--frames", "1", "--export", "ply,vtp,surface")
+        files = [os.path.join(at, name) for at, _, names in os.walk(self.path("run")) for name in names if name != ".lock"]
+        self.assertGreater(len(files), 10)
+        for suffix in (".tmp", ""):
+            for file in files:
+                if os.path.exists(file + suffix):
+                    os.remove(file + suffix)
+                os.symlink(precious, file + suffix)
+            self.meltsim("run", SCENE, "--out", "run", "--backend", "cpu", "--frames", "1", "--export", "ply,vtp,surface",
+                         "--overwrite")
+            self.assertEqual(precious.read_text(), "precious")
+            self.assertFalse([file for file in files if os.path.islink(file) or os.path.lexists(file + ".tmp")])
+
     def test_every_run_has_a_directory_of_its_own(self):
         for number in (1, 2):
             self.meltsim("run", SCENE, "--steps", "1", "--backend", "cpu")
@@ -171,23 +190,27 @@ class WholeRuns(unittest.TestCase):
     def built_in_scenes(self):
         return [line.split()[0] for line in self.meltsim("list").stdout.splitlines()]
 
-    def test_every_built_in_scene_passes_check(self):
+    def check(self, *arguments, verbose=False, **options):
+        return self.meltsim("check", *arguments, "--backend", "cpu", *(["--verbose"] if verbose else []), **options).stdout
+
+    def test_every_built_in_scene_passes_check_without_a_warning(self):
         names = self.built_in_scenes()
         self.assertIn("four_densities", names)
         for name in names:
             with self.subTest(scene=name):
-                said = self.meltsim("check", name, "--backend", "cpu").stdout
-                self.assertRegex(said.splitlines()[-1], r"^ok")
-                warnings = [line for line in said.splitlines() if line.startswith("warning: ")]
-                self.assertTrue(all("so each step is split into" in line for line in warnings), warnings)
+                lines = self.check(name, "--scale", "0.5").splitlines()
+                self.assertEqual(lines[-1], "ok; --verbose says more")
+                self.assertLessEqual(len(lines), 12, lines)
+                labels = {line[:12].strip() for line in lines}
+                self.assertLessEqual({"backend", "particles", "time", "memory", "run", "disk"}, labels)
 
     def test_scenes_after_the_paper_have_its_particle_numbers(self):
         """Within 1 % of Table 2 of Shao & Yu 2017, what the jets bring counted."""
         for name, liquid, solid in (("four_densities", 35000, 5000), ("bunnies_ducks", 48500, 12000),
                                     ("scaling", 40500, 20000)):
             with self.subTest(scene=name):
-                said = self.meltsim("check", name, "--backend", "cpu", "--set", "heat.model=paper").stdout
-                total = re.search(r"^total +([\d,]+) liquid and ([\d,]+) solid", said, re.M)
+                said = self.check(name, "--set", "heat.model=paper", verbose=True)
+                total = re.search(r"^particles +([\d,]+) liquid and ([\d,]+) solid", said, re.M)
                 jets = re.findall(r"^emitter .*about ([\d,]+) particles", said, re.M)
                 has = [sum(int(n.replace(",", "")) for n in group) for group in ([total[1], *jets], [total[2]])]
                 self.assertAlmostEqual(has[0], liquid, delta=0.01 * liquid)
@@ -211,7 +234,7 @@ class WholeRuns(unittest.TestCase):
                 for name in names:
                     os.remove(self.path("cut", "frames", name))
         self.assertEqual(process.returncode, 128 + signal.SIGINT, said)
-        self.assertIn("resume with: meltsim run", said)
+        self.assertIn(f"resume with: {PROGRAM} run", said)
         self.assertIn("--out cut --resume", said)
         run = json.loads(Path(self.path("cut", "run.json")).read_text())
         self.assertEqual(run["final"]["status"], "interrupted")
@@ -336,29 +359,138 @@ class WholeRuns(unittest.TestCase):
         self.meltsim("run", "empty.yaml", "--backend", "cpu", "--out", "run")
         self.assertEqual(read_ply(self.path("run", "frames", "particles_00002.ply"))[0]["phase"], 255)
 
-    def test_new_scene_checks_and_never_overwrites(self):
+    def test_new_scene_melts_and_never_overwrites(self):
         self.meltsim("new", "mine")
         text = Path(self.path("mine.yaml")).read_text()
         self.assertIn("exists already", self.meltsim("new", "mine", code=5).stderr)
         self.assertEqual(Path(self.path("mine.yaml")).read_text(), text)
-        self.assertRegex(self.meltsim("check", "mine.yaml", "--backend", "cpu").stdout, r"\nok")
-        self.meltsim("run", "mine.yaml", "--backend", "cpu", "--steps", "2")
+        said = self.check("mine.yaml")
+        self.assertRegex(said, r"\nok;")
+        self.assertRegex(said, r"\nmelting +everything melts by about t=")
+        self.meltsim("run", "mine.yaml", "--backend", "cpu", "--out", "run", "--scale", "0.7", "--export", "none")
+        self.assertEqual(json.loads(Path(self.path("run", "run.json")).read_text())["final"]["melted_fraction"], 1)
 
-    def test_check_builtins(self):
-        names = [line.split()[0] for line in self.meltsim("list").stdout.splitlines()]
-        self.assertIn("ice_block", names)
-        for name in names:
-            said = self.meltsim("check", name, "--backend", "cpu").stdout
+    def test_a_scene_from_standard_input(self):
+        text = Path(SCENE).read_text()
+        run = subprocess.run([PROGRAM, "run", "-", "--backend", "cpu", "--steps", "2", "--out", "run"], input=text,
+                             cwd=self.directory.name, capture_output=True, text=True, timeout=120)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(Path(self.path("run", "stdin.yaml")).read_text(), text)
+        wrong = subprocess.run([PROGRAM, "check", "-"], input=text.replace("spacing: 0.2", "spacing: wide"),
+                               capture_output=True, text=True, timeout=120)
+        self.assertEqual((wrong.returncode, wrong.stderr),
+                         (2, 'standard input:5:22: particles.spacing: expected a number (m), got "wide"\n'))
+
+    def stopped_and_resumed_as_it_says(self, *arguments, number=signal.SIGTERM, text=None):
+        """Runs until frame 1 is there, stops it, and runs through a shell what it prints."""
+        shutil.rmtree(self.path("cut it"), ignore_errors=True)
+        process = subprocess.Popen([PROGRAM, "run", *arguments, "--backend", "cpu", "--out", "cut it"],
+                                   cwd=self.directory.name, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.PIPE, text=True)
+        if text is not None:
+            process.stdin.write(text)
+        process.stdin.close()
+        process.stdin = None
+        while not os.path.exists(self.path("cut it", "frames", "particles_00001.ply")) and process.poll() is None:
+            time.sleep(0.002)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=300)
+        self.assertEqual(process.returncode, 128 + number, said)
+        command = re.search(r"resume with: (.*)", said)[1]
+        done = subprocess.run(["sh", "-c", command], cwd=self.directory.name, capture_output=True, text=True, timeout=300)
+        self.assertEqual(done.returncode, 0, command + done.stderr)
+        final = json.loads(Path(self.path("cut it", "run.json")).read_text())["final"]
+        self.assertEqual(final["status"], "finished")
+        return final
+
+    def test_the_resume_command_that_is_printed_works(self):
+        """For every built-in scene, coarse and short, and for what has made it fail."""
+        for name in self.built_in_scenes():
+            with self.subTest(scene=name):
+                final = self.stopped_and_resumed_as_it_says(name, "--quality", "draft", "--scale", "0.7", "--fps", "100",
+                                                            "--time", "0.1", "--export", "ply")
+                self.assertAlmostEqual(final["time_s"], 0.1)
+        self.stopped_and_resumed_as_it_says(SCENE, "--time", "2", "--set", "title=it's $(touch hit); \"x\"")
+        self.stopped_and_resumed_as_it_says("-", "--time", "2", number=signal.SIGINT, text=Path(SCENE).read_text())
+        self.assertFalse(os.path.exists(self.path("hit")))
+
+    def test_the_resume_command_works_with_a_modulus(self):
+        """The sub-step, and with it the width of regions, is another one after the start."""
+        self.stopped_and_resumed_as_it_says(SCENE, "--time", "2", "--set", "materials.ice.youngs_modulus=1e7")
+
+    def test_a_directory_has_one_run_at_a_time(self):
+        process = subprocess.Popen([PROGRAM, "run", SCENE, "--backend", "cpu", "--time", "1e4", "--out", "run"],
+                                   cwd=self.directory.name, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while not os.path.exists(self.path("run", "frames", "particles_00001.ply")):
+            time.sleep(0.002)
+        for how in ("--overwrite", "--resume"):
+            if how == "--resume":
+                Path(self.path("run", "checkpoint.bin")).write_bytes(b"x")
+            said = self.meltsim("run", SCENE, "--out", "run", how, code=5).stderr
+            self.assertRegex(said, rf"^run: another run is writing there \(process {process.pid} on .+\); wait until it has "
+                                   "ended, or name another directory\n$")
+        process.kill()
+        process.wait()
+        # Killed, it left its lock's file but not the lock.
+        self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "1", "--out", "run", "--overwrite")
+
+    def test_out_of_memory_is_said_and_ends_with_4(self):
+        def little():
+            resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+
+        for command in ("check", "run"):
+            said = subprocess.run([PROGRAM, command, "ice_block", "--set", "particles.spacing=0.003", "--backend", "cpu"],
+                                  cwd=self.directory.name, capture_output=True, text=True, timeout=120, preexec_fn=little)
+            self.assertEqual(said.returncode, 4, said.stderr)
+            self.assertRegex(said.stderr, r"^memory: more than .* needed for .* particles of fluids\[0\]")
+
+    def test_a_full_disk_is_said(self):
+        def small_files():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))
+
+        said = subprocess.run([PROGRAM, "run", SCENE, "--backend", "cpu", "--out", "run", "--export", "ply"],
+                              cwd=self.directory.name, capture_output=True, text=True, timeout=120, preexec_fn=small_files)
+        self.assertEqual(said.returncode, 5, said.stderr)
+        self.assertRegex(said.stderr, r"run/\S+: cannot be written: \w")
+
+    def test_check_says_all_when_asked(self):
+        for name in ("ice_block", "dam_break"):
+            said = self.check(name, "--scale", "0.6", verbose=True)
             for word in ("particles", "stable dt", "memory", "overlaps", "reason"):
                 self.assertIn(word, said)
-        self.assertIn("everything melts", self.meltsim("check", "ice_block", "--backend", "cpu").stdout)
+        self.assertIn("everything melts", self.check("ice_block", "--scale", "0.6"))
 
     def test_check_warns(self):
-        said = self.meltsim("check", SCENE, "--backend", "cpu", "--set", "particles.support=0.9",
-                            "--set", "domain.max=[2, 2, 2]").stdout
-        self.assertIn("support is 4.5 spacings", said)
-        said = self.meltsim("check", SCENE, "--backend", "cpu", "--set", "time.dt=0.02").stdout
-        self.assertRegex(said, r"dt 0.02 s is above the stable .* split into \d+")
+        said = self.check(SCENE, "--set", "particles.support=0.9", "--set", "domain.max=[2, 2, 2]")
+        self.assertIn("warning: support is 4.5 spacings", said)
+        self.assertIn("warning: dt 0.007 s does not divide the frame interval", self.check(SCENE, "--set", "time.dt=0.007"))
+        said = self.check(SCENE, "--set", "fluids[0].temperature=313")
+        self.assertIn("warning: --set fluids[0].temperature=313: fluids[0].temperature: water at 313", said)
+        self.assertIn("\nok, 1 warning;", said)
+        run = self.meltsim("run", SCENE, "--set", "fluids[0].temperature=313", "--steps", "1", "--backend", "cpu")
+        self.assertIn("Kelvin? Then write 39.85", run.stderr)
+
+    def test_check_tells_what_melts(self):
+        """The estimate and the run, of the tiny scene, which is tried as it is, to a tenth; then a source of heat alone."""
+        options = ["--set", "heat.time_scale=6e5", "--set", "time.end=1", "--set", "bodies[0].temperature=0"]
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options)
+        melted = json.loads(Path(self.path("run", "run.json")).read_text())["final"]["melted_fraction"]
+        self.assertTrue(0.1 < melted < 0.99, melted)
+        said = re.search(r"^melting +about (\d+) % of the solid by t=1 s", self.check(SCENE, *options), re.M)
+        self.assertAlmostEqual(float(said[1]) / 100, melted, delta=0.1)
+        # Latent heat over power, 3.34e5 * 917 / (2e3 * 1e5) = 1.53 s.
+        said = self.check(SCENE, "--set", "heat.time_scale=1e5", "--set", "time.end=3", "--set", "fluids=[]", "--set",
+                          "emitters=[]", "--set", "bodies[0].temperature=0", "--set", "bodies[0].heat_source=2e3")
+        self.assertIn("everything melts by about t=1.5 s", said)
+        self.assertIn("next to nothing melts by t=1 s", self.check(SCENE, *options, "--set", "heat.time_scale=1"))
+
+    def test_check_measures_the_disk(self):
+        said = self.check(SCENE, "--set", "output.export=[ply, surface]")
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "output.export=[ply, surface]")
+        written = sum(os.path.getsize(self.path("run", "frames", name)) for name in os.listdir(self.path("run", "frames")))
+        number, unit = re.search(r"^disk +about ([\d.]+) (kB|MB) in 6 frames", said, re.M).groups()
+        self.assertAlmostEqual(float(number) * {"kB": 1e3, "MB": 1e6}[unit] / written, 1, delta=0.25)
 
     def test_mesh_paths_start_at_the_scene_file(self):
         os.mkdir(self.path("scenes"))
@@ -369,7 +501,7 @@ class WholeRuns(unittest.TestCase):
         Path(self.path("scenes", "mesh.yaml")).write_text(
             "meltsim: 1\nparticles: {spacing: 0.25}\nmaterials: {wood: {density: 600}}\n"
             "bodies: [{name: cube, shape: {mesh: cube.obj}, material: wood}]\n")
-        self.assertIn('"cube": 64 particles', self.meltsim("check", "scenes/mesh.yaml", "--backend", "cpu").stdout)
+        self.assertIn('"cube": 64 particles', self.check("scenes/mesh.yaml"))
 
     def test_validate_lists_runs_and_writes(self):
         listed = self.meltsim("validate", "--list").stdout

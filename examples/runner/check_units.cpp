@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "check_units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "failure.hpp"
+#include "numbers.hpp"
+
+namespace runner {
+
+namespace {
+
+constexpr double zero_celsius = 273.15;                    // K
+constexpr double least_density = 1, most_density = 25000;  // kg/m^3: aerogel and osmium
+constexpr double most_frames = 1e7;
+// Below three times the largest speed the density of the liquid varies by more than a tenth.
+constexpr double least_mach = 3;
+// A mesh in millimetres is a thousand times too large; one of that many domains is no obstacle anybody meant.
+constexpr double far_too_large = 30;
+
+std::string where_of(const Source& source, const std::string& key) {
+  const auto found = source.keys.find(key);
+  return found == source.keys.end() ? source.where : found->second;
+}
+
+double largest(const meltsim::Vec3d& size) { return std::max({size.x, size.y, size.z}); }
+
+class Units {
+ public:
+  Units(const Node& root, Scene& scene) : root_(root), scene_(scene) {}
+
+  void check() {
+    for (const SceneMaterial& material : scene_.materials) check_material(material);
+    for (const SceneFluid& fluid : scene_.fluids) {
+      check_size(fluid.shape, fluid.source);
+      check_temperature(fluid.material, fluid.desc.temperature, fluid.source);
+    }
+    for (const SceneBody& body : scene_.bodies) {
+      check_size(body.shape, body.source);
+      check_temperature(body.material, body.desc.temperature, body.source);
+      if (body.density) check_density(*body.density, body.source);
+    }
+    for (const SceneEmitter& emitter : scene_.emitters)
+      check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
+    for (const SceneHeatRegion& region : scene_.heat_regions) check_size(region.shape, region.source);
+    check_probes();
+    check_sound_speed();
+    check_frames(scene_);
+  }
+
+ private:
+  void warn(const Source& source, const std::string& key, const std::string& text) {
+    scene_.warnings.push_back(fmt::format("{}: {}.{}: {}", where_of(source, key), source.path, key, text));
+  }
+
+  void check_density(double density, const Source& source) {
+    if (density >= least_density && density <= most_density) return;
+    warn(source, "density",
+         fmt::format("{:g} kg/m^3 is no density of a liquid or solid ({:g} to {:g}); 1 g/cm^3 is 1000",
+                     density, least_density, most_density));
+  }
+
+  void check_material(const SceneMaterial& material) {
+    check_density(material.desc.density, material.source);
+    const double melts = material.desc.melting_point;
+    if (std::abs(melts - zero_celsius) < 0.2) {
+      warn(material.source, "melting_point",
+           fmt::format("{:g} degrees Celsius; Kelvin? Then write {:.4g}", melts, melts - zero_celsius));
+    }
+  }
+
+  const meltsim::MaterialDesc& material(const std::string& name) const {
+    const auto found = std::find_if(scene_.materials.begin(), scene_.materials.end(),
+                                    [&](const SceneMaterial& m) { return m.desc.name == name; });
+    return found->desc;
+  }
+
+  /// Water far above its boiling point, or a solid far above its melting point, that would be neither in Kelvin.
+  void check_temperature(const std::string& name, double temperature, const Source& source) {
+    constexpr double far = 100;
+    const meltsim::MaterialDesc& desc = material(name);
+    const bool watery =
+        desc.density > 900 && desc.density < 1100 && desc.heat_capacity > 4000 && desc.heat_capacity < 4400;
+    const double limit = std::isfinite(desc.melting_point) ? desc.melting_point
+                         : watery                          ? 100
+                                                           : meltsim::infinity;
+    const double celsius = temperature - zero_celsius;
+    if (temperature < limit + far || celsius > limit) return;
+    warn(source, "temperature",
+         fmt::format("{} at {:g} degrees Celsius; Kelvin? Then write {:.4g}", name, temperature, celsius));
+  }
+
+  void check_size(const SceneShape& shape, const Source& source) {
+    for (const std::string& text : shape.warnings) scene_.warnings.push_back(text);
+    const meltsim::DomainDesc& domain = scene_.world.domain;
+    if (!domain.bounded || !shape.mesh) return;
+    const meltsim::Box box = shape.shape.bounds();
+    const double size = largest(box.max - box.min), room = largest(domain.max - domain.min);
+    if (size <= far_too_large * room) return;
+    throw Failure(ExitCode::scene, fmt::format("{}: {}.shape: is {:.3g} m large, the domain {:.3g} m{}",
+                                               where_of(source, "shape"), source.path, size, room,
+                                               millimetre_hint(shape, size, room, scene_.world.spacing)));
+  }
+
+  void check_probes() {
+    const meltsim::DomainDesc& domain = scene_.world.domain;
+    const auto probes = root_.find("probes");
+    if (!domain.bounded || !probes) return;
+    const std::vector<Node> items = probes->items("probes");
+    for (std::size_t i = 0; i < items.size() && i < scene_.probes.size(); ++i) {
+      const meltsim::Vec3d at = scene_.probes[i].at;
+      const bool inside = at.x >= domain.min.x && at.y >= domain.min.y && at.z >= domain.min.z &&
+                          at.x <= domain.max.x && at.y <= domain.max.y && at.z <= domain.max.z;
+      if (inside) continue;
+      items[i].find("at")->fail(
+          fmt::format("[{:g}, {:g}, {:g}] is outside the domain, [{:g}, {:g}, {:g}] to [{:g}, {:g}, {:g}] m: "
+                      "nothing is ever there",
+                      at.x, at.y, at.z, domain.min.x, domain.min.y, domain.min.z, domain.max.x, domain.max.y,
+                      domain.max.z));
+    }
+  }
+
+  /// The largest speed that things start with, or that a fall from the highest to the lowest place gives.
+  double fastest() const {
+    const meltsim::Vec3d g = scene_.world.gravity;
+    const double pull = length(g);
+    double speed = 0, top = -meltsim::infinity, bottom = meltsim::infinity;
+    const auto see = [&](const meltsim::Box& box, double v) {
+      speed = std::max(speed, v);
+      if (!(pull > 0) || !(box.min.x <= box.max.x)) return;
+      for (int corner = 0; corner < 8; ++corner) {
+        const meltsim::Vec3d p{corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                               corner & 4 ? box.max.z : box.min.z};
+        top = std::max(top, -dot(p, g) / pull);
+        bottom = std::min(bottom, -dot(p, g) / pull);
+      }
+    };
+    for (const SceneFluid& fluid : scene_.fluids) see(fluid.desc.shape.bounds(), length(fluid.desc.velocity));
+    for (const SceneBody& body : scene_.bodies) see(body.desc.shape.bounds(), length(body.desc.velocity));
+    for (const SceneEmitter& emitter : scene_.emitters)
+      see({emitter.desc.center, emitter.desc.center}, emitter.desc.speed);
+    return std::sqrt(speed * speed + 2 * pull * std::max(0.0, top - bottom));
+  }
+
+  void check_sound_speed() {
+    const double sound = scene_.world.sound_speed;
+    if (sound <= 0 || (scene_.fluids.empty() && scene_.emitters.empty())) return;
+    const double speed = fastest();
+    if (sound >= least_mach * speed) return;
+    warn(scene_.solver, "sound_speed",
+         fmt::format(
+             "{:g} m/s, where things reach {:.3g} m/s by falling or from the start: the liquid would be "
+             "squeezed; use ten times that speed, or auto",
+             sound, speed));
+  }
+
+  const Node& root_;
+  Scene& scene_;
+};
+
+}  // namespace
+
+std::string millimetre_hint(const SceneShape& shape, double size, double room, double spacing) {
+  const bool helps = shape.mesh && size / 1000 <= room && size / 1000 >= 2 * spacing;
+  return helps ? "; if the file is in millimetres, add transform: {scale: 0.001} to the shape" : "";
+}
+
+void check_frames(const Scene& scene) {
+  const double frames = scene.time.end * scene.time.fps;
+  if (frames <= most_frames) return;
+  throw Failure(
+      ExitCode::scene,
+      fmt::format(
+          "{}: time.end: {:g} s at {:g} frames per second are {:.3g} frames, at most {:g} are "
+          "written; lower time.end or time.fps",
+          where_of(scene.time_source, "end").empty() ? scene.where : where_of(scene.time_source, "end"),
+          scene.time.end, scene.time.fps, frames, most_frames));
+}
+
+void check_units(const Node& root, Scene& scene) { Units(root, scene).check(); }
+
+}  // namespace runner

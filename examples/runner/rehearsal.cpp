@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rehearsal.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "failure.hpp"
+#include "recorder.hpp"
+#include "resolution.hpp"
+
+namespace runner {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Sub-steps times particles of one rehearsal, a second or two of one thread; and when it is broken off all the same.
+constexpr double work_limit = 1e6, seconds_limit = 5;
+// A body of fewer particles, three along each edge of a cube, melts as no body of the scene does.
+constexpr double least_particles = 27;
+
+double count(const meltsim::StepResult& now) { return static_cast<double>(now.fluid + now.solid); }
+
+/// Particles of the smallest body that can melt.
+double smallest_body(Built& built) {
+  double least = meltsim::infinity;
+  const auto pieces = built.world.pieces();
+  if (!pieces) return 0;
+  for (const meltsim::PieceInfo& piece : *pieces)
+    if (built.body_melts.at(piece.body.index)) least = std::min(least, static_cast<double>(piece.particles));
+  return least;
+}
+
+/// How much coarser: as far as the work asks for and bodies and nozzles allow.
+double coarseness(const Scene& scene, Built& built) {
+  const double substeps = scene.time.end / built.world.stable_dt();
+  const double work = count(built.world.synchronize()) * substeps;
+  double most = std::cbrt(smallest_body(built) / least_particles);
+  for (const SceneEmitter& emitter : scene.emitters)
+    most = std::min(most, emitter.desc.radius / scene.world.spacing);
+  const double wanted =
+      std::pow(work / work_limit, 0.25);  // particles as its third power, sub-steps as its first
+  const double factor = std::min(wanted, most);
+  return factor < 1.05 ? 1 : factor;
+}
+
+Scene coarser(const Scene& scene, double factor) {
+  Scene coarse = scene;
+  apply_resolution(coarse, 1 / factor, Quality::balanced);
+  coarse.time.end = scene.time.end;
+  for (SceneEmitter& emitter : coarse.emitters)
+    emitter.desc.max_particles = static_cast<std::uint64_t>(
+        std::ceil(static_cast<double>(emitter.desc.max_particles) / std::pow(factor, 3)));
+  return coarse;
+}
+
+}  // namespace
+
+double Rehearsal::melted_at(double time) const {
+  if (melting.empty()) return 0;
+  const auto after = std::lower_bound(melting.begin(), melting.end(), time,
+                                      [](const Sample& sample, double t) { return sample.time < t; });
+  if (after != melting.end()) {
+    if (after == melting.begin()) return after->melted;
+    const auto before = after - 1;
+    return before->melted +
+           (after->melted - before->melted) * (time - before->time) / (after->time - before->time);
+  }
+  const double last = melting.back().melted, half = melted_at(until / 2);
+  if (!(last > 0)) return 0;
+  // Between the square root of time, as heat soaks in, and its square, as a flow sets in.
+  const double power = half > 0 ? std::clamp(std::log2(last / half), 0.5, 2.0) : 1;
+  return std::min(1.0, last * std::pow(time / until, power));
+}
+
+double Rehearsal::time_of(double share) const {
+  for (const Sample& sample : melting)
+    if (sample.melted >= share) return sample.time;
+  if (melting.empty() || !(melting.back().melted > 0)) return meltsim::infinity;
+  double low = until, high = until;
+  for (int i = 0; i < 60 && melted_at(high) < share; ++i) high *= 2;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (melted_at(middle) < share ? low : high) = middle;
+  }
+  return high;
+}
+
+std::optional<Rehearsal> rehearse(const Scene& scene, Built& built) {
+  if (built.meltable == 0 || !(scene.time.end > 0)) return std::nullopt;
+  Rehearsal seen;
+  seen.coarseness = coarseness(scene, built);
+  MachineOptions machine;
+  machine.backend = meltsim::Backend::cpu;
+  machine.threads = 1;
+  try {
+    const Scene coarser_scene = coarser(scene, seen.coarseness);
+    Built coarse = build_world(coarser_scene, machine);
+    seen.coarseness = coarser_scene.world.spacing / scene.world.spacing;
+    const Clock::time_point start = Clock::now();
+    const double meltable = static_cast<double>(coarse.meltable), longest = scene.time.end / 200;
+    double substeps = 0;
+    seen.melting.push_back({0, 0});
+    while (seen.until < scene.time.end * (1 - 1e-9) && seen.melting.back().melted < 1) {
+      const double dt = std::min({coarse.world.stable_dt(), longest, scene.time.end - seen.until});
+      if (!coarse.world.step(dt)) return std::nullopt;
+      const meltsim::StepResult now = coarse.world.synchronize();
+      if (now.halted) return std::nullopt;
+      seen.until += dt;
+      substeps = static_cast<double>(now.steps);
+      seen.melting.push_back(
+          {seen.until, std::min(1.0, static_cast<double>(net_melted(now.melted, now.frozen)) / meltable)});
+      if (std::chrono::duration<double>(Clock::now() - start).count() > seconds_limit) break;
+    }
+    seen.substeps_per_s = substeps / seen.until * seen.coarseness;
+    return seen;
+  } catch (const Failure&) {
+    return std::nullopt;  // a body too small for the coarser lattice, say
+  }
+}
+
+}  // namespace runner
