@@ -22,13 +22,16 @@ bool has_zero_byte(std::string_view bytes) {
   return bytes.substr(0, 1024).find('\0') != std::string_view::npos;
 }
 
-/// Whether a line anywhere starts with a vertex or a face as in OBJ. Exporters put whole pages of comments
+/// Whether a line anywhere is a vertex or a face as in OBJ: the letter and a number. Exporters put whole pages of comments
 /// and unknown keywords in front.
 bool looks_like_obj(std::string_view bytes) {
+  constexpr std::string_view starts = "0123456789+-./";
   TextLines lines(bytes, true);
   while (lines.next()) {
     const std::string_view word = lines.token();
-    if (word == "v" || word == "f") return true;
+    if (word != "v" && word != "f") continue;
+    const std::string_view number = lines.token();
+    if (!number.empty() && starts.find(number[0]) != std::string_view::npos) return true;
   }
   return false;
 }
@@ -71,8 +74,10 @@ Result<TriangleMesh> read_any_mesh(const MeshSource& source) {
   std::string why_not;
   if (auto other = read_other(source, why_not)) return *std::move(other);
   if (!text) return read_stl_binary(source);  // reports what does not fit
-  return source.error({FilePlace::line, 1}, "expected an OBJ, STL or PLY file, found " + quoted(word) +
-                                                "; convert the mesh to one of these (" + why_not + ")");
+  // Quotes nothing: a path given by mistake, or to a service, may name any file.
+  return source.error(
+      {FilePlace::line, 1},
+      "the file is none of OBJ, STL and PLY; convert the mesh to one of these (" + why_not + ")");
 }
 
 Result<TriangleMesh> read_mesh(const std::string& path) {

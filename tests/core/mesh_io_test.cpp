@@ -251,8 +251,8 @@ TEST_F(MeshFile, MissingEmptyAndSpecialFiles) {
 }
 
 TEST_F(MeshFile, UnknownFormats) {
-  expect_error("hello\nworld\n", "line 1", "expected an OBJ, STL or PLY file, found 'hello'");
-  expect_error("\n\n", "line 1", "expected an OBJ, STL or PLY file");
+  expect_error("hello\nworld\n", "line 1", "the file is none of OBJ, STL and PLY");
+  expect_error("\n\n", "line 1", "the file is none of OBJ, STL and PLY");
   expect_error(std::string("\x89PNG\r\n\0\0", 8), "byte 8", "binary STL");
   expect_error(std::string(1000, '\0'), "byte 1000", "none of OBJ, STL and PLY");
 }
