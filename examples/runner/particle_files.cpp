@@ -55,10 +55,11 @@ std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame) 
                     phase,
                     static_cast<std::int32_t>(meltsim::body_of(tag)) - 1,
                     frame.id[i],
-                    static_cast<std::int32_t>(meltsim::material_of(tag))});
+                    static_cast<std::int32_t>(meltsim::material_of(tag)),
+                    frame.liquid_fraction[i]});
   }
   if (list.empty()) {
-    list.push_back({{0, 0, 0}, {0, 0, 0}, 0, 255, -1, std::numeric_limits<std::uint32_t>::max(), 0});
+    list.push_back({{0, 0, 0}, {0, 0, 0}, 0, 255, -1, std::numeric_limits<std::uint32_t>::max(), 0, 0});
   }
   return list;
 }
@@ -71,8 +72,10 @@ std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
   for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "temperature"}) {
     text += fmt::format("property float {}\n", name);
   }
-  text += "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\nend_header\n";
-  text.reserve(text.size() + particles.size() * 41);
+  text +=
+      "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
+      "property float liquid_fraction\nend_header\n";
+  text.reserve(text.size() + particles.size() * 45);
   for (const FrameParticle& p : particles) {
     for (const float value : p.position) append(text, value);
     for (const float value : p.velocity) append(text, value);
@@ -81,6 +84,7 @@ std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
     append(text, p.body);
     append(text, p.id);
     append(text, p.material);
+    append(text, p.liquid_fraction);
   }
   return text;
 }
@@ -95,6 +99,8 @@ std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
   arrays.add<std::int32_t>("Int32", "body", 1, n, [&](std::size_t i, int) { return at(i).body; });
   arrays.add<std::uint32_t>("UInt32", "id", 1, n, [&](std::size_t i, int) { return at(i).id; });
   arrays.add<std::int32_t>("Int32", "material", 1, n, [&](std::size_t i, int) { return at(i).material; });
+  arrays.add<float>("Float32", "liquid_fraction", 1, n,
+                    [&](std::size_t i, int) { return at(i).liquid_fraction; });
   const std::string point_data = arrays.take_xml();
   arrays.add<float>("Float32", "Points", 3, n, [&](std::size_t i, int c) { return at(i).position[c]; });
   const std::string points = arrays.take_xml();

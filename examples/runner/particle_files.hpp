@@ -19,7 +19,8 @@ struct FrameParticle {
   std::uint8_t phase;  ///< 0 liquid, 1 solid, 255 placeholder of an empty frame
   std::int32_t body;   ///< from 0, kept after melting; -1 = none
   std::uint32_t id;
-  std::int32_t material = 0;  ///< index, in order of `meltsim check`'s materials
+  std::int32_t material = 0;  ///< index, in order of run.json's materials
+  float liquid_fraction = 0;  ///< 0 solid .. 1 liquid: share of the latent heat taken up
 };
 
 /// Live particles in order of id. When there are none, one placeholder: empty meshes break importers.

@@ -40,7 +40,8 @@ const std::vector<std::string> stats_columns{"step",
                                              "courant"};
 const std::string probes_header = "name,time_s,field,value";
 const std::string bodies_header =
-    "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction";
+    "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction,"
+    "q_w,q_x,q_y,q_z,omega_x,omega_y,omega_z,min_x,min_y,min_z,max_x,max_y,max_z";
 
 std::string stats_header() { return fmt::format("{}", fmt::join(stats_columns, ",")); }
 
@@ -113,9 +114,28 @@ Json stats_json(const StatsRow& row) {
 
 std::string bodies_line(const meltsim::PieceInfo& piece, double time) {
   std::vector<std::string> cells{piece.name, csv_number(time), std::to_string(piece.particles)};
-  for (const double value :
-       {piece.mass, piece.center.x, piece.center.y, piece.center.z, piece.velocity.x, piece.velocity.y,
-        piece.velocity.z, piece.temperature_mean, piece.submerged_fraction}) {
+  for (const double value : {piece.mass,
+                             piece.center.x,
+                             piece.center.y,
+                             piece.center.z,
+                             piece.velocity.x,
+                             piece.velocity.y,
+                             piece.velocity.z,
+                             piece.temperature_mean,
+                             piece.submerged_fraction,
+                             piece.orientation.w,
+                             piece.orientation.x,
+                             piece.orientation.y,
+                             piece.orientation.z,
+                             piece.angular_velocity.x,
+                             piece.angular_velocity.y,
+                             piece.angular_velocity.z,
+                             piece.bounds.min.x,
+                             piece.bounds.min.y,
+                             piece.bounds.min.z,
+                             piece.bounds.max.x,
+                             piece.bounds.max.y,
+                             piece.bounds.max.z}) {
     cells.push_back(csv_number(value));
   }
   return fmt::format("{}", fmt::join(cells, ","));

@@ -77,7 +77,7 @@ def unpacked(page):
 def read_ply(path):
     data = Path(path).read_bytes()
     end = data.index(b"end_header\n") + len(b"end_header\n")
-    return list(struct.iter_unpack("<7fBiIi", data[end:]))
+    return list(struct.iter_unpack("<7fBiIif", data[end:]))
 
 
 class Page(unittest.TestCase):
@@ -105,7 +105,7 @@ class Data(Page):
         for index, (_, particles) in enumerate(frames):
             written = read_ply(Path(self.directory.name, "run", "frames", f"particles_{index:05}.ply"))
             self.assertEqual(len(written), len(particles))
-            for x, y, z, _, _, _, temperature, phase, body, number, material in written:
+            for x, y, z, _, _, _, temperature, phase, body, number, material, _ in written:
                 shown = particles[number]
                 for a, b in zip(shown, (x, y, z)):
                     self.assertLess(abs(a - b), 0.2 / 100 * 1.01)  # half of a 50th of the spacing

@@ -27,7 +27,8 @@ STATS = ("step,time_s,dt_s,n_fluid,n_solid,n_bodies,melted_fraction,mass_kg,mome
          "kinetic_J,potential_J,thermal_J,T_min,T_mean,T_max,com_solid_x,com_solid_y,com_solid_z,max_speed,"
          "density_error_mean,density_error_max,ms_per_step,"
          "angular_momentum_x,angular_momentum_y,angular_momentum_z,latent_J,heat_in_J,courant").split(",")
-BODIES = "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction".split(",")
+BODIES = "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction," \
+         "q_w,q_x,q_y,q_z,omega_x,omega_y,omega_z,min_x,min_y,min_z,max_x,max_y,max_z".split(",")
 PLY_TYPES = {"float": "f", "uchar": "B", "int": "i", "uint": "I"}
 VTK_TYPES = {"Float32": "f", "UInt8": "B", "Int32": "i", "UInt32": "I", "Int64": "q"}
 
@@ -92,6 +93,11 @@ class WholeRuns(unittest.TestCase):
         bodies = table(os.path.join(out, "bodies.csv"))
         self.assertEqual(list(bodies[0]), BODIES)
         self.assertEqual(bodies[0]["body"], "block")
+        # As it was built: not turned, at rest, and where the scene has it.
+        self.assertEqual([float(bodies[0][key]) for key in ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z")],
+                         [1] + [0] * 6)
+        for key, value in (("min_x", 0.4), ("min_y", 0.8), ("min_z", 0.4), ("max_x", 1.2), ("max_y", 1.2), ("max_z", 1.2)):
+            self.assertAlmostEqual(float(bodies[0][key]), value, places=6)
         probes = table(os.path.join(out, "probes.csv"))
         self.assertEqual(list(probes[0]), ["name", "time_s", "field", "value"])
         self.assertEqual(len(probes), 2 * 11)
@@ -131,7 +137,8 @@ class WholeRuns(unittest.TestCase):
         for index, row in enumerate(stats):
             particles = read_ply(self.path("run", "frames", f"particles_{index:05}.ply"))
             self.assertEqual(list(particles[0]),
-                             ["x", "y", "z", "vx", "vy", "vz", "temperature", "phase", "body", "id", "material"])
+                             ["x", "y", "z", "vx", "vy", "vz", "temperature", "phase", "body", "id", "material",
+                              "liquid_fraction"])
             self.assertEqual(sum(p["phase"] == 0 for p in particles), int(row["n_fluid"]))
             self.assertEqual(sum(p["phase"] == 1 for p in particles), int(row["n_solid"]))
             self.assertTrue(all(p["body"] == 0 for p in particles if p["phase"] == 1))
@@ -141,6 +148,9 @@ class WholeRuns(unittest.TestCase):
             self.assertEqual(list(arrays["id"]), [p["id"] for p in particles])
             self.assertEqual(list(arrays["material"]), [p["material"] for p in particles])
             self.assertEqual([p["material"] for p in particles], [p["phase"] for p in particles])  # water, ice
+            self.assertEqual(list(arrays["liquid_fraction"]), [p["liquid_fraction"] for p in particles])
+            # Nothing has melted yet: water is all liquid, ice has taken up no latent heat.
+            self.assertEqual([p["liquid_fraction"] for p in particles], [1 - p["phase"] for p in particles])
             self.assertEqual(list(arrays["Points"]), [p[axis] for p in particles for axis in "xyz"])
             self.assertEqual(list(arrays["velocity"]), [p["v" + axis] for p in particles for axis in "xyz"])
             self.assertEqual(list(arrays["temperature"]), [p["temperature"] for p in particles])

@@ -75,8 +75,10 @@ struct Ply {
 
 std::vector<FrameParticle> read_particles_ply(const std::string& path, double& time) {
   Ply ply(path);
-  const bool has_material = ply.has_material("x y z vx vy vz temperature phase body id ");
-  ply.expect_left(ply.vertices, has_material ? 41 : 37);
+  const std::string first = "x y z vx vy vz temperature phase body id ";
+  const bool has_fraction = ply.vertex_properties == first + "material liquid_fraction ",
+             has_material = has_fraction || ply.has_material(first);
+  ply.expect_left(ply.vertices, has_fraction ? 45 : has_material ? 41 : 37);
   time = ply.time;
   std::vector<FrameParticle> list(ply.vertices);
   for (FrameParticle& p : list) {
@@ -87,6 +89,7 @@ std::vector<FrameParticle> read_particles_ply(const std::string& path, double& t
     p.body = ply.take<std::int32_t>();
     p.id = ply.take<std::uint32_t>();
     if (has_material) p.material = ply.take<std::int32_t>();
+    if (has_fraction) p.liquid_fraction = ply.take<float>();
   }
   return list;
 }
