@@ -101,7 +101,8 @@ class MELTSIM_API World {
   /// a signal handler while the World exists and is not moved: it sets one atomic flag and does nothing else.
   void interrupt() noexcept;
 
-  /// Waits for everything enqueued and reports it.
+  /// Waits for everything enqueued and reports it. Where the host is out of memory for the report, it has steps and time
+  /// only.
   StepResult synchronize();
 
   /// Largest dt that step() takes without sub-steps [s], from sound speed, viscosity and the speeds seen at
@@ -167,6 +168,7 @@ class MELTSIM_API World {
   /// out_of_memory.
   Result<SurfaceMesh> surface(const SurfaceDesc& desc = {});
 
+  // Empty where the host is out of memory.
   Plan plan();
   Scheduler& scheduler();
   Resolved resolved();

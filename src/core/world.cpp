@@ -26,6 +26,16 @@ R guarded(const Function& function) {
   }
 }
 
+/// The same of what cannot return an Error.
+template <class R, class Function, class Otherwise>
+R guarded_value(const Function& function, const Otherwise& otherwise) {
+  try {
+    return function();
+  } catch (const std::exception&) {
+    return otherwise();
+  }
+}
+
 }  // namespace
 
 World::World(std::unique_ptr<WorldImpl> impl) : impl_(std::move(impl)) {}
@@ -82,7 +92,15 @@ Status World::step(double dt) {
   return guarded<Status>([&] { return impl_->step(dt); });
 }
 void World::interrupt() noexcept { impl_->interrupt(); }
-StepResult World::synchronize() { return impl_->synchronize(); }
+StepResult World::synchronize() {
+  return guarded_value<StepResult>([&] { return impl_->synchronize(); },
+                                   [&] {
+                                     StepResult r;
+                                     r.steps = impl_->steps;
+                                     r.time = impl_->time;
+                                     return r;
+                                   });
+}
 double World::stable_dt() const { return impl_->stable_dt(); }
 double World::stable_dt(double speed) const { return impl_->stable_dt(speed); }
 Result<ReadTicket> World::request(const ReadRequest& what) {
@@ -131,9 +149,13 @@ Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points,
 Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
   return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });
 }
-Plan World::plan() { return impl_->plan(); }
+Plan World::plan() {
+  return guarded_value<Plan>([&] { return impl_->plan(); }, [] { return Plan{}; });
+}
 Scheduler& World::scheduler() { return *impl_; }
-Resolved World::resolved() { return impl_->resolved(); }
+Resolved World::resolved() {
+  return guarded_value<Resolved>([&] { return impl_->resolved(); }, [] { return Resolved{}; });
+}
 Backend World::backend() const { return impl_->engine->backend(); }
 Precision World::precision() const { return impl_->desc.precision; }
 double World::time() const { return impl_->time; }

@@ -168,6 +168,7 @@ class Sequence {
     }
     desc_ = d;
     world_.emplace(std::move(*made));
+    tickets_.clear();
     speed_scale_ = 0;
     for (const Vec3d& v : d.domain.velocity) speed_scale_ = std::max(speed_scale_, length(v));
   }
@@ -462,7 +463,45 @@ class Sequence {
     const auto p = world_->particles();
     expect(p && p->id.size() == t->fluid + t->solid, "totals and particles count differently");
   }
+  /// Readings that stay open while other calls come between.
+  void read_later() {
+    note("request, take");
+    ReadRequest what;
+    what.totals = chance(0.5);
+    what.pieces = chance(0.5);
+    what.particles = chance(0.5);
+    const auto ticket = world_->request(what);
+    if (ticket) tickets_.push_back(*ticket);
+    else
+      expect(tickets_.size() == static_cast<std::size_t>(most_readings) || wild_,
+             "request failed: " + ticket.error().message);
+    if (tickets_.empty() || chance(0.4)) return;
+    const std::size_t k = random_.below(static_cast<std::uint32_t>(tickets_.size()));
+    const ReadTicket taken = tickets_[k];
+    tickets_.erase(tickets_.begin() + static_cast<std::ptrdiff_t>(k));
+    expect(bool(world_->ready(taken)), "ready() does not know an open ticket");
+    const auto r = world_->take(taken);
+    expect(bool(r), "take() failed: " + (r ? std::string() : r.error().message));
+    halted_ = halted_ || world_->synchronize().halted;
+    for (const double v : {r->totals.mass, r->totals.kinetic, r->totals.thermal, r->ledger.latent,
+                           r->result.max_speed, r->result.max_density_ratio})
+      expect(finite(v), "a total of a reading is not finite");
+    for (const PieceInfo& p : r->pieces)
+      expect(p.particles > 0 && p.mass > 0 && finite(p.center) && finite(p.angular_velocity) &&
+                 finite(p.bounds.min) && finite(p.bounds.max) && finite(p.orientation.w) &&
+                 p.submerged_fraction >= 0 && p.submerged_fraction <= 1.0000001,
+             "a piece of a reading is not consistent");
+    const ParticleFrame& f = r->particles;
+    expect(f.position.size() == f.id.size() && f.piece.size() == f.id.size(), "arrays of a reading differ");
+    expect(f.id.empty() || f.id.size() == r->result.fluid + r->result.solid, "a reading lacks particles");
+    for (std::size_t i = 0; i < f.id.size(); ++i)
+      expect(std::isfinite(f.position[i].x) && std::isfinite(f.temperature[i]) &&
+                 std::isfinite(f.density[i]) && material_of(f.tag[i]) < materials_.size(),
+             "a particle of a reading is not consistent");
+    expect(!world_->take(taken), "a reading was taken twice");
+  }
   void read_other() {
+    if (chance(0.3)) return read_later();
     switch (random_.below(6)) {
       case 0: {
         note("pieces");
@@ -600,6 +639,7 @@ class Sequence {
   std::vector<MaterialId> materials_, liquids_, solids_;
   std::vector<BodyId> bodies_;
   std::map<std::uint32_t, double> masses_;
+  std::vector<ReadTicket> tickets_;
   bool halted_ = false, emits_ = false, refusable_ = false;
   std::string trace_;
 };
