@@ -38,6 +38,9 @@ TEST_P(Capture, StepsReplayAsTheyRun) {
   cudaGraph_t graph = nullptr;
   ASSERT_EQ(cudaStreamBeginCapture(stream_, GetParam()), cudaSuccess);
   step(captured, 2);
+  const auto refused = captured.request({});  // a graph cannot hold a reading
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, meltsim::ErrorCode::invalid_argument);
   ASSERT_EQ(cudaStreamEndCapture(stream_, &graph), cudaSuccess)
       << "something in the step waited or allocated";
   std::size_t nodes = 0;
