@@ -144,7 +144,7 @@ class MELTSIM_API World {
   Status restore(const void* data, std::size_t bytes);
 
   /// Waits; the samples of every probe, in the order added, since the last call, which are then forgotten. A sub-step that
-  /// halted the World has none. step() waits and puts samples aside on the host when 0.25 to 4 MB of them were not asked for.
+  /// halted the World has none. step() waits and puts samples aside on the host when 0.25 to 8 MB of them were not asked for.
   /// restore() drops those at or after the time that it goes back to.
   Result<std::vector<ProbeSeries>> take_samples();
 

@@ -29,8 +29,9 @@ constexpr NamedField field_names[] = {
 };
 static_assert(std::size(field_names) == physics::sample_fields);
 
-constexpr std::uint64_t most_values = std::uint64_t{1} << 19;  // of a region: 4 MB
-constexpr std::uint64_t usual_values = std::uint64_t{1} << 15, usual_samples = 256;
+constexpr std::uint64_t most_values = std::uint64_t{1} << 19;  // of one sample
+constexpr std::uint64_t usual_values = std::uint64_t{1} << 15, largest_region = std::uint64_t{1} << 20,
+                        usual_samples = 256;
 constexpr std::uint64_t sample_regions = most_readings + 1;
 constexpr std::uint64_t most_points = std::uint64_t{1} << 22;
 constexpr double unbounded_reach = 512;  // of a gauge's line, in spacings
@@ -209,7 +210,7 @@ core::ProbeSetup WorldImpl::probe_setup() const {
       s.lines.push_back(line);
     }
   }
-  s.region = std::max(values, std::min(most_values, std::max(usual_values, usual_samples * values)));
+  s.region = std::max(values, std::min(largest_region, std::max(usual_values, usual_samples * values)));
   s.room = s.region * sample_regions;
   return s;
 }
