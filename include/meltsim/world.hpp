@@ -158,9 +158,8 @@ class MELTSIM_API World {
                                      std::initializer_list<const char*> fields) {
     return sample(points, std::vector<std::string>(fields.begin(), fields.end()));
   }
-  Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field) {
-    return sample(points, std::vector<std::string>{field});
-  }
+  /// One field, one value per point: here "velocity" is its magnitude, as "speed" is.
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
 
   /// Surface of the liquid, of the solids or of one body, as a closed mesh; no vertices where there are no
   /// such particles. Synchronises; changes nothing. Working space is kept for the next call.

@@ -142,6 +142,9 @@ Result<ProbeId> World::add_probe(const ProbeDesc& d) {
 Result<std::vector<ProbeSeries>> World::take_samples() {
   return guarded<Result<std::vector<ProbeSeries>>>([&] { return impl_->take_samples(); });
 }
+Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points, const std::string& field) {
+  return sample(points, std::vector<std::string>{field == "velocity" ? "speed" : field});
+}
 Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points,
                                           const std::vector<std::string>& fields) {
   return guarded<Result<std::vector<double>>>([&] { return impl_->sample(points, fields); });

@@ -171,6 +171,7 @@ TEST(Sample, IsTheAverageOverEveryParticleWithinReach) {
     EXPECT_EQ((*w.sample({points[7]}, {"density", "speed"})),
               (std::vector<double>{(*values)[8 * 7 + 2], (*values)[8 * 7 + 3]}));
     EXPECT_EQ((*w.sample({points[7]}, "temperature")).at(0), (*values)[8 * 7]);
+    EXPECT_EQ(*w.sample({points[7]}, std::string("velocity")), std::vector<double>{(*values)[8 * 7 + 3]});
   }
 }
 
