@@ -18,6 +18,7 @@
 #pragma once
 
 #include <cuda_runtime.h>
+#include <atomic>
 
 #include <cstdint>
 #include <memory>
@@ -256,6 +257,9 @@ class CudaExec {
   /// After every sub-step: waits until no more than queue_seconds of sub-steps are enqueued, so that a host that
   /// wants to stop need not wait for long. Does nothing while the host captures the stream.
   void pace();
+  /// What is enqueued, nobody looks at again: pace() says how much that may be.
+  void watch(const std::atomic<bool>*) {}
+  static constexpr bool asked_to_stop() { return false; }
   std::uint64_t free_bytes() const;
   /// Working space of reduce, scan and sort over up to n items; without it they record a fault.
   bool reserve(std::uint64_t n);

@@ -13,6 +13,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CudaExec, emit)
 MELTSIM_INSTANTIATE(core::CudaExec, integrate)
 MELTSIM_INSTANTIATE(core::CudaExec, clear)
+MELTSIM_INSTANTIATE(core::CudaExec, give_up)
 MELTSIM_INSTANTIATE(core::CudaExec, restore)
 MELTSIM_INSTANTIATE(core::CudaExec, reindex)
 

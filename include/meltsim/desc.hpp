@@ -53,11 +53,23 @@ enum class HeatModel {
   enthalpy  ///< conservative enthalpy form with latent heat, Runge-Kutta-Legendre super-time-stepping
 };
 
+/// What becomes of liquid that falls out of the scene.
+enum class Stray {
+  /// In a domain that is not bounded, a liquid particle on which nothing but gravity acts is removed and counted
+  /// (StepResult::strayed) when it has fallen until it is faster than the sound speed, ten times as fast as what the
+  /// scene was made for. Liquid that any other force makes that fast has diverged, and halts the World.
+  remove,
+  halt  ///< such a particle halts the World when it crosses its whole neighbourhood in one sub-step
+};
+
 struct HeatDesc {
   HeatModel model = HeatModel::enthalpy;
   /// Heat runs this many times faster than motion (time lapse), >= 0; 0 freezes heat.
   double time_scale = 1;
-  int max_stages = 64;  ///< Runge-Kutta-Legendre stages per heat sub-step, 2..1024
+  int max_stages = 64;  ///< Runge-Kutta-Legendre stages per super-step of heat, 2..1024
+  /// Super-steps of heat in a sub-step of motion, 1..1000000: a step that needs more is refused. Each takes max_stages
+  /// sweeps over all neighbours (Resolved::heat_sweeps), and nothing interrupts a sub-step.
+  int max_supersteps = 64;
 };
 
 /// A World. Zero means "derive it" where a field says automatic.
@@ -67,13 +79,15 @@ struct WorldDesc {
   Precision precision = Precision::single_precision;
   int device = 0;          ///< CUDA device ordinal
   void* stream = nullptr;  ///< a cudaStream_t of the host's; null = a stream of the World's own
-  int threads = 0;         ///< CPU threads; 0 = all
+  /// CPU threads; 0 = one per processor that the process may use (affinity, control group, OMP_NUM_THREADS). More than
+  /// that, and more than 16, are not made, nor more than the system grants; results do not depend on them.
+  int threads = 0;
 
   double spacing = 0.2;       ///< dx [m], > 0
   double support_radius = 0;  ///< H [m], 1.5..6 dx, above 4 is wasteful; automatic = 2.5 dx
   DomainDesc domain;
   Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
-  double sound_speed = 0;      ///< c [m/s]; automatic = 10 sqrt(2 g depth) of the scene when first stepped
+  double sound_speed = 0;  ///< c [m/s]; automatic = 10 sqrt(2 g depth) of what was added; rises when more is
   double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0; noise control, 0.01..0.1
   /// Liquid may pull: pressure below 0. For liquid that fills its domain; at a free surface it makes clumps.
   bool tension = false;
@@ -85,7 +99,8 @@ struct WorldDesc {
   HeatDesc heat;
 
   NeighbourSearch neighbour_search = NeighbourSearch::automatic;
-  double courant = 0.4;      ///< sub-steps keep c dt / H below this, (0, 0.6]
+  double courant = 0.4;  ///< sub-steps keep c dt / H below this, (0, 0.6]
+  Stray stray = Stray::remove;
   int max_substeps = 64;     ///< a step that needs more is refused, >= 1
   int pieces_interval = 16;  ///< steps between searches for pieces that came apart, >= 1
 };

@@ -35,6 +35,7 @@ struct ChannelReport {
 struct Plan {
   std::vector<StageReport> stages;
   std::vector<ChannelReport> channels;
+  std::string error;        ///< why nothing can run (World::prepare() fails so); empty: it can
   std::uint64_t bytes = 0;  ///< all buffers together
   /// CUDA graphs made since the last change of the scene: one per kind of sub-step, then they are replayed.
   std::uint64_t graphs = 0;
@@ -78,7 +79,9 @@ struct CustomStage {
 class MELTSIM_API Scheduler {
  public:
   virtual ~Scheduler() = default;
-  /// Runs `stage` after the built-in stage named `after`, on the World's stream, every sub-step.
+  /// Runs `stage` after the built-in stage named `after`, on the World's stream, every sub-step. What it writes is checked
+  /// by "step.integrate": ahead of that a value that is no number halts the World with the state before; behind it, it is
+  /// part of the state when the next sub-step finds it.
   /// Errors: unknown `after`, duplicate name, null function, unknown channel.
   virtual Status insert_after(const std::string& after, CustomStage stage) = 0;
   virtual Status remove(const std::string& name) = 0;

@@ -60,6 +60,8 @@ class MELTSIM_API Shape {
   /// Nothing comes back for shapes that are not valid, spacings that are not positive, bounds of more than
   /// 2^31 points or farther than 1e9 spacings from the origin, and when host memory runs out.
   std::vector<Vec3i> lattice_points(Vec3d origin, double spacing) const;
+  /// The same, and why nothing came back: errors invalid_argument, out_of_memory. `points` is then empty.
+  Status lattice_points(Vec3d origin, double spacing, std::vector<Vec3i>& points) const;
 
  private:
   explicit Shape(std::shared_ptr<const ShapeNode> node);

@@ -50,14 +50,18 @@ struct Resolved {
   double support_radius = 0;                                 ///< [m]
   double sound_speed = 0;                                    ///< [m/s]; 0 while empty
   double stable_dt = 0;  ///< largest sub-step [s]; infinity when nothing limits it
-  int heat_stages = 0;   ///< Runge-Kutta-Legendre stages at that sub-step; 0 = no heat
+  int heat_stages = 0;  ///< Runge-Kutta-Legendre stages of a super-step of heat at that sub-step; 0 = no heat
+  int heat_supersteps = 0;  ///< super-steps in that sub-step, at most HeatDesc::max_supersteps
+  std::int64_t heat_sweeps =
+      0;  ///< their product: sweeps over all neighbours that heat takes in that sub-step
   /// Share of the diffusivity asked for that the heat model delivers at that sub-step, for the best
   /// conductor: 1 for enthalpy; below 1 for paper, falling with the step (its energy drift shows in
   /// Totals::thermal).
   double heat_efficiency = 1;
   /// Per material, in the order added: for the last sub-step taken, before the first for stable_dt if finite.
   std::vector<Stiffness> stiffness;
-  Vec3d origin;  ///< stored positions are relative to it [m]
+  Vec3d origin;       ///< stored positions are relative to it [m]
+  std::string error;  ///< why the scene cannot be prepared, as World::prepare() says; empty: it can
 };
 
 class WorldImpl;
@@ -96,7 +100,7 @@ class MELTSIM_API World {
   Status step(double dt);
 
   /// Asks the step() that is running, or else the next one, to return ErrorCode::interrupted before its next
-  /// sub-step. The sub-steps before it count and the World is as usable as ever: time() says how far it came, and
+  /// sub-step; on the CPU also within one, which then does not count. The sub-steps before it count and the World is as usable as ever: time() says how far it came, and
   /// a further step() goes on from there. One call interrupts one step. May be called from another thread or from
   /// a signal handler while the World exists and is not moved: it sets one atomic flag and does nothing else.
   void interrupt() noexcept;

@@ -73,6 +73,17 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
   return r;
 }
 
+/// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity acts on it.
+/// Where liquid diverges, other forces make it that fast.
+template <class T>
+MELTSIM_HD bool strays(const Frame<T>& w, const Produced<T>& p, Vec3<T> v) {
+  const T limit2 = w.c.stray_speed * w.c.stray_speed;  // infinite: nothing does
+  if (!(dot(v, v) > limit2) || !is_fluid(p.tag)) return false;
+  const Vec3<T> before = xyz(p.velocity), others = p.acceleration - w.c.gravity;
+  constexpr T share2 = T(1e-4);  // a hundredth of gravity
+  return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(w.c.gravity, w.c.gravity);
+}
+
 /// Moves x and v to the end of the sub-step; true: p has left through an open face.
 template <class T>
 MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T>& v) {
@@ -106,10 +117,14 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   } else {
     end.check = look(w, i, p, v);
     end.moved = end.check.bad == 0u && !(is_solid(tag) && (tag & tag_fixed) != 0u);
-    if (end.moved && move(w, p, x, v)) {
-      ++end.check.counts;
-      tag |= tag_removed;
-      w.f.tag[i] = tag;
+    if (end.moved) {
+      const bool astray = strays(w, p, v), left = move(w, p, x, v);
+      if (astray || left) {
+        end.check.counts += left ? ParticleCheck<T>::removed : ParticleCheck<T>::strayed;
+        if (astray) end.check.speed = T(0);  // no matter to what is left
+        tag |= tag_removed;
+        w.f.tag[i] = tag;
+      }
     }
   }
   end.position = with_w(x, p.position.w);
@@ -123,6 +138,26 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   return end;
 }
 
+/// The sub-step does not count: from here on the guard holds, and the host finds the state that it began with.
+template <class T>
+MELTSIM_HD void give_up(const Frame<T>& w, std::uint64_t step, Halt why) {
+  WorldStatus& s = *w.f.status;
+  const bool advanced = w.next.position != nullptr;
+  s.halt_step = step;
+  s.halt_position = reinterpret_cast<std::uintptr_t>(w.before.position);
+  s.halt_velocity = reinterpret_cast<std::uintptr_t>(advanced ? w.f.velocity : w.before.velocity);
+  s.halt_id = reinterpret_cast<std::uintptr_t>(w.before.id);
+  s.halt_advanced = advanced ? 1u : 0u;
+  s.halted = static_cast<std::uint32_t>(why);
+}
+
+/// The host wants to stop, ahead of step.integrate.
+template <class T>
+struct GiveUpBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const { give_up(w, w.f.clock->step, Halt::interrupted); }
+};
+
 /// Draws the conclusion; from here on the guard holds if the World halted. One thread: what it reads it reads
 /// before it writes anything, so that it waits once.
 template <class T>
@@ -132,24 +167,19 @@ struct JudgeBody {
     WorldStatus& s = *w.f.status;
     const Clock<T> clock = *w.f.clock;
     const double fastest = s.max_speed, densest = s.max_density;
-    const std::int64_t removed = s.removed;
+    const std::int64_t removed = s.removed, strayed = s.strayed;
     double heat_in = s.heat_in;
     if (w.f.heat_account != nullptr) heat_in += w.f.heat_account->step;
     if (worst.bad != 0u) {
-      const bool advanced = w.next.position != nullptr;
       s.halt_particle = worst.bad_id;
       s.halt_value = worst.bad_value;
-      s.halt_step = clock.step;
-      s.halt_position = reinterpret_cast<std::uintptr_t>(w.before.position);
-      s.halt_velocity = reinterpret_cast<std::uintptr_t>(advanced ? w.f.velocity : w.before.velocity);
-      s.halt_id = reinterpret_cast<std::uintptr_t>(w.before.id);
-      s.halt_advanced = advanced ? 1u : 0u;
-      s.halted = worst.bad;
+      give_up(w, clock.step, static_cast<Halt>(worst.bad));
       return;
     }
     s.heat_in = heat_in;
     if (w.f.heat_account != nullptr) w.f.heat_account->step = 0;  // and stays so in a sub-step without heat
-    s.removed = removed + static_cast<std::int64_t>(worst.removed);
+    s.removed = removed + static_cast<std::int64_t>(worst.removed + worst.strayed);
+    s.strayed = strayed + static_cast<std::int64_t>(worst.strayed);
     s.max_speed = maximum(fastest, worst.max_speed);
     s.max_density = maximum(densest, worst.max_density);
     s.step_speed = worst.max_speed;

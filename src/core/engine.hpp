@@ -2,6 +2,7 @@
 // Engine: the one interface both backends implement. A World talks to this and to nothing below it.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -100,12 +101,16 @@ class Engine {
   /// Allocates and uploads; on error what was there before is gone and must be uploaded again.
   virtual Status upload(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
                         const EngineSetup& setup) = 0;
-  /// Waits; writes every State channel in order of id.
-  virtual void download(SceneState& state) = 0;
+  /// Waits; writes every State channel in order of id: of the last good state. The status, nothing cleared.
+  virtual WorldStatus download(SceneState& state) = 0;
   virtual void download(DerivedState& derived) = 0;
   virtual void download(LatticeMasks& masks) = 0;
   /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
   virtual void substep(const SubstepArguments& arguments) = 0;
+  /// A flag that ends sub-steps ahead of time, where the backend can: one that was abandoned does not count, nor does
+  /// anything until the next upload; the state is the one it began with.
+  virtual void watch(const std::atomic<bool>* asked) = 0;
+  virtual bool abandoned() const = 0;
   /// The next sub-step builds what is kept between sub-steps anew, as one after an upload does.
   virtual void rebuild() = 0;
   /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.

@@ -93,7 +93,7 @@ class EngineImpl final : public Engine {
     w_.born = static_cast<std::uint32_t>(state.position.size());
     use_slots(slots_for(w_.born));
     put_state(c, l, state);
-    rolled_back_ = false;
+    rolled_back_ = abandoned_ = false;
     rebuild_ = true;
     last_index_ = 0;
     w_.solids = w_.vertices != 0 || std::any_of(state.tag.begin(), state.tag.end(), is_solid);
@@ -173,6 +173,8 @@ class EngineImpl final : public Engine {
     ex_.pace();
   }
 
+  void watch(const std::atomic<bool>* asked) override { ex_.watch(asked); }
+  bool abandoned() const override { return abandoned_; }
   void rebuild() override { rebuild_ = true; }
 
   WorldStatus synchronize() override {
@@ -205,9 +207,10 @@ class EngineImpl final : public Engine {
     readings_.close(slot);
   }
 
-  void download(SceneState& s) override {
-    last_good();
+  WorldStatus download(SceneState& s) override {
+    const WorldStatus status = last_good();
     download_state(ex_, w_, s);
+    return status;
   }
 
   void download(DerivedState& d) override {
@@ -281,7 +284,7 @@ class EngineImpl final : public Engine {
       std::snprintf(text, sizeof text, "%.1f", double(b) / 1e9);
       return std::string(text);
     };
-    const std::string free = available == std::numeric_limits<std::uint64_t>::max()
+    const std::string free = needed <= available  // it was refused all the same
                                  ? std::string("the system has not that much")
                                  : gb(available) + " GB free";
     return Error{ErrorCode::out_of_memory, "memory: " + gb(needed) + " GB needed, " + free +
@@ -420,8 +423,12 @@ class EngineImpl final : public Engine {
   /// All but step.begin, which the clock makes different every time.
   void run_stages(const SubstepArguments& a) {
     for (int s = 0; s < stage_count; ++s) {
+      if (s <= stage_step_integrate && !abandoned_ && ex_.asked_to_stop()) {
+        step::give_up<E, T>(ex_, w_);
+        abandoned_ = true;
+      }
       if (s != stage_step_begin && ((a.stages >> s) & 1u)) run(s, stage_functions<E, T>[s]);
-      if (custom_ != nullptr)
+      if (custom_ != nullptr && !abandoned_)
         for (std::size_t k = 0; k < custom_->size(); ++k)
           if ((*custom_)[k].after == s) run_custom(static_cast<int>(k), a);
     }
@@ -534,6 +541,7 @@ class EngineImpl final : public Engine {
   Sampling sampling_;
   bool timed_ = false;  ///< this sub-step
   bool rolled_back_ = false, rebuild_ = true;
+  bool abandoned_ = false;  ///< a sub-step since the upload
   double counted_dt_ = 0;  ///< of the sub-step before
   double mass_ = 0;        ///< checked builds: at the upload [kg]
   std::string broken_;     ///< checked builds: the first broken invariant

@@ -108,6 +108,7 @@ void put_scene(E& ex, const Frame<T>& w, const SceneConstants& c, const SceneLat
   status.melted = static_cast<std::int64_t>(s.melted);
   status.frozen = s.frozen;
   status.removed = static_cast<std::int64_t>(s.removed);
+  status.strayed = static_cast<std::int64_t>(s.strayed);
   status.heat_in = s.heat_in;
   status.particles = w.born;
   if (w.f.status != nullptr) ex.upload(w.f.status, &status, sizeof status);
@@ -161,6 +162,7 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.melted = static_cast<std::uint64_t>(status.melted);
     s.frozen = status.frozen;
     s.removed = static_cast<std::uint64_t>(status.removed);
+    s.strayed = static_cast<std::uint64_t>(status.strayed);
     s.heat_in = status.heat_in;
   }
 }

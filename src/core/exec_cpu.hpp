@@ -41,7 +41,8 @@
 //                                copies to page-locked memory of what is there now, beside what is enqueued next;
 //                                reached(mark) and wait_for_mark(mark) say when they have ended
 //   allocate/release, upload/download (they wait), the same _pinned of host memory, make_mark/release_mark, zero, synchronize, free_bytes, reserve(n) working space for
-//   verbs over n items, pace() after every sub-step: waits where too much is enqueued, begin_stage/end_stage/collect
+//   verbs over n items, pace() after every sub-step: waits where too much is enqueued, watch(flag),
+//   asked_to_stop(): whether the flag is up, where the host can still do something about it, begin_stage/end_stage/collect
 //   for timings, native_stream, fault (device errors)
 //
 // `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
@@ -50,9 +51,8 @@
 // independent, reductions combine fixed chunks in order.
 #pragma once
 
-#include <omp.h>
-
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -68,6 +68,7 @@
 #include "core/lane_positions.hpp"
 #include "core/repeat_key.hpp"
 #include "core/shares.hpp"
+#include "core/threads.hpp"
 #include "core/timings.hpp"
 #include "core/wide.hpp"
 #include "meltsim/physics/math.hpp"
@@ -94,7 +95,8 @@ class CpuAdder {
       send(e);
       e = {address, 0};
     }
-    e.value += value;
+    e.value =
+        static_cast<std::int64_t>(static_cast<std::uint64_t>(e.value) + static_cast<std::uint64_t>(value));
   }
   /// ++counters[which].
   void count(std::uint32_t* counters, std::uint32_t which) const {
@@ -142,8 +144,7 @@ class CpuAdder {
 
 class CpuExec {
  public:
-  explicit CpuExec(int threads = 0)
-      : threads_(threads > 0 ? threads : omp_get_max_threads()), shares_(threads_) {}
+  explicit CpuExec(int threads = 0) : threads_(threads_for(threads)), shares_(threads_) {}
 
   /// Sweeps over neighbours run on several of them at a time (spatial/lanes.hpp).
   static constexpr bool lanes = sums_by_lanes;
@@ -214,21 +215,22 @@ class CpuExec {
     if (n == 0 || stopped()) return;
     const std::uint64_t chunks = (n + chunk - 1) / chunk;
     sums_.assign(static_cast<std::size_t>(chunks) + 1, 0);
-    const auto count = static_cast<std::int64_t>(chunks);
-#pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
-    for (std::int64_t c = 0; c < count; ++c) {
-      Count s = 0;
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
-      for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i) out[i] = s += body(i);
-      sums_[static_cast<std::size_t>(c) + 1] = s;
-    }
+    each_part(
+        n, chunk,
+        [&](std::uint64_t begin, std::uint64_t end) {
+          Count s = 0;
+          for (std::uint64_t i = begin; i < end; ++i) out[i] = s += body(i);
+          sums_[static_cast<std::size_t>(begin / chunk) + 1] = s;
+        },
+        chunk);
     for (std::uint64_t c = 1; c <= chunks; ++c) sums_[c] += sums_[c - 1];
-#pragma omp parallel for schedule(static) num_threads(threads_) if (count > 1)
-    for (std::int64_t c = 1; c < count; ++c) {
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(c + 1) * chunk);
-      for (std::uint64_t i = static_cast<std::uint64_t>(c) * chunk; i < end; ++i)
-        out[i] += static_cast<Count>(sums_[static_cast<std::size_t>(c)]);
-    }
+    each_part(
+        n, chunk,
+        [&](std::uint64_t begin, std::uint64_t end) {
+          const auto before = static_cast<Count>(sums_[static_cast<std::size_t>(begin / chunk)]);
+          for (std::uint64_t i = begin; i < end; ++i) out[i] += before;
+        },
+        chunk);
   }
 
   /// Least-significant-digit radix sort, 11 bits a pass; each chunk of the input keeps its own histogram.
@@ -309,11 +311,12 @@ class CpuExec {
     if (n == 0 || stopped()) return;
     each_part(n, 4 * part, [&](std::uint64_t begin, std::uint64_t end) {
       std::uint32_t row = none;
-      std::int64_t sum[Sum::words] = {};
+      std::uint64_t sum[Sum::words] = {};  // unsigned: wraps where it overflows
       const auto send = [&] {
         if (row == none) return;
         auto* to = reinterpret_cast<std::int64_t*>(rows + row);
-        for (int k = 0; k < Sum::words; ++k) __atomic_fetch_add(to + k, sum[k], __ATOMIC_RELAXED);
+        for (int k = 0; k < Sum::words; ++k)
+          __atomic_fetch_add(to + k, static_cast<std::int64_t>(sum[k]), __ATOMIC_RELAXED);
       };
       for (std::uint64_t i = begin; i < end; ++i) {
         Sum s;
@@ -322,9 +325,9 @@ class CpuExec {
         if (to != row) {
           send();
           row = to;
-          std::fill(sum, sum + Sum::words, 0);
+          std::fill(sum, sum + Sum::words, 0u);
         }
-        std::int64_t words[Sum::words];
+        std::uint64_t words[Sum::words];
         std::memcpy(words, &s, sizeof words);
         for (int k = 0; k < Sum::words; ++k) sum[k] += words[k];
       }
@@ -396,8 +399,11 @@ class CpuExec {
   bool reached(void*) const { return true; }
   void wait_for_mark(void*) const {}
   void pace() const {}
-  /// Bytes that may still be allocated; the CPU backend leaves that to the operating system.
-  std::uint64_t free_bytes() const { return std::numeric_limits<std::uint64_t>::max(); }
+  /// Where the host says that it wants to stop; stages that take long ask in between.
+  void watch(const std::atomic<bool>* asked) { asked_ = asked; }
+  bool asked_to_stop() const { return asked_ != nullptr && asked_->load(std::memory_order_relaxed); }
+  /// Bytes that may still be allocated: a system that promises more than it has ends processes later.
+  std::uint64_t free_bytes() const { return available_memory(); }
   bool reserve(std::uint64_t n) {
     partial_.reserve(static_cast<std::size_t>(n / reduced + 2) * largest_result);
     sums_.reserve(static_cast<std::size_t>(n / chunk + 2));
@@ -429,12 +435,13 @@ class CpuExec {
     constexpr std::uint32_t digits = 1u << digit_bits;
     const auto parts = static_cast<std::int64_t>((n + part - 1) / part);
     histogram_.assign(static_cast<std::size_t>(parts) * digits, 0);
-#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
-    for (std::int64_t p = 0; p < parts; ++p) {
-      std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
-      for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i) ++h[key(i) & (digits - 1)];
-    }
+    each_part(
+        n, part,
+        [&](std::uint64_t begin, std::uint64_t end) {
+          std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(begin / part) * digits;
+          for (std::uint64_t i = begin; i < end; ++i) ++h[key(i) & (digits - 1)];
+        },
+        part);
     // First of a digit, then of its parts; along the rows of the table, as parts may be many.
     std::uint32_t first[digits] = {};
     for (std::int64_t p = 0; p < parts; ++p)
@@ -445,13 +452,13 @@ class CpuExec {
     for (std::int64_t p = 0; p < parts; ++p)
       for (std::uint32_t d = 0; d < digits; ++d)
         first[d] += std::exchange(histogram_[static_cast<std::size_t>(p) * digits + d], first[d]);
-#pragma omp parallel for schedule(static) num_threads(threads_) if (parts > 1)
-    for (std::int64_t p = 0; p < parts; ++p) {
-      std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(p) * digits;
-      const std::uint64_t end = std::min(n, static_cast<std::uint64_t>(p + 1) * part);
-      for (std::uint64_t i = static_cast<std::uint64_t>(p) * part; i < end; ++i)
-        place(i, h[key(i) & (digits - 1)]++);
-    }
+    each_part(
+        n, part,
+        [&](std::uint64_t begin, std::uint64_t end) {
+          std::uint32_t* h = histogram_.data() + static_cast<std::size_t>(begin / part) * digits;
+          for (std::uint64_t i = begin; i < end; ++i) place(i, h[key(i) & (digits - 1)]++);
+        },
+        part);
   }
 
  private:
@@ -501,6 +508,7 @@ class CpuExec {
   mutable Shares shares_;
   bool wide_ = wide_instructions();
   const std::uint32_t* guard_ = nullptr;
+  const std::atomic<bool>* asked_ = nullptr;
   std::chrono::steady_clock::time_point started_;
   Timings timings_;
   std::vector<unsigned char> partial_;

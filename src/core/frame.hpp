@@ -204,6 +204,7 @@ struct Constants {
   Vec3<T> domain_min{}, domain_max{};
   T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
   T courant{};            ///< share of H a particle may move per sub-step before a flag is raised
+  T stray_speed{};        ///< liquid that falls faster is removed [m/s]; infinite: none is
   double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
 };
 

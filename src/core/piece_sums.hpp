@@ -33,8 +33,8 @@ struct SumUnits {
 /// Units at least as large as these and at most twice as large.
 MELTSIM_HD SumUnits sum_units(double mass, double momentum, double spin, double first, double second) {
   const auto unit = [](double least) {
-    const int exponent =
-        std::ilogb(maximum(least, 1e-290)) + 1;  // of nothing: so small that it does not matter
+    constexpr double smallest = 1e-290, largest = 1e290;  // both powers below are numbers
+    const int exponent = std::ilogb(clamp(least, smallest, largest)) + 1;
     return SumUnit{std::ldexp(1.0, exponent), std::ldexp(1.0, -exponent)};
   };
   return {unit(mass), unit(momentum), unit(spin), unit(first), unit(second)};

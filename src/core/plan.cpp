@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/guarded.hpp"
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
 #include "core/world_impl.hpp"
@@ -13,8 +14,8 @@ inline namespace v0 {
 using core::invalid;
 
 Plan WorldImpl::plan() {
-  static_cast<void>(prepare());
   Plan p;
+  if (Status s = prepare(); !s) p.error = s.error().message;
   const std::string cold = (facts_ & core::fact_particles) != 0 ? heat_reason() : std::string();
   const auto is_disabled = [&](const std::string& module) {
     return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
@@ -96,6 +97,10 @@ core::FieldSet WorldImpl::channels_of(std::uint32_t facts) const {
 }
 
 Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
+  return core::guarded<Status>([&] { return place_stage(after, stage); });
+}
+
+Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage) {
   if (stage.name.empty()) return invalid("custom stage: name is empty; give it one, timings refer to it");
   if (stage.run == nullptr)
     return invalid("custom stage \"", stage.name, "\": run: is null; pass a function");
@@ -113,12 +118,10 @@ Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
                        "\" does not exist; names are those of meltsim/fields.def");
   for (int s = 0; s < core::stage_count; ++s)
     if (after == core::stage_table[static_cast<std::size_t>(s)].name) {
+      fetch_state();
       const core::FieldSet held = channels_of(facts_);
-      custom_.push_back({s, std::move(stage)});
-      if (channels_of(facts_) != held && !dirty_) {
-        fetch_state();
-        dirty_ = true;
-      }
+      custom_.push_back({s, stage});
+      dirty_ = dirty_ || channels_of(facts_) != held;
       return {};
     }
   return invalid("custom stage \"", stage.name, "\": after: no stage is named \"", after,
@@ -126,6 +129,10 @@ Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
 }
 
 Status WorldImpl::remove(const std::string& name) {
+  return core::guarded<Status>([&] { return remove_stage(name); });
+}
+
+Status WorldImpl::remove_stage(const std::string& name) {
   for (auto c = custom_.begin(); c != custom_.end(); ++c)
     if (c->stage.name == name) {
       custom_.erase(c);
@@ -135,6 +142,10 @@ Status WorldImpl::remove(const std::string& name) {
 }
 
 Status WorldImpl::set_interval(const std::string& module, int n) {
+  return core::guarded<Status>([&] { return set_interval_of(module, n); });
+}
+
+Status WorldImpl::set_interval_of(const std::string& module, int n) {
   if (n < 1)
     return invalid("interval of \"", module, "\": must be >= 1, got ", n, "; 1 runs it every sub-step");
   if (module == "thermal") thermal_interval_ = n;
@@ -158,6 +169,10 @@ std::uint32_t facts_of_module(const std::string& module) {
 }  // namespace
 
 Status WorldImpl::enable(const std::string& module, bool on) {
+  return core::guarded<Status>([&] { return switch_module(module, on); });
+}
+
+Status WorldImpl::switch_module(const std::string& module, bool on) {
   if (facts_of_module(module) == 0)
     return invalid("enable: module \"", module, "\" cannot be switched; sph, lsm, thermal and topology can");
   fetch_state();

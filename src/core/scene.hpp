@@ -28,8 +28,9 @@ struct SceneState {
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
   std::vector<Vec3d> contact_slip;
-  std::uint64_t melted = 0, frozen = 0, removed = 0;  ///< before the last upload
-  double heat_in = 0;                                 ///< likewise [J]
+  std::uint64_t melted = 0, frozen = 0, removed = 0,
+                strayed = 0;  ///< before the last upload; removed: strayed, too
+  double heat_in = 0;         ///< likewise [J]
 };
 
 /// Lattices as built; changes only when a body is added.
@@ -44,7 +45,8 @@ struct SceneLattice {
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
   double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
-  double spring_reference = 0;  ///< physics::spring_dt's [s]
+  double spring_reference = 0;    ///< physics::spring_dt's [s]
+  double stray_speed = infinity;  ///< liquid that falls faster than this is removed [m/s]
   bool tension = false;
   bool one_liquid = false;  ///< no two materials are liquid, now or by melting or emission
   Vec3d gravity;

@@ -124,14 +124,28 @@ Status Shape::validate() const {
 }
 
 std::vector<Vec3i> Shape::lattice_points(Vec3d origin, double spacing) const {
-  if (!node_ || !validate()) return {};
+  std::vector<Vec3i> points;
+  static_cast<void>(lattice_points(origin, spacing, points));
+  return points;
+}
+
+Status Shape::lattice_points(Vec3d origin, double spacing, std::vector<Vec3i>& points) const {
+  points.clear();
+  if (!node_) return {};
+  if (Status s = validate(); !s) return s;
+  const auto full = [] {
+    return Error{ErrorCode::out_of_memory, "host memory ran out while it was sampled; use a larger spacing"};
+  };
   try {
-    if (!check_lattice(bounds(), origin, spacing)) return {};
+    if (Status s = check_lattice(bounds(), origin, spacing); !s) return s;
     const auto most = static_cast<std::int32_t>(max_site_index);
     const SiteRange everywhere{{-most, -most, -most}, {most, most, most}};
-    return sites_inside(sample(*node_, {origin, spacing, {}, {}}, everywhere));
-  } catch (const std::bad_alloc&) {
+    points = sites_inside(sample(*node_, {origin, spacing, {}, {}}, everywhere));
     return {};
+  } catch (const std::bad_alloc&) {
+    return full();
+  } catch (const std::length_error&) {
+    return full();
   }
 }
 

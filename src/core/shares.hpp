@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/threads.hpp"
+
 namespace meltsim {
 inline namespace v0 {
 namespace core {
@@ -27,7 +29,12 @@ class Shares {
     const auto threads = static_cast<int>(next_.size());
     const auto first_of = [parts, threads](int t) { return parts * t / threads; };
     for (int t = 0; t < threads; ++t) next_[static_cast<std::size_t>(t)].part = first_of(t);
-#pragma omp parallel num_threads(threads)
+    const int team = team_for(threads);
+    if (team == 1) {
+      for (std::int64_t c = 0; c < parts; ++c) run(c);
+      return;
+    }
+#pragma omp parallel num_threads(team)
     {
       const int self = omp_get_thread_num();
       for (int k = 0; k < threads; ++k) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <initializer_list>
 
 #include "core/text.hpp"
 #include "core/world_impl.hpp"
@@ -14,8 +15,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-constexpr std::uint32_t format_version =
-    3;  // 3: what freezes keeps its volume; 2: vertices change their particles
+// 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// keeps its volume; 2: vertices change their particles
+constexpr std::uint32_t format_version = 4;
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -84,6 +86,10 @@ Error corrupt(const char* why) {
                core::text("snapshot: ", why, "; the World is unchanged, use another snapshot")};
 }
 
+/// All that a tag may have set.
+constexpr std::uint32_t known_tag_bits =
+    tag_material_mask | tag_solid | tag_surface | tag_fixed | tag_removed | 0xffffu << tag_body_shift;
+
 bool all_finite(const std::vector<Vec3d>& v) {
   for (const Vec3d& x : v)
     if (!finite(x)) return false;
@@ -92,13 +98,40 @@ bool all_finite(const std::vector<Vec3d>& v) {
 
 }  // namespace
 
-/// What bodies' lattices are like as built, whatever melted or froze since.
+/// What bodies' lattices are like as built, whatever melted or froze since, and however wide regions are at the length of
+/// the last sub-step.
 std::uint64_t WorldImpl::lattice_hash() const {
   Hash h;
   h.add(lattice_.vertex_site);
   h.add(lattice_.vertex_body);
   h.add(lattice_.vertex_coordinates);
-  for (const core::BodyRow& b : lattice_.bodies) h.add(&b, sizeof b);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const core::BodyRow& row = lattice_.bodies[b];
+    for (const std::uint32_t v : {row.stride_y, row.stride_z, row.fixed, bodies_[b].desc.material.index})
+      h.add(&v, sizeof v);
+  }
+  return h.value();
+}
+
+/// The numbers of a material that say what its particles' masses, volumes and enthalpies mean. Others (viscosity,
+/// conductivity, stiffness, friction) may change from one run to the next, as may its name.
+std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
+  Hash h;
+  const auto number = [&h](double v) {
+    v += 0.0;  // -0 is 0
+    h.add(&v, sizeof v);
+  };
+  for (const double v :
+       {m.density, m.heat_capacity, m.latent_heat, m.melting_point, m.freezes ? 1.0 : 0.0,
+        m.melts_into ? double(m.melts_into.index) : -1.0, desc.heat.model == HeatModel::enthalpy ? 1.0 : 0.0})
+    number(v);
+  for (const auto* points : {&m.heat_capacity_points, &m.density_points}) {
+    number(double(points->size()));
+    for (const PropertyPoint& p : *points) {
+      number(p.temperature);
+      number(p.value);
+    }
+  }
   return h.value();
 }
 
@@ -142,14 +175,18 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(steps);
   w.value(sound_speed_);
   w.value(last_max_speed_);
+  w.value(seen_);
   w.value(origin_);
   w.value(lattice_hash());
   w.value(state_.heat_in);
   w.value(state_.melted);
   w.value(state_.frozen);
   w.value(state_.removed);
-  std::vector<std::uint64_t> layers;
-  for (const EmitterRecord& e : emitters_) layers.push_back(e.next_layer);
+  w.value(state_.strayed);
+  std::vector<std::uint64_t> hashes, layers;
+  for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
+  for (const EmitterRecord& e : emitters_) layers.push_back(e.first_layer);
+  w.array(hashes);
   w.array(layers);
   w.array(state_.position);
   w.array(state_.velocity);
@@ -186,49 +223,40 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   if (checksum != h.value()) return corrupt("checksum does not match: truncated or changed");
   std::uint64_t material_count = 0, body_count = 0, new_steps = 0, lattice = 0;
   double spacing = 0, new_time = 0, sound = 0, speed = 0;
+  Extremes seen;
   Vec3d origin;
   core::SceneState s;
-  std::vector<std::uint64_t> layers;
+  std::vector<std::uint64_t> hashes, layers;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
-        r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(origin) &&
-        r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
-        r.value(s.removed) && r.array(layers) && r.array(s.position) && r.array(s.velocity) &&
-        r.array(s.enthalpy) && r.array(s.mass) && r.array(s.volume) && r.array(s.tag) &&
-        r.array(s.vertex_of_id) && r.array(s.vertex_id) && r.array(s.vertex_state) &&
-        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.contact_slip)) ||
+        r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
+        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
+        r.value(s.removed) && r.value(s.strayed) && r.array(hashes) && r.array(layers) &&
+        r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) &&
+        r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
+        r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
+        r.array(s.contact_slip)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
       s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
-      s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv)
+      s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
+      hashes.size() != material_count)
     return corrupt("arrays of different length");
-  if (!all_finite(s.position) || !all_finite(s.velocity) || !all_finite(s.contact_slip))
-    return corrupt("a position, velocity or slip is not finite");
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!(s.mass[i] > 0) || !(s.volume[i] > 0) || !std::isfinite(s.enthalpy[i]))
-      return corrupt("a mass, volume or enthalpy is not usable");
-    if (material_of(s.tag[i]) >= materials.size() || body_of(s.tag[i]) > bodies_.size())
-      return corrupt("a tag names a material or body this World does not have");
-    const std::uint32_t v = s.vertex_of_id[i];
-    if (v >= nv && v != core::none) return corrupt("a lattice vertex is out of range");
-    if (is_solid(s.tag[i]) && (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u))
-      return corrupt("a solid particle has no lattice vertex");
-  }
-  for (std::size_t v = 0; v < nv; ++v) {
-    const std::uint32_t i = s.vertex_id[v];
-    if (i >= n && (i != core::none || s.vertex_state[v] == 1u))
-      return corrupt("a lattice vertex has no particle");
-    if (s.vertex_state[v] == 1u && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
-      return corrupt("a lattice vertex names a particle that is not its own");
-  }
-  for (const std::uint32_t label : s.vertex_piece)
-    if (label >= nv) return corrupt("a piece label is out of range");
+  if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
+  // First what it belongs to: a snapshot of another scene is not damaged.
   const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
     return core::invalid("snapshot: ", what, ": this World has ", have, ", the snapshot ", want,
                          "; build the World from the same scene first");
   };
   if (material_count != materials.size()) return mismatch("materials", materials.size(), material_count);
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (hashes[m] != material_hash(materials[m]))
+      return core::invalid(
+          "snapshot: materials: \"", materials[m].name,
+          "\" has another density, heat capacity, latent heat or melting point, or melts into "
+          "something else, than in the World that wrote it (or heat.model differs); build the World from the "
+          "same scene first");
   if (body_count != bodies_.size()) return mismatch("bodies", bodies_.size(), body_count);
   if (layers.size() != emitters_.size()) return mismatch("emitters", emitters_.size(), layers.size());
   if (nv != lattice_.vertex_site.size()) return mismatch("lattice vertices", lattice_.vertex_site.size(), nv);
@@ -238,6 +266,14 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   if (spacing != desc.spacing)
     return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
                          " m; build the World from the same scene first");
+  if (Status status = check_snapshot(s, origin, new_time, {sound, speed, seen.speed, s.heat_in}); !status)
+    return status;
+  // Both are infinite while nothing was seen.
+  if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0)
+    return corrupt("a speed or height is not usable");
+  for (std::size_t k = 0; k < layers.size(); ++k)
+    if (layers[k] > layers_before(emitters_[k], new_time))
+      return corrupt("a nozzle's first layer is yet to come");
   collect_samples();
   drop_samples_from(new_time);
   state_ = std::move(s);
@@ -246,13 +282,88 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   steps = new_steps;
   sound_speed_ = sound;
   last_max_speed_ = speed;
+  seen_ = seen;
+  seen_particles_ = state_.position.size();
+  seen_emitters_ = emitters_.size();
+  added_ = !(sound > 0);
   origin_ = origin;
   origin_set_ = true;
-  for (std::size_t k = 0; k < layers.size(); ++k) emitters_[k].next_layer = layers[k];
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    emitters_[k].first_layer = layers[k];
+    limit_layers(emitters_[k]);
+  }
   halted_ = false;
   ++restored_;
+  halt_step_ = 0;
   halt_reason_.clear();
+  carried_ = {};
   dirty_ = true;
+  return {};
+}
+
+/// Every value of a state that is to be taken over: in range, and consistent with each other and with the scene.
+Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double new_time,
+                                 std::initializer_list<double> numbers) const {
+  const std::size_t n = s.position.size(), nv = s.vertex_state.size();
+  if (!(std::isfinite(new_time) && new_time >= 0)) return corrupt("the time is not usable");
+  for (const double v : numbers)
+    if (!std::isfinite(v)) return corrupt("a speed or the heat that came in is not finite");
+  if (!finite(origin)) return corrupt("the origin is not finite");
+  if (Status status = check_origin(origin); !status) return status;
+  if (!all_finite(s.position) || !all_finite(s.velocity) || !all_finite(s.contact_slip))
+    return corrupt("a position, velocity or slip is not finite");
+  const double largest = desc.precision == Precision::single_precision ? 1e37 : 1e300;
+  std::uint64_t removed = 0, solid = 0;
+  const Vec3d low = desc.domain.min - origin, high = desc.domain.max - origin;
+  // Rounded to single precision, a coordinate at a wall may be this far beyond it.
+  const double slack = 1e-2 * desc.spacing;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(s.mass[i] > 1 / largest && s.mass[i] < largest) ||
+        !(s.volume[i] > 1 / largest && s.volume[i] < largest) || !std::isfinite(s.enthalpy[i]))
+      return corrupt("a mass, volume or enthalpy is not usable");
+    if (!(dot(s.velocity[i], s.velocity[i]) < largest)) return corrupt("a velocity is not usable");
+    const std::uint32_t tag = s.tag[i], body = body_of(tag);
+    if (material_of(tag) >= materials.size() || body > bodies_.size() || (tag & ~known_tag_bits) != 0u)
+      return corrupt("a tag names a material or body this World does not have");
+    const std::uint32_t v = s.vertex_of_id[i];
+    if (v >= nv && v != core::none) return corrupt("a lattice vertex is out of range");
+    if (is_removed(tag)) {
+      ++removed;
+      continue;
+    }
+    const Vec3d x = s.position[i];
+    const double beyond[] = {low.x - x.x, x.x - high.x, low.y - x.y, x.y - high.y, low.z - x.z, x.z - high.z};
+    for (std::size_t face = 0; face < 6 && desc.domain.bounded; ++face)
+      if (beyond[face] > slack && (is_fluid(tag) || desc.domain.faces[face] != Face::open))
+        return corrupt("a particle is outside the domain");
+    if (!is_solid(tag)) {
+      if (materials[material_of(tag)].melts_into) return corrupt("a liquid particle is of a solid material");
+      continue;
+    }
+    ++solid;
+    if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u)
+      return corrupt("a solid particle has no lattice vertex");
+    if (body != lattice_.vertex_body[v] + 1u || material_of(tag) != bodies_[body - 1u].desc.material.index ||
+        ((tag & tag_fixed) != 0u) != bodies_[body - 1u].desc.fixed)
+      return corrupt("a solid particle is not of the body it is in");
+  }
+  if (removed != s.removed || s.strayed > s.removed)
+    return corrupt("the number of removed particles is wrong");
+  if (solid + s.melted != solids_built_ + s.frozen) return corrupt("the number of solid particles is wrong");
+  for (std::size_t v = 0; v < nv; ++v) {
+    const std::uint32_t i = s.vertex_id[v];
+    if (s.vertex_state[v] > 2u) return corrupt("the state of a lattice vertex is unknown");
+    if (i >= n && (i != core::none || s.vertex_state[v] == 1u))
+      return corrupt("a lattice vertex has no particle");
+    if (s.vertex_state[v] == 1u && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
+      return corrupt("a lattice vertex names a particle that is not its own");
+    const std::uint32_t label = s.vertex_piece[v];
+    if (label >= nv || lattice_.vertex_body[label] != lattice_.vertex_body[v])
+      return corrupt("a piece label is out of range");
+    const Quat<double> q = s.region_rotation[v];
+    const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+    if (!(std::fabs(norm2 - 1) < 1e-2)) return corrupt("a region's rotation is none");
+  }
   return {};
 }
 

@@ -25,6 +25,8 @@ void begin_cells(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void clear(E& ex, const core::Frame<T>& w);
 template <class E, class T>
+void give_up(E& ex, const core::Frame<T>& w);
+template <class E, class T>
 void restore(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void reindex(E& ex, const core::Frame<T>& w);

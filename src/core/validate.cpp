@@ -116,6 +116,11 @@ Status validate(const WorldDesc& d) {
     return s;
   if (d.heat.max_stages < 2 || d.heat.max_stages > 1024)
     return invalid("heat.max_stages: must be in 2..1024, got ", d.heat.max_stages, "; the default is 64");
+  if (d.heat.max_supersteps < 1 || d.heat.max_supersteps > 1000000)
+    return invalid("heat.max_supersteps: must be in 1..1000000, got ", d.heat.max_supersteps,
+                   "; the default is 64");
+  if (d.stray != Stray::remove && d.stray != Stray::halt)
+    return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
   if (Status s = validate(d.domain, support); !s) return s;
   const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
   for (std::size_t f = 0; f < 6; ++f) {
@@ -246,7 +251,7 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
 Status validate(const EmitterDesc& e, double spacing) {
   const std::string p = "emitter \"" + e.name + "\": ";
   if (Status s = finite_vector(p + "center", e.center); !s) return s;
-  if (!finite(e.axis) || !(length(e.axis) > 0))
+  if (!finite(e.axis) || (e.axis.x == 0 && e.axis.y == 0 && e.axis.z == 0))
     return invalid(p, "axis: must be a finite vector that is not zero, got ", e.axis,
                    "; it need not be normalised");
   if (!(std::isfinite(e.radius) && e.radius >= spacing))

@@ -2,41 +2,17 @@
 // The public face: creation, choice of backend, and forwarding.
 #include "meltsim/world.hpp"
 
-#include <new>
-
-#include "core/exec_cpu.hpp"
+#include "core/guarded.hpp"
 #include "core/text.hpp"
+#include "core/threads.hpp"
 #include "core/validate.hpp"
 #include "core/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 
-namespace {
-
-/// Host memory may run out anywhere a scene is built; that too is an Error, never an exception.
-template <class R, class Function>
-R guarded(const Function& function) {
-  try {
-    return function();
-  } catch (const std::bad_alloc&) {
-    return Error{ErrorCode::out_of_memory, "memory: the host ran out of memory; use a larger spacing"};
-  } catch (const std::exception& e) {
-    return Error{ErrorCode::internal, std::string("internal: ") + e.what()};
-  }
-}
-
-/// The same of what cannot return an Error.
-template <class R, class Function, class Otherwise>
-R guarded_value(const Function& function, const Otherwise& otherwise) {
-  try {
-    return function();
-  } catch (const std::exception&) {
-    return otherwise();
-  }
-}
-
-}  // namespace
+using core::guarded;
+using core::guarded_report;
 
 World::World(std::unique_ptr<WorldImpl> impl) : impl_(std::move(impl)) {}
 World::World(World&&) noexcept = default;
@@ -66,6 +42,7 @@ Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version)
     if (!engine) engine = core::make_cpu_engine(desc);
     if (!engine) return engine.error();
     impl->engine = *engine;
+    impl->watch();
     return World(std::move(impl));
   });
 }
@@ -93,13 +70,11 @@ Status World::step(double dt) {
 }
 void World::interrupt() noexcept { impl_->interrupt(); }
 StepResult World::synchronize() {
-  return guarded_value<StepResult>([&] { return impl_->synchronize(); },
-                                   [&] {
-                                     StepResult r;
-                                     r.steps = impl_->steps;
-                                     r.time = impl_->time;
-                                     return r;
-                                   });
+  StepResult r = guarded_report<StepResult>([&] { return impl_->synchronize(); });
+  r.steps = impl_->steps;
+  r.time = impl_->time;
+  r.halted = impl_->halted();
+  return r;
 }
 double World::stable_dt() const { return impl_->stable_dt(); }
 double World::stable_dt(double speed) const { return impl_->stable_dt(speed); }
@@ -153,11 +128,11 @@ Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
   return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });
 }
 Plan World::plan() {
-  return guarded_value<Plan>([&] { return impl_->plan(); }, [] { return Plan{}; });
+  return guarded_report<Plan>([&] { return impl_->plan(); });
 }
 Scheduler& World::scheduler() { return *impl_; }
 Resolved World::resolved() {
-  return guarded_value<Resolved>([&] { return impl_->resolved(); }, [] { return Resolved{}; });
+  return guarded_report<Resolved>([&] { return impl_->resolved(); });
 }
 Backend World::backend() const { return impl_->engine->backend(); }
 Precision World::precision() const { return impl_->desc.precision; }
@@ -165,7 +140,11 @@ double World::time() const { return impl_->time; }
 std::uint64_t World::steps() const { return impl_->steps; }
 const WorldDesc& World::desc() const { return impl_->desc; }
 MaterialDesc World::material(MaterialId id) const {
-  return impl_->valid(id) ? impl_->materials[id.index] : MaterialDesc{};
+  try {
+    return impl_->valid(id) ? impl_->materials[id.index] : MaterialDesc{};
+  } catch (const std::bad_alloc&) {
+    return {};
+  }
 }
 
 BuildInfo build_info() {
@@ -178,7 +157,7 @@ BuildInfo build_info() {
   b.devices = c.devices;
   b.cuda_reason = c.reason;
   b.architectures = c.architectures;
-  b.cpu_threads = core::CpuExec().threads();
+  b.cpu_threads = core::threads_for(0);
   return b;
 }
 

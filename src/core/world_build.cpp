@@ -5,8 +5,10 @@
 #include <string>
 
 #include "core/growth_sites.hpp"
+#include "core/nozzle.hpp"
 #include "core/shape_limits.hpp"
 #include "core/text.hpp"
+#include "core/threads.hpp"
 #include "core/validate.hpp"
 #include "core/world_impl.hpp"
 #include "meltsim/physics/heat.hpp"
@@ -25,6 +27,11 @@ constexpr double most_points = 4e9;  // ids are 32 bits
 // column of water that should reach 0.75 m/s within 40 ms reaches 1.2 at 0.48, 4.3 at 0.4, 11 at 0.3.
 constexpr double least_wall_distance = 0.48;
 
+bool inside_domain(const DomainDesc& d, Vec3d p) {
+  return !d.bounded || (p.x >= d.min.x && p.y >= d.min.y && p.z >= d.min.z && p.x <= d.max.x &&
+                        p.y <= d.max.y && p.z <= d.max.z);
+}
+
 /// Whether a particle at p is as far from walls, and from its images across periodic faces, as it can be at rest.
 bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
   if (!domain.bounded) return true;
@@ -34,6 +41,9 @@ bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
     if (domain.faces[face] != Face::open && distance[face] < least_wall_distance * spacing) return false;
   return true;
 }
+
+/// Clear way ahead of a nozzle [spacings].
+constexpr double nozzle_reach = 2;
 }  // namespace
 
 Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
@@ -56,7 +66,12 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
   if (Status s = check_freezing(m); !s) return s.error();
   fetch_state();
   materials.push_back(m);
-  properties_ = material_properties();
+  try {
+    properties_ = material_properties();
+  } catch (...) {
+    materials.pop_back();
+    throw;
+  }
   dirty_ = true;
   return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
 }
@@ -86,8 +101,14 @@ Status WorldImpl::check_freezing(const MaterialDesc& m) {
 
 void WorldImpl::fetch_state() {
   if (!state_stale_) return;
-  engine->download(state_);
+  const core::WorldStatus s = engine->download(state_);
   state_stale_ = false;
+  // An upload begins with a clean status: what this one says is kept for synchronize().
+  carried_.max_speed = std::max(carried_.max_speed, s.max_speed);
+  carried_.max_density_ratio = std::max(carried_.max_density_ratio, s.max_density);
+  carried_.courant_exceeded = carried_.courant_exceeded || s.courant_exceeded != 0;
+  carried_.heat_bound_exceeded = carried_.heat_bound_exceeded || s.heat_bound_exceeded != 0;
+  note_halt(s, engine->fault());
 }
 
 void WorldImpl::round_to_precision(double& v) const {
@@ -98,15 +119,17 @@ void WorldImpl::round_to_precision(double& v) const {
 }
 
 /// Lattice points of a shape and their coordinates. fixed: it stays where it is, so that nothing squeezes it.
+/// origin: what stored coordinates are to be relative to once it is added.
 Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
-                        std::vector<Vec3d>& positions) {
+                        std::vector<Vec3d>& positions, Vec3d& origin) const {
   if (Status s = shape.validate(); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
   const Box b = shape.bounds();
   const double dx = desc.spacing;
   if (Status s = check_lattice(b, lattice_origin(), dx); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-  points = shape.lattice_points(lattice_origin(), dx);
+  if (Status s = shape.lattice_points(lattice_origin(), dx, points); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
   if (points.empty())
     return invalid(what, "shape: contains no lattice point at spacing ", dx, " m (it spans ", b.min, " to ",
                    b.max, "); make it larger or lower the spacing");
@@ -135,11 +158,11 @@ Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, std::v
     return invalid(what, "shape: every one of its ", static_cast<std::uint64_t>(inside),
                    " points is nearer to a wall than half a spacing (", 0.5 * dx,
                    " m); make the domain a whole number of spacings wide, or the spacing smaller");
-  return choose_origin(positions, what);
+  return origin_for(positions, what, origin);
 }
 
 /// Keeps stored coordinates small enough: a unit in the last place below a thousandth of the spacing.
-Status WorldImpl::choose_origin(const std::vector<Vec3d>& positions, const char* what) {
+Status WorldImpl::origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const {
   const double epsilon = desc.precision == Precision::single_precision ? 6.0e-8 : 1.2e-16;
   const auto reach = [](Vec3d p) { return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); };
   Vec3d lo = positions.front(), hi = positions.front();
@@ -151,7 +174,7 @@ Status WorldImpl::choose_origin(const std::vector<Vec3d>& positions, const char*
     lo = desc.domain.min;
     hi = desc.domain.max;
   }
-  Vec3d origin = origin_;
+  origin = origin_;
   if (!origin_set_) {
     // Zero unless that costs precision: most hosts then never need to think of an origin. Rounding at every
     // step shakes what moves: a spinning cube of 0.6 m at 100 m had 7 % more energy after 1e6 steps in single
@@ -167,9 +190,68 @@ Status WorldImpl::choose_origin(const std::vector<Vec3d>& positions, const char*
                    "-precision coordinate resolves only ", span * epsilon,
                    " m, more than a thousandth of the spacing (", desc.spacing,
                    " m); use double precision, a smaller domain or a larger spacing");
-  origin_ = origin;
-  origin_set_ = true;
   return {};
+}
+
+/// Whether coordinates relative to an origin that is not the World's own choice are as exact as those.
+Status WorldImpl::check_origin(Vec3d origin) const {
+  const double epsilon = desc.precision == Precision::single_precision ? 6.0e-8 : 1.2e-16;
+  const auto reach = [](Vec3d p) { return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); };
+  double span = 1e-16 * reach(origin) / epsilon;  // it is a double itself
+  if (desc.domain.bounded)
+    span = std::max({span, reach(desc.domain.min - origin), reach(desc.domain.max - origin)});
+  if (span * epsilon <= 1e-3 * desc.spacing) return {};
+  return invalid("snapshot: origin: coordinates relative to ", origin, " resolve only ", span * epsilon,
+                 " m in this World, more than a thousandth of the spacing (", desc.spacing,
+                 " m); restore it in a World of the same scene and precision");
+}
+
+/// Whether a particle of it can be held in the World's precision, and what follows from it computed: squares of speeds,
+/// for one.
+Status WorldImpl::check_numbers(const std::string& what, const MaterialDesc& m, double density,
+                                double specific_enthalpy, Vec3d velocity) const {
+  const bool single = desc.precision == Precision::single_precision;
+  const double largest = single ? 1e37 : 1e300, smallest = single ? 1e-37 : 1e-300;
+  const double volume = desc.spacing * desc.spacing * desc.spacing, mass = density * volume;
+  const char* precision = single ? "single" : "double";
+  if (!(mass > smallest && mass < largest && volume > smallest && volume < largest))
+    return invalid(what, "material: a particle of \"", m.name, "\" has ", mass, " kg in ", volume,
+                   " m^3, which ", precision, " precision cannot hold; use another spacing or density");
+  if (!std::isfinite(specific_enthalpy * mass))
+    return invalid(what, "temperature: the enthalpy of a particle of \"", m.name, "\" would be ",
+                   specific_enthalpy * mass, " J; use another temperature or heat capacity");
+  if (!(dot(velocity, velocity) < largest))
+    return invalid(what, "velocity: the square of ", length(velocity), " m/s is more than ", precision,
+                   " precision can hold; use a smaller velocity");
+  return {};
+}
+
+namespace {
+/// Room for `more` items, so that adding them cannot fail halfway; doubles, so that many small additions cost what they
+/// add.
+template <class V>
+void make_room(std::vector<V>& v, std::size_t more) {
+  if (v.capacity() - v.size() < more) v.reserve(std::max(v.size() + more, 2 * v.size()));
+}
+}  // namespace
+
+void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t sites) {
+  make_room(state_.position, particles);
+  make_room(state_.velocity, particles);
+  make_room(state_.mass, particles);
+  make_room(state_.volume, particles);
+  make_room(state_.enthalpy, particles);
+  make_room(state_.tag, particles);
+  make_room(state_.vertex_of_id, particles);
+  make_room(state_.vertex_id, vertices);
+  make_room(state_.vertex_state, vertices);
+  make_room(state_.vertex_piece, vertices);
+  make_room(state_.region_rotation, vertices);
+  make_room(state_.contact_slip, vertices);
+  make_room(lattice_.vertex_site, vertices);
+  make_room(lattice_.vertex_body, vertices);
+  make_room(lattice_.vertex_coordinates, vertices);
+  make_room(lattice_.site_vertex, sites);
 }
 
 void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
@@ -242,16 +324,20 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (Status s = core::validate_state("fluid: ", f.temperature, f.velocity); !s) return s.error();
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
-  if (Status s = place(f.shape, "fluid: ", false, points, positions); !s) return s.error();
+  Vec3d origin;
+  if (Status s = place(f.shape, "fluid: ", false, points, positions, origin); !s) return s.error();
   fetch_state();
   core::PointGrid taken(desc.spacing);
   for (std::size_t i = 0; i < state_.position.size(); ++i)
     if (!is_removed(state_.tag[i])) taken.add(state_.position[i], static_cast<std::uint32_t>(i));
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
   const double density = physics::rest_density(material_rows()[f.material.index], h);
+  if (Status s = check_numbers("fluid: ", materials[f.material.index], density, h, f.velocity); !s)
+    return s.error();
   const std::size_t before = state_.position.size();
+  reserve(positions.size(), 0, 0);
   for (const Vec3d& p : positions) {
-    const Vec3d x = p - origin_;
+    const Vec3d x = p - origin;
     if (taken.near(x, same_place * desc.spacing) >= 0) continue;
     append(x, f.velocity, density, h, f.material.index, none);
   }
@@ -259,7 +345,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (added == 0)
     return invalid("fluid: shape: every one of its ", static_cast<std::uint64_t>(positions.size()),
                    " points is already taken; move it or leave it out");
-  dirty_ = true;
+  settle_at(origin);
   return added;
 }
 
@@ -278,39 +364,124 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
     if (!(c.x >= lo.x && c.y >= lo.y && c.z >= lo.z && c.x <= hi.x && c.y <= hi.y && c.z <= hi.z))
       return invalid(what, "center: ", c, " is outside the domain ", lo, " to ", hi, "; move the nozzle");
   }
-  const Vec3d axis = e.axis * (1.0 / length(e.axis));
-  const Vec3d helper = std::fabs(axis.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-  Vec3d u = cross(axis, helper);
-  u = u * (1.0 / length(u));
-  const Vec3d v = cross(axis, u);
-  std::vector<Vec3d> disc;
-  const double dx = desc.spacing;
-  const int n = static_cast<int>(e.radius / dx) + 1;
-  // Points at half-integers: a disc of radius R then holds about pi R^2/dx^2 of them.
-  for (int b = -n; b < n; ++b)
-    for (int a = -n; a < n; ++a) {
-      const double s = (a + 0.5) * dx, t = (b + 0.5) * dx;
-      if (s * s + t * t <= e.radius * e.radius) disc.push_back(u * s + v * t);
-    }
-  if (Status s = choose_origin({e.center}, what.c_str()); !s) return s.error();
+  const auto row = material_rows()[e.material.index];
+  const double h = physics::enthalpy_of(row, e.temperature);
+  if (Status s = check_numbers(what, materials[e.material.index], physics::rest_density(row, h), h,
+                               core::unit(e.axis) * e.speed);
+      !s)
+    return s.error();
+  // Before anything is made: what a layer holds, and what a particle takes at the least.
+  const double per_layer = 3.2 * (e.radius / desc.spacing) * (e.radius / desc.spacing);
+  constexpr double least_bytes = 200;
+  const double room = std::min(double(core::available_memory()), double(engine->free_bytes()));
+  if (per_layer > most_points || per_layer * least_bytes > room)
+    return Error{
+        per_layer > most_points ? ErrorCode::invalid_argument : ErrorCode::out_of_memory,
+        core::text(what, "radius: ", e.radius, " m is ", e.radius / desc.spacing,
+                   " spacings, which makes about ", per_layer,
+                   " particles a layer, more than there is memory for; narrow the nozzle or use a larger "
+                   "spacing")};
+  const std::vector<Vec3d> disc = core::nozzle_points(e, desc.spacing);
+  fetch_state();
+  if (Status s = check_nozzle(e, what, disc); !s) return s.error();
+  Vec3d origin;
+  if (Status s = origin_for({e.center}, what.c_str(), origin); !s) return s.error();
   r.points = static_cast<std::uint32_t>(disc.size());
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
-  const double span = (e.until - e.from) * e.speed / dx;
-  r.layers = std::isfinite(span) ? static_cast<std::uint64_t>(std::ceil(span)) : ~std::uint64_t{0};
-  if (e.max_particles != 0) r.layers = std::min(r.layers, e.max_particles / r.points);
-  if (double(r.layers) * r.points > most_points)
-    return invalid(what, "until: would emit ", double(r.layers) * r.points, " particles, more than ",
-                   most_points, "; shorten it or set max_particles");
-  if (r.layers == 0)
+  if (e.max_particles != 0 && e.max_particles < r.points)
     return invalid(what, "max_particles: ", e.max_particles, " is less than one layer of the nozzle (",
                    r.points, " particles); raise it");
-  // Layers that would have come before now are not owed.
-  if (time > e.from) r.next_layer = static_cast<std::uint64_t>(std::ceil((time - e.from) * e.speed / dx));
-  fetch_state();
-  emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
+  r.first_layer = layers_before(r, time);  // those before are not owed
+  limit_layers(r);
+  const double planned = double(r.layers - r.first_layer) * r.points;
+  if (planned > most_points)
+    return invalid(what, "until: would emit ", planned, " particles, more than ", most_points,
+                   "; shorten it or set max_particles");
+  if (planned * least_bytes > room)
+    return Error{ErrorCode::out_of_memory,
+                 core::text(what, e.max_particles != 0 ? "max_particles: " : "until: ", planned,
+                            " particles are more than there is memory for; emit fewer")};
+  make_room(emitter_points_, disc.size());
   emitters_.push_back(r);
-  dirty_ = true;
+  emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
+  settle_at(origin);
   return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), 1};
+}
+
+/// Something was added, with stored coordinates relative to this origin.
+void WorldImpl::settle_at(Vec3d origin) {
+  origin_ = origin;
+  origin_set_ = true;
+  added_ = true;
+  dirty_ = true;
+}
+
+/// When a layer of a nozzle comes [s].
+double WorldImpl::due(const EmitterRecord& e, std::uint64_t layer) const {
+  return e.desc.from + double(layer) * desc.spacing / e.desc.speed;
+}
+
+/// Layers whose time has come before t: a function of time alone, so that a World that halted, or was interrupted or
+/// restored, owes what it owes.
+std::uint64_t WorldImpl::layers_before(const EmitterRecord& e, double t) const {
+  t = std::min(t, e.desc.until);
+  if (!(t > e.desc.from)) return 0;
+  constexpr double most = 9e15;  // whole numbers are exact to there
+  auto n =
+      static_cast<std::uint64_t>(std::min(most, std::ceil((t - e.desc.from) * e.desc.speed / desc.spacing)));
+  // The estimate is off by one at most; due() decides.
+  if (n > 0 && due(e, n - 1) >= t) --n;
+  else if (due(e, n) < t && double(n) < most) ++n;
+  return n;
+}
+
+/// How many layers there will be, those before the nozzle was added included.
+void WorldImpl::limit_layers(EmitterRecord& e) const {
+  e.layers = layers_before(e, e.desc.until);
+  if (e.desc.max_particles != 0)
+    e.layers = std::min(e.layers, e.first_layer + e.desc.max_particles / e.points);
+  e.layers = std::max(e.layers, e.first_layer);
+}
+
+/// Layers that have come by now.
+std::uint64_t WorldImpl::next_layer(const EmitterRecord& e) const {
+  return std::min(e.layers, std::max(e.first_layer, layers_before(e, time)));
+}
+
+/// A nozzle is a disc with thickness: its points and where they come out must be within the domain, off its walls, and off
+/// bodies and other nozzles that are open at the same time.
+Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
+                               const std::vector<Vec3d>& disc) const {
+  const double dx = desc.spacing;
+  const Vec3d ahead = core::unit(e.axis) * (nozzle_reach * dx);
+  core::PointGrid own(dx);
+  for (const Vec3d& p : disc) {
+    const Vec3d x = e.center + p;
+    // It may blow out through an open face, and where nothing bounds the domain.
+    if (!inside_domain(desc.domain, x) || !has_room(desc.domain, dx, x))
+      return invalid(what, "center: the nozzle's disc of radius ", e.radius,
+                     " m reaches into a wall or out of the domain at ", x,
+                     "; move it or make it smaller, half a spacing (", 0.5 * dx, " m) off walls");
+    if (!has_room(desc.domain, dx, x + ahead))
+      return invalid(what, "center: the nozzle blows against a wall at ", x + ahead,
+                     ", less than two spacings (", nozzle_reach * dx, " m) ahead; move it back or turn it");
+    own.add(x, 0);
+    own.add(x + ahead * 0.5, 0);
+  }
+  for (std::size_t i = 0; i < state_.position.size(); ++i)
+    if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, same_place * dx) >= 0)
+      return invalid(what, "center: the nozzle's disc of radius ", e.radius, " m lies in body \"",
+                     bodies_[body_of(state_.tag[i]) - 1].desc.name, "\" at ", state_.position[i] + origin_,
+                     "; move the nozzle or the body a spacing apart");
+  for (const EmitterRecord& other : emitters_) {
+    if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
+    for (std::uint32_t k = 0; k < other.points; ++k)
+      if (own.near(other.desc.center + emitter_points_[other.first_point + k], same_place * dx) >= 0)
+        return invalid(what, "center: the nozzle's disc overlaps that of emitter \"", other.desc.name,
+                       "\" at ", other.desc.center + emitter_points_[other.first_point + k],
+                       " while both are open; move one, or let one begin when the other has ended");
+  }
+  return {};
 }
 
 }  // namespace v0

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Regions that heat, cool or hold, and the surfaces of bodies and walls.
 #include <algorithm>
+#include <new>
 #include <string>
 
 #include "core/shape_limits.hpp"
@@ -25,7 +26,10 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
   if (Status s = check_lattice(region.shape.bounds(), lattice_origin(), desc.spacing); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-  if (region.shape.lattice_points(lattice_origin(), desc.spacing).empty())
+  std::vector<Vec3i> points;
+  if (Status s = region.shape.lattice_points(lattice_origin(), desc.spacing, points); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+  if (points.empty())
     return invalid(what, "shape: contains no lattice point at spacing ", desc.spacing,
                    " m; make it larger or lower the spacing");
   fetch_state();
@@ -41,7 +45,8 @@ void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
   const double dx = desc.spacing;
   const Vec3d o = lattice_origin() - origin_;
   for (const HeatRegionDesc& r : heat_regions_) {
-    const auto points = r.shape.lattice_points(lattice_origin(), dx);
+    std::vector<Vec3i> points;  // there are some, unless memory ran out
+    if (!r.shape.lattice_points(lattice_origin(), dx, points)) throw std::bad_alloc();
     Vec3i lo = points.front(), hi = points.front();
     for (const Vec3i& p : points) {
       lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <atomic>
+#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <string>
@@ -28,8 +29,8 @@ struct BodyRecord {
 struct EmitterRecord {
   EmitterDesc desc;
   std::uint32_t first_point = 0, points = 0;
-  std::uint64_t next_layer = 0;
-  std::uint64_t layers = 0;  ///< most layers it may emit
+  std::uint64_t first_layer = 0;  ///< that came after it was added; layers are counted from EmitterDesc::from
+  std::uint64_t layers = 0;       ///< one past the last
 };
 
 struct ProbeRecord {
@@ -69,8 +70,10 @@ class WorldImpl final : public Scheduler {
   Status prepare();
   // world_step.cpp
   Status step(double dt);
+  void watch() { engine->watch(&interrupted_); }
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
+  bool halted() const { return halted_; }
   double stable_dt() const { return stable_dt(last_max_speed_); }
   double stable_dt(double speed) const;
   Resolved resolved();
@@ -102,6 +105,10 @@ class WorldImpl final : public Scheduler {
   Status set_interval(const std::string& module, int n) override;
   Status enable(const std::string& module, bool on) override;
   Status enable_timings(bool on, int every) override;
+  Status place_stage(const std::string& after, const CustomStage& stage);
+  Status remove_stage(const std::string& name);
+  Status set_interval_of(const std::string& module, int n);
+  Status switch_module(const std::string& module, bool on);
 
   WorldDesc desc;
   std::string backend_reason;
@@ -114,7 +121,7 @@ class WorldImpl final : public Scheduler {
   /// Rows in double, all values derived.
   std::vector<core::MaterialRow<double>> material_rows() const;
   std::vector<physics::MaterialProperties<double>> material_properties() const;
-  /// Brings `state` up to date with the engine.
+  /// Brings `state` up to date with the engine, and takes note of what the status says.
   void fetch_state();
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
 
@@ -136,6 +143,7 @@ class WorldImpl final : public Scheduler {
   void fit_regions(double dt);
   Status follow_modulus(double dt);
   bool modulus_out_of_reach(double dt) const;
+  void note_halt(const core::WorldStatus& s, const std::string& fault);
   StepResult collect();
   /// What the host has to a status.
   struct Moment {
@@ -149,7 +157,6 @@ class WorldImpl final : public Scheduler {
   Moment now() const;
   static StepResult result_of(const core::WorldStatus& s, const Moment& at);
   static void report_halt(const core::WorldStatus& s, StepResult& r);
-  void note_halt(const core::WorldStatus& s, const std::string& fault, StepResult& r);
   void let_go_of_solids(const StepResult& r);
   StepResult take_carried();
   static void add_extremes(StepResult& r, const StepResult& more);
@@ -163,16 +170,31 @@ class WorldImpl final : public Scheduler {
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
+  Status check_heat_work(double dt, double supersteps) const;
+  double due(const EmitterRecord& e, std::uint64_t layer) const;
+  std::uint64_t layers_before(const EmitterRecord& e, double t) const;
+  std::uint64_t next_layer(const EmitterRecord& e) const;
+  void limit_layers(EmitterRecord& e) const;
+  bool exhausted(const EmitterRecord& e) const;
   Status place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
-               std::vector<Vec3d>& positions);
+               std::vector<Vec3d>& positions, Vec3d& origin) const;
+  Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
+                       double specific_enthalpy, Vec3d velocity) const;
+  Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc) const;
   Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
                       std::vector<Vec3i>& free, core::SiteBox& box) const;
-  Status choose_origin(const std::vector<Vec3d>& positions, const char* what);
+  Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
+  void settle_at(Vec3d origin);
+  void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
   void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
               std::uint32_t vertex);
   void drop_fluid(const std::vector<std::uint8_t>& drop);
   core::PointGrid solids_grid() const;
   std::uint64_t lattice_hash() const;
+  std::uint64_t material_hash(const MaterialDesc& m) const;
+  Status check_snapshot(const core::SceneState& s, Vec3d origin, double time,
+                        std::initializer_list<double> numbers) const;
+  Status check_origin(Vec3d origin) const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
   Status check(const ProbeDesc& p, ProbeRecord& record) const;
@@ -206,7 +228,14 @@ class WorldImpl final : public Scheduler {
   std::atomic<bool> interrupted_{false};  ///< asked for; set from any thread or a signal handler
   static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
   bool halted_ = false;
+  std::uint64_t halt_step_ = 0;
   std::string halt_reason_;
+  bool added_ = true;  ///< something was, since the sound speed was derived
+  /// What the sound speed was derived from: height and speed of all that was added, as it was added.
+  struct Extremes {
+    double low = infinity, high = -infinity, speed = 0;
+  } seen_;
+  std::size_t seen_particles_ = 0, seen_emitters_ = 0;  ///< they are in it
   double sound_speed_ = 0;
   double last_max_speed_ = 0;
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
@@ -231,7 +260,6 @@ class WorldImpl final : public Scheduler {
   std::uint64_t sample_room_ = 0;   ///< values of a region
   std::uint64_t samples_used_ = 0;  ///< those that are in the region that is written to
   bool probes_stale_ = false;       ///< the engine does not have them as they are
-  bool emitter_exhausted_ = false;
   std::vector<core::PlacedStage> custom_;
   std::uint32_t disabled_facts_ = 0;
   std::vector<std::string> disabled_modules_;

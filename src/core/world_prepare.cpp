@@ -42,40 +42,49 @@ double largest_conductivity(const core::MaterialRow<double>& m) {
 }
 }  // namespace
 
-/// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with.
+/// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Follows what is
+/// added, as it is added: of what moves by then nothing is asked, so that it depends on neither when a scene is read nor
+/// where a splash is. Once the simulation runs it only rises, as pressures depend on it.
 void WorldImpl::derive_sound_speed() {
   if (desc.sound_speed > 0) {
     sound_speed_ = desc.sound_speed;
     return;
   }
-  if (sound_speed_ > 0 && steps > 0) return;  // fixed once the simulation runs: pressure depends on it
+  if (sound_speed_ > 0 && !added_) return;
   const double g = length(desc.gravity);
   const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
-  double low = infinity, high = -infinity, speed = 0;
+  if (steps == 0) {  // nothing was stepped: all there is, is as it was added
+    seen_ = {};
+    seen_particles_ = seen_emitters_ = 0;
+  }
   const auto see = [&](Vec3d x) {
-    low = std::min(low, dot(x, up));
-    high = std::max(high, dot(x, up));
+    seen_.low = std::min(seen_.low, dot(x, up));
+    seen_.high = std::max(seen_.high, dot(x, up));
   };
-  for (std::size_t i = 0; i < state_.position.size(); ++i) {
+  for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
     if (is_removed(state_.tag[i])) continue;
-    see(state_.position[i]);
-    speed = std::max(speed, length(state_.velocity[i]));
+    see(state_.position[i] + origin_);
+    seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
   }
-  for (const EmitterRecord& e : emitters_) {
-    see(e.desc.center - origin_);
-    speed = std::max(speed, e.desc.speed);
+  for (std::size_t e = seen_emitters_; e < emitters_.size(); ++e) {
+    see(emitters_[e].desc.center);
+    seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
   }
+  seen_particles_ = state_.position.size();
+  seen_emitters_ = emitters_.size();
+  double low = seen_.low, speed = seen_.speed;
   if (desc.domain.bounded)
     for (const Vec3d& v : desc.domain.velocity) speed = std::max(speed, length(v));
-  if (desc.domain.bounded && high >= low) {
+  if (desc.domain.bounded && seen_.high >= low) {
     // What stands above a floor may fall to it.
-    const Vec3d corner = desc.domain.min - origin_;
-    const double floor = dot(corner, up);
+    const double floor = dot(desc.domain.min, up);
     if (std::isfinite(floor) && floor < low) low = floor;
   }
-  const double depth = high >= low ? high - low + desc.spacing : 0;
-  sound_speed_ = physics::sound_speed_for(speed, g, depth);
-  if (!(sound_speed_ > 0)) sound_speed_ = 10 * desc.spacing;  // nothing moves: any stable value will do
+  const double depth = seen_.high >= low ? seen_.high - low + desc.spacing : 0;
+  double c = physics::sound_speed_for(speed, g, depth);
+  if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
+  sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
+  added_ = false;
 }
 
 core::SceneConstants WorldImpl::constants() const {
@@ -84,6 +93,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.support = core::support_of(desc);
   c.sound_speed = sound_speed_;
   c.spring_reference = spring_reference_;
+  if (desc.stray == Stray::remove && !desc.domain.bounded) c.stray_speed = sound_speed_;
   c.artificial_viscosity = desc.artificial_viscosity;
   c.tension = desc.tension;
   c.one_liquid = one_liquid_;
@@ -103,8 +113,7 @@ core::SceneConstants WorldImpl::constants() const {
 
 std::uint64_t WorldImpl::planned_emission() const {
   std::uint64_t n = 0;
-  for (const EmitterRecord& e : emitters_)
-    if (e.layers > e.next_layer) n += (e.layers - e.next_layer) * e.points;
+  for (const EmitterRecord& e : emitters_) n += (e.layers - next_layer(e)) * e.points;
   return n;
 }
 

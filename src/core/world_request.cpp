@@ -30,11 +30,8 @@ bool is_check(const std::string& fault) { return fault.compare(0, 7, "checked") 
 Status WorldImpl::lost_device() {
   const std::string fault = engine->fault();
   if (fault.empty() || is_check(fault)) return {};  // a broken invariant is reported by synchronize()
-  StepResult r;
-  r.steps = steps;
-  r.time = time;
-  note_halt({}, fault, r);
-  return Error{ErrorCode::internal, r.halt_reason};
+  note_halt({}, fault);
+  return Error{ErrorCode::internal, halt_reason_};
 }
 
 /// Puts what was added into the engine, with the extremes of the steps before kept.
@@ -233,13 +230,10 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
   r.result = result_of(s.status, open.at);
   add_extremes(r.result, open.carried);
   const bool still_there = open.restored == restored_;
-  if (s.status.halted != 0) {
-    if (still_there) {
-      note_halt(s.status, {}, r.result);
-    } else {
-      report_halt(s.status, r.result);
-      r.result.halt_reason = halt_text(s.status);
-    }
+  if (s.status.halted != 0 && static_cast<core::Halt>(s.status.halted) != core::Halt::interrupted) {
+    report_halt(s.status, r.result);
+    if (still_there) note_halt(s.status, {});
+    r.result.halt_reason = still_there ? halt_reason_ : halt_text(s.status);
   }
   if (still_there && s.status.max_speed > 0) last_max_speed_ = s.status.max_speed;
   r.step = r.result.steps;

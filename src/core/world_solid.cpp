@@ -78,7 +78,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
                    "; drop fixed or the velocity");
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
-  if (Status st = place(s.shape, what.c_str(), s.fixed, points, positions); !st) return st.error();
+  Vec3d origin;
+  if (Status st = place(s.shape, what.c_str(), s.fixed, points, positions, origin); !st) return st.error();
   std::vector<Vec3i> free;
   core::SiteBox box;
   if (Status st = place_growth(s, what, points, free, box); !st) return st.error();
@@ -99,7 +100,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   core::PointGrid own(desc.spacing);
   Vec3d center{};
   for (const Vec3d& p : positions) {
-    const Vec3d x = p - origin_;
+    const Vec3d x = p - origin;
     const std::int64_t other = solids.near(x, same_place * desc.spacing);
     if (other >= 0)
       return invalid(what, "shape: overlaps body \"",
@@ -119,6 +120,26 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
       drop[i] = 1;
       any = true;
     }
+  for (const EmitterRecord& e : emitters_)
+    for (std::uint32_t k = 0; k < e.points && time < e.desc.until; ++k)
+      if (own.near(e.desc.center + emitter_points_[e.first_point + k] - origin, same_place * desc.spacing) >=
+          0)
+        return invalid(what, "shape: lies on the nozzle of emitter \"", e.desc.name, "\" at ",
+                       e.desc.center + emitter_points_[e.first_point + k], "; move one of them");
+  const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
+  double fastest = length(s.velocity);
+  for (const Vec3d& p : positions)
+    fastest = std::max(fastest, length(s.velocity + cross(s.angular_velocity, p - origin - center)));
+  if (Status st = check_numbers(what, m, m.density, h, {fastest, 0, 0}); !st) return st.error();
+  // From here on nothing fails.
+  reserve(points.size(), points.size() + free.size(), nx * ny * nz);
+  lattice_.bodies.reserve(lattice_.bodies.size() + 1);
+  bodies_.reserve(bodies_.size() + 1);
+  std::vector<std::uint32_t> stack;
+  stack.reserve(points.size());
+  BodyRecord record;
+  record.desc = s;
+  record.desc.name = name;
   if (any) drop_fluid(drop);
 
   core::BodyRow row;
@@ -127,9 +148,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   row.region_half_width = m.region_half_width;
   row.fixed = s.fixed ? 1u : 0u;
   lattice_.site_vertex.resize(base + nx * ny * nz, none);
-  BodyRecord record;
-  record.desc = s;
-  record.desc.name = name;
   record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
   record.vertices = static_cast<std::uint32_t>(points.size());
   const auto site_of = [&](Vec3i p) {
@@ -138,7 +156,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   };
   for (std::size_t k = 0; k < points.size(); ++k)
     lattice_.site_vertex[site_of(points[k])] = record.first_vertex + static_cast<std::uint32_t>(k);
-  const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vec3i& p = points[k];
     const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
@@ -151,7 +168,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
         s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
     if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
     if (s.fixed) tag |= tag_fixed;
-    const Vec3d x = positions[k] - origin_;
+    const Vec3d x = positions[k] - origin;
     state_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
     lattice_.vertex_site.push_back(site);
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
@@ -164,7 +181,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.contact_slip.push_back({});
   }
   // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
-  std::vector<std::uint32_t> stack;
   for (std::uint32_t v = record.first_vertex; v < record.first_vertex + record.vertices; ++v) {
     if (state_.vertex_piece[v] != none) continue;
     state_.vertex_piece[v] = v;
@@ -200,8 +216,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   solids_built_ += points.size();
   lattice_.bodies.push_back(row);
   lattice_.max_half_width = std::max(lattice_.max_half_width, m.region_half_width);
-  bodies_.push_back(record);
-  dirty_ = true;
+  bodies_.push_back(std::move(record));
+  settle_at(origin);
   return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), 1};
 }
 

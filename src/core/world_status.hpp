@@ -11,7 +11,7 @@ inline namespace v0 {
 namespace core {
 
 /// Which check stopped the World; order = order of the stages.
-enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed };
+enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed, interrupted };
 
 /// Sums over all particles as they are, in stored coordinates.
 struct LedgerSums {
@@ -37,8 +37,9 @@ struct CheckResult {
   double max_speed = 0, max_density = 0;
   std::uint64_t excess = 0;  ///< sum of rho/rho0 - 1 where above 0, in units of 1/excess_units
   double bad_value = 0;
-  std::uint32_t dense = 0, removed = 0;  ///< how many are in that sum; how many left
-  std::uint32_t bad = 0;                 ///< Halt
+  std::uint32_t dense = 0, removed = 0,
+                strayed = 0;  ///< how many are in that sum, left, fell out of the scene
+  std::uint32_t bad = 0;      ///< Halt
   std::uint32_t bad_id = 0xffffffffu;
   static constexpr double excess_units = 1u << 22, most_excess = 16;  // a warp's sum fits 32 bits
   MELTSIM_HD static CheckResult combine(const CheckResult& a, const CheckResult& b) {
@@ -48,6 +49,7 @@ struct CheckResult {
     r.excess = a.excess + b.excess;
     r.dense = a.dense + b.dense;
     r.removed = a.removed + b.removed;
+    r.strayed = a.strayed + b.strayed;
     const bool take_b =
         b.bad != 0u && (a.bad == 0u || b.bad < a.bad || (b.bad == a.bad && b.bad_id < a.bad_id));
     r.bad = take_b ? b.bad : a.bad;
@@ -65,6 +67,7 @@ struct CheckResult {
       add.add(to.dense, dense);
     }
     if (removed != 0u) add.add(to.removed, removed);
+    if (strayed != 0u) add.add(to.strayed, strayed);
   }
 };
 
@@ -72,10 +75,11 @@ struct CheckResult {
 template <class T>
 struct ParticleCheck {
   T speed{}, phi{};
-  std::uint32_t excess = 0, counts = 0;  ///< counts: 65,536 where dense, and 1 where it left
+  std::uint32_t excess = 0, counts = 0;  ///< counts: one of those below, or two, or none
   std::uint32_t bad = 0, bad_id = 0xffffffffu;
   double bad_value = 0;
-  static constexpr std::uint32_t dense = 1u << 16;
+  static constexpr std::uint32_t removed = 1u, strayed = 1u << 8,
+                                 dense = 1u << 16;  // up to 32 of each add up
   MELTSIM_HD bool plain() const { return bad == 0u; }
   MELTSIM_HD CheckResult result() const {
     CheckResult r = of(speed, phi, excess, counts);
@@ -97,7 +101,8 @@ struct ParticleCheck {
     r.max_density = static_cast<double>(phi);
     r.excess = excess;
     r.dense = counts / dense;
-    r.removed = counts % dense;
+    r.strayed = counts % dense / strayed;
+    r.removed = counts % strayed;
     return r;
   }
 };
@@ -122,7 +127,8 @@ struct WorldStatus {
   std::uint32_t particles = 0;              ///< ids in use when this sub-step began
   std::int64_t melted = 0;                  ///< since the scene was uploaded
   std::uint64_t frozen = 0;                 ///< likewise
-  std::int64_t removed = 0;                 ///< likewise
+  std::int64_t removed = 0;                 ///< likewise: all that are marked so
+  std::int64_t strayed = 0;                 ///< those of them that fell out of the scene
   double heat_in = 0;                       ///< likewise [J]
   double step_speed = 0, step_density = 0;  ///< largest speed and phi of the last sub-step that counts
   double step_excess = 0;                   ///< its mean of rho/rho0 - 1 where above 0

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/nozzle.hpp"
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
 #include "core/validate.hpp"
@@ -16,6 +17,13 @@ namespace meltsim {
 inline namespace v0 {
 
 using core::invalid;
+
+namespace {
+/// Most that heat.max_supersteps can be set to.
+constexpr int most_supersteps = 1000000;
+/// Where nothing moves, or all too slowly: single precision holds it and its square [s].
+constexpr double longest_substep = 1e15, shortest_step = 1e-30;
+}  // namespace
 
 double WorldImpl::stable_dt(double speed) const {
   const double dt = static_dt_;
@@ -31,13 +39,15 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   if ((facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki)) == 0) return;
   stages = supersteps = 1;
   if ((facts_ & core::fact_heat_enthalpy) == 0) return;
-  const double lambda = heat_lambda_;
-  stages = physics::heat_stage_count(tau * lambda);
+  const double reach = tau * heat_lambda_;
   const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
-  if (stages > most) {
-    supersteps = static_cast<int>(std::min(std::ceil(tau * lambda / physics::heat_stage_reach(most)), 1e6));
-    stages = physics::heat_stage_count(tau * lambda / supersteps);
-  }
+  constexpr double countable = 1e12;  // stages for more are beyond an integer
+  const bool one = reach <= countable && physics::heat_stage_count(reach) <= most;
+  // check_heat_work() refuses more than there may be.
+  if (!one)
+    supersteps = static_cast<int>(
+        std::min(std::ceil(reach / physics::heat_stage_reach(most)), double(most_supersteps) + 1));
+  stages = supersteps > most_supersteps ? most : physics::heat_stage_count(reach / supersteps);
   heat_dt = tau / supersteps;
   bound = physics::heat_stage_reach(stages) / (2 * heat_dt);
 }
@@ -63,20 +73,15 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
 /// Layers whose time comes in [from, until): known to the host, so emission needs no word from the device.
 const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, double until) {
   bursts_.clear();
-  for (EmitterRecord& e : emitters_) {
-    const Vec3d axis = e.desc.axis * (1.0 / length(e.desc.axis));
-    for (;;) {
-      const double due = e.desc.from + double(e.next_layer) * desc.spacing / e.desc.speed;
-      if (due >= until || due >= e.desc.until) break;
-      if (e.next_layer >= e.layers) {
-        emitter_exhausted_ = true;
-        break;
-      }
+  for (const EmitterRecord& e : emitters_) {
+    const std::uint64_t end = std::min(e.layers, layers_before(e, until));
+    const Vec3d axis = core::unit(e.desc.axis);
+    for (std::uint64_t layer = std::max(e.first_layer, layers_before(e, from)); layer < end; ++layer) {
       const auto& row = rows_[e.desc.material.index];
       core::BurstArguments b;
       b.first_point = e.first_point;
       b.points = e.points;
-      b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due));
+      b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)));
       b.velocity = axis * e.desc.speed;
       b.mass = physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)) * desc.spacing *
                desc.spacing * desc.spacing;
@@ -85,21 +90,46 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
       b.tag = e.desc.material.index;
       bursts_.push_back(b);
-      ++e.next_layer;
     }
   }
   return bursts_.empty() ? nullptr : &bursts_;
+}
+
+/// Whether a layer was due that max_particles does not allow.
+bool WorldImpl::exhausted(const EmitterRecord& e) const { return layers_before(e, time) > e.layers; }
+
+/// Refuses what would take longer than anybody waits for: a sub-step cannot be interrupted.
+Status WorldImpl::check_heat_work(double dt, double supersteps) const {
+  if (supersteps <= desc.heat.max_supersteps) return {};
+  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
+  const double needed = std::ceil(tau * heat_lambda_ / physics::heat_stage_reach(most));
+  return Error{
+      ErrorCode::step_too_large,
+      core::text(
+          "step: dt: heat needs ", needed, " super-steps of ", most, " stages in every sub-step of ", dt,
+          " s, more than heat.max_supersteps ", desc.heat.max_supersteps,
+          "; lower heat.time_scale by a factor of ", needed / desc.heat.max_supersteps,
+          " or step by at most ", 0.999 * dt * desc.heat.max_supersteps / needed,
+          " s, or raise heat.max_stages or heat.max_supersteps; conductivities and heat capacities far "
+          "from those of real materials have this effect, too")};
 }
 
 Status WorldImpl::step(double dt) {
   if (!(std::isfinite(dt) && dt >= 0))
     return invalid("step: dt: must be finite and >= 0 s, got ", dt, "; 0 does nothing");
   if (dt == 0) return {};
+  if (dt < shortest_step)
+    return invalid("step: dt: must be 0 or at least ", shortest_step, " s, got ", dt,
+                   "; single precision cannot tell it from 0");
   if (halted_)
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
   if (Status s = prepare(); !s) return s;
-  const double largest = static_dt_;
+  if (halted_)  // found out while it was prepared
+    return Error{ErrorCode::halted,
+                 "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+  const double largest = std::min(static_dt_, longest_substep);
   const double wanted = std::ceil(dt / largest * (1 - 1e-9));
   if (wanted > desc.max_substeps)
     return Error{ErrorCode::step_too_large,
@@ -111,21 +141,31 @@ Status WorldImpl::step(double dt) {
   a.dt = dt / n;
   if (Status s = follow_modulus(a.dt); !s) return s;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
+  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return s;
   const double start = time;
+  const auto interrupted = [&](int k) {
+    return Error{ErrorCode::interrupted,
+                 core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
+                            dt, " s; the World is good up to there, call step again to go on")};
+  };
   for (int k = 0; k < n; ++k) {
-    if (interrupted_.exchange(false, std::memory_order_relaxed))
-      return Error{ErrorCode::interrupted,
-                   core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
-                              dt, " s; the World is good up to there, call step again to go on")};
-    state_stale_ = true;
+    if (interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
     a.time = start + dt * k / n;
     const double end = k + 1 == n ? start + dt : start + dt * (k + 1) / n;
-    a.index = ++steps;
-    a.stages = stage_bits(steps);
+    a.index = steps + 1;
+    a.stages = stage_bits(a.index);
     a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
     begin_sample(a, end);
+    state_stale_ = true;
+    ++steps;
     engine->substep(a);
     end_sample(a, end);
+    if (engine->abandoned()) {  // back to where it began, as of a World that halted
+      fetch_state();
+      dirty_ = true;
+      interrupted_.store(false, std::memory_order_relaxed);
+      return interrupted(k);
+    }
     time = end;
   }
   return {};
@@ -174,6 +214,7 @@ std::string fault_text(const std::string& fault) {
 StepResult WorldImpl::synchronize() {
   StepResult r = collect();
   add_extremes(r, take_carried());
+  last_max_speed_ = r.max_speed > 0 ? r.max_speed : last_max_speed_;
   return r;
 }
 
@@ -194,7 +235,9 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
 }
 
 WorldImpl::Moment WorldImpl::now() const {
-  return {steps, time, solids_built_, emitter_exhausted_, origin_, sound_speed_};
+  const bool spent =
+      std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return exhausted(e); });
+  return {steps, time, solids_built_, spent, origin_, sound_speed_};
 }
 
 /// What a status of that moment says, but for halts.
@@ -209,9 +252,10 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.emitter_exhausted = at.emitter_exhausted;
   r.melted = static_cast<std::uint64_t>(s.melted);
   r.frozen = s.frozen;
-  r.removed = static_cast<std::uint64_t>(s.removed);
+  r.strayed = static_cast<std::uint64_t>(s.strayed);
+  r.removed = static_cast<std::uint64_t>(s.removed) - r.strayed;
   r.solid = at.solids_built + s.frozen - r.melted;
-  r.fluid = s.particles - r.removed - r.solid;
+  r.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - r.solid;
   return r;
 }
 
@@ -224,13 +268,17 @@ void WorldImpl::report_halt(const core::WorldStatus& s, StepResult& r) {
   r.time = s.time;
 }
 
-void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault, StepResult& r) {
-  if (!halted_) halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
+/// Whether the World halted: it is then back at its last good state, and clock and emitters go with it.
+void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault) {
+  if (halted_ || (s.halted == 0 && fault.empty())) return;
+  if (s.halt_step != 0) {
+    steps = s.halt_step - 1;
+    time = s.time;
+  }
+  if (static_cast<core::Halt>(s.halted) == core::Halt::interrupted && fault.empty()) return;
   halted_ = true;
-  report_halt(s, r);
-  r.halt_reason = halt_reason_;
-  steps = r.steps;
-  time = r.time;
+  halt_step_ = s.halt_step;
+  halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
 }
 
 /// Where everything has melted the plan needs no lattice from here on, and its memory goes back.
@@ -243,15 +291,18 @@ void WorldImpl::let_go_of_solids(const StepResult& r) {
 
 /// What the engine and the host know of the steps since the last call.
 StepResult WorldImpl::collect() {
-  const core::WorldStatus s = engine->synchronize();
+  // Nothing was stepped since a change or restore(): the engine's status is of what was before.
+  const core::WorldStatus s = dirty_ ? core::WorldStatus{} : engine->synchronize();
+  note_halt(s, engine->fault());
   StepResult r = result_of(s, now());
-  const std::string fault = engine->fault();
-  if (s.halted != 0 || !fault.empty() || halted_) note_halt(s, fault, r);
-  last_max_speed_ = s.max_speed > 0 ? s.max_speed : last_max_speed_;
-  if (dirty_) {  // nothing was stepped since the last change: the host knows
+  r.halted = halted_;
+  r.halt_reason = halt_reason_;
+  r.halt_step = halt_step_;
+  if (dirty_) {  // the host knows
     r.melted = state_.melted;
     r.frozen = state_.frozen;
-    r.removed = state_.removed;
+    r.removed = state_.removed - state_.strayed;
+    r.strayed = state_.strayed;
     r.fluid = r.solid = 0;
     for (const std::uint32_t tag : state_.tag) {
       r.fluid += is_fluid(tag) ? 1u : 0u;
@@ -275,7 +326,7 @@ double WorldImpl::heat_efficiency(double dt) const {
 
 Resolved WorldImpl::resolved() {
   Resolved r;
-  static_cast<void>(prepare());
+  if (Status s = prepare(); !s) r.error = s.error().message;
   r.backend = engine->backend();
   r.backend_reason = backend_reason;
   r.device_name = engine->device_name();
@@ -287,9 +338,9 @@ Resolved WorldImpl::resolved() {
   r.origin = origin_;
   const double dt = substep_ > 0 ? substep_ : static_dt_;
   for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m, dt));
-  int supersteps = 0;
   double heat_dt = 0, bound = 0;
-  if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, supersteps, heat_dt, bound);
+  if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, r.heat_supersteps, heat_dt, bound);
+  r.heat_sweeps = std::int64_t{r.heat_stages} * r.heat_supersteps;
   if (std::isfinite(r.stable_dt)) r.heat_efficiency = heat_efficiency(r.stable_dt);
   return r;
 }

@@ -63,11 +63,10 @@ Status WorldImpl::follow_modulus(double dt) {
   if (dt == substep_) return {};
   const bool fits = (facts_ & core::fact_mobile) == 0 || regions_fit(dt);
   if (!fits && steps > 0) {  // what was enqueued must have gone well before it is sent anew
-    const StepResult r = synchronize();
-    if (r.halted)
+    fetch_state();
+    if (halted_)
       return Error{ErrorCode::halted,
                    "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-    carried_ = r;
   }
   substep_ = dt;
   dirty_ = dirty_ || !fits;

@@ -44,8 +44,7 @@ Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
   q.domain.max = q.domain.max - origin_;
   auto halted = engine->surface(q, mesh);
   if (halted && *halted) {  // back to the last good state first
-    carried_ = synchronize();
-    if (Status s = prepare(); !s) return s.error();
+    fetch_state();
     halted = engine->surface(q, mesh);
   }
   if (!halted) return halted.error();

@@ -271,8 +271,10 @@ struct PieceSumsBody {
     const Vec3<double> u = cast<double>(
         spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
     const Vec3<double> spin = cross(u, dv);
+    // Far beyond what sums are made for: what an integer holds. The World halts or the numbers are absurd anyway.
+    constexpr double most = 4e18;
     const auto count = [](double value, const core::SumUnit& unit) {
-      return static_cast<std::int64_t>(std::rint(value * unit.per));
+      return static_cast<std::int64_t>(std::rint(clamp(value * unit.per, -most, most)));
     };
     const core::SumUnits& q = w.sum_units;
     s.mass = count(m, q.mass);

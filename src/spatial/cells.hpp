@@ -9,12 +9,14 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
-/// Cell of a coordinate; outside positions count to the border cell, periodic ones wrap.
+/// Cell of a coordinate; outside positions count to the border cell, periodic ones wrap. What is no number lies in some
+/// cell, too: the check at the end of the sub-step names it.
 template <class T>
 MELTSIM_HD std::int32_t cell_coordinate(T x, T min, T inv_cell, std::int32_t n, bool periodic) {
   const T c = std::floor((x - min) * inv_cell);
   if (periodic) {
-    auto k = static_cast<std::int32_t>(c) % n;
+    constexpr auto most = static_cast<T>(1 << 30);  // an integer holds it
+    auto k = static_cast<std::int32_t>(clamp(c, -most, most)) % n;
     return k < 0 ? k + n : k;
   }
   return static_cast<std::int32_t>(clamp(c, T(0), T(n - 1)));

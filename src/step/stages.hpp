@@ -35,6 +35,12 @@ void clear(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, ClearBody<T>{w});
 }
 
+/// The host wants to stop: the sub-step does not count; not a stage.
+template <class E, class T>
+void give_up(E& ex, const core::Frame<T>& w) {
+  ex.for_each(1, core::GiveUpBody<T>{w});
+}
+
 /// After a roll-back, behind reindex; not a stage.
 template <class E, class T>
 void restore(E& ex, const core::Frame<T>& w) {

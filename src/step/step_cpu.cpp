@@ -13,6 +13,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CpuExec, emit)
 MELTSIM_INSTANTIATE(core::CpuExec, integrate)
 MELTSIM_INSTANTIATE(core::CpuExec, clear)
+MELTSIM_INSTANTIATE(core::CpuExec, give_up)
 MELTSIM_INSTANTIATE(core::CpuExec, restore)
 MELTSIM_INSTANTIATE(core::CpuExec, reindex)
 

@@ -239,9 +239,11 @@ struct BoundaryBody {
     return s;
   }
   MELTSIM_HD bool inside(const core::HeatRegionRow<T>& r, Vec3<T> x) const {
-    const int a = static_cast<int>(std::floor((x.x - r.min.x) * r.inv_cell));
-    const int b = static_cast<int>(std::floor((x.y - r.min.y) * r.inv_cell));
-    const int c = static_cast<int>(std::floor((x.z - r.min.z) * r.inv_cell));
+    const auto cell = [&](T d, std::int32_t n) {  // -1 and n stand for all that is outside
+      return static_cast<std::int32_t>(clamp(std::floor(d * r.inv_cell), T(-1), static_cast<T>(n)));
+    };
+    const std::int32_t a = cell(x.x - r.min.x, r.nx), b = cell(x.y - r.min.y, r.ny),
+                       c = cell(x.z - r.min.z, r.nz);
     if (a < 0 || b < 0 || c < 0 || a >= r.nx || b >= r.ny || c >= r.nz) return false;
     const std::uint64_t bit =
         (static_cast<std::uint64_t>(c) * static_cast<std::uint64_t>(r.ny) + static_cast<std::uint64_t>(b)) *

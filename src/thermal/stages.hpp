@@ -25,6 +25,7 @@ void super_steps(E& ex, core::Frame<T>& w) {
   const int stages = static_cast<int>(w.heat_stages);
   for (std::uint32_t super = 0; super < w.heat_supersteps; ++super) {
     for (int j = 1; j <= stages; ++j) {
+      if (ex.asked_to_stop()) return;  // the sub-step will not count
       physics::HeatStage c = physics::heat_stage(j, stages);
       if (j == 2) c.nu = 0;  // d_0 = 0, and nobody has written it
       const double tau = static_cast<double>(w.heat_dt);

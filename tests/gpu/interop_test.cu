@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A host's kernel in a custom stage, through cuda_interop.hpp.
+#include <cmath>
+
 #include "gpu/melting_scene.hpp"
 #include "meltsim/cuda_interop.hpp"
 #include "support/require_gpu.hpp"
@@ -82,6 +84,67 @@ TEST(Interop, APositionThatIsNoNumberHalts) {
   MELTSIM_NEEDS_GPU();
   expect_halt<float>(Precision::single_precision);
   expect_halt<double>(Precision::double_precision);
+}
+
+// Behind the check at the end of a sub-step: the next one's search meets it first. What is no number is in some cell,
+// wherever cells are, and is named.
+template <class T>
+__global__ void spoil_middle(meltsim::Vec4<T>* values, std::uint64_t i, T bad) {
+  values[i].x = bad;
+}
+struct Middle {
+  bool velocity = false;
+  double value = 0;
+};
+template <class T>
+void spoil_middle_stage(const meltsim::StageContext& context, void* user) {
+  const auto& how = *static_cast<const Middle*>(user);
+  auto* values = static_cast<meltsim::Vec4<T>*>(how.velocity ? context.velocity : context.position);
+  spoil_middle<T>
+      <<<1, 1, 0, interop::stream(context)>>>(values, context.particles / 2, static_cast<T>(how.value));
+}
+
+template <class T>
+void expect_halt_after_search(meltsim::NeighbourSearch search, bool bounded, Middle how) {
+  meltsim::WorldDesc d;
+  d.backend = Backend::cuda;
+  d.precision = sizeof(T) == 8 ? Precision::double_precision : Precision::single_precision;
+  d.spacing = 0.1;
+  d.neighbour_search = search;
+  d.domain.bounded = bounded;
+  d.domain.max = {1.2, 1.2, 1.2};
+  World w = value_of(World::create(d));
+  meltsim::FluidDesc f;
+  f.material = value_of(w.add_material({}));
+  f.shape = meltsim::Shape::box({0.1, 0.1, 0.1}, {0.7, 0.7, 0.7});
+  value_of(w.add_fluid(f));
+  succeed(w.step(1e-3));
+  meltsim::CustomStage stage;
+  stage.name = "spoil";
+  stage.run = spoil_middle_stage<T>;
+  stage.user = &how;
+  stage.writes = {"position", "velocity"};
+  succeed(w.scheduler().insert_after("step.integrate", stage));
+  for (int k = 0; k < 3; ++k) succeed(w.step(1e-3));
+  const meltsim::StepResult r = w.synchronize();
+  ASSERT_TRUE(r.halted);
+  EXPECT_NE(r.halt_reason.find("not finite"), std::string::npos) << r.halt_reason;
+  EXPECT_EQ(r.halt_reason.find("device"), std::string::npos) << r.halt_reason;
+  value_of(w.particles());
+}
+
+TEST(Interop, WhatIsNoNumberHaltsWithEverySearch) {
+  MELTSIM_NEEDS_GPU();
+  using meltsim::NeighbourSearch;
+  for (const auto search : {NeighbourSearch::grid, NeighbourSearch::verlet, NeighbourSearch::tree})
+    for (const bool bounded : {true, false})
+      for (const bool velocity : {false, true})
+        for (const double value : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+          SCOPED_TRACE(::testing::Message() << "search " << static_cast<int>(search) << ", bounded "
+                                            << bounded << ", velocity " << velocity << ", " << value);
+          expect_halt_after_search<float>(search, bounded, {velocity, value});
+          expect_halt_after_search<double>(search, bounded, {velocity, value});
+        }
 }
 
 TEST(Interop, ViewsAreEmptyWhereTheyDoNotFit) {

@@ -298,8 +298,9 @@ TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   const auto good = *w->state_hash();
   const double time = w->time();
   require(w->step(0.02));             // 0.8 m in one sub-step: crosses its neighbourhood
-  EXPECT_EQ(*w->state_hash(), good);  // reads the good one of two buffers before anyone was told
   require(w->step(0.02));             // enqueued behind it, does nothing
+  EXPECT_EQ(*w->state_hash(), good);  // reads the good one of two buffers before anyone was told
+  EXPECT_FALSE(w->step(0.02));        // and finds out in doing so
   EXPECT_EQ(*w->state_hash(), good);
   const StepResult r = w->synchronize();
   EXPECT_TRUE(r.halted);

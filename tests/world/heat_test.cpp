@@ -140,6 +140,7 @@ TEST(Heat, DiffusivityOfAMillionGivesOneTemperature) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();
   d.spacing = 0.1;
+  d.heat.max_supersteps = 300;
   World w = *World::create(d);
   MaterialDesc m;
   m.name = "super";

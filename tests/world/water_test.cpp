@@ -129,9 +129,10 @@ TEST_P(WaterAlone, ThatHaltsKeepsItsLastGoodState) {
       const double time = w.time();
       require(w.scheduler().enable_timings(timed, 1));
       require(w.step(0.02));
-      EXPECT_EQ(*w.state_hash(), good);
       require(w.scheduler().enable_timings(!timed, 1));
       require(w.step(0.02));  // enqueued behind it, does nothing
+      EXPECT_EQ(*w.state_hash(), good);
+      EXPECT_FALSE(w.step(0.02));  // by now it is known
       const StepResult r = w.synchronize();
       EXPECT_TRUE(r.halted);
       EXPECT_NE(r.halt_reason.find("sub-step " + std::to_string(steps + 1)), std::string::npos)

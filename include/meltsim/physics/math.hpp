@@ -194,9 +194,10 @@ MELTSIM_HD T maximum(T a, T b) {
 }
 MELTSIM_HD float minimum(float a, float b) { return smaller(a, b); }
 MELTSIM_HD float maximum(float a, float b) { return larger(a, b); }
+/// v within [lo, hi]; lo where v is no number, so that a conversion to an integer is always defined.
 template <class T>
 MELTSIM_HD T clamp(T v, T lo, T hi) {
-  return v < lo ? lo : (hi < v ? hi : v);
+  return v >= lo ? (hi < v ? hi : v) : lo;
 }
 
 }  // namespace v0
