@@ -157,8 +157,10 @@ struct ProbeViews {
   const ProbePoint<T>*points = nullptr, *heights = nullptr;
   const ProbeLine* lines = nullptr;
   std::uint32_t point_count = 0, height_count = 0, line_count = 0;
-  T* profile = nullptr;      ///< how much liquid there is, per height
-  double* values = nullptr;  ///< samples, one after another
+  const std::uint32_t *listed_points = nullptr,
+                      *listed_heights = nullptr;  ///< all of them, as CudaExec::gather_listed takes them
+  T* profile = nullptr;                           ///< how much liquid there is, per height
+  double* values = nullptr;                       ///< samples, one after another
   // Of World::sample, between sub-steps:
   const std::uint64_t* keys = nullptr;          ///< cells of particles, ascending
   const std::uint32_t* slots = nullptr;         ///< their slots

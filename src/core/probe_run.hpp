@@ -107,18 +107,30 @@ class ProbeRun {
     return to;
   }
 
+  /// How many, then all of them.
+  static std::vector<std::uint32_t> list_of(std::size_t n) {
+    std::vector<std::uint32_t> list(n + 1);
+    list[0] = static_cast<std::uint32_t>(n);
+    for (std::size_t k = 0; k < n; ++k) list[k + 1] = static_cast<std::uint32_t>(k);
+    return list;
+  }
+
   /// Copies the tables and points `v` at them.
   static Status fill(E& ex, Block& block, const ProbeSetup& s, std::uint64_t room, ProbeViews<T>& v) {
     const auto points = rounded(s.points), heights = rounded(s.heights);
     ProbeRow* rows = nullptr;
     ProbePoint<T>*at_points = nullptr, *at_heights = nullptr;
     ProbeLine* lines = nullptr;
+    const auto list_points = list_of(points.size()), list_heights = list_of(heights.size());
+    std::uint32_t *at_list_points = nullptr, *at_list_heights = nullptr;
     const auto lay_out = [&](void* base) {
       Arena a{static_cast<unsigned char*>(base)};
       rows = a.template place<ProbeRow>(s.rows.size());
       at_points = a.template place<ProbePoint<T>>(points.size());
       at_heights = a.template place<ProbePoint<T>>(heights.size());
       lines = a.template place<ProbeLine>(s.lines.size());
+      at_list_points = a.template place<std::uint32_t>(list_points.size());
+      at_list_heights = a.template place<std::uint32_t>(list_heights.size());
       v.profile = a.template place<T>(heights.size());
       v.values = a.template place<double>(room);
       return a.used;
@@ -132,6 +144,10 @@ class ProbeRun {
     put(ex, at_points, points);
     put(ex, at_heights, heights);
     put(ex, lines, s.lines);
+    put(ex, at_list_points, list_points);
+    put(ex, at_list_heights, list_heights);
+    v.listed_points = at_list_points;
+    v.listed_heights = at_list_heights;
     v.rows = rows;
     v.points = at_points;
     v.heights = at_heights;

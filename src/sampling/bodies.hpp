@@ -29,30 +29,42 @@ MELTSIM_HD double* values_of(const Frame<T>& w, std::uint32_t probe) {
   return w.probes.values + at;
 }
 
-/// What of a particle is averaged. Of a World that went back to an earlier state, density and pressure are in the order
-/// of the sub-step that halted.
+/// What of a particle is averaged: the fields that are asked for, as every one costs a load from elsewhere. Of a World that
+/// went back to an earlier state, density and pressure are in the order of the sub-step that halted.
 template <class T>
 MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t slot, std::uint32_t tag,
                                                 T volume, std::uint32_t fields) {
-  const auto mass = static_cast<double>(w.f.mass[slot]);
+  using physics::SampleField;
+  const auto asked = [fields](SampleField a, SampleField b, SampleField c) {
+    return (fields & (physics::sample_bit(a) | physics::sample_bit(b) | physics::sample_bit(c))) != 0u;
+  };
   std::uint32_t derived = slot;
   if (w.probes.derived_slot != nullptr) derived = w.probes.derived_slot[w.f.id[slot]];
-  const Vec4<T>* terms = w.probes.terms != nullptr ? w.probes.terms : w.f.velocity;
-  const double phi = w.f.density != nullptr ? static_cast<double>(w.f.density[derived]) : 0.0;
-  const std::uint32_t of_heat = physics::sample_bit(physics::SampleField::temperature) |
-                                physics::sample_bit(physics::SampleField::liquid_fraction);
-  const double h = (fields & of_heat) != 0u ? core::enthalpy_at(w, slot) / mass : 0.0;
+  const Vec4<T> v = w.f.velocity[slot];
+  const T term = w.probes.terms != nullptr ? w.probes.terms[derived].w : v.w;
+  double phi = 0, h = 0, mass = 0;
+  if (w.f.density != nullptr && asked(SampleField::density, SampleField::pressure, SampleField::pressure))
+    phi = static_cast<double>(w.f.density[derived]);
+  if (asked(SampleField::temperature, SampleField::liquid_fraction, SampleField::density)) {
+    mass = static_cast<double>(w.f.mass[slot]);
+    if (asked(SampleField::temperature, SampleField::liquid_fraction, SampleField::temperature))
+      h = core::enthalpy_at(w, slot) / mass;
+  }
   return physics::sampled(w.f.materials[material_of(tag)], is_fluid(tag), h, mass,
-                          static_cast<double>(volume), phi, static_cast<double>(terms[derived].w),
-                          cast<double>(xyz(w.f.velocity[slot])), fields);
+                          static_cast<double>(volume), phi, static_cast<double>(term), cast<double>(xyz(v)),
+                          fields);
 }
+
+/// Parts of a sum over what is around a point: points are few.
+inline constexpr std::uint32_t sample_parts = 16;
 
 /// Averages at one point.
 template <class T, bool Tree>
 struct PointBody {
   Frame<T> w;
-  static constexpr bool shared = true;
+  static constexpr std::uint32_t listed_parts = sample_parts;
   using Sum = physics::SampleSums;
+  MELTSIM_HD bool wanted(std::uint64_t) const { return true; }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     const core::ProbePoint<T> point = w.probes.points[i];
@@ -82,8 +94,9 @@ struct PointBody {
 template <class T, bool Tree>
 struct HeightBody {
   Frame<T> w;
-  static constexpr bool shared = true;
+  static constexpr std::uint32_t listed_parts = sample_parts;
   using Sum = physics::FillSums<T>;
+  MELTSIM_HD bool wanted(std::uint64_t) const { return true; }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     const core::ProbePoint<T> point = w.probes.heights[i];

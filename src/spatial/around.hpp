@@ -39,28 +39,36 @@ MELTSIM_HD Range row_around(const Frame<T>& w, const CellPlace& at, std::uint32_
           w.f.group_begin[first_not_below(w.f.group_key, groups, row.first + row.cells)]};
 }
 
-/// visit(slot, x_j, x - x_j, r2) for the particles within H of x in this range of slots.
+/// Every parts-th candidate of all ranges put one behind the other, from the k-th on.
+struct EveryNth {
+  std::uint32_t skip, parts;
+};
+
+/// visit(slot, x_j, x - x_j, r2) for those of the particles in this range of slots that are within H of x.
 template <class T, class Visit>
-MELTSIM_HD void visit_range(const Frame<T>& w, Vec3<T> x, Range range, const Visit& visit) {
+MELTSIM_HD void visit_range(const Frame<T>& w, Vec3<T> x, Range range, EveryNth& nth, const Visit& visit) {
   const auto slot_of = [&w](std::uint32_t k) { return w.probes.slots != nullptr ? w.probes.slots[k] : k; };
+  std::uint32_t k = range.begin + nth.skip;
   // Four at a time: their loads are under way together.
-  for (std::uint32_t k = range.begin; k < range.end; k += 4u) {
+  for (; k < range.end; k += 4u * nth.parts) {
     std::uint32_t slot[4];
     Vec4<T> xj[4];
-    for (std::uint32_t u = 0; u < 4u; ++u) slot[u] = slot_of(minimum(k + u, range.end - 1u));
+    for (std::uint32_t u = 0; u < 4u; ++u) slot[u] = slot_of(minimum(k + u * nth.parts, range.end - 1u));
     for (std::uint32_t u = 0; u < 4u; ++u) xj[u] = w.f.position[slot[u]];
-    for (std::uint32_t u = 0; u < 4u && k + u < range.end; ++u) {
+    for (std::uint32_t u = 0; u < 4u && k + u * nth.parts < range.end; ++u) {
       const Vec3<T> d = separation(w.grid, x, xyz(xj[u]));
       const T r2 = dot(d, d);
       if (r2 < w.c.kernel.support2) visit(slot[u], xj[u], d, r2);
     }
   }
+  const std::uint32_t passed =
+      range.end - range.begin;  // now as many candidates less to skip, or the next one of mine
+  nth.skip = (nth.skip + nth.parts - passed % nth.parts) % nth.parts;
 }
 
-/// The same for part k of the leaves within H of x: every leaf belongs to one part.
+/// The same for the leaves within H of x.
 template <bool Periodic, class T, class Visit>
-MELTSIM_HD void visit_leaves(const Frame<T>& w, Vec3<T> x, std::uint32_t k, std::uint32_t parts,
-                             const Visit& visit) {
+MELTSIM_HD void visit_leaves(const Frame<T>& w, Vec3<T> x, EveryNth nth, const Visit& visit) {
   const std::uint64_t groups = w.f.status->groups;
   if (groups == 0u) return;
   const core::TreeBox<T> here{x, x};
@@ -79,7 +87,7 @@ MELTSIM_HD void visit_leaves(const Frame<T>& w, Vec3<T> x, std::uint32_t k, std:
     const std::uint32_t node = first[level] + static_cast<std::uint32_t>(lowest_bit(left[level]));
     left[level] &= left[level] - 1u;
     if (level == 0) {
-      if (node % parts == k) visit_range(w, x, {w.f.group_begin[node], w.f.group_begin[node + 1u]}, visit);
+      visit_range(w, x, {w.f.group_begin[node], w.f.group_begin[node + 1u]}, nth, visit);
     } else {
       --level;
       first[level] = 8u * node;
@@ -92,13 +100,13 @@ MELTSIM_HD void visit_leaves(const Frame<T>& w, Vec3<T> x, std::uint32_t k, std:
 template <bool Tree, class T, class Visit>
 MELTSIM_HD void for_each_around(const Frame<T>& w, Vec3<T> x, std::uint32_t k, std::uint32_t parts,
                                 const Visit& visit) {
+  EveryNth nth{k, parts};
   if constexpr (Tree) {
-    if (w.grid.periodic != 0u) visit_leaves<true>(w, x, k, parts, visit);
-    else visit_leaves<false>(w, x, k, parts, visit);
+    if (w.grid.periodic != 0u) visit_leaves<true>(w, x, nth, visit);
+    else visit_leaves<false>(w, x, nth, visit);
   } else {
     const CellPlace at = place_at(w.grid, x);
-    SomeRows set = rows_of_part(w, k, parts);
-    while (!set.empty()) visit_range(w, x, row_around(w, at, set.take()), visit);
+    for (std::uint32_t r = 0; r < w.grid.rows; ++r) visit_range(w, x, row_around(w, at, r), nth, visit);
   }
 }
 

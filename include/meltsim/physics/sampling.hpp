@@ -45,7 +45,7 @@ struct SampledParticle {
   Vec3<double> velocity;       ///< [m/s]
 };
 
-/// Of a particle with specific enthalpy h [J/kg], volume fraction phi, pressure_term = P/phi^2 [Pa].
+/// The fields that are asked for (bits), and the velocity, of a particle with specific enthalpy h [J/kg], volume fraction phi, pressure_term = P/phi^2 [Pa].
 template <class T>
 MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double h, double mass, double volume,
                                    double phi, double pressure_term, Vec3<double> velocity,
@@ -53,10 +53,12 @@ MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double 
   SampledParticle p;
   p.liquid = liquid;
   p.velocity = velocity;
-  if ((fields & sample_bit(SampleField::temperature)) != 0u) p.temperature = temperature_of(m, h);
+  const auto asked = [fields](SampleField f) { return (fields & sample_bit(f)) != 0u; };
+  if (asked(SampleField::temperature)) p.temperature = temperature_of(m, h);
   // A material that melts or freezes: its enthalpy says how far it is.
-  p.liquid_fraction = m.plateau != 0u ? liquid_fraction(m, h) : liquid ? 1.0 : 0.0;
-  p.density = liquid ? phi * mass / volume : static_cast<double>(m.density);
+  if (asked(SampleField::liquid_fraction))
+    p.liquid_fraction = m.plateau != 0u ? liquid_fraction(m, h) : liquid ? 1.0 : 0.0;
+  if (asked(SampleField::density)) p.density = liquid ? phi * mass / volume : static_cast<double>(m.density);
   p.pressure = liquid ? pressure_term * phi * phi : 0.0;
   return p;
 }
