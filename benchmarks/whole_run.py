@@ -30,9 +30,9 @@ def particles(program, scene):
                           check=True).stdout
     for line in said.splitlines():
         words = line.replace(",", "").split()
-        if words and words[0] == "total":
+        if words and words[0] == "particles":
             return int(words[1]) + int(words[4])
-    raise SystemExit(f"whole_run: `meltsim check {scene}` prints no total")
+    raise SystemExit(f"whole_run: `meltsim check {scene}` prints no particles")
 
 
 def gauges():
