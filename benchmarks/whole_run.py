@@ -36,14 +36,15 @@ def particles(program, scene):
 
 
 def gauges():
-    """Two walls, four heights each, in the lower half of dam_break's channel."""
-    points = [[x, y, 0.4] for x in (0.6, 3.9) for y in (0.1, 0.2, 0.3, 0.4)]
-    return [{"name": f"g{i}", "at": at, "fields": ["pressure"], "every": 1e-3} for i, at in enumerate(points)]
+    """As in SPHERIC 2: four heights of the liquid along dam_break's channel, four pressures at its far wall."""
+    levels = [{"name": f"h{i}", "kind": "level", "at": [0.6 + 0.9 * i, 0.1, 0.4], "every": 1e-3} for i in range(4)]
+    return levels + [{"name": f"p{i}", "at": [3.9, 0.1 + 0.1 * i, 0.4], "fields": ["pressure"], "every": 1e-3}
+                     for i in range(4)]
 
 
 def points():
     at = [[0.1 + 0.38 * i, 0.05 + 0.1 * j, 0.05 + 0.07 * k] for i in range(10) for j in range(10) for k in range(10)]
-    return [{"name": f"p{i}", "at": x, "fields": ["pressure"], "every": 1e-9} for i, x in enumerate(at)]
+    return [{"name": f"p{i}", "at": x, "fields": ["pressure"], "every": "step"} for i, x in enumerate(at)]
 
 
 class Bench:

@@ -20,7 +20,7 @@ using meltsim::MaterialId;
 class Builder {
  public:
   Builder(const Scene& scene, meltsim::World world)
-      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, 0} {}
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, 0, {}} {}
 
   Built build() && {
     for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);

@@ -8,6 +8,7 @@
 
 #include "meltsim/world.hpp"
 #include "options.hpp"
+#include "probes.hpp"
 #include "scene.hpp"
 
 namespace runner {
@@ -19,6 +20,7 @@ struct Built {
   std::vector<meltsim::MaterialId> material_ids;
   std::vector<bool> body_melts;  ///< per body of the scene
   std::uint64_t meltable = 0;    ///< solid particles that can melt
+  ProbeGroups probes;            ///< once add_probes() was called; the World of a viewer has none
 };
 
 /// Builds and prepares the world. Failures carry the place in the scene.

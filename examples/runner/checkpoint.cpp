@@ -40,6 +40,7 @@ Json header_json(const Checkpoint& checkpoint) {
                   {"steps", state.rest.steps},
                   {"end", state.rest.end},
                   {"speed", state.rest_speed}};
+  json["part"] = {{"dt", state.part.dt}, {"steps", state.part.steps}};
   json["meltable"] = state.meltable;
   if (state.melted_at) json["melted_at"] = *state.melted_at;
   json["wall_s"] = state.wall_s;
@@ -67,6 +68,8 @@ Checkpoint from_header(const Json& json) {
   state.frame_dt = json.at("frame_dt").get<double>();
   for (const Json& limit : json.at("limits"))
     state.limits.push_back(limit.is_null() ? std::numeric_limits<double>::infinity() : limit.get<double>());
+  const Json& part = json.at("part");
+  state.part = {part.at("dt").get<double>(), part.at("steps").get<int>(), 0};
   const Json& rest = json.at("rest");
   state.rest = {rest.at("dt").get<double>(), rest.at("steps").get<int>(), rest.at("end").get<double>()};
   state.rest_speed = rest.at("speed").get<double>();

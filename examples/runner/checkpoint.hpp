@@ -19,9 +19,10 @@ struct RunState {
   double frame_dt = 0;           ///< [s] step of the frame being computed; 0 = not chosen yet
   /// [s] What the speeds of the steps so far allow the next batches of adaptive stepping; empty = ask the World.
   std::vector<double> limits;
-  Batch rest;                       ///< of the steps that an interrupt cut short
-  double rest_speed = 0;            ///< [m/s] seen in those before it
-  std::uint64_t meltable = 0;       ///< solid particles at the start that can melt
+  Batch rest;                  ///< of the steps that an interrupt cut short
+  Batch part;                  ///< sub-steps left of a step that an interrupt cut short; the first of `rest`
+  double rest_speed = 0;       ///< [m/s] seen in those before it
+  std::uint64_t meltable = 0;  ///< solid particles at the start that can melt
   std::optional<double> melted_at;  ///< [s] when nothing meltable was left
   double wall_s = 0;                ///< of all sessions
 };

@@ -11,11 +11,18 @@ namespace runner {
 namespace {
 
 std::atomic<int> noted{0};
-static_assert(std::atomic<int>::is_always_lock_free, "signal handlers may touch nothing that locks");
+std::atomic<meltsim::World*> stepping{nullptr};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<meltsim::World*>::is_always_lock_free,
+              "signal handlers may touch nothing that locks");
 
 extern "C" void note_signal(int signal) {
   // Files are written under another name first, so nothing is left half written.
   if (noted.exchange(signal) != 0) _exit(128 + signal);
+  alarm(1);  // most steps are over before, and then nothing is cut short
+}
+
+extern "C" void interrupt_step(int /*signal*/) {
+  if (meltsim::World* const world = stepping) world->interrupt();
 }
 
 }  // namespace
@@ -26,6 +33,9 @@ void watch_interrupts() {
   action.sa_flags = SA_RESTART;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  struct sigaction late = action;
+  late.sa_handler = interrupt_step;
+  sigaction(SIGALRM, &late, nullptr);
   struct sigaction before {};
   sigaction(SIGHUP, nullptr, &before);
   if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // ignored: nohup started this
@@ -36,5 +46,8 @@ void watch_interrupts() {
 }
 
 int interrupt_signal() { return noted; }
+
+InterruptSteps::InterruptSteps(meltsim::World& world) { stepping = &world; }
+InterruptSteps::~InterruptSteps() { stepping = nullptr; }
 
 }  // namespace runner

@@ -20,10 +20,18 @@ void load_probes(const Node& node, Scene& scene) {
       name->fail(fmt::format("expected a name without commas, quotes or line breaks, got {}", name->found()));
     }
     probe.at = item.require("at", "3 numbers [x, y, z] (m)").vector("m");
-    const Node fields = item.require("fields", "a list of " + either_of(keys::probe_field));
-    for (const Node& field : fields.items("fields")) probe.fields.push_back(field.choice(keys::probe_field));
+    if (const auto kind = item.find("kind")) probe.level = kind->choice(keys::probe_kind) == "level";
+    if (probe.level) {
+      if (const auto fields = item.find("fields"))
+        fields->fail("a level has no fields; leave them out, or write kind: point");
+    } else {
+      const Node fields = item.require("fields", "a list of " + either_of(keys::probe_field));
+      for (const Node& field : fields.items("fields"))
+        probe.fields.push_back(field.choice(keys::probe_field));
+    }
     const auto every = item.find("every");
-    probe.every = every ? every->positive("s") : 1 / scene.time.fps;
+    if (!every) probe.every = 1 / scene.time.fps;
+    else if (!every->is_word("step")) probe.every = every->positive("s");
     scene.probes.push_back(probe);
   }
 }

@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "expect.hpp"
 #include "files.hpp"
 #include "numbers.hpp"
 #include "particle_files.hpp"
-#include "stepper.hpp"
 
 namespace runner {
 
@@ -38,6 +36,7 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
                    const RunState* resumed, bool still)
     : scene_(scene),
       directory_(std::move(directory)),
+      groups_(built.probes),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
       bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)),
       probes_(open_table(directory_.file("probes.csv"), probes_header, 1, resumed)),
@@ -81,16 +80,16 @@ std::shared_ptr<const FrameShapes> Recorder::shapes(meltsim::World& world,
   return std::make_shared<const FrameShapes>(export_.shapes(world, time, frame_particles(particles)));
 }
 
-void Recorder::write(Frame frame, meltsim::ParticleFrame particles,
+void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samples,
                      std::shared_ptr<const FrameShapes> shapes) {
   const bool seen = wants_particles(frame.index);
   const bool still = frame.index == still_frame_;
-  writer_.push([this, seen, still, probes = std::exchange(probe_rows_, {}), frame = std::move(frame),
+  writer_.push([this, seen, still, samples = std::move(samples), frame = std::move(frame),
                 particles = std::move(particles), shapes = std::move(shapes)] {
     const double time = frame.row.time;
     stats_.row(stats_line(frame.row));
     for (const meltsim::PieceInfo& piece : frame.pieces) bodies_.row(bodies_line(piece, time));
-    for (const std::string& line : probes) probes_->row(line);
+    for (const std::string& line : probe_rows(scene_, groups_, samples)) probes_->row(line);
     flush();
     if (!seen) return;
     const std::vector<FrameParticle> list = frame_particles(particles);
@@ -105,34 +104,15 @@ const std::string& Recorder::problem() const {
   return pictures_.problem().empty() ? export_.problem() : pictures_.problem();
 }
 
-double Recorder::next_probe(double now) const {
-  double due = std::numeric_limits<double>::infinity();
-  for (const SceneProbe& probe : scene_.probes) due = std::min(due, next_sample(now, probe.every));
-  return due;
-}
-
-void Recorder::probes(meltsim::World& world, double since, double now) {
-  for (const SceneProbe& probe : scene_.probes) {
-    const double due = samples_by(now, probe.every);
-    if (std::isfinite(due) && since >= 0 && due <= samples_by(since, probe.every)) continue;
-    for (const std::string& field : probe.fields) {
-      const std::vector<double> values =
-          expect(world.sample({probe.at}, field == "velocity" ? "speed" : field));
-      probe_rows_.push_back(
-          fmt::format("{},{},{},{}", probe.name, csv_number(now), field, csv_number(values.at(0))));
-    }
-  }
-}
-
 void Recorder::flush() {
   stats_.flush();
   bodies_.flush();
   probes_->flush();
 }
 
-void Recorder::save(Checkpoint checkpoint) {
-  writer_.push([this, probes = std::exchange(probe_rows_, {}), checkpoint = std::move(checkpoint)] {
-    for (const std::string& line : probes) probes_->row(line);
+void Recorder::save(Checkpoint checkpoint, Samples samples) {
+  writer_.push([this, samples = std::move(samples), checkpoint = std::move(checkpoint)] {
+    for (const std::string& line : probe_rows(scene_, groups_, samples)) probes_->row(line);
     flush();
     pictures_.save();
     write_checkpoint(directory_.file("checkpoint.bin"), checkpoint);

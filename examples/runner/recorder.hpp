@@ -13,6 +13,7 @@
 #include "build_world.hpp"
 #include "checkpoint.hpp"
 #include "csv.hpp"
+#include "probes.hpp"
 #include "run_directory.hpp"
 #include "show/frame_export.hpp"
 #include "show/run_pictures.hpp"
@@ -37,6 +38,8 @@ struct Frame {
 /// files failed with is thrown by the next call that writes.
 class Recorder {
  public:
+  using Samples = std::vector<meltsim::ProbeSeries>;
+
   /// `resumed`: goes on with the tables in the directory from this state's time.
   /// `planned_frames` is a guess for pictures, 0 = not known. `still`: whether still.png is wanted.
   Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
@@ -55,16 +58,13 @@ class Recorder {
               std::uint64_t meltable);
   /// Its row of stats.csv, its bodies, the probes since the last frame and its exported files. `particles` where
   /// wants_particles(), `shapes` from shapes().
-  void write(Frame frame, meltsim::ParticleFrame particles, std::shared_ptr<const FrameShapes> shapes);
+  void write(Frame frame, meltsim::ParticleFrame particles, Samples samples,
+             std::shared_ptr<const FrameShapes> shapes);
   /// Surfaces of a frame, from the World as it is; null where wants_world() is false.
   std::shared_ptr<const FrameShapes> shapes(meltsim::World& world, const meltsim::ParticleFrame& particles,
                                             std::uint64_t index, double time);
-  /// Samples every probe for which a sample came due after `since`; one answers all that did.
-  void probes(meltsim::World& world, double since, double now);
-  /// When the next sample is due; infinite without probes.
-  double next_probe(double now) const;
   /// Writes what a resumed run needs, the checkpoint behind everything that it counts on.
-  void save(Checkpoint checkpoint);
+  void save(Checkpoint checkpoint, Samples samples);
   /// Waits until everything is written.
   void finish();
   /// The pictures a run ends with. `ended`: it will not be resumed, so that a still of its end is of use.
@@ -82,6 +82,7 @@ class Recorder {
 
   const Scene& scene_;
   RunDirectory directory_;
+  ProbeGroups groups_;
   std::vector<std::string> kept_stats_;  ///< rows from before a resume
   StatsRow last_;
   std::uint64_t meltable_left_ = 0;
@@ -89,7 +90,6 @@ class Recorder {
   bool still_ = true;        ///< still.png is wanted
   bool wants_still_ = true;  ///< and its frame has not been chosen yet
   std::uint64_t still_frame_ = none;
-  std::vector<std::string> probe_rows_;  ///< since the last frame
   std::atomic<std::uint64_t> replay_every_{1};
   // The writer's, while it runs.
   CsvFile stats_, bodies_;

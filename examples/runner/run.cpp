@@ -39,6 +39,7 @@ Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirecto
 
 int Run::execute() {
   watch_interrupts();
+  const InterruptSteps interrupt(built_.world);
   static_cast<void>(built_.world.scheduler().enable_timings(true));
   resolve_dt();
   last_result_ = built_.world.synchronize();
@@ -75,7 +76,6 @@ void Run::begin() {
   recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr, wants_still());
   state_.meltable = built_.meltable;
   write_run_json({});
-  recorder_->probes(built_.world, -1, state_.time);
   if (time_.adaptive) state_.limits.assign(readings_behind, built_.world.stable_dt());
   Flight start;
   start.ends_frame = true;
@@ -102,7 +102,7 @@ void Run::resume() {
   }
   if (time_before.value("dt", Json()) != time_now.value("dt", Json())) {
     checkpoint.state.frame_dt = 0;
-    checkpoint.state.rest = {};
+    checkpoint.state.rest = checkpoint.state.part = {};
     checkpoint.state.limits.clear();
   }
   const meltsim::Status restored =
@@ -114,7 +114,7 @@ void Run::resume() {
   state_ = checkpoint.state;
   wall_before_ = state_.wall_s;
   if (time_.adaptive && state_.limits.empty()) {
-    state_.rest = {};
+    state_.rest = state_.part = {};
     state_.limits.assign(readings_behind, built_.world.stable_dt());
   }
   recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_, wants_still());
@@ -209,15 +209,15 @@ void Run::choose_frame_dt() {
 
 Batch Run::next_batch() {
   if (state_.rest.steps > 0) return std::exchange(state_.rest, {});
-  const double frame = frame_end(), target = std::min(frame, recorder_->next_probe(state_.time));
+  const double frame = frame_end();
   Batch batch;
   if (time_.adaptive) {
     const double cap = time_.dt.value_or(std::numeric_limits<double>::infinity());
-    batch = adaptive_batch(state_.time, target, frame, std::min(cap, state_.limits.front()));
+    batch = adaptive_batch(state_.time, frame, std::min(cap, state_.limits.front()));
     state_.limits.erase(state_.limits.begin());
   } else {
     choose_frame_dt();
-    batch = fixed_batch(state_.time, target, frame, state_.frame_dt);
+    batch = fixed_batch(state_.time, frame, state_.frame_dt);
   }
   if (options_.steps) {
     const std::uint64_t left = *options_.steps - state_.steps;
@@ -236,28 +236,51 @@ void Run::enqueue(const Batch& batch) {
   flight.steps_before = state_.steps;
   flight.substeps_before = built_.world.steps();
   flight.next_frame = state_.next_frame;
-  bool taken = true;
-  while (taken && flight.steps < batch.steps && (flight.steps == 0 || interrupt_signal() == 0)) {
-    const Stopwatch watch(times_.stepping);
-    const meltsim::Status status = built_.world.step(batch.dt);
-    taken = static_cast<bool>(status);
-    // That it halted is what the readings on their way say, too, and they know where.
-    if (!taken && status.error().code != meltsim::ErrorCode::halted) step_error_ = status.error().message;
-    if (taken) {
-      ++flight.steps;
-      ++state_.steps;
-      show_progress();
-    }
+  bool whole = true;
+  while (whole && flight.steps < batch.steps && (flight.steps == 0 || interrupt_signal() == 0)) {
+    whole = step(batch.dt);
+    if (!whole) break;
+    ++flight.steps;
+    ++state_.steps;
+    show_progress();
   }
   flight.substeps = built_.world.steps() - flight.substeps_before;
-  const bool whole = flight.steps == batch.steps;
-  state_.time = whole ? batch.end : state_.time + batch.dt * flight.steps;
-  if (!whole) state_.rest = {batch.dt, batch.steps - flight.steps, batch.end};
+  const int left = batch.steps - flight.steps;
+  whole = left == 0;
+  state_.time = batch.end - batch.dt * left;
+  if (!whole) state_.rest = {batch.dt, left, batch.end};
+  if (state_.part.steps > 0) state_.time += batch.dt - state_.part.dt * state_.part.steps;
   flight.ends_frame = whole && (at_end() || reached(state_.time, frame_end()));
   request(flight);
   flights_.push_back(flight);
-  recorder_->probes(built_.world, flight.time, state_.time);
   if (flight.ends_frame && recorder_->wants_world(state_.next_frame - 1)) settle_all();
+}
+
+bool Run::step(double dt) {
+  const Stopwatch watch(times_.stepping);
+  meltsim::World& world = built_.world;
+  // What is left of a step that was interrupted is taken in its own sub-steps.
+  Batch part = std::exchange(state_.part, {});
+  const bool goes_on = part.steps > 0;
+  if (!goes_on) part = {dt, 1, 0};
+  for (; part.steps > 0; --part.steps) {
+    const std::uint64_t before = world.steps();
+    const double start = world.time();
+    const meltsim::Status status = world.step(part.dt);
+    if (status) continue;
+    const auto done = static_cast<double>(world.steps() - before);
+    if (status.error().code == meltsim::ErrorCode::interrupted) {
+      if (goes_on) state_.part = part;
+      if (goes_on || done == 0) return false;
+      const double substeps = std::round(dt * done / (world.time() - start));
+      state_.part = {dt / substeps, static_cast<int>(substeps - done), 0};
+      return false;
+    }
+    // That it halted is what the readings on their way say, too, and they know where.
+    if (status.error().code != meltsim::ErrorCode::halted) step_error_ = status.error().message;
+    return false;
+  }
+  return true;
 }
 
 void Run::request(Flight& flight) {
@@ -266,9 +289,10 @@ void Run::request(Flight& flight) {
   steering.totals = steering.pieces = flight.ends_frame;
   flight.ticket = expect(built_.world.request(steering));
   if (!flight.ends_frame) return;
-  if (recorder_->wants_particles(state_.next_frame)) {
-    meltsim::ReadRequest all;
-    all.particles = true;
+  meltsim::ReadRequest all;
+  all.particles = recorder_->wants_particles(state_.next_frame);
+  all.probes = !scene_.probes.empty();
+  if (all.particles || all.probes) {
     flight.particles = expect(built_.world.request(all));
   }
   ++state_.next_frame;
@@ -298,7 +322,7 @@ bool Run::settle() {
   last_dt_ = flight.steps > 0 ? flight.batch.dt : last_dt_;
   frame_steps_ += static_cast<std::uint64_t>(flight.steps);
   warn_about(last_result_, flight.next_frame);
-  if (time_.adaptive && flight.steps > 0) {
+  if (time_.adaptive && flight.substeps > 0) {
     state_.rest_speed = std::max(state_.rest_speed, last_result_.max_speed);
     if (flight.steps == flight.batch.steps)
       state_.limits.push_back(built_.world.stable_dt(std::exchange(state_.rest_speed, 0)));
@@ -335,18 +359,18 @@ void Run::write_ready_frames() {
 void Run::write_frame() {
   OpenFrame open = std::move(frames_.front());
   frames_.pop_front();
-  meltsim::ParticleFrame particles;
+  meltsim::Reading all;
   if (open.particles.value != 0) {
     const Stopwatch watch(times_.reading);
-    particles = std::move(expect(built_.world.take(open.particles)).particles);
+    all = expect(built_.world.take(open.particles));
   }
   std::shared_ptr<const FrameShapes> shapes;
   if (recorder_->wants_world(open.frame.index)) {
     const Stopwatch watch(times_.surfaces);
-    shapes = recorder_->shapes(built_.world, particles, open.frame.index, open.frame.row.time);
+    shapes = recorder_->shapes(built_.world, all.particles, open.frame.index, open.frame.row.time);
   }
   const Stopwatch watch(times_.writing);
-  recorder_->write(std::move(open.frame), std::move(particles), std::move(shapes));
+  recorder_->write(std::move(open.frame), std::move(all.particles), std::move(all.probes), std::move(shapes));
 }
 
 /// Goes back to the last good state, which may be amid a step that was split.
@@ -379,7 +403,8 @@ void Run::check_melted(double time) {
 void Run::save_checkpoint() {
   const Stopwatch watch(times_.writing);
   state_.wall_s = wall();
-  recorder_->save({state_, resolved_scene_, expect(built_.world.snapshot())});
+  std::vector<meltsim::ProbeSeries> samples = expect(built_.world.take_samples());
+  recorder_->save({state_, resolved_scene_, expect(built_.world.snapshot())}, std::move(samples));
   checkpointed_ = true;
   last_checkpoint_ = Clock::now();
 }

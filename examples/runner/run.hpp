@@ -55,6 +55,7 @@ class Run {
   void choose_frame_dt();
   Batch next_batch();
   void enqueue(const Batch& batch);
+  bool step(double dt);  ///< false: not a whole one
   void request(Flight& flight);
   bool settle();      ///< the oldest flight; false: diverged
   bool settle_all();  ///< false: diverged

@@ -168,7 +168,7 @@ int Run::report(Outcome outcome) {
   if (outcome != Outcome::finished) {
     if (outcome == Outcome::diverged) {
       state_.frame_dt = 0;
-      state_.rest = {};
+      state_.rest = state_.part = {};
       state_.limits.clear();
     }
     save_checkpoint();

@@ -67,8 +67,9 @@ struct SceneHeatRegion {
 struct SceneProbe {
   std::string name;
   meltsim::Vec3d at;
+  bool level = false;  ///< a gauge of the liquid's height; it has no fields
   std::vector<std::string> fields;
-  double every = 0;  ///< [s]
+  double every = 0;  ///< [s]; 0 = each sub-step
 };
 
 struct SceneTime {

@@ -163,7 +163,11 @@ Json emitter_json(const SceneEmitter& emitter) {
 }
 
 Json probe_json(const SceneProbe& probe) {
-  return {{"name", probe.name}, {"at", echo(probe.at)}, {"fields", probe.fields}, {"every", probe.every}};
+  Json json{{"name", probe.name}, {"kind", probe.level ? "level" : "point"}, {"at", echo(probe.at)}};
+  if (!probe.level) json["fields"] = probe.fields;
+  if (probe.every > 0) json["every"] = probe.every;
+  else json["every"] = "step";
+  return json;
 }
 
 }  // namespace

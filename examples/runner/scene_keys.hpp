@@ -32,7 +32,8 @@ inline const List body{"name",        "shape",    "material",         "density",
 inline const List emitter{"name",        "nozzle", "speed", "material",
                           "temperature", "from",   "until", "max_particles"};
 inline const List nozzle{"center", "axis", "radius"};
-inline const List probe{"name", "at", "fields", "every"};
+inline const List probe{"name", "kind", "at", "fields", "every"};
+inline const List probe_kind{"point", "level"};
 inline const List output{"export", "surface", "camera", "picture"};
 inline const List surface{"cell", "kernel", "smoothing"};
 inline const List camera{"eye", "look_at", "up", "fov"};
@@ -56,7 +57,7 @@ inline const List neighbour_search{"auto", "grid", "verlet", "tree"};
 inline const List stepping{"fixed", "adaptive"};
 inline const List end_when{"time", "melted"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
-inline const List probe_field{"temperature", "pressure", "density", "velocity"};
+inline const List probe_field{"temperature", "pressure", "density", "velocity", "liquid_fraction"};
 inline const List formats{"ply", "vtp", "surface", "obj", "glb", "pov", "png", "html"};
 inline const List look{"natural", "temperature"};
 inline const List surface_kernel{"isotropic", "anisotropic"};

@@ -15,41 +15,29 @@ constexpr double slack = 1e-6;
 /// How many steps of `dt` cover `span`; at least one.
 double steps_in(double span, double dt) { return std::max(1.0, std::ceil(span / dt - slack)); }
 
-// Of a quotient, and of a time that was added up from a handful of parts.
+// Of a time that was added up from a handful of parts.
 constexpr double rounding = 8 * std::numeric_limits<double>::epsilon();
-// Beyond this, neighbouring whole numbers are the same double.
-constexpr double countable = 1e15;
 
 }  // namespace
 
 bool reached(double now, double due) { return now >= due - rounding * std::abs(due); }
-
-double samples_by(double now, double every) {
-  const double count = std::floor(now / every * (1 + rounding)) + 1;
-  return count < countable ? count : std::numeric_limits<double>::infinity();
-}
-
-double next_sample(double now, double every) {
-  const double count = samples_by(now, every);
-  return std::isinf(count) ? now : std::max(now, count * every);
-}
 
 double fixed_frame_dt(double frame_start, double frame_end, double dt) {
   const double span = frame_end - frame_start;
   return span / steps_in(span, dt);
 }
 
-Batch fixed_batch(double now, double target, double frame_end, double dt) {
-  const double to_target = steps_in(target - now, dt), to_frame = steps_in(frame_end - now, dt);
-  const double steps = std::min({to_target, to_frame, static_cast<double>(steps_per_batch)});
-  return {dt, static_cast<int>(steps), steps == to_frame ? frame_end : now + steps * dt};
+Batch fixed_batch(double now, double frame_end, double dt) {
+  const double all = steps_in(frame_end - now, dt);
+  const double steps = std::min(all, static_cast<double>(fixed_steps_per_batch));
+  return {dt, static_cast<int>(steps), steps == all ? frame_end : now + steps * dt};
 }
 
-Batch adaptive_batch(double now, double target, double frame_end, double limit) {
+Batch adaptive_batch(double now, double frame_end, double limit) {
   const double span = frame_end - now;
   const double all = std::isinf(limit) ? 1 : steps_in(span, limit);
   const double dt = span / all;
-  const double steps = std::min({all, steps_in(target - now, dt), static_cast<double>(steps_per_batch)});
+  const double steps = std::min(all, static_cast<double>(adaptive_steps_per_batch));
   return {dt, static_cast<int>(steps), steps == all ? frame_end : now + steps * dt};
 }
 

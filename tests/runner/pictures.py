@@ -150,8 +150,10 @@ class Own(Pictures):
             self.meltsim("render", "run", "--renderer", "builtin", "--pictures", "1")
 
     def test_every_run_ends_in_a_picture(self):
+        self.run_scene("--frames", "1", "--export", "none", "--set", "emitters=[]")
+        self.assertFalse(os.path.exists(self.path("run", "still.png")))  # none is none
         self.run_scene("--frames", "1", "--export", "html", "--set", "output.picture.look=temperature",
-                       "--set", "emitters=[]")
+                       "--set", "emitters=[]", "--overwrite")
         width, height, _ = read_png(self.path("run", "still.png"))
         self.assertEqual((width, height), (64, 36))
         shown = colors(self.path("run", "still.png"))

@@ -23,7 +23,7 @@ TEST(Stepper, FixedFramesEndExactlyWhereTheyShould) {
   for (int frame = 1; frame <= 100000; ++frame) {
     const double end = frame / 25.0;
     while (now < end) {
-      const Batch batch = fixed_batch(now, end, end, 0.005);
+      const Batch batch = fixed_batch(now, end, 0.005);
       ASSERT_GT(batch.steps, 0);
       steps += batch.steps;
       now = batch.end;
@@ -33,38 +33,14 @@ TEST(Stepper, FixedFramesEndExactlyWhereTheyShould) {
   EXPECT_EQ(steps, 800000);
 }
 
-TEST(Stepper, AProbeEndsABatchAtTheFirstStepThatReachesIt) {
-  const Batch batch = fixed_batch(0, 0.012, 0.04, 0.005);
-  EXPECT_EQ(batch.steps, 3);
-  EXPECT_DOUBLE_EQ(batch.end, 0.015);
-}
-
 TEST(Stepper, AdaptiveStepsAreEqualAndLandOnTheTarget) {
-  const Batch all = adaptive_batch(1, 1.04, 1.04, 0.011);
+  const Batch all = adaptive_batch(1, 1.04, 0.011);
   EXPECT_EQ(all.steps, 4);
   EXPECT_NEAR(all.dt, 0.01, 1e-15);
   EXPECT_EQ(all.end, 1.04);
-  const Batch some = adaptive_batch(0, 0.04, 0.04, 0.001);
-  EXPECT_EQ(some.steps, steps_per_batch);
+  const Batch some = adaptive_batch(0, 0.04, 0.001);
+  EXPECT_EQ(some.steps, adaptive_steps_per_batch);
   EXPECT_NEAR(some.end, 0.008, 1e-15);
-}
-
-TEST(Stepper, AProbeDoesNotShortenAdaptiveSteps) {
-  const Batch batch = adaptive_batch(0, 0.012, 0.04, 0.01);
-  EXPECT_EQ(batch.steps, 2);
-  EXPECT_DOUBLE_EQ(batch.dt, 0.01);
-  EXPECT_EQ(adaptive_batch(0.01, 0.01, 0.04, 0.01).steps, 1);  // one that is due all the time
-}
-
-TEST(Stepper, SamplesAreCountedByDivision) {
-  EXPECT_EQ(samples_by(0, 0.02), 1);
-  EXPECT_EQ(samples_by(0.04, 0.02), 3);
-  EXPECT_EQ(samples_by(3 * 0.1, 0.1), 4);  // 0.30000000000000004
-  EXPECT_EQ(samples_by(0.3, 0.1), 4);      // 2.9999999999999996 times 0.1
-  EXPECT_DOUBLE_EQ(next_sample(0.03, 0.02), 0.04);
-  EXPECT_EQ(samples_by(1, 1e-300), inf);
-  EXPECT_EQ(next_sample(1, 1e-300), 1);  // due at every step
-  EXPECT_EQ(next_sample(1, 1e-15), 1);
 }
 
 TEST(Stepper, TimesAreReachedWhateverTheirSize) {
@@ -75,7 +51,7 @@ TEST(Stepper, TimesAreReachedWhateverTheirSize) {
 }
 
 TEST(Stepper, NothingLimitsTheStepOfAnEmptyWorld) {
-  const Batch batch = adaptive_batch(0, 0.04, 0.04, inf);
+  const Batch batch = adaptive_batch(0, 0.04, inf);
   EXPECT_EQ(batch.steps, 1);
   EXPECT_EQ(batch.end, 0.04);
   EXPECT_EQ(automatic_dt(inf, 0.04), 0.04);
