@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "csv.hpp"
 #include "library_error.hpp"
@@ -46,6 +47,14 @@ ProbeGroups add_probes(meltsim::World& world, const Scene& scene) {
       throw library_failure(added.error(), {}, fmt::format("probes[{}]", group.front()), scene.where);
   }
   return groups;
+}
+
+void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSeries> more) {
+  if (to.empty()) to = std::exchange(more, {});
+  for (std::size_t i = 0; i < more.size(); ++i) {
+    to[i].time.insert(to[i].time.end(), more[i].time.begin(), more[i].time.end());
+    to[i].values.insert(to[i].values.end(), more[i].values.begin(), more[i].values.end());
+  }
 }
 
 std::vector<std::string> probe_rows(const Scene& scene, const ProbeGroups& groups,

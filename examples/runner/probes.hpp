@@ -17,6 +17,9 @@ using ProbeGroups = std::vector<std::vector<std::size_t>>;
 /// Fails with the place in the scene where the World refuses one.
 ProbeGroups add_probes(meltsim::World& world, const Scene& scene);
 
+/// Later samples of the same probes behind earlier ones.
+void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSeries> more);
+
 /// Rows of probes.csv, in order of time, then of the scene's probes and their fields. `series` as the World gives them.
 std::vector<std::string> probe_rows(const Scene& scene, const ProbeGroups& groups,
                                     const std::vector<meltsim::ProbeSeries>& series);

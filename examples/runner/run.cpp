@@ -389,7 +389,9 @@ void Run::diverge(const Flight& flight, const meltsim::StepResult& result) {
   }
   flights_.clear();
   for (const meltsim::ReadTicket ticket : left) {
-    if (ticket.value != 0) static_cast<void>(built_.world.take(ticket));
+    if (ticket.value == 0) continue;
+    if (meltsim::Result<meltsim::Reading> reading = built_.world.take(ticket); reading)
+      append(samples_left_, std::move(reading->probes));
   }
   while (!frames_.empty()) write_frame();
 }
@@ -403,7 +405,8 @@ void Run::check_melted(double time) {
 void Run::save_checkpoint() {
   const Stopwatch watch(times_.writing);
   state_.wall_s = wall();
-  std::vector<meltsim::ProbeSeries> samples = expect(built_.world.take_samples());
+  Recorder::Samples samples = std::exchange(samples_left_, {});
+  append(samples, expect(built_.world.take_samples()));
   recorder_->save({state_, resolved_scene_, expect(built_.world.snapshot())}, std::move(samples));
   checkpointed_ = true;
   last_checkpoint_ = Clock::now();

@@ -96,6 +96,7 @@ class Run {
   Progress progress_;
   std::deque<Flight> flights_;
   std::deque<OpenFrame> frames_;
+  Recorder::Samples samples_left_;  ///< of readings that belong to no frame
   meltsim::StepResult last_result_;
   std::string step_error_;          ///< why step() refused, when it did
   double last_dt_ = 0;
