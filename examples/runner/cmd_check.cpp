@@ -307,7 +307,7 @@ class Check {
     const Clock::time_point start = Clock::now();
     std::uint64_t done = 0;
     while (since(start) < timing_s) {
-      for (int i = 0; i < steps_per_batch; ++i)
+      for (int i = 0; i < adaptive_steps_per_batch; ++i)
         if (!built_.world.step(dt)) return;
       if (built_.world.synchronize().halted) return;
       done = built_.world.steps() - before;
