@@ -121,7 +121,7 @@ class Engine {
   virtual Result<bool> ready(int slot) = 0;
   /// Waits for that reading. Of a World that had halted: goes back to the last good state, and reads that.
   virtual Status take(int slot, StateReading& reading) = 0;
-  /// Frees a slot that nobody will take.
+  /// Frees a slot whose reading is not taken.
   virtual void drop(int slot) = 0;
   /// Device fault since the last call, empty if none.
   virtual std::string fault() = 0;

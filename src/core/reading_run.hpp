@@ -39,8 +39,8 @@ class ReadingRun {
     bodies_ = l.bodies.size();
   }
 
-  /// Enqueues what is asked for. The World is as it lies in the buffers of `scene`; rolled_back: it halted, and is back at its
-  /// last good state. Errors: out_of_memory; nothing is enqueued then.
+  /// Enqueues what is asked for. rolled_back: the World halted and `scene` holds its last
+  /// good state. Errors: out_of_memory; nothing is enqueued then.
   Status request(E& ex, const Frame<T>& scene, int slot, const ReadParts& parts, bool rolled_back,
                  bool has_density) {
     Slot& s = slots_[static_cast<std::size_t>(slot)];
@@ -96,7 +96,7 @@ class ReadingRun {
   void keep_status(int slot, const WorldStatus& status) {
     reinterpret_cast<ReadingHead*>(slots_[static_cast<std::size_t>(slot)].host)->status = status;
   }
-  /// Of a reading that cannot be had any more; what take() is to say.
+  /// Marks a reading that cannot be completed; take() returns this error.
   void lose(int slot, const Error& why) { slots_[static_cast<std::size_t>(slot)].lost = why.message; }
   const std::string& lost(int slot) const { return slots_[static_cast<std::size_t>(slot)].lost; }
   void close(int slot) { slots_[static_cast<std::size_t>(slot)].open = false; }

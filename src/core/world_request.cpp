@@ -26,7 +26,7 @@ bool is_check(const std::string& fault) { return fault.compare(0, 7, "checked") 
 
 }  // namespace
 
-/// A device that failed says so once: here it is kept, for whoever asks next.
+/// The executor reports a fault once; this keeps it for later calls.
 Status WorldImpl::lost_device() {
   const std::string fault = engine->fault();
   if (fault.empty() || is_check(fault)) return {};  // a broken invariant is reported by synchronize()

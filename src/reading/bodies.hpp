@@ -16,7 +16,7 @@ using core::LevelSums;
 using core::none;
 using core::ReadingFrame;
 
-/// The status as it is; the extremes begin anew where that is asked for. Also of a World that halted.
+/// Copies the status and, if asked for, resets the extremes. Runs in a halted World, too.
 template <class T>
 struct StatusBody {
   ReadingFrame<T> w;
@@ -94,7 +94,7 @@ MELTSIM_HD bool is_live(const core::Frame<T>& w, std::uint64_t v) {
   return w.f.vertex_state[v] == live && is_solid(w.f.tag[slot_of_vertex(w, v)]);
 }
 
-/// A vertex says that its piece is there.
+/// Marks the label of every piece that has a live vertex.
 template <class T>
 struct PresentBody {
   ReadingFrame<T> w;
@@ -126,7 +126,7 @@ struct PieceCountBody {
   }
 };
 
-/// Row of the piece of a live vertex, or none: it is not live, or there is no room.
+/// Row of the piece of a live vertex; none if it is not live or the piece has no room.
 template <class T>
 MELTSIM_HD std::uint32_t row_of(const ReadingFrame<T>& w, std::uint64_t v) {
   if (!is_live(w.s, v)) return none;
@@ -285,8 +285,8 @@ MELTSIM_HD double column_length(std::int32_t k, double side, double extent) {
   return extent > 0 ? minimum(side, extent - k * side) : side;
 }
 
-/// What a column says of the level. Beside solids liquid stands further off than its spacing, so such columns count only
-/// where there are no others.
+/// Level of one column. Liquid keeps more than a spacing from solids, which lowers the level of columns beside them; these
+/// get a small weight, so that they count only if there are no others.
 template <class T>
 struct ColumnLevelBody {
   ReadingFrame<T> w;
@@ -343,8 +343,8 @@ struct CoarserBody {
   }
 };
 
-/// Share of a solid particle below the level of the liquid: that of the nearest columns that say something, in squares
-/// that grow until one whole column's worth of them does.
+/// Share of a solid particle below the level of the liquid. The level is the mean over the smallest square of columns around
+/// the particle whose weights add up to one.
 template <class T>
 MELTSIM_HD double submerged_share(const ReadingFrame<T>& w, std::uint32_t slot) {
   const core::ColumnGrid& g = w.grid;

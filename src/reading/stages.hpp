@@ -8,7 +8,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace reading {
 
-/// The status, and the extremes anew. Runs whatever the guard says.
+/// Copies the status and resets the extremes. The caller lifts the guard.
 template <class E, class T>
 void status(E& ex, const core::ReadingFrame<T>& w) {
   ex.for_each(1, StatusBody<T>{w});
@@ -21,8 +21,8 @@ void sums(E& ex, const core::ReadingFrame<T>& w) {
   ex.reduce(w.s.particles, ExtentsBody<T>{w}, &w.head->extents);
 }
 
-/// How many pieces there are, and the row of each, in order of their labels. After sums, whose extremes say how exact
-/// sums over pieces can be.
+/// How many pieces there are, and the row of each, in order of their labels. Needs the results of sums(),
+/// from which the units of sums over pieces follow.
 template <class E, class T>
 void count_pieces(E& ex, const core::ReadingFrame<T>& w) {
   ex.fill(w.s.vertices / 32u + 1u, 0u, w.is_label);
