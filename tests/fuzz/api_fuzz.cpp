@@ -485,7 +485,10 @@ class Sequence {
     halted_ = halted_ || world_->synchronize().halted;
     for (const double v : {r->totals.mass, r->totals.kinetic, r->totals.thermal, r->ledger.latent,
                            r->result.max_speed, r->result.max_density_ratio})
-      expect(finite(v), "a total of a reading is not finite");
+      expect(finite(v),
+             text("a total of a reading is not finite: mass ", r->totals.mass, ", kinetic ",
+                  r->totals.kinetic, ", thermal ", r->totals.thermal, ", latent ", r->ledger.latent,
+                  ", speed ", r->result.max_speed, ", density ", r->result.max_density_ratio));
     for (const PieceInfo& p : r->pieces)
       expect(p.particles > 0 && p.mass > 0 && finite(p.center) && finite(p.angular_velocity) &&
                  finite(p.bounds.min) && finite(p.bounds.max) && finite(p.orientation.w) &&
