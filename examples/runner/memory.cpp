@@ -2,6 +2,7 @@
 #include "memory.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -54,6 +55,11 @@ double extent(const meltsim::Box& box) {
 std::string scale_hint(double needed_bytes, double free_bytes) {
   const double fits = std::floor(100 * std::cbrt(free_bytes / needed_bytes)) / 100;
   return fits > 0 && fits < 1 ? fmt::format("; --scale {:g} fits", fits) : "";
+}
+
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the largest it takes
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
 }
 
 void check_particle_budget(const Scene& scene) {

@@ -9,6 +9,10 @@
 
 namespace runner {
 
+/// Makes memory that is freed come back to this program, not to the system. Every frame takes and frees the same tens of
+/// megabytes, and pages new from the system cost more than what is done with them.
+void keep_freed_memory();
+
 /// Fails when the shapes would hold more particles than this machine can (a typo in the spacing, mostly).
 void check_particle_budget(const Scene& scene);
 

@@ -41,23 +41,25 @@ class VtpArrays {
 
 }  // namespace
 
+FrameParticle frame_particle(const meltsim::ParticleFrame& frame, std::size_t i) {
+  const meltsim::ParticleTag tag = frame.tag[i];
+  const meltsim::Vec3f x = meltsim::cast<float>(frame.origin + meltsim::cast<double>(frame.position[i]));
+  const meltsim::Vec3f v = frame.velocity[i];
+  const std::uint8_t phase = meltsim::is_solid(tag) ? 1 : 0;
+  return {{x.x, x.y, x.z},
+          {v.x, v.y, v.z},
+          frame.temperature[i],
+          phase,
+          static_cast<std::int32_t>(meltsim::body_of(tag)) - 1,
+          frame.id[i],
+          static_cast<std::int32_t>(meltsim::material_of(tag)),
+          frame.liquid_fraction[i]};
+}
+
 std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame) {
   std::vector<FrameParticle> list;
   list.reserve(std::max<std::size_t>(1, frame.id.size()));
-  for (std::size_t i = 0; i < frame.id.size(); ++i) {
-    const meltsim::ParticleTag tag = frame.tag[i];
-    const meltsim::Vec3f x = meltsim::cast<float>(frame.origin + meltsim::cast<double>(frame.position[i]));
-    const meltsim::Vec3f v = frame.velocity[i];
-    const std::uint8_t phase = meltsim::is_solid(tag) ? 1 : 0;
-    list.push_back({{x.x, x.y, x.z},
-                    {v.x, v.y, v.z},
-                    frame.temperature[i],
-                    phase,
-                    static_cast<std::int32_t>(meltsim::body_of(tag)) - 1,
-                    frame.id[i],
-                    static_cast<std::int32_t>(meltsim::material_of(tag)),
-                    frame.liquid_fraction[i]});
-  }
+  for (std::size_t i = 0; i < frame.id.size(); ++i) list.push_back(frame_particle(frame, i));
   if (list.empty()) {
     list.push_back({{0, 0, 0}, {0, 0, 0}, 0, 255, -1, std::numeric_limits<std::uint32_t>::max(), 0, 0});
   }

@@ -23,6 +23,8 @@ struct FrameParticle {
   float liquid_fraction = 0;  ///< 0 solid .. 1 liquid: share of the latent heat taken up
 };
 
+/// The i-th particle of a frame.
+FrameParticle frame_particle(const meltsim::ParticleFrame& frame, std::size_t i);
 /// Live particles in order of id. When there are none, one placeholder: empty meshes break importers.
 std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame);
 

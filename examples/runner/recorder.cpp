@@ -92,10 +92,11 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
     for (const std::string& line : probe_rows(scene_, groups_, samples)) probes_->row(line);
     flush();
     if (!seen) return;
-    const std::vector<FrameParticle> list = frame_particles(particles);
-    pictures_.frame(frame.index, time, list);
+    pictures_.frame(frame.index, time, particles);
     replay_every_ = pictures_.every();
-    export_.write(frame.index, time, list, export_.wants_shapes() ? shapes.get() : nullptr);
+    if (export_.any())
+      export_.write(frame.index, time, frame_particles(particles),
+                    export_.wants_shapes() ? shapes.get() : nullptr);
     if (still && shapes) pictures_.still(*shapes);
   });
 }

@@ -25,18 +25,23 @@ namespace {
 using meltsim::Vec3d;
 using meltsim::Vec3f;
 
-std::vector<FrameParticle> particles(std::uint32_t count) {
-  std::vector<FrameParticle> list;
-  for (std::uint32_t id = 0; id < count; ++id) list.push_back({{0, 0, 0}, {0, 0, 0}, 20, 0, -1, id});
-  return list;
+meltsim::ParticleFrame particles(std::uint32_t count) {
+  meltsim::ParticleFrame frame;
+  for (std::uint32_t id = 0; id < count; ++id) frame.id.push_back(id);
+  frame.position.resize(count);
+  frame.velocity.resize(count);
+  frame.temperature.assign(count, 20);
+  frame.liquid_fraction.assign(count, 1);
+  frame.tag.resize(count);
+  return frame;
 }
 
 TEST(Replay, KeepsTheSameParticlesOfTheSameFramesWhateverWasPlanned) {
   // 150,000 particles are more than are shown: one in four is the first power of two below 60,000. Frames
   // beyond 4,000,000 particles in all are thinned; ~37,500 a frame make 106 of them, so of 120 every second
   // is left.
-  const std::vector<FrameParticle> all = particles(150000);
-  Replay planned(120, all.size()), surprised;
+  const meltsim::ParticleFrame all = particles(150000);
+  Replay planned(120, all.id.size()), surprised;
   for (std::uint64_t i = 0; i < 120; ++i) {
     for (Replay* replay : {&planned, &surprised}) {
       if (replay->wants(i)) replay->add(i, 0.04 * static_cast<double>(i), all);

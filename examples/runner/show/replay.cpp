@@ -57,11 +57,12 @@ std::size_t Replay::particles() const {
   return count;
 }
 
-ReplayFrame Replay::picked(std::uint64_t index, double time,
-                           const std::vector<FrameParticle>& particles) const {
+ReplayFrame Replay::picked(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) const {
   ReplayFrame frame{time, index, {}};
-  for (const FrameParticle& p : particles) {
-    if (p.phase > 1 || !is_picked(p.id, share_)) continue;  // 255: the placeholder of an empty frame
+  frame.particles.reserve(particles.id.size() / share_ + 1);
+  for (std::size_t i = 0; i < particles.id.size(); ++i) {
+    if (!is_picked(particles.id[i], share_)) continue;
+    const FrameParticle p = frame_particle(particles, i);
     const std::uint32_t body = p.body < 0 ? 0 : 1 + static_cast<std::uint32_t>(p.body) % 127;
     frame.particles.push_back(
         {p.id,
@@ -72,7 +73,7 @@ ReplayFrame Replay::picked(std::uint64_t index, double time,
   return frame;
 }
 
-void Replay::add(std::uint64_t index, double time, const std::vector<FrameParticle>& particles) {
+void Replay::add(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
   frames_.push_back(picked(index, time, particles));
   thin();
 }

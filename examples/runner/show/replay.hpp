@@ -33,9 +33,9 @@ class Replay {
   explicit Replay(std::uint64_t planned_frames = 0, std::uint64_t particles = 0);
 
   bool wants(std::uint64_t index) const { return index % every_ == 0; }
-  void add(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
+  void add(std::uint64_t index, double time, const meltsim::ParticleFrame& particles);
   /// The frame a run ends with, kept or not.
-  ReplayFrame picked(std::uint64_t index, double time, const std::vector<FrameParticle>& particles) const;
+  ReplayFrame picked(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) const;
 
   const std::vector<ReplayFrame>& frames() const { return frames_; }
   std::uint64_t every() const { return every_; }

@@ -43,7 +43,7 @@ RunPictures::RunPictures(const Scene& scene, RunDirectory directory, Built& buil
   if (resumed != nullptr) replay_.load(directory_.file("replay.bin"), resumed->time);
 }
 
-void RunPictures::frame(std::uint64_t index, double time, const std::vector<FrameParticle>& particles) {
+void RunPictures::frame(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
   if (replay_.wants(index)) replay_.add(index, time, particles);
 }
 
@@ -52,15 +52,14 @@ void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
 void RunPictures::finish(meltsim::World& world, const RunState& state, bool still) {
   meltsim::ReadRequest all;
   all.particles = true;
-  const std::vector<FrameParticle> particles =
-      frame_particles(expect(world.take(expect(world.request(all)))).particles);
+  const meltsim::ParticleFrame particles = expect(world.take(expect(world.request(all)))).particles;
   std::vector<ReplayFrame> frames = replay_.frames();
   if (frames.empty() || frames.back().time < state.time - 1e-9) {
     frames.push_back(replay_.picked(state.next_frame, state.time, particles));
   }
   const Box seen = view_box(scene_, box_of(frames));
   write_page(std::move(frames), seen, state);
-  if (still) write_still(world_shapes(world, scene_, state.time, particles, problem_), seen);
+  if (still) write_still(world_shapes(world, scene_, state.time, frame_particles(particles), problem_), seen);
 }
 
 void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {

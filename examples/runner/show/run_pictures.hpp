@@ -19,7 +19,7 @@ class RunPictures {
 
   /// Every so many-th frame is kept; others need no particles from the World.
   std::uint64_t every() const { return replay_.every(); }
-  void frame(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
+  void frame(std::uint64_t index, double time, const meltsim::ParticleFrame& particles);
   /// With the checkpoint: what a resumed run needs.
   void save() const;
   /// still.png of a frame. Touches no World: another thread than the World's may call it.
