@@ -64,6 +64,7 @@ class MELTSIM_API Shape {
   Status lattice_points(Vec3d origin, double spacing, std::vector<Vec3i>& points) const;
 
  private:
+  friend struct ShapeAccess;  // samples within a box
   explicit Shape(std::shared_ptr<const ShapeNode> node);
   std::shared_ptr<const ShapeNode> node_;
 };

@@ -70,7 +70,8 @@ void put_scene(E& ex, const Frame<T>& w, const SceneConstants& c, const SceneLat
   std::vector<MaterialRow<T>> materials;
   for (const MaterialRow<double>& m : c.materials) {
     materials.push_back(round_row<T>(m));
-    if (w.f.properties != nullptr) materials.back().tables = w.f.properties + (materials.size() - 1);
+    if (w.f.properties != nullptr && m.tables != nullptr)
+      materials.back().tables = w.f.properties + (materials.size() - 1);
   }
   put(ex, w.f.materials, materials);
   std::vector<MaterialProperties<T>> properties;

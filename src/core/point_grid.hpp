@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Host-side lookup "is there a point nearer than d?", for building scenes. Not used in a step.
+// Host-side lookup "which points are nearer than a distance?", for building scenes. Not used in a step.
 #pragma once
 
 #include <cmath>
@@ -16,25 +16,31 @@ namespace core {
 /// Particles closer than this share of the spacing occupy the same place.
 inline constexpr double same_place = 0.9;
 
+/// Points with a number each, hashed by cells of four times the distance that is asked for: most questions then meet one
+/// cell.
 class PointGrid {
  public:
-  explicit PointGrid(double cell) : inv_(1.0 / cell) {}
+  explicit PointGrid(double distance) : distance_(distance), inv_(0.25 / distance) {}
+  std::size_t size() const { return size_; }
   void add(Vec3d p, std::uint32_t value) {
     cells_[key(cell(p.x), cell(p.y), cell(p.z))].push_back({p, value});
+    ++size_;
   }
-  /// Value of a point nearer than d (d <= cell), or -1.
-  std::int64_t near(Vec3d p, double d) const {
-    for (std::int64_t z = cell(p.z) - 1; z <= cell(p.z) + 1; ++z)
-      for (std::int64_t y = cell(p.y) - 1; y <= cell(p.y) + 1; ++y)
-        for (std::int64_t x = cell(p.x) - 1; x <= cell(p.x) + 1; ++x) {
+  /// Calls visit(value) for every point nearer to p than the distance, until it returns true. Whether it did.
+  template <class Visit>
+  bool near(Vec3d p, const Visit& visit) const {
+    const double d = distance_;
+    for (std::int64_t z = cell(p.z - d); z <= cell(p.z + d); ++z)
+      for (std::int64_t y = cell(p.y - d); y <= cell(p.y + d); ++y)
+        for (std::int64_t x = cell(p.x - d); x <= cell(p.x + d); ++x) {
           const auto found = cells_.find(key(x, y, z));
           if (found == cells_.end()) continue;
           for (const Entry& e : found->second) {
             const Vec3d r = e.point - p;
-            if (dot(r, r) < d * d) return e.value;
+            if (dot(r, r) < d * d && visit(e.value)) return true;
           }
         }
-    return -1;
+    return false;
   }
 
  private:
@@ -47,7 +53,8 @@ class PointGrid {
     return (static_cast<std::uint64_t>(x) * 73856093u) ^ (static_cast<std::uint64_t>(y) * 19349663u) ^
            (static_cast<std::uint64_t>(z) * 83492791u);  // collisions only cost a few distance tests
   }
-  double inv_;
+  double distance_, inv_;
+  std::size_t size_ = 0;
   std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
 };
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/shape_lattice.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "core/shape_limits.hpp"
 #include "core/shape_node.hpp"
 
 namespace meltsim {
@@ -37,6 +39,44 @@ SiteMask sample(const ShapeNode& node, const Lattice& lattice, const SiteRange& 
   mask.inside.assign(mask.range.count(), 0);
   if (!mask.inside.empty()) node.fill(lattice, mask);
   return mask;
+}
+
+SiteBits sample_bits(const Shape& shape, Vec3d origin, double spacing, const Box& within) {
+  const Lattice lattice{origin, spacing, {}, {}};
+  const auto most = static_cast<std::int32_t>(max_site_index);
+  const SiteRange everywhere{{-most, -most, -most}, {most, most, most}};
+  SiteBits bits;
+  const ShapeNode* node = ShapeAccess::node(shape);
+  if (node == nullptr) return bits;
+  const SiteRange r = crop(crop(everywhere, within, lattice), node->bounds({}), lattice);
+  if (r.empty()) return bits;
+  // A mesh is gone through once per slab: few slabs, 64 MB each.
+  const std::size_t layer = r.width() * r.height();
+  const auto thickness = static_cast<std::int32_t>(std::max<std::size_t>(1, (std::size_t{1} << 26) / layer));
+  std::vector<std::uint32_t> inside((r.count() + 31) / 32, 0u);
+  bool any = false;
+  for (std::int32_t z = r.lo.z; z < r.hi.z; z += std::min(thickness, r.hi.z - z)) {
+    const std::int32_t end = z + std::min(thickness, r.hi.z - z);
+    const SiteMask slab = sample(*node, lattice, {{r.lo.x, r.lo.y, z}, {r.hi.x, r.hi.y, end}});
+    const SiteRange& s = slab.range;
+    for (std::int32_t sz = s.lo.z; sz < s.hi.z; ++sz)
+      for (std::int32_t sy = s.lo.y; sy < s.hi.y; ++sy) {
+        const std::uint8_t* from = slab.inside.data() + slab.row(sy, sz);
+        std::size_t bit =
+            (static_cast<std::size_t>(sz - r.lo.z) * r.height() + static_cast<std::size_t>(sy - r.lo.y)) *
+                r.width() +
+            static_cast<std::size_t>(s.lo.x - r.lo.x);
+        for (std::size_t x = 0; x < s.width(); ++x, ++bit)
+          if (from[x] != 0) {
+            inside[bit >> 5] |= 1u << (bit & 31u);
+            any = true;
+          }
+      }
+  }
+  if (!any) return bits;
+  bits.range = r;
+  bits.inside = std::move(inside);
+  return bits;
 }
 
 void ShapeNode::fill(const Lattice& lattice, SiteMask& mask) const {

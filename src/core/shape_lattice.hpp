@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/affine.hpp"
+#include "meltsim/shape.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -56,6 +57,17 @@ SiteRange crop(const SiteRange& range, const Box& world, const Lattice& lattice)
 
 /// Samples a node on its own part of the range, so that many small parts cost what they hold.
 SiteMask sample(const ShapeNode& node, const Lattice& lattice, const SiteRange& within);
+
+/// One bit per site of the range, x fastest: set inside.
+struct SiteBits {
+  SiteRange range;
+  std::vector<std::uint32_t> inside;  ///< empty where no site is
+};
+
+/// The sites origin + (i + 1/2) spacing of a valid shape that lie in a box given in world space, with at most one more
+/// on each side. Sampled in slabs, so that the memory needed is that of the bits. The shape's bounds within the box must
+/// pass check_lattice.
+SiteBits sample_bits(const Shape& shape, Vec3d origin, double spacing, const Box& within);
 
 }  // namespace v0
 }  // namespace meltsim

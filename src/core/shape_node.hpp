@@ -6,6 +6,7 @@
 
 #include "core/shape_lattice.hpp"
 #include "meltsim/result.hpp"
+#include "meltsim/shape.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -35,6 +36,11 @@ class ShapeNode {
 };
 
 using ShapePtr = std::shared_ptr<const ShapeNode>;
+
+/// The tree of a Shape; null: it is empty.
+struct ShapeAccess {
+  static const ShapeNode* node(const Shape& shape) { return shape.node_.get(); }
+};
 
 }  // namespace v0
 }  // namespace meltsim

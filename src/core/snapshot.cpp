@@ -278,6 +278,8 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   drop_samples_from(new_time);
   state_ = std::move(s);
   state_stale_ = false;
+  places_.reset();
+  holes_.clear();
   time = new_time;
   steps = new_steps;
   sound_speed_ = sound;

@@ -99,16 +99,23 @@ Status WorldImpl::check_freezing(const MaterialDesc& m) {
   return {};
 }
 
-void WorldImpl::fetch_state() {
+/// As fetch_state(), but ids of displaced liquid may still stand in `state_`, marked as removed.
+void WorldImpl::update_state() {
   if (!state_stale_) return;
   const core::WorldStatus s = engine->download(state_);
   state_stale_ = false;
+  places_.reset();
   // An upload begins with a clean status: what this one says is kept for synchronize().
   carried_.max_speed = std::max(carried_.max_speed, s.max_speed);
   carried_.max_density_ratio = std::max(carried_.max_density_ratio, s.max_density);
   carried_.courant_exceeded = carried_.courant_exceeded || s.courant_exceeded != 0;
   carried_.heat_bound_exceeded = carried_.heat_bound_exceeded || s.heat_bound_exceeded != 0;
   note_halt(s, engine->fault());
+}
+
+void WorldImpl::fetch_state() {
+  update_state();
+  close_up();
 }
 
 void WorldImpl::round_to_precision(double& v) const {
@@ -275,23 +282,29 @@ void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double sp
   state_.vertex_of_id.push_back(vertex);
 }
 
-core::PointGrid WorldImpl::solids_grid() const {
-  core::PointGrid grid(desc.spacing);
-  for (std::size_t i = 0; i < state_.position.size(); ++i)
-    if (is_solid(state_.tag[i])) grid.add(state_.position[i], static_cast<std::uint32_t>(i));
-  return grid;
+/// Where particles are, removed ones included. What was added since the last call is hashed, nothing else, so that many
+/// bodies cost what they hold.
+const core::PointGrid& WorldImpl::places() {
+  if (!places_) places_.emplace(same_place * desc.spacing);
+  for (std::size_t i = places_->size(); i < state_.position.size(); ++i)
+    places_->add(state_.position[i], static_cast<std::uint32_t>(i));
+  return *places_;
 }
 
-/// Removes liquid. Before the first step ids close up; later they stay and the particle is marked removed.
-void WorldImpl::drop_fluid(const std::vector<std::uint8_t>& drop) {
-  if (steps > 0) {
-    for (std::size_t i = 0; i < drop.size(); ++i)
-      if (drop[i]) {
-        state_.tag[i] |= tag_removed;
-        ++state_.removed;
-      }
-    return;
-  }
+/// Removes liquid. Before the first step ids close up (close_up()); later they stay and the particle is marked removed.
+void WorldImpl::drop_fluid(std::uint32_t id) {
+  state_.tag[id] |= tag_removed;
+  if (steps > 0) ++state_.removed;
+  else holes_.push_back(id);
+}
+
+/// Closes the gaps that displaced liquid left in ids, once for all bodies that displaced some.
+void WorldImpl::close_up() {
+  if (holes_.empty()) return;
+  std::vector<std::uint8_t> drop(state_.position.size(), 0);
+  for (const std::uint32_t id : holes_) drop[id] = 1;
+  holes_.clear();
+  places_.reset();
   std::size_t to = 0;
   for (std::size_t i = 0; i < drop.size(); ++i) {
     if (drop[i]) continue;
@@ -326,10 +339,9 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   std::vector<Vec3d> positions;
   Vec3d origin;
   if (Status s = place(f.shape, "fluid: ", false, points, positions, origin); !s) return s.error();
-  fetch_state();
-  core::PointGrid taken(desc.spacing);
-  for (std::size_t i = 0; i < state_.position.size(); ++i)
-    if (!is_removed(state_.tag[i])) taken.add(state_.position[i], static_cast<std::uint32_t>(i));
+  update_state();
+  const core::PointGrid& taken = places();  // as it is before this liquid
+  const auto is_there = [this](std::uint32_t id) { return !is_removed(state_.tag[id]); };
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
   const double density = physics::rest_density(material_rows()[f.material.index], h);
   if (Status s = check_numbers("fluid: ", materials[f.material.index], density, h, f.velocity); !s)
@@ -338,7 +350,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   reserve(positions.size(), 0, 0);
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin;
-    if (taken.near(x, same_place * desc.spacing) >= 0) continue;
+    if (taken.near(x, is_there)) continue;
     append(x, f.velocity, density, h, f.material.index, none);
   }
   const std::uint64_t added = state_.position.size() - before;

@@ -14,13 +14,20 @@
 namespace meltsim {
 inline namespace v0 {
 
+namespace {
+bool insulated(const SurfaceHeatDesc& s) {
+  return core::condition_of(s).kind == physics::SurfaceHeat::insulated;
+}
+}  // namespace
+
 bool WorldImpl::heat_from_outside() const {
   if (desc.heat.model != HeatModel::enthalpy) return false;
-  core::SceneConstants c;
-  fill_heat_boundary(c);
-  return !c.heat_regions.empty() || !c.body_heat.empty() ||
-         std::any_of(c.wall_heat.begin(), c.wall_heat.end(),
-                     [](const auto& w) { return w.kind != physics::SurfaceHeat::insulated; });
+  const auto& walls = desc.domain.heat;
+  return !heat_regions_.empty() || std::any_of(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) {
+    return b.desc.heat_source != 0 || !insulated(b.desc.surface);
+  }) || (desc.domain.bounded && std::any_of(walls.begin(), walls.end(), [](const auto& w) {
+           return !insulated(w);
+         }));
 }
 
 /// Empty when heat flows; otherwise why it does not.
@@ -40,7 +47,8 @@ std::string WorldImpl::heat_reason() const {
     if (is_removed(state_.tag[i])) continue;
     see(physics::temperature_of(rows[material_of(state_.tag[i])], state_.enthalpy[i] / state_.mass[i]));
   }
-  for (const EmitterRecord& e : emitters_) see(e.desc.temperature);
+  for (const EmitterRecord& e : emitters_)
+    if (emits(e)) see(e.desc.temperature);
   for (const auto& r : rows) conducts = conducts || r.conductivity > 0 || r.tables != nullptr;
   // Equal temperatures that went through mass * c * T and back may differ in the last bits.
   differs = high - low > 1e-9 * std::max({1.0, std::fabs(low), std::fabs(high)});
@@ -49,23 +57,46 @@ std::string WorldImpl::heat_reason() const {
   return {};
 }
 
+/// Whether layers of it are still to come.
+bool WorldImpl::emits(const EmitterRecord& e) const {
+  return e.next_layer < e.layers &&
+         e.desc.from + double(e.next_layer) * desc.spacing / e.desc.speed < e.desc.until;
+}
+
+/// What limits of a sub-step and bounds of heat follow from. Of everything that is or was there, so that they change when
+/// something is added, and not with what has melted or left by the time that the host looks.
+void WorldImpl::find_materials() {
+  liquid_used_.assign(materials.size(), 0);
+  solid_used_.assign(materials.size(), 0);
+  for (const std::uint32_t tag : state_.tag)
+    ((tag & tag_solid) != 0u ? solid_used_ : liquid_used_)[material_of(tag)] = 1;
+  for (const EmitterRecord& e : emitters_)
+    if (emits(e)) liquid_used_[e.desc.material.index] = 1;
+  for (const BodyRecord& b : bodies_) {
+    solid_used_[b.desc.material.index] = 1;
+    const MaterialId liquid = materials[b.desc.material.index].melts_into;
+    if (liquid && may_melt_) liquid_used_[liquid.index] = 1;
+  }
+  double lightest = infinity, densest_liquid = 0;
+  int liquids = 0;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!used(m)) continue;
+    lightest = std::min(lightest, materials[m].density);
+    if (liquid_used_[m] == 0u) continue;
+    densest_liquid = std::max(densest_liquid, materials[m].density);
+    ++liquids;
+  }
+  one_liquid_ = liquids <= 1;
+  contrast_ = densest_liquid > 0 ? physics::contrast_factor(lightest, densest_liquid) : 1.0;
+}
+
 std::uint32_t WorldImpl::facts() {
   std::uint32_t f = 0;
-  bool fluid = !emitters_.empty(), melts = false, freezing_body = false, supercooled = false;
+  bool fluid = std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return emits(e); });
+  bool melts = false, freezing_body = false, supercooled = false;
   std::vector<std::uint8_t> live(bodies_.size(), 0);
   const auto rows = material_rows();
   const bool heat = heat_reason().empty();
-  double lightest = infinity, densest_liquid = 0;
-  std::uint32_t some_liquid = core::none;
-  one_liquid_ = true;
-  const auto meets = [&](std::uint32_t material, bool liquid) {
-    lightest = std::min(lightest, rows[material].density);
-    if (!liquid) return;
-    densest_liquid = std::max(densest_liquid, rows[material].density);
-    one_liquid_ = one_liquid_ && (some_liquid == core::none || some_liquid == material);
-    some_liquid = material;
-  };
-  for (const EmitterRecord& e : emitters_) meets(e.desc.material.index, true);
   for (std::size_t i = 0; i < state_.tag.size(); ++i) {
     const std::uint32_t tag = state_.tag[i];
     if (is_removed(tag)) continue;
@@ -74,8 +105,6 @@ std::uint32_t WorldImpl::facts() {
       supercooled =
           supercooled || physics::freezes(rows[material_of(tag)], state_.enthalpy[i] / state_.mass[i]);
     }
-    meets(material_of(tag), is_fluid(tag));
-    if (rows[material_of(tag)].melts != 0u) meets(rows[material_of(tag)].liquid, true);
     if (!is_solid(tag)) continue;
     live[body_of(tag) - 1] = 1;
     const auto& m = rows[material_of(tag)];
@@ -87,6 +116,8 @@ std::uint32_t WorldImpl::facts() {
   // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
   const bool freezes = freezing_body && desc.heat.model != HeatModel::none && (heat || supercooled);
   melts = melts || freezes;
+  may_melt_ = may_melt_ || melts;
+  find_materials();
   int bodies = 0, mobile = 0;
   for (std::size_t b = 0; b < live.size(); ++b)
     if (live[b]) {
@@ -98,8 +129,7 @@ std::uint32_t WorldImpl::facts() {
     apart = apart ||
             (state_.vertex_state[v] == 1u &&
              state_.vertex_piece[v] != state_.vertex_piece[bodies_[lattice_.vertex_body[v]].first_vertex]);
-  if (!state_.tag.empty() || !emitters_.empty()) f |= core::fact_particles;
-  contrast_ = densest_liquid > 0 ? physics::contrast_factor(lightest, densest_liquid) : 1.0;
+  if (!state_.tag.empty() || fluid) f |= core::fact_particles;
   if (fluid || melts) f |= core::fact_fluid;
   if (bodies > 0) f |= core::fact_solid;
   if (mobile > 0) f |= core::fact_mobile;
@@ -109,8 +139,8 @@ std::uint32_t WorldImpl::facts() {
   if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
   if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
-  for (const MaterialDesc& m : materials)
-    if (!m.viscosity_points.empty()) f |= core::fact_viscosity;
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (liquid_used_[m] != 0u && !materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
   if (desc.particle_shifting) f |= core::fact_shifting;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   f &= ~disabled_facts_;

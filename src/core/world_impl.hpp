@@ -10,12 +10,15 @@
 #include <initializer_list>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "core/engine.hpp"
 #include "core/growth_sites.hpp"
 #include "core/point_grid.hpp"
+#include "core/shape_lattice.hpp"
 #include "meltsim/world.hpp"
 
 namespace meltsim {
@@ -54,6 +57,11 @@ struct SampleBatch {
   std::vector<PendingSample> pending;
   std::uint64_t first = 0, values = 0;  ///< on the backend
   std::uint64_t region = 0, room = 0;   ///< which, of which of the rooms that there have been
+};
+
+struct HeatRegionRecord {
+  HeatRegionDesc desc;
+  SiteBits sites;  ///< on the World's lattice; within the domain
 };
 
 class WorldImpl final : public Scheduler {
@@ -127,6 +135,12 @@ class WorldImpl final : public Scheduler {
 
  private:
   std::uint32_t facts();
+  void find_materials();
+  bool emits(const EmitterRecord& e) const;
+  bool used(std::size_t material) const {
+    return liquid_used_[material] != 0u || solid_used_[material] != 0u;
+  }
+  Box reachable(Box box) const;
   core::FieldSet channels_of(std::uint32_t facts) const;
   std::string heat_reason() const;
   bool heat_from_outside() const;
@@ -188,8 +202,10 @@ class WorldImpl final : public Scheduler {
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
   void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
               std::uint32_t vertex);
-  void drop_fluid(const std::vector<std::uint8_t>& drop);
-  core::PointGrid solids_grid() const;
+  void drop_fluid(std::uint32_t id);
+  const core::PointGrid& places();
+  void update_state();
+  void close_up();
   std::uint64_t lattice_hash() const;
   std::uint64_t material_hash(const MaterialDesc& m) const;
   Status check_snapshot(const core::SceneState& s, Vec3d origin, double time,
@@ -215,9 +231,12 @@ class WorldImpl final : public Scheduler {
 
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::vector<BodyRecord> bodies_;
+  std::unordered_set<std::string> body_names_;
   std::vector<EmitterRecord> emitters_;
-  std::vector<HeatRegionDesc> heat_regions_;
+  std::vector<HeatRegionRecord> heat_regions_;
   core::SceneState state_;
+  std::optional<core::PointGrid> places_;  ///< positions of `state_` by id, while things are added
+  std::vector<std::uint32_t> holes_;       ///< ids whose liquid was displaced before the first step
   core::SceneLattice lattice_;
   std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of
   std::vector<Vec3d> emitter_points_;
@@ -238,6 +257,10 @@ class WorldImpl final : public Scheduler {
   std::size_t seen_particles_ = 0, seen_emitters_ = 0;  ///< they are in it
   double sound_speed_ = 0;
   double last_max_speed_ = 0;
+  /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only
+  /// lies in the table costs nothing.
+  std::vector<std::uint8_t> liquid_used_, solid_used_;
+  bool may_melt_ = false;    ///< something could melt at some time since the scene was built
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
   double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;

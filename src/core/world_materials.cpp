@@ -41,6 +41,11 @@ bool has_points(const MaterialDesc& d) {
          !d.density_points.empty();
 }
 
+bool has_tables(const physics::MaterialProperties<double>& p) {
+  return p.conductivity.points != 0u || p.liquid_conductivity.points != 0u || p.viscosity.points != 0u ||
+         p.density.points != 0u || p.curve.nodes != 0u;
+}
+
 }  // namespace
 
 /// The solid that material i freezes into; materials.size() if there is none.
@@ -106,7 +111,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
       if (r.plateau == 0u && r.latent_heat == 0 && s.melts_into && s.melts_into.index == i &&
           desc.heat.model == HeatModel::enthalpy)
         r.latent_heat = s.latent_heat;
-    if (!properties_.empty()) r.tables = &properties_[i];
+    if (!properties_.empty() && has_tables(properties_[i])) r.tables = &properties_[i];
     r.shape_stiffness = own.stiffness;
     r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
     r.shape_damping = own.damping;

@@ -103,11 +103,17 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
-  c.properties = properties_;
+  // Tables of materials that nothing is made of stay on the host.
+  if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
+        return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
+      }))
+    c.properties = properties_;
   fill_heat_boundary(c);
   c.emitter_points = emitter_points_;
-  for (const MaterialDesc& m : materials)
-    c.largest_mass = std::max(c.largest_mass, m.density * desc.spacing * desc.spacing * desc.spacing);
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (used(m))
+      c.largest_mass =
+          std::max(c.largest_mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
   return c;
 }
 
@@ -153,6 +159,7 @@ Status WorldImpl::prepare() {
   if (Status s = engine->upload(constants(), lattice_, state_, setup); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
+  places_.reset();
   dirty_ = false;
   return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
 }
@@ -168,14 +175,19 @@ void WorldImpl::derive_limits() {
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
   if ((facts_ & core::fact_fluid) != 0) {
     static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
-    for (const MaterialDesc& m : materials)
-      if (!m.melts_into && largest_viscosity(m) > 0)
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      const MaterialDesc& m = materials[i];
+      if (liquid_used_[i] != 0u && largest_viscosity(m) > 0)
         static_dt_ = std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / least_density(m), sum));
+    }
   }
   rows_ = material_rows();
-  for (const auto& i : rows_) {
+  std::vector<core::MaterialRow<double>> present;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (used(i)) present.push_back(rows_[i]);
+  for (const auto& i : present) {
     const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
-    for (const auto& j : rows_) {
+    for (const auto& j : present) {
       const double k = physics::pair_conductivity(physics::resistivity_of(largest_conductivity(i)),
                                                   physics::resistivity_of(largest_conductivity(j)));
       heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
@@ -186,7 +198,7 @@ void WorldImpl::derive_limits() {
   const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
   const double surface = physics::wall_area(e, e.smallest_distance) / e.smallest_distance;
   double fastest = 0;
-  for (const auto& i : rows_)
+  for (const auto& i : present)
     fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
                                     (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
   heat_lambda_ += fastest;

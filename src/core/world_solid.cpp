@@ -60,8 +60,7 @@ Status WorldImpl::place_growth(const SolidDesc& s, const std::string& what, cons
 Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
   const std::string what = "body \"" + name + "\": ";
-  for (const BodyRecord& b : bodies_)
-    if (b.desc.name == name) return invalid(what, "a body of this name exists; choose another name");
+  if (body_names_.count(name) != 0) return invalid(what, "a body of this name exists; choose another name");
   if (bodies_.size() >= 65535) return Error{ErrorCode::capacity, what + "a World holds at most 65535 bodies"};
   if (!valid(s.material))
     return invalid(what, "material: no such material in this World; pass an id from add_material");
@@ -95,35 +94,35 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
                  core::text(what, "shape: its box of ", double(nx) * double(ny) * double(nz),
                             " lattice sites is more than 32 bits can number together with the ", base,
                             " of other bodies; use a larger spacing or smaller bodies")};
-  fetch_state();
-  const core::PointGrid solids = solids_grid();
-  core::PointGrid own(desc.spacing);
+  update_state();
+  const core::PointGrid& there = places();
   Vec3d center{};
+  std::vector<std::uint32_t> displaced;
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin;
-    const std::int64_t other = solids.near(x, same_place * desc.spacing);
-    if (other >= 0)
-      return invalid(what, "shape: overlaps body \"",
-                     bodies_[body_of(state_.tag[static_cast<std::size_t>(other)]) - 1].desc.name, "\" at ", p,
-                     "; bodies must be a spacing apart, move one of them");
-    own.add(x, 0);
+    std::uint32_t other = none;
+    const auto look = [&](std::uint32_t id) {
+      if (is_fluid(state_.tag[id])) displaced.push_back(id);
+      if (is_solid(state_.tag[id])) other = id;
+      return other != none;
+    };
+    if (there.near(x, look))
+      return invalid(what, "shape: overlaps body \"", bodies_[body_of(state_.tag[other]) - 1].desc.name,
+                     "\" at ", p, "; bodies must be a spacing apart, move one of them");
     center += x;
   }
   center = center * (1.0 / double(positions.size()));
-  std::vector<std::uint8_t> drop(state_.position.size(), 0);
-  bool any = false;
-  for (std::size_t i = 0; i < drop.size(); ++i)
-    if (is_fluid(state_.tag[i]) && own.near(state_.position[i], same_place * desc.spacing) >= 0) {
-      if (!s.carve)
-        return invalid(what, "carve: liquid occupies its place at ", state_.position[i] + origin_,
-                       " and carve is off; move the body or let it carve");
-      drop[i] = 1;
-      any = true;
-    }
+  if (!displaced.empty() && !s.carve)
+    return invalid(what, "carve: liquid occupies its place at ",
+                   state_.position[*std::min_element(displaced.begin(), displaced.end())] + origin_,
+                   " and carve is off; move the body or let it carve");
+  core::PointGrid own(same_place * desc.spacing);
+  if (!emitters_.empty())
+    for (const Vec3d& p : positions) own.add(p - origin, 0);
   for (const EmitterRecord& e : emitters_)
     for (std::uint32_t k = 0; k < e.points && time < e.desc.until; ++k)
-      if (own.near(e.desc.center + emitter_points_[e.first_point + k] - origin, same_place * desc.spacing) >=
-          0)
+      if (own.near(e.desc.center + emitter_points_[e.first_point + k] - origin,
+                   [](std::uint32_t) { return true; }))
         return invalid(what, "shape: lies on the nozzle of emitter \"", e.desc.name, "\" at ",
                        e.desc.center + emitter_points_[e.first_point + k], "; move one of them");
   const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
@@ -133,14 +132,18 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   if (Status st = check_numbers(what, m, m.density, h, {fastest, 0, 0}); !st) return st.error();
   // From here on nothing fails.
   reserve(points.size(), points.size() + free.size(), nx * ny * nz);
-  lattice_.bodies.reserve(lattice_.bodies.size() + 1);
-  bodies_.reserve(bodies_.size() + 1);
+  if (lattice_.bodies.size() == lattice_.bodies.capacity()) lattice_.bodies.reserve(2 * bodies_.size() + 1);
+  if (bodies_.size() == bodies_.capacity()) bodies_.reserve(2 * bodies_.size() + 1);
   std::vector<std::uint32_t> stack;
   stack.reserve(points.size());
   BodyRecord record;
   record.desc = s;
   record.desc.name = name;
-  if (any) drop_fluid(drop);
+  if (holes_.capacity() - holes_.size() < displaced.size())
+    holes_.reserve(2 * holes_.size() + displaced.size());
+  body_names_.insert(name);
+  for (const std::uint32_t id : displaced)
+    if (is_fluid(state_.tag[id])) drop_fluid(id);  // several points may have met it
 
   core::BodyRow row;
   row.stride_y = static_cast<std::uint32_t>(nx);

@@ -76,6 +76,165 @@ TEST(Plan, WhenAllHasMeltedTheLatticeIsGivenBack) {
   EXPECT_EQ(s.world.synchronize().melted, 27u);
 }
 
+/// What a scene comes to, and what that costs.
+struct Cost {
+  double dt = 0;
+  int heat_stages = 0;
+  std::uint64_t stages = 0, bytes = 0, hash = 0;
+};
+
+Cost cost_of(World& w) {
+  Cost c;
+  require(w.prepare());
+  c.dt = w.stable_dt();
+  c.heat_stages = w.resolved().heat_stages;
+  const Plan p = w.plan();
+  for (const StageReport& s : p.stages) c.stages += s.runs ? 1u : 0u;
+  for (const ChannelReport& ch : p.channels) c.bytes += ch.bytes;
+  for (int k = 0; k < 3; ++k) require(w.step(c.dt));
+  c.hash = *w.state_hash();
+  return c;
+}
+
+TEST(Plan, AMaterialThatNothingIsMadeOfCostsNothing) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto build = [](std::vector<MaterialDesc> unused) {
+    Scene s = ice_in_water(describe());
+    for (const MaterialDesc& m : unused) require(s.world.add_material(m));
+    return cost_of(s.world);
+  };
+  MaterialDesc honey, conductor, oil, steel;
+  honey.name = "honey";
+  honey.viscosity = 1e4;
+  conductor.name = "conductor";
+  conductor.conductivity = 4e6;
+  oil.name = "oil";
+  oil.viscosity_points = {{0, 1.0}, {50, 0.1}};
+  steel.name = "steel";
+  steel.density = 1e6;  // would coarsen the units of exact sums
+  const Cost plain = build({});
+  for (const MaterialDesc& m : {honey, conductor, oil, steel}) {
+    const Cost with = build({m});
+    EXPECT_EQ(with.dt, plain.dt) << m.name;
+    EXPECT_EQ(with.heat_stages, plain.heat_stages) << m.name;
+    EXPECT_EQ(with.stages, plain.stages) << m.name;
+    // One row in the table of materials.
+    EXPECT_LE(with.bytes, plain.bytes + 512) << m.name;
+    EXPECT_EQ(with.hash, plain.hash) << m.name;
+  }
+}
+
+TEST(Plan, WhatMeltsIntoAThickLiquidOrIsEmittedCounts) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto dt_with = [](double viscosity, double temperature, bool emit) {
+    auto w = World::create(describe());
+    EXPECT_TRUE(w);
+    MaterialDesc lava, stone;
+    lava.name = "lava";
+    lava.viscosity = viscosity;
+    const MaterialId liquid = *w->add_material(lava);
+    stone.name = "stone";
+    stone.melts_into = liquid;
+    stone.melting_point = 500;
+    const MaterialId solid = *w->add_material(stone);
+    MaterialDesc water;
+    water.name = "water";
+    FluidDesc pool;
+    pool.shape = Shape::box({0, 0, 0}, {1, 1, 1});
+    pool.material = *w->add_material(water);
+    pool.temperature = 20;
+    require(w->add_fluid(pool));
+    SolidDesc block;
+    block.shape = Shape::box({0, 2, 0}, {0.6, 2.6, 0.6});
+    block.material = solid;
+    block.temperature = temperature;
+    require(w->add_solid(block));
+    if (emit) {
+      EmitterDesc e;
+      e.material = liquid;
+      e.center = {3, 3, 3};
+      e.radius = 0.3;
+      e.until = 1;
+      e.temperature = 20;
+      require(w->add_emitter(e));
+    }
+    require(w->prepare());
+    return w->stable_dt();
+  };
+  // At one temperature and without a source nothing can melt, and nobody emits.
+  EXPECT_EQ(dt_with(1e4, 20, false), dt_with(1e-3, 20, false));
+  EXPECT_LT(dt_with(1e4, 400, false), 0.5 * dt_with(1e-3, 400, false));
+  EXPECT_LT(dt_with(1e4, 20, true), 0.5 * dt_with(1e-3, 20, true));
+}
+
+TEST(Plan, AHeatRegionIsHeldWhereParticlesCanBe) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.domain = DomainDesc{};
+  d.domain.bounded = true;
+  d.domain.min = {0, 0, 0};
+  d.domain.max = {2, 2, 2};
+  auto w = World::create(d);
+  ASSERT_TRUE(w);
+  MaterialDesc water;
+  water.name = "water";
+  FluidDesc pool;
+  pool.shape = Shape::box({0, 0, 0}, {2, 1, 2});
+  pool.material = *w->add_material(water);
+  require(w->add_fluid(pool));
+  HeatRegionDesc hot;
+  hot.shape = Shape::box({-100, -100, -100}, {100, 100, 100});  // 1e9 cells
+  hot.source = 1e3;
+  require(w->add_heat_region(hot));
+  // 10 cells along each axis, one more on each side, a bit each.
+  EXPECT_LE(bytes(w->plan(), "heat_region_cells"), 12u * 12u * 12u / 8u + 4u);
+  const double before = w->totals()->thermal;
+  require(w->step(0.001));
+  // 2 x 1 x 2 m at 1 kW/m^3 for a millisecond.
+  EXPECT_NEAR(w->totals()->thermal - before, 4.0, 1e-4);
+  hot.name = "elsewhere";
+  hot.shape = Shape::box({5, 5, 5}, {6, 6, 6});
+  const auto refused = w->add_heat_region(hot);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("of the domain"), std::string::npos) << refused.error().message;
+}
+
+TEST(Plan, ManyBodiesAreAddedOneByOne) {
+  MELTSIM_NEEDS_BACKEND();
+  auto w = World::create(describe());
+  ASSERT_TRUE(w);
+  MaterialDesc water, ice;
+  water.name = "water";
+  ice.name = "ice";
+  FluidDesc pool;
+  pool.shape = Shape::box({0, 0, 0}, {20, 0.8, 20});  // 100 x 4 x 100 particles
+  pool.material = *w->add_material(water);
+  require(w->add_fluid(pool));
+  SolidDesc block;
+  block.material = *w->add_material(ice);
+  // 2500 bodies of 8, each in the place of 8 particles of water. If each cost what is there already, this would be 2500
+  // times 40,000 particles.
+  for (int z = 0; z < 50; ++z)
+    for (int x = 0; x < 50; ++x) {
+      block.shape = Shape::box({0.4 * x, 0.4, 0.4 * z}, {0.4 * x + 0.4, 0.8, 0.4 * z + 0.4});
+      require(w->add_solid(block));
+    }
+  const auto p = w->particles();
+  ASSERT_TRUE(p);
+  ASSERT_EQ(p->id.size(), 40000u);  // ids have no gaps
+  EXPECT_EQ(p->id.back(), 39999u);
+  const auto totals = w->totals();
+  EXPECT_EQ(totals->solid, 20000u);
+  EXPECT_EQ(totals->fluid, 20000u);
+  block.shape = Shape::box({0, 0.4, 0}, {0.4, 0.8, 0.4});
+  const auto refused = w->add_solid(block);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("overlaps body \"body1\""), std::string::npos)
+      << refused.error().message;
+  require(w->step(1e-4));
+  EXPECT_FALSE(w->synchronize().halted);
+}
+
 TEST(Plan, CustomStagesRunWhereTheyWerePut) {
   MELTSIM_NEEDS_BACKEND();
   if (backend() == Backend::cuda) GTEST_SKIP() << "the stage below runs on the host";
