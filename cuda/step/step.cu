@@ -16,6 +16,8 @@ MELTSIM_INSTANTIATE(core::CudaExec, clear)
 MELTSIM_INSTANTIATE(core::CudaExec, give_up)
 MELTSIM_INSTANTIATE(core::CudaExec, restore)
 MELTSIM_INSTANTIATE(core::CudaExec, reindex)
+MELTSIM_INSTANTIATE(core::CudaExec, enthalpy_to_slots)
+MELTSIM_INSTANTIATE(core::CudaExec, enthalpy_to_ids)
 
 }  // namespace step
 }  // namespace v0

@@ -13,6 +13,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, exchange)
 MELTSIM_INSTANTIATE(core::CudaExec, paper)
 MELTSIM_INSTANTIATE(core::CudaExec, boundary)
 MELTSIM_INSTANTIATE(core::CudaExec, iwasaki)
+MELTSIM_INSTANTIATE(core::CudaExec, level)
 
 }  // namespace thermal
 }  // namespace v0

@@ -107,7 +107,8 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
     named.path = section;
     places.push_back(place(named, section + "." + field, key, scene.where));
   };
-  for (const char* field : {"time_scale", "max_stages"}) add_dotted(scene.heat, "heat", field, field);
+  for (const char* field : {"time_scale", "max_stages", "level_tolerance"})
+    add_dotted(scene.heat, "heat", field, field);
   for (const char* field : {"min", "max", "friction", "velocity"})
     add_dotted(scene.domain, "domain", field, field);
   add_dotted(scene.domain, "domain", "faces", "walls");

@@ -93,7 +93,8 @@ Json heat_json(const Scene& scene) {
   const char* models[] = {"none", "paper", "iwasaki", "enthalpy"};
   Json json = {{"model", models[static_cast<std::size_t>(heat.model)]},
                {"time_scale", heat.time_scale},
-               {"max_stages", heat.max_stages}};
+               {"max_stages", heat.max_stages},
+               {"level_tolerance", heat.level_tolerance}};
   for (std::size_t i = 0; i < 6; ++i) {
     const Json wall = surface_json(scene.world.domain.heat[i]);
     if (!wall.is_null()) json["walls"][face_keys[i]] = wall;

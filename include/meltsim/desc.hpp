@@ -70,6 +70,12 @@ struct HeatDesc {
   /// Super-steps of heat in a sub-step of motion, 1..1000000: a step that needs more is refused. Each takes max_stages
   /// sweeps over all neighbours (Resolved::heat_sweeps), and nothing interrupts a sub-step.
   int max_supersteps = 64;
+  /// Temperatures that differ by no more than this [K] count as level, >= 0: then heat stands still, and its stages and
+  /// memory go until something is added or a heat region begins. No temperature is off by more, and no more melts than
+  /// that heat could have melted. Enthalpy model; asked every 64 sub-steps while no surface, source or emitter is at
+  /// work. Differences below a few units in the last place of a temperature never become smaller: in single precision
+  /// 1e-4 K at 1000 degrees. 0: only temperatures that are equal when the scene is built count.
+  double level_tolerance = 1e-4;
 };
 
 /// A World. Zero means "derive it" where a field says automatic.

@@ -94,8 +94,11 @@ class MELTSIM_API World {
 
   /// Enqueues dt seconds, split into equal sub-steps that keep the Courant number. dt = 0 does nothing.
   /// Does not allocate, except where a youngs_modulus needs other regions at this length of sub-step than at the
-  /// last one. Waits only where the device is more than about half a second of work behind (never while the host
-  /// captures the stream). Errors: negative or non-finite dt; step_too_large; halted; interrupted;
+  /// last one, and where the plan changes: a heat region begins or ends, the last emitter has ended, or a reading said
+  /// that stages have nothing left to do. Then it waits for what was enqueued and allocates or frees the channels that
+  /// differ; particles stay on the device. Else it waits only where the device is more than about half a second of work
+  /// behind (never while the host captures the stream). Errors: negative or non-finite dt; step_too_large; halted;
+  /// interrupted;
   /// out_of_memory as in prepare().
   Status step(double dt);
 

@@ -149,6 +149,7 @@ MELTSIM_HD void give_up(const Frame<T>& w, std::uint64_t step, Halt why) {
   s.halt_id = reinterpret_cast<std::uintptr_t>(w.before.id);
   s.halt_advanced = advanced ? 1u : 0u;
   s.halted = static_cast<std::uint32_t>(why);
+  s.heat_idle |= idle_halted;
 }
 
 /// The host wants to stop, ahead of step.integrate.

@@ -101,6 +101,14 @@ class Engine {
   /// Allocates and uploads; on error what was there before is gone and must be uploaded again.
   virtual Status upload(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
                         const EngineSetup& setup) = 0;
+  /// Another plan for the scene as it was uploaded, with the same search and capacity: channels that it needs and that are
+  /// not there are allocated, and filled from the state there is or, of the lattice, from the host's; what it does not
+  /// need is given back. Waits. Particles are not copied to or from the host. On error nothing has changed; a World that
+  /// halted is left as it is.
+  virtual Status adapt(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
+                       const EngineSetup& setup) = 0;
+  /// Waits; writes the State channels of the lattice, those that are there.
+  virtual void download_lattice(SceneState& state) = 0;
   /// Waits; writes every State channel in order of id: of the last good state. The status, nothing cleared.
   virtual WorldStatus download(SceneState& state) = 0;
   virtual void download(DerivedState& derived) = 0;

@@ -38,12 +38,59 @@ class EngineBuffers {
   }
 
   void release(E& ex) {
-    for (int i = 0; i < field_count; ++i) {
-      if (now_[i] != nullptr) ex.release(now_[i]);
-      if (before_[i] != nullptr) ex.release(before_[i]);
-      now_[i] = before_[i] = nullptr;
-      bytes_[i] = bytes_before_[i] = 0;
+    for (int i = 0; i < field_count; ++i) give_back(ex, i);
+  }
+
+  /// Allocates what of `channels` is not there, or not of the size it is to have; what it had of another size is gone.
+  /// grown: those channels, all 0. What is not asked for stays. False: there is not the memory, and nothing has changed.
+  /// Waits.
+  bool grow(E& ex, FieldSet channels, const Sizes& n, FieldSet& grown) {
+    void* now[field_count] = {};
+    void* before[field_count] = {};
+    bool there = true;
+    grown = 0;
+    for (int i = 0; i < field_count && there; ++i) {
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      if (((channels >> i) & 1u) == 0 || bytes == bytes_[i] || bytes == 0) continue;
+      now[i] = ex.allocate(bytes);
+      if (double_buffered(i)) before[i] = ex.allocate(bytes);
+      there = now[i] != nullptr && (!double_buffered(i) || before[i] != nullptr);
+      grown |= FieldSet{1} << i;
     }
+    for (int i = 0; i < field_count; ++i) {
+      if (((grown >> i) & 1u) == 0) continue;
+      if (!there) {
+        if (now[i] != nullptr) ex.release(now[i]);
+        if (before[i] != nullptr) ex.release(before[i]);
+        continue;
+      }
+      give_back(ex, i);
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      now_[i] = now[i];
+      before_[i] = before[i];
+      bytes_[i] = bytes;
+      bytes_before_[i] = before[i] != nullptr ? bytes : 0;
+      ex.zero(now_[i], bytes);
+      if (before_[i] != nullptr) ex.zero(before_[i], bytes);
+    }
+    if (there) spare_position_ = n.spare_position;
+    return there;
+  }
+
+  /// What grow() would take beyond what is there.
+  std::uint64_t missing(FieldSet channels, const Sizes& n) const {
+    std::uint64_t total = 0;
+    for (int i = 0; i < field_count; ++i) {
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      if (((channels >> i) & 1u) != 0 && bytes != bytes_[i]) total += bytes * (double_buffered(i) ? 2u : 1u);
+    }
+    return total;
+  }
+
+  /// Gives back what is not in `channels`, or has nothing to hold. Waits.
+  void shrink(E& ex, FieldSet channels, const Sizes& n) {
+    for (int i = 0; i < field_count; ++i)
+      if (bytes_[i] != 0 && (((channels >> i) & 1u) == 0 || field_bytes<T>(i, n) == 0)) give_back(ex, i);
   }
 
   std::uint64_t bytes(int field) const { return bytes_[field] + bytes_before_[field]; }
@@ -103,6 +150,13 @@ class EngineBuffers {
   }
 
  private:
+  void give_back(E& ex, int i) {
+    if (now_[i] != nullptr) ex.release(now_[i]);
+    if (before_[i] != nullptr) ex.release(before_[i]);
+    now_[i] = before_[i] = nullptr;
+    bytes_[i] = bytes_before_[i] = 0;
+  }
+
   void* now_[field_count] = {};
   void* before_[field_count] = {};
   std::uint64_t bytes_[field_count] = {}, bytes_before_[field_count] = {};

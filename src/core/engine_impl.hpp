@@ -111,6 +111,41 @@ class EngineImpl final : public Engine {
     return fault_status();
   }
 
+  Status adapt(const SceneConstants& c, const SceneLattice& l, const SceneState& state,
+               const EngineSetup& setup) override {
+    last_good();
+    if (rolled_back_) return {};
+    const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
+    const std::uint64_t needed = buffers_.missing(setup.channels, n), available = ex_.free_bytes();
+    if (needed > available) return out_of_memory(needed, available);
+    FieldSet grown = 0;
+    if (!buffers_.grow(ex_, setup.channels, n, grown)) return out_of_memory(needed, available);
+    ex_.forget_repeats();
+    buffers_.link(w_);
+    fill_constants<E>(w_, c, l, n);
+    w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
+    put_tables(ex_, w_, c);
+    put_lattice(ex_, w_, l, state, grown);
+    const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
+    unguarded([&] {
+      if (has(field_enthalpy)) step::enthalpy_to_slots<E, T>(ex_, w_);
+      if (has(field_enthalpy_of_id)) step::enthalpy_to_ids<E, T>(ex_, w_);
+      if (has(field_acceleration) && buffers_.has_spare_position())
+        ex_.copy(w_.bits_stride, w_.f.position, buffers_.spare().position);
+      if (has(field_neighbour_mask) || has(field_region_mask) || has(field_site_live))
+        topology::build<E, T>(ex_, w_);
+      step::reindex<E, T>(ex_, w_);
+    });
+    if (setup.heat_flows_again) {
+      const std::uint32_t none_idle = 0;
+      ex_.upload(&w_.f.status->heat_idle, &none_idle, sizeof none_idle);
+    }
+    ex_.synchronize();
+    buffers_.shrink(ex_, setup.channels, n);
+    buffers_.link(w_);
+    return fault_status();
+  }
+
   void substep(const SubstepArguments& a) override {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
@@ -211,6 +246,11 @@ class EngineImpl final : public Engine {
     const WorldStatus status = last_good();
     download_state(ex_, w_, s);
     return status;
+  }
+
+  void download_lattice(SceneState& s) override {
+    last_good();
+    core::download_lattice(ex_, w_, s);
   }
 
   void download(DerivedState& d) override {
@@ -387,7 +427,9 @@ class EngineImpl final : public Engine {
     }
     if (buffers_.has_spare_position()) put(ex_, buffers_.spare().position, particles.position);
     put(ex_, w_.f.slot_of_id, particles.id);
-    put_scene(ex_, w_, c, l, s);
+    put_tables(ex_, w_, c);
+    put_lattice(ex_, w_, l, s, ~FieldSet{0});
+    put_status(ex_, w_, s);
   }
 
   void use_slots(std::uint32_t slots) {
@@ -495,10 +537,18 @@ class EngineImpl final : public Engine {
   }
 
   void run(int s, StageFunction<E, T> function) {
-    if (checked_build) return run_checked(s, function);
-    if (timed_) ex_.begin_stage(s, stage_table[static_cast<std::size_t>(s)].name);
-    function(ex_, w_);
-    if (timed_) ex_.end_stage(s);
+    // Heat that stands still changes nothing, whatever the plan says.
+    const bool heat = w_.f.status != nullptr && s != stage_thermal_level &&
+                      std::strcmp(stage_table[static_cast<std::size_t>(s)].module, "thermal") == 0;
+    if (heat) ex_.set_guard(&w_.f.status->heat_idle);
+    if (checked_build) {
+      run_checked(s, function);
+    } else {
+      if (timed_) ex_.begin_stage(s, stage_table[static_cast<std::size_t>(s)].name);
+      function(ex_, w_);
+      if (timed_) ex_.end_stage(s);
+    }
+    if (heat) ex_.set_guard(&w_.f.status->halted);
   }
 
   /// Waits before and after; the first broken invariant is a fault, which halts the World.
@@ -542,9 +592,9 @@ class EngineImpl final : public Engine {
   bool timed_ = false;  ///< this sub-step
   bool rolled_back_ = false, rebuild_ = true;
   bool abandoned_ = false;  ///< a sub-step since the upload
-  double counted_dt_ = 0;  ///< of the sub-step before
-  double mass_ = 0;        ///< checked builds: at the upload [kg]
-  std::string broken_;     ///< checked builds: the first broken invariant
+  double counted_dt_ = 0;   ///< of the sub-step before
+  double mass_ = 0;         ///< checked builds: at the upload [kg]
+  std::string broken_;      ///< checked builds: the first broken invariant
 };
 
 }  // namespace core

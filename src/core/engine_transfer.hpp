@@ -63,10 +63,9 @@ void put_particles(E& ex, const Frame<T>& w, const ParticleArrays<T>& a) {
   put(ex, w.f.id, a.id);
 }
 
-/// Everything else that a scene is uploaded with.
+/// Tables of the scene.
 template <class E, class T>
-void put_scene(E& ex, const Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
-               const SceneState& s) {
+void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
   std::vector<MaterialRow<T>> materials;
   for (const MaterialRow<double>& m : c.materials) {
     materials.push_back(round_row<T>(m));
@@ -77,21 +76,6 @@ void put_scene(E& ex, const Frame<T>& w, const SceneConstants& c, const SceneLat
   std::vector<MaterialProperties<T>> properties;
   for (const MaterialProperties<double>& p : c.properties) properties.push_back(round_properties<T>(p));
   put(ex, w.f.properties, properties);
-  put(ex, w.f.vertex_of_id, s.vertex_of_id);
-  put(ex, w.f.vertex_id, s.vertex_id);
-  put(ex, w.f.vertex_site, l.vertex_site);
-  put(ex, w.f.vertex_body, l.vertex_body);
-  put(ex, w.f.vertex_state, s.vertex_state);
-  put(ex, w.f.vertex_piece, s.vertex_piece);
-  std::vector<Quat<T>> q;
-  for (const Quat<double>& r : s.region_rotation)
-    q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
-  put(ex, w.f.region_rotation, q);
-  std::vector<Vec3<T>> slip;
-  for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
-  put(ex, w.f.contact_slip, slip);
-  put(ex, w.f.site_vertex, mark_empty_sites(l));
-  put(ex, w.f.bodies, l.bodies);
   std::vector<Vec4<T>> points;
   for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
   put(ex, w.f.emitter_points, points);
@@ -105,6 +89,36 @@ void put_scene(E& ex, const Frame<T>& w, const SceneConstants& c, const SceneLat
   for (const BodyHeat<double>& b : c.body_heat)
     body_heat.push_back({round_condition<T>(b.surface), static_cast<T>(b.source)});
   put(ex, w.f.body_heat, body_heat);
+}
+
+/// Those channels of the lattice and its state that are in `which`.
+template <class E, class T>
+void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s, FieldSet which) {
+  const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
+  put(ex, wanted(field_vertex_of_id, w.f.vertex_of_id), s.vertex_of_id);
+  put(ex, wanted(field_vertex_id, w.f.vertex_id), s.vertex_id);
+  put(ex, wanted(field_vertex_site, w.f.vertex_site), l.vertex_site);
+  put(ex, wanted(field_vertex_body, w.f.vertex_body), l.vertex_body);
+  put(ex, wanted(field_vertex_state, w.f.vertex_state), s.vertex_state);
+  put(ex, wanted(field_vertex_piece, w.f.vertex_piece), s.vertex_piece);
+  if (wanted(field_region_rotation, w.f.region_rotation) != nullptr) {
+    std::vector<Quat<T>> q;
+    for (const Quat<double>& r : s.region_rotation)
+      q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
+    put(ex, w.f.region_rotation, q);
+  }
+  if (wanted(field_contact_slip, w.f.contact_slip) != nullptr) {
+    std::vector<Vec3<T>> slip;
+    for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
+    put(ex, w.f.contact_slip, slip);
+  }
+  if (wanted(field_site_vertex, w.f.site_vertex) != nullptr) put(ex, w.f.site_vertex, mark_empty_sites(l));
+  put(ex, wanted(field_bodies, w.f.bodies), l.bodies);
+}
+
+/// The status that a state begins with.
+template <class E, class T>
+void put_status(E& ex, const Frame<T>& w, const SceneState& s) {
   WorldStatus status;
   status.melted = static_cast<std::int64_t>(s.melted);
   status.frozen = s.frozen;
@@ -112,7 +126,29 @@ void put_scene(E& ex, const Frame<T>& w, const SceneConstants& c, const SceneLat
   status.strayed = static_cast<std::int64_t>(s.strayed);
   status.heat_in = s.heat_in;
   status.particles = w.born;
+  status.heat_idle = s.heat_level ? idle_level : 0u;
   if (w.f.status != nullptr) ex.upload(w.f.status, &status, sizeof status);
+}
+
+/// Waits; the State channels of the lattice that are there.
+template <class E, class T>
+void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
+  if (w.f.vertex_of_id != nullptr) s.vertex_of_id = fetch(ex, w.f.vertex_of_id, w.born);
+  if (w.f.vertex_id != nullptr) s.vertex_id = fetch(ex, w.f.vertex_id, w.vertices);
+  if (w.f.vertex_state != nullptr) s.vertex_state = fetch(ex, w.f.vertex_state, w.vertices);
+  if (w.f.vertex_piece != nullptr) s.vertex_piece = fetch(ex, w.f.vertex_piece, w.vertices);
+  if (w.f.region_rotation != nullptr) {
+    const auto q = fetch(ex, w.f.region_rotation, w.vertices);
+    s.region_rotation.resize(q.size());
+    for (std::size_t v = 0; v < q.size(); ++v)
+      s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
+                              static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
+  }
+  if (w.f.contact_slip != nullptr) {
+    const auto slip = fetch(ex, w.f.contact_slip, w.vertices);
+    s.contact_slip.resize(slip.size());
+    for (std::size_t v = 0; v < slip.size(); ++v) s.contact_slip[v] = cast<double>(slip[v]);
+  }
 }
 
 /// Waits; every State channel in order of id.
@@ -141,22 +177,7 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.volume[k] = static_cast<double>(position[i].w);
     s.tag[k] = tag[i];
   }
-  if (w.f.vertex_of_id != nullptr) s.vertex_of_id = fetch(ex, w.f.vertex_of_id, n);
-  if (w.f.vertex_id != nullptr) s.vertex_id = fetch(ex, w.f.vertex_id, w.vertices);
-  if (w.f.vertex_state != nullptr) s.vertex_state = fetch(ex, w.f.vertex_state, w.vertices);
-  if (w.f.vertex_piece != nullptr) s.vertex_piece = fetch(ex, w.f.vertex_piece, w.vertices);
-  if (w.f.region_rotation != nullptr) {
-    const auto q = fetch(ex, w.f.region_rotation, w.vertices);
-    s.region_rotation.resize(q.size());
-    for (std::size_t v = 0; v < q.size(); ++v)
-      s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
-                              static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
-  }
-  if (w.f.contact_slip != nullptr) {
-    const auto slip = fetch(ex, w.f.contact_slip, w.vertices);
-    s.contact_slip.resize(slip.size());
-    for (std::size_t v = 0; v < slip.size(); ++v) s.contact_slip[v] = cast<double>(slip[v]);
-  }
+  download_lattice(ex, w, s);
   if (w.f.status != nullptr) {
     WorldStatus status;
     ex.download(&status, w.f.status, sizeof status);
@@ -165,6 +186,7 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.removed = static_cast<std::uint64_t>(status.removed);
     s.strayed = static_cast<std::uint64_t>(status.strayed);
     s.heat_in = status.heat_in;
+    s.heat_level = (status.heat_idle & idle_level) != 0u;
   }
 }
 

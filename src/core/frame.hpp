@@ -204,10 +204,11 @@ struct Constants {
   std::uint32_t open_faces = 0;  ///< bit per face
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
-  T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
-  T courant{};            ///< share of H a particle may move per sub-step before a flag is raised
-  T stray_speed{};        ///< liquid that falls faster is removed [m/s]; infinite: none is
-  double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
+  T leak_distance2{};          ///< square of the distance below which liquid meets solid as a contact [m^2]
+  T courant{};                 ///< share of H a particle may move per sub-step before a flag is raised
+  T stray_speed{};             ///< liquid that falls faster is removed [m/s]; infinite: none is
+  double level_tolerance = 0;  ///< temperatures that differ by no more are level [K]
+  double heat_bound = 0;       ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
 };
 
 /// One burst of an emitter: a layer of its nozzle.

@@ -92,6 +92,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   k.no_slip = c.domain.no_slip ? 1u : 0u;
   k.courant = static_cast<T>(c.courant);
   k.stray_speed = static_cast<T>(c.stray_speed);
+  k.level_tolerance = c.level_tolerance;
   k.domain_min = k.walls.min = cast<T>(c.domain.min);
   k.domain_max = k.walls.max = cast<T>(c.domain.max);
   k.walls.support = static_cast<T>(c.support);

@@ -103,14 +103,15 @@ enum Fact : std::uint32_t {
   fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
   fact_dry = 1u << 12,           ///< no liquid, now or later
   fact_shifting = 1u << 13,      ///< liquid's particles are kept evenly spread
+  fact_levels = 1u << 14,  ///< enthalpy model, nothing but what is there heats: temperatures may become level
   // How neighbours are found: one of search_facts.
-  fact_packed = 1u << 14,  ///< grid; few cells of the domain are empty: they can be counted one by one
-  fact_sorted = 1u << 15,  ///< particles are sorted by a key
-  fact_sparse = 1u << 16,  ///< grid; the domain is unbounded or mostly empty
-  fact_tree = 1u << 17,    ///< tree
-  fact_kept = 1u << 18,    ///< grid, packed, kept for several sub-steps
+  fact_packed = 1u << 15,  ///< grid; few cells of the domain are empty: they can be counted one by one
+  fact_sorted = 1u << 16,  ///< particles are sorted by a key
+  fact_sparse = 1u << 17,  ///< grid; the domain is unbounded or mostly empty
+  fact_tree = 1u << 18,    ///< tree
+  fact_kept = 1u << 19,    ///< grid, packed, kept for several sub-steps
   // Of the host's wishes, not of the scene: no channel hangs on it.
-  fact_probes = 1u << 19,  ///< something is sampled
+  fact_probes = 1u << 20,  ///< something is sampled
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
@@ -165,7 +166,8 @@ constexpr bool consistent(std::uint32_t f) {
          ((f & fact_fluid) != 0) != ((f & fact_dry) != 0) &&
          !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
          !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
-         implies(fact_heat_boundary, fact_heat_enthalpy);
+         implies(fact_heat_boundary, fact_heat_enthalpy) && implies(fact_levels, fact_heat_enthalpy) &&
+         (f & (fact_levels | fact_heat_boundary)) != (fact_levels | fact_heat_boundary);
 }
 
 /// Index of the first stage that reads what nobody produced in a scene with these facts, or -1.

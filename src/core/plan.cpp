@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What runs and why; the host's own stages.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "core/guarded.hpp"
@@ -13,9 +14,40 @@ inline namespace v0 {
 
 using core::invalid;
 
+/// Why a stage is out that was needed once, or will be; empty where the table's own reason says it.
+std::string WorldImpl::reason_of_change(const core::StageInfo& info) const {
+  const std::string module = info.module;
+  const auto any_body = [this](const auto& is) { return std::any_of(bodies_.begin(), bodies_.end(), is); };
+  const auto melts = [this](const BodyRecord& b) {
+    return bool(materials[b.desc.material.index].melts_into);
+  };
+  if (module == "topology" && census_.meltable == 0 && any_body(melts))
+    return "everything that can melt has melted";
+  if ((info.need & core::fact_fluid) != 0 && (facts_ & core::fact_fluid) == 0 && census_.removed != 0)
+    return "all liquid has left";
+  if ((info.need & core::fact_mobile) != 0 && (facts_ & core::fact_mobile) == 0 &&
+      any_body([](const BodyRecord& b) { return !b.desc.fixed; }))
+    return "every body that could move has melted";
+  if ((info.need & core::fact_heat_boundary) != 0 && !heat_regions_.empty()) {
+    const double next = next_region();
+    return std::isfinite(next) ? core::text("no heat region acts before ", next, " s")
+                               : std::string("every heat region has ended");
+  }
+  return {};
+}
+
+/// When the next heat region begins [s]; infinite where none will.
+double WorldImpl::next_region() const {
+  double next = infinity;
+  for (const HeatRegionRecord& r : heat_regions_)
+    if (r.desc.from > time && r.desc.until > r.desc.from) next = std::min(next, r.desc.from);
+  return next;
+}
+
 Plan WorldImpl::plan() {
   Plan p;
   if (Status s = prepare(); !s) p.error = s.error().message;
+  if (plan_changed_ && !dirty_ && !halted_) static_cast<void>(adapt());
   const std::string cold = (facts_ & core::fact_particles) != 0 ? heat_reason() : std::string();
   const auto is_disabled = [&](const std::string& module) {
     return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
@@ -27,11 +59,14 @@ Plan WorldImpl::plan() {
     r.module = info.module;
     r.runs = core::runs(info, facts_ | (probes_.empty() ? 0u : core::fact_probes));
     r.reason = r.runs ? info.why : info.why_not;
+    if (const std::string change = r.runs ? std::string() : reason_of_change(info); !change.empty())
+      r.reason = change;
     if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
     if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
     // Of several ways to search, the one that runs says why the others do not.
     if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;
     if (r.module == "thermal") r.interval = thermal_interval_;
+    if (s == core::stage_thermal_level) r.interval = static_cast<int>(core::level_interval);
     if (r.module == "topology")
       r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;
     r.median_ms = engine->median_ms(s);
@@ -121,7 +156,7 @@ Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage
       fetch_state();
       const core::FieldSet held = channels_of(facts_);
       custom_.push_back({s, stage});
-      dirty_ = dirty_ || channels_of(facts_) != held;
+      dirty_ = dirty_ || channels_of(facts_) != held || facts() != facts_;
       return {};
     }
   return invalid("custom stage \"", stage.name, "\": after: no stage is named \"", after,
@@ -136,6 +171,7 @@ Status WorldImpl::remove_stage(const std::string& name) {
   for (auto c = custom_.begin(); c != custom_.end(); ++c)
     if (c->stage.name == name) {
       custom_.erase(c);
+      plan_changed_ = plan_changed_ || (!dirty_ && facts() != facts_);
       return {};
     }
   return invalid("custom stage \"", name, "\": no such stage; World::plan() lists them");
@@ -162,7 +198,7 @@ std::uint32_t facts_of_module(const std::string& module) {
   if (module == "lsm") return core::fact_mobile | core::fact_contact;
   if (module == "thermal")
     return core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki |
-           core::fact_heat_boundary;
+           core::fact_heat_boundary | core::fact_levels;
   if (module == "topology") return core::fact_melt | core::fact_freeze;
   return 0;
 }

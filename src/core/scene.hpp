@@ -31,6 +31,7 @@ struct SceneState {
   std::uint64_t melted = 0, frozen = 0, removed = 0,
                 strayed = 0;  ///< before the last upload; removed: strayed, too
   double heat_in = 0;         ///< likewise [J]
+  bool heat_level = false;    ///< temperatures are level: no heat flows
 };
 
 /// Lattices as built; changes only when a body is added.
@@ -45,6 +46,7 @@ struct SceneLattice {
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
   double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
+  double level_tolerance = 0;     ///< HeatDesc::level_tolerance [K]
   double spring_reference = 0;    ///< physics::spring_dt's [s]
   double stray_speed = infinity;  ///< liquid that falls faster than this is removed [m/s]
   bool tension = false;
@@ -126,11 +128,15 @@ inline SearchChoice choose_search(const WorldDesc& desc, double support, std::ui
           "the domain is unbounded or mostly empty: occupied cells are sorted"};
 }
 
+/// Sub-steps between two looks at whether temperatures are level.
+inline constexpr std::uint64_t level_interval = 64;
+
 /// How much to allocate and which stages to run.
 struct EngineSetup {
   std::uint32_t facts = 0;
   FieldSet channels = 0;
   std::uint32_t particle_capacity = 0;
+  bool heat_flows_again = false;  ///< to Engine::adapt: a source has begun
 };
 
 }  // namespace core

@@ -15,9 +15,12 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 4;
+constexpr std::uint32_t format_version = 5;
+
+/// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
+constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -183,6 +186,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(state_.frozen);
   w.value(state_.removed);
   w.value(state_.strayed);
+  w.value((state_.heat_level ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u));
   std::vector<std::uint64_t> hashes, layers;
   for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_) layers.push_back(e.first_layer);
@@ -226,11 +230,12 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   Extremes seen;
   Vec3d origin;
   core::SceneState s;
+  std::uint32_t flags = 0;
   std::vector<std::uint64_t> hashes, layers;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
         r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
-        r.value(s.removed) && r.value(s.strayed) && r.array(hashes) && r.array(layers) &&
+        r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
         r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) &&
         r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
         r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
@@ -278,6 +283,10 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   drop_samples_from(new_time);
   state_ = std::move(s);
   state_stale_ = false;
+  state_.heat_level = (flags & heat_level_bit) != 0u;
+  may_melt_ = (flags & may_melt_bit) != 0u;
+  measure_ = false;
+  plan_until_ = 0;
   places_.reset();
   holes_.clear();
   time = new_time;

@@ -30,6 +30,10 @@ template <class E, class T>
 void restore(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void reindex(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void enthalpy_to_slots(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void enthalpy_to_ids(E& ex, const core::Frame<T>& w);
 }  // namespace step
 namespace sph {
 template <class E, class T>

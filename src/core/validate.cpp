@@ -121,6 +121,10 @@ Status validate(const WorldDesc& d) {
                    "; the default is 64");
   if (d.stray != Stray::remove && d.stray != Stray::halt)
     return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
+  if (Status s = at_least("heat.level_tolerance", d.heat.level_tolerance, 0, "K",
+                          "0 lets heat flow however small differences are");
+      !s)
+    return s;
   if (Status s = validate(d.domain, support); !s) return s;
   const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
   for (std::size_t f = 0; f < 6; ++f) {

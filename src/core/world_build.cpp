@@ -72,7 +72,7 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
     materials.pop_back();
     throw;
   }
-  dirty_ = true;
+  dirty_ = measure_ = true;
   return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
 }
 
@@ -425,7 +425,7 @@ void WorldImpl::settle_at(Vec3d origin) {
   origin_ = origin;
   origin_set_ = true;
   added_ = true;
-  dirty_ = true;
+  dirty_ = measure_ = true;
 }
 
 /// When a layer of a nozzle comes [s].

@@ -65,6 +65,7 @@ void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
   const double dx = desc.spacing;
   const Vec3d o = lattice_origin() - origin_;
   for (const HeatRegionRecord& region : heat_regions_) {
+    if (!region.acts) continue;
     const HeatRegionDesc& r = region.desc;
     const SiteRange& sites = region.sites.range;
     core::HeatRegionRow<double> row;

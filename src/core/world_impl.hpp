@@ -61,7 +61,8 @@ struct SampleBatch {
 
 struct HeatRegionRecord {
   HeatRegionDesc desc;
-  SiteBits sites;  ///< on the World's lattice; within the domain
+  SiteBits sites;     ///< on the World's lattice; within the domain
+  bool acts = false;  ///< in the step that is being taken, or at the time that it is
 };
 
 class WorldImpl final : public Scheduler {
@@ -134,8 +135,21 @@ class WorldImpl final : public Scheduler {
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
 
  private:
-  std::uint32_t facts();
+  std::uint32_t facts() const;
   void find_materials();
+  void weigh_materials();
+  void take_census();
+  void note(const core::WorldStatus& s);
+  bool temperatures_level() const;
+  bool host_heats() const;
+  bool emitting() const;
+  static bool acts(const HeatRegionRecord& r, double from, double until);
+  bool regions_act(double from, double until);
+  core::EngineSetup setup_of(std::uint32_t facts) const;
+  Status adapt();
+  Status follow_plan(double dt);
+  std::string reason_of_change(const core::StageInfo& info) const;
+  double next_region() const;
   bool emits(const EmitterRecord& e) const;
   bool used(std::size_t material) const {
     return liquid_used_[material] != 0u || solid_used_[material] != 0u;
@@ -171,7 +185,6 @@ class WorldImpl final : public Scheduler {
   Moment now() const;
   static StepResult result_of(const core::WorldStatus& s, const Moment& at);
   static void report_halt(const core::WorldStatus& s, StepResult& r);
-  void let_go_of_solids(const StepResult& r);
   StepResult take_carried();
   static void add_extremes(StepResult& r, const StepResult& more);
   Status ready_to_read();
@@ -264,6 +277,26 @@ class WorldImpl final : public Scheduler {
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
   double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
+  /// What of the scene its stages follow from. Never more than there is, but what the device has done since is known only
+  /// once the host has heard of it: then a stage runs that has nothing to do.
+  struct Census {
+    bool fluid = false;
+    bool supercooled = false;        ///< liquid that freezes without losing heat
+    bool molten = false;             ///< solid that melts without gaining heat
+    bool apart = false;              ///< a body in several pieces
+    bool unsettled = false;          ///< something melted or froze that regions or pieces do not know of
+    std::vector<std::uint8_t> live;  ///< per body: something of it is solid
+    std::uint64_t meltable = 0;      ///< solid particles that can melt
+    std::uint64_t removed = 0;       ///< particles that have left
+  };
+  Census census_;
+  std::uint64_t born_ = 0;        ///< ids handed out, by sub-steps that are only enqueued, too
+  std::uint64_t noted_step_ = 0;  ///< the sub-step that the census has heard of
+  bool measure_ = true;           ///< something was added: whether temperatures are level is to be asked
+  bool plan_changed_ = false;     ///< the census asks for other stages than `facts_`
+  bool was_emitting_ = false;
+  double plan_until_ = 0;       ///< end of the step that is being taken [s]
+  std::uint32_t capacity_ = 0;  ///< particles that the engine has room for
   core::SearchChoice search_;
   double spring_reference_ = 0;       ///< the acoustic step, where springs are loaded [s]
   double static_dt_ = infinity;       ///< largest sub-step [s] whatever moves

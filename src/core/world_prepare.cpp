@@ -94,6 +94,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.sound_speed = sound_speed_;
   c.spring_reference = spring_reference_;
   if (desc.stray == Stray::remove && !desc.domain.bounded) c.stray_speed = sound_speed_;
+  c.level_tolerance = desc.heat.level_tolerance;
   c.artificial_viscosity = desc.artificial_viscosity;
   c.tension = desc.tension;
   c.one_liquid = one_liquid_;
@@ -123,45 +124,110 @@ std::uint64_t WorldImpl::planned_emission() const {
   return n;
 }
 
+/// Stages and channels for these facts.
+core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
+  core::EngineSetup setup;
+  setup.facts = facts;
+  setup.channels = channels_of(facts);
+  setup.particle_capacity = capacity_;
+  if ((facts & core::fact_particles) != 0) {
+    setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
+    if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
+  }
+  // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
+  if ((facts & core::fact_mobile) != 0) setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
+  if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
+    setup.channels |= core::FieldSet{1} << core::field_site_live;
+  // Pieces are read on the device, those of fixed bodies, too.
+  if ((facts & core::fact_solid) != 0)
+    for (const int field : {core::field_vertex_id, core::field_vertex_state, core::field_vertex_piece,
+                            core::field_vertex_site, core::field_vertex_body, core::field_bodies})
+      setup.channels |= core::FieldSet{1} << field;
+  if ((facts & core::fact_solid) == 0) setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
+  return setup;
+}
+
 Status WorldImpl::prepare() {
   if (!dirty_) return probes_stale_ ? place_probes() : Status{};
   fetch_state();
   collect_samples();  // a halt that ends with the upload says which of them count
   derive_sound_speed();
-  core::EngineSetup setup;
-  setup.facts = facts_ = facts();
-  setup.channels = channels_of(setup.facts);
-  if ((setup.facts & core::fact_particles) != 0) {
-    setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
-    if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
-  }
-  // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
-  if ((setup.facts & core::fact_mobile) != 0)
-    setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
-  if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
-    setup.channels |= core::FieldSet{1} << core::field_site_live;
-  // Pieces are read on the device, those of fixed bodies, too.
-  if ((setup.facts & core::fact_solid) != 0)
-    for (const int field : {core::field_vertex_id, core::field_vertex_state, core::field_vertex_piece,
-                            core::field_vertex_site, core::field_vertex_body, core::field_bodies})
-      setup.channels |= core::FieldSet{1} << field;
-  if ((setup.facts & core::fact_solid) == 0)
-    setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
-  derive_limits();
-  fit_regions(substep_ > 0 ? substep_ : static_dt_);
-  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);
+  regions_act(time, std::max(time, plan_until_));
+  was_emitting_ = emitting();
+  if (measure_) state_.heat_level = temperatures_level();
+  if (heat_from_outside() || host_heats()) state_.heat_level = false;
+  take_census();
   const std::uint64_t capacity = state_.position.size() + planned_emission();
   if (capacity >= core::none)
     return Error{ErrorCode::capacity,
                  core::text("particles: ", capacity, " are more than 32-bit ids can number (", core::none,
                             "); use a larger spacing or shorter emitters")};
-  setup.particle_capacity = static_cast<std::uint32_t>(capacity);
-  if (Status s = engine->upload(constants(), lattice_, state_, setup); !s) return s;
+  capacity_ = static_cast<std::uint32_t>(capacity);
+  born_ = state_.position.size();
+  noted_step_ = steps + 1;
+  search_ = core::choose_search(desc, core::support_of(desc), capacity);
+  find_materials();
+  may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
+  weigh_materials();
+  facts_ = facts();
+  derive_limits();
+  fit_regions(substep_ > 0 ? substep_ : static_dt_);
+  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);
+  if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
   places_.reset();
-  dirty_ = false;
+  dirty_ = measure_ = plan_changed_ = false;
   return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
+}
+
+/// Which regions act in [from, until); whether those are others than before.
+bool WorldImpl::regions_act(double from, double until) {
+  bool changed = false;
+  for (HeatRegionRecord& r : heat_regions_) {
+    const bool now = acts(r, from, until);
+    changed = changed || now != r.acts;
+    r.acts = now;
+  }
+  return changed;
+}
+
+/// Gives the engine another plan for the scene that it has; particles stay where they are. Whether that happens changes no
+/// bit of the state, but where a source of heat begins or ends, and that follows from the time.
+Status WorldImpl::adapt() {
+  plan_changed_ = true;  // until it is done
+  may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
+  weigh_materials();
+  const bool outside = heat_from_outside() || host_heats();
+  if (outside) state_.heat_level = false;
+  const std::uint32_t wanted = facts(), had = facts_;
+  core::EngineSetup setup = setup_of(wanted);
+  setup.heat_flows_again = outside;
+  // What of the lattice goes, the host keeps.
+  if ((had & core::fact_solid) != 0) engine->download_lattice(state_);
+  facts_ = wanted;
+  derive_limits();
+  if (capacity_ == 0) {  // the engine holds nothing
+    plan_changed_ = false;
+    return {};
+  }
+  if (Status s = engine->adapt(constants(), lattice_, state_, setup); !s) {
+    facts_ = had;
+    derive_limits();
+    return s;
+  }
+  noted_step_ = steps + 1;
+  plan_changed_ = false;
+  return {};
+}
+
+/// Before a step of dt: the plan follows what the World has heard of, and the time.
+Status WorldImpl::follow_plan(double dt) {
+  plan_until_ = time + dt;
+  const bool others = regions_act(time, plan_until_), emits_now = emitting();
+  const bool changed = plan_changed_ || others || emits_now != was_emitting_;
+  was_emitting_ = emits_now;
+  return changed ? adapt() : Status{};
 }
 
 /// What step() needs of the scene, worked out once: it must not search or allocate per step.
@@ -170,10 +236,13 @@ void WorldImpl::derive_limits() {
   heat_lambda_ = 0;
   const double support = core::support_of(desc);
   // Of the scene alone, not of what has melted by now: static_dt_ also follows densities and viscosities.
-  const bool loaded = length(desc.gravity) > 0 || (facts_ & core::fact_fluid) != 0;
+  const bool fluid =
+      (disabled_facts_ & core::fact_fluid) == 0 &&
+      std::any_of(liquid_used_.begin(), liquid_used_.end(), [](auto used) { return used != 0u; });
+  const bool loaded = length(desc.gravity) > 0 || fluid;
   spring_reference_ = loaded ? physics::acoustic_dt(desc.courant, support, sound_speed_) : 0;
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
-  if ((facts_ & core::fact_fluid) != 0) {
+  if (fluid) {
     static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
     for (std::size_t i = 0; i < materials.size(); ++i) {
       const MaterialDesc& m = materials[i];
@@ -193,7 +262,7 @@ void WorldImpl::derive_limits() {
       heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
     }
   }
-  if ((facts_ & core::fact_heat_boundary) == 0) return;
+  if (!heat_from_outside()) return;
   // A surface takes more than the neighbours it stands for gave, where a particle is as close as it gets.
   const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
   const double surface = physics::wall_area(e, e.smallest_distance) / e.smallest_distance;

@@ -236,6 +236,7 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
     r.result.halt_reason = still_there ? halt_reason_ : halt_text(s.status);
   }
   if (still_there && s.status.max_speed > 0) last_max_speed_ = s.status.max_speed;
+  if (still_there && !halted_ && !dirty_) note(s.status);  // the next step follows
   r.step = r.result.steps;
   r.time = r.result.time;
   add_samples(open.samples, s.samples.data(), s.status.halted != 0 ? s.status.halt_step : 0, r.probes);
@@ -251,7 +252,6 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
     r.particles = std::move(s.particles);
     r.particles.origin = open.at.origin;
   }
-  if (still_there) let_go_of_solids(r.result);
   return r;
 }
 

@@ -13,6 +13,22 @@ namespace core {
 /// Which check stopped the World; order = order of the stages.
 enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed, interrupted };
 
+enum HeatIdle : std::uint32_t { idle_level = 1u, idle_halted = 2u };
+/// What changes phase although no heat flows.
+enum HeatPending : std::uint32_t { pending_melt = 1u, pending_freeze = 2u };
+
+/// How far apart temperatures are [degrees Celsius], and who is to change phase.
+struct HeatSpread {
+  double low = 1e300, high = -1e300;
+  std::uint32_t pending = 0;
+  MELTSIM_HD static HeatSpread combine(HeatSpread a, const HeatSpread& b) {
+    a.low = minimum(a.low, b.low);
+    a.high = maximum(a.high, b.high);
+    a.pending |= b.pending;
+    return a;
+  }
+};
+
 /// Sums over all particles as they are, in stored coordinates.
 struct LedgerSums {
   double mass = 0;
@@ -136,6 +152,10 @@ struct WorldStatus {
   double ledger_dt = 0;
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
+  /// Bits of HeatIdle: while one is set, kernels of heat do nothing. thermal.level sets the first, so that heat ends in a
+  /// sub-step that follows from the state, whenever the host learns of it.
+  std::uint32_t heat_idle = 0;
+  std::uint32_t heat_pending = 0;  ///< bits of HeatPending, as thermal.level met them when it set that
 };
 
 }  // namespace core

@@ -58,7 +58,11 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
     const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
     if (!core::runs(info, facts_)) continue;
     const std::string_view module = info.module;
-    if (module == "thermal" && index % static_cast<std::uint64_t>(thermal_interval_) != 0) continue;
+    if (s == core::stage_thermal_level) {
+      if (index % core::level_interval != 0) continue;
+    } else if (module == "thermal" && index % static_cast<std::uint64_t>(thermal_interval_) != 0) {
+      continue;
+    }
     if (s == core::stage_topology_pieces) {
       if (index % static_cast<std::uint64_t>(desc.pieces_interval) != 0) continue;
     } else if (module == "topology" && s != core::stage_topology_regions &&
@@ -90,6 +94,8 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
       b.tag = e.desc.material.index;
       bursts_.push_back(b);
+      census_.fluid = true;
+      born_ += e.points;
     }
   }
   return bursts_.empty() ? nullptr : &bursts_;
@@ -126,6 +132,7 @@ Status WorldImpl::step(double dt) {
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
   if (Status s = prepare(); !s) return s;
+  if (Status s = follow_plan(dt); !s) return s;
   if (halted_)  // found out while it was prepared
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
@@ -281,14 +288,6 @@ void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault) 
   halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
 }
 
-/// Where everything has melted the plan needs no lattice from here on, and its memory goes back.
-void WorldImpl::let_go_of_solids(const StepResult& r) {
-  if (r.solid != 0 || (facts_ & core::fact_solid) == 0 || halted_ || dirty_) return;
-  fetch_state();
-  dirty_ = true;
-  static_cast<void>(prepare());  // smaller than what was there; a failure shows at the next step
-}
-
 /// What the engine and the host know of the steps since the last call.
 StepResult WorldImpl::collect() {
   // Nothing was stepped since a change or restore(): the engine's status is of what was before.
@@ -310,7 +309,9 @@ StepResult WorldImpl::collect() {
     }
     return r;
   }
-  let_go_of_solids(r);
+  if (halted_) return r;
+  note(s);
+  if (plan_changed_) static_cast<void>(adapt());  // a failure shows at the next step
   return r;
 }
 

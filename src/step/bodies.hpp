@@ -113,6 +113,18 @@ struct RestoreBody {
   }
 };
 
+/// When the plan changes: enthalpies go from the order of ids to that of slots, or back.
+template <class T>
+struct EnthalpyBody {
+  Frame<T> w;
+  bool to_slots;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t id = w.f.id[i];
+    if (to_slots) w.f.enthalpy[i] = w.f.enthalpy_of_id[id];
+    else w.f.enthalpy_of_id[id] = w.f.enthalpy[i];
+  }
+};
+
 /// After a roll-back: where every id is in the order that was kept.
 template <class T>
 struct IndexBody {

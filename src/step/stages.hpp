@@ -47,6 +47,16 @@ void restore(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, RestoreBody<T>{w});
 }
 
+/// When the plan changes; not stages.
+template <class E, class T>
+void enthalpy_to_slots(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, EnthalpyBody<T>{w, true});
+}
+template <class E, class T>
+void enthalpy_to_ids(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, EnthalpyBody<T>{w, false});
+}
+
 /// After a roll-back; not a stage.
 template <class E, class T>
 void reindex(E& ex, const core::Frame<T>& w) {

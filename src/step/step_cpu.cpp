@@ -16,6 +16,8 @@ MELTSIM_INSTANTIATE(core::CpuExec, clear)
 MELTSIM_INSTANTIATE(core::CpuExec, give_up)
 MELTSIM_INSTANTIATE(core::CpuExec, restore)
 MELTSIM_INSTANTIATE(core::CpuExec, reindex)
+MELTSIM_INSTANTIATE(core::CpuExec, enthalpy_to_slots)
+MELTSIM_INSTANTIATE(core::CpuExec, enthalpy_to_ids)
 
 }  // namespace step
 }  // namespace v0

@@ -5,6 +5,7 @@
 #include "core/frame.hpp"
 #include "core/heat_operand.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"
 
 namespace meltsim {
@@ -250,6 +251,36 @@ struct BoundaryBody {
             static_cast<std::uint64_t>(r.nx) +
         static_cast<std::uint64_t>(a);
     return ((w.f.heat_region_cells[r.first_word + (bit >> 5)] >> (bit & 31u)) & 1u) != 0u;
+  }
+};
+
+/// Temperature of a particle and whether it is to change phase although no heat flows.
+template <class T>
+struct SpreadBody {
+  Frame<T> w;
+  MELTSIM_HD core::HeatSpread operator()(std::uint64_t i) const {
+    core::HeatSpread s;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag)) return s;
+    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    const double h = w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]);
+    s.low = s.high = physics::temperature_of(m, h);
+    if (is_solid(tag) && m.melts != 0u && physics::liquid_fraction(m, h) >= 1.0)
+      s.pending |= core::pending_melt;
+    if (is_fluid(tag) && physics::freezes(m, h)) s.pending |= core::pending_freeze;
+    return s;
+  }
+};
+
+/// Ends heat where temperatures are level.
+template <class T>
+struct LevelBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(const core::HeatSpread& s) const {
+    core::WorldStatus& status = *w.f.status;
+    if (!(s.high - s.low <= w.c.level_tolerance)) return;
+    status.heat_idle |= core::idle_level;
+    status.heat_pending = s.pending;
   }
 };
 

@@ -58,6 +58,12 @@ void exchange(E& ex, const core::Frame<T>& frame) {
   });
 }
 
+/// Whether heat goes on.
+template <class E, class T>
+void level(E& ex, const core::Frame<T>& w) {
+  ex.reduce(w.particles, SpreadBody<T>{w}, w.f.heat_spread, LevelBody<T>{w});
+}
+
 /// Eq. (4) twice over half the step each, the second time with the neighbours reversed.
 template <class E, class T>
 void paper(E& ex, const core::Frame<T>& frame) {

@@ -13,6 +13,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, exchange)
 MELTSIM_INSTANTIATE(core::CpuExec, paper)
 MELTSIM_INSTANTIATE(core::CpuExec, boundary)
 MELTSIM_INSTANTIATE(core::CpuExec, iwasaki)
+MELTSIM_INSTANTIATE(core::CpuExec, level)
 
 }  // namespace thermal
 }  // namespace v0

@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plan follows the scene: what has nothing left to do goes, and comes back. Whether it has gone changes no bit.
+#include <functional>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+bool runs(World& w, const std::string& stage) {
+  for (const StageReport& s : w.plan().stages)
+    if (s.name == stage) return s.runs;
+  ADD_FAILURE() << "no stage " << stage;
+  return false;
+}
+
+bool any_runs(World& w, const std::string& module) {
+  bool any = false;
+  for (const StageReport& s : w.plan().stages) any = any || (s.module == module && s.runs);
+  return any;
+}
+
+std::string reason(World& w, const std::string& stage) {
+  for (const StageReport& s : w.plan().stages)
+    if (s.name == stage) return s.reason;
+  return "no stage " + stage;
+}
+
+std::uint64_t bytes(World& w, const std::string& channel) {
+  for (const ChannelReport& c : w.plan().channels)
+    if (c.name == channel) return c.bytes;
+  ADD_FAILURE() << "no channel " << channel;
+  return 0;
+}
+
+std::uint64_t total(World& w) {
+  std::uint64_t sum = 0;
+  for (const ChannelReport& c : w.plan().channels) sum += c.bytes;
+  return sum;
+}
+
+using Build = std::function<World()>;
+
+/// The state after so many steps is the same for a host that synchronises after each, whose World changes its plan as soon
+/// as it can, for one that never does, and for one that stores and restores on the way, before and after the change.
+void expect_one_state(const Build& build, int steps, double dt, std::initializer_list<int> stops) {
+  World often = build();
+  World never = build();
+  for (int k = 1; k <= steps; ++k) {
+    require(often.step(dt));
+    const StepResult r = often.synchronize();
+    ASSERT_FALSE(r.halted) << r.halt_reason;
+    require(never.step(dt));
+    for (const int stop : stops) {
+      if (k != stop) continue;
+      const auto snapshot = never.snapshot();
+      ASSERT_TRUE(snapshot);
+      World other = build();
+      require(other.restore(snapshot->data(), snapshot->size()));
+      require(other.prepare());
+      never = std::move(other);
+    }
+  }
+  EXPECT_EQ(*often.state_hash(), *never.state_hash());
+  EXPECT_EQ(often.time(), never.time());
+  EXPECT_EQ(often.stable_dt(), never.stable_dt());
+}
+
+/// Ice in warm water, and a body of stone that stays.
+World ice_and_stone(bool fixed, Precision precision) {
+  WorldDesc d = describe();
+  d.precision = precision;
+  Scene s = ice_in_water(d);
+  MaterialDesc stone;
+  stone.name = "stone";
+  stone.density = 2500;
+  SolidDesc block;
+  block.name = "stone";
+  block.material = *s.world.add_material(stone);
+  block.shape = Shape::box({1.8, 0, 1.8}, {2.2, 0.4, 2.2});
+  block.temperature = 80;
+  block.fixed = fixed;
+  require(s.world.add_solid(block));
+  return std::move(s.world);
+}
+
+TEST(Needs, TopologyGoesWithTheLastThatCanMeltThoughAStoneStays) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool fixed : {true, false}) {
+    World w = ice_and_stone(fixed, Precision::single_precision);
+    require(w.prepare());
+    EXPECT_TRUE(runs(w, "topology.melt"));
+    EXPECT_TRUE(runs(w, "lsm.contact"));
+    const std::uint64_t before = total(w);
+    for (int k = 0; k < 1000 && w.synchronize().melted < 27; ++k) require(w.step(0.005));
+    const StepResult r = w.synchronize();
+    ASSERT_EQ(r.melted, 27u);
+    EXPECT_EQ(r.solid, 8u);
+    EXPECT_FALSE(any_runs(w, "topology")) << fixed;
+    EXPECT_EQ(reason(w, "topology.melt"), "everything that can melt has melted");
+    EXPECT_EQ(any_runs(w, "lsm"), !fixed);
+    EXPECT_FALSE(runs(w, "lsm.contact"));
+    if (fixed) {
+      EXPECT_EQ(reason(w, "lsm.regions"), "every body that could move has melted");
+      EXPECT_EQ(bytes(w, "region_mask"), 0u);
+    }
+    EXPECT_LT(total(w), before);
+    // And it comes back.
+    SolidDesc more;
+    more.shape = Shape::box({0.4, 1.6, 0.4}, {0.8, 2.0, 0.8});
+    more.material = MaterialId{1, 1};
+    more.temperature = -10;
+    require(w.add_solid(more));
+    EXPECT_TRUE(runs(w, "topology.melt"));
+    EXPECT_TRUE(runs(w, "lsm.contact"));
+    require(w.step(0.005));
+    EXPECT_FALSE(w.synchronize().halted);
+  }
+}
+
+TEST(Needs, MeltingOutLeavesTheSameStateHoweverOftenTheHostLooks) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool fixed : {true, false})
+    for (const Precision p : {Precision::single_precision, Precision::double_precision}) {
+      // All has melted after about 260 of these steps; before, about when and long after.
+      expect_one_state([&] { return ice_and_stone(fixed, p); }, 400, 0.005, {100, 270, 350});
+      expect_one_state(
+          [&] {
+            WorldDesc d = describe();
+            d.precision = p;
+            return ice_in_water(d).world;
+          },
+          400, 0.005, {100, 270, 350});
+    }
+}
+
+/// Water over a floor that is open, beside a fixed stone.
+World drain() {
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  d.domain.bounded = true;
+  d.domain.max = {1.2, 2, 1.2};
+  d.domain.faces[2] = Face::open;
+  d.heat.time_scale = 1e3;
+  auto w = World::create(d);
+  EXPECT_TRUE(w);
+  MaterialDesc water, stone;
+  water.name = "water";
+  stone.name = "stone";
+  const MaterialId liquid = *w->add_material(water);
+  SolidDesc block;
+  block.material = *w->add_material(stone);
+  block.shape = Shape::box({0, 0.8, 0}, {0.4, 1.2, 0.4});
+  block.temperature = 20;
+  block.fixed = true;
+  require(w->add_solid(block));
+  FluidDesc pool;
+  pool.material = liquid;
+  pool.shape = Shape::box({0.6, 0.2, 0.6}, {1.2, 1, 1.2});
+  pool.temperature = 40;
+  require(w->add_fluid(pool));
+  return std::move(*w);
+}
+
+TEST(Needs, LiquidThatHasLeftTakesItsStagesAlong) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = drain();
+  require(w.prepare());
+  EXPECT_TRUE(any_runs(w, "sph"));
+  const double dt = w.stable_dt();
+  for (int k = 0; k < 600 && w.synchronize().fluid > 0; ++k) require(w.step(0.005));
+  ASSERT_EQ(w.synchronize().fluid, 0u);
+  EXPECT_FALSE(any_runs(w, "sph"));
+  EXPECT_EQ(reason(w, "sph.density"), "all liquid has left");
+  EXPECT_EQ(bytes(w, "density"), 0u);
+  EXPECT_EQ(w.stable_dt(), dt);  // the host may have learned of it sooner or later
+  FluidDesc more;
+  more.material = MaterialId{0, 1};
+  more.shape = Shape::box({0.6, 0.2, 0.6}, {1.2, 1, 1.2});
+  require(w.add_fluid(more));
+  EXPECT_TRUE(runs(w, "sph.density"));
+  require(w.step(0.005));
+  EXPECT_FALSE(w.synchronize().halted);
+  expect_one_state(drain, 400, 0.005, {50, 300});
+}
+
+/// Two halves of a pool that differ by 0.4 degrees, and one that is level at a quarter of that.
+World nearly_level(double tolerance) {
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  d.domain.bounded = true;
+  d.domain.max = {1.2, 1.2, 1.2};
+  d.heat.time_scale = 2e6;  // 0.5 s for a difference across the pool to fall to 1/e
+  d.heat.level_tolerance = tolerance;
+  auto w = World::create(d);
+  EXPECT_TRUE(w);
+  MaterialDesc water, ice;
+  water.name = "water";
+  FluidDesc half;
+  half.material = *w->add_material(water);
+  ice.name = "ice";
+  ice.melts_into = half.material;
+  ice.melting_point = 60;
+  ice.freezes = true;
+  SolidDesc block;
+  block.material = *w->add_material(ice);
+  half.shape = Shape::box({0, 0, 0}, {0.6, 0.8, 1.2});
+  half.temperature = 80;
+  require(w->add_fluid(half));
+  half.shape = Shape::box({0.6, 0, 0}, {1.2, 0.8, 1.2});
+  half.temperature = 80.4;
+  require(w->add_fluid(half));
+  return std::move(*w);
+}
+
+TEST(Needs, HeatStopsWhereTemperaturesAreLevelToTheTolerance) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = nearly_level(0.1);
+  require(w.prepare());
+  EXPECT_TRUE(runs(w, "thermal.exchange"));
+  EXPECT_TRUE(runs(w, "thermal.level"));
+  int steps = 0;
+  for (; steps < 2000 && any_runs(w, "thermal"); ++steps) {
+    require(w.step(0.002));
+    w.synchronize();
+  }
+  ASSERT_FALSE(any_runs(w, "thermal"));
+  EXPECT_GT(steps, 64);
+  EXPECT_EQ(reason(w, "thermal.exchange"), "temperatures are level to 0.1 K and there is no source");
+  EXPECT_EQ(bytes(w, "enthalpy"), 0u);  // by id from here on
+  EXPECT_EQ(bytes(w, "heat_operand"), 0u);
+  auto t = w.totals();
+  EXPECT_LE(t->temperature_max - t->temperature_min, 0.1);
+  EXPECT_GT(t->temperature_max - t->temperature_min, 0.05);  // 64 sub-steps are a quarter of that time
+  const double low = t->temperature_min, high = t->temperature_max, thermal = t->thermal;
+  require(w.step(0.1));
+  t = w.totals();
+  EXPECT_EQ(t->temperature_min, low);
+  EXPECT_EQ(t->temperature_max, high);
+  EXPECT_EQ(t->thermal, thermal);
+  // Something warm comes.
+  FluidDesc drop;
+  drop.material = MaterialId{0, 1};
+  drop.shape = Shape::box({0.4, 1, 0.4}, {0.6, 1.2, 0.6});
+  drop.temperature = 90;
+  require(w.add_fluid(drop));
+  EXPECT_TRUE(runs(w, "thermal.exchange"));
+  require(w.step(0.1));
+  EXPECT_GT(w.totals()->temperature_min, low);
+}
+
+TEST(Needs, ToleranceZeroLetsHeatFlow) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = nearly_level(0);
+  for (int k = 0; k < 800; ++k) require(w.step(0.002));
+  w.synchronize();
+  EXPECT_TRUE(runs(w, "thermal.exchange"));
+  EXPECT_FALSE(runs(w, "thermal.level"));
+}
+
+TEST(Needs, HeatStopsInTheSameSubStepHoweverOftenTheHostLooks) {
+  MELTSIM_NEEDS_BACKEND();
+  int level_at = 0;
+  World w = nearly_level(0.1);
+  for (; level_at < 2000; ++level_at) {
+    require(w.step(0.002));
+    w.synchronize();
+    if (!any_runs(w, "thermal")) break;
+  }
+  ASSERT_LT(level_at, 2000);
+  // Before, right before and after it.
+  expect_one_state([] { return nearly_level(0.1); }, level_at + 200, 0.002,
+                   {level_at / 2, level_at - 3, level_at + 70});
+}
+
+/// A pool at one temperature that a region heats from 0.5 s to 0.7 s.
+World heated_late(bool ice) {
+  WorldDesc d = describe();
+  d.spacing = 0.2;
+  d.domain.bounded = true;
+  d.domain.max = {1.2, 1.2, 1.2};
+  d.heat.time_scale = 1e4;
+  auto w = World::create(d);
+  EXPECT_TRUE(w);
+  MaterialDesc water, solid;
+  water.name = "water";
+  water.viscosity = 0.5;
+  FluidDesc pool;
+  pool.material = *w->add_material(water);
+  pool.shape = Shape::box({0, 0, 0}, {1.2, 0.6, 1.2});
+  pool.temperature = -10;
+  require(w->add_fluid(pool));
+  solid.name = "ice";
+  MaterialDesc melt;
+  melt.name = "melt";
+  melt.viscosity = 5e3;
+  solid.melts_into = *w->add_material(melt);
+  solid.melting_point = -9;
+  solid.latent_heat = 1e4;
+  SolidDesc block;
+  block.material = *w->add_material(solid);
+  block.shape = Shape::box({0.4, 0.6, 0.4}, {0.8, 1, 0.8});
+  block.temperature = -10;
+  if (ice) require(w->add_solid(block));
+  HeatRegionDesc hot;
+  hot.shape = Shape::box({0, 0, 0}, {1.2, 1.2, 1.2});
+  hot.source = 1e4;  // 10,000 times as much per second of motion: 2e7 J/m^3, and melting takes 1.4e7
+  hot.from = 0.5;
+  hot.until = 0.7;
+  require(w->add_heat_region(hot));
+  return std::move(*w);
+}
+
+TEST(Needs, AHeatRegionCostsFromTheTimeItBegins) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = heated_late(false);
+  require(w.prepare());
+  EXPECT_FALSE(any_runs(w, "thermal"));
+  EXPECT_EQ(w.resolved().heat_stages, 0);
+  EXPECT_EQ(bytes(w, "heat_region_cells"), 0u);
+  EXPECT_EQ(bytes(w, "heat_boundary"), 0u);
+  EXPECT_NE(reason(w, "thermal.exchange").find("no heat region acts before 0.5 s"), std::string::npos)
+      << reason(w, "thermal.exchange");
+  const std::uint64_t before = total(w);
+  const double thermal = w.totals()->thermal;
+  for (int k = 0; k < 99; ++k) require(w.step(0.005));
+  w.synchronize();
+  EXPECT_EQ(total(w), before);
+  EXPECT_EQ(w.totals()->thermal, thermal);
+  for (int k = 0; k < 10; ++k) require(w.step(0.005));
+  w.synchronize();
+  EXPECT_TRUE(runs(w, "thermal.boundary"));
+  EXPECT_GT(total(w), before);
+  for (int k = 0; k < 50; ++k) require(w.step(0.005));
+  w.synchronize();
+  // 108 particles of 0.008 m^3, 10 kW/m^3 for 0.2 s at 10,000 times the speed: a sub-step more or less at the ends.
+  const double in = 108 * 0.008 * 1e4 * 0.2 * 1e4;
+  EXPECT_NEAR(w.totals()->heat_in, in, 0.03 * in);
+  EXPECT_NEAR(w.totals()->thermal - thermal, w.totals()->heat_in, 1e-6 * in);
+  EXPECT_FALSE(runs(w, "thermal.boundary"));
+  EXPECT_EQ(bytes(w, "heat_region_cells"), 0u);
+}
+
+TEST(Needs, AHeatRegionThatBeginsLeavesOneState) {
+  MELTSIM_NEEDS_BACKEND();
+  // Nothing could melt before the region began; then a thick liquid may come, and shortens the step.
+  World w = heated_late(true);
+  require(w.prepare());
+  EXPECT_FALSE(runs(w, "topology.melt"));
+  const double dt = w.stable_dt();
+  for (int k = 0; k < 130; ++k) require(w.step(0.005));
+  w.synchronize();
+  EXPECT_LT(w.stable_dt(), dt);
+  EXPECT_GT(w.totals()->melted, 0u);
+  // Before it begins, while it acts, after it has ended.
+  expect_one_state([] { return heated_late(true); }, 220, 0.005, {60, 120, 190});
+}
+
+TEST(Needs, AStageOfTheHostThatHeatsKeepsHeatRunning) {
+  MELTSIM_NEEDS_BACKEND();
+  if (backend() == Backend::cuda) GTEST_SKIP() << "the stage below runs on the host";
+  World w = nearly_level(1.0);
+  require(w.prepare());
+  EXPECT_FALSE(any_runs(w, "thermal"));
+  CustomStage stage;
+  stage.name = "stove";
+  stage.writes = {"enthalpy"};
+  stage.run = [](const StageContext& c, void*) { const_cast<double*>(c.enthalpy)[0] += 1e3; };
+  require(w.scheduler().insert_after("step.begin", stage));
+  EXPECT_TRUE(runs(w, "thermal.exchange"));
+  EXPECT_FALSE(runs(w, "thermal.level"));
+  for (int k = 0; k < 100; ++k) require(w.step(0.002));
+  w.synchronize();
+  EXPECT_TRUE(runs(w, "thermal.exchange"));
+}
+
+TEST(Needs, ToleranceMustBeANumber) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.heat.level_tolerance = -1;
+  const auto w = World::create(d);
+  ASSERT_FALSE(w);
+  EXPECT_NE(w.error().message.find("heat.level_tolerance"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace meltsim_test
