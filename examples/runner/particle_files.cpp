@@ -28,8 +28,14 @@ class VtpArrays {
         "format=\"appended\" offset=\"{}\"/>\n",
         type, name, components, data_.size());
     append<std::uint64_t>(data_, count * static_cast<std::size_t>(components) * sizeof(T));
+    const std::size_t begin = data_.size();
+    data_.resize(begin + count * static_cast<std::size_t>(components) * sizeof(T));
+    char* to = data_.data() + begin;
     for (std::size_t i = 0; i < count; ++i) {
-      for (int c = 0; c < components; ++c) append<T>(data_, get(i, c));
+      for (int c = 0; c < components; ++c, to += sizeof(T)) {
+        const T value = get(i, c);
+        std::memcpy(to, &value, sizeof(T));
+      }
     }
   }
   std::string take_xml() { return std::exchange(xml_, {}); }
@@ -77,16 +83,23 @@ std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
   text +=
       "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
       "property float liquid_fraction\nend_header\n";
-  text.reserve(text.size() + particles.size() * 45);
+  constexpr std::size_t row = 45;  // bytes, of what is put below
+  const std::size_t header = text.size();
+  text.resize(header + particles.size() * row);
+  char* to = text.data() + header;
+  const auto put = [&to](const auto& value) {
+    std::memcpy(to, &value, sizeof(value));
+    to += sizeof(value);
+  };
   for (const FrameParticle& p : particles) {
-    for (const float value : p.position) append(text, value);
-    for (const float value : p.velocity) append(text, value);
-    append(text, p.temperature);
-    append(text, p.phase);
-    append(text, p.body);
-    append(text, p.id);
-    append(text, p.material);
-    append(text, p.liquid_fraction);
+    put(p.position);
+    put(p.velocity);
+    put(p.temperature);
+    put(p.phase);
+    put(p.body);
+    put(p.id);
+    put(p.material);
+    put(p.liquid_fraction);
   }
   return text;
 }
