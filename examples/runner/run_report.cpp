@@ -91,7 +91,7 @@ void Run::show_progress() {
 void Run::write_run_json(const Json& final_block_json) {
   const Stopwatch watch(times_.writing);
   Json json = run_json(scene_, resolved_scene_, options_, built_, log_.warnings(), final_block_json);
-  json["timings"] = timings_json();
+  json["timings"].update(timings_json());
   write_file(directory_.file("run.json"), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 

@@ -123,6 +123,11 @@ class WholeRuns(unittest.TestCase):
             self.assertAlmostEqual(final[column], float(last[column]), delta=1e-6 * (1 + abs(final[column])))
         self.assertEqual(final["steps"], 40)
         self.assertGreater(final["wall_s"], 0)
+        self.assertIn("substep_ms", run["timings"])
+        wall = run["timings"]["wall"]
+        parts = sum(wall[part] for part in ("start_up_s", "stepping_s", "reading_s", "surfaces_s", "writing_s",
+                                            "pictures_s"))
+        self.assertTrue(0 < parts <= wall["all_s"], wall)
         self.assertIs(final["diverged"], False)
 
     def test_the_resolved_scene_runs_again_to_the_same_end(self):
