@@ -171,13 +171,13 @@ Status WorldImpl::step(double dt) {
     state_stale_ = true;
     ++steps;
     engine->substep(a);
-    end_sample(a, end);
     if (engine->abandoned()) {  // back to where it began, as of a World that halted
       fetch_state();
       dirty_ = true;
       interrupted_.store(false, std::memory_order_relaxed);
       return interrupted(k);
     }
+    end_sample(a, end);
     time = end;
   }
   return {};
