@@ -18,8 +18,8 @@
 #pragma once
 
 #include <cuda_runtime.h>
-#include <atomic>
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
