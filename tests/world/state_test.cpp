@@ -407,7 +407,8 @@ TEST(Halt, IsFoundByWhateverComesNext) {
     EXPECT_EQ(r.halt_step, 2u) << k;
     EXPECT_EQ(r.steps, 1u) << k;
     EXPECT_EQ(b.world.time(), 0.01) << k;
-    EXPECT_EQ(b.world.totals()->kinetic, kinetic) << k;
+    EXPECT_NEAR(b.world.totals()->kinetic, kinetic, 1e-12 * kinetic)
+        << k;      // an upload changes the order of a sum
     if (k >= 3) {  // nothing was added
       EXPECT_EQ(*b.world.state_hash(), good) << k;
     }
