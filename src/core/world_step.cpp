@@ -151,9 +151,10 @@ Status WorldImpl::step(double dt) {
                             largest * desc.max_substeps, " s, or raise max_substeps")};
   const int n = std::max(1, static_cast<int>(wanted));
   core::SubstepArguments a;
-  substep_ = a.dt = dt / n;
+  a.dt = dt / n;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
   if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return s;
+  substep_ = a.dt;
   const double start = time;
   const auto interrupted = [&](int k) {
     return Error{ErrorCode::interrupted,
