@@ -229,7 +229,7 @@ TEST(Limits, StepsOfAnyLengthAreTakenOrRefused) {
         if (!s) {
           EXPECT_EQ(s.error().code, dt < 1 ? ErrorCode::invalid_argument : ErrorCode::step_too_large)
               << s.error().message;
-          EXPECT_TRUE(dt < 1e-30 || dt > 1e15);
+          EXPECT_TRUE(dt < 1e-30 || dt > 1);
           EXPECT_EQ(w->time(), 0.0);
         }
         require(w->step(1e-3));
