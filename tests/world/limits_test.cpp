@@ -431,11 +431,6 @@ TEST(LimitsDeathTest, MemoryThatRunsOutIsSaidToHave) {
     s.shape = huge;
     const auto solid = w.add_solid(s);
     if (solid || solid.error().code != ErrorCode::out_of_memory) std::_Exit(2);
-    HeatRegionDesc r;
-    r.shape = huge;
-    r.source = 1;
-    const auto region = w.add_heat_region(r);
-    if (region || region.error().code != ErrorCode::out_of_memory) std::_Exit(3);
     std::vector<Vec3i> points(1);
     const Status sites = huge.lattice_points({}, 0.1, points);
     if (sites || sites.error().code != ErrorCode::out_of_memory || !points.empty()) std::_Exit(4);
