@@ -417,9 +417,7 @@ TEST(Stiffness, LiquidStiffensWhatIsTooSoftForIt) {
     EXPECT_EQ(world.synchronize().body_stiffened, c.stiffened);
     const double sound = world.resolved().sound_speed,
                  delivered = world.resolved().stiffness.at(0).youngs_modulus;
-    if (c.stiffened) {
-      EXPECT_NEAR(delivered / (0.5 * 917 * sound * sound), 1, 1e-6);
-    }
+    if (c.stiffened) EXPECT_NEAR(delivered / (0.5 * 917 * sound * sound), 1, 1e-6);
     World dry = pool(c.modulus, c.stiffness, c.half_width, false);
     require(dry.step(1e-3));
     EXPECT_FALSE(dry.synchronize().body_stiffened);
