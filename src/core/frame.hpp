@@ -97,7 +97,7 @@ struct BodyRow {
 template <class T>
 struct Clock {
   T dt{}, half_dt{};            ///< of this sub-step [s]
-  T spring_dt{};                ///< what goals and contacts go by (the acoustic step) [s]
+  T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
   std::uint64_t step = 0;       ///< index of this sub-step, from 1
   double time = 0;              ///< at its start [s]
   std::uint32_t rebuild = 0;    ///< 1: a kept grid is not kept

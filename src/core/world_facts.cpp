@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/density_range.hpp"
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
 #include "core/validate.hpp"
@@ -112,9 +111,9 @@ void WorldImpl::weigh_materials() {
   int liquids = 0;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     if (!used(m)) continue;
-    lightest = std::min(lightest, core::least_density(materials[m]));
+    lightest = std::min(lightest, materials[m].density);
     if (liquid_used_[m] == 0u) continue;
-    densest_liquid = std::max(densest_liquid, core::largest_density(materials[m]));
+    densest_liquid = std::max(densest_liquid, materials[m].density);
     ++liquids;
   }
   one_liquid_ = liquids <= 1;

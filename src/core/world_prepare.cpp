@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/density_range.hpp"
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
 #include "core/validate.hpp"
@@ -26,6 +25,12 @@ double largest_viscosity(const MaterialDesc& m) {
   double mu = m.viscosity_points.empty() ? m.viscosity : 0;
   for (const PropertyPoint& p : m.viscosity_points) mu = std::max(mu, p.value);
   return mu;
+}
+
+double least_density(const MaterialDesc& m) {
+  double rho = m.density;
+  for (const PropertyPoint& p : m.density_points) rho = std::min(rho, p.value);
+  return rho;
 }
 
 double largest_conductivity(const core::MaterialRow<double>& m) {
@@ -87,7 +92,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.spacing = desc.spacing;
   c.support = core::support_of(desc);
   c.sound_speed = sound_speed_;
-  c.spring_dt = spring_dt_;
+  c.spring_reference = spring_reference_;
   if (desc.stray == Stray::remove && !desc.domain.bounded) c.stray_speed = sound_speed_;
   c.level_tolerance = desc.heat.level_tolerance;
   c.artificial_viscosity = desc.artificial_viscosity;
@@ -99,7 +104,6 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
-  fit_rows(c.materials);
   // Tables of materials that nothing is made of stay on the host.
   if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
         return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
@@ -167,7 +171,8 @@ Status WorldImpl::prepare() {
   weigh_materials();
   facts_ = facts();
   derive_limits();
-  fit_regions();
+  fit_regions(substep_ > 0 ? substep_ : static_dt_);
+  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
@@ -230,26 +235,19 @@ void WorldImpl::derive_limits() {
   static_dt_ = infinity;
   heat_lambda_ = 0;
   const double support = core::support_of(desc);
-  // Of the sound speed alone, not of what is there by now: static_dt_ also follows densities and viscosities.
-  spring_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_);
+  // Of the scene alone, not of what has melted by now: static_dt_ also follows densities and viscosities.
   const bool fluid =
       (disabled_facts_ & core::fact_fluid) == 0 &&
       std::any_of(liquid_used_.begin(), liquid_used_.end(), [](auto used) { return used != 0u; });
+  const bool loaded = length(desc.gravity) > 0 || fluid;
+  spring_reference_ = loaded ? physics::acoustic_dt(desc.courant, support, sound_speed_) : 0;
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
-  if (fluid || (facts_ & core::fact_mobile) != 0) {
-    static_dt_ = spring_dt_;
-    const double g = length(desc.gravity);
-    if (g > 0) static_dt_ = std::min(static_dt_, physics::force_dt(desc.courant, support, g));
-    for (const EmitterRecord& e : emitters_)
-      if (emits(e)) static_dt_ = std::min(static_dt_, desc.courant * support / e.desc.speed);
-  }
   if (fluid) {
-    static_dt_ *= contrast_ * physics::support_factor(support / desc.spacing);
+    static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
     for (std::size_t i = 0; i < materials.size(); ++i) {
       const MaterialDesc& m = materials[i];
       if (liquid_used_[i] != 0u && largest_viscosity(m) > 0)
-        static_dt_ =
-            std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / core::least_density(m), sum));
+        static_dt_ = std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / least_density(m), sum));
     }
   }
   rows_ = material_rows();

@@ -25,16 +25,10 @@ constexpr int most_supersteps = 1000000;
 constexpr double longest_substep = 1e15, shortest_step = 1e-30;
 }  // namespace
 
-double WorldImpl::stable_dt() {
-  static_cast<void>(prepare());  // a failure shows at the next step
-  return stable_dt(last_max_speed_);
-}
-
 double WorldImpl::stable_dt(double speed) const {
+  const double dt = static_dt_;
   // A particle may cross courant H per sub-step before a flag is raised.
-  return speed > 0 && std::isfinite(static_dt_)
-             ? std::min(static_dt_, desc.courant * core::support_of(desc) / speed)
-             : static_dt_;
+  return speed > 0 ? std::min(dt, desc.courant * core::support_of(desc) / speed) : dt;
 }
 
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {
@@ -142,7 +136,7 @@ Status WorldImpl::step(double dt) {
   if (halted_)  // found out while it was prepared
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-  const double largest = std::min(stable_dt(last_max_speed_), longest_substep);
+  const double largest = std::min(static_dt_, longest_substep);
   const double wanted = std::ceil(dt / largest * (1 - 1e-9));
   if (wanted > desc.max_substeps)
     return Error{ErrorCode::step_too_large,
@@ -154,6 +148,7 @@ Status WorldImpl::step(double dt) {
   a.dt = dt / n;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
   if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return s;
+  if (Status s = follow_modulus(a.dt); !s) return s;
   substep_ = a.dt;
   const double start = time;
   const auto interrupted = [&](int k) {
@@ -227,16 +222,15 @@ std::string fault_text(const std::string& fault) {
 StepResult WorldImpl::synchronize() {
   StepResult r = collect();
   add_extremes(r, take_carried());
-  // What was added since then has not moved yet.
-  if (r.max_speed > 0) last_max_speed_ = dirty_ ? std::max(last_max_speed_, r.max_speed) : r.max_speed;
+  last_max_speed_ = r.max_speed > 0 ? r.max_speed : last_max_speed_;
   return r;
 }
 
 /// Extremes of the interval that ends now as far as the host has them; those of the next begin.
 StepResult WorldImpl::take_carried() {
   StepResult r = std::exchange(carried_, {});
-  r.modulus_unreachable = steps > 0 && modulus_out_of_reach();
-  r.body_stiffened = steps > 0 && stiffened_by_liquid();
+  r.modulus_unreachable = r.modulus_unreachable || modulus_unreachable_;
+  modulus_unreachable_ = modulus_out_of_reach(substep_);  // what it is until the sub-step changes
   return r;
 }
 
@@ -245,8 +239,6 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
   r.max_density_ratio = std::max(r.max_density_ratio, more.max_density_ratio);
   r.courant_exceeded = r.courant_exceeded || more.courant_exceeded;
   r.heat_bound_exceeded = r.heat_bound_exceeded || more.heat_bound_exceeded;
-  r.cooled_to_zero = r.cooled_to_zero || more.cooled_to_zero;
-  r.body_stiffened = r.body_stiffened || more.body_stiffened;
   r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
 }
 
@@ -265,7 +257,6 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.max_density_ratio = s.max_density;
   r.courant_exceeded = s.courant_exceeded != 0;
   r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
-  r.cooled_to_zero = s.cooled_to_zero != 0;
   r.emitter_exhausted = at.emitter_exhausted;
   r.melted = static_cast<std::uint64_t>(s.melted);
   r.frozen = s.frozen;
@@ -347,7 +338,8 @@ Resolved WorldImpl::resolved() {
   r.sound_speed = (facts_ & core::fact_particles) != 0 ? sound_speed_ : 0;
   r.stable_dt = static_dt_;
   r.origin = origin_;
-  for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m));
+  const double dt = substep_ > 0 ? substep_ : static_dt_;
+  for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m, dt));
   double heat_dt = 0, bound = 0;
   if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, r.heat_supersteps, heat_dt, bound);
   r.heat_sweeps = std::int64_t{r.heat_stages} * r.heat_supersteps;
