@@ -466,7 +466,8 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
                                const std::vector<Vec3d>& disc) const {
   const double dx = desc.spacing;
   const Vec3d ahead = core::unit(e.axis) * (nozzle_reach * dx);
-  core::PointGrid own(dx);
+  core::PointGrid own(same_place * dx);
+  const auto any = [](std::uint32_t) { return true; };
   for (const Vec3d& p : disc) {
     const Vec3d x = e.center + p;
     // It may blow out through an open face, and where nothing bounds the domain.
@@ -481,14 +482,14 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
     own.add(x + ahead * 0.5, 0);
   }
   for (std::size_t i = 0; i < state_.position.size(); ++i)
-    if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, same_place * dx) >= 0)
+    if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, any))
       return invalid(what, "center: the nozzle's disc of radius ", e.radius, " m lies in body \"",
                      bodies_[body_of(state_.tag[i]) - 1].desc.name, "\" at ", state_.position[i] + origin_,
                      "; move the nozzle or the body a spacing apart");
   for (const EmitterRecord& other : emitters_) {
     if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
     for (std::uint32_t k = 0; k < other.points; ++k)
-      if (own.near(other.desc.center + emitter_points_[other.first_point + k], same_place * dx) >= 0)
+      if (own.near(other.desc.center + emitter_points_[other.first_point + k], any))
         return invalid(what, "center: the nozzle's disc overlaps that of emitter \"", other.desc.name,
                        "\" at ", other.desc.center + emitter_points_[other.first_point + k],
                        " while both are open; move one, or let one begin when the other has ended");

@@ -237,7 +237,8 @@ TEST(Shape, IntersectionsOfNothing) {
   EXPECT_TRUE(Shape::intersect({a, far}).validate());
   EXPECT_TRUE(Shape::intersect({a, far}).lattice_points({}, 0.1).empty());
   // Nothing in a union changes nothing.
-  EXPECT_EQ(Shape::unite({a, Shape::intersect({a, far})}).lattice_points({}, 0.1), a.lattice_points({}, 0.1));
+  EXPECT_TRUE(same_sites(Shape::unite({a, Shape::intersect({a, far})}).lattice_points({}, 0.1),
+                         a.lattice_points({}, 0.1)));
   expect_refused(Shape::intersect({a, Shape::sphere({}, -3)}), "intersect.parts[1]", "-3");
 }
 

@@ -92,7 +92,7 @@ TEST(Ply, MaterialsComeBackAndMayBeMissing) {
   mesh.body = {0, 1, 2};
   mesh.material = {3, 4, 5};
   mesh.triangles = {0, 1, 2};
-  std::vector<FrameParticle> list = particles(3);
+  std::vector<FrameParticle> list = frame_particles(particles(3));
   for (std::size_t i = 0; i < 3; ++i) list[i].material = 7 + static_cast<std::int32_t>(i);
   // Without the property: its line and the last four bytes of every vertex.
   const auto without = [](std::string text, std::size_t stride) {
