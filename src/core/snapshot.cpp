@@ -186,7 +186,9 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(state_.frozen);
   w.value(state_.removed);
   w.value(state_.strayed);
-  w.value((state_.heat_level ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u));
+  // 64 bits, so that what follows stays aligned.
+  w.value(static_cast<std::uint64_t>((state_.heat_level ? heat_level_bit : 0u) |
+                                     (may_melt_ ? may_melt_bit : 0u)));
   std::vector<std::uint64_t> hashes, layers;
   for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_) layers.push_back(e.first_layer);
@@ -230,7 +232,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   Extremes seen;
   Vec3d origin;
   core::SceneState s;
-  std::uint32_t flags = 0;
+  std::uint64_t flags = 0;
   std::vector<std::uint64_t> hashes, layers;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&

@@ -42,7 +42,9 @@ TEST(Energy, LatentIsTheHeatThatChangesNoTemperature) {
     const double sensible = mass * (2000 * (std::fmin(t, 5) + 10) + 4000 * std::fmax(t - 5, 0));
     EXPECT_NEAR(latent_energy(ice, mass, cold + heat), heat - sensible, 1e-9);  // rounding of 1e5 J
   }
-  ice.plateau = 0;  // neither melts nor freezes
+  ice.plateau = 0;  // the liquid of something that melts: it has taken up all of it
+  EXPECT_EQ(latent_energy(ice, mass, 1e6), mass * 3e5);
+  ice.latent_heat = 0;  // neither melts nor freezes
   EXPECT_EQ(latent_energy(ice, mass, 1e6), 0.0);
 }
 

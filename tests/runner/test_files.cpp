@@ -97,7 +97,7 @@ TEST(Checkpoint, AHeaderThatIsNoneIsRefusedAsTheWholeFileIs) {
   const Directory directory;
   const std::string path = directory.file("checkpoint.bin");
   const std::string numbers =
-      R"("steps":1,"next_frame":1,"frame_dt":0,"limits":[],"rest":{"dt":0,"steps":0,"end":0,"speed":0},"meltable":0,"wall_s":0)";
+      R"("steps":1,"next_frame":1,"frame_dt":0,"limits":[],"part":{"dt":0,"steps":0},"rest":{"dt":0,"steps":0,"end":0,"speed":0},"meltable":0,"wall_s":0)";
   write_file(path, with_header(R"({"time":0,)" + numbers + R"(,"scene":{"time":{"fps":25}}})"));
   EXPECT_NO_THROW(read_checkpoint(path));
   for (const std::string& header :
