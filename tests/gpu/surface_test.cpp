@@ -74,9 +74,13 @@ TEST_P(SurfaceParity, BothBackendsMakeTheSameMesh) {
     const MeshCheck ca = check_mesh(a), cb = check_mesh(b);
     const bool closed = d.of != SurfaceOf::liquid || d.closed_at_solids;
     EXPECT_EQ(cb.unused, 0u);
-    if (closed) EXPECT_EQ(cb.open_edges, 0u);
-    if (closed) EXPECT_EQ(cb.split, 0u);
-    if (exact) EXPECT_EQ(cb.open_edges, ca.open_edges);
+    if (closed) {
+      EXPECT_EQ(cb.open_edges, 0u);
+      EXPECT_EQ(cb.split, 0u);
+    }
+    if (exact) {
+      EXPECT_EQ(cb.open_edges, ca.open_edges);
+    }
     EXPECT_NEAR(cb.volume / ca.volume, 1, 1e-5);
     EXPECT_NEAR(cb.area / ca.area, 1, 1e-5);
     const double count = static_cast<double>(a.triangles.size());
