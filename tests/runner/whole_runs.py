@@ -94,8 +94,8 @@ class WholeRuns(unittest.TestCase):
         self.assertEqual(list(bodies[0]), BODIES)
         self.assertEqual(bodies[0]["body"], "block")
         # As it was built: not turned, at rest, and where the scene has it.
-        self.assertEqual([float(bodies[0][key]) for key in ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z")],
-                         [1] + [0] * 6)
+        for key in ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z"):  # a rotation is exact to rounding
+            self.assertAlmostEqual(float(bodies[0][key]), 1 if key == "q_w" else 0, places=9)
         for key, value in (("min_x", 0.4), ("min_y", 0.8), ("min_z", 0.4), ("max_x", 1.2), ("max_y", 1.2), ("max_z", 1.2)):
             self.assertAlmostEqual(float(bodies[0][key]), value, places=6)
         probes = table(os.path.join(out, "probes.csv"))
@@ -531,13 +531,13 @@ class WholeRuns(unittest.TestCase):
         self.assertIn("Kelvin? Then write 39.85", run.stderr)
 
     def test_check_tells_what_melts(self):
-        """The estimate and the run, of the tiny scene, which is tried as it is, to a tenth; then a source of heat alone."""
+        """The estimate and the run, of the tiny scene, to a third, as docs/runner.md says; then a source of heat alone."""
         options = ["--set", "heat.time_scale=6e5", "--set", "time.end=1", "--set", "bodies[0].temperature=0"]
         self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options)
         melted = json.loads(Path(self.path("run", "run.json")).read_text())["final"]["melted_fraction"]
         self.assertTrue(0.1 < melted < 0.99, melted)
         said = re.search(r"^melting +about (\d+) % of the solid by t=1 s", self.check(SCENE, *options), re.M)
-        self.assertAlmostEqual(float(said[1]) / 100, melted, delta=0.1)
+        self.assertAlmostEqual(float(said[1]) / 100, melted, delta=melted / 3)
         # Latent heat over power, 3.34e5 * 917 / (2e3 * 1e5) = 1.53 s.
         said = self.check(SCENE, "--set", "heat.time_scale=1e5", "--set", "time.end=3", "--set", "fluids=[]", "--set",
                           "emitters=[]", "--set", "bodies[0].temperature=0", "--set", "bodies[0].heat_source=2e3")
