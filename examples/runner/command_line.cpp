@@ -90,7 +90,8 @@ class CommandLine {
   }
 
   void add_shared(CLI::App* command, const std::string& name = "SCENE",
-                  const std::string& what = "scene file (YAML or JSON), name of a built-in scene, or - for standard input") {
+                  const std::string& what =
+                      "scene file (YAML or JSON), name of a built-in scene, or - for standard input") {
     command->add_option(name, typed_.argument, what)->required();
     add_machine(command);
     value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
@@ -122,9 +123,11 @@ class CommandLine {
   }
 
   void add_check() {
-    CLI::App* check = app_.add_subcommand("check", "say what a run would be: what melts, how long, how much disk");
+    CLI::App* check =
+        app_.add_subcommand("check", "say what a run would be: what melts, how long, how much disk");
     add_shared(check);
-    check->add_flag("--verbose", typed_.verbose, "all bodies, fluids and emitters, and which stages run and why");
+    check->add_flag("--verbose", typed_.verbose,
+                    "all bodies, fluids and emitters, and which stages run and why");
   }
 
   void add_render() {

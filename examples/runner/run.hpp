@@ -98,7 +98,7 @@ class Run {
   std::deque<OpenFrame> frames_;
   Recorder::Samples samples_left_;  ///< of readings that belong to no frame
   meltsim::StepResult last_result_;
-  std::string step_error_;          ///< why step() refused, when it did
+  std::string step_error_;  ///< why step() refused, when it did
   double last_dt_ = 0;
   std::uint64_t frame_steps_ = 0;  ///< steps settled since the last frame
   double frame_stepping_ = 0;      ///< WallTimes::stepping then
