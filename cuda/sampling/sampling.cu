@@ -9,6 +9,7 @@ inline namespace v0 {
 namespace sampling {
 
 MELTSIM_INSTANTIATE(core::CudaExec, probes)
+MELTSIM_INSTANTIATE(core::CudaExec, loads)
 template void at_once<core::CudaExec, float>(core::CudaExec&, const core::Frame<float>&,
                                              const core::SampleRoom&);
 template void at_once<core::CudaExec, double>(core::CudaExec&, const core::Frame<double>&,

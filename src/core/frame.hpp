@@ -150,12 +150,41 @@ struct ProbeLine {
   double lowest = 0, step = 0;           ///< of them, along "up", in stored coordinates [m]
 };
 
+/// Sums over particles that probes ask for, in the order in which they are made.
+enum class LoadKind : std::uint32_t {
+  liquid_on_body,
+  contact_on_body,
+  liquid_on_wall,
+  contact_on_wall,
+  heat_of_body,
+  heat_of_wall,
+  flux
+};
+inline constexpr std::uint32_t load_kinds = 7;
+
+/// One such sum, in stored coordinates.
+struct LoadRow {
+  LoadKind kind = LoadKind::flux;
+  std::uint32_t probe = 0;
+  std::uint32_t body = 0;  ///< index + 1, as in tags
+  std::int32_t face = 0;   ///< 0..5
+  std::uint32_t force = none,
+                moment = none;  ///< where they go among the probe's values; of a flux mass and volume
+  bool about_center = false;    ///< moments are about the body's centre of mass
+  Vec3<double> about{};         ///< else about this point; of a flux the centre of the opening
+  physics::Opening<double> opening;
+  double heat_scale = 1;  ///< seconds of heat per second of motion
+};
+
 /// Probes (core/probe_run.hpp); all null where there are none.
 template <class T>
 struct ProbeViews {
   const ProbeRow* rows = nullptr;
   const ProbePoint<T>*points = nullptr, *heights = nullptr;
   const ProbeLine* lines = nullptr;
+  const LoadRow* loads = nullptr;                 ///< ordered by kind
+  physics::LoadSums* load_sums = nullptr;         ///< per load
+  std::uint32_t load_begin[load_kinds + 1] = {};  ///< first load of a kind
   std::uint32_t point_count = 0, height_count = 0, line_count = 0;
   const std::uint32_t *listed_points = nullptr,
                       *listed_heights = nullptr;  ///< all of them, as CudaExec::gather_listed takes them

@@ -111,7 +111,8 @@ enum Fact : std::uint32_t {
   fact_tree = 1u << 18,    ///< tree
   fact_kept = 1u << 19,    ///< grid, packed, kept for several sub-steps
   // Of the host's wishes, not of the scene: no channel hangs on it.
-  fact_probes = 1u << 20,  ///< something is sampled
+  fact_probes = 1u << 20,  ///< points or levels are sampled
+  fact_loads = 1u << 21,   ///< forces, heat or fluxes are
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
@@ -134,7 +135,7 @@ struct StageInfo {
 /// Channels that stages which may touch them only read; their producer names them among what it writes.
 inline constexpr FieldSet read_where_there = F(viscosity) | F(far_bits) | F(body_heat) | F(cell_begin) |
                                              F(group_ranges) | F(density) | F(group_key) | F(group_begin) |
-                                             F(tree_box);
+                                             F(tree_box) | F(piece) | F(contact_normal);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \
@@ -199,14 +200,19 @@ constexpr int first_unfed_stage(std::uint32_t facts, FieldSet available) {
 constexpr bool pipeline_is_fed(std::uint32_t search) {
   constexpr FieldSet before = fed_before_stages();
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts)
-    if (consistent(facts) && first_unfed_stage(facts | search | fact_probes, before) >= 0) return false;
+    if (consistent(facts) && first_unfed_stage(facts | search | fact_probes | fact_loads, before) >= 0)
+      return false;
   return true;
 }
 // Each alone: compilers bound the work of one constant expression.
-static_assert(pipeline_is_fed(search_facts[0]), "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[1]), "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[2]), "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[3]), "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[0]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[1]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[2]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[3]),
+              "a stage reads a channel that no earlier stage of that scene produced");
 static_assert(sizeof search_facts / sizeof *search_facts == 4);
 
 /// Channels a scene needs: what its stages touch, and what the host asks for. Enthalpies that neither does lie by id.

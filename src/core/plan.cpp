@@ -57,7 +57,7 @@ Plan WorldImpl::plan() {
     StageReport r;
     r.name = info.name;
     r.module = info.module;
-    r.runs = core::runs(info, facts_ | (probes_.empty() ? 0u : core::fact_probes));
+    r.runs = core::runs(info, facts_ | probe_facts());
     r.reason = r.runs ? info.why : info.why_not;
     if (const std::string change = r.runs ? std::string() : reason_of_change(info); !change.empty())
       r.reason = change;

@@ -121,6 +121,12 @@ class ProbeRun {
     ProbeRow* rows = nullptr;
     ProbePoint<T>*at_points = nullptr, *at_heights = nullptr;
     ProbeLine* lines = nullptr;
+    std::vector<LoadRow> loads;
+    for (std::uint32_t k = 0; k < load_kinds; ++k) {
+      loads.insert(loads.end(), s.loads[k].begin(), s.loads[k].end());
+      v.load_begin[k + 1] = static_cast<std::uint32_t>(loads.size());
+    }
+    LoadRow* at_loads = nullptr;
     const auto list_points = list_of(points.size()), list_heights = list_of(heights.size());
     std::uint32_t *at_list_points = nullptr, *at_list_heights = nullptr;
     const auto lay_out = [&](void* base) {
@@ -131,6 +137,8 @@ class ProbeRun {
       lines = a.template place<ProbeLine>(s.lines.size());
       at_list_points = a.template place<std::uint32_t>(list_points.size());
       at_list_heights = a.template place<std::uint32_t>(list_heights.size());
+      at_loads = a.template place<LoadRow>(loads.size());
+      v.load_sums = a.template place<physics::LoadSums>(loads.size());
       v.profile = a.template place<T>(heights.size());
       v.values = a.template place<double>(room);
       return a.used;
@@ -144,6 +152,7 @@ class ProbeRun {
     put(ex, at_points, points);
     put(ex, at_heights, heights);
     put(ex, lines, s.lines);
+    put(ex, at_loads, loads);
     put(ex, at_list_points, list_points);
     put(ex, at_list_heights, list_heights);
     v.listed_points = at_list_points;
@@ -152,6 +161,7 @@ class ProbeRun {
     v.points = at_points;
     v.heights = at_heights;
     v.lines = lines;
+    v.loads = at_loads;
     v.point_count = static_cast<std::uint32_t>(points.size());
     v.height_count = static_cast<std::uint32_t>(heights.size());
     v.line_count = static_cast<std::uint32_t>(s.lines.size());

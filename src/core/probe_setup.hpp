@@ -16,8 +16,9 @@ struct ProbeSetup {
   std::vector<ProbePoint<double>> points;
   std::vector<ProbePoint<double>> heights;
   std::vector<ProbeLine> lines;
-  std::uint64_t room = 0;    ///< values of samples that there shall be room for
-  std::uint64_t region = 0;  ///< in regions of so many
+  std::vector<LoadRow> loads[load_kinds];  ///< by kind
+  std::uint64_t room = 0;                  ///< values of samples that there shall be room for
+  std::uint64_t region = 0;                ///< in regions of so many
 };
 
 }  // namespace core

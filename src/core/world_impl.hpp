@@ -2,7 +2,7 @@
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
 // world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
 // (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
-// particles, pieces), world_probes.cpp, world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
+// particles, pieces), world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
 #pragma once
 
 #include <array>
@@ -40,6 +40,9 @@ struct ProbeRecord {
   ProbeDesc desc;
   std::vector<physics::SampleField> fields;
   std::uint32_t width = 0, values = 0;  ///< values per point, in all
+  std::uint32_t points = 0;             ///< that it has values of
+  /// Kinds force, heat and flux: stage sampling.loads.
+  bool sums() const { return desc.kind != ProbeKind::point && desc.kind != ProbeKind::level; }
 };
 
 /// A sample whose values lie on the backend.
@@ -227,6 +230,9 @@ class WorldImpl final : public Scheduler {
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
   Status check(const ProbeDesc& p, ProbeRecord& record) const;
+  std::uint32_t probe_facts() const;
+  Status check_load(const std::string& what, const ProbeDesc& p, ProbeRecord& record) const;
+  void place_load(const ProbeRecord& record, std::uint32_t number, core::ProbeSetup& s) const;
   std::vector<core::ProbeLine> lines_of(const ProbeDesc& p) const;
   core::ProbeSetup probe_setup() const;
   Status place_probes();

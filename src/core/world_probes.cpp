@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "core/load_fields.hpp"
 #include "core/text.hpp"
 #include "core/validate.hpp"
 #include "core/world_impl.hpp"
@@ -95,13 +96,17 @@ bool is_due(const ProbeDesc& p, double start, double end) {
 
 std::vector<std::string> sample_columns(const std::vector<std::string>& fields) {
   std::vector<std::string> columns;
-  for (const std::string& name : fields)
-    for (const NamedField& f : field_names) {
-      if (name != f.name) continue;
-      if (f.field == SampleField::velocity)
-        for (const char* axis : {"_x", "_y", "_z"}) columns.push_back(name + axis);
-      else columns.push_back(name);
-    }
+  const auto add = [&](const std::string& name, std::uint32_t width) {
+    if (width == 3)
+      for (const char* axis : {"_x", "_y", "_z"}) columns.push_back(name + axis);
+    else columns.push_back(name);
+  };
+  for (const std::string& name : fields) {
+    for (const NamedField& f : field_names)
+      if (name == f.name) add(name, physics::sample_width(f.field));
+    for (const core::LoadField& f : core::load_fields)
+      if (name == f.name) add(name, f.width);
+  }
   return columns;
 }
 
@@ -115,11 +120,12 @@ Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
   const std::string what = "probe \"" + p.name + "\": ";
   for (const ProbeRecord& other : probes_)
     if (other.desc.name == p.name) return invalid(what, "name: another probe has it; choose a different one");
-  if (p.points.empty()) return invalid(what, "points: none is given; give at least one");
+  if (p.points.empty() && !record.sums()) return invalid(what, "points: none is given; give at least one");
   const DomainDesc& d = desc.domain;
   const double slack = 1e-9 * desc.spacing;
   for (const Vec3d& x : p.points) {
     if (!finite(x)) return invalid(what, "points: must be finite, got ", x);
+    if (p.kind == ProbeKind::force) continue;  // moments may be about any point
     if (d.bounded && !(x.x >= d.min.x - slack && x.y >= d.min.y - slack && x.z >= d.min.z - slack &&
                        x.x <= d.max.x + slack && x.y <= d.max.y + slack && x.z <= d.max.z + slack))
       return invalid(what, "points: ", x, " is outside the domain ", d.min, " to ", d.max,
@@ -132,7 +138,12 @@ Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
   if (!(p.until >= p.from))
     return invalid(what, "until: must not be before from (", p.from, " s), got ", p.until,
                    "; infinity never stops");
-  if (p.kind == ProbeKind::level) {
+  record.points = static_cast<std::uint32_t>(p.points.size());
+  if (record.sums()) {
+    if (Status s = check_load(what, p, record); !s) return s;
+  } else if (p.body || p.wall) {
+    return invalid(what, p.body ? "body" : "wall", ": only kinds force and heat have one; leave it out");
+  } else if (p.kind == ProbeKind::level) {
     if (!p.fields.empty())
       return invalid(what, "fields: a level has none, got \"", p.fields.front(), "\"; leave them out");
     record.width = 1;
@@ -142,13 +153,13 @@ Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
     record.fields = *fields;
     record.width = width_of(record.fields);
   }
-  std::uint64_t values = std::uint64_t{p.points.size()} * record.width;
+  std::uint64_t values = std::uint64_t{record.points} * record.width;
   for (const ProbeRecord& other : probes_) values += other.values;
   if (values > most_values)
     return Error{ErrorCode::capacity,
                  core::text(what, "points: one sample of all probes would have ", values,
                             " values, more than ", most_values, "; sample fewer points")};
-  record.values = static_cast<std::uint32_t>(p.points.size() * record.width);
+  record.values = record.points * record.width;
   if (probes_.size() >= core::most_probes)
     return Error{ErrorCode::capacity, core::text(what, "there are ", core::most_probes,
                                                  " probes already; put points of one kind into one probe")};
@@ -186,6 +197,13 @@ std::vector<core::ProbeLine> WorldImpl::lines_of(const ProbeDesc& p) const {
   return lines;
 }
 
+/// Facts for the plan.
+std::uint32_t WorldImpl::probe_facts() const {
+  std::uint32_t facts = 0;
+  for (const ProbeRecord& p : probes_) facts |= p.sums() ? core::fact_loads : core::fact_probes;
+  return facts;
+}
+
 core::ProbeSetup WorldImpl::probe_setup() const {
   core::ProbeSetup s;
   std::uint64_t values = 0;
@@ -193,6 +211,11 @@ core::ProbeSetup WorldImpl::probe_setup() const {
     const ProbeRecord& p = probes_[k];
     const auto number = static_cast<std::uint32_t>(k);
     values += p.values;
+    if (p.sums()) {
+      s.rows.push_back(row_of({}, 0, p.width, p.values));
+      place_load(p, number, s);
+      continue;
+    }
     if (p.desc.kind == ProbeKind::point) {
       s.rows.push_back(row_of(p.fields, s.points.size(), p.width, p.values));
       for (const Vec3d& x : p.desc.points) s.points.push_back({x - origin_, number});
@@ -265,11 +288,12 @@ void WorldImpl::begin_sample(core::SubstepArguments& a, double end) {
   for (std::size_t k = 0; k < probes_.size(); ++k)
     if (is_due(probes_[k].desc, a.time, end)) {
       a.sampled |= std::uint64_t{1} << k;
+      a.stages |=
+          std::uint64_t{1} << (probes_[k].sums() ? core::stage_sampling_loads : core::stage_sampling_probes);
       values += probes_[k].values;
     }
   if (a.sampled == 0) return;
   if (samples_used_ + values > sample_room_) collect_samples();
-  a.stages |= std::uint64_t{1} << core::stage_sampling_probes;
   a.sample_at = first_of_region() + samples_used_;
   samples_used_ += values;
 }
@@ -285,7 +309,7 @@ std::vector<ProbeSeries> WorldImpl::empty_series() const {
   for (std::size_t k = 0; k < probes_.size(); ++k) {
     ProbeSeries s;
     s.probe = ProbeId{static_cast<std::uint32_t>(k), 1};
-    s.points = static_cast<std::uint32_t>(probes_[k].desc.points.size());
+    s.points = probes_[k].points;
     s.width = probes_[k].width;
     all.push_back(std::move(s));
   }
@@ -305,7 +329,8 @@ void WorldImpl::add_samples(const SampleBatch& batch, const double* values, std:
       const ProbeRecord& p = probes_[k];
       to[k].time.push_back(s.time);
       for (std::uint32_t v = 0; v < p.values; ++v, ++from) {
-        const double value = s.blank ? static_cast<double>(NAN) : *from;
+        const double nothing = p.sums() ? 0.0 : static_cast<double>(NAN);
+        const double value = s.blank ? nothing : *from;
         to[k].values.push_back(p.desc.kind == ProbeKind::level ? value + origin_level : value);
       }
     }

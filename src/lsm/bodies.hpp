@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/lattice.hpp"
+#include "core/pair_forces.hpp"
 #include "lsm/boxes.hpp"
 #include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/shape_matching.hpp"
@@ -59,12 +60,6 @@ struct PiecesBody {
   }
 };
 
-/// How far a solid particle has slid along what it touches.
-template <class T>
-MELTSIM_HD Vec3<T> slip_of(const Frame<T>& w, std::uint64_t i) {
-  return w.f.contact_slip == nullptr ? Vec3<T>{} : w.f.contact_slip[w.f.vertex_of_id[w.f.id[i]]];
-}
-
 /// Gravity and the walls' contact on every solid particle.
 template <class T>
 struct LoadsBody {
@@ -78,23 +73,14 @@ struct LoadsBody {
       return;
     }
     const Vec3<T> x = xyz(w.f.position[i]), v = xyz(w.f.velocity[i]);
-    const T radius = T(0.5) * w.c.spacing;
-    const T friction = minimum(w.f.materials[material_of(tag)].friction, w.c.wall_friction);
-    const T depth[6] = {w.c.walls.min.x + radius - x.x, x.x - (w.c.walls.max.x - radius),
-                        w.c.walls.min.y + radius - x.y, x.y - (w.c.walls.max.y - radius),
-                        w.c.walls.min.z + radius - x.z, x.z - (w.c.walls.max.z - radius)};
-    const Vec3<T> normal[6] = {{T(1), 0, 0},  {T(-1), 0, 0}, {0, T(1), 0},
-                               {0, T(-1), 0}, {0, 0, T(1)},  {0, 0, T(-1)}};
-    const Vec3<T> slip = slip_of(w, i);
+    const Vec3<T> slip = core::slip_of(w, i);
     Vec3<T> force{}, slips{};
     T touched = 0;
     for (int k = 0; k < 6; ++k) {
-      if (((w.c.walls.faces >> k) & 1u) == 0u || !(depth[k] > T(0))) continue;
-      const physics::ContactResponse<T> r =
-          physics::contact_response(physics::body_contact<T>(), depth[k], normal[k], v - w.c.wall_velocity[k],
-                                    slip, w.f.mass[i], friction, w.f.clock->dt, w.f.clock->spring_dt);
-      force += r.force;
-      slips += r.slip;
+      const core::WallContact<T> c = core::wall_contact(w, i, tag, x, v, slip, k);
+      if (!c.touches) continue;
+      force += c.response.force;
+      slips += c.response.slip;
       touched += T(1);
     }
     w.f.slip_next[i] = with_w(slips, touched);
@@ -131,34 +117,15 @@ struct ContactBody {
   MELTSIM_HD bool wanted(std::uint64_t i) const { return MeetingBody<T>{w}.wanted(i); }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
-    const std::uint32_t tag = w.f.tag[i];
-    const std::uint32_t piece = w.f.piece[i];
-    const Vec3<T> v = xyz(w.f.velocity[i]);
-    const Vec4<T> own = w.f.contact_normal[i];
-    const T reach2 = T(2) * w.c.spacing * w.c.spacing;  // overlap and offset both below one spacing
-    const Vec3<T> own_slip = slip_of(w, i);
-    spatial::sweep_part<Periodic>(
-        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
-          if (!(r2 < reach2) || !(r2 > T(0))) return;
-          const std::uint32_t other = w.f.piece[j];
-          if (other == 0u || other == piece) return;
-          const std::uint32_t tag_j = w.f.tag[j];
-          if ((tag_j & tag_surface) == 0u) return;
-          const physics::ContactGeometry<T> g =
-              physics::contact_geometry(own, w.f.contact_normal[j], x_ij, r2, w.c.spacing);
-          if (!(g.overlap > T(0)) || !(g.weight > T(0))) return;
-          const bool held = (tag_j & tag_fixed) != 0u;
-          const T m = held ? w.f.mass[i] : physics::reduced_mass(w.f.mass[i], w.f.mass[j]);
-          const Vec3<T> slip = held ? own_slip : (own_slip - slip_of(w, j)) * T(0.5);
-          const T friction = T(0.5) * (w.f.materials[material_of(tag)].friction +
-                                       w.f.materials[material_of(tag_j)].friction);
-          const physics::ContactResponse<T> r = physics::contact_response(
-              physics::body_contact<T>(), g.overlap, g.normal, v - xyz(w.f.velocity[j]), slip, m * g.weight,
-              friction, w.f.clock->dt, w.f.clock->spring_dt);
-          s.force += r.force;
-          s.slips += r.slip * g.weight;
-          s.touched += g.weight;
-        });
+    const core::Toucher<T> own = core::toucher(w, i);
+    spatial::sweep_part<Periodic>(w, i, k, parts,
+                                  [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
+                                    const core::PairContact<T> c = core::pair_contact(w, own, j, x_ij, r2);
+                                    if (!(c.weight > T(0))) return;
+                                    s.force += c.response.force;
+                                    s.slips += c.response.slip * c.weight;
+                                    s.touched += c.weight;
+                                  });
     return s;
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {

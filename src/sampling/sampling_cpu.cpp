@@ -9,6 +9,7 @@ inline namespace v0 {
 namespace sampling {
 
 MELTSIM_INSTANTIATE(core::CpuExec, probes)
+MELTSIM_INSTANTIATE(core::CpuExec, loads)
 template void at_once<core::CpuExec, float>(core::CpuExec&, const core::Frame<float>&,
                                             const core::SampleRoom&);
 template void at_once<core::CpuExec, double>(core::CpuExec&, const core::Frame<double>&,

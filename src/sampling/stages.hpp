@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sampling/bodies.hpp"
+#include "sampling/load_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -15,6 +16,32 @@ void probes(E& ex, const core::Frame<T>& w) {
     ex.gather_listed(w.probes.height_count, w.probes.listed_heights, HeightBody<T, tree()>{w});
   });
   ex.for_each(w.probes.line_count, LevelBody<T>{w});
+}
+
+/// One reduction over the particles per force, heat or flux.
+template <class E, class T>
+void loads(E& ex, const core::Frame<T>& w) {
+  const auto sums = [&](core::LoadKind kind, auto body_of_row) {
+    const auto k = static_cast<std::uint32_t>(kind);
+    for (std::uint32_t row = w.probes.load_begin[k]; row < w.probes.load_begin[k + 1u]; ++row)
+      ex.reduce(w.particles, body_of_row(row), w.probes.load_sums + row, LoadValuesBody<T>{w, row});
+  };
+  spatial::with_periods(w, [&](auto periodic) {
+    constexpr bool Periodic = periodic();
+    sums(core::LoadKind::liquid_on_body, [&](std::uint32_t row) {
+      return LiquidOnBodyBody<T, Periodic>{w, row};
+    });
+    sums(core::LoadKind::contact_on_body, [&](std::uint32_t row) {
+      return ContactOnBodyBody<T, Periodic>{w, row};
+    });
+    sums(core::LoadKind::liquid_on_wall, [&](std::uint32_t row) {
+      return LiquidOnWallBody<T, Periodic>{w, row};
+    });
+  });
+  sums(core::LoadKind::contact_on_wall, [&](std::uint32_t row) { return ContactOnWallBody<T>{w, row}; });
+  sums(core::LoadKind::heat_of_body, [&](std::uint32_t row) { return HeatOfBodyBody<T>{w, row}; });
+  sums(core::LoadKind::heat_of_wall, [&](std::uint32_t row) { return HeatOfWallBody<T>{w, row}; });
+  sums(core::LoadKind::flux, [&](std::uint32_t row) { return FluxBody<T>{w, row}; });
 }
 
 /// Between sub-steps, for World::sample: sorts particles by cell, then averages; not a stage. w.grid: cells of H.

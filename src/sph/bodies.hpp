@@ -2,7 +2,7 @@
 // Kernels of the liquid and of its coupling to solids. One gather each; formulas in meltsim/physics/.
 #pragma once
 
-#include "core/frame.hpp"
+#include "core/pair_forces.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
@@ -13,6 +13,7 @@ inline namespace v0 {
 namespace sph {
 
 using core::Frame;
+using core::viscosity_of;
 using physics::MaterialRow;
 
 /// What stands beside the velocity of a solid particle: -tau_k, also -0, which no liquid's term is where tension is not
@@ -106,12 +107,6 @@ struct ViscosityBody {
                                              w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]));
   }
 };
-
-/// mu of liquid particle i [Pa s].
-template <class T>
-MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<T>& m) {
-  return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
-}
 
 template <class T>
 struct ForceSum {
@@ -240,31 +235,7 @@ struct ReactionBody {
   using Sum = ForceSum<T>;
   MELTSIM_HD bool wanted(std::uint64_t k) const { return WettedBody<T>{w}.wanted(k); }
   MELTSIM_HD Sum part(std::uint64_t k, std::uint32_t share, std::uint32_t parts) const {
-    Sum s;
-    const Vec4<T> vk4 = w.f.velocity[k];
-    const T vol_k = w.f.position[k].w, tau = -vk4.w;
-    const Vec3<T> vk = xyz(vk4);
-    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
-    spatial::sweep_part<Periodic>(
-        w, k, share, parts, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
-          const std::uint32_t tag_i = w.f.tag[i];
-          if (!is_fluid(tag_i)) return;
-          const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
-          const Vec4<T> vi = w.f.velocity[i];
-          const physics::CouplingPair<T> p{
-              xi.w,  vol_k,       vi.w + mi.tait_stiffness * tau, viscosity_of(w, i, mi), mi.density,
-              -x_ki, xyz(vi) - vk};
-          s.force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
-          if (r2 < w.c.leak_distance2)
-            s.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k],
-                                            -x_ki, xyz(vi) - vk, r2);
-          if (walls.axes != 0u) {
-            const auto images =
-                physics::image_pressure_force(w.c.kernel, walls, x_ki, r2, p.fluid_volume, vol_k, p.terms);
-            s.force += x_ki * images.along + images.normal;
-          }
-        });
-    return s;
+    return {core::liquid_on_solid<Periodic>(w, k, share, parts)};
   }
   MELTSIM_HD void finish(std::uint64_t k, const Sum& s) const {
     w.f.acceleration[k] += s.force * (T(1) / w.f.mass[k]);

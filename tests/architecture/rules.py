@@ -168,7 +168,8 @@ def check_channels(root):
     modest = set(re.findall(r"\bstage_bit\((\w+)\)", found[1])) if found else set()
     for module, stage, sets in rows:
         known = {}
-        for path in sorted({*(root / "src" / module).glob("*.hpp"), root / "src/spatial/neighbours.hpp"}):
+        for path in sorted({*(root / "src" / module).glob("*.hpp"), root / "src/spatial/neighbours.hpp",
+                            root / "src/core/pair_forces.hpp"}):
             if path.is_file():
                 for name, text in definitions(strip_comments(path.read_text())).items():
                     known[name] = known.get(name, "") + text

@@ -43,7 +43,7 @@ TEST(Schedule, StagesThatTouchTheSameChannelKeepTheirOrder) {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts)) continue;
     for (const std::uint32_t search : search_facts) {
-      const std::uint64_t running = stages_of(facts | search | fact_probes);
+      const std::uint64_t running = stages_of(facts | search | fact_probes | fact_loads);
       const Schedule plan = make_schedule(running);
       const auto before = ended_before(plan);
       for (int s = 0; s < stage_count; ++s)

@@ -27,6 +27,7 @@
 #pragma once
 
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/walls.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -93,6 +94,20 @@ MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
   const T live = T(popcount(mask));
   if (!(size > T(0.5))) return with_w(Vec3<T>{}, live);  // inside, or thin: both sides open
   return with_w(rotation * (inward * (T(-1) / size)), live);
+}
+
+/// How deep a sphere at x reaches into the plane of a face (order of the faces: DomainDesc::faces) [m].
+template <class T>
+MELTSIM_HD T wall_overlap(const WallBox<T>& b, T radius, Vec3<T> x, int face) {
+  const auto along = [face](Vec3<T> v) { return face < 2 ? v.x : face < 4 ? v.y : v.z; };
+  return face % 2 == 0 ? along(b.min) + radius - along(x) : along(x) - (along(b.max) - radius);
+}
+
+/// Unit normal of a face, inwards.
+template <class T>
+MELTSIM_HD Vec3<T> wall_normal(int face) {
+  const T inwards = face % 2 == 0 ? T(1) : T(-1);
+  return {face / 2 == 0 ? inwards : T(0), face / 2 == 1 ? inwards : T(0), face / 2 == 2 ? inwards : T(0)};
 }
 
 template <class T>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of fields at points between particles, and the level of a liquid along a line.
+// Values of fields at points between particles, the level of a liquid along a line, and the flux through a plane.
 //
 // Source: Shepard, D. (1968), Proc. 23rd ACM Nat. Conf., 517, eq. (1): an average whose weights add up to 1. Level:
 // the half value of the smoothed volume fraction, as free surfaces are found in volume-of-fluid methods (Hirt &
@@ -10,6 +10,9 @@
 //   f_L(x)  sum over liquid of V_j [W(|x - x_j|) + sum over images in walls of W]  -
 //   f_S(x)  the same over solids                                                  -
 //   g(x)    2 f_L + min(f_S, 1/2) - 1                                             -
+//   Q       sum over liquid beside the opening of V_j (v_j . n) w(d_j)            m^3/s
+//   w(d)    integral of W over a plane at distance d (walls.hpp: plane_share)     1/m
+//   d_j     distance of x_j from the plane of the opening, n its normal           m
 //
 // j runs over all particles for temperature, density and liquid fraction, over liquid for pressure, speed and
 // velocity: a solid has no pressure of its own, and counting it as 0 would lower what a point beside it reads.
@@ -157,6 +160,52 @@ MELTSIM_HD double level_of(const T* g, std::uint32_t count, double lowest, doubl
   }
   return static_cast<double>(NAN);
 }
+
+/// A disc, or a rectangle, that liquid flows through; in stored coordinates.
+template <class T>
+struct Opening {
+  Vec3<T> normal{}, along{}, across{};  ///< unit vectors at right angles
+  T radius{};                           ///< of a disc; 0: a rectangle
+  T half_along{}, half_across{};        ///< of a rectangle [m]
+};
+
+/// What a particle at x, relative to the centre of the opening, counts for in the flux through it: w(d) where its
+/// projection on the plane lies inside, else 0 [1/m].
+template <class T>
+MELTSIM_HD T opening_share(const SphKernel<T>& k, const Opening<T>& o, Vec3<T> x) {
+  const T d = std::fabs(dot(x, o.normal)), u = dot(x, o.along), v = dot(x, o.across);
+  if (!(d < k.support)) return T(0);
+  const bool inside = o.radius > T(0) ? u * u + v * v < o.radius * o.radius
+                                      : std::fabs(u) < o.half_along && std::fabs(v) < o.half_across;
+  return inside ? plane_share(k, d) : T(0);
+}
+
+/// What a force, heat or flux is summed up as: forces on particles, each with its place, or amounts.
+struct LoadSums {
+  Vec3<double> force, moment;  ///< [N], [N m] about the point that places are relative to
+  Vec3<double> first;          ///< sum of mass times place [kg m]
+  double mass = 0;             ///< [kg]
+  double amount[2] = {};       ///< heat; or mass and volume per second
+  MELTSIM_HD void add(double m, Vec3<double> place, Vec3<double> f) {
+    force += f;
+    moment += cross(place, f);
+    first += place * m;
+    mass += m;
+  }
+  /// About the centre of mass; 0 without a particle.
+  MELTSIM_HD Vec3<double> moment_about_center() const {
+    return mass > 0 ? moment - cross(first * (1 / mass), force) : Vec3<double>{};
+  }
+  MELTSIM_HD static LoadSums combine(LoadSums a, const LoadSums& b) {
+    a.force += b.force;
+    a.moment += b.moment;
+    a.first += b.first;
+    a.mass += b.mass;
+    a.amount[0] += b.amount[0];
+    a.amount[1] += b.amount[1];
+    return a;
+  }
+};
 
 }  // namespace physics
 }  // namespace v0

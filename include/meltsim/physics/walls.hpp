@@ -199,6 +199,15 @@ MELTSIM_HD T half_space_share(const SphKernel<T>& k, T distance) {
          bracket;
 }
 
+/// Integral of W over a plane at this distance, of the kernel as published, so that its own integral over all distances is
+/// 1: minus the derivative of half_space_share, 21/H b^5 (1 - 3b/2 + 4b^2/7) [1/m].
+template <class T>
+MELTSIM_HD T plane_share(const SphKernel<T>& k, T distance) {
+  const T b = falling(distance, k.inv_support), b2 = b * b;
+  const T bracket = T(1) - b * (T(1.5) - b * static_cast<T>(4.0 / 7.0));
+  return T(21) * k.inv_support * (b2 * b2 * b) * bracket;
+}
+
 /// Share of a particle's surroundings that walls fill, whatever stands in front of them [-]: edges and
 /// corners by the product of what the planes leave open.
 template <class T>
