@@ -111,7 +111,8 @@ class Units {
     if (!domain.bounded || !probes) return;
     const std::vector<Node> items = probes->items("probes");
     for (std::size_t i = 0; i < items.size() && i < scene_.probes.size(); ++i) {
-      const meltsim::Vec3d at = scene_.probes[i].at;
+      if (!items[i].find("at")) continue;
+      const meltsim::Vec3d at = scene_.probes[i].desc.points.front();
       const bool inside = at.x >= domain.min.x && at.y >= domain.min.y && at.z >= domain.min.z &&
                           at.x <= domain.max.x && at.y <= domain.max.y && at.z <= domain.max.z;
       if (inside) continue;

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <sstream>
 
 #include "failure.hpp"
-#include "files.hpp"
 #include "numbers.hpp"
 
 namespace runner {
@@ -21,14 +23,91 @@ std::vector<std::string> split_commas(const std::string& line) {
   return cells;
 }
 
-std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.9g}", value); }
+namespace {
 
-CsvFile::CsvFile(std::string path) : path_(std::move(path)) {}
+/// 10^k; exact up to 10^22.
+constexpr double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                             1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+constexpr int digits = 9;
+constexpr int most_power = 22;
 
-CsvFile::CsvFile(std::string path, const std::string& header) : path_(std::move(path)) {
-  write_file(path_, header + "\n");
-  open();
+/// The 9 digits of a positive value in [1e8, 1e9), and its decimal exponent; false where rounding might go the wrong way. One product
+/// or quotient with an exact power of ten is off by half a unit of double, 1e-7 of the last digit.
+bool decimal(double value, std::uint32_t& mantissa, int& exponent) {
+  int binary = 0;
+  std::frexp(value, &binary);
+  exponent = static_cast<int>(std::floor((binary - 1) * 0.30102999566398120));  // right, or one too small
+  for (int tries = 0; tries < 2; ++tries, ++exponent) {
+    const int shift = digits - 1 - exponent;
+    if (shift > most_power || shift < -most_power) return false;
+    const double scaled = shift >= 0 ? value * powers[shift] : value / powers[-shift];
+    const double whole = std::floor(scaled), part = scaled - whole;
+    if (std::fabs(part - 0.5) < 1e-6) return false;
+    const double rounded = part > 0.5 ? whole + 1 : whole;
+    if (rounded >= 1e9) continue;
+    if (rounded < 1e8) return false;
+    mantissa = static_cast<std::uint32_t>(rounded);
+    return true;
+  }
+  return false;
 }
+
+/// What printf does with %g.
+char* write_decimal(char* to, std::uint32_t mantissa, int exponent) {
+  char all[digits];
+  for (int k = digits; k-- > 0; mantissa /= 10) all[k] = static_cast<char>('0' + mantissa % 10);
+  int used = digits;
+  while (used > 1 && all[used - 1] == '0') --used;
+  const auto put = [&](int from, int count) {
+    for (int k = 0; k < count; ++k) *to++ = from + k < used ? all[from + k] : '0';
+  };
+  if (exponent < -4 || exponent >= digits) {
+    put(0, 1);
+    if (used > 1) *to++ = '.';
+    put(1, used - 1);
+    *to++ = 'e';
+    *to++ = exponent < 0 ? '-' : '+';
+    const int size = std::abs(exponent);
+    *to++ = static_cast<char>('0' + size / 10);
+    *to++ = static_cast<char>('0' + size % 10);
+  } else if (exponent < 0) {
+    *to++ = '0';
+    *to++ = '.';
+    for (int k = -1; k > exponent; --k) *to++ = '0';
+    put(0, used);
+  } else {
+    put(0, exponent + 1);
+    if (used > exponent + 1) *to++ = '.';
+    put(exponent + 1, used - exponent - 1);
+  }
+  return to;
+}
+
+}  // namespace
+
+char* write_csv_number(char* to, double value) {
+  if (std::isnan(value)) {
+    std::memcpy(to, "nan", 3);
+    return to + 3;
+  }
+  std::uint32_t mantissa = 0;
+  int exponent = 0;
+  if (std::isfinite(value) && value != 0 && decimal(std::fabs(value), mantissa, exponent)) {
+    if (value < 0) *to++ = '-';
+    return write_decimal(to, mantissa, exponent);
+  }
+  return fmt::format_to(to, "{:.9g}", value);
+}
+
+std::string csv_number(double value) {
+  char text[longest_csv_number];
+  return {text, write_csv_number(text, value)};
+}
+
+CsvFile::CsvFile(const std::string& path, std::string content, bool)
+    : path_(path), file_(replace_file(path, content)) {}
+
+CsvFile::CsvFile(std::string path, const std::string& header) : CsvFile(path, header + "\n", true) {}
 
 CsvFile CsvFile::resume(std::string path, const std::string& header, std::size_t time_column, double time,
                         std::vector<std::string>* kept) {
@@ -44,22 +123,14 @@ CsvFile CsvFile::resume(std::string path, const std::string& header, std::size_t
     content += line + "\n";
     if (kept != nullptr) kept->push_back(line);
   }
-  write_file(path, content);
-  CsvFile csv(std::move(path));
-  csv.open();
-  return csv;
-}
-
-void CsvFile::open() {
-  file_.open(path_, std::ios::binary | std::ios::app);
-  if (!file_) throw Failure(ExitCode::io, path_ + ": cannot be opened for appending");
+  return {path, std::move(content), true};
 }
 
 void CsvFile::flush() {
-  file_ << buffer_;
+  const int why = file_.write(buffer_);
   buffer_.clear();
-  file_.flush();
-  if (!file_) throw Failure(ExitCode::io, path_ + ": cannot be written; is the disk full?");
+  if (why != 0)
+    throw Failure(ExitCode::io, fmt::format("{}: cannot be written: {}", path_, std::strerror(why)));
 }
 
 }  // namespace runner

@@ -2,14 +2,20 @@
 // A table on disk that grows row by row.
 #pragma once
 
-#include <fstream>
 #include <string>
 #include <vector>
+
+#include "files.hpp"
 
 namespace runner {
 
 std::vector<std::string> split_commas(const std::string& line);
-std::string csv_number(double value);  ///< 9 digits; "nan" where there is no value
+/// 9 digits, as printf's %.9g writes them; "nan" where there is no value.
+std::string csv_number(double value);
+/// Characters that write_csv_number() needs room for.
+inline constexpr std::size_t longest_csv_number = 24;
+/// The same at `to`; the end of what it wrote.
+char* write_csv_number(char* to, double value);
 
 class CsvFile {
  public:
@@ -20,16 +26,21 @@ class CsvFile {
   static CsvFile resume(std::string path, const std::string& header, std::size_t time_column, double time,
                         std::vector<std::string>* kept = nullptr);
 
-  void row(const std::string& line) { buffer_ += line + "\n"; }
+  void row(const std::string& line) { text(line.data(), line.size()).push_back('\n'); }
+  /// Part of a row, or rows; every row ends with a line break. Returns what waits to be written.
+  std::string& text(const char* from, std::size_t size) {
+    if (buffer_.size() + size > large) flush();
+    return buffer_.append(from, size);
+  }
   void flush();  ///< fails when the disk is full
 
  private:
-  explicit CsvFile(std::string path);
-  void open();
+  static constexpr std::size_t large = std::size_t{1} << 20;
+  CsvFile(const std::string& path, std::string content, bool);
 
   std::string path_;
   std::string buffer_;
-  std::ofstream file_;
+  OpenFile file_;  ///< the one that was made: whatever takes its name later is not written to
 };
 
 }  // namespace runner

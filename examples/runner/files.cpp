@@ -24,24 +24,52 @@ namespace {
 
 }  // namespace
 
-void write_file(const std::string& path, const std::string& content) {
-  const std::string temporary = path + ".tmp";
-  const int file = open_new(temporary);
+int OpenFile::write(const std::string& text) {
   std::size_t done = 0;
-  while (done < content.size()) {
-    const ssize_t written = ::write(file, content.data() + done, content.size() - done);
+  while (done < text.size()) {
+    const ssize_t written = ::write(descriptor_, text.data() + done, text.size() - done);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) break;
+    if (written <= 0) return errno;
     done += static_cast<std::size_t>(written);
   }
-  int why = done < content.size() ? errno : 0;
-  if (::close(file) != 0 && why == 0) why = errno;
+  return 0;
+}
+
+int OpenFile::close() {
+  const int descriptor = std::exchange(descriptor_, -1);
+  return descriptor < 0 || ::close(descriptor) == 0 ? 0 : errno;
+}
+
+namespace {
+
+/// Under the temporary name.
+OpenFile write_temporary(const std::string& temporary, const std::string& path, const std::string& content,
+                         bool stays_open) {
+  OpenFile file(open_new(temporary));
+  int why = file.write(content);
+  const int closed = why != 0 || !stays_open ? file.close() : 0;
+  if (why == 0) why = closed;
   if (why != 0) {
     std::remove(temporary.c_str());  // half a file helps nobody, least of all on a full disk
     errno = why;
     fail(path, "written");
   }
+  return file;
+}
+
+OpenFile write_whole(const std::string& path, const std::string& content, bool stays_open) {
+  const std::string temporary = path + ".tmp";
+  OpenFile file = write_temporary(temporary, path, content, stays_open);
   if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "replaced");
+  return file;
+}
+
+}  // namespace
+
+void write_file(const std::string& path, const std::string& content) { write_whole(path, content, false); }
+
+OpenFile replace_file(const std::string& path, const std::string& content) {
+  return write_whole(path, content, true);
 }
 
 int open_new(const std::string& path) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// probes and output.
+// output.
 #include <fmt/format.h>
 
 #include "echo.hpp"
@@ -9,32 +9,6 @@
 #include "suggest.hpp"
 
 namespace runner {
-
-void load_probes(const Node& node, Scene& scene) {
-  for (const Node& item : node.items("probes")) {
-    item.allow_keys(keys::probe);
-    SceneProbe probe;
-    const auto name = item.find("name");
-    probe.name = name ? name->text("a name") : fmt::format("probe{}", scene.probes.size() + 1);
-    if (probe.name.find_first_of(",\"\n\r") != std::string::npos) {
-      name->fail(fmt::format("expected a name without commas, quotes or line breaks, got {}", name->found()));
-    }
-    probe.at = item.require("at", "3 numbers [x, y, z] (m)").vector("m");
-    if (const auto kind = item.find("kind")) probe.level = kind->choice(keys::probe_kind) == "level";
-    if (probe.level) {
-      if (const auto fields = item.find("fields"))
-        fields->fail("a level has no fields; leave them out, or write kind: point");
-    } else {
-      const Node fields = item.require("fields", "a list of " + either_of(keys::probe_field));
-      for (const Node& field : fields.items("fields"))
-        probe.fields.push_back(field.choice(keys::probe_field));
-    }
-    const auto every = item.find("every");
-    if (!every) probe.every = 1 / scene.time.fps;
-    else if (!every->is_word("step")) probe.every = every->positive("s");
-    scene.probes.push_back(probe);
-  }
-}
 
 namespace {
 

@@ -4,30 +4,40 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
+#include <cstring>
 #include <utility>
 
-#include "csv.hpp"
 #include "library_error.hpp"
 
 namespace runner {
 
 namespace {
 
+bool has_points(const meltsim::ProbeDesc& desc) {
+  return desc.kind == meltsim::ProbeKind::point || desc.kind == meltsim::ProbeKind::level;
+}
+
 bool alike(const SceneProbe& a, const SceneProbe& b) {
-  return a.level == b.level && a.fields == b.fields && a.every == b.every;
+  return has_points(a.desc) && a.desc.kind == b.desc.kind && a.desc.fields == b.desc.fields &&
+         a.desc.every == b.desc.every;
 }
 
 meltsim::ProbeDesc desc_of(const Scene& scene, const std::vector<std::size_t>& group) {
-  const SceneProbe& first = scene.probes[group.front()];
-  meltsim::ProbeDesc desc;
-  desc.name = first.name;
-  desc.kind = first.level ? meltsim::ProbeKind::level : meltsim::ProbeKind::point;
-  desc.every = first.every;
-  for (const std::size_t i : group) desc.points.push_back(scene.probes[i].at);
+  meltsim::ProbeDesc desc = scene.probes[group.front()].desc;
+  if (!has_points(desc)) return desc;
+  desc.points.clear();
+  for (const std::size_t i : group) desc.points.push_back(scene.probes[i].desc.points.front());
   // A scene's velocity is its magnitude.
-  for (const std::string& field : first.fields) desc.fields.push_back(field == "velocity" ? "speed" : field);
+  for (std::string& field : desc.fields)
+    if (field == "velocity") field = "speed";
   return desc;
+}
+
+/// What a probe's values are called in probes.csv.
+std::vector<std::string> names_of(const meltsim::ProbeDesc& desc) {
+  if (desc.kind == meltsim::ProbeKind::level) return {"level"};
+  if (desc.kind == meltsim::ProbeKind::heat) return {"heat"};
+  return has_points(desc) ? desc.fields : meltsim::sample_columns(desc.fields);
 }
 
 }  // namespace
@@ -44,7 +54,8 @@ ProbeGroups add_probes(meltsim::World& world, const Scene& scene) {
   for (const std::vector<std::size_t>& group : groups) {
     const meltsim::Result<meltsim::ProbeId> added = world.add_probe(desc_of(scene, group));
     if (!added)
-      throw library_failure(added.error(), {}, fmt::format("probes[{}]", group.front()), scene.where);
+      throw library_failure(added.error(), item_places(scene.probes[group.front()].source),
+                            fmt::format("probes[{}]", group.front()), scene.where);
   }
   return groups;
 }
@@ -57,32 +68,68 @@ void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSer
   }
 }
 
-std::vector<std::string> probe_rows(const Scene& scene, const ProbeGroups& groups,
-                                    const std::vector<meltsim::ProbeSeries>& series) {
-  std::vector<std::tuple<double, std::size_t, std::string>> rows;
-  for (std::size_t g = 0; g < std::min(groups.size(), series.size()); ++g) {
-    const meltsim::ProbeSeries& of = series[g];
-    const double* value = of.values.data();
-    for (const double time : of.time) {
-      const std::string when = csv_number(time);
-      for (const std::size_t i : groups[g]) {
-        const SceneProbe& probe = scene.probes[i];
-        std::string text;
-        const auto line = [&](const std::string& field) {
-          if (!text.empty()) text += '\n';
-          text += fmt::format("{},{},{},{}", probe.name, when, field, csv_number(*value++));
-        };
-        if (probe.level) line("level");
-        for (const std::string& field : probe.fields) line(field);
-        rows.emplace_back(time, i, std::move(text));
-      }
+ProbeTable::ProbeTable(const Scene& scene, ProbeGroups groups) : groups_(std::move(groups)) {
+  for (const SceneProbe& probe : scene.probes) {
+    Probe row{probe.desc.name + ",", {}};
+    for (const std::string& value : names_of(probe.desc)) {
+      row.values.push_back("," + value + ",");
+      longest_ = std::max(longest_, row.name.size() + row.values.back().size());
+    }
+    probes_.push_back(std::move(row));
+  }
+  longest_ += 2 * longest_csv_number + 1;
+}
+
+void ProbeTable::write(CsvFile& to, double time, const std::vector<Item>& items) const {
+  char when[longest_csv_number];
+  const auto length = static_cast<std::size_t>(write_csv_number(when, time) - when);
+  std::string row(longest_, ' ');
+  const auto put = [](char* at, const char* from, std::size_t size) {
+    std::memcpy(at, from, size);
+    return at + size;
+  };
+  for (const Item& item : items) {
+    const Probe& probe = probes_[item.probe];
+    char* const behind_time = put(put(row.data(), probe.name.data(), probe.name.size()), when, length);
+    const double* value = item.values;
+    for (const std::string& name : probe.values) {
+      char* end = write_csv_number(put(behind_time, name.data(), name.size()), *value++);
+      *end++ = '\n';
+      to.text(row.data(), static_cast<std::size_t>(end - row.data()));
     }
   }
-  std::sort(rows.begin(), rows.end());
-  std::vector<std::string> lines;
-  lines.reserve(rows.size());
-  for (auto& [time, probe, text] : rows) lines.push_back(std::move(text));
-  return lines;
+}
+
+void ProbeTable::write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& series) const {
+  struct Sample {
+    double time;
+    std::size_t group, number;
+  };
+  std::vector<Sample> samples;
+  const std::size_t groups = std::min(groups_.size(), series.size());
+  for (std::size_t g = 0; g < groups; ++g)
+    for (std::size_t n = 0; n < series[g].time.size(); ++n) samples.push_back({series[g].time[n], g, n});
+  if (groups > 1)
+    std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
+      return a.time < b.time || (!(b.time < a.time) && a.group < b.group);
+    });
+  std::vector<Item> items;
+  for (std::size_t k = 0; k < samples.size();) {
+    const double time = samples[k].time;
+    std::size_t merged = 0;
+    items.clear();
+    for (; k < samples.size() && samples[k].time == time; ++k, ++merged) {
+      const meltsim::ProbeSeries& of = series[samples[k].group];
+      const double* values = of.values.data() + samples[k].number * of.points * of.width;
+      for (const std::size_t probe : groups_[samples[k].group]) {
+        items.push_back({probe, values});
+        values += of.width;
+      }
+    }
+    if (merged > 1)
+      std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.probe < b.probe; });
+    write(to, time, items);
+  }
 }
 
 }  // namespace runner

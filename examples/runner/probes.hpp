@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "csv.hpp"
 #include "meltsim/world.hpp"
 #include "scene.hpp"
 
@@ -20,8 +21,28 @@ ProbeGroups add_probes(meltsim::World& world, const Scene& scene);
 /// Later samples of the same probes behind earlier ones.
 void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSeries> more);
 
-/// Rows of probes.csv, in order of time, then of the scene's probes and their fields. `series` as the World gives them.
-std::vector<std::string> probe_rows(const Scene& scene, const ProbeGroups& groups,
-                                    const std::vector<meltsim::ProbeSeries>& series);
+/// The rows of probes.csv: in order of time, then of the scene's probes and their values.
+class ProbeTable {
+ public:
+  ProbeTable(const Scene& scene, ProbeGroups groups);
+  /// `series` as the World gives them.
+  void write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& series) const;
+
+ private:
+  struct Probe {
+    std::string name;                 ///< and a comma
+    std::vector<std::string> values;  ///< per value its name, between commas
+  };
+  /// The values of one probe of the scene at one time.
+  struct Item {
+    std::size_t probe;
+    const double* values;
+  };
+  void write(CsvFile& to, double time, const std::vector<Item>& items) const;
+
+  ProbeGroups groups_;
+  std::vector<Probe> probes_;
+  std::size_t longest_ = 0;  ///< row [bytes]
+};
 
 }  // namespace runner

@@ -36,7 +36,7 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
                    const RunState* resumed, bool still)
     : scene_(scene),
       directory_(std::move(directory)),
-      groups_(built.probes),
+      probe_table_(scene, built.probes),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
       bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)),
       probes_(open_table(directory_.file("probes.csv"), probes_header, 1, resumed)),
@@ -89,7 +89,7 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
     const double time = frame.row.time;
     stats_.row(stats_line(frame.row));
     for (const meltsim::PieceInfo& piece : frame.pieces) bodies_.row(bodies_line(piece, time));
-    for (const std::string& line : probe_rows(scene_, groups_, samples)) probes_->row(line);
+    probe_table_.write(probes_, samples);
     flush();
     if (!seen) return;
     pictures_.frame(frame.index, time, particles);
@@ -108,12 +108,12 @@ const std::string& Recorder::problem() const {
 void Recorder::flush() {
   stats_.flush();
   bodies_.flush();
-  probes_->flush();
+  probes_.flush();
 }
 
 void Recorder::save(Checkpoint checkpoint, Samples samples) {
   writer_.push([this, samples = std::move(samples), checkpoint = std::move(checkpoint)] {
-    for (const std::string& line : probe_rows(scene_, groups_, samples)) probes_->row(line);
+    probe_table_.write(probes_, samples);
     flush();
     pictures_.save();
     write_checkpoint(directory_.file("checkpoint.bin"), checkpoint);

@@ -82,7 +82,7 @@ class Recorder {
 
   const Scene& scene_;
   RunDirectory directory_;
-  ProbeGroups groups_;
+  ProbeTable probe_table_;
   std::vector<std::string> kept_stats_;  ///< rows from before a resume
   StatsRow last_;
   std::uint64_t meltable_left_ = 0;
@@ -92,8 +92,7 @@ class Recorder {
   std::uint64_t still_frame_ = none;
   std::atomic<std::uint64_t> replay_every_{1};
   // The writer's, while it runs.
-  CsvFile stats_, bodies_;
-  std::optional<CsvFile> probes_;
+  CsvFile stats_, bodies_, probes_;
   FrameExport export_;
   RunPictures pictures_;
   Writer writer_;  ///< the last member: its thread ends before what it writes

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "meltsim/desc.hpp"
+#include "meltsim/probe.hpp"
 #include "node.hpp"
 
 namespace runner {
@@ -65,11 +66,9 @@ struct SceneHeatRegion {
 };
 
 struct SceneProbe {
-  std::string name;
-  meltsim::Vec3d at;
-  bool level = false;  ///< a gauge of the liquid's height; it has no fields
-  std::vector<std::string> fields;
-  double every = 0;  ///< [s]; 0 = each sub-step
+  meltsim::ProbeDesc desc;  ///< fields as the scene names them; of points one, or none
+  std::string body;         ///< its name, of kinds force and heat
+  Source source;
 };
 
 struct SceneTime {

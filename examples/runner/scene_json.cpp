@@ -2,6 +2,7 @@
 #include "scene_json.hpp"
 
 #include "echo.hpp"
+#include "scene_keys.hpp"
 
 namespace runner {
 
@@ -164,9 +165,23 @@ Json emitter_json(const SceneEmitter& emitter) {
 }
 
 Json probe_json(const SceneProbe& probe) {
-  Json json{{"name", probe.name}, {"kind", probe.level ? "level" : "point"}, {"at", echo(probe.at)}};
-  if (!probe.level) json["fields"] = probe.fields;
-  if (probe.every > 0) json["every"] = probe.every;
+  const meltsim::ProbeDesc& desc = probe.desc;
+  Json json{{"name", desc.name}, {"kind", keys::probe_kind.at(static_cast<std::size_t>(desc.kind))}};
+  if (!probe.body.empty()) json["body"] = probe.body;
+  if (desc.wall) json["wall"] = keys::one_face.at(static_cast<std::size_t>(*desc.wall));
+  if (!desc.points.empty())
+    json[desc.kind == meltsim::ProbeKind::force ? "about" : "at"] = echo(desc.points.front());
+  if (desc.kind == meltsim::ProbeKind::flux) {
+    json["normal"] = echo(desc.normal);
+    if (desc.radius > 0) {
+      json["radius"] = desc.radius;
+    } else {
+      json["size"] = {desc.size[0], desc.size[1]};
+      json["along"] = echo(desc.along);
+    }
+  }
+  if (!desc.fields.empty()) json["fields"] = desc.fields;
+  if (desc.every > 0) json["every"] = desc.every;
   else json["every"] = "step";
   return json;
 }

@@ -13,6 +13,7 @@ inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   
                         "materials", "fluids", "bodies", "emitters",  "probes", "output"};
 inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
+inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
 inline const List solver{"gravity", "sound_speed",       "artificial_viscosity",
@@ -32,8 +33,10 @@ inline const List body{"name",        "shape",    "material",         "density",
 inline const List emitter{"name",        "nozzle", "speed", "material",
                           "temperature", "from",   "until", "max_particles"};
 inline const List nozzle{"center", "axis", "radius"};
-inline const List probe{"name", "kind", "at", "fields", "every"};
-inline const List probe_kind{"point", "level"};
+inline const List probe{"name", "kind",  "at",     "fields", "every", "body",
+                        "wall", "about", "normal", "radius", "along", "size"};
+inline const List probe_kind{"point", "level", "force", "heat",
+                             "flux"};  ///< in the order of meltsim::ProbeKind
 inline const List output{"export", "surface", "camera", "picture"};
 inline const List surface{"cell", "kernel", "smoothing"};
 inline const List camera{"eye", "look_at", "up", "fov"};
@@ -58,6 +61,8 @@ inline const List stepping{"fixed", "adaptive"};
 inline const List end_when{"time", "melted"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
 inline const List probe_field{"temperature", "pressure", "density", "velocity", "liquid_fraction"};
+inline const List force_field{"force", "moment", "contact_force", "contact_moment"};
+inline const List flux_field{"mass_flux", "volume_flux"};
 inline const List formats{"ply", "vtp", "surface", "obj", "glb", "pov", "png", "html"};
 inline const List look{"natural", "temperature"};
 inline const List surface_kernel{"isotropic", "anisotropic"};

@@ -3,9 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <limits>
 #include <memory>
+#include <random>
 
 #include "checkpoint.hpp"
 #include "csv.hpp"
@@ -171,6 +176,69 @@ TEST(Csv, ResumingDropsRowsThatAreComputedAgain) {
   csv.flush();
   EXPECT_EQ(kept.size(), 2u);
   EXPECT_EQ(read_file(path), "name,time_s\na,0\nb,0.333333333\ne,0.4\n");
+}
+
+// Against the C library: random bits, decimals that end, halves of the last digit, both ends of both notations.
+TEST(Csv, NumbersAreThoseOfPrintf) {
+  const auto expected = [](double value) {
+    char text[40];
+    std::snprintf(text, sizeof text, "%.9g", value);
+    return std::string(text);
+  };
+  std::vector<double> values{0.0,
+                             -0.0,
+                             1,
+                             -1,
+                             9.5,
+                             0.1,
+                             1e-4,
+                             9.9999e-5,
+                             123456789,
+                             999999999.4,
+                             999999999.5,
+                             999999999.6,
+                             1e9,
+                             0.00012345678949,
+                             12345678.25,
+                             1.5e300,
+                             5e-324,
+                             1e22,
+                             1e23,
+                             1e-14,
+                             1e-13,
+                             1e31,
+                             std::numeric_limits<double>::infinity(),
+                             -std::numeric_limits<double>::infinity()};
+  std::mt19937_64 random(7);
+  for (int k = 0; k < 200000; ++k) {
+    const std::uint64_t bits = random();
+    double value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    if (!std::isnan(value)) values.push_back(value);
+    const double mantissa = static_cast<double>(random() % 10000000000u) / 2;  // a half every other time
+    values.push_back(mantissa * std::pow(10.0, static_cast<int>(random() % 40) - 25));
+    values.push_back(static_cast<double>(static_cast<float>(mantissa)) * 1e-7);
+    values.push_back(static_cast<double>(random() % 1000000u) / 1000);
+  }
+  for (const double value : values) ASSERT_EQ(csv_number(value), expected(value));
+  EXPECT_EQ(csv_number(std::numeric_limits<double>::quiet_NaN()), "nan");
+}
+
+// What takes the name of a table while it grows does not get its rows.
+TEST(Csv, ATableGoesOnInTheFileThatItMade) {
+  const Directory directory;
+  const std::string path = directory.file("t.csv"), other = directory.file("other.txt");
+  write_file(other, "mine\n");
+  CsvFile csv(path, "a");
+  csv.row("1");
+  csv.flush();
+  EXPECT_EQ(read_file(path), "a\n1\n");
+  std::filesystem::remove(path);
+  std::filesystem::create_symlink(other, path);
+  csv.row("2");
+  csv.flush();
+  EXPECT_EQ(read_file(other), "mine\n");
+  EXPECT_FALSE(exists(path + ".tmp"));
 }
 
 TEST(Tables, ARowHasAValueForEveryColumn) {

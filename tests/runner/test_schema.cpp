@@ -85,7 +85,11 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   EXPECT_EQ(words(top.at("output").at("properties").at("surface").at("properties").at("kernel")),
             sorted(keys::surface_kernel));
   const Json& probe = schema().at("$defs").at("probe").at("properties");
-  EXPECT_EQ(words(probe.at("fields").at("items")), sorted(keys::probe_field));
+  keys::List fields = keys::probe_field;
+  fields.insert(fields.end(), keys::force_field.begin(), keys::force_field.end());
+  fields.insert(fields.end(), keys::flux_field.begin(), keys::flux_field.end());
+  EXPECT_EQ(words(probe.at("fields").at("items")), sorted(fields));
+  EXPECT_EQ(words(probe.at("wall")), sorted(keys::one_face));
 }
 
 }  // namespace

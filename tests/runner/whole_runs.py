@@ -326,6 +326,47 @@ class WholeRuns(unittest.TestCase):
                                *["--set", 'probes=[{kind: level, at: [1, 1, 1], fields: [pressure]}]']).stderr
         self.assertIn("probes[0].fields: a level has no fields", refused)
 
+    def test_forces_heat_and_fluxes(self):
+        """Every kind, in the order of the scene; what is wrong is found before the run."""
+        probes = [{"name": "floor", "kind": "force", "wall": "-y", "every": "step", "fields": ["force", "moment"]},
+                  {"name": "load", "kind": "force", "body": "block", "fields": ["contact_force"]},
+                  {"name": "warms", "kind": "heat", "body": "block", "every": "step"},
+                  {"name": "gate", "kind": "flux", "at": [0.8, 0.3, 0.8], "normal": [0, -1, 0], "size": [1, 1],
+                   "along": [1, 0, 0], "fields": ["volume_flux"]},
+                  {"name": "disc", "kind": "flux", "at": [0.8, 0.3, 0.8], "normal": [0, -1, 0], "radius": 0.3}]
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--frames", "1", "--export", "none",
+                     "--set", "probes=" + json.dumps(probes))
+        rows = table(self.path("run", "probes.csv"))
+        first = [(row["name"], row["field"]) for row in rows[:11]]
+        self.assertEqual(first, [("floor", "force_x"), ("floor", "force_y"), ("floor", "force_z"),
+                                 ("floor", "moment_x"), ("floor", "moment_y"), ("floor", "moment_z"),
+                                 ("load", "contact_force_x"), ("load", "contact_force_y"), ("load", "contact_force_z"),
+                                 ("warms", "heat"), ("gate", "volume_flux")])
+        self.assertEqual((rows[11]["name"], rows[11]["field"]), ("disc", "mass_flux"))
+        self.assertLess(float(rows[1]["value"]), 0)
+        heat = [float(row["value"]) for row in rows if row["field"] == "heat"]
+        self.assertGreater(min(heat), 0)
+        echoed = json.loads(Path(self.path("run", "run.json")).read_text())["scene"]["probes"]
+        self.assertEqual([probe["kind"] for probe in echoed], ["force", "force", "heat", "flux", "flux"])
+        for key in ("wall", "fields"):
+            self.assertEqual(echoed[0][key], probes[0][key])
+        for key in ("at", "normal", "size", "along"):
+            self.assertEqual(echoed[3][key], probes[3][key])
+        for probe, words in (({"kind": "force", "wall": "y"}, 'probes[0].wall: '),
+                             ({"kind": "force"}, "expected body: the name of one, or wall: "),
+                             ({"kind": "heat", "body": "blok"}, 'no body is named "blok"; did you mean "block"?'),
+                             ({"kind": "heat", "body": "block", "fields": ["heat"]}, "kind heat has no fields"),
+                             ({"kind": "force", "body": "block", "at": [1, 1, 1]}, "probes[0].at: kind force has no at"),
+                             ({"kind": "force", "body": "block", "fields": ["drag"]}, "probes[0].fields[0]: "),
+                             ({"kind": "flux", "at": [1, 1, 1], "radius": 1}, 'missing key "normal" in probes[0]'),
+                             ({"kind": "flux", "at": [1, 1, 1], "normal": [0, 0, 0], "radius": 1}, "probes[0].normal: "),
+                             ({"kind": "flux", "at": [1, 1, 1], "normal": [0, 0, 1], "size": [1, 1],
+                               "along": [0, 0, 2]}, "probes[0].along: ")):
+            with self.subTest(probe):
+                said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "no", code=2,
+                                    *["--set", "probes=" + json.dumps([probe])]).stderr
+                self.assertIn(words, said)
+
     def test_an_interrupt_cuts_a_long_step_and_a_resumed_run_ends_the_same(self):
         """One step of some thousand sub-steps."""
         common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--set", "time.dt=20", "--set", "time.fps=0.05",
