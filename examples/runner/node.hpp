@@ -21,7 +21,7 @@ namespace runner {
 struct Document {
   std::string file;                              ///< as shown in messages
   std::string directory;                         ///< relative mesh paths start here
-  std::map<std::string, std::string> overrides;  ///< path -> the --set text that gave it
+  std::map<std::string, std::string> overrides;  ///< path -> the --set text that gave it, shortened
 };
 
 /// The location of a mapping and of each of its keys, kept for errors that only the library can find.

@@ -57,11 +57,18 @@ YAML::Node parse_value(const std::string& text, const std::string& option) {
   }
 }
 
+/// Messages repeat the option; a list of a thousand things would drown what they say.
+std::string shortened(const std::string& option) {
+  constexpr std::size_t most = 70;
+  return option.size() > most ? option.substr(0, most) + "..." : option;
+}
+
 void apply(YAML::Node root, const std::string& option, std::map<std::string, std::string>& overrides) {
   const std::size_t equals = option.find('=');
   if (equals == std::string::npos || equals == 0) {
     bad_option(option, "expected path=value, e.g. heat.model=paper or bodies[0].temperature=-5");
   }
+  const std::string shown = shortened(option);
   const std::vector<Step> steps = split_path(option.substr(0, equals), option);
   const YAML::Node value = parse_value(option.substr(equals + 1), option);
   YAML::Node node = root;
@@ -83,7 +90,7 @@ void apply(YAML::Node root, const std::string& option, std::map<std::string, std
       if (!node.IsMap() && !node.IsNull()) bad_option(option, parent + " has no keys");
       path += (path.empty() ? "" : ".") + key;
       const bool exists = node.IsMap() && YAML::Node(node)[key].IsDefined();
-      if (!exists) overrides[path] = option;
+      if (!exists) overrides[path] = shown;
       if (last) {
         node[key] = value;
       } else {
@@ -92,7 +99,7 @@ void apply(YAML::Node root, const std::string& option, std::map<std::string, std
       }
     }
   }
-  overrides[path] = option;
+  overrides[path] = shown;
 }
 
 }  // namespace

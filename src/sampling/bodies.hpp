@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "core/lane_positions.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "spatial/around.hpp"
 
@@ -55,14 +56,16 @@ MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t
                           fields);
 }
 
-/// Parts of a sum over what is around a point: points are few.
-inline constexpr std::uint32_t sample_parts = 16;
+/// Parts of a sum over what is around a point: points are few, so many threads share one. An executor that adds up one
+/// after another takes it in one, where its bits need not be those of a GPU.
+template <class E>
+inline constexpr std::uint32_t sample_parts = core::runs_lanes<E> ? 1u : 16u;
 
 /// Averages at one point.
-template <class T, bool Tree>
+template <class T, bool Tree, std::uint32_t Parts>
 struct PointBody {
   Frame<T> w;
-  static constexpr std::uint32_t listed_parts = sample_parts;
+  static constexpr std::uint32_t listed_parts = Parts;
   using Sum = physics::SampleSums;
   MELTSIM_HD bool wanted(std::uint64_t) const { return true; }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
@@ -91,10 +94,10 @@ struct PointBody {
 };
 
 /// How much liquid there is at one height of a gauge.
-template <class T, bool Tree>
+template <class T, bool Tree, std::uint32_t Parts>
 struct HeightBody {
   Frame<T> w;
-  static constexpr std::uint32_t listed_parts = sample_parts;
+  static constexpr std::uint32_t listed_parts = Parts;
   using Sum = physics::FillSums<T>;
   MELTSIM_HD bool wanted(std::uint64_t) const { return true; }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {

@@ -12,8 +12,9 @@ namespace sampling {
 template <class E, class T>
 void probes(E& ex, const core::Frame<T>& w) {
   spatial::with_tree(w, [&](auto tree) {
-    ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, tree()>{w});
-    ex.gather_listed(w.probes.height_count, w.probes.listed_heights, HeightBody<T, tree()>{w});
+    ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, tree(), sample_parts<E>>{w});
+    ex.gather_listed(w.probes.height_count, w.probes.listed_heights,
+                     HeightBody<T, tree(), sample_parts<E>>{w});
   });
   ex.for_each(w.probes.line_count, LevelBody<T>{w});
 }
@@ -50,7 +51,7 @@ void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room) {
   ex.for_each(w.born, KeyBody<T>{w, room.keys, room.slots});
   if (room.derived_slot != nullptr) ex.for_each(w.particles, DerivedSlotBody<T>{w, room.derived_slot});
   ex.sort(w.born, w.key_bits, room.keys, room.slots, room.keys_sorted, room.slots_sorted);
-  ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, false>{w});
+  ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, false, sample_parts<E>>{w});
 }
 
 }  // namespace sampling
