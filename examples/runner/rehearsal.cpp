@@ -8,6 +8,7 @@
 #include "failure.hpp"
 #include "recorder.hpp"
 #include "resolution.hpp"
+#include "stepper.hpp"
 
 namespace runner {
 
@@ -55,6 +56,13 @@ Scene coarser(const Scene& scene, double factor) {
   return coarse;
 }
 
+/// [s] The step of a run that has one for all of it, nothing where steps follow the speeds.
+std::optional<double> fixed_step(const Scene& scene, Built& built) {
+  if (scene.time.adaptive) return std::nullopt;
+  const double frame = 1 / scene.time.fps;
+  return fixed_frame_dt(0, frame, scene.time.dt.value_or(automatic_dt(built.world.stable_dt(), frame)));
+}
+
 }  // namespace
 
 double Rehearsal::melted_at(double time) const {
@@ -100,10 +108,13 @@ std::optional<Rehearsal> rehearse(const Scene& scene, Built& built) {
     seen.coarseness = coarser_scene.world.spacing / scene.world.spacing;
     const Clock::time_point start = Clock::now();
     const double meltable = static_cast<double>(coarse.meltable), longest = scene.time.end / 200;
+    // Not coarser and in the same steps it is the run itself: what melts in bursts, as layers of particles do, melts then.
+    const std::optional<double> same = seen.coarseness > 1 ? std::nullopt : fixed_step(coarser_scene, coarse);
     double substeps = 0;
     seen.melting.push_back({0, 0});
     while (seen.until < scene.time.end * (1 - 1e-9) && seen.melting.back().melted < 1) {
-      const double dt = std::min({coarse.world.stable_dt(), longest, scene.time.end - seen.until});
+      const double wanted = same ? *same : std::min(coarse.world.stable_dt(), longest);
+      const double dt = std::min(wanted, scene.time.end - seen.until);
       if (!coarse.world.step(dt)) return std::nullopt;
       const meltsim::StepResult now = coarse.world.synchronize();
       if (now.halted) return std::nullopt;
