@@ -76,6 +76,7 @@ void load_heat(const Node& node, Scene& scene) {
       value->fail(fmt::format("expected a factor from 0 to {:g}, got {}", most, value->found()));
   }
   if (const auto value = node.find("max_stages")) heat.max_stages = value->small_integer();
+  if (const auto value = node.find("max_supersteps")) heat.max_supersteps = value->small_integer();
   if (const auto value = node.find("level_tolerance")) heat.level_tolerance = value->number("K");
   if (const auto walls = node.find("walls")) {
     walls->allow_keys(keys::faces);

@@ -125,6 +125,8 @@ void load_solver(const Node& node, Scene& scene) {
   if (const auto value = node.find("courant")) world.courant = value->positive("Courant number");
   if (const auto value = node.find("max_substeps")) world.max_substeps = value->small_integer();
   if (const auto value = node.find("pieces_interval")) world.pieces_interval = value->small_integer();
+  if (const auto value = node.find("stray"))
+    world.stray = value->choice(keys::stray) == "halt" ? meltsim::Stray::halt : meltsim::Stray::remove;
 }
 
 }  // namespace runner

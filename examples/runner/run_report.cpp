@@ -37,6 +37,8 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
   }
   if (result.modulus_unreachable) warn_about_stiffness();
   if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
+  if (result.strayed > 0)
+    log_.warn("liquid falls out of the scene and is removed (solver.stray; run.json counts it as strayed)");
   if (next_frame <= 1 && result.max_density_ratio > squeezed) {
     log_.warn(fmt::format(
         "liquid is squeezed to {:.3g} of its rest density in the first frame: it is fast, or between "
@@ -96,6 +98,7 @@ Json Run::final_block(Outcome outcome) const {
   json["substeps"] = built_.world.steps();
   json["frames"] = state_.next_frame;
   json["wall_s"] = wall();
+  json["strayed"] = last_result_.strayed;
   json["diverged"] = outcome == Outcome::diverged;
   json["status"] = status[static_cast<std::size_t>(outcome)];
   if (state_.melted_at) json["melted_at_s"] = *state_.melted_at;

@@ -68,6 +68,7 @@ Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resol
   json["courant"] = world.courant;
   json["max_substeps"] = world.max_substeps;
   json["pieces_interval"] = world.pieces_interval;
+  json["stray"] = keys::stray.at(static_cast<std::size_t>(world.stray));
   return json;
 }
 
@@ -95,6 +96,7 @@ Json heat_json(const Scene& scene) {
   Json json = {{"model", models[static_cast<std::size_t>(heat.model)]},
                {"time_scale", heat.time_scale},
                {"max_stages", heat.max_stages},
+               {"max_supersteps", heat.max_supersteps},
                {"level_tolerance", heat.level_tolerance}};
   for (std::size_t i = 0; i < 6; ++i) {
     const Json wall = surface_json(scene.world.domain.heat[i]);

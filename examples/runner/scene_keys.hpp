@@ -16,10 +16,11 @@ inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
-inline const List solver{"gravity", "sound_speed",       "artificial_viscosity",
-                         "tension", "particle_shifting", "neighbour_search",
-                         "courant", "max_substeps",      "pieces_interval"};
-inline const List heat{"model", "time_scale", "max_stages", "level_tolerance", "walls", "regions"};
+inline const List solver{
+    "gravity",          "sound_speed", "artificial_viscosity", "tension",         "particle_shifting",
+    "neighbour_search", "courant",     "max_substeps",         "pieces_interval", "stray"};
+inline const List heat{"model",           "time_scale", "max_stages", "max_supersteps",
+                       "level_tolerance", "walls",      "regions"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
 inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
@@ -59,6 +60,7 @@ inline const List face{"wall", "open", "periodic"};
 inline const List neighbour_search{"auto", "grid", "verlet", "tree"};
 inline const List stepping{"fixed", "adaptive"};
 inline const List end_when{"time", "melted"};
+inline const List stray{"remove", "halt"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
 inline const List probe_field{"temperature", "pressure", "density", "velocity", "liquid_fraction"};
 inline const List force_field{"force", "moment", "contact_force", "contact_moment"};

@@ -79,6 +79,7 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   EXPECT_EQ(words(top.at("solver").at("properties").at("neighbour_search")), sorted(keys::neighbour_search));
   EXPECT_EQ(words(top.at("time").at("properties").at("end_when")), sorted(keys::end_when));
   EXPECT_EQ(words(top.at("heat").at("properties").at("model")), sorted(keys::heat_model));
+  EXPECT_EQ(words(top.at("solver").at("properties").at("stray")), sorted(keys::stray));
   EXPECT_EQ(words(top.at("output").at("properties").at("export").at("items")), sorted(keys::formats));
   EXPECT_EQ(words(top.at("output").at("properties").at("picture").at("properties").at("look")),
             sorted(keys::look));

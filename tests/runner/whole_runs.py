@@ -367,6 +367,25 @@ class WholeRuns(unittest.TestCase):
                                     *["--set", "probes=" + json.dumps([probe])]).stderr
                 self.assertIn(words, said)
 
+    def test_liquid_that_falls_out_of_the_scene(self):
+        """Without walls; faster than sound, 3 m/s, after 0.3 s."""
+        for policy, strayed in (("remove", 192), ("halt", 0)):
+            said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", policy, "--time", "0.5", "--export", "none",
+                                "--set", "domain={walls: none}", "--set", "bodies=[]", "--set", "emitters=[]",
+                                "--set", "probes=[]", "--set", "solver.sound_speed=3",
+                                "--set", "solver.stray=" + policy).stderr
+            run = json.loads(Path(self.path(policy, "run.json")).read_text())
+            self.assertEqual(run["scene"]["solver"]["stray"], policy)
+            self.assertEqual(run["final"]["strayed"], strayed)
+            self.assertEqual("liquid falls out of the scene" in said, strayed > 0, said)
+
+    def test_super_steps_of_heat_are_bounded(self):
+        options = ["--set", "heat.time_scale=1e8", "--set", "heat.max_stages=2", "--set", "heat.max_supersteps=1"]
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options, code=3).stderr
+        self.assertIn("more than heat.max_supersteps 1", said)
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "no", "--set", "heat.max_supersteps=0", code=2)
+        self.assertIn("heat.max_supersteps", said.stderr)
+
     def test_an_interrupt_cuts_a_long_step_and_a_resumed_run_ends_the_same(self):
         """One step of some thousand sub-steps."""
         common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--set", "time.dt=20", "--set", "time.fps=0.05",
