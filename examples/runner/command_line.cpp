@@ -31,7 +31,8 @@ struct Typed {
   std::string argument;  ///< SCENE, NAME or DIR
   std::vector<std::string> set, filter;
   std::map<std::string, std::string> values;
-  bool deterministic = false, resume = false, overwrite = false, quiet = false, no_still = false;
+  bool deterministic = false, resume = false, overwrite = false, quiet = false, no_still = false,
+       no_page = false;
   bool long_cases = false, list = false, verbose = false;
 
   bool has(const std::string& option) const { return values.count(option) > 0 && !values.at(option).empty(); }
@@ -118,6 +119,7 @@ class CommandLine {
     run->add_flag("--deterministic", typed_.deterministic, "accepted; runs always repeat bit for bit");
     run->add_flag("--resume", typed_.resume, "continue the run in --out DIR from its checkpoint");
     run->add_flag("--no-still", typed_.no_still, "leave still.png out");
+    run->add_flag("--no-page", typed_.no_page, "leave index.html out");
     run->add_flag("--overwrite", typed_.overwrite, "write over the files of an existing --out DIR");
     run->add_flag("--quiet", typed_.quiet, "say nothing but warnings and errors");
   }
@@ -242,6 +244,7 @@ class CommandLine {
     options.resume = typed_.resume;
     options.overwrite = typed_.overwrite;
     options.still = !typed_.no_still;
+    options.page = !typed_.no_page;
     options.quiet = typed_.quiet;
     check_together(options);
     options.resume_command = resume_command(argc, argv);

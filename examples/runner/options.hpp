@@ -40,6 +40,7 @@ struct RunOptions {
   std::optional<std::vector<std::string>> formats;
   bool resume = false, overwrite = false, quiet = false;
   bool still = true;  ///< still.png, where anything is exported
+  bool page = true;   ///< index.html
   LogStyle log = LogStyle::text;
   std::string resume_command;  ///< the command that continues this run, but for --out
 };

@@ -33,7 +33,7 @@ double share(std::uint64_t part, std::uint64_t whole) {
 }  // namespace
 
 Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
-                   const RunState* resumed, bool still)
+                   const RunState* resumed, bool still, bool page)
     : scene_(scene),
       directory_(std::move(directory)),
       probe_table_(scene, built.probes),
@@ -44,6 +44,7 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
       pictures_(scene, directory_, built, planned_frames, resumed) {
   replay_every_ = pictures_.every();
   still_ = still;
+  page_ = page;
   // A resumed run has one if it had come so far.
   wants_still_ = still && !(resumed != nullptr && exists(directory_.file("still.png")));
 }
@@ -57,7 +58,7 @@ void Recorder::choose_still(std::uint64_t index) {
 }
 
 bool Recorder::wants_particles(std::uint64_t index) const {
-  return export_.any() || index == still_frame_ || index % replay_every_ == 0;
+  return export_.any() || index == still_frame_ || (page_ && index % replay_every_ == 0);
 }
 
 Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, meltsim::Reading reading,
@@ -126,7 +127,7 @@ void Recorder::pictures(meltsim::World& world, const RunState& state, bool ended
   writer_.finish();
   // The frame that was chosen may lie beyond the end.
   const bool missing = still_ && (wants_still_ || (still_frame_ != none && still_frame_ >= state.next_frame));
-  pictures_.finish(world, state, ended && missing);
+  pictures_.finish(world, state, page_, ended && missing);
 }
 
 }  // namespace runner

@@ -41,9 +41,9 @@ class Recorder {
   using Samples = std::vector<meltsim::ProbeSeries>;
 
   /// `resumed`: goes on with the tables in the directory from this state's time.
-  /// `planned_frames` is a guess for pictures, 0 = not known. `still`: whether still.png is wanted.
+  /// `planned_frames` is a guess for pictures, 0 = not known. `still` and `page`: whether still.png and index.html are wanted.
   Recorder(const Scene& scene, RunDirectory directory, Built& built, std::uint64_t planned_frames,
-           const RunState* resumed, bool still);
+           const RunState* resumed, bool still, bool page);
 
   /// Whether write() needs the particles of frame `index`.
   bool wants_particles(std::uint64_t index) const;
@@ -88,6 +88,7 @@ class Recorder {
   std::uint64_t meltable_left_ = 0;
   static constexpr std::uint64_t none = ~std::uint64_t{0};
   bool still_ = true;        ///< still.png is wanted
+  bool page_ = true;         ///< index.html is
   bool wants_still_ = true;  ///< and its frame has not been chosen yet
   std::uint64_t still_frame_ = none;
   std::atomic<std::uint64_t> replay_every_{1};

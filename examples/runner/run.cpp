@@ -73,7 +73,7 @@ void Run::resolve_dt() {
 }
 
 void Run::begin() {
-  recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr, wants_still());
+  recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr, wants_still(), options_.page);
   state_.meltable = built_.meltable;
   write_run_json({});
   if (time_.adaptive) state_.limits.assign(readings_behind, built_.world.stable_dt());
@@ -117,7 +117,7 @@ void Run::resume() {
     state_.rest = state_.part = {};
     state_.limits.assign(readings_behind, built_.world.stable_dt());
   }
-  recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_, wants_still());
+  recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_, wants_still(), options_.page);
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
 }

@@ -167,6 +167,11 @@ class Own(Pictures):
             self.run_scene("--frames", "1", *options)
             self.assertFalse(os.path.exists(self.path("run", "still.png")))
             self.assertTrue(os.path.exists(self.path("run", "index.html")))
+        for still in ([], ["--no-still"]):
+            shutil.rmtree(self.path("run"), ignore_errors=True)
+            self.run_scene("--frames", "1", "--no-page", *still)
+            self.assertEqual(os.path.exists(self.path("run", "still.png")), not still)
+            self.assertFalse(os.path.exists(self.path("run", "index.html")))
 
     def test_the_still_is_half_molten(self):
         """At the end nothing red is left: red ice becomes clear water."""

@@ -49,7 +49,8 @@ void RunPictures::frame(std::uint64_t index, double time, const meltsim::Particl
 
 void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
 
-void RunPictures::finish(meltsim::World& world, const RunState& state, bool still) {
+void RunPictures::finish(meltsim::World& world, const RunState& state, bool page, bool still) {
+  if (!page && !still) return;
   meltsim::ReadRequest all;
   all.particles = true;
   const meltsim::ParticleFrame particles = expect(world.take(expect(world.request(all)))).particles;
@@ -58,7 +59,7 @@ void RunPictures::finish(meltsim::World& world, const RunState& state, bool stil
     frames.push_back(replay_.picked(state.next_frame, state.time, particles));
   }
   const Box seen = view_box(scene_, box_of(frames));
-  write_page(std::move(frames), seen, state);
+  if (page) write_page(std::move(frames), seen, state);
   if (still) write_still(world_shapes(world, scene_, state.time, frame_particles(particles), problem_), seen);
 }
 

@@ -24,8 +24,8 @@ class RunPictures {
   void save() const;
   /// still.png of a frame. Touches no World: another thread than the World's may call it.
   void still(const FrameShapes& shapes);
-  /// The pictures a run ends with: index.html and, if `still` says so, still.png.
-  void finish(meltsim::World& world, const RunState& state, bool still);
+  /// What a run ends with: index.html and still.png, those that are asked for.
+  void finish(meltsim::World& world, const RunState& state, bool page, bool still);
   /// Why the still is not what it should be, if so.
   const std::string& problem() const { return problem_; }
 
