@@ -181,11 +181,13 @@ class Check {
   void print_left_out(const meltsim::FluidDesc& fluid, std::uint64_t count) {
     const meltsim::WorldDesc& world = scene_.world;
     const meltsim::Vec3d origin = world.domain.bounded ? world.domain.min : meltsim::Vec3d{};
-    const std::uint64_t points = fluid.shape.lattice_points(origin, world.spacing).size();
-    if (points > count)
+    std::vector<meltsim::Vec3i> points;
+    if (const meltsim::Status sampled = fluid.shape.lattice_points(origin, world.spacing, points); !sampled)
+      line("", "what was left out is not known: " + sampled.error().message);
+    if (points.size() > count)
       line("",
            fmt::format("{} more are nearer to a wall than half a spacing or where there is liquid already",
-                       count_text(points - count)));
+                       count_text(points.size() - count)));
   }
 
   /// What an emitter brings until the end of the scene.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 
@@ -10,6 +11,7 @@
 #include "failure.hpp"
 #include "files.hpp"
 #include "log.hpp"
+#include "numbers.hpp"
 #include "show/draw.hpp"
 #include "show/pov_file.hpp"
 #include "show/programs.hpp"
@@ -21,6 +23,16 @@ namespace {
 
 constexpr std::size_t sheet_pictures = 12;
 constexpr int sheet_columns = 4, sheet_width = 480;
+
+using Clock = std::chrono::steady_clock;
+
+/// ", about 3 min 10 s left", where that is worth saying.
+std::string time_left(Clock::time_point since, std::size_t done, std::size_t all) {
+  constexpr double worth_saying = 10;
+  const double spent = std::chrono::duration<double>(Clock::now() - since).count(),
+               left = spent * static_cast<double>(all - done) / static_cast<double>(done);
+  return left < worth_saying ? "" : fmt::format(", about {} left", duration_text(left));
+}
 
 /// At most `most` of them, evenly spread, with the first and the last; 0 = all.
 std::vector<std::uint64_t> spread(const std::vector<std::uint64_t>& all, std::uint64_t most) {
@@ -65,6 +77,7 @@ class Renderer {
     std::vector<std::pair<double, std::string>> pictures;
     std::vector<Image> small;
     const std::vector<std::uint64_t> on_sheet = spread(chosen, sheet_pictures);
+    const Clock::time_point since = Clock::now();
     for (const std::uint64_t index : chosen) {
       const FrameShapes shapes = frame_on_disk(directory_, scene_, index);
       say_once(shapes);
@@ -74,7 +87,8 @@ class Renderer {
       pictures.emplace_back(shapes.time, file);
       if (std::count(on_sheet.begin(), on_sheet.end(), index) > 0)
         small.push_back(reduced(image, sheet_width));
-      log_.info(fmt::format("{} ({} of {})", directory_.file(file), pictures.size(), chosen.size()));
+      log_.info(fmt::format("{} ({} of {}{})", directory_.file(file), pictures.size(), chosen.size(),
+                            time_left(since, pictures.size(), chosen.size())));
     }
     const std::string sheet = directory_.file(name_ + "_sheet.png");
     write_file(sheet, png_text(contact_sheet(
