@@ -207,10 +207,10 @@ int Run::report(Outcome outcome) {
                "interrupted");
     return 128 + interrupt_signal();
   }
+  if (options_.page) log_.info("page, for any browser: " + directory_.file("index.html"));
   log_.info(fmt::format("done: {} s simulated in {} steps, {}; results in {}", csv_number(state_.time),
                         state_.steps, duration_text(wall()), directory_.path),
             {{"final", block}, {"out", directory_.path}});
-  if (options_.page) log_.info("page, for any browser: " + directory_.file("index.html"));
   return static_cast<int>(ExitCode::ok);
 }
 

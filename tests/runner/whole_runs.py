@@ -85,7 +85,7 @@ class WholeRuns(unittest.TestCase):
         self.assertRegex(said.splitlines()[0], r"^backend: cpu.*\(.+\)")
         out = self.path("out", "tiny-001")
         self.assertIn("results in out/tiny-001", said)
-        self.assertEqual(said.splitlines()[-1], "page, for any browser: out/tiny-001/index.html")
+        self.assertEqual(said.splitlines()[-2], "page, for any browser: out/tiny-001/index.html")
         stats = table(os.path.join(out, "stats.csv"))
         self.assertEqual(list(stats[0]), STATS)
         self.assertEqual([float(row["time_s"]) for row in stats], [0, 0.04, 0.08, 0.12, 0.16, 0.2])
