@@ -15,7 +15,7 @@
 //   profile/<name>[_<what>]/cuda/<particles>              one step between cudaProfilerStart and -Stop, for
 //                                                         ncu; only where MELTSIM_BENCHMARK_PROFILE is set
 //
-// gauges and points: with so many probes, samples read after every few steps. 2d is a support of 2 spacings, otherwise 2.5; double is the precision, otherwise single. All times are
+// gauges, points and forces: with so many probes, samples read after every few steps. 2d is a support of 2 spacings, otherwise 2.5; double is the precision, otherwise single. All times are
 // manual: events on CUDA (verbs, stages), the clock of the host elsewhere. A stage's time is the median over
 // the last steps of a World with timings on, taken once per repetition; the World goes on between them.
 //
@@ -67,7 +67,7 @@ struct Scene {
   std::string layout;  ///< of the comparison of searches: "pool", "slosh" or "droplets"
 
   std::string
-      probes;  ///< what is sampled: "gauges" (8 levels at 1 kHz), "points" (1000 at every step), or nothing
+      probes;  ///< what is sampled: "gauges" (8 levels at 1 kHz), "points" (1000 at every step), "forces" (on six walls at 1 kHz), or nothing
 
   bool plain() const {
     return support == 2.5 && half_width == 2 && !in_double && layout.empty() && probes.empty();

@@ -215,7 +215,7 @@ std::vector<Scene> width_scenes(Backend backend) {
 
 std::vector<Scene> probe_scenes(Backend backend) {
   std::vector<Scene> all;
-  for (const char* probes : {"gauges", "points"}) {
+  for (const char* probes : {"gauges", "points", "forces"}) {
     Scene s;
     s.name = "water";
     s.probes = probes;
@@ -253,6 +253,16 @@ void add_probes(meltsim::World& world, const Scene& s) {
   meltsim::ProbeDesc d;
   const meltsim::Vec3d size = world.desc().domain.max;
   const bool gauges = s.probes == "gauges";
+  if (s.probes == "forces") {  // on every wall, at 1 kHz
+    d.kind = meltsim::ProbeKind::force;
+    d.fields = {"force", "moment"};
+    d.every = 1e-3;
+    for (int wall = 0; wall < 6; ++wall) {
+      d.wall = wall;
+      value_of(world.add_probe(d));
+    }
+    return;
+  }
   const int n = gauges ? 8 : 1000;
   for (int k = 0; k < n; ++k) {
     const double x = (k % 10 + 0.5) / 10, y = (k / 10 % 10 + 0.5) / 10, z = (k / 100 + 0.5) / 10;
