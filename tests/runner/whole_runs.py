@@ -368,6 +368,9 @@ class WholeRuns(unittest.TestCase):
                 said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "no", code=2,
                                     *["--set", "probes=" + json.dumps([probe])]).stderr
                 self.assertIn(words, said)
+        said = self.meltsim("check", SCENE, "--backend", "cpu", "--set", "domain.walls={-x: open}", "--set",
+                            "probes=[{kind: force, wall: -x}]", code=2).stderr
+        self.assertIn("probes[0].wall: face -x is open; only walls have a force", said)
 
     def test_liquid_that_falls_out_of_the_scene(self):
         """Without walls; faster than sound, 3 m/s, after 0.3 s."""
