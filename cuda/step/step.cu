@@ -11,6 +11,7 @@ namespace step {
 MELTSIM_INSTANTIATE(core::CudaExec, begin)
 MELTSIM_INSTANTIATE(core::CudaExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CudaExec, emit)
+MELTSIM_INSTANTIATE(core::CudaExec, let_go)
 MELTSIM_INSTANTIATE(core::CudaExec, integrate)
 MELTSIM_INSTANTIATE(core::CudaExec, clear)
 MELTSIM_INSTANTIATE(core::CudaExec, give_up)

@@ -152,10 +152,14 @@ struct HeatRegionDesc {
   double until = infinity;  ///< [s]
 };
 
-/// A round nozzle that emits liquid at a steady speed.
+/// A round nozzle that emits liquid at a steady speed: mass rho pi R^2 v per second. It is a pipe about two spacings long
+/// in which liquid moves at `speed` along the axis, whatever acts on it, so that weight and viscosity of what has left do
+/// not reach back. The first layer takes so long to its end. While a particle enters, its volume grows from nothing, so
+/// that a nozzle under water, or under liquid that falls back on it, works as a free one does. What leaves
+/// converges, or spreads, as the stream that gravity makes of it does.
 struct EmitterDesc {
   std::string name;  ///< empty = "emitter<N>"
-  Vec3d center;      ///< [m]
+  Vec3d center;      ///< where the pipe ends [m]; where walls or bodies leave no room behind, where it begins
   Vec3d axis{0, -1, 0};
   double radius = 0;  ///< [m], at least one spacing
   double speed = 1;   ///< [m/s], > 0

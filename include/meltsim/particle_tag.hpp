@@ -16,12 +16,14 @@ inline constexpr ParticleTag tag_solid = 0x00000100u;          ///< on a lattice
 inline constexpr ParticleTag tag_surface = 0x00000200u;        ///< SBP: fewer than 27 live direct neighbours
 inline constexpr ParticleTag tag_fixed = 0x00000400u;          ///< belongs to an immovable body
 inline constexpr ParticleTag tag_removed = 0x00000800u;        ///< left through an open face
-inline constexpr int tag_body_shift = 16;                      ///< body index + 1; kept after melting
+inline constexpr ParticleTag tag_held = 0x00001000u;  ///< liquid in a nozzle: moves at the nozzle's velocity
+inline constexpr int tag_body_shift = 16;             ///< body index + 1; kept after melting
 
 MELTSIM_HD std::uint32_t material_of(ParticleTag t) { return t & tag_material_mask; }
 MELTSIM_HD std::uint32_t body_of(ParticleTag t) { return t >> tag_body_shift; }
 MELTSIM_HD bool is_solid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == tag_solid; }
 MELTSIM_HD bool is_fluid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == 0u; }
+MELTSIM_HD bool is_held(ParticleTag t) { return (t & (tag_solid | tag_removed | tag_held)) == tag_held; }
 MELTSIM_HD bool is_removed(ParticleTag t) { return (t & tag_removed) != 0u; }
 
 }  // namespace v0

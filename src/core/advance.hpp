@@ -5,6 +5,7 @@
 #pragma once
 
 #include "core/frame.hpp"
+#include "meltsim/physics/emission.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "spatial/cells.hpp"
@@ -88,7 +89,7 @@ MELTSIM_HD bool strays(const Frame<T>& w, const Produced<T>& p, Vec3<T> v) {
 template <class T>
 MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T>& v) {
   x = physics::drift(x, v, w.f.clock->half_dt);
-  if (is_fluid(p.tag)) x += p.shift;
+  if (is_fluid(p.tag) && !is_held(p.tag)) x += p.shift;
   if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
   if (w.grid.periodic != 0u) {
     x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
@@ -127,7 +128,9 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
       }
     }
   }
-  end.position = with_w(x, p.position.w);
+  end.position =
+      with_w(x, is_held(tag) ? physics::entering_volume(p.position.w, w.c.spacing, length(v), w.f.clock->dt)
+                             : p.position.w);
   end.velocity = with_w(v, p.velocity.w);
   if (w.count_ahead &&
       end.check.bad == 0u) {  // one that is at no place is in no cell; the World halts anyway

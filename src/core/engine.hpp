@@ -20,10 +20,12 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// One layer of one nozzle, in double.
+/// One layer of one nozzle, in double. Without points: the nozzle has ended, and lets go of a layer that it holds.
 struct BurstArguments {
   std::uint32_t first_point = 0, points = 0;
   Vec3d center, velocity;
+  double radius = 0;  ///< of the nozzle [m]
+  double held = 0;    ///< what is farther from the centre than this is let go [m]
   double enthalpy = 0, mass = 0, volume = 0;
   std::uint32_t tag = 0;
 };

@@ -452,11 +452,16 @@ class EngineImpl final : public Engine {
     w_.burst.points = b.points;
     w_.burst.center = cast<T>(b.center);
     w_.burst.velocity = cast<T>(b.velocity);
+    w_.burst.axis = cast<T>(b.velocity * (1 / length(b.velocity)));
+    w_.burst.radius = static_cast<T>(b.radius);
+    w_.burst.held = static_cast<T>(b.held);
     w_.burst.enthalpy = b.enthalpy;
     w_.burst.mass = static_cast<T>(b.mass);
     w_.burst.volume = static_cast<T>(b.volume);
     w_.burst.tag = b.tag;
     w_.burst_first = w_.born;
+    if (w_.particles != 0) step::let_go<E, T>(ex_, w_);
+    if (b.points == 0) return;
     step::emit<E, T>(ex_, w_);
     w_.born += b.points;
     use_slots(slots_for(w_.born));

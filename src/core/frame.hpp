@@ -245,7 +245,8 @@ template <class T>
 struct Burst {
   std::uint32_t first_point = 0, points = 0;
   Vec3<T> center{};  ///< of this layer, in stored coordinates
-  Vec3<T> velocity{};
+  Vec3<T> velocity{}, axis{};
+  T radius{}, held{};
   double enthalpy = 0;
   T mass{}, volume{};
   std::uint32_t tag = 0;

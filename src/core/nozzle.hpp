@@ -19,20 +19,60 @@ inline Vec3d unit(Vec3d v) {
   return v * (1.0 / length(v));
 }
 
-/// Points of one layer, relative to the nozzle's centre. They lie at half-integers: a disc of radius R then holds about
-/// pi R^2/dx^2 of them.
-inline std::vector<Vec3d> nozzle_points(const EmitterDesc& e, double dx) {
+/// One layer of a nozzle, and the distance from layer to layer. A layer is a part of a square lattice whose pitch makes
+/// the area per point pi R^2/n, so that n particles of dx^3 per layer carry the flux pi R^2 v of liquid of rest density.
+struct NozzleLayer {
+  std::vector<Vec3d> points;  ///< relative to the nozzle's centre
+  double distance = 0;        ///< n dx^3/(pi R^2) [m]
+};
+
+namespace detail {
+
+struct DiscPoint {
+  double s = 0, t = 0, r2 = 0;  ///< in pitches
+};
+
+/// Points of a square lattice with its origin at (offset_s, offset_t), by distance from the centre, to beyond R.
+inline std::vector<DiscPoint> disc_points(double radius, double offset_s, double offset_t) {
+  std::vector<DiscPoint> points;
+  const int n = static_cast<int>(radius) + 2;
+  for (int b = -n; b <= n; ++b)
+    for (int a = -n; a <= n; ++a) {
+      const double s = a + offset_s, t = b + offset_t, r2 = s * s + t * t;
+      if (r2 <= (radius + 1) * (radius + 1)) points.push_back({s, t, r2});
+    }
+  std::stable_sort(points.begin(), points.end(),
+                   [](const DiscPoint& p, const DiscPoint& q) { return p.r2 < q.r2; });
+  return points;
+}
+
+}  // namespace detail
+
+/// The layer of a nozzle: of all sets of lattice points within a circle around a cell's centre, a point or an edge's
+/// centre, the one whose number is nearest to pi R^2/dx^2. Each is its own mirror image, so its centroid is the centre.
+inline NozzleLayer nozzle_layer(const EmitterDesc& e, double dx) {
   const Vec3d axis = unit(e.axis);
   const Vec3d helper = std::fabs(axis.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   const Vec3d u = unit(cross(axis, helper)), v = cross(axis, u);
-  std::vector<Vec3d> disc;
-  const int n = static_cast<int>(e.radius / dx) + 1;
-  for (int b = -n; b < n; ++b)
-    for (int a = -n; a < n; ++a) {
-      const double s = (a + 0.5) * dx, t = (b + 0.5) * dx;
-      if (s * s + t * t <= e.radius * e.radius) disc.push_back(u * s + v * t);
+  const double pi = 3.14159265358979323846, radius = e.radius / dx, area = pi * radius * radius;
+  std::vector<detail::DiscPoint> best;
+  double least = infinity;
+  constexpr double offsets[][2] = {{0.5, 0.5}, {0, 0}, {0.5, 0}};
+  for (const auto& offset : offsets) {
+    const auto points = detail::disc_points(radius, offset[0], offset[1]);
+    for (std::size_t n = 1; n < points.size(); ++n) {
+      if (points[n].r2 - points[n - 1].r2 < 1e-9) continue;  // as far from the centre: both or none
+      const double off = std::fabs(std::log(double(n) / area));
+      if (off >= least - 1e-12) continue;
+      least = off;
+      best.assign(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(n));
     }
-  return disc;
+  }
+  NozzleLayer layer;
+  layer.distance = dx * double(best.size()) / area;
+  const double pitch = dx * std::sqrt(area / double(best.size()));
+  for (const auto& p : best) layer.points.push_back(u * (p.s * pitch) + v * (p.t * pitch));
+  return layer;
 }
 
 }  // namespace core

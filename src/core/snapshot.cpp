@@ -15,9 +15,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 5;
+constexpr std::uint32_t format_version = 6;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -90,8 +90,8 @@ Error corrupt(const char* why) {
 }
 
 /// All that a tag may have set.
-constexpr std::uint32_t known_tag_bits =
-    tag_material_mask | tag_solid | tag_surface | tag_fixed | tag_removed | 0xffffu << tag_body_shift;
+constexpr std::uint32_t known_tag_bits = tag_material_mask | tag_solid | tag_surface | tag_fixed |
+                                         tag_removed | tag_held | 0xffffu << tag_body_shift;
 
 bool all_finite(const std::vector<Vec3d>& v) {
   for (const Vec3d& x : v)

@@ -21,6 +21,8 @@ namespace step {
 template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
 template <class E, class T>
+void let_go(E& ex, const core::Frame<T>& w);
+template <class E, class T>
 void begin_cells(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void clear(E& ex, const core::Frame<T>& w);

@@ -44,6 +44,8 @@ bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
 
 /// Clear way ahead of a nozzle [spacings].
 constexpr double nozzle_reach = 2;
+/// How long a nozzle is: liquid in it moves at the nozzle's velocity whatever acts on it [spacings].
+constexpr double nozzle_length = 2;
 }  // namespace
 
 Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
@@ -393,9 +395,14 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
                    " spacings, which makes about ", per_layer,
                    " particles a layer, more than there is memory for; narrow the nozzle or use a larger "
                    "spacing")};
-  const std::vector<Vec3d> disc = core::nozzle_points(e, desc.spacing);
+  const core::NozzleLayer layer = core::nozzle_layer(e, desc.spacing);
+  const std::vector<Vec3d>& disc = layer.points;
   fetch_state();
   if (Status s = check_nozzle(e, what, disc); !s) return s.error();
+  r.layer_distance = layer.distance;
+  r.held_layers =
+      std::max(1u, static_cast<std::uint32_t>(std::lround(nozzle_length * desc.spacing / layer.distance)));
+  if (room_behind(e, disc, r.held_layers * layer.distance)) r.lead = r.held_layers * layer.distance;
   Vec3d origin;
   if (Status s = origin_for({e.center}, what.c_str(), origin); !s) return s.error();
   r.points = static_cast<std::uint32_t>(disc.size());
@@ -430,17 +437,21 @@ void WorldImpl::settle_at(Vec3d origin) {
 
 /// When a layer of a nozzle comes [s].
 double WorldImpl::due(const EmitterRecord& e, std::uint64_t layer) const {
-  return e.desc.from + double(layer) * desc.spacing / e.desc.speed;
+  return e.desc.from + double(layer) * e.layer_distance / e.desc.speed;
 }
 
 /// Layers whose time has come before t: a function of time alone, so that a World that halted, or was interrupted or
 /// restored, owes what it owes.
 std::uint64_t WorldImpl::layers_before(const EmitterRecord& e, double t) const {
-  t = std::min(t, e.desc.until);
+  return layers_due(e, std::min(t, e.desc.until));
+}
+
+/// The same of a nozzle that never ends: afterwards it still lets go of layers.
+std::uint64_t WorldImpl::layers_due(const EmitterRecord& e, double t) const {
   if (!(t > e.desc.from)) return 0;
   constexpr double most = 9e15;  // whole numbers are exact to there
-  auto n =
-      static_cast<std::uint64_t>(std::min(most, std::ceil((t - e.desc.from) * e.desc.speed / desc.spacing)));
+  auto n = static_cast<std::uint64_t>(
+      std::min(most, std::ceil((t - e.desc.from) * e.desc.speed / e.layer_distance)));
   // The estimate is off by one at most; due() decides.
   if (n > 0 && due(e, n - 1) >= t) --n;
   else if (due(e, n) < t && double(n) < most) ++n;
@@ -458,6 +469,41 @@ void WorldImpl::limit_layers(EmitterRecord& e) const {
 /// Layers that have come by now.
 std::uint64_t WorldImpl::next_layer(const EmitterRecord& e) const {
   return std::min(e.layers, std::max(e.first_layer, layers_before(e, time)));
+}
+
+/// Whether a nozzle can begin this far behind its centre: within the domain, off walls and bodies. Where it cannot, it ends
+/// as far ahead.
+bool WorldImpl::room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc, double distance) const {
+  const double dx = desc.spacing;
+  const Vec3d behind = core::unit(e.axis) * -distance;
+  core::PointGrid own(same_place * dx);
+  for (const Vec3d& p : disc) {
+    const Vec3d x = e.center + p + behind;
+    if (!inside_domain(desc.domain, x) || !has_room(desc.domain, dx, x)) return false;
+    own.add(x, 0);
+    own.add(x - behind * 0.5, 0);
+  }
+  const auto any = [](std::uint32_t) { return true; };
+  for (std::size_t i = 0; i < state_.position.size(); ++i)
+    if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, any)) return false;
+  for (const EmitterRecord& other : emitters_) {
+    if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
+    for (const Vec3d& p : places_of(other))
+      if (own.near(p, any)) return false;
+  }
+  return true;
+}
+
+/// Where particles of a nozzle are held: from its beginning to its centre.
+std::vector<Vec3d> WorldImpl::places_of(const EmitterRecord& e) const {
+  std::vector<Vec3d> places;
+  const Vec3d axis = core::unit(e.desc.axis);
+  const int layers = e.lead > 0 ? static_cast<int>(e.held_layers) : 0;
+  for (int layer = 0; layer <= layers; ++layer)
+    for (std::uint32_t k = 0; k < e.points; ++k)
+      places.push_back(e.desc.center + emitter_points_[e.first_point + k] -
+                       axis * (layer * e.layer_distance));
+  return places;
 }
 
 /// A nozzle is a disc with thickness: its points and where they come out must be within the domain, off its walls, and off
@@ -488,10 +534,10 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
                      "; move the nozzle or the body a spacing apart");
   for (const EmitterRecord& other : emitters_) {
     if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
-    for (std::uint32_t k = 0; k < other.points; ++k)
-      if (own.near(other.desc.center + emitter_points_[other.first_point + k], any))
+    for (const Vec3d& p : places_of(other))
+      if (own.near(p, any))
         return invalid(what, "center: the nozzle's disc overlaps that of emitter \"", other.desc.name,
-                       "\" at ", other.desc.center + emitter_points_[other.first_point + k],
+                       "\" at ", p,
                        " while both are open; move one, or let one begin when the other has ended");
   }
   return {};

@@ -34,6 +34,9 @@ struct EmitterRecord {
   std::uint32_t first_point = 0, points = 0;
   std::uint64_t first_layer = 0;  ///< that came after it was added; layers are counted from EmitterDesc::from
   std::uint64_t layers = 0;       ///< one past the last
+  double layer_distance = 0;      ///< [m]
+  std::uint32_t held_layers = 0;  ///< layers that the nozzle holds
+  double lead = 0;                ///< how far behind the centre a layer begins [m]
 };
 
 struct ProbeRecord {
@@ -203,6 +206,9 @@ class WorldImpl final : public Scheduler {
   Status check_heat_work(double dt, double supersteps) const;
   double due(const EmitterRecord& e, std::uint64_t layer) const;
   std::uint64_t layers_before(const EmitterRecord& e, double t) const;
+  std::uint64_t layers_due(const EmitterRecord& e, double t) const;
+  std::vector<Vec3d> places_of(const EmitterRecord& e) const;
+  bool room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc, double distance) const;
   std::uint64_t next_layer(const EmitterRecord& e) const;
   void limit_layers(EmitterRecord& e) const;
   bool exhausted(const EmitterRecord& e) const;

@@ -119,12 +119,13 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   core::PointGrid own(same_place * desc.spacing);
   if (!emitters_.empty())
     for (const Vec3d& p : positions) own.add(p - origin, 0);
-  for (const EmitterRecord& e : emitters_)
-    for (std::uint32_t k = 0; k < e.points && time < e.desc.until; ++k)
-      if (own.near(e.desc.center + emitter_points_[e.first_point + k] - origin,
-                   [](std::uint32_t) { return true; }))
-        return invalid(what, "shape: lies on the nozzle of emitter \"", e.desc.name, "\" at ",
-                       e.desc.center + emitter_points_[e.first_point + k], "; move one of them");
+  for (const EmitterRecord& e : emitters_) {
+    if (!(time < e.desc.until)) continue;
+    for (const Vec3d& p : places_of(e))
+      if (own.near(p - origin, [](std::uint32_t) { return true; }))
+        return invalid(what, "shape: lies on the nozzle of emitter \"", e.desc.name, "\" at ", p,
+                       "; move one of them");
+  }
   const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
   double fastest = length(s.velocity);
   for (const Vec3d& p : positions)

@@ -78,14 +78,17 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
 const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, double until) {
   bursts_.clear();
   for (const EmitterRecord& e : emitters_) {
-    const std::uint64_t end = std::min(e.layers, layers_before(e, until));
+    // Behind the last layer the nozzle lets go of those that it holds.
+    const std::uint64_t end = std::min(e.layers + e.held_layers, layers_due(e, until));
     const Vec3d axis = core::unit(e.desc.axis);
-    for (std::uint64_t layer = std::max(e.first_layer, layers_before(e, from)); layer < end; ++layer) {
+    for (std::uint64_t layer = std::max(e.first_layer, layers_due(e, from)); layer < end; ++layer) {
       const auto& row = rows_[e.desc.material.index];
       core::BurstArguments b;
       b.first_point = e.first_point;
-      b.points = e.points;
-      b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)));
+      b.points = layer < e.layers ? e.points : 0;
+      b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)) - e.lead);
+      b.radius = e.desc.radius;
+      b.held = (e.held_layers - 0.5) * e.layer_distance;
       b.velocity = axis * e.desc.speed;
       b.mass = physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)) * desc.spacing *
                desc.spacing * desc.spacing;
@@ -94,8 +97,8 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
       b.tag = e.desc.material.index;
       bursts_.push_back(b);
-      census_.fluid = true;
-      born_ += e.points;
+      if (b.points != 0) census_.fluid = true;
+      born_ += b.points;
     }
   }
   return bursts_.empty() ? nullptr : &bursts_;

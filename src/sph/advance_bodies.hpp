@@ -35,7 +35,8 @@ struct AdvanceBody : ForcesBody<T, Company::liquid, Periodic> {
     core::Produced<T>& p = item.p;
     const Vec3<T> v = xyz(p.velocity);
     if (is_fluid(p.tag)) p.acceleration = Forces::acceleration(i, p.tag, p.position, v, item.mass, s);
-    const auto end = core::end_of_step(w, i, p, physics::kick(v, p.acceleration, w.f.clock->dt), add);
+    const Vec3<T> kicked = is_held(p.tag) ? v : physics::kick(v, p.acceleration, w.f.clock->dt);
+    const auto end = core::end_of_step(w, i, p, kicked, add);
     w.next.position[i] = end.position;
     w.next.velocity[i] = end.velocity;
     return end.check;

@@ -4,6 +4,7 @@
 
 #include "core/advance.hpp"
 #include "core/lattice.hpp"
+#include "meltsim/physics/emission.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -22,6 +23,28 @@ struct BeginBody {
   }
 };
 
+/// What a nozzle holds and has reached its end goes on as free liquid.
+template <class T>
+struct LetGoBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const core::Burst<T>& b = w.burst;
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_held(tag)) return;
+    // What a nozzle holds has kept its velocity to the last bit, which tells it from what another one holds.
+    const Vec4<T> v = w.f.velocity[i];
+    if (v.x != b.velocity.x || v.y != b.velocity.y || v.z != b.velocity.z) return;
+    const Vec3<T> x = xyz(w.f.position[i]) - b.center;
+    const T along = dot(x, b.axis), reach = b.radius + T(0.5) * w.c.spacing;
+    const Vec3<T> across = x - b.axis * along;
+    if (along < b.held || dot(across, across) > reach * reach) return;
+    w.f.tag[i] = tag & ~tag_held;
+    w.f.velocity[i] = with_w(b.velocity + physics::converging_velocity(across, dot(w.c.gravity, b.axis),
+                                                                       length(b.velocity), b.radius),
+                             v.w);
+  }
+};
+
 /// One layer of a nozzle: the next ids.
 template <class T>
 struct EmitBody {
@@ -31,12 +54,12 @@ struct EmitBody {
     const auto id = static_cast<std::uint32_t>(w.burst_first + k);
     const std::uint32_t slot = w.f.slot_of_id[id];  // until now it held nothing, as if removed
     const Vec3<T> offset = xyz(w.f.emitter_points[b.first_point + k]);
-    w.f.position[slot] = with_w(b.center + offset, b.volume);
+    w.f.position[slot] = with_w(b.center + offset, b.volume * T(physics::entering_share));
     w.f.velocity[slot] = with_w(b.velocity, T(0));
     if (w.f.enthalpy != nullptr) w.f.enthalpy[slot] = b.enthalpy;
     else w.f.enthalpy_of_id[id] = b.enthalpy;
     w.f.mass[slot] = b.mass;
-    w.f.tag[slot] = b.tag;
+    w.f.tag[slot] = b.tag | tag_held;
     if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
   }
 };
@@ -45,7 +68,7 @@ struct EmitBody {
 /// Channels that the plan does not hold are null.
 template <class T>
 MELTSIM_HD Vec3<T> kicked(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> v, Vec3<T> a) {
-  if ((tag & tag_fixed) != 0u && is_solid(tag)) return v;
+  if (((tag & tag_fixed) != 0u && is_solid(tag)) || is_held(tag)) return v;
   if (w.f.acceleration != nullptr) v = physics::kick(v, a, w.f.clock->dt);
   if (w.f.shape_velocity != nullptr && is_solid(tag)) v += w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]];
   return v;

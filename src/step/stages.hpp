@@ -24,6 +24,12 @@ void emit(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.burst.points, EmitBody<T>{w});
 }
 
+/// Ahead of a burst: the nozzle lets go of the layer that has reached its end; not a stage.
+template <class E, class T>
+void let_go(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, LetGoBody<T>{w});
+}
+
 template <class E, class T>
 void integrate(E& ex, const core::Frame<T>& w) {
   ex.gather_reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});

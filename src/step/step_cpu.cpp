@@ -11,6 +11,7 @@ namespace step {
 MELTSIM_INSTANTIATE(core::CpuExec, begin)
 MELTSIM_INSTANTIATE(core::CpuExec, begin_cells)
 MELTSIM_INSTANTIATE(core::CpuExec, emit)
+MELTSIM_INSTANTIATE(core::CpuExec, let_go)
 MELTSIM_INSTANTIATE(core::CpuExec, integrate)
 MELTSIM_INSTANTIATE(core::CpuExec, clear)
 MELTSIM_INSTANTIATE(core::CpuExec, give_up)

@@ -195,12 +195,12 @@ TEST(Limits, MaxParticlesOfANozzleThatIsAddedLate) {
   for (int k = 0; k < 100; ++k) require(w.step(0.01));  // by then 20 layers would have come
   EmitterDesc e = nozzle(water, {0.6, 0.8, 0.6});
   e.until = inf;
-  e.max_particles = 20;  // 5 layers of 4
+  e.max_particles = 30;  // 3 layers of 8
   require(w.add_emitter(e));
   for (int k = 0; k < 70; ++k) require(w.step(0.005));
   const StepResult r = w.synchronize();
   EXPECT_FALSE(r.halted) << r.halt_reason;
-  EXPECT_EQ(r.fluid, 20u);
+  EXPECT_EQ(r.fluid, 24u);
   EXPECT_TRUE(r.emitter_exhausted);
 }
 
