@@ -610,7 +610,11 @@ TEST(Surface, FollowsWhatIsEmittedAndWhatLeaves) {
       continue;
     }
     const MeshCheck c = expect_surface(m, dx / 2, -1);
-    EXPECT_NEAR(c.volume / (static_cast<double>(r.fluid) * cube), 1.2, 0.4) << k;
+    // Once the nozzle has ended, the tail of the stream is drawn out until its layers are farther apart than the field
+    // reaches, and what they enclose is less.
+    if (k < 120) {
+      EXPECT_NEAR(c.volume / (static_cast<double>(r.fluid) * cube), 1.2, 0.4) << k;
+    }
   }
   EXPECT_GT(most, 50u);
   EXPECT_EQ(w.synchronize().fluid, 0u);
