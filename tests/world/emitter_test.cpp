@@ -270,7 +270,8 @@ TEST(Emitter, NozzlesBesideAWallAndEachOtherDoNotDisturbOneAnother) {
   require(w.step(0.2));
   const StepResult r = w.synchronize();
   ASSERT_FALSE(r.halted) << r.halt_reason;
-  for (const auto& x : w.particles()->position)
+  const ParticleData p = *w.particles();
+  for (const Vec3d& x : p.position)
     EXPECT_LT(std::min(std::fabs(x.z - 0.3), std::fabs(x.z - 0.5)), e.radius + 0.02);
   // Free fall from the upper lip, by 0.2 m and less, and a tenth for the noise.
   EXPECT_LT(r.max_speed, 1.1 * std::sqrt(4 + 2 * 9.81 * (0.5 * 9.81 * 0.04 + 2 * e.radius)));
@@ -282,7 +283,8 @@ TEST(Emitter, WhatANozzleHoldsIsInTheSnapshotAndIsLetGo) {
   World a = jet_world(j, 0.1), b = jet_world(j, 0.1);
   const auto held = [](World& w) {
     std::size_t n = 0;
-    for (const ParticleTag tag : w.particles()->tag) n += is_held(tag) ? 1u : 0u;
+    const ParticleData p = *w.particles();
+    for (const ParticleTag tag : p.tag) n += is_held(tag) ? 1u : 0u;
     return n;
   };
   for (int k = 0; k < 45; ++k) require(a.step(0.001));
