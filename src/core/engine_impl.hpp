@@ -165,8 +165,6 @@ class EngineImpl final : public Engine {
     w_.cells_begun = w_.counted && plain;
     const bool advances = plain && buffers_.has_spare_position() && liquid_alone(w_) && can_advance(a.stages);
     w_.next = advances ? buffers_.spare() : NextViews<T>{};
-    // Enthalpies are what they were when the state was put in order.
-    w_.heat_at_hand = plain && fuses(ex_) && can_make_operands(a.stages);
     counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
@@ -511,7 +509,6 @@ class EngineImpl final : public Engine {
   /// A stage, or what takes its place, or nothing where another has done its work.
   void run_unless_done(int s) {
     if constexpr (can_fuse<E>) {
-      if (s == stage_thermal_operands && w_.heat_at_hand) return;
       if (w_.next.position != nullptr) {
         if (s == stage_sph_forces) sph::advance<E, T>(ex_, w_);
         if (s == stage_sph_forces || s == stage_step_integrate) return;
@@ -537,8 +534,7 @@ class EngineImpl final : public Engine {
             bits(a.heat_bound),
             static_cast<std::uint64_t>(a.heat_stages),
             static_cast<std::uint64_t>(a.heat_supersteps),
-            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u) |
-                (w_.heat_at_hand ? 8u : 0u)};
+            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
   }
 
   void run(int s, StageFunction<E, T> function) {

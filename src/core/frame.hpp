@@ -227,6 +227,7 @@ struct Constants {
   physics::SurfaceCondition<T> wall_heat[6];  ///< per face
   std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
   physics::WallExchange<T> wall_exchange;
+  physics::ConductionShare<T> conduction_share;
   T first_layer{};  ///< share of a plane surface that its first layer serves
   std::uint32_t heat_regions = 0;
   std::uint32_t no_slip = 1;
@@ -276,11 +277,10 @@ struct Frame {
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool solids = true;              ///< there are some
   bool one_liquid = false;         ///< no two materials are ever liquid
-  bool slots_of_all = true;   ///< slot_of_id is kept for everyone, not only for solids and what is to come
-  bool count_ahead = false;   ///< step.integrate counts who will be in which cell; it follows the same step
-  bool counted = false;       ///< it did in the sub-step before
-  bool cells_begun = false;   ///< and where cells begin is known since step.begin
-  bool heat_at_hand = false;  ///< thermal.operands is done where the state is put in order
+  bool slots_of_all = true;  ///< slot_of_id is kept for everyone, not only for solids and what is to come
+  bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
+  bool counted = false;      ///< it did in the sub-step before
+  bool cells_begun = false;  ///< and where cells begin is known since step.begin
   // Arguments of single stages, set by the engine:
   Clock<T> clock;  ///< step.begin
   Burst<T> burst;  ///< step.emit

@@ -97,6 +97,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   k.domain_max = k.walls.max = cast<T>(c.domain.max);
   k.walls.support = static_cast<T>(c.support);
   k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
+  k.conduction_share = physics::make_conduction_share<T>(c.support, c.spacing);
   k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
   k.walls.push_scale = physics::floor_push_scale<T>(c.support, c.spacing);
   k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What neighbours ask of a particle when heat flows between them. Used by thermal.operands, and by spatial.settle where
-// it makes them in passing.
+// What neighbours ask of a particle when heat flows between them.
 #pragma once
 
 #include "core/frame.hpp"
@@ -21,13 +20,13 @@ MELTSIM_HD T unmarked(T resistivity) {
   return resistivity < T(0) ? -resistivity * T(0x1p-80) : resistivity;
 }
 
-/// Temperature and resistivity at an enthalpy [J].
+/// Temperature and resistivity at an enthalpy [J]; share: physics::conduction_share.
 template <class T>
-MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass) {
+MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass, T share) {
   const double h = enthalpy / static_cast<double>(mass);
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
   const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
-  const T r = physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
+  const T r = share * physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
   return {temperature, fraction > T(0) && fraction < T(1) ? marked(r) : r};
 }
 

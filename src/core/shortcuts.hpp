@@ -17,12 +17,6 @@ inline bool can_count_ahead(std::uint64_t stages) {
          !has_stage(stages, stage_spatial_moved) && !has_stage(stages, stage_topology_freeze);
 }
 
-/// Whether spatial.settle or spatial.reorder may do the work of thermal.operands: no enthalpy changes between.
-inline bool can_make_operands(std::uint64_t stages) {
-  return (has_stage(stages, stage_spatial_settle) || has_stage(stages, stage_spatial_reorder)) &&
-         has_stage(stages, stage_thermal_operands) && !has_stage(stages, stage_thermal_boundary);
-}
-
 /// Scenes in which sph.advance never runs.
 inline constexpr std::uint32_t not_advancing = fact_solid | fact_melt | fact_shifting | fact_viscosity |
                                                fact_heat_enthalpy | fact_heat_paper | fact_heat_iwasaki;

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "core/frame.hpp"
-#include "core/heat_operand.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"
@@ -66,7 +65,6 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   w.f.mass[i] = mass;
   w.f.tag[i] = tag;
   w.f.id[i] = id;
-  if (w.heat_at_hand) w.f.heat_operand[i] = core::operand_at(m, enthalpy, mass);
   // A permutation: no two i share an id. Written all over memory, hence for those only whom somebody will look for.
   if (w.slots_of_all || is_solid(tag) || is_removed(tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
 }

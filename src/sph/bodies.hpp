@@ -93,6 +93,7 @@ struct DensityBody {
     }
     w.f.density[i] = density;
     w.f.velocity[i].w = term;
+    if (w.f.heat_share != nullptr) w.f.heat_share[i] = phi;
   }
 };
 

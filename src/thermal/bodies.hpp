@@ -19,18 +19,55 @@ using core::operand_at;
 using core::unmarked;
 using physics::MaterialRow;
 
-/// 1/k of a particle toward one of another temperature [m K/W].
+/// 1/k of particle i toward one of another temperature, times its share [m K/W].
 template <class T>
-MELTSIM_HD T toward(const MaterialRow<T>& m, const HeatOperand<T>& own, T other) {
+MELTSIM_HD T toward(const Frame<T>& w, std::uint64_t i, const HeatOperand<T>& own, T other) {
   if (!(own.resistivity < T(0))) return own.resistivity;
-  return physics::resistivity_of(physics::conductivity_toward(m, own.temperature, other));
+  return w.f.heat_share[i] * physics::resistivity_of(physics::conductivity_toward(
+                                 w.f.materials[material_of(w.f.tag[i])], own.temperature, other));
 }
 
+/// Temperature, share and resistivity of every particle.
 template <class T>
 struct OperandsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    w.f.heat_operand[i] = operand_at(w.f.materials[material_of(w.f.tag[i])], w.f.enthalpy[i], w.f.mass[i]);
+    const std::uint32_t tag = w.f.tag[i];
+    const T share = is_removed(tag) ? T(1) : share_of(i, tag);
+    w.f.heat_share[i] = share;
+    w.f.heat_operand[i] = operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], share);
+  }
+  /// Walls count as filled where heat passes them, and not elsewhere; so do surfaces of a held temperature, along which
+  /// nothing has to be conducted. sph.density counts the images in all walls.
+  MELTSIM_HD T share_of(std::uint64_t i, std::uint32_t tag) const {
+    if (w.f.body_heat != nullptr && is_solid(tag) && (tag & tag_surface) != 0u &&
+        w.f.body_heat[body_of(tag) - 1u].surface.kind == physics::SurfaceHeat::held)
+      return T(1);
+    physics::WallBox<T> walls = w.c.walls;
+    const Vec3<T> x = xyz(w.f.position[i]);
+    if (w.f.density != nullptr) {
+      walls.faces &= ~w.c.heated_walls;
+      return physics::conduction_share(
+          w.c.conduction_share, w.f.heat_share[i] * (T(1) - physics::wall_cover(walls, w.c.kernel, x)));
+    }
+    if ((tag & tag_surface) == 0u) return T(1);  // all direct neighbours are there
+    T phi = 0;
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+      phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+    });
+    walls.faces &= w.c.heated_walls;
+    return physics::conduction_share(w.c.conduction_share,
+                                     phi / (T(1) - physics::wall_cover(walls, w.c.kernel, x)));
+  }
+};
+
+/// Temperature and resistivity of every particle, for models that do not correct sums.
+template <class T>
+struct PlainOperandsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    w.f.heat_operand[i] =
+        operand_at(w.f.materials[material_of(w.f.tag[i])], w.f.enthalpy[i], w.f.mass[i], T(1));
   }
 };
 
@@ -38,7 +75,7 @@ struct OperandsBody {
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
                                                  const HeatOperand<T>& operand) {
-  const T temperature = operand.temperature, conductivity = T(1) / unmarked(operand.resistivity);
+  const T temperature = operand.temperature, conductivity = w.f.heat_share[i] / unmarked(operand.resistivity);
   physics::SurfaceRate<T> sum;
   const auto add = [&](const physics::SurfaceRate<T>& r) {
     sum.rate += r.rate;
@@ -97,7 +134,6 @@ struct StageBody {
     Sum s;
     const std::uint32_t tag = w.f.tag[i];
     if (is_removed(tag)) return s;
-    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     const HeatOperand<T> own = w.f.heat_operand[i];
     const T volume = w.f.position[i].w;
     spatial::sweep_part<Periodic>(
@@ -105,8 +141,7 @@ struct StageBody {
           const HeatOperand<T> other = w.f.heat_operand[j];
           T resistivities = own.resistivity + other.resistivity;
           if (resistivities < T(0))
-            resistivities = toward(m, own, other.temperature) +
-                            toward(w.f.materials[material_of(w.f.tag[j])], other, own.temperature);
+            resistivities = toward(w, i, own, other.temperature) + toward(w, j, other, own.temperature);
           const T g = physics::pair_conductance(
               volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), resistivities);
           s.rate += static_cast<double>(g * (other.temperature - own.temperature));
@@ -149,7 +184,13 @@ struct StageBody {
     const double enthalpy = w.f.enthalpy[i] + d;
     if (stage.last) w.f.enthalpy[i] = enthalpy;
     else w.f.heat_increment_old[i] = d;
-    if (!stage.ends) w.f.heat_operand_next[i] = operand_at(m, enthalpy, mass);
+    if (stage.ends) return;
+    // Resistivities stay those of the super-step's beginning: the scheme's order rests on one operator.
+    w.f.heat_operand_next[i] =
+        stage.last
+            ? operand_at(m, enthalpy, mass, w.f.heat_share[i])
+            : HeatOperand<T>{static_cast<T>(physics::temperature_of(m, enthalpy / static_cast<double>(mass))),
+                             w.f.heat_operand[i].resistivity};
   }
 };
 
@@ -309,7 +350,7 @@ struct PaperBody {
     if (change != T(0))  // a step that changes nothing changes no bit
       w.f.enthalpy[i] =
           static_cast<double>(mass) * physics::enthalpy_of(m, before + static_cast<double>(change));
-    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i], mass);
+    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i], mass, T(1));
   }
 };
 

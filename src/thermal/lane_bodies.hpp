@@ -24,12 +24,11 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
   ExchangeSum<T> exchanged(std::uint64_t i) const {
     const auto kernel = w.c.kernel;
     const auto grid = w.grid;
-    const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
     const HeatOperand<T> own = w.f.heat_operand[i];
     const Vec4<T> xi = w.f.position[i];
     // What holds both phases conducts by who is at the other end: warmer, or not.
-    const T to_warmer = toward(m, own, std::numeric_limits<T>::infinity()),
-            to_colder = toward(m, own, own.temperature);
+    const T to_warmer = toward(w, i, own, std::numeric_limits<T>::infinity()),
+            to_colder = toward(w, i, own, own.temperature);
     spatial::LaneSum<double> rate;
     spatial::LaneSum<T> conductance;
     spatial::Batches<Periodic, T> neighbours(w, i);
@@ -54,21 +53,10 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
     }
     return {rate.total(), conductance.total()};
   }
-  /// Resistivities of neighbours that hold both phases, toward one of temperature `own`. Nearly all of them are of one
-  /// material, and all of that at its melting point: what those have is worked out once.
+  /// Resistivities of neighbours that hold both phases, toward one of temperature `own`.
   void settle(const std::uint32_t* slots, std::uint32_t n, T own, spatial::LanePairs<T>& other) const {
-    std::uint32_t material = core::none;
-    T temperature{}, resistivity{};
-    for (std::uint32_t k = 0; k < n; ++k) {
-      if (!(other.second[k] < T(0))) continue;
-      const std::uint32_t its = material_of(w.f.tag[slots[k]]);
-      if (its != material || other.first[k] != temperature) {
-        material = its;
-        temperature = other.first[k];
-        resistivity = toward(w.f.materials[its], HeatOperand<T>{temperature, other.second[k]}, own);
-      }
-      other.second[k] = resistivity;
-    }
+    for (std::uint32_t k = 0; k < n; ++k)
+      other.second[k] = toward(w, slots[k], HeatOperand<T>{other.first[k], other.second[k]}, own);
   }
 };
 

@@ -68,7 +68,7 @@ void level(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void paper(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
-  operands(ex, w);
+  ex.for_each(w.particles, PlainOperandsBody<T>{w});
   spatial::with_periods(w, [&](auto periodic) {
     ex.for_each(w.particles, PaperBody<T, true, periodic()>{w});
     std::swap(w.f.heat_operand, w.f.heat_operand_next);
@@ -79,7 +79,7 @@ void paper(E& ex, const core::Frame<T>& frame) {
 /// Explicit exchange of temperatures.
 template <class E, class T>
 void iwasaki(E& ex, const core::Frame<T>& w) {
-  operands(ex, w);
+  ex.for_each(w.particles, PlainOperandsBody<T>{w});
   ex.accumulate(w.particles, IwasakiBody<T>{w});
 }
 

@@ -150,6 +150,7 @@ class Lanes : public testing::Test {
     Random random(91);
     for (std::size_t i = 0; i < w.particles; ++i) {
       const T r = static_cast<T>(random.uniform(0.5, 2));
+      w.f.heat_share[i] = static_cast<T>(random.uniform(0.3, 1));
       w.f.heat_operand[i] = {static_cast<T>(i % 2 == 0 ? 0.0 : random.uniform(-20, 20)),
                              i % 5 == 0 ? core::marked(r) : r};
     }

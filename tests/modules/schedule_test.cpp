@@ -126,8 +126,8 @@ TEST(Schedule, ShapeMatchingStepsAsideForSums) {
   // Sorted cells are on the way to density, too, however far ahead.
   const Schedule sorted = make_schedule(stages_of((melting & ~fact_packed) | fact_sorted | fact_sparse));
   EXPECT_EQ(static_cast<int>(sorted.urgency[stage_spatial_keys]), 3);
-  // Operands do not wait for the neighbours, so that the exchange can begin with them.
-  EXPECT_EQ(ended_before(many)[stage_thermal_operands] & stage_bit(stage_sph_density), 0u);
+  // Operands follow the sums that say what is missing around a particle.
+  EXPECT_NE(ended_before(many)[stage_thermal_operands] & stage_bit(stage_sph_density), 0u);
   // Without liquid and heat there is nothing to step aside for.
   EXPECT_EQ(make_schedule(stages_of(solids | fact_dry)).aside, 0u);
 }

@@ -110,6 +110,47 @@ MELTSIM_HD T resistivity_of(T conductivity) {
   return T(1) / conductivity;
 }
 
+/// How much of the conduction along a surface the pair sum finds [-], and the correction for it.
+///
+/// The sum over neighbours delivers, in direction e, the moment M_e = sum_j V_j L_ij (x_ij.e)^2 / 2 of what it is
+/// asked for: 1 inside, less where neighbours are missing. Along a plane, an edge, a sheet or a bar of the lattice
+/// it is 1 - slope (1 - phi), phi = sum_j V_j W_ij being how much of a particle's surroundings is filled: to 1 % for
+/// H from 1.5 to 4 dx, from whole down to a row of single particles. Dividing the particle's conductivity by it
+/// makes up for what is missing: pairs stay symmetric and g_ij >= 0, so energy is kept and no new extreme arises.
+/// Across the surface half of the moment is missing, which insulates it; there the correction adds 3 % to what the
+/// outermost two layers exchange. Walls that heat passes count as filled: their exchange (wall_exchange.hpp) is made
+/// for sums that are not corrected. Ours.
+template <class T>
+struct ConductionShare {
+  T slope{};  ///< (1 - M) / (1 - phi) of the first lattice layer beneath a plane, along it [-]
+};
+
+/// phi below this, which only what is all but alone has, is corrected no further.
+inline constexpr double least_conduction_share = 0.05;
+
+/// M along a surface [-] where phi is this: 1 where nothing is missing.
+template <class T>
+MELTSIM_HD T conduction_share(const ConductionShare<T>& c, T phi) {
+  return clamp(T(1) - c.slope * (T(1) - phi), T(least_conduction_share), T(1));
+}
+
+/// For H = support on a lattice of spacing dx (host).
+template <class T>
+inline ConductionShare<T> make_conduction_share(double support, double spacing) {
+  const auto k = make_kernel<double>(support, spacing);
+  const double volume = spacing * spacing * spacing;
+  const int n = static_cast<int>(support / spacing) + 1;
+  double moment = 0, phi = 0;  // of what lies beyond the plane
+  for (int x = 1; x <= n; ++x)
+    for (int y = -n; y <= n; ++y)
+      for (int z = -n; z <= n; ++z) {
+        const double r2 = spacing * spacing * double(x * x + y * y + z * z), r = std::sqrt(r2);
+        phi += kernel_value(k, r) * volume;
+        moment += 0.5 * kernel_laplacian(k, r, r2) * volume * (spacing * spacing * double(y * y));
+      }
+  return {static_cast<T>(moment / phi)};
+}
+
 /// Harmonic mean of two conductivities [W/(m K)] from their resistivities: zero if either end insulates.
 template <class T>
 MELTSIM_HD T pair_conductivity(T resistivity_i, T resistivity_j) {
@@ -126,6 +167,8 @@ MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>
 
 /// Coefficients of stage j of s of one super-step, acting on increments d_j = Y_j - Y_0:
 ///   d_j = mu d_{j-1} + nu d_{j-2} + mu_rate tau M(Y_{j-1}) + gamma_rate tau M(Y_0).
+/// M takes temperatures from Y and conductivities from Y_0. If they followed Y, one that jumps where a particle
+/// begins to melt would set M(Y_0) apart from the other stages, and most of that super-step's heat would be lost.
 struct HeatStage {
   double mu = 0, nu = 0, mu_rate = 1, gamma_rate = 0;
 };
