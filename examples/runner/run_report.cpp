@@ -36,6 +36,12 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
     log_.warn("heat was exchanged faster than its stage bound allows; raise heat.max_stages or lower dt");
   }
   if (result.modulus_unreachable) warn_about_stiffness();
+  if (result.body_stiffened)
+    log_.warn(
+        "a body is softer than liquid around it bears and was stiffened to E = density c^2/2 (run.json: "
+        "stiffness); a "
+        "lower sound_speed lets it be softer");
+  if (result.cooled_to_zero) log_.warn("something was to be cooled below absolute zero and was held there");
   if (result.emitter_exhausted) log_.warn("an emitter reached max_particles and stopped");
   if (result.strayed > 0)
     log_.warn("liquid falls out of the scene and is removed (solver.stray; run.json counts it as strayed)");
@@ -54,10 +60,10 @@ void Run::warn_about_stiffness() {
     const double asked = built_.world.material(built_.material_ids[i]).youngs_modulus,
                  got = delivered[i].youngs_modulus;
     if (got >= asked * (1 - 1e-6)) continue;
-    log_.warn(fmt::format(
-        "materials.{}: a youngs_modulus of {:.3g} Pa is out of reach at this step, bodies have {:.3g} "
-        "Pa; lower dt {:.2g} times",
-        built_.materials[i], asked, got, std::sqrt(asked / got)));
+    log_.warn(
+        fmt::format("materials.{}: a youngs_modulus of {:.3g} Pa is out of reach, bodies have {:.3g} "
+                    "Pa; a sound_speed {:.2g} times as large brings it, at as many times the steps",
+                    built_.materials[i], asked, got, std::sqrt(asked / got)));
   }
 }
 

@@ -43,16 +43,22 @@ struct MaterialDesc {
   bool freezes = false;
 
   int region_half_width = 2;  ///< w of lattice shape matching, 0..8; larger is stiffer (0 = free particles)
-  double stiffness = 1.0;     ///< alpha of shape matching, (0, 1]: the modulus then follows density and
-                              ///< step; the latter down to a quarter of courant H/c, below it stays the same
-  /// Young's modulus E [Pa], >= 0; 0 = `stiffness` holds. Above 0 it replaces `stiffness`: at every sub-step
-  /// alpha is what gives E for the length of that sub-step, and where alpha would exceed 1 regions are
-  /// widened, from region_half_width (then at least 1) up to 8. A change of width makes step() rebuild the
-  /// regions, which waits and allocates. What is out of reach at width 8, E > 24 density (spacing/dt)^2, gets
-  /// alpha 1: StepResult::modulus_unreachable says so, Resolved::stiffness what was delivered. Wide regions
-  /// are slow, the cost goes as (2w+1)^3: a shorter step is the cheaper way to a stiff body.
+  /// alpha of shape matching, (0, 1]: E = density stiffness w(w+1)/3 (dx/dt_s)^2 with dt_s = courant H / c of the
+  /// World, less where a body may stand on one of less than a quarter of its density, whatever sub-steps are taken. At the default H and Courant number dx/dt_s is c: the body carries sound
+  /// about as fast as the liquid, and a larger WorldDesc::sound_speed makes it stiffer.
+  double stiffness = 1.0;
+  /// Young's modulus E [Pa], >= 0; 0 = `stiffness` holds. Above 0 it replaces `stiffness`; regions are widened, from
+  /// region_half_width (then at least 1) up to 8, until they carry E at the World's largest sub-step (stable_dt without
+  /// speeds). What is out of reach at width 8, E > 24 density (spacing/dt)^2, stays at that:
+  /// StepResult::modulus_unreachable says so, Resolved::stiffness what is delivered. Wide regions are slow, the cost
+  /// goes as (2w+1)^3: a larger sound_speed, and so a shorter sub-step, is the cheaper way to a stiff body.
+  /// Where there is liquid a body that can move has at least E = density c^2/2 and half-width 1, whatever was asked for:
+  /// the coupling's forces do no work on what keeps its shape, and energy comes of softer bodies. Then
+  /// StepResult::body_stiffened is set. A smaller sound_speed lowers that bound.
   double youngs_modulus = 0;
-  double damping = 0.1;   ///< share of non-rigid motion removed per region and step, [0, 1]
+  /// Share of non-rigid motion removed per region in the time dt_s, [0, 1]. Never less than 0.11 stiffness^1.5 (with a
+  /// modulus, of the stiffness at the largest sub-step): what keeps sub-steps of changing length from adding energy.
+  double damping = 0.1;
   double friction = 0.3;  ///< Coulomb coefficient against bodies and walls, >= 0
 };
 

@@ -25,14 +25,16 @@ struct StepResult {
   std::uint64_t halt_step = 0;
   bool courant_exceeded = false;     ///< something moved further than 0.4 H in one sub-step
   bool heat_bound_exceeded = false;  ///< heat exchange was faster than its stage bound; raise max_stages
-  bool modulus_unreachable = false;  ///< a body is softer than its youngs_modulus: dt is too long for it
-  bool emitter_exhausted = false;    ///< an emitter reached max_particles
-  std::uint64_t removed = 0;         ///< particles that left through open faces so far
-  std::uint64_t strayed = 0;         ///< liquid particles that fell out of the scene so far (Stray::remove)
-  std::uint64_t melted = 0;          ///< particles that melted so far; one that froze again may do so again
-  std::uint64_t frozen = 0;          ///< particles that froze so far
-  std::uint64_t fluid = 0;           ///< live liquid particles
-  std::uint64_t solid = 0;           ///< live solid particles
+  bool modulus_unreachable = false;  ///< a body is softer than its youngs_modulus
+  bool body_stiffened = false;     ///< a body is stiffer than asked for: a softer one gains energy in liquid
+  bool cooled_to_zero = false;     ///< what was to be cooled below 0 K was held there
+  bool emitter_exhausted = false;  ///< an emitter reached max_particles
+  std::uint64_t removed = 0;       ///< particles that left through open faces so far
+  std::uint64_t strayed = 0;       ///< liquid particles that fell out of the scene so far (Stray::remove)
+  std::uint64_t melted = 0;        ///< particles that melted so far; one that froze again may do so again
+  std::uint64_t frozen = 0;        ///< particles that froze so far
+  std::uint64_t fluid = 0;         ///< live liquid particles
+  std::uint64_t solid = 0;         ///< live solid particles
   /// Why this report is not complete: synchronize() itself cannot fail, but memory may run out while it puts together
   /// what there is to say. Empty: it is complete.
   std::string error;

@@ -92,13 +92,12 @@ class MELTSIM_API World {
   /// it yourself to keep the first step free of allocation. Errors: out_of_memory.
   Status prepare();
 
-  /// Enqueues dt seconds, split into equal sub-steps that keep the Courant number. dt = 0 does nothing.
-  /// Does not allocate, except where a youngs_modulus needs other regions at this length of sub-step than at the
-  /// last one, and where the plan changes: a heat region begins or ends, the last emitter has ended, or a reading said
-  /// that stages have nothing left to do. Then it waits for what was enqueued and allocates or frees the channels that
-  /// differ; particles stay on the device. Else it waits only where the device is more than about half a second of work
-  /// behind (never while the host captures the stream). Errors: negative or non-finite dt; step_too_large; halted;
-  /// interrupted;
+  /// Enqueues dt seconds, split into equal sub-steps of at most Resolved::stable_dt. dt = 0 does nothing. Steps of changing
+  /// length are safe. Does not allocate, except where the plan changes: a heat region begins or ends, the last emitter
+  /// has ended, or a reading said that stages have nothing left to do. Then it waits for what was enqueued and allocates
+  /// or frees the channels that differ; particles stay on the device. Else it waits only where the device is more than
+  /// about half a second of work behind (never while the host captures the stream). Errors: dt negative, not finite or
+  /// below 1e-30 s; step_too_large; halted; interrupted;
   /// out_of_memory as in prepare().
   Status step(double dt);
 
@@ -112,8 +111,10 @@ class MELTSIM_API World {
   /// only.
   StepResult synchronize();
 
-  /// Largest dt that step() takes without sub-steps [s], from sound speed, viscosity and the speeds seen at
-  /// the last synchronize(); infinity when nothing limits it.
+  /// Largest dt that step() takes without sub-steps [s]: from the sound speed, which bodies' springs follow as well,
+  /// viscosity, gravity, the speeds of what was added or is emitted (Resolved::stable_dt, which step() divides by), and those
+  /// seen at the last synchronize(), which step() leaves out: results may not hang on when a host looks. Infinity
+  /// where nothing can move. Does what prepare() does if something was added.
   double stable_dt() const;
   /// The same for a largest speed [m/s] of one's own, such as a reading's: takes nothing from synchronize().
   double stable_dt(double speed) const;

@@ -122,6 +122,7 @@ class EngineImpl final : public Engine {
     if (!buffers_.grow(ex_, setup.channels, n, grown)) return out_of_memory(needed, available);
     ex_.forget_repeats();
     buffers_.link(w_);
+    scales_ = scales_of(c, l);
     fill_constants<E>(w_, c, l, n);
     w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
     put_tables(ex_, w_, c);
@@ -168,8 +169,7 @@ class EngineImpl final : public Engine {
     counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
-    const double spring_dt = physics::spring_dt(a.dt, scales_.spring_reference);
-    w_.clock.spring_dt = static_cast<T>(spring_dt);
+    w_.clock.spring_dt = static_cast<T>(scales_.spring_dt);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
     w_.clock.rebuild = rebuild_ ? 1u : 0u;
@@ -183,7 +183,7 @@ class EngineImpl final : public Engine {
     // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
     // body. A modulus may be stiffer than springs are.
     const double modulus = std::min(1 / a.dt, 1.5 * scales_.largest_modulus_rate * a.dt);
-    const double speed = scales_.spacing * std::max(1 / spring_dt, modulus),
+    const double speed = scales_.spacing * std::max(1 / scales_.spring_dt, modulus),
                  size = scales_.spacing * scales_.body_size;
     const double mass = std::ldexp(scales_.largest_mass, -scales_.sum_bits);
     w_.sum_units = core::sum_units(mass, mass * speed, mass * speed * size, mass * size, mass * size * size);

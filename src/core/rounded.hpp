@@ -46,6 +46,7 @@ MaterialRow<T> round_row(const MaterialRow<double>& m) {
   r.melting_point = m.melting_point;
   r.melting_enthalpy = m.melting_enthalpy;
   r.latent_heat = m.latent_heat;
+  r.coldest = m.coldest;
   r.shape_stiffness = static_cast<T>(m.shape_stiffness);
   r.modulus_rate = static_cast<T>(m.modulus_rate);
   r.shape_damping = static_cast<T>(m.shape_damping);

@@ -13,8 +13,8 @@ namespace core {
 
 struct Scales {
   double largest_mass = 1, spacing = 1, support_in_spacings = 2.5, body_size = 1;  ///< kg, m, -, spacings
-  double spring_reference = 0, largest_modulus_rate = 0;
-  int sum_bits = 40;  ///< of lsm.balance
+  double spring_dt = 1, largest_modulus_rate = 0;                                  ///< s, 1/s^2
+  int sum_bits = 40;                                                               ///< of lsm.balance
 };
 
 inline Scales scales_of(const SceneConstants& c, const SceneLattice& l) {
@@ -22,7 +22,7 @@ inline Scales scales_of(const SceneConstants& c, const SceneLattice& l) {
   s.largest_mass = c.largest_mass > 0 ? c.largest_mass : 1.0;
   s.spacing = c.spacing;
   s.support_in_spacings = c.support / c.spacing;
-  s.spring_reference = c.spring_reference;
+  s.spring_dt = c.spring_dt;
   for (const MaterialRow<double>& m : c.materials)
     s.largest_modulus_rate = std::max(s.largest_modulus_rate, m.modulus_rate);
   // 63 bits hold the sum of all vertices, each at most a few units of motion: 6 bits of head room.

@@ -32,6 +32,15 @@ Status finite_vector(const std::string& field, Vec3d v) {
   return invalid(field, ": must be finite, got ", v, "; check the computation that made it");
 }
 
+/// What single precision can square.
+Status bounded_vector(const std::string& field, Vec3d v, const char* unit) {
+  if (Status s = finite_vector(field, v); !s) return s;
+  constexpr double most = 1e15;
+  if (length(v) <= most) return {};
+  return invalid(field, ": must be at most ", most, " ", unit, ", got ", v,
+                 "; check the computation that made it");
+}
+
 Status validate(const DomainDesc& d, double support) {
   if (!d.bounded) return {};
   if (Status s = finite_vector("domain.min", d.min); !s) return s;
@@ -59,7 +68,7 @@ Status validate(const DomainDesc& d, double support) {
   }
   if (Status s = at_least("domain.friction", d.friction, 0, "", "0 is frictionless"); !s) return s;
   for (const Vec3d& v : d.velocity)
-    if (Status s = finite_vector("domain.velocity", v); !s) return s;
+    if (Status s = bounded_vector("domain.velocity", v, "m/s"); !s) return s;
   return {};
 }
 
@@ -95,7 +104,10 @@ Status validate(const WorldDesc& d) {
   if (!(ratio >= 1.5 * (1 - 1e-9) && ratio <= 6 * (1 + 1e-9)))  // 6 x 0.2 m is above 6 spacings of 0.2 m
     return invalid("support_radius: must be 1.5..6 spacings, got ", ratio,
                    "; below 1.5 a particle has too few neighbours, 2..2.5 is usual");
-  if (Status s = finite_vector("gravity", d.gravity); !s) return s;
+  if (Status s = bounded_vector("gravity", d.gravity, "m/s^2"); !s) return s;
+  if (d.sound_speed > 0 && !(d.sound_speed >= 1e-15 && d.sound_speed <= 1e15))
+    return invalid("sound_speed: must be 0 or 1e-15..1e15 m/s, got ", d.sound_speed,
+                   "; 0 derives it from the scene");
   if (!(std::isfinite(d.sound_speed) && d.sound_speed >= 0))
     return invalid("sound_speed: must be finite and >= 0 m/s, got ", d.sound_speed,
                    "; 0 derives it from the scene");
@@ -195,7 +207,7 @@ Status validate_state(const char* what, double temperature, Vec3d velocity) {
   if (!(std::isfinite(temperature) && temperature >= absolute_zero))
     return invalid(what, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", temperature,
                    "; temperatures are in Celsius");
-  return finite_vector(std::string(what) + "velocity", velocity);
+  return bounded_vector(std::string(what) + "velocity", velocity, "m/s");
 }
 
 physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/density_range.hpp"
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
 #include "core/validate.hpp"
@@ -25,6 +26,12 @@ bool WorldImpl::emits(const EmitterRecord& e) const { return next_layer(e) < e.l
 
 bool WorldImpl::emitting() const {
   return std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return emits(e); });
+}
+
+/// Whether liquid is or was there, is to be emitted, or can come to be by melting; not whether some is left.
+bool WorldImpl::any_liquid() const {
+  return (disabled_facts_ & core::fact_fluid) == 0 &&
+         std::any_of(liquid_used_.begin(), liquid_used_.end(), [](auto used) { return used != 0u; });
 }
 
 /// Whether a region acts at some time in [from, until), or at `from`.
@@ -111,9 +118,9 @@ void WorldImpl::weigh_materials() {
   int liquids = 0;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     if (!used(m)) continue;
-    lightest = std::min(lightest, materials[m].density);
+    lightest = std::min(lightest, core::least_density(materials[m]));
     if (liquid_used_[m] == 0u) continue;
-    densest_liquid = std::max(densest_liquid, materials[m].density);
+    densest_liquid = std::max(densest_liquid, core::largest_density(materials[m]));
     ++liquids;
   }
   one_liquid_ = liquids <= 1;

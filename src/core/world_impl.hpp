@@ -89,7 +89,7 @@ class WorldImpl final : public Scheduler {
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
   bool halted() const { return halted_; }
-  double stable_dt() const { return stable_dt(last_max_speed_); }
+  double stable_dt();
   double stable_dt(double speed) const;
   Resolved resolved();
   // world_read.cpp
@@ -149,6 +149,8 @@ class WorldImpl final : public Scheduler {
   bool temperatures_level() const;
   bool host_heats() const;
   bool emitting() const;
+  bool any_liquid() const;
+  bool regions_fit() const;
   static bool acts(const HeatRegionRecord& r, double from, double until);
   bool regions_act(double from, double until);
   core::EngineSetup setup_of(std::uint32_t facts) const;
@@ -170,13 +172,21 @@ class WorldImpl final : public Scheduler {
   void derive_sound_speed();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
+  void look_at_added();
   void derive_limits();
-  int half_width_for(const BodyRecord& b, double dt) const;
-  Stiffness stiffness_of(const MaterialDesc& m, double dt) const;
-  bool regions_fit(double dt) const;
-  void fit_regions(double dt);
-  Status follow_modulus(double dt);
-  bool modulus_out_of_reach(double dt) const;
+  double least_spring() const;
+  double least_modulus_rate() const;
+  int widest_half_width(const MaterialDesc& m) const;
+  double asked_modulus_rate(const MaterialDesc& m) const;
+  double modulus_rate_of(const MaterialDesc& m) const;
+  double stiffness_in_liquid(const MaterialDesc& m) const;
+  int half_width_of(const MaterialDesc& m) const;
+  double alpha_of(const MaterialDesc& m, double dt) const;
+  Stiffness stiffness_of(const MaterialDesc& m) const;
+  void fit_regions();
+  void fit_rows(std::vector<core::MaterialRow<double>>& rows) const;
+  bool modulus_out_of_reach() const;
+  bool stiffened_by_liquid() const;
   void note_halt(const core::WorldStatus& s, const std::string& fault);
   StepResult collect();
   /// What the host has to a status.
@@ -203,6 +213,8 @@ class WorldImpl final : public Scheduler {
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
+  double substeps_of(double dt) const;
+  Status check_substeps(double dt) const;
   Status check_heat_work(double dt, double supersteps) const;
   double due(const EmitterRecord& e, std::uint64_t layer) const;
   std::uint64_t layers_before(const EmitterRecord& e, double t) const;
@@ -281,7 +293,7 @@ class WorldImpl final : public Scheduler {
   } seen_;
   std::size_t seen_particles_ = 0, seen_emitters_ = 0;  ///< they are in it
   double sound_speed_ = 0;
-  double last_max_speed_ = 0;
+  double last_max_speed_ = 0;  ///< seen at the last synchronize() [m/s]
   /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only
   /// lies in the table costs nothing.
   std::vector<std::uint8_t> liquid_used_, solid_used_;
@@ -310,12 +322,12 @@ class WorldImpl final : public Scheduler {
   double plan_until_ = 0;       ///< end of the step that is being taken [s]
   std::uint32_t capacity_ = 0;  ///< particles that the engine has room for
   core::SearchChoice search_;
-  double spring_reference_ = 0;       ///< the acoustic step, where springs are loaded [s]
-  double static_dt_ = infinity;       ///< largest sub-step [s] whatever moves
-  double substep_ = 0;                ///< the last one [s], 0 before the first
-  bool modulus_unreachable_ = false;  ///< since the last synchronize()
-  StepResult carried_;                ///< extremes seen by a synchronize() of the World's own
-  double heat_lambda_ = 0;            ///< bound of the heat operator's spectrum [1/s]
+  double spring_dt_ = 0;         ///< what contacts and bodies without a modulus go by [s]
+  double spring_share_ = 1;      ///< of the acoustic step
+  double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
+  double substep_ = 0;           ///< the last one [s], 0 before the first
+  StepResult carried_;           ///< extremes seen by a synchronize() of the World's own
+  double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   std::vector<ProbeRecord> probes_;

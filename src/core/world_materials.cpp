@@ -5,6 +5,7 @@
 #include "core/world_impl.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -112,6 +113,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
           desc.heat.model == HeatModel::enthalpy)
         r.latent_heat = s.latent_heat;
     if (!properties_.empty() && has_tables(properties_[i])) r.tables = &properties_[i];
+    r.coldest = physics::enthalpy_of(r, -physics::kelvin_offset);
     r.shape_stiffness = own.stiffness;
     r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
     r.shape_damping = own.damping;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/density_range.hpp"
 #include "core/pipeline.hpp"
 #include "core/text.hpp"
 #include "core/validate.hpp"
@@ -27,12 +28,6 @@ double largest_viscosity(const MaterialDesc& m) {
   return mu;
 }
 
-double least_density(const MaterialDesc& m) {
-  double rho = m.density;
-  for (const PropertyPoint& p : m.density_points) rho = std::min(rho, p.value);
-  return rho;
-}
-
 double largest_conductivity(const core::MaterialRow<double>& m) {
   double k = std::max(m.conductivity, m.liquid_conductivity);
   if (m.tables == nullptr) return k;
@@ -42,14 +37,9 @@ double largest_conductivity(const core::MaterialRow<double>& m) {
 }
 }  // namespace
 
-/// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Follows what is
-/// added, as it is added: of what moves by then nothing is asked, so that it depends on neither when a scene is read nor
-/// where a splash is. Once the simulation runs it only rises, as pressures depend on it.
-void WorldImpl::derive_sound_speed() {
-  if (desc.sound_speed > 0) {
-    sound_speed_ = desc.sound_speed;
-    return;
-  }
+/// Height and speed of all that was added, as it was added: of what moves by then nothing is asked, so that what follows
+/// from them depends on neither when a scene is read nor where a splash is.
+void WorldImpl::look_at_added() {
   if (sound_speed_ > 0 && !added_) return;
   const double g = length(desc.gravity);
   const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
@@ -70,21 +60,32 @@ void WorldImpl::derive_sound_speed() {
     see(emitters_[e].desc.center);
     seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
   }
+  if (desc.domain.bounded)
+    for (const Vec3d& v : desc.domain.velocity) seen_.speed = std::max(seen_.speed, length(v));
   seen_particles_ = state_.position.size();
   seen_emitters_ = emitters_.size();
-  double low = seen_.low, speed = seen_.speed;
-  if (desc.domain.bounded)
-    for (const Vec3d& v : desc.domain.velocity) speed = std::max(speed, length(v));
+  added_ = false;
+  derive_sound_speed();
+}
+
+/// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Once the
+/// simulation runs it only rises, as pressures depend on it.
+void WorldImpl::derive_sound_speed() {
+  if (desc.sound_speed > 0) {
+    sound_speed_ = desc.sound_speed;
+    return;
+  }
+  const double g = length(desc.gravity);
+  double low = seen_.low;
   if (desc.domain.bounded && seen_.high >= low) {
     // What stands above a floor may fall to it.
-    const double floor = dot(desc.domain.min, up);
+    const double floor = g > 0 ? dot(desc.domain.min, desc.gravity * (-1.0 / g)) : 0;
     if (std::isfinite(floor) && floor < low) low = floor;
   }
   const double depth = seen_.high >= low ? seen_.high - low + desc.spacing : 0;
-  double c = physics::sound_speed_for(speed, g, depth);
+  double c = physics::sound_speed_for(seen_.speed, g, depth);
   if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
-  added_ = false;
 }
 
 core::SceneConstants WorldImpl::constants() const {
@@ -92,7 +93,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.spacing = desc.spacing;
   c.support = core::support_of(desc);
   c.sound_speed = sound_speed_;
-  c.spring_reference = spring_reference_;
+  c.spring_dt = spring_dt_;
   if (desc.stray == Stray::remove && !desc.domain.bounded) c.stray_speed = sound_speed_;
   c.level_tolerance = desc.heat.level_tolerance;
   c.artificial_viscosity = desc.artificial_viscosity;
@@ -104,6 +105,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
+  fit_rows(c.materials);
   // Tables of materials that nothing is made of stay on the host.
   if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
         return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
@@ -151,7 +153,7 @@ Status WorldImpl::prepare() {
   if (!dirty_) return probes_stale_ ? place_probes() : Status{};
   fetch_state();
   collect_samples();  // a halt that ends with the upload says which of them count
-  derive_sound_speed();
+  look_at_added();
   regions_act(time, std::max(time, plan_until_));
   was_emitting_ = emitting();
   if (measure_) state_.heat_level = temperatures_level();
@@ -171,8 +173,7 @@ Status WorldImpl::prepare() {
   weigh_materials();
   facts_ = facts();
   derive_limits();
-  fit_regions(substep_ > 0 ? substep_ : static_dt_);
-  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(substep_);
+  fit_regions();
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
@@ -207,6 +208,11 @@ Status WorldImpl::adapt() {
   if ((had & core::fact_solid) != 0) engine->download_lattice(state_);
   facts_ = wanted;
   derive_limits();
+  if (!regions_fit()) {  // a modulus needs other widths at the largest sub-step that there is now
+    fetch_state();
+    dirty_ = true;
+    return prepare();
+  }
   if (capacity_ == 0) {  // the engine holds nothing
     plan_changed_ = false;
     return {};
@@ -235,19 +241,33 @@ void WorldImpl::derive_limits() {
   static_dt_ = infinity;
   heat_lambda_ = 0;
   const double support = core::support_of(desc);
-  // Of the scene alone, not of what has melted by now: static_dt_ also follows densities and viscosities.
-  const bool fluid =
-      (disabled_facts_ & core::fact_fluid) == 0 &&
-      std::any_of(liquid_used_.begin(), liquid_used_.end(), [](auto used) { return used != 0u; });
-  const bool loaded = length(desc.gravity) > 0 || fluid;
-  spring_reference_ = loaded ? physics::acoustic_dt(desc.courant, support, sound_speed_) : 0;
+  // Of bodies as they were added, not of what is left of them by now.
+  double lightest = infinity, heaviest = 0;
+  for (const BodyRecord& b : bodies_) {
+    if (b.desc.fixed) continue;
+    lightest = std::min(lightest, materials[b.desc.material.index].density);
+    heaviest = std::max(heaviest, materials[b.desc.material.index].density);
+  }
+  const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
+  spring_share_ = physics::spring_dt(1.0, lightest, heaviest);
+  spring_dt_ = acoustic * spring_share_;
+  const bool fluid = any_liquid();
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
+  const bool mobile = heaviest > 0 && (disabled_facts_ & core::fact_mobile) == 0;
+  if (fluid || mobile) {
+    static_dt_ = mobile ? spring_dt_ : acoustic;
+    const double g = length(desc.gravity);
+    if (g > 0) static_dt_ = std::min(static_dt_, physics::force_dt(desc.courant, support, g));
+    // What was added, not what was read: where a host looks may not change what it sees.
+    if (seen_.speed > 0) static_dt_ = std::min(static_dt_, desc.courant * support / seen_.speed);
+  }
   if (fluid) {
-    static_dt_ = physics::acoustic_dt(desc.courant, support, sound_speed_) * contrast_;
+    static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
     for (std::size_t i = 0; i < materials.size(); ++i) {
       const MaterialDesc& m = materials[i];
       if (liquid_used_[i] != 0u && largest_viscosity(m) > 0)
-        static_dt_ = std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / least_density(m), sum));
+        static_dt_ =
+            std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / core::least_density(m), sum));
     }
   }
   rows_ = material_rows();

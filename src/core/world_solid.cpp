@@ -83,8 +83,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   core::SiteBox box;
   if (Status st = place_growth(s, what, points, free, box); !st) return st.error();
   // The body's box of sites, padded so that a region look-up never leaves it.
-  // A modulus may widen regions later.
-  const int pad = m.youngs_modulus > 0 ? physics::most_half_width : std::max(1, m.region_half_width);
+  // A modulus, and liquid, may widen regions later.
+  const int pad = widest_half_width(m);
   const auto nx = static_cast<std::uint64_t>(box.extent(0) + 2 * pad),
              ny = static_cast<std::uint64_t>(box.extent(1) + 2 * pad),
              nz = static_cast<std::uint64_t>(box.extent(2) + 2 * pad);

@@ -150,6 +150,7 @@ struct WorldStatus {
   double step_excess = 0;                   ///< its mean of rho/rho0 - 1 where above 0
   std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload
   double ledger_dt = 0;
+  std::int64_t cooled_to_zero = 0;  ///< particle-stages held at 0 K
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
   /// Bits of HeatIdle: while one is set, kernels of heat do nothing. thermal.level sets the first, so that heat ends in a

@@ -25,10 +25,16 @@ constexpr int most_supersteps = 1000000;
 constexpr double longest_substep = 1e15, shortest_step = 1e-30;
 }  // namespace
 
+double WorldImpl::stable_dt() {
+  static_cast<void>(prepare());  // a failure shows at the next step
+  return stable_dt(last_max_speed_);
+}
+
 double WorldImpl::stable_dt(double speed) const {
-  const double dt = static_dt_;
   // A particle may cross courant H per sub-step before a flag is raised.
-  return speed > 0 ? std::min(dt, desc.courant * core::support_of(desc) / speed) : dt;
+  return speed > 0 && std::isfinite(static_dt_)
+             ? std::min(static_dt_, desc.courant * core::support_of(desc) / speed)
+             : static_dt_;
 }
 
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {
@@ -124,6 +130,20 @@ Status WorldImpl::check_heat_work(double dt, double supersteps) const {
           "from those of real materials have this effect, too")};
 }
 
+double WorldImpl::substeps_of(double dt) const {
+  return std::ceil(dt / std::min(static_dt_, longest_substep) * (1 - 1e-9));
+}
+
+/// Refuses a step of more sub-steps than there may be.
+Status WorldImpl::check_substeps(double dt) const {
+  const double wanted = substeps_of(dt), largest = std::min(static_dt_, longest_substep);
+  if (!(wanted > desc.max_substeps)) return {};
+  return Error{ErrorCode::step_too_large,
+               core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
+                          " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
+                          largest * desc.max_substeps, " s, or raise max_substeps")};
+}
+
 Status WorldImpl::step(double dt) {
   if (!(std::isfinite(dt) && dt >= 0))
     return invalid("step: dt: must be finite and >= 0 s, got ", dt, "; 0 does nothing");
@@ -135,23 +155,24 @@ Status WorldImpl::step(double dt) {
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
   if (Status s = prepare(); !s) return s;
+  if (Status s = check_substeps(dt); !s)
+    return s;  // before anything follows the plan of a step that is not taken
+  const bool level = state_.heat_level;
   if (Status s = follow_plan(dt); !s) return s;
   if (halted_)  // found out while it was prepared
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-  const double largest = std::min(static_dt_, longest_substep);
-  const double wanted = std::ceil(dt / largest * (1 - 1e-9));
-  if (wanted > desc.max_substeps)
-    return Error{ErrorCode::step_too_large,
-                 core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
-                            " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
-                            largest * desc.max_substeps, " s, or raise max_substeps")};
-  const int n = std::max(1, static_cast<int>(wanted));
+  if (Status s = check_substeps(dt); !s) return s;
+  const int n = std::max(1, static_cast<int>(substeps_of(dt)));
   core::SubstepArguments a;
   a.dt = dt / n;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
-  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return s;
-  if (Status s = follow_modulus(a.dt); !s) return s;
+  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) {
+    // The plan followed a step that is not taken.
+    if (regions_act(time, time)) plan_changed_ = true;
+    state_.heat_level = level;
+    return s;
+  }
   substep_ = a.dt;
   const double start = time;
   const auto interrupted = [&](int k) {
@@ -225,15 +246,15 @@ std::string fault_text(const std::string& fault) {
 StepResult WorldImpl::synchronize() {
   StepResult r = collect();
   add_extremes(r, take_carried());
-  last_max_speed_ = r.max_speed > 0 ? r.max_speed : last_max_speed_;
+  if (r.max_speed > 0) last_max_speed_ = r.max_speed;
   return r;
 }
 
 /// Extremes of the interval that ends now as far as the host has them; those of the next begin.
 StepResult WorldImpl::take_carried() {
   StepResult r = std::exchange(carried_, {});
-  r.modulus_unreachable = r.modulus_unreachable || modulus_unreachable_;
-  modulus_unreachable_ = modulus_out_of_reach(substep_);  // what it is until the sub-step changes
+  r.modulus_unreachable = steps > 0 && modulus_out_of_reach();
+  r.body_stiffened = steps > 0 && stiffened_by_liquid();
   return r;
 }
 
@@ -242,6 +263,8 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
   r.max_density_ratio = std::max(r.max_density_ratio, more.max_density_ratio);
   r.courant_exceeded = r.courant_exceeded || more.courant_exceeded;
   r.heat_bound_exceeded = r.heat_bound_exceeded || more.heat_bound_exceeded;
+  r.cooled_to_zero = r.cooled_to_zero || more.cooled_to_zero;
+  r.body_stiffened = r.body_stiffened || more.body_stiffened;
   r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
 }
 
@@ -260,6 +283,7 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.max_density_ratio = s.max_density;
   r.courant_exceeded = s.courant_exceeded != 0;
   r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
+  r.cooled_to_zero = s.cooled_to_zero != 0;
   r.emitter_exhausted = at.emitter_exhausted;
   r.melted = static_cast<std::uint64_t>(s.melted);
   r.frozen = s.frozen;
@@ -341,8 +365,7 @@ Resolved WorldImpl::resolved() {
   r.sound_speed = (facts_ & core::fact_particles) != 0 ? sound_speed_ : 0;
   r.stable_dt = static_dt_;
   r.origin = origin_;
-  const double dt = substep_ > 0 ? substep_ : static_dt_;
-  for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m, dt));
+  for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m));
   double heat_dt = 0, bound = 0;
   if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, r.heat_supersteps, heat_dt, bound);
   r.heat_sweeps = std::int64_t{r.heat_stages} * r.heat_supersteps;

@@ -1,77 +1,133 @@
 // SPDX-License-Identifier: Apache-2.0
-// How stiff bodies come out, and how wide regions have to be for a youngs_modulus.
+// How stiff bodies come out, and how wide regions have to be for a youngs_modulus. All of it follows from the scene's
+// largest sub-step, so that a body keeps one law whatever sub-steps are taken.
 #include <algorithm>
 #include <cmath>
 
-#include "core/text.hpp"
+#include "core/validate.hpp"
 #include "core/world_impl.hpp"
+#include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 
-/// What a material's modulus comes to at sub-steps of dt, infinite while none is known. A function of dt
-/// alone, not of history, so that a restored World goes on with the same bits.
-Stiffness WorldImpl::stiffness_of(const MaterialDesc& m, double dt) const {
+/// Least E dt_s^2/(rho dx^2) of a body in liquid: of lengths alone, so that no sound speed makes it overflow.
+double WorldImpl::least_spring() const {
+  const double share = desc.courant * core::support_of(desc) / desc.spacing * spring_share_;
+  return physics::least_modulus * share * share;
+}
+
+/// Least E/(rho dx^2) that liquid leaves a body [1/s^2].
+double WorldImpl::least_modulus_rate() const {
+  return any_liquid() ? least_spring() / (spring_dt_ * spring_dt_) : 0;
+}
+
+/// How wide a body's regions may have to be: sites around it are made for that when it is added.
+int WorldImpl::widest_half_width(const MaterialDesc& m) const {
+  if (m.youngs_modulus > 0) return physics::most_half_width;
+  const double share = desc.courant * core::support_of(desc) / desc.spacing;
+  return physics::modulus_half_width(physics::least_modulus * share * share, std::max(1, m.region_half_width),
+                                     physics::most_half_width, 1.0);
+}
+
+double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
+  if (m.youngs_modulus > 0) return m.youngs_modulus / (m.density * desc.spacing * desc.spacing);
+  return m.stiffness * physics::region_wave_speed2(m.region_half_width) / (spring_dt_ * spring_dt_);
+}
+
+/// What is delivered of a youngs_modulus: what was asked for, within what liquid bears and what the widest regions carry at
+/// the largest sub-step.
+double WorldImpl::modulus_rate_of(const MaterialDesc& m) const {
+  const double asked = std::max(asked_modulus_rate(m), least_modulus_rate());
+  if (!std::isfinite(static_dt_)) return asked;
+  return std::min(asked, physics::region_wave_speed2(physics::most_half_width) / (static_dt_ * static_dt_));
+}
+
+/// Likewise of a stiffness: alpha at the step that springs go by.
+double WorldImpl::stiffness_in_liquid(const MaterialDesc& m) const {
+  if (!any_liquid()) return m.stiffness;
+  return std::min(1.0, std::max(m.stiffness, least_spring() / physics::region_wave_speed2(half_width_of(m))));
+}
+
+int WorldImpl::half_width_of(const MaterialDesc& m) const {
+  const int asked = any_liquid() ? std::max(1, m.region_half_width) : m.region_half_width;
+  if (!std::isfinite(static_dt_)) return asked;
+  if (!(m.youngs_modulus > 0))  // as wide as what liquid asks for needs
+    return any_liquid() ? physics::modulus_half_width(least_spring(), asked, physics::most_half_width, 1.0)
+                        : asked;
+  return physics::modulus_half_width(modulus_rate_of(m), asked, physics::most_half_width, static_dt_);
+}
+
+/// alpha at a sub-step of dt.
+double WorldImpl::alpha_of(const MaterialDesc& m, double dt) const {
+  if (!(m.youngs_modulus > 0)) {
+    const double alpha = half_width_of(m) > 0 ? stiffness_in_liquid(m) : m.stiffness;
+    return physics::stiffness_of_step(alpha, dt, spring_dt_);
+  }
+  return std::min(1.0, physics::modulus_stiffness(modulus_rate_of(m), half_width_of(m), dt));
+}
+
+Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
   Stiffness s;
-  s.region_half_width = m.region_half_width;
+  s.region_half_width = half_width_of(m);
   s.stiffness = m.stiffness;
-  if (!(dt > 0 && std::isfinite(dt))) return s;
-  const double rate = m.youngs_modulus / (m.density * desc.spacing * desc.spacing);
-  if (rate > 0) {
-    s.region_half_width =
-        physics::modulus_half_width(rate, m.region_half_width, physics::most_half_width, dt);
-    s.stiffness = std::min(1.0, physics::modulus_stiffness(rate, s.region_half_width, dt));
-  } else s.stiffness = physics::stiffness_of_step(s.stiffness, dt, physics::spring_dt(dt, spring_reference_));
+  const double dt = substep_ > 0 ? substep_ : static_dt_;
+  if (!std::isfinite(dt)) return s;
+  s.stiffness = alpha_of(m, dt);
   s.youngs_modulus = physics::shape_modulus(s.stiffness, s.region_half_width, m.density, desc.spacing, dt);
   return s;
 }
 
-int WorldImpl::half_width_for(const BodyRecord& b, double dt) const {
-  const MaterialDesc& m = materials[b.desc.material.index];
-  return b.desc.fixed ? m.region_half_width : stiffness_of(m, dt).region_half_width;
-}
-
-/// Whether the regions are as wide as moduli ask for at sub-steps of dt.
-bool WorldImpl::regions_fit(double dt) const {
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    if (lattice_.bodies[b].region_half_width != half_width_for(bodies_[b], dt)) return false;
+/// Whether regions are as wide as fit_regions() would make them.
+bool WorldImpl::regions_fit() const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const MaterialDesc& m = materials[bodies_[b].desc.material.index];
+    if (!bodies_[b].desc.fixed && lattice_.bodies[b].region_half_width != half_width_of(m)) return false;
+  }
   return true;
 }
 
-void WorldImpl::fit_regions(double dt) {
+void WorldImpl::fit_regions() {
   lattice_.max_half_width = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const int w = half_width_for(bodies_[b], dt);
+    const MaterialDesc& m = materials[bodies_[b].desc.material.index];
+    const int w = bodies_[b].desc.fixed ? m.region_half_width : half_width_of(m);
     lattice_.bodies[b].region_half_width = w;
     lattice_.max_half_width = std::max(lattice_.max_half_width, w);
   }
 }
 
-bool WorldImpl::modulus_out_of_reach(double dt) const {
-  if ((facts_ & core::fact_mobile) == 0 || !(dt > 0)) return false;
+/// What kernels are given: moduli within reach, and no less damping than sub-steps of varying length need.
+void WorldImpl::fit_rows(std::vector<core::MaterialRow<double>>& rows) const {
+  if (!std::isfinite(static_dt_)) return;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const MaterialDesc& m = materials[k];
+    if (m.youngs_modulus > 0) rows[k].modulus_rate = modulus_rate_of(m);
+    else rows[k].shape_stiffness = alpha_of(m, spring_dt_);
+    const double least = physics::least_damping(alpha_of(m, static_dt_)) * spring_dt_ / static_dt_;
+    rows[k].shape_damping = std::max(rows[k].shape_damping, least);
+  }
+}
+
+bool WorldImpl::modulus_out_of_reach() const {
+  if ((facts_ & core::fact_mobile) == 0) return false;
   for (const BodyRecord& b : bodies_) {
     const MaterialDesc& m = materials[b.desc.material.index];
-    if (!b.desc.fixed && stiffness_of(m, dt).youngs_modulus < m.youngs_modulus * (1 - 1e-9)) return true;
+    if (!b.desc.fixed && m.youngs_modulus > 0 && modulus_rate_of(m) < asked_modulus_rate(m) * (1 - 1e-9))
+      return true;
   }
   return false;
 }
 
-/// Before sub-steps of dt: makes the regions as wide as moduli ask for at that length.
-Status WorldImpl::follow_modulus(double dt) {
-  if (dt == substep_) return {};
-  const bool fits = (facts_ & core::fact_mobile) == 0 || regions_fit(dt);
-  if (!fits && steps > 0) {  // what was enqueued must have gone well before it is sent anew
-    fetch_state();
-    if (halted_)
-      return Error{ErrorCode::halted,
-                   "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-  }
-  substep_ = dt;
-  dirty_ = dirty_ || !fits;
-  modulus_unreachable_ = modulus_unreachable_ || modulus_out_of_reach(dt);
-  return prepare();
+bool WorldImpl::stiffened_by_liquid() const {
+  if ((facts_ & core::fact_mobile) == 0) return false;
+  for (const BodyRecord& b : bodies_)
+    if (!b.desc.fixed &&
+        asked_modulus_rate(materials[b.desc.material.index]) < least_modulus_rate() * (1 - 1e-9))
+      return true;
+  return false;
 }
 
 }  // namespace v0

@@ -160,19 +160,17 @@ struct StageBody {
     }
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     const T mass = w.f.mass[i];
-    double rate = s.rate;
+    double rate = s.rate, in = 0;
     T conductance = s.conductance;
     if (Boundary) {
       const auto outside = boundary_heat(w, i, w.f.heat_operand[i]);
       const bool held = w.f.heat_boundary[i].held != 0u;
-      const double in = held ? -rate : static_cast<double>(outside.rate);
+      in = held ? -rate : static_cast<double>(outside.rate);
       conductance = held ? T(0) : conductance + outside.conductance;
-      w.f.heat_boundary_rate[i] = in;
       rate += in;
     }
     double d = mu_tau * rate;
     if (stage.first) {
-      if (!stage.last) w.f.heat_rate0[i] = rate;
       const double capacity = static_cast<double>(mass) * minimum(m.heat_capacity, m.liquid_heat_capacity);
       if (static_cast<double>(conductance) > w.c.heat_bound * capacity)
         add(&w.f.status->heat_bound_exceeded, 1);
@@ -181,7 +179,19 @@ struct StageBody {
       if (nu != 0.0) d += nu * w.f.heat_increment_old[i];
       if (gamma_tau != 0.0) d += gamma_tau * w.f.heat_rate0[i];
     }
-    const double enthalpy = w.f.enthalpy[i] + d;
+    double enthalpy = w.f.enthalpy[i] + d;
+    if (Boundary) {  // nothing is cooled below 0 K: what is missing then did not go out, and the account says so
+      const double missing = static_cast<double>(mass) * m.coldest - enthalpy;
+      if (missing > 0.0) {
+        add(&w.f.status->cooled_to_zero, 1);
+        enthalpy += missing;
+        d += missing;
+        in += missing / mu_tau;
+        rate += missing / mu_tau;
+      }
+      w.f.heat_boundary_rate[i] = in;
+    }
+    if (stage.first && !stage.last) w.f.heat_rate0[i] = rate;
     if (stage.last) w.f.enthalpy[i] = enthalpy;
     else w.f.heat_increment_old[i] = d;
     if (stage.ends) return;
@@ -349,7 +359,8 @@ struct PaperBody {
     const double before = physics::temperature_of(m, w.f.enthalpy[i] / static_cast<double>(mass));
     if (change != T(0))  // a step that changes nothing changes no bit
       w.f.enthalpy[i] =
-          static_cast<double>(mass) * physics::enthalpy_of(m, before + static_cast<double>(change));
+          static_cast<double>(mass) *
+          physics::enthalpy_of(m, physics::not_below_zero(before + static_cast<double>(change)));
     w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i], mass, T(1));
   }
 };
@@ -376,9 +387,10 @@ struct IwasakiBody {
     if (weight * w.heat_dt > T(1)) add(&w.f.status->heat_bound_exceeded, 1);
     const double before = physics::temperature_of(m, w.f.enthalpy[i] / static_cast<double>(mass));
     const T change = w.heat_dt * rate;
+    const double after = before + static_cast<double>(change);
+    if (after < -physics::kelvin_offset) add(&w.f.status->cooled_to_zero, 1);
     if (change != T(0))
-      w.f.enthalpy[i] =
-          static_cast<double>(mass) * physics::enthalpy_of(m, before + static_cast<double>(change));
+      w.f.enthalpy[i] = static_cast<double>(mass) * physics::enthalpy_of(m, physics::not_below_zero(after));
   }
 };
 

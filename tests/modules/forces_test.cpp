@@ -25,6 +25,7 @@ struct Scene {
   explicit Scene(std::uint32_t seed = 81) {
     Random random(seed);
     constants.gravity = {0, -9.81, 0};
+    constants.spring_dt = 1e-3;  // the step below
     constants.domain.bounded = true;
     constants.domain.max = {1.85, 1.5, 1.5};
     for (const Vec3i& p : block(10, 8, 8)) {

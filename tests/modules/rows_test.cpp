@@ -24,6 +24,7 @@ struct Bodies {
   core::SceneState state;
 
   Bodies() {
+    constants.spring_dt = dt;
     constants.materials[1].shape_stiffness = 1;
     constants.materials[1].shape_damping = 1;
   }

@@ -283,7 +283,10 @@ TEST(Errors, CoordinatesThatASingleCannotHoldAreRefusedOrShifted) {
 
 TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   MELTSIM_NEEDS_BACKEND();
-  auto w = World::create(describe());
+  WorldDesc d = describe();
+  d.sound_speed = 5;
+  d.gravity = {1000, 0, 0};
+  auto w = World::create(d);
   ASSERT_TRUE(w);
   MaterialDesc m;
   m.name = "stone";
@@ -292,23 +295,22 @@ TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   b.name = "bullet";
   b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
   b.material = stone;
-  b.velocity = {40, 0, 0};
   require(w->add_solid(b));
-  require(w->step(0.01));  // 0.4 m: below H
+  for (int k = 0; k < 60; ++k) require(w->step(1e-3));  // 60 m/s
   const auto good = *w->state_hash();
   const double time = w->time();
-  require(w->step(0.02));             // 0.8 m in one sub-step: crosses its neighbourhood
-  require(w->step(0.02));             // enqueued behind it, does nothing
+  require(w->step(8.9e-3));           // 0.57 m in one sub-step, H is 0.5: crosses its neighbourhood
+  require(w->step(8.9e-3));           // enqueued behind it, does nothing
   EXPECT_EQ(*w->state_hash(), good);  // reads the good one of two buffers before anyone was told
-  EXPECT_FALSE(w->step(0.02));        // and finds out in doing so
+  EXPECT_FALSE(w->step(8.9e-3));      // and finds out in doing so
   EXPECT_EQ(*w->state_hash(), good);
   const StepResult r = w->synchronize();
   EXPECT_TRUE(r.halted);
   EXPECT_NE(r.halt_reason.find("bullet"), std::string::npos) << r.halt_reason;
-  EXPECT_NE(r.halt_reason.find("sub-step 2"), std::string::npos) << r.halt_reason;
+  EXPECT_NE(r.halt_reason.find("sub-step 61"), std::string::npos) << r.halt_reason;
   EXPECT_EQ(*w->state_hash(), good);
   EXPECT_EQ(w->time(), time);
-  EXPECT_EQ(r.steps, 1u);
+  EXPECT_EQ(r.steps, 60u);
   const Status s = w->step(0.01);
   ASSERT_FALSE(s);
   EXPECT_EQ(s.error().code, ErrorCode::halted);
@@ -317,23 +319,25 @@ TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
 // The ledger is of the last good state, whichever of two buffers that is in; rotations are written in every sub-step.
 TEST(Errors, DivergenceKeepsLedgerAndRotations) {
   MELTSIM_NEEDS_BACKEND();
-  for (int steps = 1; steps <= 4; ++steps) {
-    auto w = World::create(describe());
+  for (int steps = 60; steps <= 63; ++steps) {
+    WorldDesc d = describe();
+    d.sound_speed = 5;
+    d.gravity = {1000, 0, 0};
+    auto w = World::create(d);
     ASSERT_TRUE(w);
     SolidDesc b;
     b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
     b.material = *w->add_material({});
-    b.velocity = {40, 0, 0};
     b.angular_velocity = {0, 0, 20};
     require(w->add_solid(b));
-    for (int k = 0; k < steps; ++k) require(w->step(0.01));
+    for (int k = 0; k < steps; ++k) require(w->step(1e-3));
     const auto good = *w->state_hash();
     const Ledger before = *w->ledger();
     EXPECT_EQ(before.step, static_cast<std::uint64_t>(steps));
     EXPECT_GT(before.kinetic, 0.0);
     EXPECT_NE(before.momentum.x, 0.0);
     for (int k = 0; k < 3; ++k) {
-      require(w->step(0.02));
+      require(w->step(8.9e-3));
       const Ledger after = *w->ledger();
       EXPECT_EQ(after.step, before.step);
       EXPECT_EQ(after.mass, before.mass);

@@ -537,26 +537,26 @@ TEST(Probe, AHaltKeepsTheSamplesOfTheStepsThatCount) {
   WorldDesc d = describe();
   d.spacing = 0.2;
   d.sound_speed = 5;
+  d.gravity = {0, 1000, 0};
   d.domain.bounded = true;
   d.domain.max = {3, 3, 3};
   World w = std::move(*World::create(d));
   FluidDesc f;
   f.material = *w.add_material({});
   f.shape = Shape::box({0, 0, 0}, {3, 0.6, 3});
-  f.velocity = {40, 0, 0};  // 0.8 m in 20 ms: more than H
   require(w.add_fluid(f));
-  require(w.add_probe(thermometer({1, 0.3, 1})));
-  for (int k = 0; k < 3; ++k) require(w.step(1e-3));
-  require(w.step(0.02));
-  require(w.step(1e-3));  // enqueued behind it, does nothing
+  require(w.add_probe(thermometer({1, 2.1, 1})));
+  for (int k = 0; k < 60; ++k) require(w.step(1e-3));  // 60 m/s, 1.8 m up
+  require(w.step(8.9e-3));                             // 0.57 m at once: more than H
+  require(w.step(1e-3));                               // enqueued behind it, does nothing
   const auto series = *w.take_samples();
-  ASSERT_EQ(series.at(0).time.size(), 3u);
-  EXPECT_DOUBLE_EQ(series.at(0).time[2], 2.5e-3);
+  ASSERT_EQ(series.at(0).time.size(), 60u);
+  EXPECT_NEAR(series.at(0).time[59], 59.5e-3, 1e-12);
   EXPECT_TRUE(w.synchronize().halted);
   // What is sampled at once is the last good state, with the density of the step that halted.
   const ParticleData p = *w.particles();
   const double support = w.resolved().support_radius;
-  for (const Vec3d x : {Vec3d{1, 0.3, 1}, Vec3d{2.1, 0.2, 0.7}})
+  for (const Vec3d x : {Vec3d{1, 2.1, 1}, Vec3d{2.1, 2.0, 0.7}})
     expect_values(w.sample({x}, all_fields)->data(), by_definition(p, x, support), "after a halt");
   EXPECT_TRUE(w.take_samples()->at(0).time.empty());
 }

@@ -328,16 +328,18 @@ TEST_F(Reading, PiecesTurnAsTheySpin) {
   }
 }
 
-/// 36 particles that fly so fast that a sub-step of 20 ms crosses their neighbourhood.
+/// 27 particles that fall with 1000 m/s^2, so fast by now, 60 m/s, that the largest sub-step crosses their neighbourhood.
 World bullet() {
-  World w = *World::create(describe());
+  WorldDesc d = describe();
+  d.sound_speed = 5;
+  d.gravity = {1000, 0, 0};
+  World w = *World::create(d);
   SolidDesc b;
   b.name = "bullet";
   b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
   b.material = *w.add_material({});
-  b.velocity = {40, 0, 0};
   require(w.add_solid(b));
-  require(w.step(0.01));
+  for (int k = 0; k < 60; ++k) require(w.step(1e-3));
   return w;
 }
 
@@ -349,7 +351,7 @@ TEST_F(Reading, OfAWorldThatHaltsIsOfTheLastGoodState) {
   require(good);
   const auto ahead = w.request(everything());
   require(ahead);
-  require(w.step(0.02));
+  require(w.step(8.9e-3));
   const auto behind = w.request(everything()), later = w.request(everything());
   require(behind);
   require(later);
@@ -379,11 +381,11 @@ TEST_F(Reading, OfAWorldThatHaltedOutlivesARestore) {
   World w = bullet(), twin = bullet();
   const auto saved = w.snapshot();
   require(saved);
-  require(w.step(0.01));
-  require(twin.step(0.01));
+  require(w.step(1e-3));
+  require(twin.step(1e-3));
   const auto good = twin.take(*twin.request(everything()));
   require(good);
-  require(w.step(0.02));
+  require(w.step(8.9e-3));
   const auto ticket = w.request(everything());
   require(ticket);
   require(w.restore(saved->data(), saved->size()));

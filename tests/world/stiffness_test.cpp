@@ -3,6 +3,9 @@
 // nothing but time.
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
 
 #include "scenes.hpp"
 
@@ -17,11 +20,12 @@ struct Bar {
 };
 
 /// A bar along x of n x 2 x 2 sites that spins about z, without gravity.
-Bar bar(int n, double modulus, double spin, double speed = 0) {
+Bar bar(int n, double modulus, double spin, double speed = 0, double sound = 0) {
   WorldDesc d = describe();
   d.precision = Precision::double_precision;
   d.spacing = dx;
   d.gravity = {0, 0, 0};
+  d.sound_speed = sound;
   auto world = World::create(d);
   EXPECT_TRUE(world);
   MaterialDesc m;
@@ -48,12 +52,13 @@ double distance_of_ends(World& world) {
 
 // A bar set spinning swings to twice its centrifugal stretch after L/c, half the period of its first mode;
 // the parabola through the highest sample and its neighbours finds that time. 40 sites: 10 % of a wave at w =
-// 4, the widest region needed here, which slows it by 0.5 %; 5 % of E is 2.5 % of c.
+// 4, the widest region needed here, which slows it by 0.5 %; 5 % of E is 2.5 % of c. The spin asks for a sound
+// speed of 54 m/s and so for sub-steps of at most 1.85 ms: 8 ms are five of them.
 TEST(Stiffness, AModulusHoldsWhateverTheStep) {
   MELTSIM_NEEDS_BACKEND();
   const int n = 40;
-  const double speed = 120, L = n * dx;  // 1 ms: w 2, alpha 0.72
-  for (const double dt : {0.25e-3, 1e-3, 2e-3}) {
+  const double speed = 120, L = n * dx;
+  for (const double dt : {0.05e-3, 0.25e-3, 1e-3, 8e-3}) {
     Bar b = bar(n, density * speed * speed, speed / L * 0.09);
     std::vector<double> stretch;
     while (b.world.time() < 1.5 * L / speed) {
@@ -67,49 +72,56 @@ TEST(Stiffness, AModulusHoldsWhateverTheStep) {
   }
 }
 
-// Exact: which width, which alpha, and what is said where it cannot be had.
-TEST(Stiffness, RegionsFollowTheStepAndResolvedSaysWhatTheyDeliver) {
+/// The sound speed at which the acoustic step is dt: at the default Courant number of 0.4 and H of 2.5 spacings.
+double sound_for(double dt) { return dx / dt; }
+
+// Exact: which width, which alpha, and what is said where it cannot be had. They belong to the World's largest
+// sub-step, 1, 4 and 8 ms here, and alpha to the sub-step taken.
+TEST(Stiffness, RegionsFollowTheSceneAndResolvedSaysWhatTheyDeliver) {
   MELTSIM_NEEDS_BACKEND();
-  Bar b = bar(6, 1.44e7, 0);                                          // E/(rho dx^2) dt^2 = 1.44 at 1 ms
-  EXPECT_EQ(b.world.resolved().stiffness.at(0).youngs_modulus, 0.0);  // no step is known yet
-  const auto after = [&](double dt) {
+  const auto at = [&](double largest, double dt, bool unreachable) {
+    Bar b = bar(6, 1.44e7, 0, 0, sound_for(largest));  // E/(rho dx^2) dt^2 = 1.44 at 1 ms
+    EXPECT_NEAR(b.world.stable_dt() / largest, 1, 1e-12);
+    EXPECT_NEAR(b.world.resolved().stiffness.at(0).youngs_modulus,
+                unreachable ? 24 * density * std::pow(dx / largest, 2) : 1.44e7, 1);
     require(b.world.step(dt));
-    const int w = b.world.lattice()->region_half_width;
+    EXPECT_EQ(b.world.synchronize().modulus_unreachable, unreachable);
+    EXPECT_EQ(b.world.synchronize().modulus_unreachable, unreachable);  // a matter of the scene
     const Stiffness s = b.world.resolved().stiffness.at(0);
-    EXPECT_EQ(s.region_half_width, w);
+    EXPECT_EQ(s.region_half_width, b.world.lattice()->region_half_width);
+    EXPECT_NEAR(s.youngs_modulus, unreachable ? 24 * density * std::pow(dx / largest, 2) : 1.44e7, 1);
     return s;
   };
-  const Stiffness narrow = after(1e-3);  // w 2 gives 2
+  const Stiffness narrow = at(1e-3, 1e-3, false);  // w 2 gives 2
   EXPECT_EQ(narrow.region_half_width, 2);
   EXPECT_NEAR(narrow.stiffness, 0.72, 1e-12);
-  EXPECT_NEAR(narrow.youngs_modulus / 1.44e7, 1, 1e-12);
-  const Stiffness wide = after(4e-3);  // 23.04; w 8 gives 24
+  const Stiffness shorter = at(1e-3, 1e-4, false);
+  EXPECT_EQ(shorter.region_half_width, 2);
+  EXPECT_NEAR(shorter.stiffness, 0.0072, 1e-12);
+  const Stiffness wide = at(4e-3, 4e-3, false);  // 23.04; w 8 gives 24
   EXPECT_EQ(wide.region_half_width, 8);
   EXPECT_NEAR(wide.stiffness, 0.96, 1e-12);
-  EXPECT_FALSE(b.world.synchronize().modulus_unreachable);
-  const Stiffness soft = after(8e-3);
-  EXPECT_EQ(soft.stiffness, 1.0);
-  EXPECT_NEAR(soft.youngs_modulus, 24 * density * (dx / 8e-3) * (dx / 8e-3), 1);
-  EXPECT_TRUE(b.world.synchronize().modulus_unreachable);
-  EXPECT_EQ(after(1e-3).region_half_width, 2);
-  EXPECT_TRUE(b.world.synchronize().modulus_unreachable);  // the step before was one of them
-  EXPECT_FALSE(b.world.synchronize().modulus_unreachable);
+  const Stiffness soft = at(8e-3, 8e-3, true);
+  EXPECT_EQ(soft.region_half_width, 8);
+  EXPECT_NEAR(soft.stiffness, 1, 1e-12);
+  EXPECT_NEAR(at(8e-3, 1e-3, true).stiffness, 1.0 / 64, 1e-12);
 }
 
-TEST(Stiffness, WithoutAModulusNothingFollowsTheStep) {
+// alpha belongs to the acoustic step, 1 ms here; a step of 4 ms is four of them.
+TEST(Stiffness, WithoutAModulusTheSoundSpeedSetsIt) {
   MELTSIM_NEEDS_BACKEND();
-  Bar b = bar(6, 0, 0);
-  for (const double dt : {1e-3, 4e-3}) {
+  Bar b = bar(6, 0, 0, 0, sound_for(1e-3));
+  for (const double dt : {1e-3, 4e-3, 1e-4}) {
     require(b.world.step(dt));
     const Stiffness s = b.world.resolved().stiffness.at(0);
     EXPECT_EQ(s.region_half_width, 2);
-    EXPECT_EQ(s.stiffness, 1.0);
-    EXPECT_NEAR(s.youngs_modulus, 2 * density * (dx / dt) * (dx / dt), 1);
+    EXPECT_NEAR(s.stiffness, std::pow(std::min(dt / 1e-3, 1.0), 2), 1e-12);
+    EXPECT_NEAR(s.youngs_modulus / (2 * density * 100 * 100), 1, 1e-12);
   }
   EXPECT_FALSE(b.world.synchronize().modulus_unreachable);
 }
 
-// Bit for bit: a World that has had wide regions goes on like one that was restored and never had them.
+// Bit for bit: a World that took steps of other lengths goes on like one that was restored and never did.
 TEST(Stiffness, AChangeOfStepLeavesNoTraceInTheState) {
   MELTSIM_NEEDS_BACKEND();
   Bar a = bar(12, 1.44e7, 3), b = bar(12, 1.44e7, 3);
@@ -124,25 +136,22 @@ TEST(Stiffness, AChangeOfStepLeavesNoTraceInTheState) {
   EXPECT_EQ(a.world.steps(), b.world.steps());
 }
 
-// What happened before a rebuild is still reported after it: 300 m/s for 1 ms is 1.2 support radii, for 10 us
-// not.
-TEST(Stiffness, ARebuildForgetsNoFlag) {
+// Young's modulus 1e7 needs wide regions here, and a shorter step changed their width once, which the snapshot's
+// check of the lattice took for another scene.
+TEST(Stiffness, AWorldTakesItsOwnSnapshotAfterAStepOfAnotherLength) {
   MELTSIM_NEEDS_BACKEND();
-  Bar c = bar(6, 1e8, 0, 110);
-  require(c.world.step(1e-3));  // w 5
-  require(c.world.step(1e-4));  // w 2: rebuilt
-  EXPECT_EQ(c.world.lattice()->region_half_width, 2);
-  const StepResult r = c.world.synchronize();
-  EXPECT_TRUE(r.courant_exceeded);
-  EXPECT_NEAR(r.max_speed, 110, 1);
-  EXPECT_FALSE(c.world.synchronize().courant_exceeded);
-  EXPECT_EQ(r.steps, 2u);
+  Bar a = bar(6, 1e7, 0, 0, sound_for(4e-3)), b = bar(6, 1e7, 0, 0, sound_for(4e-3));
+  require(a.world.step(4e-3));
+  const auto snapshot = *a.world.snapshot();
+  require(a.world.step(5e-4));
+  require(a.world.restore(snapshot.data(), snapshot.size()));
+  require(b.world.restore(snapshot.data(), snapshot.size()));
 }
 
 // Only materials with a modulus pay for the wide regions' sites, and only bodies of them get wide regions.
 TEST(Stiffness, BodiesOfOtherMaterialsKeepTheirRegions) {
   MELTSIM_NEEDS_BACKEND();
-  Bar b = bar(4, 1.44e7, 0);
+  Bar b = bar(4, 1.44e7, 0, 0, sound_for(4e-3));
   MaterialDesc m;
   m.name = "other";
   m.region_half_width = 1;
@@ -190,11 +199,9 @@ World loaded(double modulus) {
   return std::move(*world);
 }
 
-// Goals and contacts hold a load by distances that belong to the steps before. A step that is far shorter may
-// not turn those into speeds, distance over dt. Stiffness stops growing at a quarter of the acoustic step, so
-// forces are at most 16 times those of long steps: under eight layers of stone 80 g, with a modulus, whose
-// regions change their width, 120 g. Floats leave 1e-6 of a few cm/s. At full stiffness it is 11 m/s at 1e-2,
-// 114 m/s at 1e-3.
+// Goals and contacts hold a load by distances. A step that is far shorter than those before may not turn them
+// into speeds, distance over dt: at rest the forces are in balance whatever the step, so that it changes velocities by
+// less than gravity would, plus what floats leave: 1e-6 of a few cm/s.
 TEST(Stiffness, AShortStepThrowsNothing) {
   MELTSIM_NEEDS_BACKEND();
   for (const double modulus : {0.0, 1e7}) {
@@ -212,7 +219,7 @@ TEST(Stiffness, AShortStepThrowsNothing) {
       double most = 0;
       for (std::size_t i = 0; i < before.id.size(); ++i)
         most = std::max(most, length(after.velocity[i] - before.velocity[i]));
-      EXPECT_LT(most, 200 * 9.81 * share * usual + 1e-6) << "share " << share << ", modulus " << modulus;
+      EXPECT_LT(most, 20 * 9.81 * share * usual + 1e-6) << "share " << share << ", modulus " << modulus;
       // The long steps after it find what they left.
       for (int k = 0; k < 5; ++k) require(world.step(usual));
       EXPECT_LT(world.synchronize().max_speed, 0.5);
@@ -233,24 +240,196 @@ TEST(Stiffness, ARestoredWorldTakesTheSameShortStep) {
   EXPECT_EQ(*a.state_hash(), *b.state_hash());
 }
 
-// What is said of it: the modulus follows the step down to a quarter of the acoustic step.
-TEST(Stiffness, TheModulusOfShortStepsIsTheScenes) {
-  MELTSIM_NEEDS_BACKEND();
-  World world = loaded(0);
-  const Resolved r = world.resolved();
-  const double reference = 0.4 * r.support_radius / r.sound_speed;
-  const auto after = [&](double dt) {
-    require(world.step(dt));
-    return world.resolved().stiffness.at(0);
+/// The loaded tank's largest energy above that of its start, and its largest kinetic energy, over `steps` steps of
+/// the lengths that next() gives as shares of stable_dt().
+struct Pumped {
+  double gain = 0, late_gain = -1e300, kinetic = 0;
+};
+template <class Next>
+Pumped drive(World& world, int steps, const Next& next) {
+  const auto total = [&] {
+    const Ledger l = *world.ledger();
+    return std::pair(l.kinetic + l.potential, l.kinetic);
   };
-  for (const double dt : {0.5 * reference, 0.25 * reference}) {
-    const Stiffness s = after(dt);
-    EXPECT_NEAR(s.stiffness, 1, 1e-12);
-    EXPECT_NEAR(s.youngs_modulus / (2 * 3000 * (dx / dt) * (dx / dt)), 1, 1e-12);
+  const double usual = world.resolved().stable_dt, start = total().first;
+  Pumped p;
+  for (int k = 0; k < steps; ++k) {
+    require(world.step(usual * next(k)));
+    if (k % 10 != 9) continue;
+    const StepResult r = world.synchronize();
+    EXPECT_FALSE(r.halted) << r.halt_reason;
+    if (r.halted) break;
+    p.gain = std::max(p.gain, total().first - start);
+    if (2 * k > steps) p.late_gain = std::max(p.late_gain, total().first - start);
+    p.kinetic = std::max(p.kinetic, total().second);
   }
-  const Stiffness s = after(0.025 * reference);
-  EXPECT_NEAR(s.stiffness, 0.01, 1e-12);
-  EXPECT_NEAR(s.youngs_modulus / (2 * 3000 * std::pow(4 * dx / reference, 2)), 1, 1e-12);
+  return p;
+}
+
+// Steps whose length varies: at random, in turns, as a ramp, a tiny one among long ones. A body keeps one law, so that none
+// of them finds energy that the one before did not leave. With springs that follow the step the block halts within 600 random
+// steps at 91 m/s. The tank settles from its start: it swings, exchanges 14 J with its springs, and loses 30 to 60 J. The first
+// swing may come back with 6 % too much (the forces between liquid and body are no exact gradient of an energy: 2 % at
+// constant steps); nothing may be left of that in the second half, and no more kinetic energy than twice that of constant
+// steps.
+TEST(Stiffness, StepsOfVaryingLengthAddNoEnergy) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double modulus : {0.0, 1e7}) {
+    World steady = loaded(modulus);
+    const Pumped constant = drive(steady, 600, [](int) { return 1.0; });
+    std::uint64_t seed = 88172645463325252u;
+    const auto random = [&](int) {
+      seed ^= seed << 13;
+      seed ^= seed >> 7;
+      seed ^= seed << 17;
+      return 0.01 + 0.99 * double(seed >> 11) / 9007199254740992.0;
+    };
+    const auto turns = [](int k) { return k % 2 == 0 ? 1.0 : 0.5; };
+    const auto ramp = [](int k) { return 0.505 + 0.495 * std::sin(0.05 * k); };
+    const auto tiny = [](int k) { return k % 10 == 9 ? 1e-3 : 1.0; };
+    const std::vector<std::pair<const char*, std::function<double(int)>>> ways = {
+        {"random", random}, {"in turns", turns}, {"ramp", ramp}, {"tiny", tiny}};
+    for (const auto& [name, next] : ways) {
+      World world = loaded(modulus);
+      const Pumped p = drive(world, 600, next);
+      EXPECT_LT(p.gain, 0.06 * constant.kinetic) << name << ", modulus " << modulus;
+      EXPECT_LT(p.late_gain, -0.2 * constant.kinetic) << name << ", modulus " << modulus;
+      EXPECT_LT(p.kinetic, 2 * constant.kinetic) << name << ", modulus " << modulus;
+    }
+  }
+}
+
+/// A block alone, its lower face at `height` above the floor.
+World block_above(double height, double sound = 0) {
+  WorldDesc d = describe();
+  d.spacing = 0.05;
+  d.sound_speed = sound;
+  d.max_substeps = 1000;
+  d.domain.bounded = true;
+  d.domain.max = {1, 2, 1};
+  auto world = World::create(d);
+  EXPECT_TRUE(world);
+  MaterialDesc m;
+  m.name = "stone";
+  SolidDesc s;
+  s.material = *world->add_material(m);
+  s.shape = Shape::box({0.4, height, 0.4}, {0.6, height + 0.2, 0.6});
+  require(world->add_solid(s));
+  return std::move(*world);
+}
+
+// A solid alone has a largest sub-step, and step() keeps to it: the loop of the README, 40 ms a frame, on a block that
+// falls. It halted after 0.28 s, at 2 m/s. At rest it stands half its height above the floor, pressed in by 4 g dx^2/(0.4
+// c^2) at most, far below 0.02 spacings.
+TEST(Stiffness, ABlockAloneFallsAndRestsAtAnyStep) {
+  MELTSIM_NEEDS_BACKEND();
+  World world = block_above(0.5);
+  EXPECT_TRUE(std::isfinite(world.stable_dt()));
+  for (int frame = 0; frame < 75; ++frame) require(world.step(0.04));
+  const StepResult r = world.synchronize();
+  ASSERT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_FALSE(r.courant_exceeded);
+  const std::vector<PieceInfo> pieces = *world.pieces();
+  ASSERT_EQ(pieces.size(), 1u);
+  EXPECT_NEAR(pieces[0].center.y, 0.1, 0.02 * 0.05);
+  EXPECT_LT(length(pieces[0].velocity), 1e-3);
+}
+
+// The bounce is the contact's, whatever the step: its height within 2 % of the fall for full, a quarter and a
+// tenth of the largest sub-step.
+TEST(Stiffness, ABlockBouncesAsHighAtAnyStep) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto bounce = [](double share) {
+    World world = block_above(0.5);
+    const double dt = share * world.stable_dt();
+    double top = 0;
+    bool hit = false;
+    for (double now = 0; now < 0.62; now += dt) {  // the fall takes 0.32 s
+      require(world.step(dt));
+      const PieceInfo p = world.pieces()->at(0);
+      hit = hit || p.center.y < 0.12;
+      if (hit) top = std::max(top, p.center.y);
+    }
+    EXPECT_TRUE(hit);
+    return top - 0.1;
+  };
+  const double full = bounce(1);
+  EXPECT_NEAR(bounce(0.25), full, 0.02 * 0.5);
+  EXPECT_NEAR(bounce(0.1), full, 0.02 * 0.5);
+}
+
+// Spin counts as speed: it halted at the first sub-step.
+TEST(Stiffness, ASpinOf1e4IsHeld) {
+  MELTSIM_NEEDS_BACKEND();
+  Bar b = bar(4, 0, 1e4);
+  const double before = b.world.ledger()->kinetic;
+  for (int k = 0; k < 50; ++k) require(b.world.step(b.world.stable_dt()));
+  const StepResult r = b.world.synchronize();
+  ASSERT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_LE(b.world.ledger()->kinetic, before * (1 + 1e-9));
+}
+
+TEST(Stiffness, AnAbsurdStepIsRefusedByName) {
+  MELTSIM_NEEDS_BACKEND();
+  World world = block_above(0.5);
+  for (const double dt : {1.0e3, 1e39, 1e300}) {
+    const Status s = world.step(dt);
+    ASSERT_FALSE(s);
+    EXPECT_NE(s.error().message.find("dt"), std::string::npos) << s.error().message;
+  }
+  require(world.step(1e-3));
+}
+
+// Soft bodies and loose grains in liquid: stiffened to what the coupling bears, and said. With 1 kPa the pool of 0.4 kJ
+// gained 3 kJ. What falls in may only lose energy: single precision leaves 1e-4 of it.
+TEST(Stiffness, LiquidStiffensWhatIsTooSoftForIt) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto pool = [](double modulus, double stiffness, int half_width, bool water) {
+    WorldDesc d = describe();
+    d.spacing = dx;
+    d.heat.model = HeatModel::none;
+    d.domain.bounded = true;
+    d.domain.max = {10 * dx, 10 * dx, 10 * dx};
+    auto world = World::create(d);
+    EXPECT_TRUE(world);
+    MaterialDesc m;
+    m.name = "jelly";
+    m.density = 917;
+    m.youngs_modulus = modulus;
+    m.stiffness = stiffness;
+    m.region_half_width = half_width;
+    SolidDesc s;
+    s.material = *world->add_material(m);
+    s.shape = Shape::box({3 * dx, 3 * dx, 3 * dx}, {7 * dx, 6 * dx, 7 * dx});
+    require(world->add_solid(s));
+    FluidDesc f;
+    f.material = *world->add_material(MaterialDesc{});
+    f.shape = Shape::box({0, 0, 0}, {10 * dx, 3 * dx, 10 * dx});
+    if (water) require(world->add_fluid(f));
+    return std::move(*world);
+  };
+  struct Case {
+    double modulus, stiffness;
+    int half_width;
+    bool stiffened;
+  };
+  for (const Case& c : {Case{1e3, 1, 2, true}, Case{0, 1e-3, 2, true}, Case{0, 1, 0, true},
+                        Case{1e6, 1, 2, false}, Case{0, 1, 1, false}}) {
+    // Of what liquid asks for, E = density c^2/2: a body of loose grains has w 1 at the stiffness asked for, 2/3.
+    const double least = c.half_width == 0 ? 2.0 / 3 : 0.5;
+    World world = pool(c.modulus, c.stiffness, c.half_width, true);
+    const Pumped p = drive(world, 400, [](int) { return 1.0; });
+    EXPECT_LT(p.gain, 0.04) << c.modulus << ' ' << c.stiffness << ' ' << c.half_width;
+    EXPECT_EQ(world.synchronize().body_stiffened, c.stiffened);
+    const double sound = world.resolved().sound_speed,
+                 delivered = world.resolved().stiffness.at(0).youngs_modulus;
+    if (c.stiffened) {
+      EXPECT_NEAR(delivered / (least * 917 * sound * sound), 1, 1e-6);
+    }
+    World dry = pool(c.modulus, c.stiffness, c.half_width, false);
+    require(dry.step(1e-3));
+    EXPECT_FALSE(dry.synchronize().body_stiffened);
+  }
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Heat through walls and surfaces, from sources, and the ledger that accounts for it.
+#include <algorithm>
 #include <cmath>
 
 #include "scenes.hpp"
@@ -263,6 +264,46 @@ TEST(Properties, WarmLiquidRises) {
   // Exchange flow at about sqrt(g' H)/2 = 0.4 m/s: after 0.5 s the centres of mass are a fifth of the depth
   // apart.
   EXPECT_GT(rise[1] / mass[1], rise[0] / mass[0] + 0.05);
+}
+
+// Nothing is cooled below 0 K, whatever a flux, a body's source or a region would take: it stays there, which is said, and the
+// ledger has only what went out. -273.15 to rounding in double; heat closes to 1e-9 of what went out.
+TEST(SurfaceHeat, NothingIsCooledBelowAbsoluteZero) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const int way : {0, 1, 2}) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.gravity = {0, 0, 0};
+    d.heat.time_scale = 100;
+    auto world = World::create(d);
+    require(world);
+    MaterialDesc m;
+    m.name = "stone";
+    SolidDesc s;
+    s.material = *world->add_material(m);
+    s.shape = Shape::box({0, 0, 0}, {0.4, 0.4, 0.4});
+    if (way == 0) s.surface.flux = -1e9;
+    if (way == 1) s.heat_source = -1e12;
+    require(world->add_solid(s));
+    if (way == 2) {
+      HeatRegionDesc r;
+      r.shape = s.shape;
+      r.source = -1e12;
+      require(world->add_heat_region(r));
+    }
+    const double before = world->ledger()->thermal;
+    for (int k = 0; k < 20; ++k) require(world->step(1e-3));
+    const StepResult r = world->synchronize();
+    ASSERT_FALSE(r.halted) << r.halt_reason;
+    EXPECT_TRUE(r.cooled_to_zero) << way;
+    const ParticleData p = *world->particles();
+    const double coldest = *std::min_element(p.temperature.begin(), p.temperature.end());
+    EXPECT_NEAR(coldest, -273.15, 1e-9) << way;
+    const Ledger l = *world->ledger();
+    EXPECT_LT(l.heat_in, 0);
+    EXPECT_NEAR((l.thermal - before) / l.heat_in, 1, 1e-9) << way;
+    EXPECT_NE(l.thermal, before);
+  }
 }
 
 }  // namespace

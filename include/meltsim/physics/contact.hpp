@@ -2,14 +2,15 @@
 // Bodies touch bodies and walls.
 //
 // Source: Cundall & Strack (1979), Geotechnique 29:47 (soft spheres: spring, dashpot, Coulomb limit), with
-// the stiffness chosen from the step as in Tsuji, Kawaguchi & Tanaka (1993), Powder Technol. 77:79.
+// the stiffness chosen from a step as in Tsuji, Kawaguchi & Tanaka (1993), Powder Technol. 77:79.
 //
 //   k = kappa m*/dt_s^2,   c_n = 2 zeta sqrt(kappa) m*/dt_s,   k_t = kappa_t m*/dt_s^2,   c_t = tau m*/dt_s
 //   F_t = -k_t s - c_t v_t,   |F_t| <= friction F_n
 //   m* = m_i m_j/(m_i + m_j), or m_i against something immovable;  contact begins at one spacing.
-//   dt_s: the step, but never below a share of the scene's acoustic step (integrate.hpp: spring_dt).
+//   dt_s: what the scene's springs go by (integrate.hpp: spring_dt), whatever the step: one law, and no energy from
+//   steps of varying length.
 //
-// What touches a particle weighs 1 in all (below), so k dt^2/m is kappa per side: with the dashpot 1.2 of the
+// What touches a particle weighs 1 in all (below), so k dt^2/m is at most kappa per side: with the dashpot 1.2 of the
 // explicit limit of 4, beside shape matching's 1; light on heavy is safe because m* never exceeds the lighter
 // mass. A softer contact (0.15) lets a block of 10000 on one of 200 kg/m^3 tip over at 2 ms: of a column with
 // its centre of mass at height h above a support of width b that is pressed in by d, b^2/(12 d) > h must

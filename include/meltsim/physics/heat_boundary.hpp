@@ -28,6 +28,9 @@ namespace physics {
 inline constexpr double stefan_boltzmann = 5.670374419e-8;  ///< sigma [W/(m^2 K^4)]
 inline constexpr double kelvin_offset = 273.15;
 
+/// A temperature [degrees Celsius], at least 0 K.
+MELTSIM_HD double not_below_zero(double temperature) { return maximum(temperature, -kelvin_offset); }
+
 enum class SurfaceHeat : std::uint32_t { insulated = 0, held = 1, exchange = 2 };
 
 template <class T>

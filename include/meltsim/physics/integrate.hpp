@@ -26,17 +26,11 @@ inline double acoustic_dt(double courant, double support, double sound_speed) {
   return courant * support / sound_speed;
 }
 
-/// Springs whose stiffness follows the step (shape matching without a modulus, contact) take it to be no
-/// shorter than this share of the acoustic step: their stiffness then belongs to the scene, and a single
-/// short step does not release at once, at a distance over dt, what longer ones hold against a load. Bodies
-/// with alpha = 1, w = 2 are 6 times as fast as sound in the liquid then, at the default H and Courant
-/// number.
-inline constexpr double spring_share = 0.25;
-
-/// The step that springs go by [s]. reference: acoustic_dt, 0 = none (nothing presses on anything).
-inline double spring_dt(double dt, double reference) {
-  const double least = spring_share * reference;
-  return dt < least ? least : dt;
+/// Largest sub-step [s] from a steady acceleration g [m/s^2], courant sqrt(H/g): what starts at rest moves by
+/// courant^2 H/2 meanwhile (Monaghan 1992, Annu. Rev. Astron. Astrophys. 30:543, sec. 10, has 0.25 sqrt(h/f)). Binds
+/// only where the sound speed is set too low for the scene.
+inline double force_dt(double courant, double support, double acceleration) {
+  return courant * std::sqrt(support / acceleration);
 }
 
 /// Factor on the acoustic step where something lighter than the densest liquid meets it (a light liquid, a
@@ -45,6 +39,20 @@ inline double spring_dt(double dt, double reference) {
 inline double contrast_factor(double lightest, double densest_liquid) {
   return lightest < densest_liquid ? std::pow(lightest / densest_liquid, 0.25) : 1.0;
 }
+
+/// The step that contacts and bodies without a modulus go by [s], whatever sub-steps are taken: the acoustic step, less where
+/// a heavy body may stand on a light one. Their spring has the lighter one's mass and the heavier one's load: where c is ten
+/// times the speed of a fall through the scene, what stands presses a contact in by at most 0.025 spacings times their ratio
+/// of densities, by a tenth of a spacing with this.
+inline double spring_dt(double acoustic, double lightest_body, double heaviest_body) {
+  const double bearable = 4 * lightest_body;
+  return heaviest_body > bearable ? acoustic * std::sqrt(bearable / heaviest_body) : acoustic;
+}
+
+/// Factor on the acoustic step where the support is short: few neighbours answer more strongly to each other's
+/// displacements. Measured on a falling cube of water, 1000 particles: 1.5 spacings bursts at 1, 1.75 gains 5 % and 2 gains 4 % of
+/// its energy; none gains any at 0.75. 2.25 and above gain none at 1.
+inline double support_factor(double support_in_spacings) { return support_in_spacings < 2.25 ? 0.7 : 1.0; }
 
 /// Largest sub-step [s] from viscosity: explicit diffusion of momentum, 1 / (nu sum_j V_j L_ij).
 inline double viscous_dt(double kinematic_viscosity, double laplacian_sum) {

@@ -22,6 +22,7 @@ struct MaterialRow {
   double melting_point{};         ///< [degrees Celsius]
   double melting_enthalpy{};      ///< specific enthalpy at the melting point, still solid [J/kg]
   double latent_heat{};           ///< L [J/kg]; of a liquid that of the solid that melts into it
+  double coldest{};               ///< specific enthalpy at 0 K [J/kg]
   T shape_stiffness{};            ///< alpha of shape matching
   T modulus_rate{};               ///< E/(rho0 dx^2) of a given modulus [1/s^2]; 0 = shape_stiffness holds
   T shape_damping{};              ///< share of non-rigid motion removed per step
