@@ -107,8 +107,7 @@ class Invariants {
     const auto slot = fetch_(w_.f.slot_of_id, w_.particles);
     const auto tag = fetch_(w_.f.tag, w_.particles);
     for (std::size_t i = 0; i < id.size(); ++i)
-      if (id[i] >= slot.size() ||
-          (slot[id[i]] != i && (w_.slots_of_all || is_solid(tag[i]) || is_removed(tag[i]))))
+      if (id[i] >= slot.size() || (slot[id[i]] != i && core::slot_is_known(w_, tag[i])))
         return text("slot_of_id is not the inverse of id at slot ", static_cast<std::uint64_t>(i));
     const double now = mass();
     // Emitted particles add to it.

@@ -277,7 +277,7 @@ struct Frame {
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool solids = true;              ///< there are some
   bool one_liquid = false;         ///< no two materials are ever liquid
-  bool slots_of_all = true;  ///< slot_of_id is kept for everyone, not only for solids and what is to come
+  bool slots_of_all = true;  ///< slot_of_id is kept for everyone, not only as slot_is_known() says
   bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
   bool counted = false;      ///< it did in the sub-step before
   bool cells_begun = false;  ///< and where cells begin is known since step.begin
@@ -289,6 +289,13 @@ struct Frame {
   std::uint32_t heat_stages = 0, heat_supersteps = 0;
   SumUnits sum_units;  ///< lsm.balance
 };
+
+/// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the
+/// label of its piece, whose sums are taken about it.
+template <class T>
+MELTSIM_HD bool slot_is_known(const Frame<T>& w, std::uint32_t tag) {
+  return w.slots_of_all || is_solid(tag) || is_removed(tag) || body_of(tag) != 0u;
+}
 
 /// Enthalpy of the particle at slot i, wherever the scene keeps it [J].
 template <class T>

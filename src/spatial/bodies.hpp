@@ -66,7 +66,7 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   w.f.tag[i] = tag;
   w.f.id[i] = id;
   // A permutation: no two i share an id. Written all over memory, hence for those only whom somebody will look for.
-  if (w.slots_of_all || is_solid(tag) || is_removed(tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
+  if (core::slot_is_known(w, tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
 }
 
 /// Takes a particle to its new slot: within a cell ids ascend, whatever the history was, so that sums have one order.
