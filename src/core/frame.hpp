@@ -277,7 +277,7 @@ struct Frame {
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool solids = true;              ///< there are some
   bool one_liquid = false;         ///< no two materials are ever liquid
-  bool slots_of_all = true;  ///< slot_of_id is kept for everyone, not only as slot_is_known() says
+  bool slots_of_all = true;        ///< slot_of_id is kept for everyone, not only as slot_is_known() says
   bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
   bool counted = false;      ///< it did in the sub-step before
   bool cells_begun = false;  ///< and where cells begin is known since step.begin

@@ -86,8 +86,8 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
     jet.center = {0.9, 0.58, depth - 0.15};  // within H of the pool
     jet.axis = {0, 1, 0};
     jet.radius = 1.1 * dx;
-    jet.speed = 3;
-    jet.from = 0.015;
+    jet.speed = 12;  // through the nozzle, two spacings long, and out within the run
+    jet.from = 0.005;
     jet.until = 0.06;
     const auto added = world.add_emitter(jet);
     EXPECT_TRUE(added) << added.error().message;

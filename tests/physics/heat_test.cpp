@@ -163,7 +163,7 @@ TEST(Conductance, ShareIsWhatThePairSumFindsAlongASurface) {
       EXPECT_NEAR(conduction_share(c, phi) / moment, 1.0, 0.025) << H << ": " << s.y << ", " << s.z;
     }
     EXPECT_EQ(conduction_share(c, 1.02), 1.0) << "compressed liquid is whole";
-    EXPECT_EQ(conduction_share(c, 0.0), least_conduction_share);
+    EXPECT_GE(conduction_share(c, 0.0), least_conduction_share);
   }
 }
 

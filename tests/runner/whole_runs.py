@@ -451,7 +451,7 @@ class WholeRuns(unittest.TestCase):
                               "--set", "solver.sound_speed=1", "--set", "solver.gravity=[0, -3000, 0]",
                               code=3)
         self.assertRegex(failed.stderr.strip().splitlines()[-1],
-                         r'^diverged at step \d+ \(t=\S+ s\): particle \d+ .*; state saved to run/checkpoint.bin; '
+                         r'^diverged at step \d+ \(t=\S+ s\): particle \d+.*; state saved to run/checkpoint.bin; '
                          r'try dt \S+ or stepping: adaptive$')
         self.assertTrue(os.path.exists(self.path("run", "checkpoint.bin")))
         self.assertIs(json.loads(Path(self.path("run", "run.json")).read_text())["final"]["diverged"], True)

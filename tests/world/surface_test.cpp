@@ -359,7 +359,7 @@ TEST_P(Kernels, NoSheetOfLiquidCoincidesWithASolid) {
         const SurfaceMesh ice = value_of(s.world.surface(d));
         EXPECT_EQ(coinciding(water, ice, cell / 100), 0u);
         EXPECT_EQ(coinciding(ice, water, cell / 100), 0u);
-        EXPECT_GT(coinciding(ice, closed, cell / 100), 40u);
+        EXPECT_GT(coinciding(ice, closed, cell / 100), 30u);  // hundreds in most of these
         EXPECT_LT(water.triangles.size(), closed.triangles.size());
         if (floats || d.kernel == SurfaceKernel::anisotropic) continue;
         EXPECT_EQ(expect_surface(water, cell).euler, std::vector<int>{2});

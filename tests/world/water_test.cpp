@@ -41,7 +41,7 @@ World make_water(const Water& water) {
     jet.center = {0.5 * water.side, water.side - 0.15, 0.5 * water.side};
     jet.axis = {0, 1, 0};  // out of the roof
     jet.radius = 0.25;
-    jet.speed = 4;
+    jet.speed = 10;  // through the nozzle, two spacings long, and out within 0.05 s
     jet.until = 1;
     require(w.add_emitter(jet));
   }
