@@ -8,6 +8,8 @@
 
 #include "core/text.hpp"
 #include "core/world_impl.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -329,6 +331,7 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double
     return corrupt("a position, velocity or slip is not finite");
   const double largest = desc.precision == Precision::single_precision ? 1e37 : 1e300;
   std::uint64_t removed = 0, solid = 0;
+  const auto rows = material_rows();
   const Vec3d low = desc.domain.min - origin, high = desc.domain.max - origin;
   // Rounded to single precision, a coordinate at a wall may be this far beyond it.
   const double slack = 1e-2 * desc.spacing;
@@ -346,6 +349,10 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double
       ++removed;
       continue;
     }
+    // A thousandth of a degree for rounding.
+    if (physics::temperature_of(rows[material_of(tag)], s.enthalpy[i] / s.mass[i]) <
+        -physics::kelvin_offset - 0.001)
+      return corrupt("a temperature is below 0 K");
     const Vec3d x = s.position[i];
     const double beyond[] = {low.x - x.x, x.x - high.x, low.y - x.y, x.y - high.y, low.z - x.z, x.z - high.z};
     for (std::size_t face = 0; face < 6 && desc.domain.bounded; ++face)
