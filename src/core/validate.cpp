@@ -207,6 +207,10 @@ Status validate_state(const char* what, double temperature, Vec3d velocity) {
   if (!(std::isfinite(temperature) && temperature >= absolute_zero))
     return invalid(what, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", temperature,
                    "; temperatures are in Celsius");
+  constexpr double hottest = 1e15;  // what single precision can raise to the second power
+  if (temperature > hottest)
+    return invalid(what, "temperature: must be at most ", hottest, " degrees Celsius, got ", temperature,
+                   "; check the computation that made it");
   return bounded_vector(std::string(what) + "velocity", velocity, "m/s");
 }
 

@@ -180,17 +180,17 @@ struct StageBody {
       if (gamma_tau != 0.0) d += gamma_tau * w.f.heat_rate0[i];
     }
     double enthalpy = w.f.enthalpy[i] + d;
-    if (Boundary) {  // nothing is cooled below 0 K: what is missing then did not go out, and the account says so
-      const double missing = static_cast<double>(mass) * m.coldest - enthalpy;
-      if (missing > 0.0) {
-        add(&w.f.status->cooled_to_zero, 1);
-        enthalpy += missing;
-        d += missing;
-        in += missing / mu_tau;
-        rate += missing / mu_tau;
-      }
-      w.f.heat_boundary_rate[i] = in;
+    // Nothing is cooled below 0 K: what is missing then did not go out through the boundary, and the account says so. Without
+    // a boundary only exchange beyond its stage bound comes there, which is said as well.
+    const double missing = static_cast<double>(mass) * m.coldest - enthalpy;
+    if (missing > 0.0 && (Boundary || stage.last)) {
+      add(&w.f.status->cooled_to_zero, 1);
+      enthalpy += missing;
+      d += missing;
+      in += missing / mu_tau;
+      rate += missing / mu_tau;
     }
+    if (Boundary) w.f.heat_boundary_rate[i] = in;
     if (stage.first && !stage.last) w.f.heat_rate0[i] = rate;
     if (stage.last) w.f.enthalpy[i] = enthalpy;
     else w.f.heat_increment_old[i] = d;
