@@ -40,8 +40,7 @@ MELTSIM_HD T solid_term(T phi) {
 }
 
 /// Least E/(rho c^2) of a body in liquid. The part of the forces that is left out between the particles of one body
-/// does work where the body changes its shape. A block of 917 under the default damping in a pool of 0.3 m: no energy
-/// gained at 0.3, 20 % of its potential energy at 0.16, all of it and more at 0.08; without damping none at 0.5.
+/// does work where the body changes its shape: a softer one gains energy (ARCHITECTURE.md, Steps of any length).
 inline constexpr double least_modulus = 0.5;
 
 /// Everything one liquid-solid pair needs. i is the liquid, k the solid, whoever asks.
