@@ -5,9 +5,10 @@
 #
 #   benchmarks/gpu_suite.sh OUT_DIR
 #
-# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, the benchmarks, ncu on one
-# step of several scenes, and ice_block on both backends. A part that fails does not stop the others; the exit code is 1 if
-# any did. Only the tables of docs/performance.md:
+# builds the CUDA backend, runs the tests labelled gpu, compute-sanitizer on a small scene, random sequences of World's
+# calls, the benchmarks, ncu on one step of several scenes, whole runs of the program, and ice_block and the golden hashes on
+# both backends. A part that fails does not stop the others; the exit code is 1 if any did. Only the tables of
+# docs/performance.md:
 #
 #   MELTSIM_SUITE_PARTS="build benchmarks profile" benchmarks/gpu_suite.sh OUT_DIR
 #
@@ -19,8 +20,8 @@
 # Environment:
 #   MELTSIM_BUILD_DIR       a build to use as it is; default: build/gpu_suite, built here
 #   MELTSIM_CMAKE_ARGS      more arguments for cmake, e.g. -DCMAKE_CUDA_ARCHITECTURES=80
-#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck benchmarks profile melting
-#                           reproducible"
+#   MELTSIM_SUITE_PARTS     some of "build tests memcheck racecheck initcheck synccheck fuzz benchmarks profile whole
+#                           melting reproducible"
 #   MELTSIM_SUITE_SECONDS   time limit of the whole (570); parts that no longer fit are reported as failed
 #   MELTSIM_BENCHMARK_ARGS  more arguments for the benchmarks, e.g. --benchmark_filter=scene
 #   MELTSIM_BENCHMARK_LARGE empty: leave out the scenes of ten million particles
@@ -37,7 +38,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 mkdir -p "$1" || exit 2
 out=$(cd "$1" && pwd)
 build=${MELTSIM_BUILD_DIR:-$root/build/gpu_suite}
-wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck benchmarks profile melting reproducible} "
+wanted=" ${MELTSIM_SUITE_PARTS:-build tests memcheck racecheck initcheck synccheck fuzz benchmarks profile whole melting reproducible} "
 deadline=$((SECONDS + ${MELTSIM_SUITE_SECONDS:-570}))
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -82,7 +83,8 @@ build_all() {
   cmake -S "$root" -B "$build" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_BUILD_TESTS=ON \
     -DMELTSIM_BUILD_BENCHMARKS=ON -DMELTSIM_BUILD_EXAMPLES=ON ${MELTSIM_CMAKE_ARGS:-} || return 1
   # All programs that can be built, even if one cannot.
-  local target all=(meltsim_gpu_tests meltsim_gpu_world_tests meltsim_benchmarks meltsim_runner)
+  local target all=(meltsim_gpu_tests meltsim_gpu_world_tests meltsim_benchmarks meltsim_runner meltsim_bare_run
+    meltsim_api_fuzz)
   cmake --build "$build" --parallel "$(nproc)" --target "${all[@]}" && return 0
   for target in "${all[@]}"; do
     cmake --build "$build" --parallel "$(nproc)" --target "$target"
@@ -106,6 +108,22 @@ sanitizer() {
   command -v compute-sanitizer > /dev/null || { echo "compute-sanitizer is not installed"; return 1; }
   MELTSIM_REQUIRE_GPU=1 compute-sanitizer --tool "$1" --error-exitcode 9 --print-limit 20 \
     "$build/bin/meltsim_gpu_tests" --gtest_filter='Sanitizer.*'
+}
+
+# Random sequences of calls (tests/fuzz), then a few of them under compute-sanitizer, which is some hundred times slower.
+fuzz() {
+  local status=0 few=(--backend cuda --cases 4 --seconds 60 --hang 55)
+  "$build/bin/meltsim_api_fuzz" --backend cuda --cases 1000 --seconds "${MELTSIM_FUZZ_SECONDS:-60}" --hang 20 || status=1
+  command -v compute-sanitizer > /dev/null || { echo "compute-sanitizer is not installed"; return 1; }
+  compute-sanitizer --target-processes all --error-exitcode 9 --print-limit 20 "$build/bin/meltsim_api_fuzz" "${few[@]}" ||
+    status=1
+  return "$status"
+}
+
+# Whole runs of the program beside its bare sub-steps.
+whole() {
+  python3 -B "$root/benchmarks/whole_run.py" --bin "$build/bin" --backend cuda --threads 0 --repeat 1 --seconds 0.5 \
+    --sizes "${MELTSIM_WHOLE_SIZES:-80000,1000000}" --out "$out/whole_runs.jsonl"
 }
 
 benchmarks() {
@@ -171,8 +189,11 @@ reproducible() {
   command -v ninja > /dev/null && generator=(-G Ninja)
   # shellcheck disable=SC2086
   cmake -S "$root" -B "$exact" "${generator[@]}" -DCMAKE_BUILD_TYPE=Release -DMELTSIM_CUDA=ON -DMELTSIM_REPRODUCIBLE=ON \
-    -DMELTSIM_BUILD_TESTS=OFF -DMELTSIM_BUILD_BENCHMARKS=OFF ${MELTSIM_CMAKE_ARGS:-} || return 1
-  cmake --build "$exact" --parallel "$(nproc)" --target meltsim_runner || return 1
+    -DMELTSIM_BUILD_TESTS=ON -DMELTSIM_BUILD_BENCHMARKS=OFF ${MELTSIM_CMAKE_ARGS:-} || return 1
+  cmake --build "$exact" --parallel "$(nproc)" --target meltsim_runner meltsim_golden || return 1
+  for backend in cpu cuda; do
+    LD_LIBRARY_PATH=$exact/lib "$exact/bin/meltsim_golden" "$root/tests/golden/hashes.txt" --backend "$backend" || status=1
+  done
   for backend in cpu cuda; do
     LD_LIBRARY_PATH=$exact/lib "$exact/bin/meltsim" run ice_block --backend "$backend" --time 4 \
       --out "$work/exact_$backend" --overwrite --export none || status=1
@@ -186,7 +207,7 @@ reproducible() {
 
 # timeout(1) starts programs, not functions: these run in a bash of their own.
 export root out build work
-export -f build_all gpu_tests sanitizer benchmarks profile melting reproducible
+export -f build_all gpu_tests sanitizer fuzz benchmarks profile whole melting reproducible
 
 nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader > "$work/device.txt" 2>&1 ||
   say "nvidia-smi finds no GPU: $(head -n 1 "$work/device.txt")"
@@ -196,8 +217,10 @@ fi
 part tests 150 gpu_tests
 part memcheck 60 sanitizer memcheck
 part racecheck 60 sanitizer racecheck
+part fuzz 150 fuzz
 part benchmarks 240 benchmarks
 part profile 180 profile
+part whole 120 whole
 part melting 120 melting
 part reproducible 150 reproducible
 part initcheck 45 sanitizer initcheck
