@@ -75,7 +75,8 @@ struct Ledger {
   double courant = 0;                                    ///< (c + max_speed) dt / H of that sub-step
 };
 
-/// Particles copied to the host, sorted by id. Arrays are parallel.
+/// Particles copied to the host, sorted by id. Arrays are parallel. An id names the same particle for good from the first
+/// step on; before it, a body that displaces liquid closes the gaps in the ids.
 struct ParticleData {
   std::vector<std::uint32_t> id;
   std::vector<Vec3d> position;          ///< [m], world coordinates

@@ -115,6 +115,7 @@ class EngineImpl final : public Engine {
                const EngineSetup& setup) override {
     last_good();
     if (rolled_back_) return {};
+    settle_regions();  // the new plan may lack the stage
     const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
     const std::uint64_t needed = buffers_.missing(setup.channels, n), available = ex_.free_bytes();
     if (needed > available) return out_of_memory(needed, available);
@@ -259,8 +260,7 @@ class EngineImpl final : public Engine {
   }
 
   void download(LatticeMasks& m) override {
-    // What melted in the last sub-step leaves its regions at the beginning of the next.
-    if (w_.f.region_mask != nullptr && w_.f.neighbour_mask != nullptr) topology::regions<E, T>(ex_, w_);
+    settle_regions();
     ex_.synchronize();
     m.region_words = w_.region_words;
     if (w_.f.neighbour_mask != nullptr) m.neighbour_mask = fetch(ex_, w_.f.neighbour_mask, w_.vertices);
@@ -316,6 +316,12 @@ class EngineImpl final : public Engine {
   }
 
  private:
+  /// What melted in the last sub-step leaves its regions at the beginning of the next, where that has the stage.
+  void settle_regions() {
+    if (w_.f.plane_changed != nullptr && w_.f.region_mask != nullptr && w_.f.neighbour_mask != nullptr)
+      topology::regions<E, T>(ex_, w_);
+  }
+
   static Status out_of_memory(std::uint64_t needed, std::uint64_t available) {
     const auto gb = [](std::uint64_t b) {
       char text[32];

@@ -2,6 +2,7 @@
 // Host-side lookup "which points are nearer than a distance?", for building scenes. Not used in a step.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
@@ -48,7 +49,11 @@ class PointGrid {
     Vec3d point;
     std::uint32_t value;
   };
-  std::int64_t cell(double x) const { return static_cast<std::int64_t>(std::floor(x * inv_)); }
+  /// Points beyond 2^62 cells share the outermost one.
+  std::int64_t cell(double x) const {
+    constexpr double most = 4611686018427387904.0;
+    return static_cast<std::int64_t>(std::max(-most, std::min(most, std::floor(x * inv_))));
+  }
   static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
     return (static_cast<std::uint64_t>(x) * 73856093u) ^ (static_cast<std::uint64_t>(y) * 19349663u) ^
            (static_cast<std::uint64_t>(z) * 83492791u);  // collisions only cost a few distance tests

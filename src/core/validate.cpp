@@ -95,6 +95,18 @@ Status validate_points(const std::string& field, const std::vector<PropertyPoint
 
 double support_of(const WorldDesc& d) { return d.support_radius == 0 ? 2.5 * d.spacing : d.support_radius; }
 
+Status measurable(const std::string& field, double v, const char* unit) {
+  constexpr double most = 1e15, least = 1e-15;
+  if (v == 0 || (std::fabs(v) >= least && std::fabs(v) <= most)) return {};
+  return invalid(field, ": must be 0 or in ", least, "..", most, " ", unit, ", got ", v, "; check its unit");
+}
+
+Status summable(const std::string& field, double v, const char* unit) {
+  constexpr double most = 1e100;
+  if (std::fabs(v) <= most) return {};
+  return invalid(field, ": must be in ", -most, "..", most, " ", unit, ", got ", v, "; check its unit");
+}
+
 Status validate(const WorldDesc& d) {
   if (Status s = above("spacing", d.spacing, 0, "m", "typical 0.005..0.5"); !s) return s;
   if (!(std::isfinite(d.support_radius) && d.support_radius >= 0))
@@ -165,18 +177,34 @@ Status validate(const MaterialDesc& m) {
             at_least(p + "diffusivity", *m.diffusivity, 0, "m^2/s", "leave it out to use the conductivity");
         !s)
       return s;
+  const struct {
+    const char *name, *unit;
+    double value;
+  } numbers[] = {
+      {"density", "kg/m^3", m.density},
+      {"viscosity", "Pa s", m.viscosity},
+      {"conductivity", "W/(m K)", m.conductivity},
+      {"heat_capacity", "J/(kg K)", m.heat_capacity},
+      {"latent_heat", "J/kg", std::isfinite(m.latent_heat) && m.latent_heat > 0 ? m.latent_heat : 0},
+      {"diffusivity", "m^2/s", m.diffusivity ? *m.diffusivity : 0}};
+  for (const auto& n : numbers)
+    if (Status s = measurable(p + n.name, n.value, n.unit); !s) return s;
   if (m.diffusivity && !m.conductivity_points.empty())
     return invalid(p, "conductivity_points: diffusivity is given too; give one of the two");
   const struct {
     const char* name;
     const std::vector<PropertyPoint>& points;
     bool zero;  ///< a value of 0 makes sense
-  } tables[] = {{"conductivity_points", m.conductivity_points, false},
-                {"heat_capacity_points", m.heat_capacity_points, false},
-                {"viscosity_points", m.viscosity_points, true},
-                {"density_points", m.density_points, false}};
-  for (const auto& t : tables)
+    const char* unit;
+  } tables[] = {{"conductivity_points", m.conductivity_points, false, "W/(m K)"},
+                {"heat_capacity_points", m.heat_capacity_points, false, "J/(kg K)"},
+                {"viscosity_points", m.viscosity_points, true, "Pa s"},
+                {"density_points", m.density_points, false, "kg/m^3"}};
+  for (const auto& t : tables) {
     if (Status s = validate_points(p + t.name, t.points, t.zero); !s) return s;
+    for (const PropertyPoint& point : t.points)
+      if (Status s = measurable(p + t.name, point.value, t.unit); !s) return s;
+  }
   if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
     return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
                    ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");
@@ -184,6 +212,11 @@ Status validate(const MaterialDesc& m) {
   if (std::isnan(m.melting_point) || m.melting_point < absolute_zero)
     return invalid(p, "melting_point: must be >= ", absolute_zero, " degrees Celsius, got ", m.melting_point,
                    "; temperatures are in Celsius, infinity means it never melts");
+  // Enthalpies count from the melting point: farther away single precision would round off whole degrees.
+  constexpr double highest_melting_point = 1e6;
+  if (std::isfinite(m.melting_point) && m.melting_point > highest_melting_point)
+    return invalid(p, "melting_point: must be at most ", highest_melting_point, " degrees Celsius, got ",
+                   m.melting_point, "; leave it out for a solid that does not melt");
   if (std::isfinite(m.melting_point) && !m.melts_into)
     return invalid(
         p, "melts_into: a material with a melting point (", m.melting_point,
@@ -229,6 +262,7 @@ Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& wh
   const auto kind = condition_of(s).kind;
   if (!std::isfinite(s.flux))
     return invalid(what, "flux: must be finite W/m^2, got ", s.flux, "; positive heats, 0 is none");
+  if (Status st = summable(what + "flux", s.flux, "W/m^2"); !st) return st;
   if (Status st = at_least(what + "convection", s.convection, 0, "W/(m^2 K)", "5..25 is still air"); !st)
     return st;
   if (!(s.emissivity >= 0 && s.emissivity <= 1))
@@ -252,6 +286,7 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
   const std::string p = "heat region \"" + r.name + "\": ";
   if (!std::isfinite(r.source))
     return invalid(p, "source: must be finite W/m^3, got ", r.source, "; negative cools");
+  if (Status st = summable(p + "source", r.source, "W/m^3"); !st) return st;
   if (r.temperature && !(std::isfinite(*r.temperature) && *r.temperature >= absolute_zero))
     return invalid(p, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", *r.temperature,
                    "; temperatures are in Celsius");

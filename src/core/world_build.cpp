@@ -68,14 +68,50 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
   if (Status s = check_freezing(m); !s) return s.error();
   fetch_state();
   materials.push_back(m);
+  const auto take_back = [this] {
+    materials.pop_back();
+    properties_ = material_properties();
+  };
   try {
     properties_ = material_properties();
+    if (Status s = check_curves(); !s) {
+      take_back();
+      return s.error();
+    }
   } catch (...) {
-    materials.pop_back();
+    take_back();
     throw;
   }
   dirty_ = measure_ = true;
   return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
+}
+
+/// What a material holds at a temperature gives that temperature back, and what melts is no colder than 0 K on the curve of
+/// the liquid that it becomes: that of another solid where the liquid freezes into one.
+Status WorldImpl::check_curves() const {
+  const auto rows = material_rows();
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const physics::MaterialRow<double>& row = rows[i];
+    const std::string p = "material \"" + materials[i].name + "\": ";
+    for (const double t : {absolute_zero, 0.0, row.melting_point, row.melting_point + 100}) {
+      const double back = physics::temperature_of(row, physics::enthalpy_of(row, t));
+      if (!(std::fabs(back - t) <= 0.01 + 1e-6 * std::fabs(t)))
+        return invalid(p, "heat_capacity: ", row.heat_capacity, " and ", row.liquid_heat_capacity,
+                       " J/(kg K) of the liquid and a latent heat of ", row.latent_heat,
+                       " J/kg are so far apart that ", t, " degrees are ", back,
+                       " after rounding; those of real materials differ by less than 1e6");
+    }
+    if (row.melts == 0u) continue;
+    const double melt = row.melting_enthalpy + row.latent_heat;
+    const double t = physics::temperature_of(rows[row.liquid], melt);
+    if (!(t >= absolute_zero)) {
+      const MaterialDesc& solid = materials[rows[row.liquid].solid];
+      return invalid(p, "melting_point: melt of ", row.melting_point, " degrees would be at ", t, " in \"",
+                     materials[row.liquid].name, "\", which freezes into \"", solid.name, "\" at ",
+                     solid.melting_point, " degrees; give it a liquid of its own");
+    }
+  }
+  return {};
 }
 
 /// A liquid that can freeze has the enthalpy curve of its solid: one solid per liquid, known before there is
@@ -192,7 +228,9 @@ Status WorldImpl::origin_for(const std::vector<Vec3d>& positions, const char* wh
     const Vec3d middle = (lo + hi) * 0.5;
     origin = far ? Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)} : Vec3d{};
   }
-  const double span = std::max(reach(lo - origin), reach(hi - origin));
+  // What a host passes and reads are doubles relative to 0.
+  const double span =
+      std::max({reach(lo - origin), reach(hi - origin), 1.2e-16 / epsilon * std::max(reach(lo), reach(hi))});
   if (span * epsilon > 1e-3 * desc.spacing)
     return invalid(what, "shape: at ", span, " m from the origin ", origin, " a ",
                    desc.precision == Precision::single_precision ? "single" : "double",

@@ -169,6 +169,7 @@ class WorldImpl final : public Scheduler {
   void fill_heat_boundary(core::SceneConstants& c) const;
   std::size_t freezes_into(std::size_t material) const;
   Status check_freezing(const MaterialDesc& m);
+  Status check_curves() const;
   void derive_sound_speed();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
@@ -176,6 +177,7 @@ class WorldImpl final : public Scheduler {
   void derive_limits();
   double least_spring() const;
   double least_modulus_rate() const;
+  int most_half_width() const;
   int widest_half_width(const MaterialDesc& m) const;
   double asked_modulus_rate(const MaterialDesc& m) const;
   double modulus_rate_of(const MaterialDesc& m) const;
@@ -297,6 +299,7 @@ class WorldImpl final : public Scheduler {
   /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only
   /// lies in the table costs nothing.
   std::vector<std::uint8_t> liquid_used_, solid_used_;
+  std::vector<std::uint8_t> liquid_used_before_;  ///< for a step that is refused; kept so that no step allocates
   bool may_melt_ = false;    ///< something could melt at some time since the scene was built
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
   double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene

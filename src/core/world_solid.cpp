@@ -69,9 +69,15 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   if (!finite(s.angular_velocity))
     return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
   if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
+  const int wide = materials[s.material.index].region_half_width, most = most_half_width();
+  if (!s.fixed && wide > most)
+    return invalid(what, "material: \"", materials[s.material.index].name, "\" has a region_half_width of ",
+                   wide, ", and its regions would reach across half of a periodic axis; use at most ", most,
+                   " here, or a longer domain");
   if (!std::isfinite(s.heat_source) || (s.heat_source != 0 && desc.heat.model != HeatModel::enthalpy))
     return invalid(what, "heat_source: must be finite W/m^3 and needs heat.model enthalpy, got ",
                    s.heat_source, "; 0 is none");
+  if (Status st = core::summable(what + "heat_source", s.heat_source, "W/m^3"); !st) return st.error();
   if (s.fixed && (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
     return invalid(what, "velocity: a fixed body cannot move, got ", s.velocity,
                    "; drop fixed or the velocity");

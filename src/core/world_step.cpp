@@ -157,22 +157,31 @@ Status WorldImpl::step(double dt) {
   if (Status s = prepare(); !s) return s;
   if (Status s = check_substeps(dt); !s)
     return s;  // before anything follows the plan of a step that is not taken
-  const bool level = state_.heat_level;
-  if (Status s = follow_plan(dt); !s) return s;
+  const bool level = state_.heat_level, may_melt = may_melt_, melted = (facts_ & core::fact_melt) != 0;
+  liquid_used_before_ = liquid_used_;
+  const auto not_taken = [&](Status s) {  // the plan followed a step that is not taken
+    const auto as_it_was = [&] {
+      state_.heat_level = level;
+      may_melt_ = may_melt;
+      liquid_used_ = liquid_used_before_;
+      census_.unsettled = census_.unsettled && melted;
+    };
+    as_it_was();
+    // Where there is no memory to go back, the next step tries again.
+    if (regions_act(time, time)) static_cast<void>(adapt());
+    as_it_was();
+    return s;
+  };
+  if (Status s = follow_plan(dt); !s) return not_taken(s);
   if (halted_)  // found out while it was prepared
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-  if (Status s = check_substeps(dt); !s) return s;
+  if (Status s = check_substeps(dt); !s) return not_taken(s);
   const int n = std::max(1, static_cast<int>(substeps_of(dt)));
   core::SubstepArguments a;
   a.dt = dt / n;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
-  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) {
-    // The plan followed a step that is not taken.
-    if (regions_act(time, time)) plan_changed_ = true;
-    state_.heat_level = level;
-    return s;
-  }
+  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return not_taken(s);
   substep_ = a.dt;
   const double start = time;
   const auto interrupted = [&](int k) {

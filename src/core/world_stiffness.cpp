@@ -24,12 +24,24 @@ double WorldImpl::least_modulus_rate() const {
   return any_liquid() ? least_spring() / (spring_dt_ * spring_dt_) : 0;
 }
 
+/// How wide regions may be: between any two members the nearest image across periodic faces is the one that is meant, also
+/// where the body is strained by a quarter.
+int WorldImpl::most_half_width() const {
+  double most = physics::most_half_width;
+  const Vec3d extent = desc.domain.max - desc.domain.min;
+  const double extents[3] = {extent.x, extent.y, extent.z};
+  for (std::size_t axis = 0; desc.domain.bounded && axis < 3; ++axis)
+    if (desc.domain.faces[2 * axis] == Face::periodic)
+      most = std::min(most, 0.4 * extents[axis] / desc.spacing);
+  return std::max(1, static_cast<int>(most));
+}
+
 /// How wide a body's regions may have to be: sites around it are made for that when it is added.
 int WorldImpl::widest_half_width(const MaterialDesc& m) const {
-  if (m.youngs_modulus > 0) return physics::most_half_width;
+  if (m.youngs_modulus > 0) return most_half_width();
   const double share = desc.courant * core::support_of(desc) / desc.spacing;
   return physics::modulus_half_width(physics::least_modulus * share * share, std::max(1, m.region_half_width),
-                                     physics::most_half_width, 1.0);
+                                     most_half_width(), 1.0);
 }
 
 double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
@@ -42,7 +54,7 @@ double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
 double WorldImpl::modulus_rate_of(const MaterialDesc& m) const {
   const double asked = std::max(asked_modulus_rate(m), least_modulus_rate());
   if (!std::isfinite(static_dt_)) return asked;
-  return std::min(asked, physics::region_wave_speed2(physics::most_half_width) / (static_dt_ * static_dt_));
+  return std::min(asked, physics::region_wave_speed2(most_half_width()) / (static_dt_ * static_dt_));
 }
 
 /// Likewise of a stiffness: alpha at the step that springs go by.
@@ -55,9 +67,8 @@ int WorldImpl::half_width_of(const MaterialDesc& m) const {
   const int asked = any_liquid() ? std::max(1, m.region_half_width) : m.region_half_width;
   if (!std::isfinite(static_dt_)) return asked;
   if (!(m.youngs_modulus > 0))  // as wide as what liquid asks for needs
-    return any_liquid() ? physics::modulus_half_width(least_spring(), asked, physics::most_half_width, 1.0)
-                        : asked;
-  return physics::modulus_half_width(modulus_rate_of(m), asked, physics::most_half_width, static_dt_);
+    return any_liquid() ? physics::modulus_half_width(least_spring(), asked, most_half_width(), 1.0) : asked;
+  return physics::modulus_half_width(modulus_rate_of(m), asked, most_half_width(), static_dt_);
 }
 
 /// alpha at a sub-step of dt.

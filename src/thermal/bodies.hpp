@@ -182,11 +182,11 @@ struct StageBody {
     double enthalpy = w.f.enthalpy[i] + d;
     // Nothing is cooled below 0 K: what is missing then did not go out through the boundary, and the account says so. Without
     // a boundary only exchange beyond its stage bound comes there, which is said as well.
-    const double missing = static_cast<double>(mass) * m.coldest - enthalpy;
-    if (missing > 0.0 && (Boundary || stage.last)) {
+    const double coldest = static_cast<double>(mass) * m.coldest, missing = coldest - enthalpy;
+    if (missing > 0.0 && std::isfinite(missing) && (Boundary || stage.last)) {
       add(&w.f.status->cooled_to_zero, 1);
-      enthalpy += missing;
-      d += missing;
+      enthalpy = coldest;
+      d = coldest - w.f.enthalpy[i];
       in += missing / mu_tau;
       rate += missing / mu_tau;
     }

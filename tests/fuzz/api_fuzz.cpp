@@ -287,7 +287,8 @@ class Sequence {
     note("add_material ", solid ? "solid" : "liquid", " rho ", m.density, " mu ", m.viscosity, " k ",
          m.conductivity, " c ", m.heat_capacity, " w ", m.region_half_width, " E ", m.youngs_modulus, " L ",
          m.latent_heat, m.freezes ? " freezes" : "");
-    refusable_ = m.freezes;  // two solids may not freeze from one liquid
+    refusable_ = bool(
+        m.melts_into);  // two solids may not freeze from one liquid, nor one melt far below where it freezes
     const auto id = guarded_call("add_material", [&] { return world_->add_material(m); });
     refusable_ = false;
     if (!id) return;
@@ -332,6 +333,7 @@ class Sequence {
     refusable_ = false;
     if (!id) return;
     bodies_.push_back(*id);
+    if (world_->steps() == 0) masses_.clear();  // ids close up where the body displaced liquid
     moves(length(s.velocity) + 4 * dx_ * length(s.angular_velocity));
   }
 
@@ -411,7 +413,10 @@ class Sequence {
     const double g = length(desc_.gravity),
                  height = length(size_) + 2 * stepped_ * speed_scale_ + g * stepped_ * stepped_;
     const double fall = std::sqrt(2 * g * height), thrust = std::sqrt(g * dx_);
-    const double bound = 6 * (speed_scale_ + fall + thrust) + 1;
+    double bound = 6 * (speed_scale_ + fall + thrust) + 1;
+    // A soft body that is strained when liquid comes becomes as stiff as the liquid's sound speed: flagged, and at the most
+    // as fast as that.
+    if (r.body_stiffened) bound += world_->resolved().sound_speed;
     if (speed > bound)
       violate(text("speed ", speed, " m/s, where ", bound, " is plenty (fastest given ", speed_scale_,
                    ", fall ", fall, "), t ", r.time, r.courant_exceeded ? ", flagged" : ", no flag"));

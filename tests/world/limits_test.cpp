@@ -264,7 +264,7 @@ TEST(Limits, HeatWorkOfASubStepIsBounded) {
     double time_scale, conductivity, capacity;
   };
   for (const Case& c : {Case{1e12, 0.6, 4186}, Case{1, 1e13, 4186}, Case{1, 0.6, 1e-9},
-                        Case{1e300, 0.6, 4186}, Case{1, 1e300, 1e-300}}) {
+                        Case{1e300, 0.6, 4186}, Case{1, 1e15, 1e-15}}) {
     World w = world(c.time_scale, c.conductivity, c.capacity, 64);
     const Status s = w.step(1e-3);
     ASSERT_FALSE(s) << c.time_scale << ", " << c.conductivity;

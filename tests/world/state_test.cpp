@@ -45,7 +45,7 @@ EmitterDesc nozzle(MaterialId material, Vec3d center) {
   return e;
 }
 
-/// A fixed body, so that nothing limits sub-steps, in a region whose source no number holds: the second
+/// A fixed body, so that nothing limits sub-steps, in a region whose source single precision does not hold: the second
 /// sub-step is the first that begins with it.
 struct Bullet {
   World world;
@@ -63,7 +63,7 @@ Bullet bullet() {
   require(b.world.add_solid(s));
   HeatRegionDesc r;
   r.shape = s.shape;
-  r.source = 1e300;
+  r.source = 1e100;
   r.from = 0.005;
   require(b.world.add_heat_region(r));
   return b;
