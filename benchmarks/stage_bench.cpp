@@ -5,7 +5,7 @@
 #include <map>
 
 #include "bench.hpp"
-#include "core/pipeline.hpp"
+#include "engine/pipeline.hpp"
 
 namespace bench {
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which kernel belongs to which stage, read from the sources: src/core/pipeline.def has the stages in order,
+"""Which kernel belongs to which stage, read from the sources: src/engine/pipeline.def has the stages in order,
 src/<module>/stages.hpp the bodies and verbs of each. Standard library only.
 
 A launch's name carries its body (`each<meltsim::v0::sph::ForcesBody<float>>`), and most bodies belong to one stage. What
@@ -7,7 +7,7 @@ is left - fills, the second half of a reduction, CUB's sort, bodies of two stage
 """
 import re
 
-# What a kernel's name says of the verb that launched it (cuda/core). A bucket's counts are summed by a scan, too.
+# What a kernel's name says of the verb that launched it (cuda/exec). A bucket's counts are summed by a scan, too.
 VERBS = [("sort", r"RadixSort|Onesweep|radix_sort"), ("bucket", r"CountBody|PlaceBody"),
          ("scan", r"DeviceScan|DeviceCompactInit"), ("bucket", r"DeviceScan"),
          ("reduce", r"kernels::reduce<|DeviceReduce"), ("fill", r"FillBody"), ("copy", r"CopyBody")]
@@ -15,7 +15,7 @@ VERBS = [("sort", r"RadixSort|Onesweep|radix_sort"), ("bucket", r"CountBody|Plac
 
 def stage_order(root):
     """["step.begin", "spatial.keys", ...]"""
-    text = (root / "src/core/pipeline.def").read_text(encoding="utf-8")
+    text = (root / "src/engine/pipeline.def").read_text(encoding="utf-8")
     return [f"{module}.{stage}" for module, stage in re.findall(r"^MELTSIM_STAGE\((\w+), (\w+),", text, re.MULTILINE)]
 
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "bench.hpp"
-#include "core/frame.hpp"
+#include "engine/frame.hpp"
 
 namespace bench {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/exec_cpu.hpp"
+#include "exec/exec_cpu.hpp"
 #include "verb_bench.hpp"
 
 namespace bench {

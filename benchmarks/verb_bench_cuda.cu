@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cuda_profiler_api.h>
 
-#include "core/exec_cuda_scan.cuh"
+#include "exec/exec_cuda_scan.cuh"
 #include "verb_bench.hpp"
 
 namespace bench {

@@ -13,7 +13,7 @@ add_library(meltsim_floating_point INTERFACE)
 set(host_options -fno-math-errno -fno-trapping-math)
 set(device_options)
 if(MELTSIM_REPRODUCIBLE)
-  # core/lane_positions.hpp: sums one by one, as on a GPU.
+  # exec/lane_positions.hpp: sums one by one, as on a GPU.
   target_compile_definitions(meltsim_floating_point INTERFACE MELTSIM_REPRODUCIBLE)
   list(APPEND host_options -ffp-contract=off)
   list(APPEND device_options --fmad=false)

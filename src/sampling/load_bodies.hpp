@@ -3,8 +3,8 @@
 // body gives what one particle adds. They run behind all forces and heat, before step.integrate.
 #pragma once
 
-#include "core/heat_operand.hpp"
-#include "core/pair_forces.hpp"
+#include "engine/heat_operand.hpp"
+#include "engine/pair_forces.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "sampling/bodies.hpp"

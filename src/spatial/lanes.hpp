@@ -6,8 +6,8 @@
 
 #include <cstring>
 
-#include "core/lane_positions.hpp"
-#include "core/wide.hpp"
+#include "exec/lane_positions.hpp"
+#include "exec/wide.hpp"
 #include "spatial/neighbours.hpp"
 
 namespace meltsim {

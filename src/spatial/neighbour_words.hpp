@@ -6,7 +6,7 @@
 //
 // neighbour_words is a table of columns, one entry per particle, so that threads side by
 // side read side by side: a header, which says how many words and neighbours follow, then the words. Where a search
-// is shared out (core/gather.hpp), each of its words_parts parts fills a set of its own, 1 + words_room columns;
+// is shared out (exec/gather.hpp), each of its words_parts parts fills a set of its own, 1 + words_room columns;
 // joined, they are one sequence, and every part of a later sum takes its share of the neighbours, as many as the
 // others. Where there are too many for the room, candidates are searched again by every sweep.
 #pragma once

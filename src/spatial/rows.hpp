@@ -5,7 +5,7 @@
 // from where cells begin. Order is fixed: rows ascending, slots ascending.
 #pragma once
 
-#include "core/gather.hpp"
+#include "exec/gather.hpp"
 #include "spatial/cells.hpp"
 
 namespace meltsim {
@@ -97,7 +97,7 @@ struct SomeRows {
   }
 };
 
-/// Part k of the rows (core/gather.hpp). A third has a row of every layer in y and in z, so that beside
+/// Part k of the rows (exec/gather.hpp). A third has a row of every layer in y and in z, so that beside
 /// walls, where layers are missing, all parts still have as much to do.
 template <class T>
 MELTSIM_HD SomeRows rows_of_part(const core::Frame<T>& w, std::uint32_t k, std::uint32_t parts) {

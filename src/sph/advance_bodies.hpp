@@ -2,7 +2,7 @@
 // Forces and the end of the sub-step in one sweep, where liquid is alone.
 #pragma once
 
-#include "core/advance.hpp"
+#include "engine/advance.hpp"
 #include "sph/bodies.hpp"
 
 namespace meltsim {

@@ -2,7 +2,7 @@
 // Kernels of the liquid and of its coupling to solids. One gather each; formulas in meltsim/physics/.
 #pragma once
 
-#include "core/pair_forces.hpp"
+#include "engine/pair_forces.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"

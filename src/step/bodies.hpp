@@ -2,8 +2,8 @@
 // Kernels that frame a sub-step: clock, emission, integration with the check that decides whether it counts.
 #pragma once
 
-#include "core/advance.hpp"
-#include "core/lattice.hpp"
+#include "engine/advance.hpp"
+#include "engine/lattice.hpp"
 #include "meltsim/physics/emission.hpp"
 
 namespace meltsim {
@@ -79,7 +79,7 @@ MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
   return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
 }
 
-/// Kick, second half drift, walls, periodic wrap, open faces, in place; and the check (core/advance.hpp).
+/// Kick, second half drift, walls, periodic wrap, open faces, in place; and the check (engine/advance.hpp).
 template <class T>
 struct IntegrateBody {
   Frame<T> w;

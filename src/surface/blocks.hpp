@@ -9,7 +9,7 @@
 // nothing.
 #pragma once
 
-#include "core/surface_frame.hpp"
+#include "engine/surface_frame.hpp"
 #include "spatial/bodies.hpp"
 
 namespace meltsim {

@@ -2,8 +2,8 @@
 // Kernels of heat. Every particle, liquid or solid, exchanges with every neighbour.
 #pragma once
 
-#include "core/frame.hpp"
-#include "core/heat_operand.hpp"
+#include "engine/frame.hpp"
+#include "engine/heat_operand.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"

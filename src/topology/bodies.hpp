@@ -3,7 +3,7 @@
 // returns at once in a step in which nothing melted or froze.
 #pragma once
 
-#include "core/lattice.hpp"
+#include "engine/lattice.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"
 

@@ -6,7 +6,7 @@
   rules.py macros DIR            no #if about CUDA outside physics/hd.hpp
   rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
   rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table, and whether they
-                                 step aside in core/schedule.hpp
+                                 step aside in engine/schedule.hpp
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
@@ -23,7 +23,10 @@ import tempfile
 from pathlib import Path
 
 MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "reading"}  # they meet only in the channels of fields.def
-SHARED = {"core", "spatial"}                                # every module may use these
+SHARED = {"engine", "exec", "spatial"}                                # every module may use these
+# What the rooms that hold no module may include; under src/.
+ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "engine": {"engine", "exec", "spatial"},
+         "world": {"world", "engine", "exec", "shape"}}
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
 
 # Public headers may be included by a host that has none of these.
@@ -68,6 +71,9 @@ def check_includes(root):
             other = parts[0] if len(parts) > 1 else module
             if module in MODULES and other in MODULES and other != module:
                 yield f"{path.relative_to(root)}:{number}: module {module} includes {target} of module {other}"
+            known = other in ROOMS or other in MODULES or other == "spatial"
+            if known and other not in ROOMS.get(module, {other}) and path.relative_to(root).parts[0] == "src":
+                yield f"{path.relative_to(root)}:{number}: {module} includes {target} of {other}"
             if module == "spatial" and other in MODULES:
                 yield f"{path.relative_to(root)}:{number}: spatial includes {target} of module {other}"
             if path.relative_to(root).parts[0] == "src" and re.match(r"(cuda|cub/|thrust/)", target):
@@ -108,8 +114,8 @@ ALLOWED_STATEMENTS = (
 def check_instantiations(root):
     cuda = root / "cuda"
     for path in sorted(cuda.rglob("*.cu")):
-        if module_of(path, root) in (None, "core"):
-            continue  # cuda/core implements the verbs
+        if module_of(path, root) in (None, "exec", "engine"):
+            continue  # cuda/exec implements the verbs, cuda/engine makes the backend
         name = path.relative_to(root).as_posix()
         text = strip_comments(path.read_text()).replace("\\\n", " ")
         # Preprocessor: includes, and macros that instantiate.
@@ -154,22 +160,22 @@ def definitions(text):
 
 
 def check_channels(root):
-    """Stages run side by side where the table says that they may (core/schedule.hpp), so it has to be complete."""
+    """Stages run side by side where the table says that they may (engine/schedule.hpp), so it has to be complete."""
     fields = set(re.findall(r"^MELTSIM_FIELD\((\w+),", (root / "include/meltsim/fields.def").read_text(), re.M))
-    table = root / "src/core/pipeline.def"
+    table = root / "src/engine/pipeline.def"
     # Parts of channels; that a row names the right one, the tests of permuted orders show.
-    parts = root / "src/core/pipeline.hpp"
+    parts = root / "src/engine/pipeline.hpp"
     wholes = dict(re.findall(r"\{field_(\w+), field_(\w+)\}", parts.read_text() if parts.is_file() else ""))
     rows = re.findall(r'^MELTSIM_STAGE\((\w+), (\w+), [^,]+, (.*?), "', table.read_text(), re.M)
     if not rows:
         yield "no stage found: the pattern is broken"
-    schedule = root / "src/core/schedule.hpp"
+    schedule = root / "src/engine/schedule.hpp"
     found = re.search(r"\bmodest_stages\s*=([^;]*);", schedule.read_text() if schedule.is_file() else "")
     modest = set(re.findall(r"\bstage_bit\((\w+)\)", found[1])) if found else set()
     for module, stage, sets in rows:
         known = {}
         for path in sorted({*(root / "src" / module).glob("*.hpp"), root / "src/spatial/neighbours.hpp",
-                            root / "src/core/pair_forces.hpp"}):
+                            root / "src/engine/pair_forces.hpp"}):
             if path.is_file():
                 for name, text in definitions(strip_comments(path.read_text())).items():
                     known[name] = known.get(name, "") + text
@@ -185,13 +191,13 @@ def check_channels(root):
                      if word not in stages]
         if not text:
             yield f"{module}.{stage}: no function found in src/{module}/stages.hpp"
-        # What every kernel asks, core/schedule.hpp knows.
+        # What every kernel asks, engine/schedule.hpp knows.
         text = text.replace("w_.f.status->halted", "")
         touched = (set(re.findall(r"\bf\.(\w+)", text)) | set(re.findall(r"\bbefore\.(\w+)", text))) & fields
         named = {wholes.get(name, name) for name in re.findall(r"F\((\w+)\)", sets)}
         for name in sorted(touched - named):
             yield f"{table.relative_to(root)}: {module}.{stage} touches {name}, which its row does not name"
-        # Stages that step aside (core/schedule.hpp) run on few threads only where their bodies say so, too.
+        # Stages that step aside (engine/schedule.hpp) run on few threads only where their bodies say so, too.
         aside = f"stage_{module}_{stage}" in modest
         for body in re.findall(r"\bfor_each\([^;]*?\b(\w+Body)<", known.get(stage, "")):
             if ("bool modest = true" in known.get(body, "")) != aside:
@@ -286,26 +292,29 @@ def selftest():
             (check_includes, "src/sph/a.hpp", '#include "lsm/bodies.hpp"\n', 1),
             (check_includes, "src/sph/a.hpp", '#include "../lsm/bodies.hpp"\n', 1),
             (check_includes, "src/sph/a.hpp", '// #include "lsm/bodies.hpp"\n', 0),
-            (check_includes, "src/sph/a.hpp", '#include "core/exec.hpp"\n#include "spatial/grid.hpp"\n', 0),
+            (check_includes, "src/sph/a.hpp", '#include "exec/exec_cpu.hpp"\n#include "spatial/grid.hpp"\n', 0),
             (check_includes, "src/spatial/a.hpp", '#include "sph/bodies.hpp"\n', 1),
             (check_includes, "cuda/thermal/a.cu", '#include "topology/stages.hpp"\n', 1),
-            (check_includes, "src/core/a.cpp", '#include <cuda_runtime.h>\n', 1),
+            (check_includes, "src/engine/a.cpp", '#include <cuda_runtime.h>\n', 1),
+            (check_includes, "src/engine/a.cpp", '#include "world/world_impl.hpp"\n', 1),
+            (check_includes, "src/shape/a.cpp", '#include "engine/frame.hpp"\n', 1),
+            (check_includes, "src/world/a.cpp", '#include "engine/frame.hpp"\n#include <vector>\n', 0),
             (check_includes, "include/meltsim/a.hpp", '#include <iostream>\n', 1),
             (check_includes, "include/meltsim/a.hpp", '#include <cub/device/device_scan.cuh>\n', 1),
             (check_includes, "include/meltsim/a.hpp", '#include <vector>\n#include "meltsim/b.hpp"\n', 0),
             (check_includes, INTEROP, '#include <cuda_runtime_api.h>\n', 0),
-            (check_macros, "src/core/a.cpp", "#ifdef MELTSIM_HAVE_CUDA\n#endif\n", 1),
+            (check_macros, "src/engine/a.cpp", "#ifdef MELTSIM_HAVE_CUDA\n#endif\n", 1),
             (check_macros, "include/meltsim/a.hpp", "#if defined(__CUDACC__)\n#endif\n", 1),
             (check_macros, HOST_DEVICE, "#if defined(__CUDACC__)\n#endif\n", 0),
             (check_instantiations, "cuda/sph/a.cu", good, 0),
             (check_instantiations, "cuda/sph/a.cu", good + "__global__ void k(float* a) { a[0] *= 2; }\n", 3),
             (check_instantiations, "cuda/sph/a.cu", "template <class T> T f(T a) { return a * a; }\n", 3),
             (check_instantiations, "cuda/sph/a.cu", "constexpr float g = 9.81f;\n", 1),
-            (check_instantiations, "cuda/core/a.cu", "__global__ void k() {}\n", 0),
+            (check_instantiations, "cuda/exec/a.cu", "__global__ void k() {}\n", 0),
         ]
         write("include/meltsim/fields.def", "MELTSIM_FIELD(mass, T, particle, State, \"kg\", \"\")\n"
                                             "MELTSIM_FIELD(tag, T, particle, State, \"-\", \"\")\n")
-        write("src/core/pipeline.def", 'MELTSIM_STAGE(sph, density, 0, F(tag), 0, 0, "", "")\n')
+        write("src/engine/pipeline.def", 'MELTSIM_STAGE(sph, density, 0, F(tag), 0, 0, "", "")\n')
         write("src/sph/stages.hpp", "void density(E& ex) {\n  ex.for_each(1, DensityBody<T>{w});\n}\n")
         body = "struct DensityBody {\n  void part() {\n    weigh(w);\n  }\n};\nT weigh(F w) {\n  return w.f.%s[0];\n}\n"
         modest = body.replace("{\n", "{\n  static constexpr bool modest = true;\n", 1)

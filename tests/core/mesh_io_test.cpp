@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "core/mesh_formats.hpp"
+#include "shape/mesh_formats.hpp"
 #include "shape_support.hpp"
 
 namespace shape_tests {

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "core/mesh_raster.hpp"
+#include "shape/mesh_raster.hpp"
 #include "shape_support.hpp"
 
 namespace shape_tests {

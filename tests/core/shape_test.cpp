@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "core/shape_limits.hpp"
+#include "shape/shape_limits.hpp"
 #include "shape_support.hpp"
 
 namespace shape_tests {

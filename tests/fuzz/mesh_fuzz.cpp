@@ -2,11 +2,11 @@
 // libFuzzer: arbitrary bytes as a mesh file. What is read must be a mesh that samples or an error that says
 // something. Build and run, from the root of the sources:
 //   clang++ -std=c++17 -O1 -g -fsanitize=fuzzer,address,undefined -Iinclude -Isrc tests/fuzz/mesh_fuzz.cpp
-//       src/core/shape*.cpp src/core/mesh_*.cpp -o mesh_fuzz && ./mesh_fuzz -max_len=4096
+//       src/shape/*.cpp -o mesh_fuzz && ./mesh_fuzz -max_len=4096
 #include <cstdint>
 #include <cstdlib>
 
-#include "core/mesh_formats.hpp"
+#include "shape/mesh_formats.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace meltsim;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The verbs on CUDA: the text of tests/verbs, and what only CUDA promises.
-#include "core/exec_cuda_bucket.cuh"
-#include "core/exec_cuda_scan.cuh"
+#include "exec/exec_cuda_bucket.cuh"
+#include "exec/exec_cuda_scan.cuh"
 #include "support/require_gpu.hpp"
 #include "verbs/verbs_test.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What checked builds look for, on a World that is sound and then broken by hand.
-#include "core/checked.hpp"
+#include "engine/checked.hpp"
 
 #include <limits>
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/engine.hpp"
-#include "core/lattice.hpp"
+#include "engine/engine.hpp"
+#include "engine/lattice.hpp"
 #include "support/permuting_exec.hpp"
 #include "support/random.hpp"
 

@@ -2,7 +2,7 @@
 // All stages for the executor of the tests. One precision per translation unit: both took minutes.
 #pragma once
 
-#include "core/engine_impl.hpp"
+#include "engine/engine_impl.hpp"
 #include "lsm/stages.hpp"
 #include "modules/engine.hpp"
 #include "reading/stages.hpp"

@@ -2,7 +2,7 @@
 // Materials as World turns them into rows: the zero of a solid's enthalpy in particular.
 #include <gtest/gtest.h>
 
-#include "core/world_impl.hpp"
+#include "world/world_impl.hpp"
 #include "meltsim/physics/heat.hpp"
 
 namespace {

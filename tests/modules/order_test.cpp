@@ -4,7 +4,7 @@
 // in which the labels are searched three times and particles melt; or melt and freeze.
 #include <gtest/gtest.h>
 
-#include "core/world_impl.hpp"
+#include "world/world_impl.hpp"
 #include "modules/engine.hpp"
 
 namespace {

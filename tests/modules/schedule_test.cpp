@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which stages run side by side: whatever the scene, stages that touch the same channel keep their order.
-#include "core/schedule.hpp"
+#include "engine/schedule.hpp"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "core/timings.hpp"
+#include "exec/timings.hpp"
 
 namespace {
 

@@ -14,11 +14,11 @@
 #include <random>
 #include <vector>
 
-#include "core/exec_cpu.hpp"
-#include "core/frame.hpp"
-#include "core/reading_frame.hpp"
-#include "core/schedule.hpp"
-#include "core/surface_frame.hpp"
+#include "exec/exec_cpu.hpp"
+#include "engine/frame.hpp"
+#include "engine/reading_frame.hpp"
+#include "engine/schedule.hpp"
+#include "engine/surface_frame.hpp"
 
 namespace test_support {
 

@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/frame.hpp"
-#include "core/gather.hpp"
-#include "core/schedule.hpp"
+#include "engine/frame.hpp"
+#include "exec/gather.hpp"
+#include "engine/schedule.hpp"
 #include "meltsim/physics/hd.hpp"
 
 namespace verbs_test {

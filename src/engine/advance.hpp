@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// The end of a sub-step for one particle, once all forces on it are known: kick, second half drift, walls, periodic
+// wrap, open faces, and whether the outcome can be gone on with. Used by step.integrate, and by sph.advance where liquid
+// is alone.
+#pragma once
+
+#include "engine/frame.hpp"
+#include "meltsim/physics/emission.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/walls.hpp"
+#include "spatial/cells.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// What a sub-step produced for a particle.
+template <class T>
+struct Produced {
+  std::uint32_t tag = 0;
+  T phi{};
+  Vec4<T> position, velocity;  ///< of the middle of the sub-step, of its beginning
+  Vec3<T> acceleration, shift;
+  double enthalpy = 0;
+};
+
+/// Where it stands afterwards. moved: not so where it is fixed, removed, or cannot be gone on with.
+template <class T>
+struct EndOfStep {
+  Vec4<T> position, velocity;
+  bool moved = false;
+  ParticleCheck<T> check;
+};
+
+/// Who is to blame that p and its new velocity v cannot be gone on with: the first stage that went wrong.
+template <class T>
+MELTSIM_HD void blame(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v,
+                      ParticleCheck<T>& r) {
+  Halt why = Halt::speed;
+  double value = static_cast<double>(length(v));
+  const auto unless = [&](bool good, Halt stage, double found) {
+    if (good) return;
+    why = stage;
+    value = found;
+  };
+  unless(std::isfinite(p.enthalpy), Halt::heat, p.enthalpy);
+  unless(finite(v), Halt::shape, value);
+  unless(finite(p.acceleration), Halt::force, static_cast<double>(length(p.acceleration)));
+  unless(std::isfinite(r.phi), Halt::density, static_cast<double>(r.phi));
+  // No sum shows it for sure: a GPU's kernel has a distance that is no number for one beyond H.
+  unless(finite(xyz(p.position)), Halt::position, 0.0);
+  r.bad = static_cast<std::uint32_t>(why);
+  r.bad_id = w.f.id[i];
+  r.bad_value = value;
+}
+
+/// Looks at what a sub-step has made of a particle.
+template <class T>
+MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v) {
+  ParticleCheck<T> r;
+  r.speed = length(v);
+  if (is_fluid(p.tag)) r.phi = p.phi;
+  // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way. Not so either where its
+  // speed is no number.
+  const bool good = r.speed * w.f.clock->dt <= w.c.kernel.support && finite(xyz(p.position)) &&
+                    finite(p.acceleration) && std::isfinite(r.phi) && std::isfinite(p.enthalpy);
+  if (!good) blame(w, i, p, v, r);
+  if (r.phi > T(1)) {
+    const T most = static_cast<T>(CheckResult::most_excess),
+            units = static_cast<T>(CheckResult::excess_units);
+    r.excess = static_cast<std::uint32_t>(minimum(r.phi - T(1), most) * units);
+    r.counts = ParticleCheck<T>::dense;
+  }
+  return r;
+}
+
+/// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity acts on it.
+/// Where liquid diverges, other forces make it that fast.
+template <class T>
+MELTSIM_HD bool strays(const Frame<T>& w, const Produced<T>& p, Vec3<T> v) {
+  const T limit2 = w.c.stray_speed * w.c.stray_speed;  // infinite: nothing does
+  if (!(dot(v, v) > limit2) || !is_fluid(p.tag)) return false;
+  const Vec3<T> before = xyz(p.velocity), others = p.acceleration - w.c.gravity;
+  constexpr T share2 = T(1e-4);  // a hundredth of gravity
+  return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(w.c.gravity, w.c.gravity);
+}
+
+/// Moves x and v to the end of the sub-step; true: p has left through an open face.
+template <class T>
+MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T>& v) {
+  x = physics::drift(x, v, w.f.clock->half_dt);
+  if (is_fluid(p.tag) && !is_held(p.tag)) x += p.shift;
+  if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
+  if (w.grid.periodic != 0u) {
+    x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
+    x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
+    x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
+  }
+  const std::uint32_t open = w.c.open_faces;
+  if (open == 0u || !is_fluid(p.tag)) return false;
+  return ((open & 1u) != 0u && x.x < w.c.domain_min.x) || ((open & 2u) != 0u && x.x > w.c.domain_max.x) ||
+         ((open & 4u) != 0u && x.y < w.c.domain_min.y) || ((open & 8u) != 0u && x.y > w.c.domain_max.y) ||
+         ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
+}
+
+/// The first stage that produced something unusable for a particle is blamed, and the particle is not moved. Nothing
+/// that is written counts before JudgeBody says so: the state of the sub-step before is still there, in its own order.
+/// v: the velocity after the kick. Where the frame says that the next sub-step is as long, counts for that one who will
+/// be in which cell.
+template <class T, class Add>
+MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v,
+                                    const Add& add) {
+  EndOfStep<T> end;
+  Vec3<T> x = xyz(p.position);
+  std::uint32_t tag = p.tag;
+  if (is_removed(tag)) {
+    v = xyz(p.velocity);
+  } else {
+    end.check = look(w, i, p, v);
+    end.moved = end.check.bad == 0u && !(is_solid(tag) && (tag & tag_fixed) != 0u);
+    if (end.moved) {
+      const bool astray = strays(w, p, v), left = move(w, p, x, v);
+      if (astray || left) {
+        end.check.counts += left ? ParticleCheck<T>::removed : ParticleCheck<T>::strayed;
+        if (astray) end.check.speed = T(0);  // no matter to what is left
+        tag |= tag_removed;
+        w.f.tag[i] = tag;
+      }
+    }
+  }
+  end.position =
+      with_w(x, is_held(tag) ? physics::entering_volume(p.position.w, w.c.spacing, length(v), w.f.clock->dt)
+                             : p.position.w);
+  end.velocity = with_w(v, p.velocity.w);
+  if (w.count_ahead &&
+      end.check.bad == 0u) {  // one that is at no place is in no cell; the World halts anyway
+    const std::uint32_t cell = spatial::counted_cell(w, tag, x, v);
+    w.f.cell_of[i] = cell;
+    add.count(w.f.cell_count, cell);
+  }
+  return end;
+}
+
+/// The sub-step does not count: from here on the guard holds, and the host finds the state that it began with.
+template <class T>
+MELTSIM_HD void give_up(const Frame<T>& w, std::uint64_t step, Halt why) {
+  WorldStatus& s = *w.f.status;
+  const bool advanced = w.next.position != nullptr;
+  s.halt_step = step;
+  s.halt_position = reinterpret_cast<std::uintptr_t>(w.before.position);
+  s.halt_velocity = reinterpret_cast<std::uintptr_t>(advanced ? w.f.velocity : w.before.velocity);
+  s.halt_id = reinterpret_cast<std::uintptr_t>(w.before.id);
+  s.halt_advanced = advanced ? 1u : 0u;
+  s.halted = static_cast<std::uint32_t>(why);
+  s.heat_idle |= idle_halted;
+}
+
+/// The host wants to stop, ahead of step.integrate.
+template <class T>
+struct GiveUpBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const { give_up(w, w.f.clock->step, Halt::interrupted); }
+};
+
+/// Draws the conclusion; from here on the guard holds if the World halted. One thread: what it reads it reads
+/// before it writes anything, so that it waits once.
+template <class T>
+struct JudgeBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(const CheckResult& worst) const {
+    WorldStatus& s = *w.f.status;
+    const Clock<T> clock = *w.f.clock;
+    const double fastest = s.max_speed, densest = s.max_density;
+    const std::int64_t removed = s.removed, strayed = s.strayed;
+    double heat_in = s.heat_in;
+    if (w.f.heat_account != nullptr) heat_in += w.f.heat_account->step;
+    if (worst.bad != 0u) {
+      s.halt_particle = worst.bad_id;
+      s.halt_value = worst.bad_value;
+      give_up(w, clock.step, static_cast<Halt>(worst.bad));
+      return;
+    }
+    s.heat_in = heat_in;
+    if (w.f.heat_account != nullptr) w.f.heat_account->step = 0;  // and stays so in a sub-step without heat
+    s.removed = removed + static_cast<std::int64_t>(worst.removed + worst.strayed);
+    s.strayed = strayed + static_cast<std::int64_t>(worst.strayed);
+    s.max_speed = maximum(fastest, worst.max_speed);
+    s.max_density = maximum(densest, worst.max_density);
+    s.step_speed = worst.max_speed;
+    s.step_density = worst.max_density;
+    s.step_excess = worst.dense != 0u ? static_cast<double>(worst.excess) /
+                                            (CheckResult::excess_units * static_cast<double>(worst.dense))
+                                      : 0.0;
+    s.ledger_step = clock.step;
+    s.ledger_dt = static_cast<double>(clock.dt);
+    if (worst.max_speed * static_cast<double>(clock.dt) >
+        static_cast<double>(w.c.courant) * static_cast<double>(w.c.kernel.support))
+      s.courant_exceeded = 1u;
+  }
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Engine: the one interface both backends implement. A World talks to this and to nothing below it.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/pipeline.hpp"
+#include "engine/probe_setup.hpp"
+#include "engine/reading_frame.hpp"
+#include "engine/scene.hpp"
+#include "engine/surface_request.hpp"
+#include "meltsim/result.hpp"
+#include "meltsim/scheduler.hpp"
+#include "meltsim/world.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// One layer of one nozzle, in double. Without points: the nozzle has ended, and lets go of a layer that it holds.
+struct BurstArguments {
+  std::uint32_t first_point = 0, points = 0;
+  Vec3d center, velocity;
+  double radius = 0;  ///< of the nozzle [m]
+  double held = 0;    ///< what is farther from the centre than this is let go [m]
+  double enthalpy = 0, mass = 0, volume = 0;
+  std::uint32_t tag = 0;
+};
+
+struct SubstepArguments {
+  double dt = 0, time = 0;
+  std::uint64_t index = 0;
+  std::uint64_t stages = 0;  ///< bit per stage of the table: run it in this sub-step
+  double heat_dt = 0;        ///< of one super-step, time-scaled
+  int heat_stages = 0, heat_supersteps = 0;
+  double heat_bound = 0;
+  const std::vector<BurstArguments>* bursts = nullptr;
+  std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
+  std::uint64_t sample_at = 0;  ///< where their values go: first of the samples' values
+};
+
+/// Numbers for timings beyond the stage table.
+inline constexpr int surface_stage = stage_count, whole_substep = stage_count + 1,
+                     custom_stage = stage_count + 2;
+
+/// A host's stage and where it goes.
+struct PlacedStage {
+  int after = 0;
+  CustomStage stage;
+};
+
+/// Particle channels that only exist after a step.
+struct DerivedState {
+  std::vector<double> density;        ///< phi per id
+  std::vector<double> pressure_term;  ///< P/phi^2 per id
+};
+
+struct LatticeMasks {
+  std::vector<std::uint32_t> neighbour_mask, region_mask;
+  std::uint32_t region_words = 0;
+};
+
+/// What a reading is of.
+struct ReadParts {
+  bool sums = false, pieces = false, particles = false;
+  bool clears = false;                          ///< extremes begin anew, as synchronize() has it
+  std::uint64_t first_sample = 0, samples = 0;  ///< values of probes
+};
+
+/// A piece, in stored coordinates; SI.
+struct PieceReading {
+  std::uint32_t label = 0, body = 0;
+  std::uint64_t particles = 0;
+  double mass = 0;
+  Vec3d center, velocity, angular_velocity, low, high;
+  Mat3<double> inertia;
+  Quat<double> orientation;
+  double temperature_mean = 0, submerged_fraction = 0;
+};
+
+/// Of the moment at which it was requested. With what was not asked for empty.
+struct StateReading {
+  WorldStatus status;
+  LedgerSums sums;  ///< about the stored origin
+  ExtentSums extents;
+  std::uint32_t piece_count = 0;
+  std::vector<PieceReading> pieces;  ///< by label
+  ParticleFrame particles;
+  std::vector<double> samples;
+};
+
+/// Slots for readings: a World's, and one for reads that wait.
+inline constexpr int reading_slots = most_readings + 1, waiting_slot = most_readings;
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  virtual Backend backend() const = 0;
+  virtual std::string device_name() const = 0;
+  /// Allocates and uploads; on error what was there before is gone and must be uploaded again.
+  virtual Status upload(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
+                        const EngineSetup& setup) = 0;
+  /// Another plan for the scene as it was uploaded, with the same search and capacity: channels that it needs and that are
+  /// not there are allocated, and filled from the state there is or, of the lattice, from the host's; what it does not
+  /// need is given back. Waits. Particles are not copied to or from the host. On error nothing has changed; a World that
+  /// halted is left as it is.
+  virtual Status adapt(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
+                       const EngineSetup& setup) = 0;
+  /// Waits; writes the State channels of the lattice, those that are there.
+  virtual void download_lattice(SceneState& state) = 0;
+  /// Waits; writes every State channel in order of id: of the last good state. The status, nothing cleared.
+  virtual WorldStatus download(SceneState& state) = 0;
+  virtual void download(DerivedState& derived) = 0;
+  virtual void download(LatticeMasks& masks) = 0;
+  /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
+  virtual void substep(const SubstepArguments& arguments) = 0;
+  /// A flag that ends sub-steps ahead of time, where the backend can: one that was abandoned does not count, nor does
+  /// anything until the next upload; the state is the one it began with.
+  virtual void watch(const std::atomic<bool>* asked) = 0;
+  virtual bool abandoned() const = 0;
+  /// The next sub-step builds what is kept between sub-steps anew, as one after an upload does.
+  virtual void rebuild() = 0;
+  /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
+  virtual WorldStatus synchronize() = 0;
+  /// Enqueues a reading of the state as it will be then, and does not wait, except for memory where that is asked for the
+  /// first time. Nothing is enqueued on an error: out_of_memory; invalid_argument where the host captures the stream.
+  virtual Status request(int slot, const ReadParts& parts) = 0;
+  virtual Result<bool> ready(int slot) = 0;
+  /// Waits for that reading. Of a World that had halted: goes back to the last good state, and reads that.
+  virtual Status take(int slot, StateReading& reading) = 0;
+  /// Frees a slot whose reading is not taken.
+  virtual void drop(int slot) = 0;
+  /// Device fault since the last call, empty if none.
+  virtual std::string fault() = 0;
+  virtual std::uint64_t channel_bytes(int field) const = 0;
+  virtual std::uint64_t scratch_bytes() const = 0;
+  /// Sub-steps recorded since the last upload.
+  virtual std::uint64_t graphs() const = 0;
+  virtual std::uint64_t bytes_needed(const SceneConstants&, const SceneLattice&,
+                                     const EngineSetup&) const = 0;
+  virtual std::uint64_t free_bytes() const = 0;
+  virtual void set_custom_stages(const std::vector<PlacedStage>* stages) = 0;
+  /// Stages are timed in one sub-step of `every`; 0 = in none.
+  virtual void enable_timings(int every) = 0;
+  virtual double median_ms(int stage) = 0;  ///< custom_stage + k for custom stage k
+  virtual StageContext context() const = 0;
+  /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
+  /// the last good one. Timed as stage surface_stage.
+  virtual Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) = 0;
+  /// Waits. Replaces all probes; samples taken so far are lost, but for those of open readings. The state and its buffers stay as they are.
+  /// Error out_of_memory: there are no probes then.
+  virtual Status set_probes(const ProbeSetup& setup) = 0;
+  /// Waits; copies n values of samples. The sub-step that halted the World, 0 where none did.
+  virtual std::uint64_t samples(std::uint64_t first, std::uint64_t n, double* to) = 0;
+  /// Waits; values of one probe at once, from the last good state. Error: out_of_memory.
+  virtual Status sample(const ProbeSetup& what, std::vector<double>& values) = 0;
+};
+
+/// Result of asking for an engine: the engine, or why there is none.
+Result<std::shared_ptr<Engine>> make_cpu_engine(const WorldDesc& desc);
+Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc);
+
+/// What `meltsim info` says of CUDA.
+struct CudaInfo {
+  bool built = false;
+  std::string runtime, driver, reason, architectures;
+  std::vector<std::string> devices;
+};
+CudaInfo cuda_info();
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

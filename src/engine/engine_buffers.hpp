@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// The memory of a World, and which buffer holds what.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+#include "engine/engine_sizes.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// Two buffers of every channel of the state, one of every other. Which of the two holds the state is turned over in every
+/// sub-step.
+template <class E, class T>
+class EngineBuffers {
+ public:
+  /// False: there is not the memory, and nothing is held.
+  bool allocate(E& ex, FieldSet channels, const Sizes& n) {
+    for (int i = 0; i < field_count; ++i) {
+      if (((channels >> i) & 1u) == 0) continue;
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      if (bytes == 0) continue;
+      now_[i] = ex.allocate(bytes);
+      if (now_[i] != nullptr) bytes_[i] = bytes;
+      if (double_buffered(i)) before_[i] = ex.allocate(bytes);
+      if (before_[i] != nullptr) bytes_before_[i] = bytes;
+      if (now_[i] == nullptr || (double_buffered(i) && before_[i] == nullptr)) {
+        release(ex);
+        return false;
+      }
+      ex.zero(now_[i], bytes);
+      if (before_[i] != nullptr) ex.zero(before_[i], bytes);
+    }
+    spare_position_ = n.spare_position;
+    return true;
+  }
+
+  void release(E& ex) {
+    for (int i = 0; i < field_count; ++i) give_back(ex, i);
+  }
+
+  /// Allocates what of `channels` is not there, or not of the size it is to have; what it had of another size is gone.
+  /// grown: those channels, all 0. What is not asked for stays. False: there is not the memory, and nothing has changed.
+  /// Waits.
+  bool grow(E& ex, FieldSet channels, const Sizes& n, FieldSet& grown) {
+    void* now[field_count] = {};
+    void* before[field_count] = {};
+    bool there = true;
+    grown = 0;
+    for (int i = 0; i < field_count && there; ++i) {
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      if (((channels >> i) & 1u) == 0 || bytes == bytes_[i] || bytes == 0) continue;
+      now[i] = ex.allocate(bytes);
+      if (double_buffered(i)) before[i] = ex.allocate(bytes);
+      there = now[i] != nullptr && (!double_buffered(i) || before[i] != nullptr);
+      grown |= FieldSet{1} << i;
+    }
+    for (int i = 0; i < field_count; ++i) {
+      if (((grown >> i) & 1u) == 0) continue;
+      if (!there) {
+        if (now[i] != nullptr) ex.release(now[i]);
+        if (before[i] != nullptr) ex.release(before[i]);
+        continue;
+      }
+      give_back(ex, i);
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      now_[i] = now[i];
+      before_[i] = before[i];
+      bytes_[i] = bytes;
+      bytes_before_[i] = before[i] != nullptr ? bytes : 0;
+      ex.zero(now_[i], bytes);
+      if (before_[i] != nullptr) ex.zero(before_[i], bytes);
+    }
+    if (there) spare_position_ = n.spare_position;
+    return there;
+  }
+
+  /// What grow() would take beyond what is there.
+  std::uint64_t missing(FieldSet channels, const Sizes& n) const {
+    std::uint64_t total = 0;
+    for (int i = 0; i < field_count; ++i) {
+      const std::uint64_t bytes = field_bytes<T>(i, n);
+      if (((channels >> i) & 1u) != 0 && bytes != bytes_[i]) total += bytes * (double_buffered(i) ? 2u : 1u);
+    }
+    return total;
+  }
+
+  /// Gives back what is not in `channels`, or has nothing to hold. Waits.
+  void shrink(E& ex, FieldSet channels, const Sizes& n) {
+    for (int i = 0; i < field_count; ++i)
+      if (bytes_[i] != 0 && (((channels >> i) & 1u) == 0 || field_bytes<T>(i, n) == 0)) give_back(ex, i);
+  }
+
+  std::uint64_t bytes(int field) const { return bytes_[field] + bytes_before_[field]; }
+
+  /// Points a frame at the buffers.
+  void link(Frame<T>& w) const {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) \
+  w.f.name = static_cast<type*>(now_[field_##name]);
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+    w.before.position = static_cast<Vec4<T>*>(before_[field_position]);
+    w.before.velocity = static_cast<Vec4<T>*>(before_[field_velocity]);
+    w.before.enthalpy = static_cast<double*>(before_[field_enthalpy]);
+    w.before.mass = static_cast<T*>(before_[field_mass]);
+    w.before.tag = static_cast<std::uint32_t*>(before_[field_tag]);
+    w.before.id = static_cast<std::uint32_t*>(before_[field_id]);
+  }
+
+  /// The state becomes what was before.
+  void turn(Frame<T>& w) {
+    for (int i = 0; i < field_count; ++i)
+      if (double_buffered(i)) std::swap(now_[i], before_[i]);
+    link(w);
+  }
+
+  /// Where sph.advance puts the state: accelerations' buffer, where that has room for positions, and that of the old
+  /// velocities.
+  bool has_spare_position() const { return spare_position_; }
+  NextViews<T> spare() const {
+    return {static_cast<Vec4<T>*>(now_[field_acceleration]), static_cast<Vec4<T>*>(before_[field_velocity])};
+  }
+  /// It did. The old positions take the place of accelerations.
+  void take_spare(Frame<T>& w) {
+    void* const old = before_[field_position];
+    before_[field_position] = now_[field_position];
+    now_[field_position] = now_[field_acceleration];
+    now_[field_acceleration] = old;
+    std::swap(now_[field_velocity], before_[field_velocity]);
+    link(w);
+  }
+
+  /// To the state that the sub-step that halted began with. Sub-steps after it have turned buffers over, and done nothing
+  /// else. Where sph.advance made it, velocities are there in the new order only: those before, whose order ids before
+  /// say.
+  void go_back(Frame<T>& w, const WorldStatus& s) {
+    const auto is = [](const void* buffer, std::uint64_t address) {
+      return reinterpret_cast<std::uintptr_t>(buffer) == address;
+    };
+    if (spare_position_ && is(now_[field_acceleration], s.halt_position))
+      std::swap(now_[field_acceleration], before_[field_position]);
+    if (!is(now_[field_position], s.halt_position)) std::swap(now_[field_position], before_[field_position]);
+    if (is(now_[field_velocity], s.halt_velocity) != (s.halt_advanced == 0))
+      std::swap(now_[field_velocity], before_[field_velocity]);
+    if (!is(now_[field_id], s.halt_id))
+      for (const int i : {field_enthalpy, field_mass, field_tag, field_id}) std::swap(now_[i], before_[i]);
+    link(w);
+  }
+
+ private:
+  void give_back(E& ex, int i) {
+    if (now_[i] != nullptr) ex.release(now_[i]);
+    if (before_[i] != nullptr) ex.release(before_[i]);
+    now_[i] = before_[i] = nullptr;
+    bytes_[i] = bytes_before_[i] = 0;
+  }
+
+  void* now_[field_count] = {};
+  void* before_[field_count] = {};
+  std::uint64_t bytes_[field_count] = {}, bytes_before_[field_count] = {};
+  bool spare_position_ = false;
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,609 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine over any executor: buffers, frame, and the walk down the stage table. No physics, no backend.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/checked.hpp"
+#include "engine/engine.hpp"
+#include "engine/engine_buffers.hpp"
+#include "engine/engine_sizes.hpp"
+#include "engine/engine_transfer.hpp"
+#include "engine/frame.hpp"
+#include "engine/frame_constants.hpp"
+#include "exec/lane_positions.hpp"
+#include "engine/probe_run.hpp"
+#include "engine/reading_run.hpp"
+#include "exec/repeat_key.hpp"
+#include "engine/scales.hpp"
+#include "engine/schedule.hpp"
+#include "engine/shortcuts.hpp"
+#include "engine/stage_functions.hpp"
+#include "engine/surface_run.hpp"
+#include "exec/timings.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "spatial/neighbour_words.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+template <class E, class T>
+class EngineImpl final : public Engine {
+ public:
+  EngineImpl(E exec, std::string device) : ex_(std::move(exec)), device_(std::move(device)) {}
+  ~EngineImpl() override {
+    ex_.synchronize();
+    probes_.release(ex_);
+    release();
+    readings_.release(ex_);
+  }
+
+  Backend backend() const override { return E::backend; }
+  std::string device_name() const override { return device_; }
+  std::uint64_t channel_bytes(int field) const override { return buffers_.bytes(field); }
+  std::uint64_t scratch_bytes() const override {
+    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes() + readings_.bytes();
+  }
+  std::uint64_t graphs() const override { return ex_.captures(); }
+  std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
+  void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
+  void enable_timings(int every) override {
+    if (every != sampling_.every) sampling_ = {every};
+  }
+  double median_ms(int stage) override { return ex_.collect().median(stage); }
+  std::string fault() override {
+    const std::string device = ex_.fault();
+    return device.empty() ? broken_ : device;
+  }
+
+  std::uint64_t bytes_needed(const SceneConstants& c, const SceneLattice& l,
+                             const EngineSetup& s) const override {
+    const Sizes n = sizes_of<E>(c, l, s, fuses(ex_));
+    std::uint64_t total = 0;
+    for (int i = 0; i < field_count; ++i)
+      if ((s.channels >> i) & 1u) total += field_bytes<T>(i, n) * (double_buffered(i) ? 2u : 1u);
+    return total;
+  }
+
+  Status upload(const SceneConstants& c, const SceneLattice& l, const SceneState& state,
+                const EngineSetup& setup) override {
+    settle_readings();
+    ex_.synchronize();
+    release();
+    w_ = Frame<T>{};
+    const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
+    const std::uint64_t needed = bytes_needed(c, l, setup), available = ex_.free_bytes();
+    if (needed > available) return out_of_memory(needed, available);
+    if (!buffers_.allocate(ex_, setup.channels, n)) return out_of_memory(needed, available);
+    reserved_ =
+        std::max(n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)]);
+    if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
+    if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
+    buffers_.link(w_);
+    scales_ = scales_of(c, l);
+    readings_.describe(c, l, scales_);
+    fill_constants<E>(w_, c, l, n);
+    probes_.link(w_);
+    w_.born = static_cast<std::uint32_t>(state.position.size());
+    use_slots(slots_for(w_.born));
+    put_state(c, l, state);
+    rolled_back_ = abandoned_ = false;
+    rebuild_ = true;
+    last_index_ = 0;
+    w_.solids = w_.vertices != 0 || std::any_of(state.tag.begin(), state.tag.end(), is_solid);
+    // Sorted orders ask by id, liquid that freezes is found by it.
+    w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
+    ex_.set_guard(nullptr);
+    step::reindex<E, T>(ex_, w_);
+    if (w_.vertices != 0 && w_.f.vertex_site != nullptr && w_.f.site_vertex != nullptr)
+      topology::build<E, T>(ex_, w_);
+    if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
+    ex_.synchronize();
+    broken_.clear();
+    mass_ = 0;
+    for (const double m : state.mass) mass_ += m;
+    return fault_status();
+  }
+
+  Status adapt(const SceneConstants& c, const SceneLattice& l, const SceneState& state,
+               const EngineSetup& setup) override {
+    last_good();
+    if (rolled_back_) return {};
+    settle_regions();  // the new plan may lack the stage
+    const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
+    const std::uint64_t needed = buffers_.missing(setup.channels, n), available = ex_.free_bytes();
+    if (needed > available) return out_of_memory(needed, available);
+    FieldSet grown = 0;
+    if (!buffers_.grow(ex_, setup.channels, n, grown)) return out_of_memory(needed, available);
+    ex_.forget_repeats();
+    buffers_.link(w_);
+    scales_ = scales_of(c, l);
+    fill_constants<E>(w_, c, l, n);
+    w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
+    put_tables(ex_, w_, c);
+    put_lattice(ex_, w_, l, state, grown);
+    const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
+    unguarded([&] {
+      if (has(field_enthalpy)) step::enthalpy_to_slots<E, T>(ex_, w_);
+      if (has(field_enthalpy_of_id)) step::enthalpy_to_ids<E, T>(ex_, w_);
+      if (has(field_acceleration) && buffers_.has_spare_position())
+        ex_.copy(w_.bits_stride, w_.f.position, buffers_.spare().position);
+      if (has(field_neighbour_mask) || has(field_region_mask) || has(field_site_live))
+        topology::build<E, T>(ex_, w_);
+      step::reindex<E, T>(ex_, w_);
+    });
+    if (setup.heat_flows_again) {
+      const std::uint32_t none_idle = 0;
+      ex_.upload(&w_.f.status->heat_idle, &none_idle, sizeof none_idle);
+    }
+    ex_.synchronize();
+    buffers_.shrink(ex_, setup.channels, n);
+    buffers_.link(w_);
+    return fault_status();
+  }
+
+  void substep(const SubstepArguments& a) override {
+    if (rolled_back_) return;  // halted, and already back at the last good state
+    if (a.bursts != nullptr)
+      for (const BurstArguments& b : *a.bursts) emit(b);
+    rebuild_ = rebuild_ || a.bursts != nullptr;
+    if (w_.born == 0) return;
+    buffers_.turn(w_);
+    // A host's own stages may do anything, timings and checks look at stages one by one.
+    const bool own_stages = custom_ != nullptr && !custom_->empty();
+    const Sample sample = sampling_.next();
+    timed_ = sample == Sample::stages;
+    const bool plain = !timed_ && !checked_build && !own_stages;
+    // As long as this one is, so that particles drift as far; and nothing moves them between the two.
+    const bool alone = !own_stages && !ex_.host_captures();
+    w_.counted = alone && w_.count_ahead && !rebuild_ && counted_dt_ == a.dt;
+    w_.count_ahead = alone && can_count_ahead(a.stages);
+    w_.cells_begun = w_.counted && plain;
+    const bool advances = plain && buffers_.has_spare_position() && liquid_alone(w_) && can_advance(a.stages);
+    w_.next = advances ? buffers_.spare() : NextViews<T>{};
+    counted_dt_ = a.dt;
+    w_.clock.dt = static_cast<T>(a.dt);
+    w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
+    w_.clock.spring_dt = static_cast<T>(scales_.spring_dt);
+    w_.clock.step = a.index;
+    w_.clock.time = a.time;
+    w_.clock.rebuild = rebuild_ ? 1u : 0u;
+    w_.clock.sampled = a.sampled;
+    w_.clock.sample_at = a.sample_at;
+    rebuild_ = false;
+    w_.heat_dt = static_cast<T>(a.heat_dt);
+    w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
+    w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
+    w_.c.heat_bound = a.heat_bound;
+    // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
+    // body. A modulus may be stiffer than springs are.
+    const double modulus = std::min(1 / a.dt, 1.5 * scales_.largest_modulus_rate * a.dt);
+    const double speed = scales_.spacing * std::max(1 / scales_.spring_dt, modulus),
+                 size = scales_.spacing * scales_.body_size;
+    const double mass = std::ldexp(scales_.largest_mass, -scales_.sum_bits);
+    w_.sum_units = core::sum_units(mass, mass * speed, mass * speed * size, mass * size, mass * size * size);
+    last_index_ = a.index;
+    static_assert(stage_step_begin == 0);
+    const auto begin = [&] {
+      if (w_.cells_begun) step::begin_cells<E, T>(ex_, w_);
+      else run(stage_step_begin, stage_functions<E, T>[stage_step_begin]);
+    };
+    if (plain) {
+      const bool whole = sample == Sample::whole;
+      if (whole) ex_.begin_stage(whole_substep, "sub-step");
+      ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
+      if (whole) ex_.end_stage(whole_substep);
+    } else {
+      begin();
+      run_stages(a);
+    }
+    if (advances) buffers_.take_spare(w_);
+    ex_.pace();
+  }
+
+  void watch(const std::atomic<bool>* asked) override { ex_.watch(asked); }
+  bool abandoned() const override { return abandoned_; }
+  void rebuild() override { rebuild_ = true; }
+
+  WorldStatus synchronize() override {
+    WorldStatus s = last_good();
+    if (w_.f.status == nullptr) return s;
+    unguarded([&] { step::clear<E, T>(ex_, w_); });  // not by a copy: that would wait once more
+    return s;
+  }
+
+  Status request(int slot, const ReadParts& parts) override {
+    if (ex_.host_captures()) return captured("request");
+    return enqueue_reading(slot, parts);
+  }
+
+  Result<bool> ready(int slot) override {
+    if (ex_.host_captures()) return captured("ready");
+    return readings_.ready(ex_, slot);
+  }
+
+  Status take(int slot, StateReading& reading) override {
+    if (ex_.host_captures()) return captured("take");
+    const Status settled = settle_reading(slot);
+    if (settled) readings_.unpack(ex_, slot, reading);
+    readings_.close(slot);
+    return settled;
+  }
+
+  void drop(int slot) override {
+    readings_.wait(ex_, slot);
+    readings_.close(slot);
+  }
+
+  WorldStatus download(SceneState& s) override {
+    const WorldStatus status = last_good();
+    download_state(ex_, w_, s);
+    return status;
+  }
+
+  void download_lattice(SceneState& s) override {
+    last_good();
+    core::download_lattice(ex_, w_, s);
+  }
+
+  void download(DerivedState& d) override {
+    last_good();
+    d.density.assign(w_.born, 0.0);
+    d.pressure_term.assign(w_.born, 0.0);
+    if (w_.f.density != nullptr && last_index_ != 0) download_derived(ex_, w_, rolled_back_, d);
+  }
+
+  void download(LatticeMasks& m) override {
+    settle_regions();
+    ex_.synchronize();
+    m.region_words = w_.region_words;
+    if (w_.f.neighbour_mask != nullptr) m.neighbour_mask = fetch(ex_, w_.f.neighbour_mask, w_.vertices);
+    if (w_.f.region_mask != nullptr)
+      m.region_mask = fetch(ex_, w_.f.region_mask, static_cast<std::size_t>(w_.vertices) * w_.region_words);
+  }
+
+  Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
+    if (!w_.slots_of_all) index_all();  // it takes particles in order of id
+    auto halted = surface_.run(ex_, w_, reserved_, sampling_.every != 0, request, mesh);
+    // The flag stays up after the World went back to its last good state.
+    return halted && *halted && rolled_back_ ? Result<bool>(false) : halted;
+  }
+
+  Status set_probes(const ProbeSetup& setup) override {
+    settle_readings();
+    ex_.synchronize();
+    ex_.forget_repeats();
+    if (Status s = probes_.set(ex_, setup); !s) return s;
+    probes_.link(w_);
+    return {};
+  }
+
+  std::uint64_t samples(std::uint64_t first, std::uint64_t n, double* to) override {
+    const WorldStatus s = last_good();
+    probes_.fetch(ex_, first, n, to);
+    return s.halted != 0 ? s.halt_step : 0;
+  }
+
+  Status sample(const ProbeSetup& what, std::vector<double>& values) override {
+    last_good();
+    if (!w_.slots_of_all) index_all();
+    const bool derived = w_.f.density != nullptr && rolled_back_;
+    ex_.set_guard(nullptr);
+    Status s = probes_.at_once(ex_, w_, what, derived, values);
+    if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
+    return s ? fault_status() : s;
+  }
+
+  StageContext context() const override {
+    StageContext c;
+    c.backend = E::backend;
+    c.precision = sizeof(T) == 8 ? Precision::double_precision : Precision::single_precision;
+    c.stream = ex_.native_stream();
+    c.particles = w_.born;
+    c.position = w_.f.position;
+    c.velocity = w_.f.velocity;
+    c.acceleration = w_.f.acceleration;
+    c.enthalpy = w_.f.enthalpy;
+    c.id = w_.f.id;
+    c.tag = w_.f.tag;
+    return c;
+  }
+
+ private:
+  /// What melted in the last sub-step leaves its regions at the beginning of the next, where that has the stage.
+  void settle_regions() {
+    if (w_.f.plane_changed != nullptr && w_.f.region_mask != nullptr && w_.f.neighbour_mask != nullptr)
+      topology::regions<E, T>(ex_, w_);
+  }
+
+  static Status out_of_memory(std::uint64_t needed, std::uint64_t available) {
+    const auto gb = [](std::uint64_t b) {
+      char text[32];
+      std::snprintf(text, sizeof text, "%.1f", double(b) / 1e9);
+      return std::string(text);
+    };
+    const std::string free = needed <= available  // it was refused all the same
+                                 ? std::string("the system has not that much")
+                                 : gb(available) + " GB free";
+    return Error{ErrorCode::out_of_memory, "memory: " + gb(needed) + " GB needed, " + free +
+                                               "; use fewer particles (larger spacing) or smaller "
+                                               "region_half_width"};
+  }
+
+  static Error captured(const char* call) {
+    return Error{ErrorCode::invalid_argument,
+                 std::string(call) +
+                     ": the World's stream is being captured into a graph, which cannot "
+                     "hold a reading; end the capture first"};
+  }
+
+  Status enqueue_reading(int slot, const ReadParts& parts) {
+    const bool has_density = w_.f.density != nullptr && last_index_ != 0;
+    return readings_.request(ex_, w_, slot, parts, rolled_back_, has_density);
+  }
+
+  /// Waits. Where the World had halted before a reading, so that nothing but the status came, the last good state is read
+  /// now.
+  Status settle_reading(int slot) {
+    if (!readings_.lost(slot).empty()) return Error{ErrorCode::out_of_memory, readings_.lost(slot)};
+    const ReadingHead& head = readings_.wait(ex_, slot);
+    if (head.complete != 0u) return {};
+    const WorldStatus then = head.status;  // with the extremes of its interval
+    last_good();
+    ReadParts parts = readings_.parts(slot);
+    parts.clears = false;
+    if (Status s = enqueue_reading(slot, parts); !s) return s;
+    readings_.wait(ex_, slot);
+    readings_.keep_status(slot, then);
+    return {};
+  }
+
+  /// Ahead of another scene: what refers to this one is read first.
+  void settle_readings() {
+    if (w_.f.status == nullptr) return;
+    for (int slot = 0; slot < reading_slots; ++slot)
+      if (readings_.is_open(slot))
+        if (const Status s = settle_reading(slot); !s) readings_.lose(slot, s.error());
+  }
+
+  Status fault_status() {
+    const std::string f = ex_.fault();
+    return f.empty() ? Status{} : Status{Error{ErrorCode::internal, "device: " + f}};
+  }
+
+  void release() {
+    ex_.forget_repeats();
+    surface_.release(ex_);
+    buffers_.release(ex_);
+  }
+
+  /// Waits. The status, and the World in its last good state, which the buffers may not show yet.
+  WorldStatus last_good() {
+    WorldStatus s;
+    if (w_.f.status == nullptr) {
+      ex_.synchronize();
+      return s;
+    }
+    ex_.download(&s, w_.f.status, sizeof s);
+    roll_back(s);
+    return s;
+  }
+
+  /// slot_of_id of everyone.
+  void index_all() {
+    if (w_.f.status != nullptr) unguarded([&] { step::reindex<E, T>(ex_, w_); });
+  }
+
+  /// Also of a World that halted.
+  template <class Enqueue>
+  void unguarded(const Enqueue& enqueue) {
+    ex_.set_guard(nullptr);
+    enqueue();
+    ex_.set_guard(&w_.f.status->halted);
+  }
+
+  /// To the last good state, once; the stream has been waited for.
+  void roll_back(const WorldStatus& s) {
+    if (s.halted == 0 || rolled_back_) return;
+    buffers_.go_back(w_, s);
+    w_.born = s.particles;
+    use_slots(slots_for(w_.born));
+    rolled_back_ = true;
+    index_all();
+    if (s.halt_advanced != 0) unguarded([&] { step::restore<E, T>(ex_, w_); });
+    ex_.synchronize();
+  }
+
+  /// Particles that are to come lie ready in every buffer that may hold the state.
+  void put_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
+    const std::size_t capacity = w_.bits_stride;
+    const ParticleArrays<T> particles(s, capacity);
+    put_particles(ex_, w_, particles);
+    if (capacity > s.position.size()) {
+      buffers_.turn(w_);
+      put_particles(ex_, w_, particles);
+    }
+    if (buffers_.has_spare_position()) put(ex_, buffers_.spare().position, particles.position);
+    put(ex_, w_.f.slot_of_id, particles.id);
+    put_tables(ex_, w_, c);
+    put_lattice(ex_, w_, l, s, ~FieldSet{0});
+    put_status(ex_, w_, s);
+  }
+
+  void use_slots(std::uint32_t slots) {
+    w_.particles = slots;
+    w_.words_parts = word_parts<E>(slots);
+    w_.words_column = spatial::words_stride(slots) * sizeof(NeighbourWord);
+    w_.words_room = spatial::words_room(scales_.support_in_spacings, w_.grid.rows, w_.words_parts);
+  }
+
+  /// Slots that kernels run over: in steps, so that an emitter does not make every sub-step differ from the
+  /// last one.
+  std::uint32_t slots_for(std::uint32_t born) const {
+    const std::uint64_t capacity = w_.bits_stride, step = std::max<std::uint64_t>(capacity / 8, 1);
+    if (born == 0) return 0;
+    return static_cast<std::uint32_t>(std::min(capacity, (born + step - 1) / step * step));
+  }
+
+  void emit(const BurstArguments& b) {
+    w_.burst.first_point = b.first_point;
+    w_.burst.points = b.points;
+    w_.burst.center = cast<T>(b.center);
+    w_.burst.velocity = cast<T>(b.velocity);
+    w_.burst.axis = cast<T>(b.velocity * (1 / length(b.velocity)));
+    w_.burst.radius = static_cast<T>(b.radius);
+    w_.burst.held = static_cast<T>(b.held);
+    w_.burst.enthalpy = b.enthalpy;
+    w_.burst.mass = static_cast<T>(b.mass);
+    w_.burst.volume = static_cast<T>(b.volume);
+    w_.burst.tag = b.tag;
+    w_.burst_first = w_.born;
+    if (w_.particles != 0) step::let_go<E, T>(ex_, w_);
+    if (b.points == 0) return;
+    step::emit<E, T>(ex_, w_);
+    w_.born += b.points;
+    use_slots(slots_for(w_.born));
+  }
+
+  /// All but step.begin, which the clock makes different every time.
+  void run_stages(const SubstepArguments& a) {
+    for (int s = 0; s < stage_count; ++s) {
+      if (s <= stage_step_integrate && !abandoned_ && ex_.asked_to_stop()) {
+        step::give_up<E, T>(ex_, w_);
+        abandoned_ = true;
+      }
+      if (s != stage_step_begin && ((a.stages >> s) & 1u)) run(s, stage_functions<E, T>[s]);
+      if (custom_ != nullptr && !abandoned_)
+        for (std::size_t k = 0; k < custom_->size(); ++k)
+          if ((*custom_)[k].after == s) run_custom(static_cast<int>(k), a);
+    }
+  }
+
+  /// The same with nobody looking on: where the executor can, what needs not wait runs side by side.
+  void run_plain(const SubstepArguments& a) {
+    if constexpr (!runs_tracks<E>) {
+      run_stages(a);
+    } else {
+      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin),
+                                          w_.next.position != nullptr ? advancing_barriers : usual_barriers);
+      ex_.begin_tracks();
+      for (const int s : EnqueueOrder<E>::of(ex_, plan)) {
+        const auto at = static_cast<std::size_t>(s);
+        if (plan.track[at] < 0) continue;
+        ex_.enter_track(plan.track[at]);
+        ex_.hurry(plan.urgency[at]);
+        ex_.step_aside(((plan.aside >> s) & 1u) != 0 ? aside_blocks(scales_.support_in_spacings) : 0u);
+        for (int t = 0; t < s; ++t)
+          if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
+        run_unless_done(s);
+        if (((plan.awaited >> s) & 1u) != 0) ex_.mark_stage(s);
+      }
+      ex_.enter_track(0);
+      ex_.hurry(0);
+      ex_.step_aside(0);
+      for (int s = 0; s < stage_count; ++s)
+        if (((plan.last >> s) & 1u) != 0) ex_.wait_for_stage(s);
+    }
+  }
+
+  /// A stage, or what takes its place, or nothing where another has done its work.
+  void run_unless_done(int s) {
+    if constexpr (can_fuse<E>) {
+      if (w_.next.position != nullptr) {
+        if (s == stage_sph_forces) sph::advance<E, T>(ex_, w_);
+        if (s == stage_sph_forces || s == stage_step_integrate) return;
+      }
+    }
+    run(s, stage_functions<E, T>[s]);
+  }
+
+  RepeatKey repeat_key(const SubstepArguments& a) const {
+    const auto bits = [](double v) {
+      std::uint64_t b = 0;
+      std::memcpy(&b, &v, sizeof b);
+      return b;
+    };
+    return {a.stages,
+            w_.particles,
+            reinterpret_cast<std::uintptr_t>(w_.f.position),  // which of the buffers
+            reinterpret_cast<std::uintptr_t>(w_.before.position),
+            reinterpret_cast<std::uintptr_t>(w_.f.velocity),
+            reinterpret_cast<std::uintptr_t>(w_.f.id),
+            bits(a.dt),
+            bits(a.heat_dt),
+            bits(a.heat_bound),
+            static_cast<std::uint64_t>(a.heat_stages),
+            static_cast<std::uint64_t>(a.heat_supersteps),
+            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
+  }
+
+  void run(int s, StageFunction<E, T> function) {
+    // Heat that stands still changes nothing, whatever the plan says.
+    const bool heat = w_.f.status != nullptr && s != stage_thermal_level &&
+                      std::strcmp(stage_table[static_cast<std::size_t>(s)].module, "thermal") == 0;
+    if (heat) ex_.set_guard(&w_.f.status->heat_idle);
+    if (checked_build) {
+      run_checked(s, function);
+    } else {
+      if (timed_) ex_.begin_stage(s, stage_table[static_cast<std::size_t>(s)].name);
+      function(ex_, w_);
+      if (timed_) ex_.end_stage(s);
+    }
+    if (heat) ex_.set_guard(&w_.f.status->halted);
+  }
+
+  /// Waits before and after; the first broken invariant is a fault, which halts the World.
+  void run_checked(int s, StageFunction<E, T> function) {
+    ex_.synchronize();
+    const auto copy = [this](const auto* from, std::size_t n) { return fetch(ex_, from, n); };
+    Invariants<T, decltype(copy)> invariants(w_, copy);
+    double thermal = 0;
+    if (s == stage_thermal_exchange) {
+      thermal = invariants.thermal();
+      if (w_.f.heat_account != nullptr) invariants.account_before = copy(w_.f.heat_account, 1).front().step;
+    }
+    function(ex_, w_);
+    ex_.synchronize();
+    const bool halted = w_.f.status != nullptr && copy(w_.f.status, 1).front().halted != 0;
+    if (!halted && broken_.empty()) broken_ = invariants.after(s, mass_, thermal);
+  }
+
+  void run_custom(int k, const SubstepArguments& a) {
+    const CustomStage& stage = (*custom_)[static_cast<std::size_t>(k)].stage;
+    StageContext c = context();
+    c.dt = a.dt;
+    c.time = a.time;
+    if (timed_) ex_.begin_stage(custom_stage + k, stage.name.c_str());
+    stage.run(c, stage.user);
+    if (timed_) ex_.end_stage(custom_stage + k);
+  }
+
+  E ex_;
+  std::string device_;
+  Frame<T> w_;
+  SurfaceRun<E, T> surface_;
+  ProbeRun<E, T> probes_;
+  ReadingRun<E, T> readings_;
+  EngineBuffers<E, T> buffers_;
+  const std::vector<PlacedStage>* custom_ = nullptr;
+  Scales scales_;
+  std::uint64_t last_index_ = 0;
+  std::uint64_t reserved_ = 0;  ///< items that verbs may work on
+  Sampling sampling_;
+  bool timed_ = false;  ///< this sub-step
+  bool rolled_back_ = false, rebuild_ = true;
+  bool abandoned_ = false;  ///< a sub-step since the upload
+  double counted_dt_ = 0;   ///< of the sub-step before
+  double mass_ = 0;         ///< checked builds: at the upload [kg]
+  std::string broken_;      ///< checked builds: the first broken invariant
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frame: the one argument of every body. Raw views of all channels, sizes, and constants of the step.
+// Trivially copyable; passed to kernels by value.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/piece_sums.hpp"
+#include "engine/search_types.hpp"
+#include "engine/world_status.hpp"
+#include "meltsim/particle_tag.hpp"
+#include "meltsim/physics/coupling.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
+#include "meltsim/physics/material_table.hpp"
+#include "meltsim/physics/math.hpp"
+#include "meltsim/physics/sampling.hpp"
+#include "meltsim/physics/shape_matching.hpp"
+#include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/wall_exchange.hpp"
+#include "meltsim/physics/walls.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+using physics::MaterialProperties;
+using physics::MaterialRow;
+using physics::RegionFit;
+using physics::SphKernel;
+using physics::WallBox;
+
+inline constexpr std::uint32_t none = 0xffffffffu;
+inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};
+
+/// Of site_vertex, where there is no vertex: and none within w along x either; nor along x and y.
+inline constexpr std::uint32_t empty_row = 0xfffffffeu, empty_plane = 0xfffffffdu;
+MELTSIM_HD bool is_vertex(std::uint32_t n) { return n < empty_plane; }
+
+/// Slots [begin, end).
+struct Range {
+  std::uint32_t begin = 0, end = 0;
+};
+
+/// Neighbours among 32 slots: bit k, slot first + k.
+struct alignas(8) NeighbourWord {
+  std::uint32_t first, bits;
+};
+
+/// A resistivity (1/k) below 0 marks a particle that holds both phases; its size is that of their mixture.
+template <class T>
+struct alignas(2 * sizeof(T)) HeatOperand {
+  T temperature{}, resistivity{};
+};
+
+/// What reaches a particle from outside, worked out once per sub-step.
+template <class T>
+struct HeatBoundary {
+  T area{}, depth{};       ///< dry surface [m^2], how deep beneath it the particle is [m]
+  T source{};              ///< heat released inside [W]
+  std::uint32_t held = 0;  ///< 1: a region holds its temperature
+};
+
+/// The recurrence of a super-step for the sum over all particles: it is linear, so the sum obeys it too.
+struct HeatAccount {
+  double rate = 0;  ///< of the current stage [W]; the jump of what a region took hold of [J]
+  double rate0 = 0, increment = 0, increment_old = 0;
+  double step = 0;  ///< what came in during this sub-step [J]
+};
+
+/// A region of space on its own grid of spacing-sized cells, in stored coordinates.
+template <class T>
+struct HeatRegionRow {
+  Vec3<T> min{};
+  T inv_cell{};  ///< 1/m
+  std::int32_t nx = 0, ny = 0, nz = 0;
+  std::uint32_t first_word = 0;  ///< of its bits
+  std::uint32_t held = 0;
+  double temperature = 0;      ///< degrees Celsius
+  T source{};                  ///< W/m^3
+  double from = 0, until = 0;  ///< s
+};
+
+template <class T>
+struct BodyHeat {
+  physics::SurfaceCondition<T> surface;
+  T source{};  ///< W/m^3
+};
+
+/// A body's box of lattice sites, padded so that no look-up leaves it.
+struct BodyRow {
+  std::uint32_t stride_y = 0, stride_z = 0;  ///< sites per step in y, z (x: 1)
+  std::int32_t region_half_width = 0;        ///< w
+  std::uint32_t fixed = 0;
+};
+
+template <class T>
+struct Clock {
+  T dt{}, half_dt{};            ///< of this sub-step [s]
+  T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
+  std::uint64_t step = 0;       ///< index of this sub-step, from 1
+  double time = 0;              ///< at its start [s]
+  std::uint32_t rebuild = 0;    ///< 1: a kept grid is not kept
+  std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
+  std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values
+};
+
+/// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
+template <class T>
+struct PreviousViews {
+  const Vec4<T>* position = nullptr;
+  const Vec4<T>* velocity = nullptr;
+  const double* enthalpy = nullptr;
+  const T* mass = nullptr;
+  const std::uint32_t* tag = nullptr;
+  const std::uint32_t* id = nullptr;
+};
+
+/// Where sph.advance puts the state at the end of the sub-step, as others still read that of its middle.
+template <class T>
+struct NextViews {
+  Vec4<T>* position = nullptr;
+  Vec4<T>* velocity = nullptr;
+};
+
+/// Most probes of a World: a bit each in Clock::sampled.
+inline constexpr std::uint32_t most_probes = 64;
+
+/// What a probe reads. Points of kind `point`, lines of kind `level`.
+struct ProbeRow {
+  std::uint32_t first = 0;                                  ///< of its points or lines
+  std::uint32_t width = 0;                                  ///< values per point
+  std::uint32_t values = 0;                                 ///< in all
+  std::uint32_t fields = 0;                                 ///< bit per physics::SampleField
+  std::uint32_t listed = 0;                                 ///< fields
+  physics::SampleField field[physics::sample_fields] = {};  ///< in the order of their values
+};
+
+/// In stored coordinates.
+template <class T>
+struct ProbePoint {
+  Vec3<T> x;
+  std::uint32_t probe = 0;
+};
+
+/// Of a level gauge.
+struct ProbeLine {
+  std::uint32_t probe = 0;
+  std::uint32_t first = 0, heights = 0;  ///< its points in ProbeViews::heights
+  double lowest = 0, step = 0;           ///< of them, along "up", in stored coordinates [m]
+};
+
+/// Sums over particles that probes ask for, in the order in which they are made.
+enum class LoadKind : std::uint32_t {
+  liquid_on_body,
+  contact_on_body,
+  liquid_on_wall,
+  contact_on_wall,
+  heat_of_body,
+  heat_of_wall,
+  flux
+};
+inline constexpr std::uint32_t load_kinds = 7;
+
+/// One such sum, in stored coordinates.
+struct LoadRow {
+  LoadKind kind = LoadKind::flux;
+  std::uint32_t probe = 0;
+  std::uint32_t body = 0;  ///< index + 1, as in tags
+  std::int32_t face = 0;   ///< 0..5
+  std::uint32_t force = none,
+                moment = none;  ///< where they go among the probe's values; of a flux mass and volume
+  bool about_center = false;    ///< moments are about the body's centre of mass
+  Vec3<double> about{};         ///< else about this point; of a flux the centre of the opening
+  physics::Opening<double> opening;
+  double heat_scale = 1;  ///< seconds of heat per second of motion
+};
+
+/// Probes (engine/probe_run.hpp); all null where there are none.
+template <class T>
+struct ProbeViews {
+  const ProbeRow* rows = nullptr;
+  const ProbePoint<T>*points = nullptr, *heights = nullptr;
+  const ProbeLine* lines = nullptr;
+  const LoadRow* loads = nullptr;                 ///< ordered by kind
+  physics::LoadSums* load_sums = nullptr;         ///< per load
+  std::uint32_t load_begin[load_kinds + 1] = {};  ///< first load of a kind
+  std::uint32_t point_count = 0, height_count = 0, line_count = 0;
+  const std::uint32_t *listed_points = nullptr,
+                      *listed_heights = nullptr;  ///< all of them, as CudaExec::gather_listed takes them
+  T* profile = nullptr;                           ///< how much liquid there is, per height
+  double* values = nullptr;                       ///< samples, one after another
+  // Of World::sample, between sub-steps:
+  const std::uint64_t* keys = nullptr;          ///< cells of particles, ascending
+  const std::uint32_t* slots = nullptr;         ///< their slots
+  std::uint32_t sorted = 0;                     ///< how many
+  const Vec4<T>* terms = nullptr;               ///< pressure terms in w, where not in velocity
+  const std::uint32_t* derived_slot = nullptr;  ///< per id: where density and terms are, if elsewhere
+};
+
+/// Working space of World::sample, an entry per particle each.
+struct SampleRoom {
+  std::uint64_t *keys = nullptr, *keys_sorted = nullptr;
+  std::uint32_t *slots = nullptr, *slots_sorted = nullptr;
+  std::uint32_t* derived_slot = nullptr;  ///< null where it is not needed
+};
+
+template <class T>
+struct Views {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) type* name = nullptr;
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+};
+
+/// Constants of the scene.
+template <class T>
+struct Constants {
+  SphKernel<T> kernel;
+  WallBox<T> walls;
+  Vec3<T> gravity{};
+  T spacing{};
+  T sound_speed{};
+  T artificial_viscosity{};
+  T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
+  T wall_friction{};
+  T volume_rate{};                            ///< 1 / relaxation time of a melted particle's volume [1/s]
+  physics::SurfaceCondition<T> wall_heat[6];  ///< per face
+  std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
+  physics::WallExchange<T> wall_exchange;
+  physics::ConductionShare<T> conduction_share;
+  T first_layer{};  ///< share of a plane surface that its first layer serves
+  std::uint32_t heat_regions = 0;
+  std::uint32_t no_slip = 1;
+  std::uint32_t open_faces = 0;  ///< bit per face
+  Vec3<T> wall_velocity[6];
+  Vec3<T> domain_min{}, domain_max{};
+  T leak_distance2{};          ///< square of the distance below which liquid meets solid as a contact [m^2]
+  T courant{};                 ///< share of H a particle may move per sub-step before a flag is raised
+  T stray_speed{};             ///< liquid that falls faster is removed [m/s]; infinite: none is
+  double level_tolerance = 0;  ///< temperatures that differ by no more are level [K]
+  double heat_bound = 0;       ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
+};
+
+/// One burst of an emitter: a layer of its nozzle.
+template <class T>
+struct Burst {
+  std::uint32_t first_point = 0, points = 0;
+  Vec3<T> center{};  ///< of this layer, in stored coordinates
+  Vec3<T> velocity{}, axis{};
+  T radius{}, held{};
+  double enthalpy = 0;
+  T mass{}, volume{};
+  std::uint32_t tag = 0;
+};
+
+template <class T>
+struct Frame {
+  Views<T> f;
+  PreviousViews<T> before;  ///< the state at the start of the sub-step, in its old order
+  NextViews<T> next;        ///< null where sph.forces and step.integrate run one by one
+  Constants<T> c;
+  Grid<T> grid;
+  Tree<T> tree;
+  Kept<T> kept;
+  ProbeViews<T> probes;
+  std::uint32_t particles = 0;   ///< slots in use: ids handed out, removed ones included, and some to come
+  std::uint32_t born = 0;        ///< ids handed out
+  std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
+  std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
+  std::uint32_t vertices = 0;
+  std::uint32_t region_words = 0;
+  std::int32_t row_width = 0;  ///< half-width from which regions are summed by rows and planes
+  std::uint32_t key_bits = 64;
+  std::uint64_t bits_stride = 0;   ///< entries per row of far_bits
+  std::uint64_t words_column = 0;  ///< a column of neighbour_words [bytes]
+  std::uint32_t words_parts = 1;   ///< sets of words that a search fills, later joined
+  std::uint32_t words_room = 0;    ///< words that a set holds
+  bool solids = true;              ///< there are some
+  bool one_liquid = false;         ///< no two materials are ever liquid
+  bool slots_of_all = true;        ///< slot_of_id is kept for everyone, not only as slot_is_known() says
+  bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
+  bool counted = false;      ///< it did in the sub-step before
+  bool cells_begun = false;  ///< and where cells begin is known since step.begin
+  // Arguments of single stages, set by the engine:
+  Clock<T> clock;  ///< step.begin
+  Burst<T> burst;  ///< step.emit
+  std::uint32_t burst_first = 0;
+  T heat_dt{};  ///< thermal.*: super-step, time-scaled [s]
+  std::uint32_t heat_stages = 0, heat_supersteps = 0;
+  SumUnits sum_units;  ///< lsm.balance
+};
+
+/// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the
+/// label of its piece, whose sums are taken about it.
+template <class T>
+MELTSIM_HD bool slot_is_known(const Frame<T>& w, std::uint32_t tag) {
+  return w.slots_of_all || is_solid(tag) || is_removed(tag) || body_of(tag) != 0u;
+}
+
+/// Enthalpy of the particle at slot i, wherever the scene keeps it [J].
+template <class T>
+MELTSIM_HD double enthalpy_at(const Frame<T>& w, std::uint64_t i) {
+  return w.f.enthalpy != nullptr ? w.f.enthalpy[i] : w.f.enthalpy_of_id[w.f.id[i]];
+}
+
+/// Whether a particle of liquid has nothing beside it but the same liquid, equally viscous.
+template <class T>
+bool liquid_alone(const Frame<T>& w) {
+  return w.one_liquid && !w.solids && w.f.viscosity == nullptr;
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// The constants of a scene as kernels take them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "engine/engine_sizes.hpp"
+#include "engine/rounded.hpp"
+#include "meltsim/physics/phase_change.hpp"
+#include "spatial/cells.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+template <class T>
+void fill_grid(Frame<T>& w, const SceneConstants& c, double support, int reach) {
+  Grid<T>& g = w.grid;
+  g.reach = reach;
+  if (!c.domain.bounded) {
+    // An unbounded lattice of cells around the origin; only occupied ones cost anything.
+    g.nx = g.ny = g.nz = 1 << 21;
+    const double low = -support * double(1 << 20);
+    g.min = cast<T>(Vec3d{low, low, low});
+    g.inv_cell = cast<T>(Vec3d{1 / support, 1 / support, 1 / support});
+    w.key_bits = 64;
+    return;
+  }
+  const Vec3d e = c.domain.max - c.domain.min;
+  g.min = cast<T>(c.domain.min);
+  g.nx = cells_along(e.x, support / reach);
+  g.ny = cells_along(e.y, support);
+  g.nz = cells_along(e.z, support);
+  g.inv_cell = cast<T>(Vec3d{g.nx / e.x, g.ny / e.y, g.nz / e.z});
+  for (int axis = 0; axis < 3; ++axis)
+    if (is_periodic(c, axis)) g.periodic |= 1u << axis;
+  const auto per = [&](int axis, double extent) { return (g.periodic >> axis) & 1u ? extent : 0.0; };
+  const Vec3d p{per(0, e.x), per(1, e.y), per(2, e.z)};
+  g.period = cast<T>(p);
+  g.inv_period = cast<T>(Vec3d{p.x > 0 ? 1 / p.x : 0, p.y > 0 ? 1 / p.y : 0, p.z > 0 ? 1 / p.z : 0});
+  g.rows = (g.periodic & 1u) != 0u ? 18u : 9u;
+  // Asked where cells are counted, which are few enough for these numbers.
+  for (std::uint32_t line = 0; line < 9; ++line) {
+    const std::int64_t y = spatial::line_offset(spatial::lines_y, line);
+    const std::int64_t z = spatial::line_offset(spatial::lines_z, line);
+    g.line_cells[line] = static_cast<std::int32_t>((z * g.ny + y) * g.nx);
+  }
+  // One bit more than the cells need: the key of a removed particle, cut to these bits, still sorts last.
+  const double all = double(g.nx) * double(g.ny) * double(g.nz);
+  w.key_bits = static_cast<std::uint32_t>(std::ceil(std::log2(all + 1.0))) + 1u;
+}
+
+template <class T>
+void fill_tree(Frame<T>& w, const SceneConstants& c, const Sizes& n) {
+  Tree<T>& t = w.tree;
+  const double cell = c.support / tree_resolution;
+  t.inv_cell = static_cast<T>(1 / cell);
+  t.bits = 21;  // three axes in 63 bits; beyond, only the order suffers
+  t.min = w.grid.min;
+  double largest = 0;  // coordinate that distances are rounded at, where axes wrap
+  if (c.domain.bounded) {
+    const Vec3d e = c.domain.max - c.domain.min;
+    const double cells = std::max({e.x, e.y, e.z}) / cell;
+    t.bits = static_cast<std::uint32_t>(std::min(21.0, std::ceil(std::log2(std::max(cells, 2.0)))));
+    if (w.grid.periodic != 0u) largest = std::max({e.x, e.y, e.z});
+  } else {
+    const double low = -cell * double(1 << 20);
+    t.min = cast<T>(Vec3d{low, low, low});
+  }
+  w.key_bits = 3 * t.bits + 1;
+  w.grid.rows = static_cast<std::uint32_t>(n.rows);
+  t.levels = n.tree_levels;
+  std::copy(std::begin(n.tree_first), std::end(n.tree_first), t.first);
+  t.reach = static_cast<T>(c.support * (1 + 1e-5) + 8 * double(std::numeric_limits<T>::epsilon()) * largest);
+}
+
+/// All but views and what changes from sub-step to sub-step.
+template <class E, class T>
+void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
+  Constants<T>& k = w.c;
+  k.kernel = physics::make_kernel<T>(c.support, c.spacing);
+  k.spacing = static_cast<T>(c.spacing);
+  k.sound_speed = static_cast<T>(c.sound_speed);
+  k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
+  k.lowest_phi = c.tension ? T(0) : T(1);
+  k.gravity = cast<T>(c.gravity);
+  k.wall_friction = static_cast<T>(c.domain.friction);
+  k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
+  k.no_slip = c.domain.no_slip ? 1u : 0u;
+  k.courant = static_cast<T>(c.courant);
+  k.stray_speed = static_cast<T>(c.stray_speed);
+  k.level_tolerance = c.level_tolerance;
+  k.domain_min = k.walls.min = cast<T>(c.domain.min);
+  k.domain_max = k.walls.max = cast<T>(c.domain.max);
+  k.walls.support = static_cast<T>(c.support);
+  k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
+  k.conduction_share = physics::make_conduction_share<T>(c.support, c.spacing);
+  k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
+  k.walls.push_scale = physics::floor_push_scale<T>(c.support, c.spacing);
+  k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
+  k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
+  k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
+  if (c.domain.bounded)
+    for (int f = 0; f < 6; ++f) {
+      const Face face = c.domain.faces[static_cast<std::size_t>(f)];
+      if (face == Face::wall) k.walls.faces |= 1u << f;
+      if (face == Face::open) k.open_faces |= 1u << f;
+      k.wall_heat[f] = round_condition<T>(c.wall_heat[static_cast<std::size_t>(f)]);
+      if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
+      k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
+    }
+  fill_grid(w, c, c.support + n.skin, n.reach);
+  w.kept.reach2 = static_cast<T>(std::pow(c.support + n.skin, 2));
+  w.kept.moved2 = static_cast<T>(std::pow(0.4999 * n.skin, 2));
+  if (n.tree_levels != 0) fill_tree(w, c, n);
+  w.max_groups = static_cast<std::uint32_t>(n.groups);
+  w.cells = static_cast<std::uint32_t>(n.cells);
+  w.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
+  w.bits_stride = n.count[static_cast<int>(Owner::particle)];
+  w.one_liquid = c.one_liquid;
+  w.region_words = words_for(l.max_half_width);
+  w.row_width = least_row_width(as_gpu<E>, w.vertices);
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What neighbours ask of a particle when heat flows between them.
+#pragma once
+
+#include "engine/frame.hpp"
+#include "meltsim/physics/heat.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// The resistivity of what holds both phases, marked: so far below zero that its sum with any other is below zero, too,
+/// but for infinity, which nothing gets past.
+template <class T>
+MELTSIM_HD T marked(T resistivity) {
+  return -minimum(resistivity, T(0x1p40)) * T(0x1p80);
+}
+template <class T>
+MELTSIM_HD T unmarked(T resistivity) {
+  return resistivity < T(0) ? -resistivity * T(0x1p-80) : resistivity;
+}
+
+/// Temperature and resistivity at an enthalpy [J]; share: physics::conduction_share.
+template <class T>
+MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass, T share) {
+  const double h = enthalpy / static_cast<double>(mass);
+  const T temperature = static_cast<T>(physics::temperature_of(m, h));
+  const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
+  const T r = share * physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
+  return {temperature, fraction > T(0) && fraction < T(1) ? marked(r) : r};
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

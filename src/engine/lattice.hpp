@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Walking a body's lattice: direct neighbours (arrayN) and regions (arrayR) as bit masks.
+#pragma once
+
+#include "engine/frame.hpp"
+#include "exec/gather.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+inline constexpr std::uint32_t self_bit = 13;         ///< offset (0,0,0) among 27
+inline constexpr std::uint32_t full_neighbours = 27;  ///< an IBP has all of them
+
+MELTSIM_HD std::uint32_t neighbour_bit(int dx, int dy, int dz) {
+  return static_cast<std::uint32_t>((dx + 1) + 3 * (dy + 1) + 9 * (dz + 1));
+}
+
+MELTSIM_HD std::uint32_t region_bit(int w, int dx, int dy, int dz) {
+  const int side = 2 * w + 1;
+  return static_cast<std::uint32_t>((dx + w) + side * ((dy + w) + side * (dz + w)));
+}
+
+MELTSIM_HD std::uint32_t words_for(int w) {
+  const std::uint32_t side = static_cast<std::uint32_t>(2 * w + 1);
+  return (side * side * side + 31u) / 32u;
+}
+
+MELTSIM_HD std::uint32_t site_at(std::uint32_t site, const BodyRow& b, int dx, int dy, int dz) {
+  return static_cast<std::uint32_t>(static_cast<std::int64_t>(site) + dx +
+                                    static_cast<std::int64_t>(dy) * b.stride_y +
+                                    static_cast<std::int64_t>(dz) * b.stride_z);
+}
+
+/// Where site_live says whether there is a live vertex at a site.
+template <class T>
+MELTSIM_HD std::uint32_t* site_word(const Frame<T>& w, std::uint32_t site) {
+  return w.f.site_live + (site >> 5);
+}
+MELTSIM_HD std::uint32_t site_bit(std::uint32_t site) { return 1u << (site & 31u); }
+
+/// Live vertices among n <= 32 sites from `first` on: bit k, at first + k.
+template <class T>
+MELTSIM_HD std::uint32_t live_sites(const Frame<T>& w, std::uint32_t first, std::uint32_t n) {
+  const std::uint32_t* word = site_word(w, first);
+  const std::uint64_t pair = word[0] | static_cast<std::uint64_t>(word[1]) << 32;
+  return static_cast<std::uint32_t>(pair >> (first & 31u)) &
+         static_cast<std::uint32_t>((std::uint64_t{1} << n) - 1u);
+}
+
+/// Bits [bit, bit + side) of a mask of `words` words; side <= 17.
+MELTSIM_HD std::uint32_t mask_bits(const std::uint32_t* mask, std::uint32_t words, std::uint32_t bit,
+                                   std::uint32_t side) {
+  const std::uint32_t word = bit >> 5, shift = bit & 31u;
+  std::uint64_t pair = mask[word];
+  if (shift + side > 32u && word + 1u < words) pair |= static_cast<std::uint64_t>(mask[word + 1u]) << 32;
+  return static_cast<std::uint32_t>(pair >> shift) & ((1u << side) - 1u);
+}
+
+/// Walks layers [first, last) in z of v's region. Half: w where the compiler may know it, so that it can
+/// unroll rows; 0: any.
+template <int Half, class T, class Visit>
+MELTSIM_HD void walk_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b, int first, int last,
+                            const Visit& visit) {
+  const int h = Half != 0 ? Half : b.region_half_width;
+  const std::uint32_t side = static_cast<std::uint32_t>(2 * h + 1);
+  const std::uint32_t site = w.f.vertex_site[v];
+  const std::uint32_t* mask = w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words;
+  std::uint32_t bit = region_bit(h, -h, -h, first);
+  for (int dz = first; dz < last; ++dz)
+    for (int dy = -h; dy <= h; ++dy, bit += side) {
+      const std::uint32_t row = mask_bits(mask, w.region_words, bit, side);
+      const std::uint32_t* vertices = w.f.site_vertex + site_at(site, b, 0, dy, dz);
+      for (int dx = -h; dx <= h; ++dx)
+        if (((row >> (dx + h)) & 1u) != 0u) visit(vertices[dx], dx, dy, dz);
+    }
+}
+
+/// First layer in z of a part of a region's 2h+1, relative to its vertex.
+MELTSIM_HD int layer_of_part(int h, std::uint32_t part, std::uint32_t parts) {
+  return (2 * h + 1) * static_cast<int>(part) / static_cast<int>(parts) - h;
+}
+
+/// visit(vertex, dx, dy, dz) for the members of v's region in one of `parts` parts, x fastest.
+template <class T, class Visit>
+MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, std::uint32_t part, std::uint32_t parts,
+                                const Visit& visit) {
+  const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
+  const int h = b.region_half_width;
+  const int first = layer_of_part(h, part, parts), last = layer_of_part(h, part + 1u, parts);
+  if (h == 1) walk_region<1>(w, v, b, first, last, visit);
+  else if (h == 2) walk_region<2>(w, v, b, first, last, visit);
+  else walk_region<0>(w, v, b, first, last, visit);
+}
+
+/// A region's fit and where its vertex is.
+template <class T>
+struct PlacedFit {
+  physics::RegionFit<T> fit;
+  Vec3<T> position{};
+};
+
+/// region_fit holds four planes of one entry per vertex, so that neighbouring threads meet neighbouring
+/// words.
+template <class T>
+MELTSIM_HD void put_fit(const Frame<T>& w, std::uint64_t v, const PlacedFit<T>& p) {
+  const std::uint64_t n = w.vertices;
+  const Quat<T>& q = p.fit.rotation;
+  w.f.region_fit[v] = {q.x, q.y, q.z, q.w};
+  w.f.region_fit[n + v] = with_w(p.fit.anchor, p.position.x);
+  w.f.region_fit[2 * n + v] = with_w(p.fit.velocity, p.position.y);
+  w.f.region_fit[3 * n + v] = with_w(p.fit.spin, p.position.z);
+}
+
+template <class T>
+MELTSIM_HD Quat<T> fitted_rotation(const Frame<T>& w, std::uint64_t v) {
+  const Vec4<T> q = w.f.region_fit[v];
+  return {q.w, q.x, q.y, q.z};
+}
+
+template <class T>
+MELTSIM_HD PlacedFit<T> get_fit(const Frame<T>& w, std::uint64_t v) {
+  const std::uint64_t n = w.vertices;
+  const Vec4<T> a = w.f.region_fit[n + v], b = w.f.region_fit[2 * n + v], c = w.f.region_fit[3 * n + v];
+  return {{fitted_rotation(w, v), xyz(a), xyz(b), xyz(c)}, {a.w, b.w, c.w}};
+}
+
+/// Half-width from which regions are summed by rows and planes (lsm/boxes.hpp). On a CPU regions and goals take two
+/// thirds of the time so at w = 1, a third at w = 2, a 26th at w = 8. On a GPU rows and planes come out of the L2 cache
+/// and take six launches instead of two: regions and goals of 333,000 vertices took an H200 0.15 and 0.10 ms so, 0.19 and
+/// 0.17 member by member at w = 2; of 20,000 vertices 0.039 and 0.033 against 0.028 and 0.025 at w = 2, 0.045 and 0.041
+/// against 0.060 and 0.062 at w = 3. as_gpu: also where a CPU is to have a GPU's bits.
+constexpr int least_row_width(bool as_gpu, std::uint64_t vertices) {
+  return !as_gpu ? 1 : vertices >= gather_few ? 2 : 3;
+}
+
+/// Set in region_members where a region is made of planes of rows.
+inline constexpr std::uint32_t boxed_region = 0x80000000u;
+/// Set in row_live where the row has changed since the sub-step before.
+inline constexpr std::uint32_t row_changed = 0x80000000u;
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

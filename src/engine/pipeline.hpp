@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stage table as data, and its compile-time check: in every kind of scene, a stage reads only channels
+// that are State, Static, or were written by an earlier stage that runs in that scene.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+enum Field : int {
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) field_##name,
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+  field_count
+};
+/// One bit per channel.
+__extension__ typedef unsigned __int128 FieldSet;
+
+/// Parts of channels that stages touch apart from what others touch: rows of the stage table may name them in
+/// place of the whole, and only the schedule (engine/schedule.hpp) tells them from it. A row that touches all of such
+/// a channel names both.
+enum Part : int {
+  field_pressure_term = field_count,  ///< velocity's w
+  field_acceleration_of_solids,       ///< acceleration of solid particles; under its own name that of liquid
+  part_end
+};
+static_assert(part_end <= 128);
+struct PartInfo {
+  int part, field;
+};
+inline constexpr PartInfo part_table[] = {{field_pressure_term, field_velocity},
+                                          {field_acceleration_of_solids, field_acceleration}};
+
+/// The channels themselves in place of their parts.
+constexpr FieldSet whole(FieldSet set) {
+  for (const PartInfo& p : part_table)
+    if (((set >> p.part) & 1u) != 0) set = (set & ~(FieldSet{1} << p.part)) | (FieldSet{1} << p.field);
+  return set;
+}
+
+enum class Owner {
+  particle,
+  particle_list,
+  particle_bits,
+  particle_rows,
+  particle_words,
+  id,
+  cell,
+  cell_count,
+  group,
+  group_rows,
+  tree_node,
+  vertex,
+  vertex_words,
+  vertex_fits,
+  vertex_rows,
+  vertex_list,
+  site,
+  site_words,
+  body,
+  material,
+  property,
+  emitter_point,
+  heat_region,
+  heat_region_word,
+  world
+};
+enum class Lifetime { State, Static, Derived, Scratch };
+
+struct FieldInfo {
+  const char* name;
+  const char* type;
+  Owner owner;
+  const char* owner_name;
+  Lifetime lifetime;
+  const char* lifetime_name;
+  const char* unit;
+};
+
+inline constexpr std::array<FieldInfo, field_count> field_table{{
+#define MELTSIM_FIELD(name, type, owner, lifetime, unit, doc) \
+  {#name, #type, Owner::owner, #owner, Lifetime::lifetime, #lifetime, unit},
+#include "meltsim/fields.def"
+#undef MELTSIM_FIELD
+}};
+
+/// What a scene contains; decides which stages run.
+enum Fact : std::uint32_t {
+  fact_particles = 1u << 0,
+  fact_fluid = 1u << 1,          ///< liquid now, or later by melting or emission
+  fact_solid = 1u << 2,          ///< lattice vertices
+  fact_mobile = 1u << 3,         ///< bodies that can move
+  fact_contact = 1u << 4,        ///< mobile bodies that can meet another body or piece
+  fact_melt = 1u << 5,           ///< a solid can melt
+  fact_heat_enthalpy = 1u << 6,  ///< temperatures differ, enthalpy model
+  fact_heat_paper = 1u << 7,     ///< temperatures differ, paper model
+  fact_heat_boundary = 1u << 8,  ///< heat comes through surfaces or from sources, enthalpy model
+  fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
+  fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
+  fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
+  fact_dry = 1u << 12,           ///< no liquid, now or later
+  fact_shifting = 1u << 13,      ///< liquid's particles are kept evenly spread
+  fact_levels = 1u << 14,  ///< enthalpy model, nothing but what is there heats: temperatures may become level
+  // How neighbours are found: one of search_facts.
+  fact_packed = 1u << 15,  ///< grid; few cells of the domain are empty: they can be counted one by one
+  fact_sorted = 1u << 16,  ///< particles are sorted by a key
+  fact_sparse = 1u << 17,  ///< grid; the domain is unbounded or mostly empty
+  fact_tree = 1u << 18,    ///< tree
+  fact_kept = 1u << 19,    ///< grid, packed, kept for several sub-steps
+  // Of the host's wishes, not of the scene: no channel hangs on it.
+  fact_probes = 1u << 20,  ///< points or levels are sampled
+  fact_loads = 1u << 21,   ///< forces, heat or fluxes are
+};
+
+inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
+                                                 fact_sorted | fact_sparse, fact_sorted | fact_tree};
+inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree | fact_kept;
+
+struct StageInfo {
+  const char* module;
+  const char* stage;
+  const char* name;
+  std::uint32_t need;
+  FieldSet reads, writes;
+  FieldSet may;                        ///< reads or writes where the scene has them
+  FieldSet reads_apart, writes_apart;  ///< reads, writes and may, parts by their own names
+  const char* why;
+  const char* why_not;
+};
+
+#define F(field) (FieldSet{1} << field_##field)
+/// Channels that stages which may touch them only read; their producer names them among what it writes.
+inline constexpr FieldSet read_where_there = F(viscosity) | F(far_bits) | F(body_heat) | F(cell_begin) |
+                                             F(group_ranges) | F(density) | F(group_key) | F(group_begin) |
+                                             F(tree_box) | F(piece) | F(contact_normal);
+inline constexpr std::array stage_table{
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
+  StageInfo{#module,    #stage,          #module "." #stage,                     \
+            (need),     whole(reads),    whole(writes),                          \
+            whole(may), (reads) | (may), (writes) | ((may) & ~read_where_there), \
+            why,        why_not},
+#include "engine/pipeline.def"
+#undef MELTSIM_STAGE
+};
+#undef F
+inline constexpr int stage_count = static_cast<int>(stage_table.size());
+
+enum Stage : int {
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) stage_##module##_##stage,
+#include "engine/pipeline.def"
+#undef MELTSIM_STAGE
+};
+
+constexpr bool runs(const StageInfo& stage, std::uint32_t facts) {
+  return (stage.need & facts) == stage.need;
+}
+
+/// Facts that a real scene cannot combine otherwise.
+constexpr bool consistent(std::uint32_t f) {
+  // First what leaves the fewest: compilers bound the work of a constant expression.
+  if (((f & fact_fluid) != 0) == ((f & fact_dry) != 0)) return false;
+  if (f != 0 && (f & fact_particles) == 0) return false;
+  const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
+  return implies(fact_mobile, fact_solid) && implies(fact_contact, fact_mobile) &&
+         implies(fact_melt, fact_solid | fact_fluid) && implies(fact_freeze, fact_melt) &&
+         implies(fact_shifting, fact_fluid) &&
+         !((f & fact_heat_enthalpy) && (f & (fact_heat_paper | fact_heat_iwasaki))) &&
+         !((f & fact_heat_paper) && (f & fact_heat_iwasaki)) &&
+         implies(fact_heat_boundary, fact_heat_enthalpy) && implies(fact_levels, fact_heat_enthalpy) &&
+         (f & (fact_levels | fact_heat_boundary)) != (fact_levels | fact_heat_boundary);
+}
+
+/// What is there before the first stage.
+constexpr FieldSet fed_before_stages() {
+  FieldSet available = 0;
+  for (int i = 0; i < field_count; ++i)
+    if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
+        // Kept up to date by topology, built at upload.
+        i == field_neighbour_mask || i == field_region_mask || i == field_region_members ||
+        i == field_row_live || i == field_site_live ||
+        i == field_anchor)  // of an earlier sub-step; the first one after an upload asks for none
+      available |= FieldSet{1} << i;
+  return available;
+}
+
+/// Index of the first stage that reads what nobody produced in a scene with these facts, or -1.
+constexpr int first_unfed_stage(std::uint32_t facts, FieldSet available) {
+  for (int i = 0; i < stage_count; ++i) {
+    const StageInfo& stage = stage_table[i];
+    if ((stage.need & facts) != stage.need) continue;
+    if ((stage.reads & ~available) != 0) return i;
+    available |= stage.writes;
+  }
+  return -1;
+}
+
+constexpr bool pipeline_is_fed(std::uint32_t search) {
+  constexpr FieldSet before = fed_before_stages();
+  for (std::uint32_t facts = 0; facts < fact_packed; ++facts)
+    if (consistent(facts) && first_unfed_stage(facts | search | fact_probes | fact_loads, before) >= 0)
+      return false;
+  return true;
+}
+// Each alone: compilers bound the work of one constant expression.
+static_assert(pipeline_is_fed(search_facts[0]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[1]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[2]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[3]),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(sizeof search_facts / sizeof *search_facts == 4);
+
+/// Channels a scene needs: what its stages touch, and what the host asks for. Enthalpies that neither does lie by id.
+constexpr FieldSet channels_for(std::uint32_t facts, FieldSet wanted = 0) {
+  FieldSet set = wanted;
+  for (int i = 0; i < stage_count; ++i)
+    if (runs(stage_table[i], facts)) set |= stage_table[i].reads | stage_table[i].writes;
+  const FieldSet moved = FieldSet{1} << field_enthalpy;
+  if ((facts & fact_particles) != 0 && (set & moved) == 0) set |= FieldSet{1} << field_enthalpy_of_id;
+  return set;
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

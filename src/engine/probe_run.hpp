@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+// What probes need of an engine: tables, room for samples, and the working space of World::sample. None of it is a
+// channel: probes come and go without an upload of particles.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "engine/engine_transfer.hpp"
+#include "engine/frame.hpp"
+#include "engine/probe_setup.hpp"
+#include "engine/stage_functions.hpp"
+#include "engine/text.hpp"
+#include "meltsim/result.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+template <class E, class T>
+class ProbeRun {
+ public:
+  /// Nothing that is enqueued may use the old ones.
+  Status set(E& ex, const ProbeSetup& s) {
+    tables_.release(ex);
+    views_ = {};
+    return fill(ex, tables_, s, s.room, views_);
+  }
+
+  void link(Frame<T>& w) const { w.probes = views_; }
+
+  void fetch(const E& ex, std::uint64_t first, std::uint64_t n, double* to) const {
+    if (n != 0) ex.download(to, views_.values + first, n * sizeof(double));
+  }
+
+  /// Waits. derived: density and pressure terms are in the order of the sub-step that halted.
+  Status at_once(E& ex, const Frame<T>& scene, const ProbeSetup& what, bool derived,
+                 std::vector<double>& values) {
+    Frame<T> w = scene;
+    values.assign(what.rows.front().values, static_cast<double>(NAN));
+    if (w.born == 0) return {};
+    ProbeViews<T> v;
+    Block tables;
+    if (Status s = fill(ex, tables, what, values.size(), v); !s) return s;
+    SampleRoom room;
+    Status fits = sort_room(ex, w.bits_stride, derived, room);
+    if (fits) {
+      v.keys = room.keys_sorted;
+      v.slots = room.slots_sorted;
+      v.sorted = w.born;
+      if (derived) v.terms = w.before.velocity;
+      v.derived_slot = room.derived_slot;
+      w.probes = v;
+      use_cells_of_support(w);
+      sampling::at_once<E, T>(ex, w, room);
+      ex.download(values.data(), v.values, values.size() * sizeof(double));
+    }
+    tables.release(ex);
+    return fits;
+  }
+
+  void release(E& ex) {
+    tables_.release(ex);
+    sorting_.release(ex);
+    views_ = {};
+  }
+  std::uint64_t bytes() const { return tables_.bytes + sorting_.bytes; }
+
+ private:
+  struct Block {
+    void* base = nullptr;
+    std::uint64_t bytes = 0;
+    void release(E& ex) {
+      if (base != nullptr) ex.release(base);
+      base = nullptr;
+      bytes = 0;
+    }
+  };
+  struct Arena {
+    unsigned char* base;
+    std::uint64_t used = 0;
+    template <class V>
+    V* place(std::uint64_t n) {
+      V* const p = reinterpret_cast<V*>(base + used);
+      used += (n * sizeof(V) + 255) / 256 * 256;
+      return p;
+    }
+  };
+
+  static Status take(E& ex, Block& block, std::uint64_t needed) {
+    if (needed <= block.bytes) return {};
+    block.release(ex);
+    if (needed <= ex.free_bytes()) block.base = ex.allocate(needed);
+    if (block.base == nullptr)
+      return Error{ErrorCode::out_of_memory, text("probes: ", double(needed) / 1e6,
+                                                  " MB of memory are not there; sample fewer points")};
+    block.bytes = needed;
+    return {};
+  }
+
+  static std::vector<ProbePoint<T>> rounded(const std::vector<ProbePoint<double>>& from) {
+    std::vector<ProbePoint<T>> to;
+    to.reserve(from.size());
+    for (const auto& p : from) to.push_back({cast<T>(p.x), p.probe});
+    return to;
+  }
+
+  /// How many, then all of them.
+  static std::vector<std::uint32_t> list_of(std::size_t n) {
+    std::vector<std::uint32_t> list(n + 1);
+    list[0] = static_cast<std::uint32_t>(n);
+    for (std::size_t k = 0; k < n; ++k) list[k + 1] = static_cast<std::uint32_t>(k);
+    return list;
+  }
+
+  /// Copies the tables and points `v` at them.
+  static Status fill(E& ex, Block& block, const ProbeSetup& s, std::uint64_t room, ProbeViews<T>& v) {
+    const auto points = rounded(s.points), heights = rounded(s.heights);
+    ProbeRow* rows = nullptr;
+    ProbePoint<T>*at_points = nullptr, *at_heights = nullptr;
+    ProbeLine* lines = nullptr;
+    std::vector<LoadRow> loads;
+    for (std::uint32_t k = 0; k < load_kinds; ++k) {
+      loads.insert(loads.end(), s.loads[k].begin(), s.loads[k].end());
+      v.load_begin[k + 1] = static_cast<std::uint32_t>(loads.size());
+    }
+    LoadRow* at_loads = nullptr;
+    const auto list_points = list_of(points.size()), list_heights = list_of(heights.size());
+    std::uint32_t *at_list_points = nullptr, *at_list_heights = nullptr;
+    const auto lay_out = [&](void* base) {
+      Arena a{static_cast<unsigned char*>(base)};
+      rows = a.template place<ProbeRow>(s.rows.size());
+      at_points = a.template place<ProbePoint<T>>(points.size());
+      at_heights = a.template place<ProbePoint<T>>(heights.size());
+      lines = a.template place<ProbeLine>(s.lines.size());
+      at_list_points = a.template place<std::uint32_t>(list_points.size());
+      at_list_heights = a.template place<std::uint32_t>(list_heights.size());
+      at_loads = a.template place<LoadRow>(loads.size());
+      v.load_sums = a.template place<physics::LoadSums>(loads.size());
+      v.profile = a.template place<T>(heights.size());
+      v.values = a.template place<double>(room);
+      return a.used;
+    };
+    if (Status fits = take(ex, block, lay_out(nullptr)); !fits) {
+      v = {};
+      return fits;
+    }
+    lay_out(block.base);
+    put(ex, rows, s.rows);
+    put(ex, at_points, points);
+    put(ex, at_heights, heights);
+    put(ex, lines, s.lines);
+    put(ex, at_loads, loads);
+    put(ex, at_list_points, list_points);
+    put(ex, at_list_heights, list_heights);
+    v.listed_points = at_list_points;
+    v.listed_heights = at_list_heights;
+    v.rows = rows;
+    v.points = at_points;
+    v.heights = at_heights;
+    v.lines = lines;
+    v.loads = at_loads;
+    v.point_count = static_cast<std::uint32_t>(points.size());
+    v.height_count = static_cast<std::uint32_t>(heights.size());
+    v.line_count = static_cast<std::uint32_t>(s.lines.size());
+    return {};
+  }
+
+  /// Kept from call to call.
+  Status sort_room(E& ex, std::uint64_t particles, bool derived, SampleRoom& room) {
+    const auto lay_out = [&](void* base) {
+      Arena a{static_cast<unsigned char*>(base)};
+      room.keys = a.template place<std::uint64_t>(particles);
+      room.keys_sorted = a.template place<std::uint64_t>(particles);
+      room.slots = a.template place<std::uint32_t>(particles);
+      room.slots_sorted = a.template place<std::uint32_t>(particles);
+      room.derived_slot = a.template place<std::uint32_t>(particles);
+      return a.used;
+    };
+    if (Status fits = take(ex, sorting_, lay_out(nullptr)); !fits) return fits;
+    lay_out(sorting_.base);
+    if (!derived) room.derived_slot = nullptr;
+    return {};
+  }
+
+  /// A grid whose cells are no narrower than H along any axis, for particles sorted by cell.
+  static void use_cells_of_support(Frame<T>& w) {
+    Grid<T>& g = w.grid;
+    const std::int32_t nx = maximum(g.nx / g.reach, 1);
+    g.inv_cell.x *= static_cast<T>(nx) / static_cast<T>(g.nx);
+    g.nx = nx;
+    g.reach = 1;
+    g.rows = (g.periodic & 1u) != 0u ? 18u : 9u;
+    w.cells = 0;
+    w.tree.levels = 0;
+    w.f.group_ranges = nullptr;
+    const double all = double(g.nx) * double(g.ny) * double(g.nz);
+    w.key_bits = std::min(64u, static_cast<std::uint32_t>(std::ceil(std::log2(all + 1.0))) + 1u);
+  }
+
+  Block tables_, sorting_;
+  ProbeViews<T> views_;
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

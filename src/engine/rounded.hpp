@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tables that the host has in double, in the scalar of a World.
+#pragma once
+
+#include "engine/frame.hpp"
+#include "engine/scene.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+template <class T>
+physics::SurfaceCondition<T> round_condition(const physics::SurfaceCondition<double>& c) {
+  return {static_cast<T>(c.temperature), static_cast<T>(c.flux), static_cast<T>(c.convection),
+          static_cast<T>(c.emissivity), c.kind};
+}
+
+template <class T>
+physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {
+  physics::PropertyTable<T> r;
+  r.points = p.points;
+  for (int k = 0; k < physics::property_points; ++k) {
+    r.temperature[k] = static_cast<T>(p.temperature[k]);
+    r.value[k] = static_cast<T>(p.value[k]);
+  }
+  return r;
+}
+
+template <class T>
+MaterialProperties<T> round_properties(const MaterialProperties<double>& p) {
+  return {round_table<T>(p.conductivity), round_table<T>(p.liquid_conductivity), round_table<T>(p.viscosity),
+          round_table<T>(p.density), p.curve};
+}
+
+template <class T>
+MaterialRow<T> round_row(const MaterialRow<double>& m) {
+  MaterialRow<T> r;
+  r.density = static_cast<T>(m.density);
+  r.tait_stiffness = static_cast<T>(m.tait_stiffness);
+  r.viscosity = static_cast<T>(m.viscosity);
+  r.conductivity = static_cast<T>(m.conductivity);
+  r.diffusivity = static_cast<T>(m.diffusivity);
+  r.liquid_conductivity = static_cast<T>(m.liquid_conductivity);
+  r.heat_capacity = m.heat_capacity;
+  r.liquid_heat_capacity = m.liquid_heat_capacity;
+  r.melting_point = m.melting_point;
+  r.melting_enthalpy = m.melting_enthalpy;
+  r.latent_heat = m.latent_heat;
+  r.coldest = m.coldest;
+  r.shape_stiffness = static_cast<T>(m.shape_stiffness);
+  r.modulus_rate = static_cast<T>(m.modulus_rate);
+  r.shape_damping = static_cast<T>(m.shape_damping);
+  r.friction = static_cast<T>(m.friction);
+  r.liquid = m.liquid;
+  r.solid = m.solid;
+  r.melts = m.melts;
+  r.freezes = m.freezes;
+  r.plateau = m.plateau;
+  return r;
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene as the host holds it: State and Static channels in order of id, always double. What is stored is
+// exact in the World's precision, so upload and download lose nothing.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "engine/frame.hpp"
+#include "engine/pipeline.hpp"
+#include "meltsim/desc.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// State of particles and lattice: what a snapshot holds.
+struct SceneState {
+  // per id
+  std::vector<Vec3d> position;  ///< relative to the origin
+  std::vector<Vec3d> velocity;
+  std::vector<double> enthalpy, mass, volume;  ///< volume: what position.w holds
+  std::vector<std::uint32_t> tag, vertex_of_id;
+  // per vertex
+  std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
+  std::vector<Quat<double>> region_rotation;
+  std::vector<Vec3d> contact_slip;
+  std::uint64_t melted = 0, frozen = 0, removed = 0,
+                strayed = 0;  ///< before the last upload; removed: strayed, too
+  double heat_in = 0;         ///< likewise [J]
+  bool heat_level = false;    ///< temperatures are level: no heat flows
+};
+
+/// Lattices as built; changes only when a body is added.
+struct SceneLattice {
+  std::vector<std::uint32_t> vertex_site, vertex_body;  ///< per vertex
+  std::vector<Vec3i> vertex_coordinates;                ///< on the body's lattice
+  std::vector<std::uint32_t> site_vertex;               ///< per site
+  std::vector<BodyRow> bodies;
+  int max_half_width = 0;
+};
+
+/// Constants in double; each engine rounds them once.
+struct SceneConstants {
+  double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
+  double level_tolerance = 0;     ///< HeatDesc::level_tolerance [K]
+  double spring_dt = 1;           ///< the step that goals and contacts go by [s]
+  double stray_speed = infinity;  ///< liquid that falls faster than this is removed [m/s]
+  bool tension = false;
+  bool one_liquid = false;  ///< no two materials are liquid, now or by melting or emission
+  Vec3d gravity;
+  DomainDesc domain;  ///< relative to the origin
+  std::vector<MaterialRow<double>> materials;
+  std::vector<physics::MaterialProperties<double>> properties;  ///< per material, or empty
+  std::vector<Vec3d> emitter_points;
+  double largest_mass = 0;
+  std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
+  std::vector<HeatRegionRow<double>> heat_regions;
+  std::vector<std::uint32_t> heat_region_cells;
+  std::vector<BodyHeat<double>> body_heat;  ///< per body, or empty
+};
+
+/// Cells along one axis of a bounded domain.
+inline std::int32_t cells_along(double extent, double support) {
+  return static_cast<std::int32_t>(std::max(1.0, std::min(std::floor(extent / support), double(1 << 20))));
+}
+
+/// Cells in a bounded domain whose cells are support/reach long in x.
+inline std::uint64_t cell_count(const DomainDesc& domain, double support, int reach) {
+  const Vec3d e = domain.max - domain.min;
+  return static_cast<std::uint64_t>(cells_along(e.x, support / reach)) *
+         static_cast<std::uint64_t>(cells_along(e.y, support)) *
+         static_cast<std::uint64_t>(cells_along(e.z, support));
+}
+
+/// How many cells shall span the support in x: 6 leave 305 candidates, 4 leave 315, 1 leaves 420 (68 neighbours, a
+/// support of 2.5 spacings). 0: even so, cells are too many to be counted one by one, 4 bytes each; no more than four
+/// per particle, though a few thousand cost nothing anyway, and no more than 31 bits number.
+inline int packed_reach(const DomainDesc& domain, double support, std::uint64_t particles) {
+  if (!domain.bounded) return 0;
+  const std::uint64_t most =
+      std::min(std::max<std::uint64_t>(4 * particles, 16384), (std::uint64_t{1} << 31) - 1);
+  for (const int reach : {6, 4, 2, 1})
+    if (cell_count(domain, support, reach) <= most) return reach;
+  return 0;
+}
+
+/// Rows of a leaf of the tree; what is more is merged. 18: at 61 neighbours leaves have 12 on average, 25 at
+/// most.
+inline constexpr std::uint32_t tree_rows = 18;
+/// Cells of the curve that H spans.
+inline constexpr int tree_resolution = 4;
+
+/// Skin of a grid that is kept, in H.
+inline constexpr double kept_skin = 0.1;
+
+/// Whether wider cells still go three times around periodic axes: a row may not meet a cell twice.
+inline bool keeps(const DomainDesc& domain, double support) {
+  const Vec3d e = domain.max - domain.min;
+  const double extents[] = {e.x, e.y, e.z};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (domain.faces[2 * axis] == Face::periodic && extents[axis] < 3 * (1 + kept_skin) * support)
+      return false;
+  return true;
+}
+
+/// How neighbours are found in a scene, and why so.
+struct SearchChoice {
+  NeighbourSearch search = NeighbourSearch::grid;
+  std::uint32_t facts = fact_packed;
+  const char* reason = "";
+};
+
+inline SearchChoice choose_search(const WorldDesc& desc, double support, std::uint64_t particles) {
+  if (desc.neighbour_search == NeighbourSearch::tree)
+    return {NeighbourSearch::tree, fact_sorted | fact_tree, "asked for"};
+  const double wide = (1 + kept_skin) * support;
+  const bool kept = desc.neighbour_search == NeighbourSearch::verlet;
+  if (kept && keeps(desc.domain, support) && packed_reach(desc.domain, wide, particles) != 0)
+    return {NeighbourSearch::verlet, fact_packed | fact_kept, "asked for"};
+  if (packed_reach(desc.domain, support, particles) != 0)
+    return {NeighbourSearch::grid, fact_packed,
+            "the domain is bounded and well filled: its cells are counted"};
+  return {NeighbourSearch::grid, fact_sorted | fact_sparse,
+          "the domain is unbounded or mostly empty: occupied cells are sorted"};
+}
+
+/// Sub-steps between two looks at whether temperatures are level.
+inline constexpr std::uint64_t level_interval = 64;
+
+/// How much to allocate and which stages to run.
+struct EngineSetup {
+  std::uint32_t facts = 0;
+  FieldSet channels = 0;
+  std::uint32_t particle_capacity = 0;
+  bool heat_flows_again = false;  ///< to Engine::adapt: a source has begun
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

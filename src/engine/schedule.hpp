@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which stages of a sub-step may run side by side. Everything follows from the stage table: two stages of
+// which one writes what the other touches keep their order, others need not. Stages are laid on a few tracks
+// (an executor runs the stages of one track in order); between tracks they wait for each other by name.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include "engine/pipeline.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// Executors with begin_tracks, enter_track, hurry, step_aside, mark_stage and wait_for_stage.
+template <class E, class = void>
+inline constexpr bool runs_tracks = false;
+template <class E>
+inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().begin_tracks())>> = true;
+
+/// As many as melting takes: shape matching, the search and contact, contact's normals, its loads, forces, who is wet, heat.
+/// A stage that finds no track of its own waits for one that it need not wait for.
+inline constexpr int most_tracks = 7;
+
+constexpr std::uint64_t stage_bit(int stage) { return std::uint64_t{1} << stage; }
+
+/// Sums over all neighbours: they compute, and keep a whole GPU busy.
+inline constexpr std::uint64_t sum_stages = stage_bit(stage_sph_density) | stage_bit(stage_sph_forces) |
+                                            stage_bit(stage_sph_shift) | stage_bit(stage_thermal_exchange);
+/// Shape matching: a chain of short kernels that wait for memory.
+inline constexpr std::uint64_t modest_stages = stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
+                                               stage_bit(stage_lsm_goals) | stage_bit(stage_lsm_balance);
+
+struct Schedule {
+  std::array<std::int8_t, stage_count> track{};  ///< of every stage that runs; -1 of the others
+  std::array<std::uint64_t, stage_count>
+      waits{};  ///< bit per stage: ends on another track before this begins
+  /// Modest stages with a sum to run beside: on a few threads of every multiprocessor, but before all others. The sum
+  /// computes meanwhile; one after the other both would take as long as they take alone.
+  std::uint64_t aside = 0;
+  /// Where there is not room for all, the most urgent go first. 3: what sph.density waits for; 2: what steps aside and
+  /// what that waits for; 0: what nothing waits for, and lsm.contact: all in the order in which they can begin (measured:
+  /// other orders of theirs are slower); 1: the rest.
+  std::array<std::int8_t, stage_count> urgency{};
+  std::uint64_t awaited = 0;  ///< stages that others wait for
+  std::uint64_t last = 0;     ///< the last one of every track but the first
+};
+static_assert(stage_count <= 64);
+
+/// Blocks of every multiprocessor for what steps aside: all of it should be done when the sums are, which are half as
+/// long at a support of 2 spacings. A million particles, a third solid, on an H200 [ms], 2, 3, 4, 5, 6, 8 blocks: 1.189,
+/// 1.169, 1.187, 1.186, 1.190, 1.206 at 2.5 spacings; 0.860, 0.776, 0.769, 0.778, 0.786, 0.794 at 2.
+constexpr unsigned aside_blocks(double support_in_spacings) { return support_in_spacings < 2.25 ? 4u : 3u; }
+
+/// Every kernel asks whether the World was halted: what step.integrate says holds for all stages after it, and
+/// for none before it.
+constexpr std::uint64_t usual_barriers = stage_bit(stage_step_begin) | stage_bit(stage_step_integrate);
+/// The same where sph.advance takes the place of sph.forces and step.integrate.
+constexpr std::uint64_t advancing_barriers = usual_barriers | stage_bit(stage_sph_forces);
+constexpr bool is_barrier(int stage, std::uint64_t barriers = usual_barriers) {
+  return (stage_bit(stage) & barriers) != 0;
+}
+
+constexpr bool in_order(int first, int second, std::uint64_t barriers = usual_barriers) {
+  const StageInfo &a = stage_table[static_cast<std::size_t>(first)],
+                  &b = stage_table[static_cast<std::size_t>(second)];
+  return is_barrier(first, barriers) || is_barrier(second, barriers) ||
+         (a.writes_apart & (b.reads_apart | b.writes_apart)) != 0 || (a.reads_apart & b.writes_apart) != 0;
+}
+
+/// Who steps aside, and who goes first.
+constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers) {
+  for (int s = stage_count; s-- > 0;) {
+    if (((running >> s) & 1u) == 0) continue;
+    for (int t = 0; t < stage_count; ++t)
+      if ((stage_bit(s) & modest_stages) != 0 && (stage_bit(t) & running & sum_stages) != 0 &&
+          !in_order(s, t, barriers))
+        r.aside |= stage_bit(s);
+    int urgency = 0;
+    for (int t = s + 1; t < stage_count && !is_barrier(t, barriers); ++t) {
+      if (((running >> t) & 1u) == 0 || !in_order(s, t, barriers)) continue;
+      const int behind = r.urgency[static_cast<std::size_t>(t)];
+      urgency = std::max(urgency, t == stage_sph_density ? 3 : std::max(behind, 1));
+    }
+    if ((stage_bit(s) & r.aside) != 0) urgency = 2;
+    if (s == stage_lsm_contact) urgency = 0;
+    r.urgency[static_cast<std::size_t>(s)] = static_cast<std::int8_t>(urgency);
+  }
+}
+
+/// The schedule of the stages in `running` (bit per stage).
+constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers = usual_barriers) {
+  Schedule r;
+  std::array<std::uint64_t, stage_count> before{};  // everything that has ended when a stage begins
+  std::array<int, most_tracks> end{};               // last stage of a track
+  int tracks = 0;
+  for (int s = 0; s < stage_count; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    r.track[at] = -1;
+    if (((running >> s) & 1u) == 0) continue;
+    std::uint64_t direct = 0;
+    for (int t = 0; t < s; ++t)
+      if (((running >> t) & 1u) != 0 && in_order(t, s, barriers)) {
+        direct |= std::uint64_t{1} << t;
+        before[at] |= (std::uint64_t{1} << t) | before[static_cast<std::size_t>(t)];
+      }
+    // Behind a stage it has to wait for; else on a new track; else on the one that has been idle longest.
+    int track = -1;
+    for (int k = 0; k < tracks && track < 0; ++k)
+      if (((direct >> end[static_cast<std::size_t>(k)]) & 1u) != 0) track = k;
+    if (is_barrier(s, barriers) && tracks != 0) track = 0;
+    if (track < 0 && tracks < most_tracks) {
+      track = tracks++;
+    } else if (track < 0) {
+      track = 1;
+      for (int k = 2; k < tracks; ++k)
+        if (end[static_cast<std::size_t>(k)] < end[static_cast<std::size_t>(track)]) track = k;
+    }
+    // What is waited for by way of another stage, or on the same track, need not be waited for again.
+    std::uint64_t waits = 0;
+    for (int t = s - 1; t >= 0; --t) {
+      const std::uint64_t bit = std::uint64_t{1} << t;
+      if ((direct & bit) == 0) continue;
+      bool known = r.track[static_cast<std::size_t>(t)] == track;
+      for (int u = t + 1; u < s; ++u)
+        known = known || ((direct >> u) & 1u && (before[static_cast<std::size_t>(u)] & bit));
+      if (!known) waits |= bit;
+    }
+    r.track[at] = static_cast<std::int8_t>(track);
+    r.waits[at] = waits;
+    r.awaited |= waits;
+    const bool fresh = end[static_cast<std::size_t>(track)] == 0;
+    if (!fresh)
+      before[at] |= (std::uint64_t{1} << end[static_cast<std::size_t>(track)]) |
+                    before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
+    end[static_cast<std::size_t>(track)] = s;
+  }
+  rank(r, running, barriers);
+  for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
+  r.awaited |= r.last;
+  return r;
+}
+
+/// The order in which stages are enqueued: the table's, or, where an executor has one of its own (tests
+/// have), any that the schedule allows.
+template <class E, class = void>
+struct EnqueueOrder {
+  static std::array<int, stage_count> of(E&, const Schedule&) {
+    std::array<int, stage_count> order{};
+    for (int s = 0; s < stage_count; ++s) order[static_cast<std::size_t>(s)] = s;
+    return order;
+  }
+};
+template <class E>
+struct EnqueueOrder<E, std::void_t<decltype(std::declval<E&>().stage_order(Schedule{}))>> {
+  static std::array<int, stage_count> of(E& ex, const Schedule& plan) { return ex.stage_order(plan); }
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

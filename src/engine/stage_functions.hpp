@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Declarations of every stage, made from the stage table. Definitions: src/<module>/stages.hpp; instantiated
+// once per executor and scalar in src/<module>/<module>_cpu.cpp and cuda/<module>/<module>.cu.
+#pragma once
+
+#include "engine/frame.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) \
+  namespace module {                                                         \
+  template <class E, class T>                                                \
+  void stage(E& ex, const core::Frame<T>& w);                                \
+  }
+#include "engine/pipeline.def"
+#undef MELTSIM_STAGE
+
+// Not stages: called when the scene changes, when a layer is due, when somebody asks, after a roll-back.
+namespace step {
+template <class E, class T>
+void emit(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void let_go(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void begin_cells(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void clear(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void give_up(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void restore(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void reindex(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void enthalpy_to_slots(E& ex, const core::Frame<T>& w);
+template <class E, class T>
+void enthalpy_to_ids(E& ex, const core::Frame<T>& w);
+}  // namespace step
+namespace sph {
+template <class E, class T>
+void advance(E& ex, const core::Frame<T>& w);
+}
+namespace topology {
+template <class E, class T>
+void build(E& ex, const core::Frame<T>& w);
+}
+
+namespace sampling {
+template <class E, class T>
+void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room);
+}
+
+namespace core {
+template <class T>
+struct SurfaceFrame;
+}
+namespace surface {
+/// Between sub-steps; w as engine/surface_run.hpp fills it.
+template <class E, class T>
+void build(E& ex, const core::SurfaceFrame<T>& w, int smoothing);
+}  // namespace surface
+
+namespace core {
+template <class T>
+struct ReadingFrame;
+}
+/// Between sub-steps; w as engine/reading_run.hpp fills it.
+namespace reading {
+template <class E, class T>
+void status(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void sums(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void count_pieces(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void pieces(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void pack(E& ex, const core::ReadingFrame<T>& w);
+}  // namespace reading
+
+namespace core {
+
+template <class E, class T>
+using StageFunction = void (*)(E&, const Frame<T>&);
+
+/// In the order of the stage table.
+template <class E, class T>
+inline constexpr StageFunction<E, T> stage_functions[] = {
+#define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) &module::stage<E, T>,
+#include "engine/pipeline.def"
+#undef MELTSIM_STAGE
+};
+
+}  // namespace core
+
+/// Explicit instantiation of one stage of the enclosing module for both scalars.
+#define MELTSIM_INSTANTIATE(Exec, stage)                              \
+  template void stage<Exec, float>(Exec&, const core::Frame<float>&); \
+  template void stage<Exec, double>(Exec&, const core::Frame<double>&);
+
+/// All that a reading enqueues, likewise.
+#define MELTSIM_INSTANTIATE_READING(Exec)             \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, status)       \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, sums)         \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, count_pieces) \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, pieces)       \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, pack)
+#define MELTSIM_INSTANTIATE_FOR_READING(Exec, part)                         \
+  template void part<Exec, float>(Exec&, const core::ReadingFrame<float>&); \
+  template void part<Exec, double>(Exec&, const core::ReadingFrame<double>&);
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the surface needs of an engine: its buffers, kept between calls, its grid, and the host's side of a
+// call.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "engine/engine.hpp"
+#include "exec/repeat_key.hpp"
+#include "engine/scene.hpp"
+#include "engine/stage_functions.hpp"
+#include "engine/surface_frame.hpp"
+#include "engine/surface_request.hpp"
+#include "engine/text.hpp"
+#include "meltsim/result.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+template <class E, class T>
+class SurfaceRun {
+ public:
+  /// Waits. True: the World has halted; the mesh is that of the state as it lies there.
+  /// reserved: items that the engine's own verbs work on. timed: what is enqueued is, as surface_stage.
+  Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, bool timed, const SurfaceRequest& q,
+                   SurfaceMesh& mesh) {
+    if (scene.born == 0) return false;
+    describe(scene, q);
+    Room& room = rooms_[static_cast<std::size_t>(q.of)][q.anisotropic ? 1 : 0];
+    if (room.groups == 0) room = first_guess();
+    for (;;) {
+      w_.max_groups = room.groups;
+      w_.max_blocks = room.blocks;
+      w_.max_vertices = room.vertices;
+      w_.max_triangles = room.triangles;
+      if (Status s = fit(ex, reserved); !s) return s.error();
+      ex.set_guard(nullptr);
+      if (timed) ex.begin_stage(surface_stage, "surface.build");
+      enqueue(ex, q, scene);
+      if (timed) ex.end_stage(surface_stage);
+      SurfaceCounts c;
+      ex.download(&c, w_.counts, sizeof c);
+      if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
+      if (const std::string fault = ex.fault(); !fault.empty())
+        return Error{ErrorCode::internal, "device: " + fault};
+      if (!grow(room, c)) {
+        shrink(room, c);
+        fetch(ex, c, mesh);
+        const std::string lost = ex.fault();
+        if (!lost.empty()) return Error{ErrorCode::internal, "device: " + lost};
+        return c.halted != 0;
+      }
+    }
+  }
+
+  void release(E& ex) {
+    if (arena_ != nullptr) ex.release(arena_);
+    arena_ = nullptr;
+    arena_bytes_ = 0;
+    forget_ = true;
+  }
+  std::uint64_t bytes() const { return arena_bytes_; }
+
+ private:
+  void describe(const Frame<T>& scene, const SurfaceRequest& q) {
+    w_.position = scene.f.position;
+    w_.enthalpy = scene.f.enthalpy;
+    w_.enthalpy_of_id = scene.f.enthalpy_of_id;
+    w_.mass = scene.f.mass;
+    w_.tag = scene.f.tag;
+    w_.id = scene.f.id;
+    w_.slot_of_id = scene.f.slot_of_id;
+    w_.materials = scene.f.materials;
+    w_.status = scene.f.status;
+    w_.particles = scene.born;
+    capacity_ = scene.bits_stride;
+    w_.only_solids = q.of == SurfaceOf::liquid ? 0u : 1u;
+    w_.only_body = q.of == SurfaceOf::body ? q.body : 0u;
+    w_.two_fields = q.of == SurfaceOf::liquid && q.solids;
+    // A third of a cell hides what smoothing moves; a quarter of a spacing stays inside the thinnest solid.
+    const double overlap = std::min(1.0 / 3, 0.25 * q.spacing / q.cell);
+    w_.overlap = w_.two_fields && !q.closed ? static_cast<T>(overlap) : T(0);
+    w_.anisotropic = q.anisotropic;
+    w_.coarse_first = q.cell < 0.4 * q.spacing;  // at half a spacing it costs a GPU more than it saves
+    if (spacing_ != q.spacing) {
+      spacing_ = q.spacing;
+      for (const bool anisotropic : {false, true})
+        fields_[anisotropic ? 1 : 0] = physics::make_surface_field<T>(q.spacing, anisotropic);
+    }
+    w_.field = fields_[q.anisotropic ? 1 : 0];
+    const double support = physics::surface_support(q.anisotropic) * q.spacing;
+    w_.walls = scene.c.walls;
+    w_.walls.support = w_.field.kernel.support;
+    w_.walls.cover_scale = T(1);
+    describe_grid(q, support);
+  }
+
+  /// Faces of the domain lie in the middle between two nodes, so that they cross edges where those are
+  /// longest.
+  void describe_grid(const SurfaceRequest& q, double support) {
+    SurfaceGrid<T>& g = w_.grid;
+    const auto side = static_cast<std::int32_t>(std::ceil(support / q.cell * (1 - 1e-9)));
+    g.side = side;
+    g.volume = static_cast<std::uint32_t>(side * side * side);
+    const double edge = side * q.cell;
+    g.cell = static_cast<T>(q.cell);
+    g.edge = static_cast<T>(edge);
+    g.inv_edge = static_cast<T>(1 / edge);
+    const double far = 0.25 * static_cast<double>(std::numeric_limits<T>::max());
+    const Vec3d e = q.domain.max - q.domain.min;
+    const double half = 0.5 * q.cell;
+    constexpr double most = 1 << 20;
+    double n[3] = {2 * most, 2 * most, 2 * most};
+    Vec3d base{-half, -half, -half};
+    double low[3] = {-far, -far, -far}, high[3] = {far, far, far};
+    w_.period = {};
+    w_.shift = {};
+    g.offset = 1 << 20;
+    if (q.domain.bounded) {
+      const double extent[3] = {e.x, e.y, e.z}, from[3] = {q.domain.min.x, q.domain.min.y, q.domain.min.z},
+                   to[3] = {q.domain.max.x, q.domain.max.y, q.domain.max.z};
+      T* const period[3] = {&w_.period.x, &w_.period.y, &w_.period.z};
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (q.domain.faces[2 * a] != Face::open) low[a] = from[a];
+        if (q.domain.faces[2 * a + 1] != Face::open) high[a] = to[a];
+        if (q.domain.faces[2 * a] == Face::periodic) *period[a] = static_cast<T>(extent[a]);
+      }
+      base = base + q.domain.min;
+      const double cells = std::ceil((std::max({e.x, e.y, e.z}) + half) / edge) + 2;
+      if (cells < 2 * most) {  // a block beyond the domain on each side
+        for (std::size_t a = 0; a < 3; ++a) n[a] = std::ceil((extent[a] + half) / edge) + 2;
+        g.offset = 1;
+      }
+      // Positions are handed out in single precision.
+      const double reach = std::max({std::fabs(from[0]), std::fabs(from[1]), std::fabs(from[2]),
+                                     std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
+      if (reach * 6e-8 > 1e-3 * q.spacing) {
+        const Vec3d middle = (q.domain.min + q.domain.max) * 0.5;
+        w_.shift = cast<T>(Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)});
+      }
+    }
+    g.base = cast<T>(base);
+    g.nx = static_cast<std::int32_t>(n[0]);
+    g.ny = static_cast<std::int32_t>(n[1]);
+    g.nz = static_cast<std::int32_t>(n[2]);
+    w_.clip_min = cast<T>(Vec3d{low[0], low[1], low[2]});
+    w_.clip_max = cast<T>(Vec3d{high[0], high[1], high[2]});
+    // The key of what takes no part, cut to these bits, still sorts last.
+    g.key_bits =
+        std::min(64u, static_cast<std::uint32_t>(std::ceil(std::log2(n[0] * n[1] * n[2] + 1.0))) + 1u);
+  }
+
+  /// How much there may be of what is found.
+  struct Room {
+    std::uint32_t groups = 0, blocks = 0, vertices = 0, triangles = 0;
+    bool guessed = true;  ///< nothing has been found yet
+  };
+
+  /// Of a compact body of liquid.
+  Room first_guess() const {
+    Room r;
+    r.groups = static_cast<std::uint32_t>(capacity_ / 12 + 64);
+    r.blocks = std::min(r.groups, static_cast<std::uint32_t>(20 * std::pow(r.groups, 2.0 / 3)) + 64);
+    r.vertices = 12 * r.blocks + 1024;
+    r.triangles = 2 * r.vertices;
+    return r;
+  }
+
+  static std::uint32_t enough_for(std::uint32_t count) {
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(count + std::uint64_t{count} / 4 + 64, none - 1));
+  }
+
+  /// More room where there was too little; false where there was enough. A count is right if those before it
+  /// fitted.
+  bool grow(Room& r, const SurfaceCounts& c) {
+    const auto more = [](std::uint32_t& room, std::uint32_t needed) {
+      if (needed <= room) return false;
+      room = enough_for(needed);
+      return true;
+    };
+    bool grown = more(r.groups, c.groups);
+    if (!grown) grown = more(r.blocks, c.blocks);
+    if (!grown) {
+      grown = more(r.vertices, c.vertices);
+      grown = more(r.triangles, c.triangles) || grown;
+    }
+    forget_ = forget_ || grown;
+    return grown;
+  }
+
+  /// Kernels run over all of the room, so that too much of it costs time; to change it costs what was
+  /// recorded.
+  void shrink(Room& r, const SurfaceCounts& c) {
+    const std::uint32_t most = r.guessed ? 1 : 2;
+    r.guessed = false;
+    const auto less = [this, most](std::uint32_t& room, std::uint32_t needed) {
+      if (room / most <= enough_for(needed)) return;
+      room = enough_for(needed);
+      forget_ = true;
+    };
+    less(r.groups, c.groups);
+    less(r.blocks, c.blocks);
+    less(r.vertices, c.vertices);
+    less(r.triangles, c.triangles);
+  }
+
+  struct Arena {
+    unsigned char* base;
+    std::uint64_t used = 0;
+    template <class V>
+    void place(V*& p, std::uint64_t n) {
+      p = reinterpret_cast<V*>(base + used);
+      used += (n * sizeof(V) + 255) / 256 * 256;
+    }
+  };
+
+  std::uint64_t lay_out(void* base) {
+    Arena a{static_cast<unsigned char*>(base)};
+    const std::uint64_t n = capacity_, g = w_.max_groups, b = w_.max_blocks, v = w_.max_vertices;
+    const std::uint64_t nodes = b * w_.grid.volume;
+    CubeCase* cases = nullptr;
+    a.place(cases, 256);
+    w_.cases = cases;
+    a.place(w_.counts, 1);
+    a.place(w_.key, n);
+    a.place(w_.key_out, n);
+    a.place(w_.slot, n);
+    a.place(w_.slot_out, n);
+    a.place(w_.group_of, n);
+    a.place(w_.point, n);
+    a.place(w_.share, n);
+    a.place(w_.shape, w_.anisotropic ? n : 0);
+    a.place(w_.solid_share, n);
+    a.place(w_.mark, n);
+    a.place(w_.at_surface, n);
+    a.place(w_.heat, n);
+    a.place(w_.group_key, g);
+    a.place(w_.group_begin, g + 1);
+    a.place(w_.group_rows, 9 * g);
+    a.place(w_.group_near, 9 * g);
+    a.place(w_.group_mark, g);
+    a.place(w_.group_deep, g);
+    a.place(w_.owns, 27 * g);
+    a.place(w_.block_key, b);
+    a.place(w_.block_rows, 9 * b);
+    a.place(w_.block_link, 27 * b);
+    a.place(w_.value, nodes);
+    a.place(w_.solid_value, nodes);
+    a.place(w_.inside, nodes);
+    a.place(w_.code, nodes);
+    a.place(w_.ends, nodes);
+    a.place(w_.vertex_edge, v);
+    a.place(w_.vertex, v);
+    a.place(w_.vertex_next, v);
+    a.place(w_.ring, v);
+    a.place(w_.out_position, v);
+    a.place(w_.out_normal, v);
+    a.place(w_.out_temperature, v);
+    a.place(w_.out_fraction, v);
+    a.place(w_.out_body, v);
+    a.place(w_.out_material, v);
+    a.place(w_.out_triangles, std::uint64_t{3} * w_.max_triangles);
+    return a.used;
+  }
+
+  /// Room for what is asked for. What steps recorded is forgotten where their working space moves.
+  Status fit(E& ex, std::uint64_t reserved) {
+    const std::uint64_t nodes = std::uint64_t{w_.max_blocks} * w_.grid.volume;
+    const auto too_much = [](std::uint64_t bytes) {
+      return Error{ErrorCode::out_of_memory, text("surface: cell: so fine a mesh needs ", double(bytes) / 1e9,
+                                                  " GB of working space; use larger cells")};
+    };
+    const std::uint64_t needed = lay_out(nullptr);
+    if (nodes >= (std::uint64_t{1} << 30) || std::uint64_t{w_.max_triangles} * 3 >= none)
+      return too_much(needed);
+    if (needed > arena_bytes_) {
+      release(ex);
+      if (needed > ex.free_bytes()) return too_much(needed);
+      arena_ = ex.allocate(needed);
+      if (arena_ == nullptr) return too_much(needed);
+      arena_bytes_ = needed;
+      lay_out(arena_);
+      static const std::array<CubeCase, 256> cases = make_cube_table();
+      ex.upload(const_cast<CubeCase*>(w_.cases), cases.data(),
+                sizeof cases);  // the first thing in any layout
+    }
+    lay_out(arena_);
+    if (forget_) ex.forget_repeats();
+    forget_ = false;
+    const std::uint64_t before = ex.reserved_bytes();
+    if (!ex.reserve(std::max({reserved, std::uint64_t{27} * w_.max_groups, nodes, capacity_})))
+      return too_much(needed);
+    if (ex.reserved_bytes() != before) ex.forget_repeats();
+    return {};
+  }
+
+  RepeatKey key(const SurfaceRequest& q, const Frame<T>& scene) const {
+    std::uint64_t cell;
+    std::memcpy(&cell, &q.cell, sizeof cell);
+    return {~std::uint64_t{0},  // no sub-step has all stages
+            static_cast<std::uint64_t>(q.of) | (q.anisotropic ? 8u : 0u) | (q.solids ? 16u : 0u) |
+                (q.closed ? 32u : 0u) | static_cast<std::uint64_t>(q.smoothing) << 8,
+            q.body,
+            cell,
+            reinterpret_cast<std::uintptr_t>(scene.f.position),
+            scene.born,
+            0,
+            0};
+  }
+
+  /// Recorded where it is the same again: recording costs more than it saves once.
+  void enqueue(E& ex, const SurfaceRequest& q, const Frame<T>& scene) {
+    const auto all = [&] { surface::build<E, T>(ex, w_, q.smoothing); };
+    const RepeatKey now = key(q, scene);
+    const bool again = std::find(recent_.begin(), recent_.end(), now) != recent_.end();
+    if (again) return ex.repeat(now, all);
+    recent_[next_recent_++ % recent_.size()] = now;
+    all();
+  }
+
+  void fetch(E& ex, const SurfaceCounts& c, SurfaceMesh& mesh) {
+    const auto take = [&](auto& to, const auto* from, std::size_t n) {
+      to.resize(n);
+      if (n != 0) ex.download(to.data(), from, n * sizeof *from);
+    };
+    take(mesh.position, w_.out_position, c.vertices);
+    take(mesh.normal, w_.out_normal, c.vertices);
+    take(mesh.temperature, w_.out_temperature, c.vertices);
+    take(mesh.liquid_fraction, w_.out_fraction, c.vertices);
+    take(mesh.body, w_.out_body, c.vertices);
+    take(mesh.material, w_.out_material, c.vertices);
+    take(mesh.triangles, w_.out_triangles, std::size_t{3} * c.triangles);
+    mesh.origin = cast<double>(w_.shift);
+  }
+
+  SurfaceFrame<T> w_;
+  void* arena_ = nullptr;
+  std::uint64_t arena_bytes_ = 0;
+  Room rooms_[3][2];                   ///< per SurfaceOf and kernel
+  bool forget_ = false;                ///< what was recorded points elsewhere
+  std::uint64_t capacity_ = 0;         ///< particles
+  std::array<RepeatKey, 6> recent_{};  ///< both halves of the double buffer, of a few kinds of surface
+  std::size_t next_recent_ = 0;
+  double spacing_ = 0;
+  physics::SurfaceField<T> fields_[2];  ///< isotropic, anisotropic
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a Shape is made of: an immutable tree of nodes, each in its own frame.
+#pragma once
+
+#include <memory>
+
+#include "shape/shape_lattice.hpp"
+#include "meltsim/result.hpp"
+#include "meltsim/shape.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+/// Coordinates on a face differ by rounding from where they are meant to be. Everything within this distance
+/// counts as on the face, and each shape says on which side its faces lie.
+inline double tie_width(double size, double magnitude) { return 1e-9 * size + 2e-15 * magnitude; }
+
+class ShapeNode {
+ public:
+  explicit ShapeNode(int depth = 1) : depth_(depth) {}
+  virtual ~ShapeNode() = default;
+  ShapeNode(const ShapeNode&) = delete;
+  ShapeNode& operator=(const ShapeNode&) = delete;
+
+  virtual bool contains(Vec3d local) const = 0;
+  virtual Box bounds(const Affine& to_world) const = 0;
+  virtual Status validate() const = 0;
+  /// Marks the sites inside; the mask arrives cleared. Only called on valid shapes.
+  virtual void fill(const Lattice& lattice, SiteMask& mask) const;
+
+  /// Levels of the tree below and including this node: recursion has to be bounded.
+  int depth() const { return depth_; }
+
+ private:
+  int depth_;
+};
+
+using ShapePtr = std::shared_ptr<const ShapeNode>;
+
+/// The tree of a Shape; null: it is empty.
+struct ShapeAccess {
+  static const ShapeNode* node(const Shape& shape) { return shape.node_.get(); }
+};
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// What runs and why; the host's own stages.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "world/guarded.hpp"
+#include "engine/pipeline.hpp"
+#include "engine/text.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+/// Why a stage is out that was needed once, or will be; empty where the table's own reason says it.
+std::string WorldImpl::reason_of_change(const core::StageInfo& info) const {
+  const std::string module = info.module;
+  const auto any_body = [this](const auto& is) { return std::any_of(bodies_.begin(), bodies_.end(), is); };
+  const auto melts = [this](const BodyRecord& b) {
+    return bool(materials[b.desc.material.index].melts_into);
+  };
+  if (module == "topology" && census_.meltable == 0 && any_body(melts))
+    return "everything that can melt has melted";
+  if ((info.need & core::fact_fluid) != 0 && (facts_ & core::fact_fluid) == 0 && census_.removed != 0)
+    return "all liquid has left";
+  if ((info.need & core::fact_mobile) != 0 && (facts_ & core::fact_mobile) == 0 &&
+      any_body([](const BodyRecord& b) { return !b.desc.fixed; }))
+    return "every body that could move has melted";
+  if ((info.need & core::fact_heat_boundary) != 0 && !heat_regions_.empty()) {
+    const double next = next_region();
+    return std::isfinite(next) ? core::text("no heat region acts before ", next, " s")
+                               : std::string("every heat region has ended");
+  }
+  return {};
+}
+
+/// When the next heat region begins [s]; infinite where none will.
+double WorldImpl::next_region() const {
+  double next = infinity;
+  for (const HeatRegionRecord& r : heat_regions_)
+    if (r.desc.from > time && r.desc.until > r.desc.from) next = std::min(next, r.desc.from);
+  return next;
+}
+
+Plan WorldImpl::plan() {
+  Plan p;
+  if (Status s = prepare(); !s) p.error = s.error().message;
+  if (plan_changed_ && !dirty_ && !halted_) static_cast<void>(adapt());
+  const std::string cold = (facts_ & core::fact_particles) != 0 ? heat_reason() : std::string();
+  const auto is_disabled = [&](const std::string& module) {
+    return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
+  };
+  for (int s = 0; s < core::stage_count; ++s) {
+    const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
+    StageReport r;
+    r.name = info.name;
+    r.module = info.module;
+    r.runs = core::runs(info, facts_ | probe_facts());
+    r.reason = r.runs ? info.why : info.why_not;
+    if (const std::string change = r.runs ? std::string() : reason_of_change(info); !change.empty())
+      r.reason = change;
+    if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
+    if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
+    // Of several ways to search, the one that runs says why the others do not.
+    if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;
+    if (r.module == "thermal") r.interval = thermal_interval_;
+    if (s == core::stage_thermal_level) r.interval = static_cast<int>(core::level_interval);
+    if (r.module == "topology")
+      r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;
+    r.median_ms = engine->median_ms(s);
+    p.stages.push_back(r);
+    for (std::size_t k = 0; k < custom_.size(); ++k)
+      if (custom_[k].after == s)
+        p.stages.push_back({"custom." + custom_[k].stage.name, "custom", true,
+                            std::string("added by the host after ") + info.name, 1,
+                            engine->median_ms(core::custom_stage + static_cast<int>(k))});
+  }
+  if (const double ms = engine->median_ms(core::surface_stage); ms > 0)
+    p.stages.push_back({"surface.build", "surface", true, "the host asks for it", 0, ms});
+  for (int i = 0; i < core::field_count; ++i) {
+    const core::FieldInfo& f = core::field_table[static_cast<std::size_t>(i)];
+    p.channels.push_back({f.name, f.type, f.owner_name, f.lifetime_name, f.unit, engine->channel_bytes(i)});
+    p.bytes += engine->channel_bytes(i);
+  }
+  p.bytes += engine->scratch_bytes();
+  p.graphs = engine->graphs();
+  p.timings_every = timings_every_;
+  p.substep_ms = engine->median_ms(core::whole_substep);
+  return p;
+}
+
+std::string Plan::to_string() const {
+  std::string out = "stage                  runs  every  median ms  reason\n";
+  char line[256];
+  for (const StageReport& s : stages) {
+    std::snprintf(line, sizeof line, "%-22s %-5s %5d  %9.4f  %s\n", s.name.c_str(), s.runs ? "yes" : "no",
+                  s.interval, s.median_ms, s.reason.c_str());
+    out += line;
+  }
+  out += "channel                bytes        owner         lifetime\n";
+  for (const ChannelReport& c : channels) {
+    if (c.bytes == 0) continue;
+    std::snprintf(line, sizeof line, "%-22s %-12llu %-13s %s\n", c.name.c_str(),
+                  static_cast<unsigned long long>(c.bytes), c.owner.c_str(), c.lifetime.c_str());
+    out += line;
+  }
+  std::snprintf(line, sizeof line, "total                  %llu bytes\n",
+                static_cast<unsigned long long>(bytes));
+  out += line;
+  if (timings_every == 0) return out;
+  std::snprintf(line, sizeof line, "timings                of one sub-step in %d, stage by stage\n",
+                timings_every);
+  out += line;
+  if (substep_ms > 0) {
+    std::snprintf(line, sizeof line, "a whole sub-step       %.4f ms as it usually runs\n", substep_ms);
+    out += line;
+  }
+  return out;
+}
+
+/// Channels of a scene with these facts and the custom stages there are. Of what such a stage can see, only enthalpies are
+/// not there in any scene with particles.
+core::FieldSet WorldImpl::channels_of(std::uint32_t facts) const {
+  core::FieldSet wanted = 0;
+  for (const core::PlacedStage& c : custom_)
+    for (const auto* list : {&c.stage.reads, &c.stage.writes})
+      if (std::find(list->begin(), list->end(), "enthalpy") != list->end())
+        wanted |= core::FieldSet{1} << core::field_enthalpy;
+  return core::channels_for(facts, wanted);
+}
+
+Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
+  return core::guarded<Status>([&] { return place_stage(after, stage); });
+}
+
+Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage) {
+  if (stage.name.empty()) return invalid("custom stage: name is empty; give it one, timings refer to it");
+  if (stage.run == nullptr)
+    return invalid("custom stage \"", stage.name, "\": run: is null; pass a function");
+  for (const auto& c : custom_)
+    if (c.stage.name == stage.name)
+      return invalid("custom stage \"", stage.name, "\": a stage of this name exists; remove it first");
+  const auto known = [](const std::string& channel) {
+    return std::any_of(core::field_table.begin(), core::field_table.end(),
+                       [&](const core::FieldInfo& f) { return channel == f.name; });
+  };
+  for (const auto* list : {&stage.reads, &stage.writes})
+    for (const std::string& channel : *list)
+      if (!known(channel))
+        return invalid("custom stage \"", stage.name, "\": channel \"", channel,
+                       "\" does not exist; names are those of meltsim/fields.def");
+  for (int s = 0; s < core::stage_count; ++s)
+    if (after == core::stage_table[static_cast<std::size_t>(s)].name) {
+      fetch_state();
+      const core::FieldSet held = channels_of(facts_);
+      custom_.push_back({s, stage});
+      dirty_ = dirty_ || channels_of(facts_) != held || facts() != facts_;
+      return {};
+    }
+  return invalid("custom stage \"", stage.name, "\": after: no stage is named \"", after,
+                 "\"; World::plan() lists the names");
+}
+
+Status WorldImpl::remove(const std::string& name) {
+  return core::guarded<Status>([&] { return remove_stage(name); });
+}
+
+Status WorldImpl::remove_stage(const std::string& name) {
+  for (auto c = custom_.begin(); c != custom_.end(); ++c)
+    if (c->stage.name == name) {
+      custom_.erase(c);
+      plan_changed_ = plan_changed_ || (!dirty_ && facts() != facts_);
+      return {};
+    }
+  return invalid("custom stage \"", name, "\": no such stage; World::plan() lists them");
+}
+
+Status WorldImpl::set_interval(const std::string& module, int n) {
+  return core::guarded<Status>([&] { return set_interval_of(module, n); });
+}
+
+Status WorldImpl::set_interval_of(const std::string& module, int n) {
+  if (n < 1)
+    return invalid("interval of \"", module, "\": must be >= 1, got ", n, "; 1 runs it every sub-step");
+  if (module == "thermal") thermal_interval_ = n;
+  else if (module == "topology") topology_interval_ = n;
+  else
+    return invalid("interval: module \"", module, "\" cannot be thinned out; only thermal and topology can");
+  return {};
+}
+
+namespace {
+/// Switching a module off is saying that the scene does not need it: facts go, stages and channels follow.
+std::uint32_t facts_of_module(const std::string& module) {
+  if (module == "sph") return core::fact_fluid | core::fact_melt | core::fact_freeze;
+  if (module == "lsm") return core::fact_mobile | core::fact_contact;
+  if (module == "thermal")
+    return core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki |
+           core::fact_heat_boundary | core::fact_levels;
+  if (module == "topology") return core::fact_melt | core::fact_freeze;
+  return 0;
+}
+}  // namespace
+
+Status WorldImpl::enable(const std::string& module, bool on) {
+  return core::guarded<Status>([&] { return switch_module(module, on); });
+}
+
+Status WorldImpl::switch_module(const std::string& module, bool on) {
+  if (facts_of_module(module) == 0)
+    return invalid("enable: module \"", module, "\" cannot be switched; sph, lsm, thermal and topology can");
+  fetch_state();
+  const auto found = std::find(disabled_modules_.begin(), disabled_modules_.end(), module);
+  if (!on && found == disabled_modules_.end()) disabled_modules_.push_back(module);
+  if (on && found != disabled_modules_.end()) disabled_modules_.erase(found);
+  disabled_facts_ = 0;
+  for (const std::string& m : disabled_modules_) disabled_facts_ |= facts_of_module(m);
+  dirty_ = true;
+  return {};
+}
+
+Status WorldImpl::enable_timings(bool on, int every) {
+  if (every < 1)
+    return invalid("enable_timings: every: must be >= 1, got ", every, "; 1 times every sub-step");
+  timings_every_ = on ? every : 0;
+  engine->enable_timings(timings_every_);
+  return {};
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: Apache-2.0
+// Snapshots: State channels in order of id, in double, little-endian, checksummed. Backend and precision
+// independent; what is stored is exact in the precision of the World that wrote it.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <initializer_list>
+
+#include "engine/text.hpp"
+#include "world/world_impl.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+namespace {
+
+constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
+// 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// keeps its volume; 2: vertices change their particles
+constexpr std::uint32_t format_version = 6;
+
+/// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
+constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
+
+/// FNV-1a, 64 bits.
+class Hash {
+ public:
+  void add(const void* data, std::size_t bytes) {
+    const auto* p = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ p[i]) * 1099511628211ull;
+  }
+  template <class V>
+  void add(const std::vector<V>& v) {
+    if (!v.empty()) add(v.data(), v.size() * sizeof(V));
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 14695981039346656037ull;
+};
+
+class Writer {
+ public:
+  template <class V>
+  void value(const V& v) {
+    const auto* p = reinterpret_cast<const std::uint8_t*>(&v);
+    bytes.insert(bytes.end(), p, p + sizeof(V));
+  }
+  template <class V>
+  void array(const std::vector<V>& v) {
+    value(static_cast<std::uint64_t>(v.size()));
+    if (v.empty()) return;
+    const auto* p = reinterpret_cast<const std::uint8_t*>(v.data());
+    bytes.insert(bytes.end(), p, p + v.size() * sizeof(V));
+  }
+  std::vector<std::uint8_t> bytes;
+};
+
+class Reader {
+ public:
+  Reader(const std::uint8_t* data, std::size_t bytes) : p_(data), left_(bytes) {}
+  template <class V>
+  bool value(V& v) {
+    if (left_ < sizeof(V)) return false;
+    std::memcpy(&v, p_, sizeof(V));
+    p_ += sizeof(V);
+    left_ -= sizeof(V);
+    return true;
+  }
+  template <class V>
+  bool array(std::vector<V>& v) {
+    std::uint64_t n = 0;
+    if (!value(n) || n > left_ / sizeof(V)) return false;
+    v.resize(static_cast<std::size_t>(n));
+    if (n != 0) std::memcpy(v.data(), p_, v.size() * sizeof(V));
+    p_ += v.size() * sizeof(V);
+    left_ -= v.size() * sizeof(V);
+    return true;
+  }
+  std::size_t left() const { return left_; }
+
+ private:
+  const std::uint8_t* p_;
+  std::size_t left_;
+};
+
+Error corrupt(const char* why) {
+  return Error{ErrorCode::corrupt_data,
+               core::text("snapshot: ", why, "; the World is unchanged, use another snapshot")};
+}
+
+/// All that a tag may have set.
+constexpr std::uint32_t known_tag_bits = tag_material_mask | tag_solid | tag_surface | tag_fixed |
+                                         tag_removed | tag_held | 0xffffu << tag_body_shift;
+
+bool all_finite(const std::vector<Vec3d>& v) {
+  for (const Vec3d& x : v)
+    if (!finite(x)) return false;
+  return true;
+}
+
+}  // namespace
+
+/// What bodies' lattices are like as built, whatever melted or froze since, and however wide regions are at the length of
+/// the last sub-step.
+std::uint64_t WorldImpl::lattice_hash() const {
+  Hash h;
+  h.add(lattice_.vertex_site);
+  h.add(lattice_.vertex_body);
+  h.add(lattice_.vertex_coordinates);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const core::BodyRow& row = lattice_.bodies[b];
+    for (const std::uint32_t v : {row.stride_y, row.stride_z, row.fixed, bodies_[b].desc.material.index})
+      h.add(&v, sizeof v);
+  }
+  return h.value();
+}
+
+/// The numbers of a material that say what its particles' masses, volumes and enthalpies mean. Others (viscosity,
+/// conductivity, stiffness, friction) may change from one run to the next, as may its name.
+std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
+  Hash h;
+  const auto number = [&h](double v) {
+    v += 0.0;  // -0 is 0
+    h.add(&v, sizeof v);
+  };
+  for (const double v :
+       {m.density, m.heat_capacity, m.latent_heat, m.melting_point, m.freezes ? 1.0 : 0.0,
+        m.melts_into ? double(m.melts_into.index) : -1.0, desc.heat.model == HeatModel::enthalpy ? 1.0 : 0.0})
+    number(v);
+  for (const auto* points : {&m.heat_capacity_points, &m.density_points}) {
+    number(double(points->size()));
+    for (const PropertyPoint& p : *points) {
+      number(p.temperature);
+      number(p.value);
+    }
+  }
+  return h.value();
+}
+
+Result<std::uint64_t> WorldImpl::state_hash() {
+  fetch_state();
+  Hash h;
+  h.add(state_.position);
+  h.add(state_.velocity);
+  h.add(state_.enthalpy);
+  h.add(state_.mass);
+  h.add(state_.volume);
+  h.add(state_.tag);
+  const bool freezing =
+      std::any_of(materials.begin(), materials.end(), [](const auto& m) { return m.freezes; });
+  // A vertex marked as melted in the last step and one that melted before are the same state.
+  for (std::size_t v = 0; v < state_.vertex_state.size(); ++v) {
+    const std::uint32_t live = state_.vertex_state[v] == 1u ? 1u : 0u;
+    h.add(&live, sizeof live);
+    if (live == 0u) continue;
+    if (freezing) {
+      h.add(&state_.vertex_id[v], sizeof(std::uint32_t));
+    }
+    h.add(&state_.vertex_piece[v], sizeof(std::uint32_t));
+    h.add(&state_.region_rotation[v], sizeof(Quat<double>));
+    h.add(&state_.contact_slip[v], sizeof(Vec3d));
+  }
+  return h.value();
+}
+
+Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
+  // What follows from something that was added, such as the sound speed, is part of what is stored.
+  if (Status s = prepare(); !s) return s.error();
+  fetch_state();
+  engine->rebuild();  // as a World that is restored from this one will
+  Writer w;
+  w.bytes.insert(w.bytes.end(), magic, magic + 8);
+  w.value(format_version);
+  w.value(static_cast<std::uint32_t>(desc.precision));
+  w.value(static_cast<std::uint64_t>(materials.size()));
+  w.value(static_cast<std::uint64_t>(bodies_.size()));
+  w.value(desc.spacing);
+  w.value(time);
+  w.value(steps);
+  w.value(sound_speed_);
+  w.value(last_max_speed_);
+  w.value(seen_);
+  w.value(origin_);
+  w.value(lattice_hash());
+  w.value(state_.heat_in);
+  w.value(state_.melted);
+  w.value(state_.frozen);
+  w.value(state_.removed);
+  w.value(state_.strayed);
+  // 64 bits, so that what follows stays aligned.
+  w.value(static_cast<std::uint64_t>((state_.heat_level ? heat_level_bit : 0u) |
+                                     (may_melt_ ? may_melt_bit : 0u)));
+  std::vector<std::uint64_t> hashes, layers;
+  for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
+  for (const EmitterRecord& e : emitters_) layers.push_back(e.first_layer);
+  w.array(hashes);
+  w.array(layers);
+  w.array(state_.position);
+  w.array(state_.velocity);
+  w.array(state_.enthalpy);
+  w.array(state_.mass);
+  w.array(state_.volume);
+  w.array(state_.tag);
+  w.array(state_.vertex_of_id);
+  w.array(state_.vertex_id);
+  w.array(state_.vertex_state);
+  w.array(state_.vertex_piece);
+  w.array(state_.region_rotation);
+  w.array(state_.contact_slip);
+  Hash h;
+  h.add(w.bytes);
+  w.value(h.value());
+  return w.bytes;
+}
+
+Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
+  if (data == nullptr || bytes < 24 || std::memcmp(data, magic, 8) != 0)
+    return corrupt("not a meltsim snapshot");
+  Hash h;
+  h.add(data, bytes - 8);
+  std::uint64_t checksum = 0;
+  std::memcpy(&checksum, data + bytes - 8, 8);
+  std::uint32_t version = 0, precision = 0;
+  Reader r(data + 8, bytes - 16);
+  if (!r.value(version)) return corrupt("truncated");
+  if (version != format_version)
+    return Error{ErrorCode::version_mismatch,
+                 core::text("snapshot: format version ", version, ", this library reads ", format_version,
+                            "; write it again with this version")};
+  if (checksum != h.value()) return corrupt("checksum does not match: truncated or changed");
+  std::uint64_t material_count = 0, body_count = 0, new_steps = 0, lattice = 0;
+  double spacing = 0, new_time = 0, sound = 0, speed = 0;
+  Extremes seen;
+  Vec3d origin;
+  core::SceneState s;
+  std::uint64_t flags = 0;
+  std::vector<std::uint64_t> hashes, layers;
+  if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
+        r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
+        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
+        r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
+        r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) &&
+        r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
+        r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
+        r.array(s.contact_slip)) ||
+      r.left() != 0)
+    return corrupt("truncated");
+  const std::size_t n = s.position.size(), nv = s.vertex_state.size();
+  if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
+      s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
+      s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
+      hashes.size() != material_count)
+    return corrupt("arrays of different length");
+  if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
+  // First what it belongs to: a snapshot of another scene is not damaged.
+  const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
+    return core::invalid("snapshot: ", what, ": this World has ", have, ", the snapshot ", want,
+                         "; build the World from the same scene first");
+  };
+  if (material_count != materials.size()) return mismatch("materials", materials.size(), material_count);
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (hashes[m] != material_hash(materials[m]))
+      return core::invalid(
+          "snapshot: materials: \"", materials[m].name,
+          "\" has another density, heat capacity, latent heat or melting point, or melts into "
+          "something else, than in the World that wrote it (or heat.model differs); build the World from the "
+          "same scene first");
+  if (body_count != bodies_.size()) return mismatch("bodies", bodies_.size(), body_count);
+  if (layers.size() != emitters_.size()) return mismatch("emitters", emitters_.size(), layers.size());
+  if (nv != lattice_.vertex_site.size()) return mismatch("lattice vertices", lattice_.vertex_site.size(), nv);
+  if (lattice != lattice_hash())
+    return core::invalid(
+        "snapshot: lattice vertices: numbered differently; build the World from the same scene first");
+  if (spacing != desc.spacing)
+    return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
+                         " m; build the World from the same scene first");
+  if (Status status = check_snapshot(s, origin, new_time, {sound, speed, seen.speed, s.heat_in}); !status)
+    return status;
+  // Both are infinite while nothing was seen.
+  if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0)
+    return corrupt("a speed or height is not usable");
+  for (std::size_t k = 0; k < layers.size(); ++k)
+    if (layers[k] > layers_before(emitters_[k], new_time))
+      return corrupt("a nozzle's first layer is yet to come");
+  collect_samples();
+  drop_samples_from(new_time);
+  state_ = std::move(s);
+  state_stale_ = false;
+  state_.heat_level = (flags & heat_level_bit) != 0u;
+  may_melt_ = (flags & may_melt_bit) != 0u;
+  measure_ = false;
+  plan_until_ = 0;
+  places_.reset();
+  holes_.clear();
+  time = new_time;
+  steps = new_steps;
+  sound_speed_ = sound;
+  last_max_speed_ = speed;
+  seen_ = seen;
+  seen_particles_ = state_.position.size();
+  seen_emitters_ = emitters_.size();
+  added_ = !(sound > 0);
+  origin_ = origin;
+  origin_set_ = true;
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    emitters_[k].first_layer = layers[k];
+    limit_layers(emitters_[k]);
+  }
+  halted_ = false;
+  ++restored_;
+  halt_step_ = 0;
+  halt_reason_.clear();
+  carried_ = {};
+  dirty_ = true;
+  return {};
+}
+
+/// Every value of a state that is to be taken over: in range, and consistent with each other and with the scene.
+Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double new_time,
+                                 std::initializer_list<double> numbers) const {
+  const std::size_t n = s.position.size(), nv = s.vertex_state.size();
+  if (!(std::isfinite(new_time) && new_time >= 0)) return corrupt("the time is not usable");
+  for (const double v : numbers)
+    if (!std::isfinite(v)) return corrupt("a speed or the heat that came in is not finite");
+  if (!finite(origin)) return corrupt("the origin is not finite");
+  if (Status status = check_origin(origin); !status) return status;
+  if (!all_finite(s.position) || !all_finite(s.velocity) || !all_finite(s.contact_slip))
+    return corrupt("a position, velocity or slip is not finite");
+  const double largest = desc.precision == Precision::single_precision ? 1e37 : 1e300;
+  std::uint64_t removed = 0, solid = 0;
+  const auto rows = material_rows();
+  const Vec3d low = desc.domain.min - origin, high = desc.domain.max - origin;
+  // Rounded to single precision, a coordinate at a wall may be this far beyond it.
+  const double slack = 1e-2 * desc.spacing;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(s.mass[i] > 1 / largest && s.mass[i] < largest) ||
+        !(s.volume[i] > 1 / largest && s.volume[i] < largest) || !std::isfinite(s.enthalpy[i]))
+      return corrupt("a mass, volume or enthalpy is not usable");
+    if (!(dot(s.velocity[i], s.velocity[i]) < largest)) return corrupt("a velocity is not usable");
+    const std::uint32_t tag = s.tag[i], body = body_of(tag);
+    if (material_of(tag) >= materials.size() || body > bodies_.size() || (tag & ~known_tag_bits) != 0u)
+      return corrupt("a tag names a material or body this World does not have");
+    const std::uint32_t v = s.vertex_of_id[i];
+    if (v >= nv && v != core::none) return corrupt("a lattice vertex is out of range");
+    if (is_removed(tag)) {
+      ++removed;
+      continue;
+    }
+    // A thousandth of a degree for rounding.
+    if (physics::temperature_of(rows[material_of(tag)], s.enthalpy[i] / s.mass[i]) <
+        -physics::kelvin_offset - 0.001)
+      return corrupt("a temperature is below 0 K");
+    const Vec3d x = s.position[i];
+    const double beyond[] = {low.x - x.x, x.x - high.x, low.y - x.y, x.y - high.y, low.z - x.z, x.z - high.z};
+    for (std::size_t face = 0; face < 6 && desc.domain.bounded; ++face)
+      if (beyond[face] > slack && (is_fluid(tag) || desc.domain.faces[face] != Face::open))
+        return corrupt("a particle is outside the domain");
+    if (!is_solid(tag)) {
+      if (materials[material_of(tag)].melts_into) return corrupt("a liquid particle is of a solid material");
+      continue;
+    }
+    ++solid;
+    if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u)
+      return corrupt("a solid particle has no lattice vertex");
+    if (body != lattice_.vertex_body[v] + 1u || material_of(tag) != bodies_[body - 1u].desc.material.index ||
+        ((tag & tag_fixed) != 0u) != bodies_[body - 1u].desc.fixed)
+      return corrupt("a solid particle is not of the body it is in");
+  }
+  if (removed != s.removed || s.strayed > s.removed)
+    return corrupt("the number of removed particles is wrong");
+  if (solid + s.melted != solids_built_ + s.frozen) return corrupt("the number of solid particles is wrong");
+  for (std::size_t v = 0; v < nv; ++v) {
+    const std::uint32_t i = s.vertex_id[v];
+    if (s.vertex_state[v] > 2u) return corrupt("the state of a lattice vertex is unknown");
+    if (i >= n && (i != core::none || s.vertex_state[v] == 1u))
+      return corrupt("a lattice vertex has no particle");
+    if (s.vertex_state[v] == 1u && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
+      return corrupt("a lattice vertex names a particle that is not its own");
+    const std::uint32_t label = s.vertex_piece[v];
+    if (label >= nv || lattice_.vertex_body[label] != lattice_.vertex_body[v])
+      return corrupt("a piece label is out of range");
+    const Quat<double> q = s.region_rotation[v];
+    const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+    if (!(std::fabs(norm2 - 1) < 1e-2)) return corrupt("a region's rotation is none");
+  }
+  return {};
+}
+
+}  // namespace v0
+}  // namespace meltsim

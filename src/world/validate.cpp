@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "world/validate.hpp"
+
+#include <cmath>
+
+#include "engine/text.hpp"
+#include "meltsim/physics/property_table.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+namespace {
+
+Status above(const std::string& field, double v, double low, const char* unit, const char* fix) {
+  if (std::isfinite(v) && v > low) return {};
+  return invalid(field, ": must be finite and > ", low, " ", unit, ", got ", v, "; ", fix);
+}
+
+Status at_least(const std::string& field, double v, double low, const char* unit, const char* fix) {
+  if (std::isfinite(v) && v >= low) return {};
+  return invalid(field, ": must be finite and >= ", low, " ", unit, ", got ", v, "; ", fix);
+}
+
+Status within(const std::string& field, double v, double low, double high, const char* unit,
+              const char* fix) {
+  if (v >= low && v <= high) return {};
+  return invalid(field, ": must be in ", low, "..", high, " ", unit, ", got ", v, "; ", fix);
+}
+
+Status finite_vector(const std::string& field, Vec3d v) {
+  if (finite(v)) return {};
+  return invalid(field, ": must be finite, got ", v, "; check the computation that made it");
+}
+
+/// What single precision can square.
+Status bounded_vector(const std::string& field, Vec3d v, const char* unit) {
+  if (Status s = finite_vector(field, v); !s) return s;
+  constexpr double most = 1e15;
+  if (length(v) <= most) return {};
+  return invalid(field, ": must be at most ", most, " ", unit, ", got ", v,
+                 "; check the computation that made it");
+}
+
+Status validate(const DomainDesc& d, double support) {
+  if (!d.bounded) return {};
+  if (Status s = finite_vector("domain.min", d.min); !s) return s;
+  if (Status s = finite_vector("domain.max", d.max); !s) return s;
+  const double extent[3] = {d.max.x - d.min.x, d.max.y - d.min.y, d.max.z - d.min.z};
+  const char* names[3] = {"x", "y", "z"};
+  for (int a = 0; a < 3; ++a) {
+    const Face low = d.faces[static_cast<std::size_t>(2 * a)],
+               high = d.faces[static_cast<std::size_t>(2 * a + 1)];
+    if (!(extent[a] > 0))
+      return invalid("domain.max: must be above domain.min along ", names[a], ", got extent ", extent[a],
+                     " m; swap or enlarge the corners");
+    if ((low == Face::periodic) != (high == Face::periodic))
+      return invalid("domain.faces: ", names[a], " is periodic on one side only; set both faces of the axis");
+    if (low == Face::periodic && extent[a] < 3 * support)
+      return invalid("domain.max: a periodic axis must span at least 3 support radii (", 3 * support,
+                     " m), got ", extent[a], " m along ", names[a],
+                     "; enlarge the domain or lower the spacing");
+    if ((low == Face::wall && high == Face::wall) && extent[a] < 2 * support)
+      return invalid("domain.max: walls must be at least 2 support radii (", 2 * support, " m) apart, got ",
+                     extent[a], " m along ", names[a], "; enlarge the domain or lower the spacing");
+    if (extent[a] / support > 1 << 20)
+      return invalid("domain.max: more than 2^20 cells along ", names[a],
+                     "; use an unbounded domain or a larger spacing");
+  }
+  if (Status s = at_least("domain.friction", d.friction, 0, "", "0 is frictionless"); !s) return s;
+  for (const Vec3d& v : d.velocity)
+    if (Status s = bounded_vector("domain.velocity", v, "m/s"); !s) return s;
+  return {};
+}
+
+Status validate_points(const std::string& field, const std::vector<PropertyPoint>& points, bool zero) {
+  if (points.empty()) return {};
+  if (points.size() < 2 || points.size() > static_cast<std::size_t>(physics::property_points))
+    return invalid(field, ": must be 2..", physics::property_points, " points, got ",
+                   static_cast<std::uint64_t>(points.size()), "; for a constant leave them out");
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!(std::isfinite(points[k].temperature) && points[k].temperature >= absolute_zero))
+      return invalid(field, ": temperatures must be >= ", absolute_zero, " degrees Celsius, got ",
+                     points[k].temperature);
+    if (k > 0 && !(points[k].temperature > points[k - 1].temperature))
+      return invalid(field, ": temperatures must ascend, got ", points[k].temperature, " after ",
+                     points[k - 1].temperature, "; sort the points");
+    if (!(std::isfinite(points[k].value) && (points[k].value > 0 || (zero && points[k].value == 0))))
+      return invalid(field, ": values must be finite and > 0, got ", points[k].value, " at ",
+                     points[k].temperature, " degrees");
+  }
+  return {};
+}
+
+}  // namespace
+
+double support_of(const WorldDesc& d) { return d.support_radius == 0 ? 2.5 * d.spacing : d.support_radius; }
+
+Status measurable(const std::string& field, double v, const char* unit) {
+  constexpr double most = 1e15, least = 1e-15;
+  if (v == 0 || (std::fabs(v) >= least && std::fabs(v) <= most)) return {};
+  return invalid(field, ": must be 0 or in ", least, "..", most, " ", unit, ", got ", v, "; check its unit");
+}
+
+Status summable(const std::string& field, double v, const char* unit) {
+  constexpr double most = 1e100;
+  if (std::fabs(v) <= most) return {};
+  return invalid(field, ": must be in ", -most, "..", most, " ", unit, ", got ", v, "; check its unit");
+}
+
+Status validate(const WorldDesc& d) {
+  if (Status s = above("spacing", d.spacing, 0, "m", "typical 0.005..0.5"); !s) return s;
+  if (!(std::isfinite(d.support_radius) && d.support_radius >= 0))
+    return invalid("support_radius: must be finite and >= 0 m, got ", d.support_radius,
+                   "; 0 means 2.5 spacings");
+  const double support = support_of(d), ratio = support / d.spacing;
+  if (!(ratio >= 1.5 * (1 - 1e-9) && ratio <= 6 * (1 + 1e-9)))  // 6 x 0.2 m is above 6 spacings of 0.2 m
+    return invalid("support_radius: must be 1.5..6 spacings, got ", ratio,
+                   "; below 1.5 a particle has too few neighbours, 2..2.5 is usual");
+  if (Status s = bounded_vector("gravity", d.gravity, "m/s^2"); !s) return s;
+  if (d.sound_speed > 0 && !(d.sound_speed >= 1e-15 && d.sound_speed <= 1e15))
+    return invalid("sound_speed: must be 0 or 1e-15..1e15 m/s, got ", d.sound_speed,
+                   "; 0 derives it from the scene");
+  if (!(std::isfinite(d.sound_speed) && d.sound_speed >= 0))
+    return invalid("sound_speed: must be finite and >= 0 m/s, got ", d.sound_speed,
+                   "; 0 derives it from the scene");
+  if (Status s = within("artificial_viscosity", d.artificial_viscosity, 0, 1, "", "0.01..0.1 is usual"); !s)
+    return s;
+  if (d.particle_shifting && !d.tension)
+    return invalid(
+        "particle_shifting: needs tension, since it is for liquid that fills its domain and stirs a ",
+        "free surface; set tension, or leave particle_shifting off");
+  if (Status s = within("courant", d.courant, 1e-3, 0.6, "", "0.4 is the default, 0.8 is unstable"); !s)
+    return s;
+  if (d.max_substeps < 1)
+    return invalid("max_substeps: must be >= 1, got ", d.max_substeps, "; the default is 64");
+  if (d.pieces_interval < 1)
+    return invalid("pieces_interval: must be >= 1, got ", d.pieces_interval, "; the default is 16");
+  if (d.threads < 0) return invalid("threads: must be >= 0, got ", d.threads, "; 0 uses all processors");
+  if (Status s = at_least("heat.time_scale", d.heat.time_scale, 0, "", "1 is real time, 0 freezes heat"); !s)
+    return s;
+  if (d.heat.max_stages < 2 || d.heat.max_stages > 1024)
+    return invalid("heat.max_stages: must be in 2..1024, got ", d.heat.max_stages, "; the default is 64");
+  if (d.heat.max_supersteps < 1 || d.heat.max_supersteps > 1000000)
+    return invalid("heat.max_supersteps: must be in 1..1000000, got ", d.heat.max_supersteps,
+                   "; the default is 64");
+  if (d.stray != Stray::remove && d.stray != Stray::halt)
+    return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
+  if (Status s = at_least("heat.level_tolerance", d.heat.level_tolerance, 0, "K",
+                          "0 lets heat flow however small differences are");
+      !s)
+    return s;
+  if (Status s = validate(d.domain, support); !s) return s;
+  const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  for (std::size_t f = 0; f < 6; ++f) {
+    const std::string p = std::string("domain.heat[") + faces[f] + "].";
+    if (Status s = validate(d.domain.heat[f], d.heat.model, p); !s) return s;
+    const bool wall = d.domain.bounded && d.domain.faces[f] == Face::wall;
+    if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
+      return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
+                     faces[f], "; make that face a wall");
+  }
+  return {};
+}
+
+Status validate(const MaterialDesc& m) {
+  const std::string p = "material \"" + m.name + "\": ";
+  if (m.name.empty()) return invalid("material: name is empty; give it one, errors refer to it");
+  if (Status s = above(p + "density", m.density, 0, "kg/m^3", "water is 1000"); !s) return s;
+  if (Status s = at_least(p + "viscosity", m.viscosity, 0, "Pa s", "water is 0.001"); !s) return s;
+  if (Status s =
+          above(p + "conductivity", m.conductivity, 0, "W/(m K)", "water is 0.6; diffusivity 0 insulates");
+      !s)
+    return s;
+  if (Status s = above(p + "heat_capacity", m.heat_capacity, 0, "J/(kg K)", "water is 4186"); !s) return s;
+  if (m.diffusivity)
+    if (Status s =
+            at_least(p + "diffusivity", *m.diffusivity, 0, "m^2/s", "leave it out to use the conductivity");
+        !s)
+      return s;
+  const struct {
+    const char *name, *unit;
+    double value;
+  } numbers[] = {
+      {"density", "kg/m^3", m.density},
+      {"viscosity", "Pa s", m.viscosity},
+      {"conductivity", "W/(m K)", m.conductivity},
+      {"heat_capacity", "J/(kg K)", m.heat_capacity},
+      {"latent_heat", "J/kg", std::isfinite(m.latent_heat) && m.latent_heat > 0 ? m.latent_heat : 0},
+      {"diffusivity", "m^2/s", m.diffusivity ? *m.diffusivity : 0}};
+  for (const auto& n : numbers)
+    if (Status s = measurable(p + n.name, n.value, n.unit); !s) return s;
+  if (m.diffusivity && !m.conductivity_points.empty())
+    return invalid(p, "conductivity_points: diffusivity is given too; give one of the two");
+  const struct {
+    const char* name;
+    const std::vector<PropertyPoint>& points;
+    bool zero;  ///< a value of 0 makes sense
+    const char* unit;
+  } tables[] = {{"conductivity_points", m.conductivity_points, false, "W/(m K)"},
+                {"heat_capacity_points", m.heat_capacity_points, false, "J/(kg K)"},
+                {"viscosity_points", m.viscosity_points, true, "Pa s"},
+                {"density_points", m.density_points, false, "kg/m^3"}};
+  for (const auto& t : tables) {
+    if (Status s = validate_points(p + t.name, t.points, t.zero); !s) return s;
+    for (const PropertyPoint& point : t.points)
+      if (Status s = measurable(p + t.name, point.value, t.unit); !s) return s;
+  }
+  if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
+    return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
+                   ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");
+  if (Status s = at_least(p + "latent_heat", m.latent_heat, 0, "J/kg", "ice is 3.34e5"); !s) return s;
+  if (std::isnan(m.melting_point) || m.melting_point < absolute_zero)
+    return invalid(p, "melting_point: must be >= ", absolute_zero, " degrees Celsius, got ", m.melting_point,
+                   "; temperatures are in Celsius, infinity means it never melts");
+  // Enthalpies count from the melting point: farther away single precision would round off whole degrees.
+  constexpr double highest_melting_point = 1e6;
+  if (std::isfinite(m.melting_point) && m.melting_point > highest_melting_point)
+    return invalid(p, "melting_point: must be at most ", highest_melting_point, " degrees Celsius, got ",
+                   m.melting_point, "; leave it out for a solid that does not melt");
+  if (std::isfinite(m.melting_point) && !m.melts_into)
+    return invalid(
+        p, "melts_into: a material with a melting point (", m.melting_point,
+        " degrees Celsius) needs a liquid to become; add that liquid first, or leave melting_point out");
+  if (!std::isfinite(m.melting_point) && m.melts_into)
+    return invalid(p, "melting_point: a material that melts_into a liquid needs a finite melting point, got ",
+                   m.melting_point, "; ice is 0");
+  if (m.region_half_width < 0 || m.region_half_width > 8)
+    return invalid(p, "region_half_width: must be in 0..8, got ", m.region_half_width, "; 2 is the default");
+  if (!(m.stiffness > 0 && m.stiffness <= 1))
+    return invalid(p, "stiffness: must be in (0, 1], got ", m.stiffness, "; 1 is stiffest");
+  if (Status s = at_least(p + "youngs_modulus", m.youngs_modulus, 0, "Pa", "0 uses stiffness"); !s) return s;
+  if (m.youngs_modulus > 0 && m.region_half_width == 0)
+    return invalid(p, "region_half_width: loose particles (0) have no youngs_modulus, got ", m.youngs_modulus,
+                   " Pa; set region_half_width to 1 or more, or youngs_modulus to 0");
+  if (Status s = within(p + "damping", m.damping, 0, 1, "", "0.1 is the default"); !s) return s;
+  return at_least(p + "friction", m.friction, 0, "", "0.3 is the default");
+}
+
+Status validate_state(const char* what, double temperature, Vec3d velocity) {
+  if (!(std::isfinite(temperature) && temperature >= absolute_zero))
+    return invalid(what, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", temperature,
+                   "; temperatures are in Celsius");
+  constexpr double hottest = 1e15;  // what single precision can raise to the second power
+  if (temperature > hottest)
+    return invalid(what, "temperature: must be at most ", hottest, " degrees Celsius, got ", temperature,
+                   "; check the computation that made it");
+  return bounded_vector(std::string(what) + "velocity", velocity, "m/s");
+}
+
+physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s) {
+  physics::SurfaceCondition<double> c;
+  c.temperature = s.temperature ? *s.temperature : s.ambient;
+  c.flux = s.flux;
+  c.convection = s.convection;
+  c.emissivity = s.emissivity;
+  if (s.temperature) c.kind = physics::SurfaceHeat::held;
+  else if (s.flux != 0 || s.convection > 0 || s.emissivity > 0) c.kind = physics::SurfaceHeat::exchange;
+  return c;
+}
+
+Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& what) {
+  const auto kind = condition_of(s).kind;
+  if (!std::isfinite(s.flux))
+    return invalid(what, "flux: must be finite W/m^2, got ", s.flux, "; positive heats, 0 is none");
+  if (Status st = summable(what + "flux", s.flux, "W/m^2"); !st) return st;
+  if (Status st = at_least(what + "convection", s.convection, 0, "W/(m^2 K)", "5..25 is still air"); !st)
+    return st;
+  if (!(s.emissivity >= 0 && s.emissivity <= 1))
+    return invalid(what, "emissivity: must be in 0..1, got ", s.emissivity, "; 1 is a black body");
+  for (const double t : {s.ambient, s.temperature.value_or(s.ambient)})
+    if (!(std::isfinite(t) && t >= absolute_zero))
+      return invalid(what, s.temperature ? "temperature" : "ambient", ": must be >= ", absolute_zero,
+                     " degrees Celsius, got ", t, "; temperatures are in Celsius");
+  if (s.temperature && (s.flux != 0 || s.convection != 0 || s.emissivity != 0))
+    return invalid(what, "temperature: a held surface (", *s.temperature,
+                   " degrees) takes neither flux nor convection nor emissivity; drop one of them");
+  if (kind != physics::SurfaceHeat::insulated && model != HeatModel::enthalpy)
+    return invalid(
+        what,
+        "temperature, flux, convection and emissivity need heat.model enthalpy; the others know no "
+        "heat, only temperatures of pairs");
+  return {};
+}
+
+Status validate(const HeatRegionDesc& r, HeatModel model) {
+  const std::string p = "heat region \"" + r.name + "\": ";
+  if (!std::isfinite(r.source))
+    return invalid(p, "source: must be finite W/m^3, got ", r.source, "; negative cools");
+  if (Status st = summable(p + "source", r.source, "W/m^3"); !st) return st;
+  if (r.temperature && !(std::isfinite(*r.temperature) && *r.temperature >= absolute_zero))
+    return invalid(p, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", *r.temperature,
+                   "; temperatures are in Celsius");
+  if (r.temperature && r.source != 0)
+    return invalid(p, "source: what is held at ", *r.temperature, " degrees takes no source, got ", r.source,
+                   "; drop one of them");
+  if (!r.temperature && r.source == 0)
+    return invalid(p, "source: is 0 and no temperature is given, so it does nothing; set one of them");
+  if (!(std::isfinite(r.from) && r.from >= 0))
+    return invalid(p, "from: must be finite and >= 0 s, got ", r.from, "; 0 starts at once");
+  if (!(r.until > r.from))
+    return invalid(p, "until: must be after from (", r.from, " s), got ", r.until, "; infinity never stops");
+  if (model != HeatModel::enthalpy) return invalid(p, "regions need heat.model enthalpy");
+  return {};
+}
+
+Status validate(const EmitterDesc& e, double spacing) {
+  const std::string p = "emitter \"" + e.name + "\": ";
+  if (Status s = finite_vector(p + "center", e.center); !s) return s;
+  if (!finite(e.axis) || (e.axis.x == 0 && e.axis.y == 0 && e.axis.z == 0))
+    return invalid(p, "axis: must be a finite vector that is not zero, got ", e.axis,
+                   "; it need not be normalised");
+  if (!(std::isfinite(e.radius) && e.radius >= spacing))
+    return invalid(p, "radius: must be at least one spacing (", spacing, " m), got ", e.radius,
+                   "; widen the nozzle");
+  if (Status s = above(p + "speed", e.speed, 0, "m/s", "a nozzle at rest emits nothing"); !s) return s;
+  if (!(std::isfinite(e.from) && e.from >= 0))
+    return invalid(p, "from: must be finite and >= 0 s, got ", e.from, "; 0 starts at once");
+  if (!(e.until > e.from))
+    return invalid(p, "until: must be after from (", e.from, " s), got ", e.until, "; infinity never stops");
+  if (!std::isfinite(e.until) && e.max_particles == 0)
+    return invalid(
+        p, "max_particles: an emitter that never stops needs a limit, got 0; set max_particles or until");
+  return validate_state((p).c_str(), e.temperature, Vec3d{});
+}
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// The public face: creation, choice of backend, and forwarding.
+#include "meltsim/world.hpp"
+
+#include "world/guarded.hpp"
+#include "engine/text.hpp"
+#include "exec/threads.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::guarded;
+using core::guarded_report;
+
+World::World(std::unique_ptr<WorldImpl> impl) : impl_(std::move(impl)) {}
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
+Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version) {
+  return guarded<Result<World>>([&]() -> Result<World> {
+    const std::uint32_t mine = MELTSIM_VERSION_NUMBER;
+    // 0.x: minor versions may change the interface, patches may not.
+    if (header_version / 100 != mine / 100 || desc.header_version / 100 != mine / 100)
+      return Error{ErrorCode::version_mismatch,
+                   core::text("header_version: compiled against ", desc.header_version, ", the library is ",
+                              mine, "; rebuild the host with the library's headers")};
+    if (Status s = core::validate(desc); !s) return s.error();
+    auto impl = std::make_unique<WorldImpl>();
+    impl->desc = desc;
+    Result<std::shared_ptr<core::Engine>> engine = Error{};
+    if (desc.backend != Backend::cpu) {
+      engine = core::make_cuda_engine(desc);
+      if (!engine && desc.backend == Backend::cuda) return engine.error();
+      impl->backend_reason = engine ? "a CUDA device is usable" : engine.error().message;
+    } else {
+      impl->backend_reason = "asked for";
+    }
+    if (desc.backend == Backend::cuda) impl->backend_reason = "asked for";
+    if (!engine) engine = core::make_cpu_engine(desc);
+    if (!engine) return engine.error();
+    impl->engine = *engine;
+    impl->watch();
+    return World(std::move(impl));
+  });
+}
+
+Result<MaterialId> World::add_material(const MaterialDesc& d) {
+  return guarded<Result<MaterialId>>([&] { return impl_->add_material(d); });
+}
+Result<std::uint64_t> World::add_fluid(const FluidDesc& d) {
+  return guarded<Result<std::uint64_t>>([&] { return impl_->add_fluid(d); });
+}
+Result<BodyId> World::add_solid(const SolidDesc& d) {
+  return guarded<Result<BodyId>>([&] { return impl_->add_solid(d); });
+}
+Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
+  return guarded<Result<HeatRegionId>>([&] { return impl_->add_heat_region(desc); });
+}
+Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
+  return guarded<Result<EmitterId>>([&] { return impl_->add_emitter(d); });
+}
+Status World::prepare() {
+  return guarded<Status>([&] { return impl_->prepare(); });
+}
+Status World::step(double dt) {
+  return guarded<Status>([&] { return impl_->step(dt); });
+}
+void World::interrupt() noexcept { impl_->interrupt(); }
+StepResult World::synchronize() {
+  StepResult r = guarded_report<StepResult>([&] { return impl_->synchronize(); });
+  r.steps = impl_->steps;
+  r.time = impl_->time;
+  r.halted = impl_->halted();
+  return r;
+}
+double World::stable_dt() const { return impl_->stable_dt(); }
+double World::stable_dt(double speed) const { return impl_->stable_dt(speed); }
+Result<ReadTicket> World::request(const ReadRequest& what) {
+  return guarded<Result<ReadTicket>>([&] { return impl_->request(what); });
+}
+Result<bool> World::ready(ReadTicket ticket) {
+  return guarded<Result<bool>>([&] { return impl_->ready(ticket); });
+}
+Result<Reading> World::take(ReadTicket ticket) {
+  return guarded<Result<Reading>>([&] { return impl_->take(ticket); });
+}
+Result<Totals> World::totals() {
+  return guarded<Result<Totals>>([&] { return impl_->totals(); });
+}
+Result<Ledger> World::ledger() {
+  return guarded<Result<Ledger>>([&] { return impl_->ledger(); });
+}
+Result<ParticleData> World::particles() {
+  return guarded<Result<ParticleData>>([&] { return impl_->particles(); });
+}
+Result<std::vector<PieceInfo>> World::pieces() {
+  return guarded<Result<std::vector<PieceInfo>>>([&] { return impl_->pieces(); });
+}
+Result<LatticeData> World::lattice() {
+  return guarded<Result<LatticeData>>([&] { return impl_->lattice(); });
+}
+Result<std::uint64_t> World::state_hash() {
+  return guarded<Result<std::uint64_t>>([&] { return impl_->state_hash(); });
+}
+Result<std::vector<std::uint8_t>> World::snapshot() {
+  return guarded<Result<std::vector<std::uint8_t>>>([&] { return impl_->snapshot(); });
+}
+Status World::restore(const void* data, std::size_t bytes) {
+  return guarded<Status>([&] { return impl_->restore(static_cast<const std::uint8_t*>(data), bytes); });
+}
+Result<ProbeId> World::add_probe(const ProbeDesc& d) {
+  return guarded<Result<ProbeId>>([&] { return impl_->add_probe(d); });
+}
+Result<std::vector<ProbeSeries>> World::take_samples() {
+  return guarded<Result<std::vector<ProbeSeries>>>([&] { return impl_->take_samples(); });
+}
+Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points, const std::string& field) {
+  return sample(points, std::vector<std::string>{field == "velocity" ? "speed" : field});
+}
+Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points,
+                                          const std::vector<std::string>& fields) {
+  return guarded<Result<std::vector<double>>>([&] { return impl_->sample(points, fields); });
+}
+Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
+  return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });
+}
+Plan World::plan() {
+  return guarded_report<Plan>([&] { return impl_->plan(); });
+}
+Scheduler& World::scheduler() { return *impl_; }
+Resolved World::resolved() {
+  return guarded_report<Resolved>([&] { return impl_->resolved(); });
+}
+Backend World::backend() const { return impl_->engine->backend(); }
+Precision World::precision() const { return impl_->desc.precision; }
+double World::time() const { return impl_->time; }
+std::uint64_t World::steps() const { return impl_->steps; }
+const WorldDesc& World::desc() const { return impl_->desc; }
+MaterialDesc World::material(MaterialId id) const {
+  try {
+    return impl_->valid(id) ? impl_->materials[id.index] : MaterialDesc{};
+  } catch (const std::bad_alloc&) {
+    return {};
+  }
+}
+
+BuildInfo build_info() {
+  BuildInfo b;
+  b.version = core::text(MELTSIM_VERSION_MAJOR, ".", MELTSIM_VERSION_MINOR, ".", MELTSIM_VERSION_PATCH);
+  const core::CudaInfo c = core::cuda_info();
+  b.cuda = c.built;
+  b.cuda_runtime = c.runtime;
+  b.cuda_driver = c.driver;
+  b.devices = c.devices;
+  b.cuda_reason = c.reason;
+  b.architectures = c.architectures;
+  b.cpu_threads = core::threads_for(0);
+  return b;
+}
+
+}  // namespace v0
+}  // namespace meltsim

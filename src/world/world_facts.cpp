@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene contains, and so which stages a step needs.
+#include <algorithm>
+#include <cmath>
+
+#include "world/density_range.hpp"
+#include "engine/pipeline.hpp"
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/phase_change.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+namespace {
+bool insulated(const SurfaceHeatDesc& s) {
+  return core::condition_of(s).kind == physics::SurfaceHeat::insulated;
+}
+}  // namespace
+
+/// Whether layers of it are still to come.
+bool WorldImpl::emits(const EmitterRecord& e) const { return next_layer(e) < e.layers; }
+
+bool WorldImpl::emitting() const {
+  return std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return emits(e); });
+}
+
+/// Whether liquid is or was there, is to be emitted, or can come to be by melting; not whether some is left.
+bool WorldImpl::any_liquid() const {
+  return (disabled_facts_ & core::fact_fluid) == 0 &&
+         std::any_of(liquid_used_.begin(), liquid_used_.end(), [](auto used) { return used != 0u; });
+}
+
+/// Whether a region acts at some time in [from, until), or at `from`.
+bool WorldImpl::acts(const HeatRegionRecord& r, double from, double until) {
+  return (r.desc.from <= from || r.desc.from < until) && r.desc.until > from;
+}
+
+/// Whether walls, bodies or regions that act now give off or take heat. Bodies count as they were built: what this decides
+/// may not hang on when the host learns what has melted.
+bool WorldImpl::heat_from_outside() const {
+  if (desc.heat.model != HeatModel::enthalpy) return false;
+  const auto& walls = desc.domain.heat;
+  return std::any_of(heat_regions_.begin(), heat_regions_.end(), [](const auto& r) { return r.acts; }) ||
+         std::any_of(
+             bodies_.begin(), bodies_.end(),
+             [](const BodyRecord& b) { return b.desc.heat_source != 0 || !insulated(b.desc.surface); }) ||
+         (desc.domain.bounded &&
+          std::any_of(walls.begin(), walls.end(), [](const auto& w) { return !insulated(w); }));
+}
+
+bool WorldImpl::host_heats() const {
+  return std::any_of(custom_.begin(), custom_.end(), [](const core::PlacedStage& c) {
+    return std::find(c.stage.writes.begin(), c.stage.writes.end(), "enthalpy") != c.stage.writes.end();
+  });
+}
+
+/// Whether temperatures of what is there, and of what is to be emitted, differ by no more than the tolerance.
+bool WorldImpl::temperatures_level() const {
+  double low = infinity, high = -infinity;
+  const auto see = [&](double t) {
+    low = std::min(low, t);
+    high = std::max(high, t);
+  };
+  const auto rows = material_rows();
+  for (std::size_t i = 0; i < state_.position.size(); ++i) {
+    if (is_removed(state_.tag[i])) continue;
+    see(physics::temperature_of(rows[material_of(state_.tag[i])], state_.enthalpy[i] / state_.mass[i]));
+  }
+  for (const EmitterRecord& e : emitters_)
+    if (emits(e)) see(e.desc.temperature);
+  // Equal temperatures that went through mass * c * T and back may differ in the last bits.
+  const double rounding = 1e-9 * std::max({1.0, std::fabs(low), std::fabs(high)});
+  return !(high - low > std::max(desc.heat.level_tolerance, rounding));
+}
+
+/// Empty when heat flows; otherwise why it does not.
+std::string WorldImpl::heat_reason() const {
+  if (desc.heat.model == HeatModel::none) return "heat.model is none";
+  if (desc.heat.time_scale == 0) return "heat.time_scale is 0";
+  if (heat_from_outside() || host_heats()) return {};
+  if (state_.heat_level) {
+    const double next = next_region();
+    return core::text("temperatures are level to ", desc.heat.level_tolerance, " K and ",
+                      std::isfinite(next) ? core::text("no heat region acts before ", next, " s")
+                                          : std::string("there is no source"));
+  }
+  const auto rows = material_rows();
+  if (std::none_of(rows.begin(), rows.end(),
+                   [](const auto& r) { return r.conductivity > 0 || r.tables != nullptr; }))
+    return "no material conducts";
+  return {};
+}
+
+/// What limits of a sub-step and bounds of heat follow from. Of everything that is or was there, so that they change when
+/// something is added, and not with what has melted or left by the time that the host looks.
+void WorldImpl::find_materials() {
+  liquid_used_.assign(materials.size(), 0);
+  solid_used_.assign(materials.size(), 0);
+  for (const std::uint32_t tag : state_.tag)
+    ((tag & tag_solid) != 0u ? solid_used_ : liquid_used_)[material_of(tag)] = 1;
+  for (const EmitterRecord& e : emitters_)
+    if (emits(e)) liquid_used_[e.desc.material.index] = 1;
+  for (const BodyRecord& b : bodies_) solid_used_[b.desc.material.index] = 1;
+  weigh_materials();
+}
+
+/// Adds what can come to be by melting, and looks at what there is.
+void WorldImpl::weigh_materials() {
+  for (const BodyRecord& b : bodies_) {
+    const MaterialId liquid = materials[b.desc.material.index].melts_into;
+    if (liquid && may_melt_) liquid_used_[liquid.index] = 1;
+  }
+  double lightest = infinity, densest_liquid = 0;
+  int liquids = 0;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!used(m)) continue;
+    lightest = std::min(lightest, core::least_density(materials[m]));
+    if (liquid_used_[m] == 0u) continue;
+    densest_liquid = std::max(densest_liquid, core::largest_density(materials[m]));
+    ++liquids;
+  }
+  one_liquid_ = liquids <= 1;
+  contrast_ = densest_liquid > 0 ? physics::contrast_factor(lightest, densest_liquid) : 1.0;
+}
+
+/// Goes through the state, which the host holds.
+void WorldImpl::take_census() {
+  Census c;
+  c.removed = state_.removed;
+  c.live.assign(bodies_.size(), 0);
+  const auto rows = material_rows();
+  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
+    const std::uint32_t tag = state_.tag[i];
+    if (is_removed(tag)) continue;
+    const auto& m = rows[material_of(tag)];
+    const double h = state_.enthalpy[i] / state_.mass[i];
+    if (is_fluid(tag)) {
+      c.fluid = true;
+      c.supercooled = c.supercooled || physics::freezes(m, h);
+    }
+    if (!is_solid(tag)) continue;
+    c.live[body_of(tag) - 1] = 1;
+    if (m.melts == 0u) continue;
+    ++c.meltable;
+    c.molten = c.molten || physics::liquid_fraction(m, h) >= 1.0;
+  }
+  // A body whose shape already consists of several pieces.
+  for (std::size_t v = 0; v < state_.vertex_piece.size(); ++v)
+    c.apart = c.apart ||
+              (state_.vertex_state[v] == 1u &&
+               state_.vertex_piece[v] != state_.vertex_piece[bodies_[lattice_.vertex_body[v]].first_vertex]);
+  census_ = std::move(c);
+}
+
+/// The same from what the device has counted, without the state.
+void WorldImpl::note(const core::WorldStatus& s) {
+  // A reading may be of before the plan was made, or of before one that was taken already.
+  if (s.halted != 0 || s.ledger_step < noted_step_) return;
+  noted_step_ = s.ledger_step;
+  const std::uint64_t melted = static_cast<std::uint64_t>(s.melted),
+                      removed = static_cast<std::uint64_t>(s.removed);
+  const std::uint64_t solid = solids_built_ + s.frozen - melted;
+  census_.removed = removed;
+  if (s.particles == born_) census_.fluid = s.particles - removed > solid;  // else more is on its way
+  std::uint64_t built = 0;
+  for (const BodyRecord& b : bodies_)
+    if (materials[b.desc.material.index].melts_into) built += b.vertices;
+  census_.meltable = built + s.frozen - melted;
+  if (census_.meltable == 0)
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+      if (materials[bodies_[b].desc.material.index].melts_into) census_.live[b] = 0;
+  if ((s.heat_idle & core::idle_level) != 0u && !state_.heat_level) {
+    state_.heat_level = true;
+    census_.molten = (s.heat_pending & core::pending_melt) != 0u;
+    census_.supercooled = (s.heat_pending & core::pending_freeze) != 0u;
+  }
+  // What melted or froze is still to be seen by regions and pieces.
+  census_.unsettled = census_.meltable != 0 && (s.pieces_stale != 0u || s.died != 0 || s.born != 0u);
+  plan_changed_ = plan_changed_ || facts() != facts_;
+}
+
+/// Which stages the census asks for.
+std::uint32_t WorldImpl::facts() const {
+  std::uint32_t f = 0;
+  const bool fluid = census_.fluid || emitting();
+  const bool heat = heat_reason().empty(), model = desc.heat.model != HeatModel::none;
+  bool freezing_body = false;
+  int bodies = 0, mobile = 0;
+  for (std::size_t b = 0; b < census_.live.size(); ++b) {
+    if (census_.live[b] == 0u) continue;
+    ++bodies;
+    if (!bodies_[b].desc.fixed) ++mobile;
+    freezing_body = freezing_body || materials[bodies_[b].desc.material.index].freezes;
+  }
+  // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
+  const bool freezes = freezing_body && model && (heat || census_.supercooled);
+  bool melts = freezes || (census_.meltable != 0 && model && (heat || census_.molten));
+  melts = melts || (census_.unsettled && (facts_ & core::fact_melt) != 0);
+  if (capacity_ != 0) f |= core::fact_particles;
+  if (fluid || melts) f |= core::fact_fluid;
+  if (bodies > 0) f |= core::fact_solid;
+  if (mobile > 0) f |= core::fact_mobile;
+  if (mobile > 0 && (bodies > 1 || melts || census_.apart)) f |= core::fact_contact;
+  if (melts) f |= core::fact_melt;
+  if (freezes) f |= core::fact_freeze;
+  if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
+  if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
+  if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (liquid_used_[m] != 0u && !materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
+  if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
+  if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
+  if ((f & core::fact_heat_enthalpy) != 0 && (f & core::fact_heat_boundary) == 0 && !host_heats() &&
+      !emitting() && desc.heat.level_tolerance > 0)
+    f |= core::fact_levels;
+  f &= ~disabled_facts_;
+  if ((f & core::fact_particles) == 0) return f;
+  if ((f & core::fact_fluid) == 0) f |= core::fact_dry;
+  return f | search_.facts;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Regions that heat, cool or hold, and the surfaces of bodies and walls.
+#include <algorithm>
+#include <new>
+#include <string>
+
+#include "shape/shape_limits.hpp"
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+/// The part of a box that particles may come to: walls and periodic faces keep them inside, bodies may leave through open
+/// faces.
+Box WorldImpl::reachable(Box box) const {
+  if (!desc.domain.bounded) return box;
+  const auto closed = [this](std::size_t face) { return desc.domain.faces[face] != Face::open; };
+  const Vec3d lo = desc.domain.min, hi = desc.domain.max;
+  if (closed(0)) box.min.x = std::max(box.min.x, lo.x);
+  if (closed(1)) box.max.x = std::min(box.max.x, hi.x);
+  if (closed(2)) box.min.y = std::max(box.min.y, lo.y);
+  if (closed(3)) box.max.y = std::min(box.max.y, hi.y);
+  if (closed(4)) box.min.z = std::max(box.min.z, lo.z);
+  if (closed(5)) box.max.z = std::min(box.max.z, hi.z);
+  return box;
+}
+
+Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
+  HeatRegionDesc region = r;
+  if (region.name.empty()) region.name = "heat" + std::to_string(heat_regions_.size() + 1);
+  const std::string what = "heat region \"" + region.name + "\": ";
+  for (const HeatRegionRecord& other : heat_regions_)
+    if (other.desc.name == region.name)
+      return invalid(what, "a heat region of this name exists; choose another name");
+  if (Status s = core::validate(region, desc.heat.model); !s) return s.error();
+  if (Status s = region.shape.validate(); !s)
+    return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+  const Box box = reachable(region.shape.bounds());
+  HeatRegionRecord record;
+  if (!inverted(box)) {
+    if (Status s = check_lattice(box, lattice_origin(), desc.spacing); !s)
+      return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
+    record.sites = sample_bits(region.shape, lattice_origin(), desc.spacing, box);
+  }
+  if (record.sites.inside.empty())
+    return invalid(what, "shape: contains no lattice point ",
+                   desc.domain.bounded ? "of the domain at spacing " : "at spacing ", desc.spacing,
+                   " m; make it larger or lower the spacing",
+                   desc.domain.bounded ? ", or move it into the domain" : "");
+  record.desc = std::move(region);
+  fetch_state();
+  heat_regions_.push_back(std::move(record));
+  dirty_ = true;
+  return HeatRegionId{static_cast<std::uint32_t>(heat_regions_.size() - 1), 1};
+}
+
+/// Conditions and regions as rows: a region becomes a bit per cell of its box.
+void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
+  for (std::size_t f = 0; f < 6; ++f)
+    if (desc.domain.bounded) c.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
+  const double dx = desc.spacing;
+  const Vec3d o = lattice_origin() - origin_;
+  for (const HeatRegionRecord& region : heat_regions_) {
+    if (!region.acts) continue;
+    const HeatRegionDesc& r = region.desc;
+    const SiteRange& sites = region.sites.range;
+    core::HeatRegionRow<double> row;
+    row.min = o + Vec3d{sites.lo.x * dx, sites.lo.y * dx, sites.lo.z * dx};
+    row.inv_cell = 1 / dx;
+    row.nx = static_cast<std::int32_t>(sites.width());
+    row.ny = static_cast<std::int32_t>(sites.height());
+    row.nz = static_cast<std::int32_t>(sites.depth());
+    row.first_word = static_cast<std::uint32_t>(c.heat_region_cells.size());
+    row.held = r.temperature ? 1u : 0u;
+    row.temperature = r.temperature.value_or(0);
+    row.source = r.source;
+    row.from = r.from;
+    row.until = r.until;
+    c.heat_region_cells.insert(c.heat_region_cells.end(), region.sites.inside.begin(),
+                               region.sites.inside.end());
+    c.heat_regions.push_back(row);
+  }
+  for (const BodyRecord& b : bodies_)
+    c.body_heat.push_back({core::condition_of(b.desc.surface), b.desc.heat_source});
+  const bool any = std::any_of(c.body_heat.begin(), c.body_heat.end(), [](const auto& b) {
+    return b.source != 0 || b.surface.kind != physics::SurfaceHeat::insulated;
+  });
+  if (!any) c.body_heat.clear();
+}
+
+}  // namespace v0
+}  // namespace meltsim

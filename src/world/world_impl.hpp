@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
+// world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
+// (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
+// particles, pieces), world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_set>
+#include <vector>
+
+#include "engine/engine.hpp"
+#include "world/growth_sites.hpp"
+#include "world/point_grid.hpp"
+#include "shape/shape_lattice.hpp"
+#include "meltsim/world.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+struct BodyRecord {
+  SolidDesc desc;
+  std::uint32_t first_vertex = 0, vertices = 0;
+};
+
+struct EmitterRecord {
+  EmitterDesc desc;
+  std::uint32_t first_point = 0, points = 0;
+  std::uint64_t first_layer = 0;  ///< that came after it was added; layers are counted from EmitterDesc::from
+  std::uint64_t layers = 0;       ///< one past the last
+  double layer_distance = 0;      ///< [m]
+  std::uint32_t held_layers = 0;  ///< layers that the nozzle holds
+  double lead = 0;                ///< how far behind the centre a layer begins [m]
+};
+
+struct ProbeRecord {
+  ProbeDesc desc;
+  std::vector<physics::SampleField> fields;
+  std::uint32_t width = 0, values = 0;  ///< values per point, in all
+  std::uint32_t points = 0;             ///< that it has values of
+  /// Kinds force, heat and flux: stage sampling.loads.
+  bool sums() const { return desc.kind != ProbeKind::point && desc.kind != ProbeKind::level; }
+};
+
+/// A sample whose values lie on the backend.
+struct PendingSample {
+  std::uint64_t step = 0;  ///< index of its sub-step
+  double time = 0;         ///< [s]
+  std::uint64_t due = 0;   ///< bit per probe
+  std::uint64_t at = 0;    ///< first of its values
+  bool blank = false;      ///< the World was empty: nothing was written
+};
+
+/// Samples that a reading takes: those that were on the host, and those that lie in a region on the backend.
+struct SampleBatch {
+  std::vector<ProbeSeries> series;
+  std::vector<PendingSample> pending;
+  std::uint64_t first = 0, values = 0;  ///< on the backend
+  std::uint64_t region = 0, room = 0;   ///< which, of which of the rooms that there have been
+};
+
+struct HeatRegionRecord {
+  HeatRegionDesc desc;
+  SiteBits sites;     ///< on the World's lattice; within the domain
+  bool acts = false;  ///< in the step that is being taken, or at the time that it is
+};
+
+class WorldImpl final : public Scheduler {
+ public:
+  // world_build.cpp
+  Result<MaterialId> add_material(const MaterialDesc& m);
+  Result<std::uint64_t> add_fluid(const FluidDesc& f);
+  Result<EmitterId> add_emitter(const EmitterDesc& e);
+  // world_solid.cpp
+  Result<BodyId> add_solid(const SolidDesc& s);
+  // world_heat.cpp
+  Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
+  // world_prepare.cpp
+  Status prepare();
+  // world_step.cpp
+  Status step(double dt);
+  void watch() { engine->watch(&interrupted_); }
+  void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
+  StepResult synchronize();
+  bool halted() const { return halted_; }
+  double stable_dt();
+  double stable_dt(double speed) const;
+  Resolved resolved();
+  // world_read.cpp
+  Result<Totals> totals();
+  Result<Ledger> ledger();
+  Result<ParticleData> particles();
+  Result<std::vector<PieceInfo>> pieces();
+  Result<LatticeData> lattice();
+  // world_request.cpp
+  Result<ReadTicket> request(const ReadRequest& what);
+  Result<bool> ready(ReadTicket ticket);
+  Result<Reading> take(ReadTicket ticket);
+  // world_probes.cpp
+  Result<ProbeId> add_probe(const ProbeDesc& p);
+  Result<std::vector<ProbeSeries>> take_samples();
+  Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
+                                     const std::vector<std::string>& fields);
+  // world_surface.cpp
+  Result<SurfaceMesh> surface(const SurfaceDesc& d);
+  // snapshot.cpp
+  Result<std::uint64_t> state_hash();
+  Result<std::vector<std::uint8_t>> snapshot();
+  Status restore(const std::uint8_t* data, std::size_t bytes);
+  // plan.cpp
+  Plan plan();
+  Status insert_after(const std::string& after, CustomStage stage) override;
+  Status remove(const std::string& name) override;
+  Status set_interval(const std::string& module, int n) override;
+  Status enable(const std::string& module, bool on) override;
+  Status enable_timings(bool on, int every) override;
+  Status place_stage(const std::string& after, const CustomStage& stage);
+  Status remove_stage(const std::string& name);
+  Status set_interval_of(const std::string& module, int n);
+  Status switch_module(const std::string& module, bool on);
+
+  WorldDesc desc;
+  std::string backend_reason;
+  std::shared_ptr<core::Engine> engine;
+  double time = 0;
+  std::uint64_t steps = 0;
+  std::vector<MaterialDesc> materials;
+
+  bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
+  /// Rows in double, all values derived.
+  std::vector<core::MaterialRow<double>> material_rows() const;
+  std::vector<physics::MaterialProperties<double>> material_properties() const;
+  /// Brings `state` up to date with the engine, and takes note of what the status says.
+  void fetch_state();
+  Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
+
+ private:
+  std::uint32_t facts() const;
+  void find_materials();
+  void weigh_materials();
+  void take_census();
+  void note(const core::WorldStatus& s);
+  bool temperatures_level() const;
+  bool host_heats() const;
+  bool emitting() const;
+  bool any_liquid() const;
+  bool regions_fit() const;
+  static bool acts(const HeatRegionRecord& r, double from, double until);
+  bool regions_act(double from, double until);
+  core::EngineSetup setup_of(std::uint32_t facts) const;
+  Status adapt();
+  Status follow_plan(double dt);
+  std::string reason_of_change(const core::StageInfo& info) const;
+  double next_region() const;
+  bool emits(const EmitterRecord& e) const;
+  bool used(std::size_t material) const {
+    return liquid_used_[material] != 0u || solid_used_[material] != 0u;
+  }
+  Box reachable(Box box) const;
+  core::FieldSet channels_of(std::uint32_t facts) const;
+  std::string heat_reason() const;
+  bool heat_from_outside() const;
+  void fill_heat_boundary(core::SceneConstants& c) const;
+  std::size_t freezes_into(std::size_t material) const;
+  Status check_freezing(const MaterialDesc& m);
+  Status check_curves() const;
+  void derive_sound_speed();
+  core::SceneConstants constants() const;
+  std::uint64_t planned_emission() const;
+  void look_at_added();
+  void derive_limits();
+  double least_spring() const;
+  double least_modulus_rate() const;
+  int most_half_width() const;
+  int widest_half_width(const MaterialDesc& m) const;
+  double asked_modulus_rate(const MaterialDesc& m) const;
+  double modulus_rate_of(const MaterialDesc& m) const;
+  double stiffness_in_liquid(const MaterialDesc& m) const;
+  int half_width_of(const MaterialDesc& m) const;
+  double alpha_of(const MaterialDesc& m, double dt) const;
+  Stiffness stiffness_of(const MaterialDesc& m) const;
+  void fit_regions();
+  void fit_rows(std::vector<core::MaterialRow<double>>& rows) const;
+  bool modulus_out_of_reach() const;
+  bool stiffened_by_liquid() const;
+  void note_halt(const core::WorldStatus& s, const std::string& fault);
+  StepResult collect();
+  /// What the host has to a status.
+  struct Moment {
+    std::uint64_t steps = 0;
+    double time = 0;
+    std::uint64_t solids_built = 0;
+    bool emitter_exhausted = false;
+    Vec3d origin;
+    double sound_speed = 0;
+  };
+  Moment now() const;
+  static StepResult result_of(const core::WorldStatus& s, const Moment& at);
+  static void report_halt(const core::WorldStatus& s, StepResult& r);
+  StepResult take_carried();
+  static void add_extremes(StepResult& r, const StepResult& more);
+  Status ready_to_read();
+  Result<core::StateReading> read_now(const core::ReadParts& parts);
+  Status lost_device();
+  Totals totals_of(const core::StateReading& s, const StepResult& r, const Moment& at) const;
+  Ledger ledger_of(const core::StateReading& s, const StepResult& r, const Moment& at) const;
+  std::vector<PieceInfo> pieces_of(const core::StateReading& s, Vec3d origin) const;
+  double heat_efficiency(double dt) const;
+  void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
+  std::uint64_t stage_bits(std::uint64_t index) const;
+  const std::vector<core::BurstArguments>* due_bursts(double from, double until);
+  double substeps_of(double dt) const;
+  Status check_substeps(double dt) const;
+  Status check_heat_work(double dt, double supersteps) const;
+  double due(const EmitterRecord& e, std::uint64_t layer) const;
+  std::uint64_t layers_before(const EmitterRecord& e, double t) const;
+  std::uint64_t layers_due(const EmitterRecord& e, double t) const;
+  std::vector<Vec3d> places_of(const EmitterRecord& e) const;
+  bool room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc, double distance) const;
+  std::uint64_t next_layer(const EmitterRecord& e) const;
+  void limit_layers(EmitterRecord& e) const;
+  bool exhausted(const EmitterRecord& e) const;
+  Status place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
+               std::vector<Vec3d>& positions, Vec3d& origin) const;
+  Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
+                       double specific_enthalpy, Vec3d velocity) const;
+  Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc) const;
+  Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
+                      std::vector<Vec3i>& free, core::SiteBox& box) const;
+  Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
+  void settle_at(Vec3d origin);
+  void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
+  void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
+              std::uint32_t vertex);
+  void drop_fluid(std::uint32_t id);
+  const core::PointGrid& places();
+  void update_state();
+  void close_up();
+  std::uint64_t lattice_hash() const;
+  std::uint64_t material_hash(const MaterialDesc& m) const;
+  Status check_snapshot(const core::SceneState& s, Vec3d origin, double time,
+                        std::initializer_list<double> numbers) const;
+  Status check_origin(Vec3d origin) const;
+  std::string halt_text(const core::WorldStatus& s);
+  void round_to_precision(double& v) const;
+  Status check(const ProbeDesc& p, ProbeRecord& record) const;
+  std::uint32_t probe_facts() const;
+  Status check_load(const std::string& what, const ProbeDesc& p, ProbeRecord& record) const;
+  void place_load(const ProbeRecord& record, std::uint32_t number, core::ProbeSetup& s) const;
+  std::vector<core::ProbeLine> lines_of(const ProbeDesc& p) const;
+  core::ProbeSetup probe_setup() const;
+  Status place_probes();
+  void begin_sample(core::SubstepArguments& a, double end);
+  void end_sample(const core::SubstepArguments& a, double end);
+  void collect_samples();
+  SampleBatch hand_over_samples();
+  void choose_region();
+  void add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
+                   std::vector<ProbeSeries>& to) const;
+  std::vector<ProbeSeries> empty_series() const;
+  std::uint64_t first_of_region() const { return sample_region_ * sample_room_; }
+  void drop_samples_from(double time);
+  Vec3d up() const;
+
+  std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
+  std::vector<BodyRecord> bodies_;
+  std::unordered_set<std::string> body_names_;
+  std::vector<EmitterRecord> emitters_;
+  std::vector<HeatRegionRecord> heat_regions_;
+  core::SceneState state_;
+  std::optional<core::PointGrid> places_;  ///< positions of `state_` by id, while things are added
+  std::vector<std::uint32_t> holes_;       ///< ids whose liquid was displaced before the first step
+  core::SceneLattice lattice_;
+  std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of
+  std::vector<Vec3d> emitter_points_;
+  Vec3d origin_;
+  bool origin_set_ = false;
+  bool dirty_ = true;                     ///< the engine does not hold `state_`
+  bool state_stale_ = false;              ///< the engine is ahead of `state_`
+  std::atomic<bool> interrupted_{false};  ///< asked for; set from any thread or a signal handler
+  static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+  bool halted_ = false;
+  std::uint64_t halt_step_ = 0;
+  std::string halt_reason_;
+  bool added_ = true;  ///< something was, since the sound speed was derived
+  /// What the sound speed was derived from: height and speed of all that was added, as it was added.
+  struct Extremes {
+    double low = infinity, high = -infinity, speed = 0;
+  } seen_;
+  std::size_t seen_particles_ = 0, seen_emitters_ = 0;  ///< they are in it
+  double sound_speed_ = 0;
+  double last_max_speed_ = 0;  ///< seen at the last synchronize() [m/s]
+  /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only
+  /// lies in the table costs nothing.
+  std::vector<std::uint8_t> liquid_used_, solid_used_;
+  std::vector<std::uint8_t> liquid_used_before_;  ///< for a step that is refused; kept so that no step allocates
+  bool may_melt_ = false;    ///< something could melt at some time since the scene was built
+  bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
+  double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene
+  std::uint32_t facts_ = 0;
+  /// What of the scene its stages follow from. Never more than there is, but what the device has done since is known only
+  /// once the host has heard of it: then a stage runs that has nothing to do.
+  struct Census {
+    bool fluid = false;
+    bool supercooled = false;        ///< liquid that freezes without losing heat
+    bool molten = false;             ///< solid that melts without gaining heat
+    bool apart = false;              ///< a body in several pieces
+    bool unsettled = false;          ///< something melted or froze that regions or pieces do not know of
+    std::vector<std::uint8_t> live;  ///< per body: something of it is solid
+    std::uint64_t meltable = 0;      ///< solid particles that can melt
+    std::uint64_t removed = 0;       ///< particles that have left
+  };
+  Census census_;
+  std::uint64_t born_ = 0;        ///< ids handed out, by sub-steps that are only enqueued, too
+  std::uint64_t noted_step_ = 0;  ///< the sub-step that the census has heard of
+  bool measure_ = true;           ///< something was added: whether temperatures are level is to be asked
+  bool plan_changed_ = false;     ///< the census asks for other stages than `facts_`
+  bool was_emitting_ = false;
+  double plan_until_ = 0;       ///< end of the step that is being taken [s]
+  std::uint32_t capacity_ = 0;  ///< particles that the engine has room for
+  core::SearchChoice search_;
+  double spring_dt_ = 0;         ///< what contacts and bodies without a modulus go by [s]
+  double spring_share_ = 1;      ///< of the acoustic step
+  double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
+  double substep_ = 0;           ///< the last one [s], 0 before the first
+  StepResult carried_;           ///< extremes seen by a synchronize() of the World's own
+  double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
+  std::vector<core::MaterialRow<double>> rows_;
+  std::vector<core::BurstArguments> bursts_;
+  std::vector<ProbeRecord> probes_;
+  std::vector<PendingSample> pending_;
+  std::vector<ProbeSeries> sampled_;  ///< per probe: on the host already
+  /// The backend's room for samples is in as many regions as there may be readings, and one more: sub-steps write to one of
+  /// them, open readings hold others.
+  std::uint64_t sample_region_ = 0;
+  std::uint64_t sample_rooms_ = 0;  ///< how often the engine was given other probes
+  std::uint64_t sample_room_ = 0;   ///< values of a region
+  std::uint64_t samples_used_ = 0;  ///< those that are in the region that is written to
+  bool probes_stale_ = false;       ///< the engine does not have them as they are
+  std::vector<core::PlacedStage> custom_;
+  std::uint32_t disabled_facts_ = 0;
+  std::vector<std::string> disabled_modules_;
+  int thermal_interval_ = 1, topology_interval_ = 1;
+  int timings_every_ = 0;
+  struct OpenReading {
+    ReadTicket ticket;
+    ReadRequest what;
+    Moment at;
+    SampleBatch samples;
+    StepResult carried;          ///< extremes that the host had
+    std::uint64_t restored = 0;  ///< restored_ then
+    bool of_nothing = false;     ///< the World was empty: `carried` is all there is
+  };
+  std::array<OpenReading, most_readings> readings_;  ///< the engine's slots of the same number
+  std::uint64_t restored_ = 0;  ///< how often another state has come in place of this one
+};
+
+}  // namespace v0
+}  // namespace meltsim

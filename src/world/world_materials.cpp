@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rows of the material table, as the formulas need them.
+#include <algorithm>
+
+#include "world/world_impl.hpp"
+#include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/heat_boundary.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+namespace {
+
+double conductivity_of(const MaterialDesc& d) {
+  return d.diffusivity ? physics::conductivity_of(*d.diffusivity, d.density, d.heat_capacity)
+                       : d.conductivity;
+}
+
+physics::PropertyTable<double> table(const std::vector<PropertyPoint>& points) {
+  physics::PropertyTable<double> t;
+  for (const PropertyPoint& p : points) {
+    t.temperature[t.points] = p.temperature;
+    t.value[t.points++] = p.value;
+  }
+  return t;
+}
+
+/// The points, or the constant as a table of one.
+physics::PropertyTable<double> capacity_table(const MaterialDesc& d) {
+  return d.heat_capacity_points.empty() ? table({{0, d.heat_capacity}}) : table(d.heat_capacity_points);
+}
+
+double least(const std::vector<PropertyPoint>& points, double otherwise) {
+  for (const PropertyPoint& p : points)
+    otherwise = &p == points.data() ? p.value : std::min(otherwise, p.value);
+  return otherwise;
+}
+
+bool has_points(const MaterialDesc& d) {
+  return !d.conductivity_points.empty() || !d.heat_capacity_points.empty() || !d.viscosity_points.empty() ||
+         !d.density_points.empty();
+}
+
+bool has_tables(const physics::MaterialProperties<double>& p) {
+  return p.conductivity.points != 0u || p.liquid_conductivity.points != 0u || p.viscosity.points != 0u ||
+         p.density.points != 0u || p.curve.nodes != 0u;
+}
+
+}  // namespace
+
+/// The solid that material i freezes into; materials.size() if there is none.
+std::size_t WorldImpl::freezes_into(std::size_t i) const {
+  std::size_t s = 0;
+  while (s < materials.size() && !(materials[s].freezes && materials[s].melts_into.index == i)) ++s;
+  return s;
+}
+
+/// One per material, or none at all when no property depends on temperature.
+std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties() const {
+  std::vector<physics::MaterialProperties<double>> all;
+  if (std::none_of(materials.begin(), materials.end(), has_points)) return all;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const bool freezes = freezes_into(i) < materials.size();
+    const MaterialDesc& m = freezes ? materials[freezes_into(i)] : materials[i];  // whose curve it has
+    const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
+    physics::MaterialProperties<double> p;
+    p.conductivity = table(m.conductivity_points);
+    p.liquid_conductivity = table(l.conductivity_points);
+    p.viscosity = table(materials[i].viscosity_points);
+    p.density = table(materials[i].density_points);
+    if (!m.heat_capacity_points.empty() || !l.heat_capacity_points.empty()) {
+      const double latent = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
+      p.curve = m.melts_into ? physics::make_enthalpy_curve(capacity_table(m), capacity_table(l),
+                                                            m.melting_point, latent)
+                             : physics::make_enthalpy_curve(capacity_table(m));
+    }
+    all.push_back(p);
+  }
+  return all;
+}
+
+std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
+  std::vector<core::MaterialRow<double>> rows;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const MaterialDesc& own = materials[i];
+    const bool freezes = freezes_into(i) < materials.size();
+    const MaterialDesc& m = freezes ? materials[freezes_into(i)] : own;  // whose enthalpy curve it has
+    const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
+    core::MaterialRow<double> r;
+    r.density = own.density;
+    r.tait_stiffness = physics::tait_stiffness(own.density, sound_speed_);
+    r.viscosity = own.viscosity;
+    r.conductivity = conductivity_of(m);
+    r.diffusivity = physics::diffusivity_of(conductivity_of(own), own.density, own.heat_capacity);
+    r.liquid_conductivity = conductivity_of(l);
+    r.heat_capacity = least(m.heat_capacity_points, m.heat_capacity);
+    r.liquid_heat_capacity = least(l.heat_capacity_points, l.heat_capacity);
+    r.melts = own.melts_into ? 1u : 0u;
+    r.freezes = freezes ? 1u : 0u;
+    r.plateau = r.melts | r.freezes;
+    r.liquid = own.melts_into ? own.melts_into.index : static_cast<std::uint32_t>(i);
+    r.solid = static_cast<std::uint32_t>(freezes ? freezes_into(i) : i);
+    if (r.plateau != 0u) {
+      // The models without enthalpy know no latent heat.
+      r.latent_heat = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
+      r.melting_point = m.melting_point;
+      r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;
+    }
+    // A liquid that cannot freeze holds the latent heat of what melts into it none the less.
+    for (const MaterialDesc& s : materials)
+      if (r.plateau == 0u && r.latent_heat == 0 && s.melts_into && s.melts_into.index == i &&
+          desc.heat.model == HeatModel::enthalpy)
+        r.latent_heat = s.latent_heat;
+    if (!properties_.empty() && has_tables(properties_[i])) r.tables = &properties_[i];
+    r.coldest = physics::enthalpy_of(r, -physics::kelvin_offset);
+    r.shape_stiffness = own.stiffness;
+    r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
+    r.shape_damping = own.damping;
+    r.friction = own.friction;
+    rows.push_back(r);
+  }
+  return rows;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a scene to what the backend is given: constants, limits of a sub-step, the upload.
+#include <algorithm>
+#include <cmath>
+
+#include "world/density_range.hpp"
+#include "engine/pipeline.hpp"
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+#include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/phase_change.hpp"
+#include "meltsim/physics/sph_kernels.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+namespace {
+/// Crowded neighbourhoods (splashes, a melted particle beside a larger one) exchange faster than the lattice;
+/// this head room keeps the heat stages stable. Exceeding it raises StepResult::heat_bound_exceeded.
+constexpr double heat_margin = 1.5;
+
+double largest_viscosity(const MaterialDesc& m) {
+  double mu = m.viscosity_points.empty() ? m.viscosity : 0;
+  for (const PropertyPoint& p : m.viscosity_points) mu = std::max(mu, p.value);
+  return mu;
+}
+
+double largest_conductivity(const core::MaterialRow<double>& m) {
+  double k = std::max(m.conductivity, m.liquid_conductivity);
+  if (m.tables == nullptr) return k;
+  for (const auto* t : {&m.tables->conductivity, &m.tables->liquid_conductivity})
+    for (std::uint32_t p = 0; p < t->points; ++p) k = std::max(k, t->value[p]);
+  return k;
+}
+}  // namespace
+
+/// Height and speed of all that was added, as it was added: of what moves by then nothing is asked, so that what follows
+/// from them depends on neither when a scene is read nor where a splash is.
+void WorldImpl::look_at_added() {
+  if (sound_speed_ > 0 && !added_) return;
+  const double g = length(desc.gravity);
+  const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+  if (steps == 0) {  // nothing was stepped: all there is, is as it was added
+    seen_ = {};
+    seen_particles_ = seen_emitters_ = 0;
+  }
+  const auto see = [&](Vec3d x) {
+    seen_.low = std::min(seen_.low, dot(x, up));
+    seen_.high = std::max(seen_.high, dot(x, up));
+  };
+  for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
+    if (is_removed(state_.tag[i])) continue;
+    see(state_.position[i] + origin_);
+    seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
+  }
+  for (std::size_t e = seen_emitters_; e < emitters_.size(); ++e) {
+    see(emitters_[e].desc.center);
+    seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
+  }
+  if (desc.domain.bounded)
+    for (const Vec3d& v : desc.domain.velocity) seen_.speed = std::max(seen_.speed, length(v));
+  seen_particles_ = state_.position.size();
+  seen_emitters_ = emitters_.size();
+  added_ = false;
+  derive_sound_speed();
+}
+
+/// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Once the
+/// simulation runs it only rises, as pressures depend on it.
+void WorldImpl::derive_sound_speed() {
+  if (desc.sound_speed > 0) {
+    sound_speed_ = desc.sound_speed;
+    return;
+  }
+  const double g = length(desc.gravity);
+  double low = seen_.low;
+  if (desc.domain.bounded && seen_.high >= low) {
+    // What stands above a floor may fall to it.
+    const double floor = g > 0 ? dot(desc.domain.min, desc.gravity * (-1.0 / g)) : 0;
+    if (std::isfinite(floor) && floor < low) low = floor;
+  }
+  const double depth = seen_.high >= low ? seen_.high - low + desc.spacing : 0;
+  double c = physics::sound_speed_for(seen_.speed, g, depth);
+  if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
+  sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
+}
+
+core::SceneConstants WorldImpl::constants() const {
+  core::SceneConstants c;
+  c.spacing = desc.spacing;
+  c.support = core::support_of(desc);
+  c.sound_speed = sound_speed_;
+  c.spring_dt = spring_dt_;
+  if (desc.stray == Stray::remove && !desc.domain.bounded) c.stray_speed = sound_speed_;
+  c.level_tolerance = desc.heat.level_tolerance;
+  c.artificial_viscosity = desc.artificial_viscosity;
+  c.tension = desc.tension;
+  c.one_liquid = one_liquid_;
+  c.courant = desc.courant;
+  c.gravity = desc.gravity;
+  c.domain = desc.domain;
+  c.domain.min = desc.domain.min - origin_;
+  c.domain.max = desc.domain.max - origin_;
+  c.materials = material_rows();
+  fit_rows(c.materials);
+  // Tables of materials that nothing is made of stay on the host.
+  if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
+        return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
+      }))
+    c.properties = properties_;
+  fill_heat_boundary(c);
+  c.emitter_points = emitter_points_;
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (used(m))
+      c.largest_mass =
+          std::max(c.largest_mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
+  return c;
+}
+
+std::uint64_t WorldImpl::planned_emission() const {
+  std::uint64_t n = 0;
+  for (const EmitterRecord& e : emitters_) n += (e.layers - next_layer(e)) * e.points;
+  return n;
+}
+
+/// Stages and channels for these facts.
+core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
+  core::EngineSetup setup;
+  setup.facts = facts;
+  setup.channels = channels_of(facts);
+  setup.particle_capacity = capacity_;
+  if ((facts & core::fact_particles) != 0) {
+    setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
+    if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
+  }
+  // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.
+  if ((facts & core::fact_mobile) != 0) setup.channels |= core::FieldSet{1} << core::field_neighbour_mask;
+  if (((setup.channels >> core::field_neighbour_mask) & 1u) != 0)  // is made from it then
+    setup.channels |= core::FieldSet{1} << core::field_site_live;
+  // Pieces are read on the device, those of fixed bodies, too.
+  if ((facts & core::fact_solid) != 0)
+    for (const int field : {core::field_vertex_id, core::field_vertex_state, core::field_vertex_piece,
+                            core::field_vertex_site, core::field_vertex_body, core::field_bodies})
+      setup.channels |= core::FieldSet{1} << field;
+  if ((facts & core::fact_solid) == 0) setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
+  return setup;
+}
+
+Status WorldImpl::prepare() {
+  if (!dirty_) return probes_stale_ ? place_probes() : Status{};
+  fetch_state();
+  collect_samples();  // a halt that ends with the upload says which of them count
+  look_at_added();
+  regions_act(time, std::max(time, plan_until_));
+  was_emitting_ = emitting();
+  if (measure_) state_.heat_level = temperatures_level();
+  if (heat_from_outside() || host_heats()) state_.heat_level = false;
+  take_census();
+  const std::uint64_t capacity = state_.position.size() + planned_emission();
+  if (capacity >= core::none)
+    return Error{ErrorCode::capacity,
+                 core::text("particles: ", capacity, " are more than 32-bit ids can number (", core::none,
+                            "); use a larger spacing or shorter emitters")};
+  capacity_ = static_cast<std::uint32_t>(capacity);
+  born_ = state_.position.size();
+  noted_step_ = steps + 1;
+  search_ = core::choose_search(desc, core::support_of(desc), capacity);
+  find_materials();
+  may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
+  weigh_materials();
+  facts_ = facts();
+  derive_limits();
+  fit_regions();
+  if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
+  engine->set_custom_stages(&custom_);
+  engine->enable_timings(timings_every_);
+  places_.reset();
+  dirty_ = measure_ = plan_changed_ = false;
+  return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
+}
+
+/// Which regions act in [from, until); whether those are others than before.
+bool WorldImpl::regions_act(double from, double until) {
+  bool changed = false;
+  for (HeatRegionRecord& r : heat_regions_) {
+    const bool now = acts(r, from, until);
+    changed = changed || now != r.acts;
+    r.acts = now;
+  }
+  return changed;
+}
+
+/// Gives the engine another plan for the scene that it has; particles stay where they are. Whether that happens changes no
+/// bit of the state, but where a source of heat begins or ends, and that follows from the time.
+Status WorldImpl::adapt() {
+  plan_changed_ = true;  // until it is done
+  may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
+  weigh_materials();
+  const bool outside = heat_from_outside() || host_heats();
+  if (outside) state_.heat_level = false;
+  const std::uint32_t wanted = facts(), had = facts_;
+  core::EngineSetup setup = setup_of(wanted);
+  setup.heat_flows_again = outside;
+  // What of the lattice goes, the host keeps.
+  if ((had & core::fact_solid) != 0) engine->download_lattice(state_);
+  facts_ = wanted;
+  derive_limits();
+  if (!regions_fit()) {  // a modulus needs other widths at the largest sub-step that there is now
+    fetch_state();
+    dirty_ = true;
+    return prepare();
+  }
+  if (capacity_ == 0) {  // the engine holds nothing
+    plan_changed_ = false;
+    return {};
+  }
+  if (Status s = engine->adapt(constants(), lattice_, state_, setup); !s) {
+    facts_ = had;
+    derive_limits();
+    return s;
+  }
+  noted_step_ = steps + 1;
+  plan_changed_ = false;
+  return {};
+}
+
+/// Before a step of dt: the plan follows what the World has heard of, and the time.
+Status WorldImpl::follow_plan(double dt) {
+  plan_until_ = time + dt;
+  const bool others = regions_act(time, plan_until_), emits_now = emitting();
+  const bool changed = plan_changed_ || others || emits_now != was_emitting_;
+  was_emitting_ = emits_now;
+  return changed ? adapt() : Status{};
+}
+
+/// What step() needs of the scene, worked out once: it must not search or allocate per step.
+void WorldImpl::derive_limits() {
+  static_dt_ = infinity;
+  heat_lambda_ = 0;
+  const double support = core::support_of(desc);
+  // Of bodies as they were added, not of what is left of them by now.
+  double lightest = infinity, heaviest = 0;
+  for (const BodyRecord& b : bodies_) {
+    if (b.desc.fixed) continue;
+    lightest = std::min(lightest, materials[b.desc.material.index].density);
+    heaviest = std::max(heaviest, materials[b.desc.material.index].density);
+  }
+  const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
+  spring_share_ = physics::spring_dt(1.0, lightest, heaviest);
+  spring_dt_ = acoustic * spring_share_;
+  const bool fluid = any_liquid();
+  const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
+  const bool mobile = heaviest > 0 && (disabled_facts_ & core::fact_mobile) == 0;
+  if (fluid || mobile) {
+    static_dt_ = mobile ? spring_dt_ : acoustic;
+    const double g = length(desc.gravity);
+    if (g > 0) static_dt_ = std::min(static_dt_, physics::force_dt(desc.courant, support, g));
+    // What was added, not what was read: where a host looks may not change what it sees.
+    if (seen_.speed > 0) static_dt_ = std::min(static_dt_, desc.courant * support / seen_.speed);
+  }
+  if (fluid) {
+    static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      const MaterialDesc& m = materials[i];
+      if (liquid_used_[i] != 0u && largest_viscosity(m) > 0)
+        static_dt_ =
+            std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / core::least_density(m), sum));
+    }
+  }
+  rows_ = material_rows();
+  std::vector<core::MaterialRow<double>> present;
+  for (std::size_t i = 0; i < rows_.size(); ++i)
+    if (used(i)) present.push_back(rows_[i]);
+  for (const auto& i : present) {
+    const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
+    for (const auto& j : present) {
+      const double k = physics::pair_conductivity(physics::resistivity_of(largest_conductivity(i)),
+                                                  physics::resistivity_of(largest_conductivity(j)));
+      heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
+    }
+  }
+  if (!heat_from_outside()) return;
+  // A surface takes more than the neighbours it stands for gave, where a particle is as close as it gets.
+  const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
+  const double surface = physics::wall_area(e, e.smallest_distance) / e.smallest_distance;
+  double fastest = 0;
+  for (const auto& i : present)
+    fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
+                                    (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
+  heat_lambda_ += fastest;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading particles and the lattice back, on the host's copy of the state, in double.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "exec/exec_cpu.hpp"
+#include "engine/lattice.hpp"
+#include "engine/stage_functions.hpp"
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::none;
+
+Result<ParticleData> WorldImpl::particles() {
+  fetch_state();
+  const auto rows = material_rows();
+  core::DerivedState derived;
+  if (!dirty_) engine->download(derived);
+  ParticleData d;
+  for (std::size_t i = 0; i < state_.position.size(); ++i) {
+    const std::uint32_t tag = state_.tag[i];
+    if (is_removed(tag)) continue;
+    const auto& m = rows[material_of(tag)];
+    const double h = state_.enthalpy[i] / state_.mass[i];
+    d.id.push_back(static_cast<std::uint32_t>(i));
+    d.position.push_back(state_.position[i] + origin_);
+    d.velocity.push_back(state_.velocity[i]);
+    d.mass.push_back(state_.mass[i]);
+    d.temperature.push_back(physics::temperature_of(m, h));
+    d.enthalpy.push_back(state_.enthalpy[i]);
+    const bool both = m.plateau != 0u;  // it melts or freezes: its enthalpy says how far it is
+    d.liquid_fraction.push_back(both ? physics::liquid_fraction(m, h) : is_solid(tag) ? 0.0 : 1.0);
+    const double phi = i < derived.density.size() ? derived.density[i] : 0;
+    d.density.push_back(is_solid(tag) ? m.density : phi * state_.mass[i] / state_.volume[i]);
+    d.pressure.push_back(is_solid(tag)                      ? 0
+                         : derived.pressure_term.size() > i ? derived.pressure_term[i] * phi * phi
+                                                            : 0);
+    d.tag.push_back(tag);
+    const std::uint32_t vertex = state_.vertex_of_id[i];
+    d.piece.push_back(is_solid(tag) && vertex != none ? state_.vertex_piece[vertex] + 1 : 0u);
+  }
+  return d;
+}
+
+namespace {
+
+/// arrayN and arrayR of a scene whose plan keeps none on the backend: the same bodies, run here.
+core::LatticeMasks host_masks(const core::SceneState& state, const core::SceneLattice& lattice) {
+  core::LatticeMasks m;
+  m.region_words = core::words_for(lattice.max_half_width);
+  m.neighbour_mask.assign(lattice.vertex_site.size(), 0u);
+  m.region_mask.assign(lattice.vertex_site.size() * m.region_words, 0u);
+  core::Frame<float> w;
+  w.vertices = static_cast<std::uint32_t>(lattice.vertex_site.size());
+  w.region_words = m.region_words;
+  // The bodies of a build read these and write the two masks.
+  std::vector<std::uint32_t> vertex_state = state.vertex_state, site = lattice.vertex_site,
+                             body = lattice.vertex_body, site_vertex = lattice.site_vertex,
+                             members(lattice.vertex_site.size()), live(lattice.vertex_site.size()),
+                             live_sites(lattice.site_vertex.size() / 32 + 2, 0u);
+  std::vector<core::BodyRow> rows = lattice.bodies;
+  w.f.vertex_state = vertex_state.data();
+  w.f.vertex_site = site.data();
+  w.f.vertex_body = body.data();
+  w.f.site_vertex = site_vertex.data();
+  w.f.bodies = rows.data();
+  w.f.neighbour_mask = m.neighbour_mask.data();
+  w.f.region_mask = m.region_mask.data();
+  w.f.region_members = members.data();
+  w.f.row_live = live.data();
+  w.f.site_live = live_sites.data();
+  core::CpuExec exec;
+  topology::build<core::CpuExec, float>(exec, w);
+  return m;
+}
+
+}  // namespace
+
+Result<LatticeData> WorldImpl::lattice() {
+  if (Status s = prepare(); !s) return s.error();
+  fetch_state();
+  core::LatticeMasks masks;
+  engine->download(masks);
+  if (masks.neighbour_mask.empty() || masks.region_mask.empty()) masks = host_masks(state_, lattice_);
+  LatticeData d;
+  const std::size_t n = lattice_.vertex_site.size();
+  const int w = lattice_.max_half_width, side = 2 * w + 1;
+  d.region_half_width = w;
+  d.particle_id = state_.vertex_id;
+  d.coordinates = lattice_.vertex_coordinates;
+  d.arrayN.assign(n * 27, 0);
+  d.arrayR.assign(n * static_cast<std::size_t>(side) * side * side, 0);
+  for (std::size_t v = 0; v < n; ++v) {
+    d.live.push_back(state_.vertex_state[v] == 1u ? 1 : 0);
+    d.body.push_back(lattice_.vertex_body[v] + 1);
+    const core::BodyRow row = lattice_.bodies[lattice_.vertex_body[v]];
+    const std::uint32_t site = lattice_.vertex_site[v];
+    if (!masks.neighbour_mask.empty())
+      for (int dz = -1; dz <= 1; ++dz)
+        for (int dy = -1; dy <= 1; ++dy)
+          for (int dx = -1; dx <= 1; ++dx) {
+            const std::uint32_t bit = core::neighbour_bit(dx, dy, dz);
+            if ((masks.neighbour_mask[v] >> bit) & 1u)
+              d.arrayN[v * 27 + bit] = lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] + 1;
+          }
+    if (masks.region_mask.empty()) continue;
+    const int own = row.region_half_width;
+    for (int dz = -own; dz <= own; ++dz)
+      for (int dy = -own; dy <= own; ++dy)
+        for (int dx = -own; dx <= own; ++dx) {
+          const std::uint32_t bit = core::region_bit(own, dx, dy, dz);
+          if ((masks.region_mask[v * masks.region_words + (bit >> 5)] >> (bit & 31u)) & 1u)
+            d.arrayR[v * static_cast<std::size_t>(side * side * side) + core::region_bit(w, dx, dy, dz)] =
+                lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] + 1;
+        }
+  }
+  return d;
+}
+
+}  // namespace v0
+}  // namespace meltsim

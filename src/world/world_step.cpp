@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: Apache-2.0
+// A step: its sub-steps, their stages of heat, what is due in them, what they came to.
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "world/nozzle.hpp"
+#include "engine/pipeline.hpp"
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/shape_matching.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+namespace {
+/// Most that heat.max_supersteps can be set to.
+constexpr int most_supersteps = 1000000;
+/// Where nothing moves, or all too slowly: single precision holds it and its square [s].
+constexpr double longest_substep = 1e15, shortest_step = 1e-30;
+}  // namespace
+
+double WorldImpl::stable_dt() {
+  static_cast<void>(prepare());  // a failure shows at the next step
+  return stable_dt(last_max_speed_);
+}
+
+double WorldImpl::stable_dt(double speed) const {
+  // A particle may cross courant H per sub-step before a flag is raised.
+  return speed > 0 && std::isfinite(static_dt_)
+             ? std::min(static_dt_, desc.courant * core::support_of(desc) / speed)
+             : static_dt_;
+}
+
+void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {
+  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  stages = supersteps = 0;
+  heat_dt = tau;
+  bound = infinity;
+  if ((facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki)) == 0) return;
+  stages = supersteps = 1;
+  if ((facts_ & core::fact_heat_enthalpy) == 0) return;
+  const double reach = tau * heat_lambda_;
+  const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
+  constexpr double countable = 1e12;  // stages for more are beyond an integer
+  const bool one = reach <= countable && physics::heat_stage_count(reach) <= most;
+  // check_heat_work() refuses more than there may be.
+  if (!one)
+    supersteps = static_cast<int>(
+        std::min(std::ceil(reach / physics::heat_stage_reach(most)), double(most_supersteps) + 1));
+  stages = supersteps > most_supersteps ? most : physics::heat_stage_count(reach / supersteps);
+  heat_dt = tau / supersteps;
+  bound = physics::heat_stage_reach(stages) / (2 * heat_dt);
+}
+
+std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
+  std::uint64_t bits = 0;
+  for (int s = 0; s < core::stage_count; ++s) {
+    const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
+    if (!core::runs(info, facts_)) continue;
+    const std::string_view module = info.module;
+    if (s == core::stage_thermal_level) {
+      if (index % core::level_interval != 0) continue;
+    } else if (module == "thermal" && index % static_cast<std::uint64_t>(thermal_interval_) != 0) {
+      continue;
+    }
+    if (s == core::stage_topology_pieces) {
+      if (index % static_cast<std::uint64_t>(desc.pieces_interval) != 0) continue;
+    } else if (module == "topology" && s != core::stage_topology_regions &&
+               index % static_cast<std::uint64_t>(topology_interval_) != 0) {
+      continue;  // regions follow whatever melted in the sub-step before
+    }
+    bits |= std::uint64_t{1} << s;
+  }
+  return bits;
+}
+
+/// Layers whose time comes in [from, until): known to the host, so emission needs no word from the device.
+const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, double until) {
+  bursts_.clear();
+  for (const EmitterRecord& e : emitters_) {
+    // Behind the last layer the nozzle lets go of those that it holds.
+    const std::uint64_t end = std::min(e.layers + e.held_layers, layers_due(e, until));
+    const Vec3d axis = core::unit(e.desc.axis);
+    for (std::uint64_t layer = std::max(e.first_layer, layers_due(e, from)); layer < end; ++layer) {
+      const auto& row = rows_[e.desc.material.index];
+      core::BurstArguments b;
+      b.first_point = e.first_point;
+      b.points = layer < e.layers ? e.points : 0;
+      b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)) - e.lead);
+      b.radius = e.desc.radius;
+      b.held = (e.held_layers - 0.5) * e.layer_distance;
+      b.velocity = axis * e.desc.speed;
+      b.mass = physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)) * desc.spacing *
+               desc.spacing * desc.spacing;
+      round_to_precision(b.mass);
+      b.volume = desc.spacing * desc.spacing * desc.spacing;
+      b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
+      b.tag = e.desc.material.index;
+      bursts_.push_back(b);
+      if (b.points != 0) census_.fluid = true;
+      born_ += b.points;
+    }
+  }
+  return bursts_.empty() ? nullptr : &bursts_;
+}
+
+/// Whether a layer was due that max_particles does not allow.
+bool WorldImpl::exhausted(const EmitterRecord& e) const { return layers_before(e, time) > e.layers; }
+
+/// Refuses what would take longer than anybody waits for: a sub-step cannot be interrupted.
+Status WorldImpl::check_heat_work(double dt, double supersteps) const {
+  if (supersteps <= desc.heat.max_supersteps) return {};
+  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
+  const double needed = std::ceil(tau * heat_lambda_ / physics::heat_stage_reach(most));
+  return Error{
+      ErrorCode::step_too_large,
+      core::text(
+          "step: dt: heat needs ", needed, " super-steps of ", most, " stages in every sub-step of ", dt,
+          " s, more than heat.max_supersteps ", desc.heat.max_supersteps,
+          "; lower heat.time_scale by a factor of ", needed / desc.heat.max_supersteps,
+          " or step by at most ", 0.999 * dt * desc.heat.max_supersteps / needed,
+          " s, or raise heat.max_stages or heat.max_supersteps; conductivities and heat capacities far "
+          "from those of real materials have this effect, too")};
+}
+
+double WorldImpl::substeps_of(double dt) const {
+  return std::ceil(dt / std::min(static_dt_, longest_substep) * (1 - 1e-9));
+}
+
+/// Refuses a step of more sub-steps than there may be.
+Status WorldImpl::check_substeps(double dt) const {
+  const double wanted = substeps_of(dt), largest = std::min(static_dt_, longest_substep);
+  if (!(wanted > desc.max_substeps)) return {};
+  return Error{ErrorCode::step_too_large,
+               core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
+                          " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
+                          largest * desc.max_substeps, " s, or raise max_substeps")};
+}
+
+Status WorldImpl::step(double dt) {
+  if (!(std::isfinite(dt) && dt >= 0))
+    return invalid("step: dt: must be finite and >= 0 s, got ", dt, "; 0 does nothing");
+  if (dt == 0) return {};
+  if (dt < shortest_step)
+    return invalid("step: dt: must be 0 or at least ", shortest_step, " s, got ", dt,
+                   "; single precision cannot tell it from 0");
+  if (halted_)
+    return Error{ErrorCode::halted,
+                 "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+  if (Status s = prepare(); !s) return s;
+  if (Status s = check_substeps(dt); !s)
+    return s;  // before anything follows the plan of a step that is not taken
+  const bool level = state_.heat_level, may_melt = may_melt_, melted = (facts_ & core::fact_melt) != 0;
+  liquid_used_before_ = liquid_used_;
+  const auto not_taken = [&](Status s) {  // the plan followed a step that is not taken
+    const auto as_it_was = [&] {
+      state_.heat_level = level;
+      may_melt_ = may_melt;
+      liquid_used_ = liquid_used_before_;
+      census_.unsettled = census_.unsettled && melted;
+    };
+    as_it_was();
+    // Where there is no memory to go back, the next step tries again.
+    if (regions_act(time, time)) static_cast<void>(adapt());
+    as_it_was();
+    return s;
+  };
+  if (Status s = follow_plan(dt); !s) return not_taken(s);
+  if (halted_)  // found out while it was prepared
+    return Error{ErrorCode::halted,
+                 "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+  if (Status s = check_substeps(dt); !s) return not_taken(s);
+  const int n = std::max(1, static_cast<int>(substeps_of(dt)));
+  core::SubstepArguments a;
+  a.dt = dt / n;
+  heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
+  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return not_taken(s);
+  substep_ = a.dt;
+  const double start = time;
+  const auto interrupted = [&](int k) {
+    return Error{ErrorCode::interrupted,
+                 core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
+                            dt, " s; the World is good up to there, call step again to go on")};
+  };
+  for (int k = 0; k < n; ++k) {
+    if (interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
+    a.time = start + dt * k / n;
+    const double end = k + 1 == n ? start + dt : start + dt * (k + 1) / n;
+    a.index = steps + 1;
+    a.stages = stage_bits(a.index);
+    a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
+    begin_sample(a, end);
+    state_stale_ = true;
+    ++steps;
+    engine->substep(a);
+    if (engine->abandoned()) {  // back to where it began, as of a World that halted
+      fetch_state();
+      dirty_ = true;
+      interrupted_.store(false, std::memory_order_relaxed);
+      return interrupted(k);
+    }
+    end_sample(a, end);
+    time = end;
+  }
+  return {};
+}
+
+std::string WorldImpl::halt_text(const core::WorldStatus& s) {
+  fetch_state();
+  std::string body;
+  if (s.halt_particle < state_.tag.size()) {
+    const std::uint32_t b = body_of(state_.tag[s.halt_particle]);
+    if (b != 0 && is_solid(state_.tag[s.halt_particle]))
+      body = " (body \"" + bodies_[b - 1].desc.name + "\")";
+  }
+  const char* what = "";
+  switch (static_cast<core::Halt>(s.halted)) {
+    case core::Halt::position:
+      what = "position is not finite after the search for neighbours";
+      break;
+    case core::Halt::density:
+      what = "density is not finite after sph.density";
+      break;
+    case core::Halt::force:
+      what = "acceleration is not finite after sph.forces";
+      break;
+    case core::Halt::shape:
+      what = "velocity is not finite after lsm.balance";
+      break;
+    case core::Halt::heat:
+      what = "enthalpy is not finite after thermal.exchange";
+      break;
+    default:
+      break;
+  }
+  if (static_cast<core::Halt>(s.halted) == core::Halt::speed)
+    return core::text("sub-step ", s.halt_step, ": particle ", s.halt_particle, body, ": speed ",
+                      s.halt_value, " m/s crosses its neighbourhood in one sub-step (step.integrate)");
+  return core::text("sub-step ", s.halt_step, ": particle ", s.halt_particle, body, ": ", what);
+}
+
+namespace {
+std::string fault_text(const std::string& fault) {
+  return fault.compare(0, 7, "checked") == 0 ? fault : "device: " + fault;
+}
+}  // namespace
+
+StepResult WorldImpl::synchronize() {
+  StepResult r = collect();
+  add_extremes(r, take_carried());
+  if (r.max_speed > 0) last_max_speed_ = r.max_speed;
+  return r;
+}
+
+/// Extremes of the interval that ends now as far as the host has them; those of the next begin.
+StepResult WorldImpl::take_carried() {
+  StepResult r = std::exchange(carried_, {});
+  r.modulus_unreachable = steps > 0 && modulus_out_of_reach();
+  r.body_stiffened = steps > 0 && stiffened_by_liquid();
+  return r;
+}
+
+void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
+  r.max_speed = std::max(r.max_speed, more.max_speed);
+  r.max_density_ratio = std::max(r.max_density_ratio, more.max_density_ratio);
+  r.courant_exceeded = r.courant_exceeded || more.courant_exceeded;
+  r.heat_bound_exceeded = r.heat_bound_exceeded || more.heat_bound_exceeded;
+  r.cooled_to_zero = r.cooled_to_zero || more.cooled_to_zero;
+  r.body_stiffened = r.body_stiffened || more.body_stiffened;
+  r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
+}
+
+WorldImpl::Moment WorldImpl::now() const {
+  const bool spent =
+      std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return exhausted(e); });
+  return {steps, time, solids_built_, spent, origin_, sound_speed_};
+}
+
+/// What a status of that moment says, but for halts.
+StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
+  StepResult r;
+  r.steps = at.steps;
+  r.time = at.time;
+  r.max_speed = s.max_speed;
+  r.max_density_ratio = s.max_density;
+  r.courant_exceeded = s.courant_exceeded != 0;
+  r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
+  r.cooled_to_zero = s.cooled_to_zero != 0;
+  r.emitter_exhausted = at.emitter_exhausted;
+  r.melted = static_cast<std::uint64_t>(s.melted);
+  r.frozen = s.frozen;
+  r.strayed = static_cast<std::uint64_t>(s.strayed);
+  r.removed = static_cast<std::uint64_t>(s.removed) - r.strayed;
+  r.solid = at.solids_built + s.frozen - r.melted;
+  r.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - r.solid;
+  return r;
+}
+
+/// Of a World that halted: the clock goes back with the state.
+void WorldImpl::report_halt(const core::WorldStatus& s, StepResult& r) {
+  r.halted = true;
+  r.halt_step = s.halt_step;
+  if (s.halt_step == 0) return;
+  r.steps = s.halt_step - 1;
+  r.time = s.time;
+}
+
+/// Whether the World halted: it is then back at its last good state, and clock and emitters go with it.
+void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault) {
+  if (halted_ || (s.halted == 0 && fault.empty())) return;
+  if (s.halt_step != 0) {
+    steps = s.halt_step - 1;
+    time = s.time;
+  }
+  if (static_cast<core::Halt>(s.halted) == core::Halt::interrupted && fault.empty()) return;
+  halted_ = true;
+  halt_step_ = s.halt_step;
+  halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
+}
+
+/// What the engine and the host know of the steps since the last call.
+StepResult WorldImpl::collect() {
+  // Nothing was stepped since a change or restore(): the engine's status is of what was before.
+  const core::WorldStatus s = dirty_ ? core::WorldStatus{} : engine->synchronize();
+  note_halt(s, engine->fault());
+  StepResult r = result_of(s, now());
+  r.halted = halted_;
+  r.halt_reason = halt_reason_;
+  r.halt_step = halt_step_;
+  if (dirty_) {  // the host knows
+    r.melted = state_.melted;
+    r.frozen = state_.frozen;
+    r.removed = state_.removed - state_.strayed;
+    r.strayed = state_.strayed;
+    r.fluid = r.solid = 0;
+    for (const std::uint32_t tag : state_.tag) {
+      r.fluid += is_fluid(tag) ? 1u : 0u;
+      r.solid += is_solid(tag) ? 1u : 0u;
+    }
+    return r;
+  }
+  if (halted_) return r;
+  note(s);
+  if (plan_changed_) static_cast<void>(adapt());  // a failure shows at the next step
+  return r;
+}
+
+double WorldImpl::heat_efficiency(double dt) const {
+  if ((facts_ & core::fact_heat_paper) == 0) return 1;
+  double K = 0;
+  for (const auto& row : rows_) K = std::max(K, row.diffusivity);
+  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  return K > 0 && tau > 0
+             ? physics::paper_effective_diffusivity(K, tau, core::support_of(desc), desc.spacing) / K
+             : 1;
+}
+
+Resolved WorldImpl::resolved() {
+  Resolved r;
+  if (Status s = prepare(); !s) r.error = s.error().message;
+  r.backend = engine->backend();
+  r.backend_reason = backend_reason;
+  r.device_name = engine->device_name();
+  r.neighbour_search = search_.search;
+  r.neighbour_reason = search_.reason;
+  r.support_radius = core::support_of(desc);
+  r.sound_speed = (facts_ & core::fact_particles) != 0 ? sound_speed_ : 0;
+  r.stable_dt = static_dt_;
+  r.origin = origin_;
+  for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m));
+  double heat_dt = 0, bound = 0;
+  if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, r.heat_supersteps, heat_dt, bound);
+  r.heat_sweeps = std::int64_t{r.heat_stages} * r.heat_supersteps;
+  if (std::isfinite(r.stable_dt)) r.heat_efficiency = heat_efficiency(r.stable_dt);
+  return r;
+}
+
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The surface of a World: what a description must be, and who has one.
+#include <cmath>
+
+#include "engine/surface_request.hpp"
+#include "engine/text.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
+  const double dx = desc.spacing, cell = d.cell == automatic ? 0.5 * dx : d.cell;
+  if (d.of != SurfaceOf::liquid && d.of != SurfaceOf::solids && d.of != SurfaceOf::body)
+    return invalid("surface: of: is no SurfaceOf, got ", static_cast<int>(d.of));
+  if (d.kernel != SurfaceKernel::isotropic && d.kernel != SurfaceKernel::anisotropic)
+    return invalid("surface: kernel: is no SurfaceKernel, got ", static_cast<int>(d.kernel));
+  if (!(cell >= dx / 16 && cell <= 2 * dx))
+    return invalid("surface: cell: must be between 1/16 and 2 spacings (", dx / 16, " to ", 2 * dx,
+                   " m), got ", d.cell, "; 0 is half a spacing");
+  if (d.smoothing < 0 || d.smoothing > 100)
+    return invalid("surface: smoothing: must be 0 to 100 passes, got ", d.smoothing);
+  if (d.of == SurfaceOf::body && (d.body.generation != 1 || d.body.index >= bodies_.size()))
+    return invalid("surface: body: no body of this World has index ", d.body.index, " and generation ",
+                   d.body.generation, "; pass what add_solid() returned");
+  if (Status s = prepare(); !s) return s.error();
+  SurfaceMesh mesh;
+  const bool solids = (facts_ & core::fact_solid) != 0;
+  const std::uint32_t needed = d.of == SurfaceOf::liquid ? core::fact_fluid : core::fact_solid;
+  if ((facts_ & needed) == 0) return mesh;
+  core::SurfaceRequest q;
+  q.of = d.of;
+  q.body = d.of == SurfaceOf::body ? d.body.index + 1 : 0;
+  q.cell = cell;
+  q.spacing = dx;
+  q.anisotropic = d.kernel == SurfaceKernel::anisotropic;
+  q.solids = solids;
+  q.closed = d.closed_at_solids;
+  q.smoothing = d.smoothing;
+  q.domain = desc.domain;
+  q.domain.min = q.domain.min - origin_;
+  q.domain.max = q.domain.max - origin_;
+  auto halted = engine->surface(q, mesh);
+  if (halted && *halted) {  // back to the last good state first
+    fetch_state();
+    halted = engine->surface(q, mesh);
+  }
+  if (!halted) return halted.error();
+  mesh.origin += origin_;
+  return mesh;
+}
+
+}  // namespace v0
+}  // namespace meltsim
