@@ -283,10 +283,10 @@ class Check {
     if (frame.any()) {
       meltsim::ReadRequest request;
       request.particles = true;
-      const std::vector<FrameParticle> particles =
-          frame_particles(expect(built_.world.take(expect(built_.world.request(request)))).particles);
+      const meltsim::ParticleFrame particles =
+          expect(built_.world.take(expect(built_.world.request(request)))).particles;
       if (frame.wants_shapes()) {
-        const FrameShapes shapes = frame.shapes(built_.world, 0, particles);
+        const FrameShapes shapes = frame.shapes(built_.world, 0, frame_particles(particles));
         frame.write(0, 0, particles, &shapes);
       } else {
         frame.write(0, 0, particles, nullptr);

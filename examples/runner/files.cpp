@@ -42,11 +42,12 @@ int OpenFile::close() {
 
 namespace {
 
-/// Under the temporary name.
-OpenFile write_temporary(const std::string& temporary, const std::string& path, const std::string& content,
+/// Under the temporary name. `put` writes the content; 0, or why not (errno).
+template <class Put>
+OpenFile write_temporary(const std::string& temporary, const std::string& path, const Put& put,
                          bool stays_open) {
   OpenFile file(open_new(temporary));
-  int why = file.write(content);
+  int why = put(file);
   const int closed = why != 0 || !stays_open ? file.close() : 0;
   if (why == 0) why = closed;
   if (why != 0) {
@@ -57,19 +58,36 @@ OpenFile write_temporary(const std::string& temporary, const std::string& path, 
   return file;
 }
 
-OpenFile write_whole(const std::string& path, const std::string& content, bool stays_open) {
+template <class Put>
+OpenFile write_whole(const std::string& path, const Put& put, bool stays_open) {
   const std::string temporary = path + ".tmp";
-  OpenFile file = write_temporary(temporary, path, content, stays_open);
+  OpenFile file = write_temporary(temporary, path, put, stays_open);
   if (std::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "replaced");
   return file;
 }
 
 }  // namespace
 
-void write_file(const std::string& path, const std::string& content) { write_whole(path, content, false); }
+void write_file(const std::string& path, const std::string& content) {
+  write_whole(
+      path, [&content](OpenFile& file) { return file.write(content); }, false);
+}
+
+void write_file(const std::string& path, const std::function<void(std::string&)>& next) {
+  const auto put = [&next](OpenFile& file) {
+    std::string part;
+    for (next(part); !part.empty(); next(part)) {
+      if (const int why = file.write(part); why != 0) return why;
+      part.clear();  // keeps its memory
+    }
+    return 0;
+  };
+  write_whole(path, put, false);
+}
 
 OpenFile replace_file(const std::string& path, const std::string& content) {
-  return write_whole(path, content, true);
+  return write_whole(
+      path, [&content](OpenFile& file) { return file.write(content); }, true);
 }
 
 int open_new(const std::string& path) {

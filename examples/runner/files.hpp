@@ -2,6 +2,7 @@
 // Files that are either whole or not there: written under a temporary name, then renamed.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -9,6 +10,9 @@ namespace runner {
 
 /// Replaces what has this name, a symbolic link as well; a file that a link names is never written to.
 void write_file(const std::string& path, const std::string& content);
+/// The same of content that is made part by part, so that all of it never lies in memory: `next` appends a part to an empty
+/// string, and nothing when there is no more.
+void write_file(const std::string& path, const std::function<void(std::string&)>& next);
 /// An open file; closed when it goes.
 class OpenFile {
  public:

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
+
+#include "files.hpp"
 
 namespace runner {
 
@@ -72,26 +75,35 @@ std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame) 
   return list;
 }
 
-std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
+namespace {
+
+std::string ply_header(std::size_t particles, double time) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment meltsim particles\ncomment time_s {:.9g}\n"
       "comment units m, m/s, degrees Celsius; phase 0 liquid, 1 solid\nelement vertex {}\n",
-      time, particles.size());
+      time, particles);
   for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "temperature"}) {
     text += fmt::format("property float {}\n", name);
   }
-  text +=
-      "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
-      "property float liquid_fraction\nend_header\n";
-  constexpr std::size_t row = 45;  // bytes, of what is put below
-  const std::size_t header = text.size();
-  text.resize(header + particles.size() * row);
-  char* to = text.data() + header;
+  return text +
+         "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
+         "property float liquid_fraction\nend_header\n";
+}
+
+constexpr std::size_t ply_row = 45;  ///< bytes, of what is put below
+
+/// Appends `count` rows; get(i) is the i-th particle.
+template <class Get>
+void append_ply_rows(std::string& text, std::size_t count, const Get& get) {
+  const std::size_t begin = text.size();
+  text.resize(begin + count * ply_row);
+  char* to = text.data() + begin;
   const auto put = [&to](const auto& value) {
     std::memcpy(to, &value, sizeof(value));
     to += sizeof(value);
   };
-  for (const FrameParticle& p : particles) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const FrameParticle p = get(i);
     put(p.position);
     put(p.velocity);
     put(p.temperature);
@@ -101,7 +113,28 @@ std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
     put(p.material);
     put(p.liquid_fraction);
   }
+}
+
+}  // namespace
+
+std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
+  std::string text = ply_header(particles.size(), time);
+  append_ply_rows(text, particles.size(), [&particles](std::size_t i) { return particles[i]; });
   return text;
+}
+
+void write_ply(const std::string& path, const meltsim::ParticleFrame& frame, double time) {
+  const std::size_t n = frame.id.size();
+  if (n == 0) return write_file(path, ply_text(frame_particles(frame), time));
+  constexpr std::size_t part = 8192;  // rows; they stay in the processor's cache until they are written
+  std::size_t done = 0;
+  bool begun = false;
+  write_file(path, [&](std::string& text) {
+    if (!std::exchange(begun, true)) text = ply_header(n, time);
+    const std::size_t rows = std::min(part, n - done);
+    append_ply_rows(text, rows, [&](std::size_t i) { return frame_particle(frame, done + i); });
+    done += rows;
+  });
 }
 
 std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {

@@ -29,6 +29,8 @@ FrameParticle frame_particle(const meltsim::ParticleFrame& frame, std::size_t i)
 std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame);
 
 std::string ply_text(const std::vector<FrameParticle>& particles, double time);
+/// The same of all particles of a frame, as a file.
+void write_ply(const std::string& path, const meltsim::ParticleFrame& frame, double time);
 std::string vtp_text(const std::vector<FrameParticle>& particles, double time);
 /// The collection that gives ParaView the time of each file.
 std::string pvd_text(const std::vector<std::pair<double, std::string>>& frames);

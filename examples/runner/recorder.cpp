@@ -96,8 +96,7 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
     pictures_.frame(frame.index, time, particles);
     replay_every_ = pictures_.every();
     if (export_.any())
-      export_.write(frame.index, time, frame_particles(particles),
-                    export_.wants_shapes() ? shapes.get() : nullptr);
+      export_.write(frame.index, time, particles, export_.wants_shapes() ? shapes.get() : nullptr);
     if (still && shapes) pictures_.still(*shapes);
   });
 }

@@ -34,17 +34,16 @@ FrameShapes FrameExport::shapes(meltsim::World& world, double time,
   return world_shapes(world, scene_, time, particles, problem_);
 }
 
-void FrameExport::write(std::uint64_t index, double time, const std::vector<FrameParticle>& particles,
+void FrameExport::write(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
                         const FrameShapes* shapes) {
   write_particles(index, time, particles);
   if (shapes != nullptr) write_shapes(*shapes, index);
 }
 
-void FrameExport::write_particles(std::uint64_t index, double time,
-                                  const std::vector<FrameParticle>& particles) {
-  if (wants("ply")) write_file(directory_.frame("particles", index, "ply"), ply_text(particles, time));
+void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
+  if (wants("ply")) write_ply(directory_.frame("particles", index, "ply"), particles, time);
   if (!wants("vtp")) return;
-  write_file(directory_.frame("particles", index, "vtp"), vtp_text(particles, time));
+  write_file(directory_.frame("particles", index, "vtp"), vtp_text(frame_particles(particles), time));
   vtp_frames_.emplace_back(time, frame_file("particles", index, "vtp"));
   write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
 }

@@ -23,14 +23,14 @@ class FrameExport {
   bool wants_shapes() const;
   FrameShapes shapes(meltsim::World& world, double time, const std::vector<FrameParticle>& particles);
   /// `shapes` where wants_shapes(), null otherwise. Touches no World: another thread than the World's may call it.
-  void write(std::uint64_t index, double time, const std::vector<FrameParticle>& particles,
+  void write(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
              const FrameShapes* shapes);
   /// Why surfaces were replaced by particles, if they were.
   const std::string& problem() const { return problem_; }
 
  private:
   bool wants(const char* format) const { return formats_.count(format) > 0; }
-  void write_particles(std::uint64_t index, double time, const std::vector<FrameParticle>& particles);
+  void write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles);
   void write_shapes(const FrameShapes& shapes, std::uint64_t index);
 
   const Scene& scene_;
