@@ -9,7 +9,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// The resistivity of what holds both phases, marked: so far below zero that its sum with any other is below zero, too,
+/// The resistivity of what changes its phase, or is about to, marked: so far below zero that its sum with any other is below zero, too,
 /// but for infinity, which nothing gets past.
 template <class T>
 MELTSIM_HD T marked(T resistivity) {
@@ -20,14 +20,17 @@ MELTSIM_HD T unmarked(T resistivity) {
   return resistivity < T(0) ? -resistivity * T(0x1p-80) : resistivity;
 }
 
-/// Temperature and resistivity at an enthalpy [J]; share: physics::conduction_share.
+/// Temperature and resistivity at an enthalpy [J]; share: physics::conduction_share; exposed: a solid at its body's
+/// surface, where melting begins.
 template <class T>
-MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass, T share) {
+MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass, T share,
+                                     bool exposed) {
   const double h = enthalpy / static_cast<double>(mass);
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
   const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
   const T r = share * physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
-  return {temperature, fraction > T(0) && fraction < T(1) ? marked(r) : r};
+  const bool changes = fraction < T(1) && (fraction > T(0) || (exposed && m.melts != 0u));
+  return {temperature, changes ? marked(r) : r};
 }
 
 }  // namespace core

@@ -196,7 +196,8 @@ struct HeatOfWallBody {
     const Vec4<T> x = w.f.position[i];
     const T distance = -physics::wall_overlap(w.c.walls, T(0), xyz(x), r.face);
     if (!(distance < w.c.wall_exchange.support)) return s;
-    const auto own = core::operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], T(1));
+    const auto own =
+        core::operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], T(1), false);
     s.amount[0] = static_cast<double>(
         physics::surface_heat(w.c.wall_heat[r.face], x.w * physics::wall_area(w.c.wall_exchange, distance),
                               physics::wall_depth(w.c.wall_exchange, distance),

@@ -19,6 +19,9 @@ using core::operand_at;
 using core::unmarked;
 using physics::MaterialRow;
 
+/// A solid at its body's surface.
+MELTSIM_HD bool exposed(std::uint32_t tag) { return is_solid(tag) && (tag & tag_surface) != 0u; }
+
 /// 1/k of particle i toward one of another temperature, times its share [m K/W].
 template <class T>
 MELTSIM_HD T toward(const Frame<T>& w, std::uint64_t i, const HeatOperand<T>& own, T other) {
@@ -35,7 +38,8 @@ struct OperandsBody {
     const std::uint32_t tag = w.f.tag[i];
     const T share = is_removed(tag) ? T(1) : share_of(i, tag);
     w.f.heat_share[i] = share;
-    w.f.heat_operand[i] = operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], share);
+    w.f.heat_operand[i] =
+        operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], share, exposed(tag));
   }
   /// Walls count as filled where heat passes them, and not elsewhere; so do surfaces of a held temperature, along which
   /// nothing has to be conducted. sph.density counts the images in all walls.
@@ -67,7 +71,7 @@ struct PlainOperandsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     w.f.heat_operand[i] =
-        operand_at(w.f.materials[material_of(w.f.tag[i])], w.f.enthalpy[i], w.f.mass[i], T(1));
+        operand_at(w.f.materials[material_of(w.f.tag[i])], w.f.enthalpy[i], w.f.mass[i], T(1), false);
   }
 };
 
@@ -195,10 +199,11 @@ struct StageBody {
     if (stage.last) w.f.enthalpy[i] = enthalpy;
     else w.f.heat_increment_old[i] = d;
     if (stage.ends) return;
-    // Resistivities stay those of the super-step's beginning: the scheme's order rests on one operator.
+    // Resistivities stay those of the super-step's beginning: the scheme's order rests on one operator. Those that are
+    // marked follow the temperatures at both ends.
     w.f.heat_operand_next[i] =
         stage.last
-            ? operand_at(m, enthalpy, mass, w.f.heat_share[i])
+            ? operand_at(m, enthalpy, mass, w.f.heat_share[i], exposed(tag))
             : HeatOperand<T>{static_cast<T>(physics::temperature_of(m, enthalpy / static_cast<double>(mass))),
                              w.f.heat_operand[i].resistivity};
   }
@@ -361,7 +366,7 @@ struct PaperBody {
       w.f.enthalpy[i] =
           static_cast<double>(mass) *
           physics::enthalpy_of(m, physics::not_below_zero(before + static_cast<double>(change)));
-    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i], mass, T(1));
+    w.f.heat_operand_next[i] = operand_at(m, w.f.enthalpy[i], mass, T(1), false);
   }
 };
 

@@ -2,8 +2,6 @@
 // The sweep of a heat stage for a CPU: what StageBody adds up, many neighbours at a time.
 #pragma once
 
-#include <limits>
-
 #include "spatial/lanes.hpp"
 #include "thermal/bodies.hpp"
 
@@ -22,13 +20,22 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
     Base::finish(i, is_removed(w.f.tag[i]) ? ExchangeSum<T>{} : exchanged(i), add);
   }
   ExchangeSum<T> exchanged(std::uint64_t i) const {
+    const HeatOperand<T> own = w.f.heat_operand[i];
+    if (own.resistivity < T(0)) {
+      // What changes its phase conducts by who is at the other end.
+      const T share = w.f.heat_share[i];
+      const auto toward_other =
+          physics::toward_neighbour(w.f.materials[material_of(w.f.tag[i])], own.temperature);
+      return exchanged(i, own, [&](T other) { return share * physics::resistivity_of(toward_other(other)); });
+    }
+    return exchanged(i, own, [&](T) { return own.resistivity; });
+  }
+  /// resistivity(temperature): of particle i toward one of that temperature.
+  template <class Resistivity>
+  ExchangeSum<T> exchanged(std::uint64_t i, const HeatOperand<T>& own, const Resistivity& resistivity) const {
     const auto kernel = w.c.kernel;
     const auto grid = w.grid;
-    const HeatOperand<T> own = w.f.heat_operand[i];
     const Vec4<T> xi = w.f.position[i];
-    // What holds both phases conducts by who is at the other end: warmer, or not.
-    const T to_warmer = toward(w, i, own, std::numeric_limits<T>::infinity()),
-            to_colder = toward(w, i, own, own.temperature);
     spatial::LaneSum<double> rate;
     spatial::LaneSum<T> conductance;
     spatial::Batches<Periodic, T> neighbours(w, i);
@@ -44,16 +51,16 @@ struct StageLanes : StageBody<T, Boundary, Periodic> {
       spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
         const Vec3<T> d = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
         const T r2 = dot(d, d);
-        const T g = physics::pair_conductance(
-            xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2),
-            (temperature[k] > own.temperature ? to_warmer : to_colder) + r_other[k]);
+        const T g =
+            physics::pair_conductance(xi.w, x.w[k], physics::laplacian_quotient(kernel, std::sqrt(r2), r2),
+                                      resistivity(temperature[k]) + r_other[k]);
         rate.lane[l] += static_cast<double>(g * (temperature[k] - own.temperature));
         conductance.lane[l] += g;
       });
     }
     return {rate.total(), conductance.total()};
   }
-  /// Resistivities of neighbours that hold both phases, toward one of temperature `own`.
+  /// Resistivities of neighbours that change their phase, toward one of temperature `own`.
   void settle(const std::uint32_t* slots, std::uint32_t n, T own, spatial::LanePairs<T>& other) const {
     for (std::uint32_t k = 0; k < n; ++k)
       other.second[k] = toward(w, slots[k], HeatOperand<T>{other.first[k], other.second[k]}, own);

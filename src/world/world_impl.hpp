@@ -330,6 +330,7 @@ class WorldImpl final : public Scheduler {
   double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
   double substep_ = 0;           ///< the last one [s], 0 before the first
   StepResult carried_;           ///< extremes seen by a synchronize() of the World's own
+  bool changes_phase_ = false;   ///< a material in use melts or freezes
   double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;

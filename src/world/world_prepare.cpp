@@ -274,8 +274,10 @@ void WorldImpl::derive_limits() {
   std::vector<core::MaterialRow<double>> present;
   for (std::size_t i = 0; i < rows_.size(); ++i)
     if (used(i)) present.push_back(rows_[i]);
+  changes_phase_ = false;
   for (const auto& i : present) {
     const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
+    changes_phase_ = changes_phase_ || i.plateau != 0u;
     for (const auto& j : present) {
       const double k = physics::pair_conductivity(physics::resistivity_of(largest_conductivity(i)),
                                                   physics::resistivity_of(largest_conductivity(j)));

@@ -46,14 +46,15 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   stages = supersteps = 1;
   if ((facts_ & core::fact_heat_enthalpy) == 0) return;
   const double reach = tau * heat_lambda_;
-  const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
+  const int most = physics::heat_most_stages(desc.heat.max_stages, changes_phase_);
   constexpr double countable = 1e12;  // stages for more are beyond an integer
-  const bool one = reach <= countable && physics::heat_stage_count(reach) <= most;
+  const bool one = reach <= countable && physics::heat_stage_count(reach, changes_phase_) <= most;
   // check_heat_work() refuses more than there may be.
   if (!one)
     supersteps = static_cast<int>(
         std::min(std::ceil(reach / physics::heat_stage_reach(most)), double(most_supersteps) + 1));
-  stages = supersteps > most_supersteps ? most : physics::heat_stage_count(reach / supersteps);
+  stages =
+      supersteps > most_supersteps ? most : physics::heat_stage_count(reach / supersteps, changes_phase_);
   heat_dt = tau / supersteps;
   bound = physics::heat_stage_reach(stages) / (2 * heat_dt);
 }
@@ -117,7 +118,7 @@ bool WorldImpl::exhausted(const EmitterRecord& e) const { return layers_before(e
 Status WorldImpl::check_heat_work(double dt, double supersteps) const {
   if (supersteps <= desc.heat.max_supersteps) return {};
   const double tau = dt * desc.heat.time_scale * thermal_interval_;
-  const int given = desc.heat.max_stages, most = given == 2 || given % 2 == 1 ? given : given - 1;
+  const int most = physics::heat_most_stages(desc.heat.max_stages, changes_phase_);
   const double needed = std::ceil(tau * heat_lambda_ / physics::heat_stage_reach(most));
   return Error{
       ErrorCode::step_too_large,

@@ -3,6 +3,7 @@
 // z = tau lambda. s up to 65, the default maximum.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "meltsim/physics/heat.hpp"
@@ -33,9 +34,28 @@ TEST(HeatStages, TwoStagesAreRkl1) {
     EXPECT_NEAR(amplification(2, z), 1 - z + z * z / 6, 1e-14) << z;
 }
 
+// R = P_s(1 - 2 z/(s^2 + s)), P_s the Legendre polynomial: Meyer et al. (2014), eq. (12). What is left of the start is
+// never less than nothing by more than 1/2, and M(Y_0) has no negative weight.
+TEST(HeatStages, EvenStagesAreRkl1) {
+  for (int s = 2; s <= 64; s += 2) {
+    for (int k = 0; k <= 40; ++k) {
+      const double x = 1 - k / 20.0, z = heat_stage_reach(s) * k / 40;
+      double p0 = 1, p1 = x;
+      for (int n = 2; n <= s; ++n) {
+        const double p = ((2 * n - 1) * x * p1 - (n - 1) * p0) / n;
+        p0 = p1;
+        p1 = p;
+      }
+      EXPECT_NEAR(amplification(s, z), p1, 1e-10) << s << " " << z;
+      EXPECT_GE(p1, -0.5) << s;
+    }
+    for (int j = 1; j <= s; ++j) EXPECT_EQ(heat_stage(j, s).gamma_rate, 0) << s;
+  }
+}
+
 // Second order: R = 1 - z + z^2/2 + O(z^3) with a third-order coefficient below 1/6.
 TEST(HeatStages, SecondOrder) {
-  for (int s = 3; s <= 65; ++s)
+  for (int s = 3; s <= 65; s += 2)
     for (const double z : {1e-2, 1e-3})
       EXPECT_NEAR(amplification(s, z), 1 - z + 0.5 * z * z, z * z * z / 6) << s;
 }
@@ -66,22 +86,37 @@ TEST(HeatStages, StableUpToTheReach) {
 }
 
 TEST(HeatStages, CountIsTheSmallestThatReaches) {
-  for (double z = 0.01; z < 3000; z *= 1.037) {
-    const int s = heat_stage_count(z);
-    EXPECT_GE(heat_stage_reach(s), z);
-    if (z <= 2) {
-      EXPECT_EQ(s, 1) << z;
-    } else if (z <= 6) {
-      EXPECT_EQ(s, 2) << z;
-    } else {
-      EXPECT_EQ(s % 2, 1) << z;
-      EXPECT_GE(s, 5);
-      EXPECT_TRUE(s == 5 || heat_stage_reach(s - 2) < z) << z;
+  for (const bool changes_phase : {false, true}) {
+    const int first = changes_phase ? 4 : 5;
+    for (double z = 0.01; z < 3000; z *= 1.037) {
+      const int s = heat_stage_count(z, changes_phase);
+      EXPECT_GE(heat_stage_reach(s), z);
+      if (z <= 2) {
+        EXPECT_EQ(s, 1) << z;
+      } else if (z <= 6) {
+        EXPECT_EQ(s, 2) << z;
+      } else {
+        EXPECT_EQ(s % 2, first % 2) << z;
+        EXPECT_GE(s, first);
+        EXPECT_TRUE(s == first || heat_stage_reach(s - 2) < z) << z;
+      }
     }
+    EXPECT_EQ(heat_stage_count(heat_stage_reach(1), changes_phase), 1);
+    EXPECT_EQ(heat_stage_count(heat_stage_reach(2), changes_phase), 2);
+    for (int s = first; s <= 65; s += 2) EXPECT_EQ(heat_stage_count(heat_stage_reach(s), changes_phase), s);
   }
-  EXPECT_EQ(heat_stage_count(heat_stage_reach(1)), 1);
-  EXPECT_EQ(heat_stage_count(heat_stage_reach(2)), 2);
-  for (int s = 5; s <= 65; s += 2) EXPECT_EQ(heat_stage_count(heat_stage_reach(s)), s);
+}
+
+TEST(HeatStages, MostIsOneThatIsGiven) {
+  for (int most = 2; most <= 66; ++most)
+    for (const bool changes_phase : {false, true}) {
+      const int s = heat_most_stages(most, changes_phase);
+      EXPECT_LE(s, most);
+      EXPECT_GE(s, std::max(2, most - 1));
+      EXPECT_TRUE(s == 2 || (s % 2 == 0) == changes_phase) << most;
+      if (s != 3)
+        EXPECT_EQ(heat_stage_count(heat_stage_reach(s), changes_phase), s);  // two reach as far as three
+    }
 }
 
 }  // namespace

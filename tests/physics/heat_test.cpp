@@ -138,6 +138,20 @@ TEST(Conductance, BothPhasesConductLikeWhatLiesBeforeTheFront) {
   EXPECT_DOUBLE_EQ(pair_conductivity(resistivity_of(conductivity_toward(m, 0.0, 40.0)), 1 / 0.561), 0.561);
 }
 
+// Kirchhoff: k (T_j - T_i) is the integral of k from T_i to T_j, so it is continuous where melting begins and ends, and
+// the same from both ends.
+TEST(Conductance, TowardNeighboursTheFluxIsTheIntegralOfTheConductivity) {
+  const auto m = ice(0, latent);
+  const auto integral = [](double t) { return t < 0 ? 2.22 * t : 0.561 * t; };
+  for (const double t : {-20.0, -1e-9, 0.0, 1e-9, 3.0, 60.0})
+    for (const double other : {-30.0, -1e-6, 0.0, 1e-6, 5.0, 80.0}) {
+      EXPECT_NEAR(conductivity_toward(m, t, other) * (other - t), integral(other) - integral(t), 1e-12)
+          << t << " " << other;
+      EXPECT_DOUBLE_EQ(conductivity_toward(m, t, other),
+                       t == other ? 2.22 : conductivity_toward(m, other, t));
+    }
+}
+
 // Lattices of every kind that has one direction, or two, to conduct in: what the pair sum finds along it, added up
 // here, against what conduction_share makes of the density sum. 2.5 %: one slope for all shapes, fitted
 // to the plane; without a correction it would be up to 0.86.

@@ -253,7 +253,7 @@ TEST(Heat, FilmsOfLiquidConductAlongThemselves) {
 }
 
 /// Heat that ice at its melting point takes from water in this time, all of it in one sub-step or in many.
-double first_heat(double fourier, int substeps) {
+double first_heat(double fourier, int substeps, double temperature) {
   constexpr double dx = 0.1, tau = dx * dx * 1000 * 4217 / 0.561, scale = 1e9;
   WorldDesc d = describe();
   d.spacing = dx;
@@ -278,7 +278,7 @@ double first_heat(double fourier, int substeps) {
   SolidDesc b;
   b.shape = Shape::box({0, 0, 0}, {1.2, 0.8, 0.8});
   b.material = ice;
-  b.temperature = 0;
+  b.temperature = temperature;
   b.fixed = true;
   EXPECT_TRUE(w.add_solid(b));
   FluidDesc f;
@@ -296,16 +296,16 @@ double first_heat(double fourier, int substeps) {
   return taken;
 }
 
-// Super-steps of five stages and more carry the heat with which melting begins. Ice that has not begun to melt conducts
-// with the harmonic mean of ice and water, 1.6 times as water does, and one long step keeps that throughout; fifty
-// short ones leave it after the first. When resistivities followed the stages, most of that heat was lost.
+// Super-steps of many stages carry the heat with which melting begins, as fifty short ones do: within a tenth of a
+// layer, of the 0.05 to 0.6 layers that melt in it (first order in the step). With RKL2 ice of -10 degrees took up half; where ice
+// that has not begun to melt conducted as ice for the whole super-step, that of 0 degrees took up 1.3 to 1.5 times as much.
 TEST(Heat, SuperStepsCarryTheHeatThatStartsMelting) {
   MELTSIM_NEEDS_BACKEND();
-  for (const double fourier : {0.25, 0.5, 1.0}) {
-    const double ratio = first_heat(fourier, 1) / first_heat(fourier, 50);
-    EXPECT_GT(ratio, 0.8) << fourier;
-    EXPECT_LT(ratio, 1.6) << fourier;
-  }
+  for (const double fourier : {0.25, 0.5, 1.0})
+    for (const double temperature : {0.0, -10.0}) {
+      const double one = first_heat(fourier, 1, temperature), many = first_heat(fourier, 50, temperature);
+      EXPECT_NEAR(one, many, 0.1 * 64) << fourier << " " << temperature;
+    }
 }
 
 class Calorimetry : public ::testing::TestWithParam<double> {};

@@ -80,14 +80,33 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
   return m.plateau == 0u ? own : own + fraction * (liquid - own);
 }
 
-/// k [W/(m K)], toward a neighbour, of what holds both phases: it is at the melting point, and between the
-/// front inside it and the neighbour lies liquid if the neighbour is hotter, solid if it is colder. The front
-/// crosses the cell while its latent heat lasts, so that its distance from the neighbour is one spacing on
-/// average, of that phase. (The mixture toward both makes it 0.73 on the side of liquid water, 1.42 on the
-/// side of ice: melting into cold ice then runs 1.5 % too fast over 14 layers, ~1/layers.)
+/// k [W/(m K)], toward neighbours, of what can change its phase: the mean over the temperatures between both ends, solid
+/// below the melting point and liquid above it (Kirchhoff's transform). What is at the melting point so conducts as liquid
+/// toward the hotter and as solid toward the colder, as either lies between its front and them; the front crosses the cell
+/// while its latent heat lasts, so that its distance from the neighbour is one spacing on average, of that phase. The flux
+/// is continuous in both temperatures where melting begins and ends, hence stages of a super-step may follow them.
+template <class T>
+struct TowardNeighbour {
+  T solid{}, liquid{};  ///< k of the phases [W/(m K)]
+  T melting_point{}, temperature{};
+  MELTSIM_HD T operator()(T neighbour) const {
+    const T above = maximum(temperature, neighbour) - melting_point,
+            below = melting_point - minimum(temperature, neighbour);
+    if (!(above > T(0))) return solid;
+    if (!(below > T(0))) return liquid;
+    return (above * liquid + below * solid) / (above + below);
+  }
+};
+
+template <class T>
+MELTSIM_HD TowardNeighbour<T> toward_neighbour(const MaterialRow<T>& m, T temperature) {
+  return {conductivity_at(m, T(0), temperature), conductivity_at(m, T(1), temperature),
+          static_cast<T>(m.melting_point), temperature};
+}
+
 template <class T>
 MELTSIM_HD T conductivity_toward(const MaterialRow<T>& m, T temperature, T neighbour) {
-  return conductivity_at(m, neighbour > temperature ? T(1) : T(0), temperature);
+  return toward_neighbour(m, temperature)(neighbour);
 }
 
 /// rho0 [kg/m^3] of a liquid at specific enthalpy h: what makes warm liquid rise.
@@ -173,14 +192,22 @@ struct HeatStage {
   double mu = 0, nu = 0, mu_rate = 1, gamma_rate = 0;
 };
 
-/// s = 1: explicit Euler. s = 2: first-order Runge-Kutta-Legendre (RKL1), R(z) = 1 - z + z^2/6. Else second
+/// s = 1: explicit Euler. s even: first-order Runge-Kutta-Legendre (RKL1; R(z) = 1 - z + z^2/6 for s = 2). s odd: second
 /// order (RKL2). First order costs nothing where it is used: at tau lambda up to 6 (tau alpha/dx^2 up to 0.8
 /// on the lattice) the error of the kernel sum is larger than that of time. A step in temperature, L2 after
 /// 10 and 40 dx^2/alpha: Euler at tau lambda = 1.4 1.7e-4 and 6e-5, RKL1 at 3.6 1.5e-4 and 5e-5, at 6 5e-4
 /// and 1.7e-4; RKL2 with three stages 4.9e-4 to 6.2e-4 and 1.7e-4 in all three.
+/// What changes its phase takes RKL1 with any number of stages: its heat capacity jumps, so that order beyond the first is
+/// lost, and RKL2 weighs M(Y_0) negatively: what flows at first, until melting holds a temperature, is then taken away
+/// again from what follows.
 inline HeatStage heat_stage(int j, int s) {
   if (s <= 1) return {};
-  if (s == 2) return j == 1 ? HeatStage{0, 0, 1.0 / 3.0, 0} : HeatStage{1.5, -0.5, 0.5, 0};
+  if (s % 2 == 0) {
+    const double w1 = 2.0 / (double(s) * s + s);
+    if (j == 1) return {0, 0, w1, 0};
+    const double mu = (2.0 * j - 1.0) / j;
+    return {mu, 1.0 - mu, mu * w1, 0};
+  }
   const auto b = [](int i) { return i < 2 ? 1.0 / 3.0 : (double(i) * i + i - 2.0) / (2.0 * i * (i + 1.0)); };
   const double w1 = 4.0 / (double(s) * s + s - 2.0);
   if (j == 1) return {0, 0, b(1) * w1, 0};
@@ -195,15 +222,27 @@ inline HeatStage heat_stage(int j, int s) {
 /// Largest tau lambda that s stages carry, lambda = 2 max_i sum_j g_ij/C_i (Gershgorin bound of the spectral
 /// radius). Euler: up to 2 a new temperature is a mean of old ones, so that nothing overshoots.
 inline double heat_stage_reach(int s) {
-  return s <= 1 ? 2.0 : s == 2 ? 6.0 : 0.5 * (double(s) * s + s - 2.0);
+  if (s <= 1) return 2.0;
+  return s % 2 == 0 ? double(s) * s + s : 0.5 * (double(s) * s + s - 2.0);
 }
 
-/// Stages needed for tau lambda: 1, 2, or the smallest odd s >= 5 that reaches it.
-inline int heat_stage_count(double tau_lambda) {
+/// Stages needed for tau lambda: 1, 2, or the smallest odd s >= 5 that reaches it; even where something changes its phase.
+inline int heat_stage_count(double tau_lambda, bool changes_phase) {
   if (tau_lambda <= heat_stage_reach(1)) return 1;
   if (tau_lambda <= heat_stage_reach(2)) return 2;
+  if (changes_phase) {
+    const int s = static_cast<int>(std::ceil(0.5 * (std::sqrt(1.0 + 4.0 * tau_lambda) - 1.0)));
+    return s + s % 2;
+  }
   const int s = static_cast<int>(std::ceil(0.5 * (std::sqrt(9.0 + 8.0 * tau_lambda) - 1.0)));
   return s < 5 ? 5 : s | 1;
+}
+
+/// The most stages of those that it gives, of no more than these (2 or more).
+inline int heat_most_stages(int given, bool changes_phase) {
+  return given == 2 || (given % 2 == 0) == changes_phase ? given
+         : given == 3 && changes_phase                   ? 2
+                                                         : given - 1;
 }
 
 /// Paper mode, eq. (4): the backward Euler step of the isolated pair (i, j), seen from i.

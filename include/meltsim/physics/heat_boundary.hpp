@@ -86,8 +86,8 @@ struct ParticleSurface {
 /// (the sum of |G| over such a plane is 1.02 of its area). On edges and corners of a box, which have 12 or
 /// fewer of 27 direct neighbours left, the missing quarters count once while the surface has 2 and 3 faces:
 /// (18/live)^1.4 restores them. Only surface particles (SBP) are asked; `first_layer` is the share of a
-/// plane's area that those serve. Ours; sums measured against true surfaces: boxes of 4 and 10 spacings +2, 0
-/// %; spheres of radius 5, 8, 10, 15 +1, -3, -1, +1 % (3: -16 %); a cylinder of radius 10 0 %.
+/// plane's area that those serve. Ours. Bodies along the lattice get their area within 2 %, planes of any orientation 0 to
+/// 5 % too much; an edge between faces that are not the lattice's gets too little (docs/validation.md, heat.lumped).
 template <class T>
 MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G, int live,
                                                T first_layer) {
