@@ -112,17 +112,17 @@ sanitizer() {
 
 # Random sequences of calls (tests/fuzz), then a few of them under compute-sanitizer, which is some hundred times slower.
 fuzz() {
-  local status=0 few=(--backend cuda --cases 4 --seconds 60 --hang 55)
+  local status=0 few=(--backend cuda --cases 12 --seconds 60 --here 1)
   "$build/bin/meltsim_api_fuzz" --backend cuda --cases 1000 --seconds "${MELTSIM_FUZZ_SECONDS:-60}" --hang 20 || status=1
   command -v compute-sanitizer > /dev/null || { echo "compute-sanitizer is not installed"; return 1; }
-  compute-sanitizer --target-processes all --error-exitcode 9 --print-limit 20 "$build/bin/meltsim_api_fuzz" "${few[@]}" ||
+  compute-sanitizer --error-exitcode 9 --print-limit 20 "$build/bin/meltsim_api_fuzz" "${few[@]}" ||
     status=1
   return "$status"
 }
 
 # Whole runs of the program beside its bare sub-steps.
 whole() {
-  python3 -B "$root/benchmarks/whole_run.py" --bin "$build/bin" --backend cuda --threads 0 --repeat 1 --seconds 0.5 \
+  python3 -B "$root/benchmarks/whole_run.py" --bin "$build/bin" --backend cuda --threads 0 --repeat 1 --seconds 1 \
     --sizes "${MELTSIM_WHOLE_SIZES:-80000,1000000}" --out "$out/whole_runs.jsonl"
 }
 
@@ -192,10 +192,10 @@ reproducible() {
     -DMELTSIM_BUILD_TESTS=ON -DMELTSIM_BUILD_BENCHMARKS=OFF ${MELTSIM_CMAKE_ARGS:-} || return 1
   cmake --build "$exact" --parallel "$(nproc)" --target meltsim_runner meltsim_golden || return 1
   for backend in cpu cuda; do
-    LD_LIBRARY_PATH=$exact/lib "$exact/bin/meltsim_golden" "$root/tests/golden/hashes.txt" --backend "$backend" || status=1
+    LD_LIBRARY_PATH=$exact/lib:$LD_LIBRARY_PATH "$exact/bin/meltsim_golden" "$root/tests/golden/hashes.txt" --backend "$backend" || status=1
   done
   for backend in cpu cuda; do
-    LD_LIBRARY_PATH=$exact/lib "$exact/bin/meltsim" run ice_block --backend "$backend" --time 4 \
+    LD_LIBRARY_PATH=$exact/lib:$LD_LIBRARY_PATH "$exact/bin/meltsim" run ice_block --backend "$backend" --time 4 \
       --out "$work/exact_$backend" --overwrite --export none || status=1
   done
   for column in melted_fraction kinetic_J thermal_J momentum_y; do

@@ -100,6 +100,8 @@ void register_stages(const Scene& scene, Backend backend) {
     const bool few = (info.need & (fact_freeze | fact_viscosity | fact_heat_boundary | fact_shifting)) != 0u;
     if ((info.need & (any_search & ~fact_packed)) != 0u) continue;  // register_searches
     if ((info.need & fact_dry) != 0u) continue;                     // there is liquid in every scene
+    if ((info.need & (fact_probes | fact_loads)) != 0u) continue;   // scene/water_gauges, _points, _forces
+    if ((info.need & fact_levels) != 0u) continue;                  // in one sub-step of 64
     if (!model && !few) {
       register_stage(info, scene, backend);
       continue;

@@ -490,8 +490,11 @@ class EngineImpl final : public Engine {
     if constexpr (!runs_tracks<E>) {
       run_stages(a);
     } else {
-      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin),
-                                          w_.next.position != nullptr ? advancing_barriers : usual_barriers);
+      const bool stays = w_.c.open_faces == 0u && !std::isfinite(w_.c.stray_speed);
+      const std::uint64_t barriers = w_.next.position == nullptr ? usual_barriers
+                                     : stays                     ? probing_barriers
+                                                                 : advancing_barriers;
+      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin), barriers);
       ex_.begin_tracks();
       for (const int s : EnqueueOrder<E>::of(ex_, plan)) {
         const auto at = static_cast<std::size_t>(s);

@@ -61,11 +61,16 @@ constexpr unsigned aside_blocks(double support_in_spacings) { return support_in_
 constexpr std::uint64_t usual_barriers = stage_bit(stage_step_begin) | stage_bit(stage_step_integrate);
 /// The same where sph.advance takes the place of sph.forces and step.integrate.
 constexpr std::uint64_t advancing_barriers = usual_barriers | stage_bit(stage_sph_forces);
+/// And where liquid cannot leave the scene, so that sph.advance changes nothing that probes read: it puts the new state
+/// elsewhere. What a probe reads in a sub-step that halts does not count.
+constexpr std::uint64_t probing_barriers = advancing_barriers | stage_bit(stage_sampling_probes);
 constexpr bool is_barrier(int stage, std::uint64_t barriers = usual_barriers) {
-  return (stage_bit(stage) & barriers) != 0;
+  return stage != stage_sampling_probes && (stage_bit(stage) & barriers) != 0;
 }
 
 constexpr bool in_order(int first, int second, std::uint64_t barriers = usual_barriers) {
+  if (first == stage_sampling_probes && (barriers & stage_bit(stage_sampling_probes)) != 0)
+    return second != stage_sph_forces && second != stage_step_integrate;
   const StageInfo &a = stage_table[static_cast<std::size_t>(first)],
                   &b = stage_table[static_cast<std::size_t>(second)];
   return is_barrier(first, barriers) || is_barrier(second, barriers) ||
@@ -113,6 +118,8 @@ constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers =
     for (int k = 0; k < tracks && track < 0; ++k)
       if (((direct >> end[static_cast<std::size_t>(k)]) & 1u) != 0) track = k;
     if (is_barrier(s, barriers) && tracks != 0) track = 0;
+    if (s == stage_sampling_probes && (barriers & stage_bit(s)) != 0 && tracks != 0)
+      track = -1;  // not in the way
     if (track < 0 && tracks < most_tracks) {
       track = tracks++;
     } else if (track < 0) {

@@ -70,16 +70,41 @@ bool parse(int argc, char** argv, Options& options,
     else if (name == "--first" && numeric) options.first = static_cast<std::uint64_t>(number);
     else if (name == "--seconds" && numeric) options.seconds = number;
     else if (name == "--hang" && numeric) options.hang_seconds = number;
+    else if (name == "--here" && numeric) options.here = number != 0;
     else if (value.empty() || !other(name, value)) {
-      std::fprintf(stderr, "%s: %s?\nusage: [--cases N] [--first K] [--seconds S] [--hang S] %s\n", argv[0],
-                   name.c_str(), usage);
+      std::fprintf(stderr,
+                   "%s: %s?\nusage: [--cases N] [--first K] [--seconds S] [--hang S] [--here 0|1] %s\n",
+                   argv[0], name.c_str(), usage);
       return false;
     }
   }
   return true;
 }
 
+namespace {
+
+int run_here(const Options& options, const Case& one) {
+  Progress progress;
+  const Clock::time_point start = Clock::now();
+  std::uint64_t item = options.first, findings = 0;
+  for (; item < options.first + options.count; ++item) {
+    if (options.seconds > 0 && seconds_since(start) >= options.seconds) break;
+    const std::string violation = one(item, progress);
+    if (violation.empty()) continue;
+    ++findings;
+    std::printf("case %llu: %s\n", static_cast<unsigned long long>(item), violation.c_str());
+  }
+  std::printf("%llu cases from %llu on ran to their end, %llu findings, %.0f s\n",
+              static_cast<unsigned long long>(item - options.first - findings),
+              static_cast<unsigned long long>(options.first), static_cast<unsigned long long>(findings),
+              seconds_since(start));
+  return findings == 0 && item > options.first ? 0 : 1;
+}
+
+}  // namespace
+
 int run(const Options& options, const Case& one) {
+  if (options.here) return run_here(options, one);
   void* const shared =
       mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (shared == MAP_FAILED) {

@@ -22,12 +22,13 @@ struct Options {
   double seconds = 0;        ///< ends the run after this long; 0 = when all cases are done
   double hang_seconds = 60;  ///< a call that takes longer is a hang
   std::uint64_t per_child = 50;
+  bool here = false;  ///< in this process: for a debugger, or a checker that does not follow children
 };
 
 /// Outcome of one case: empty, or what was violated.
 using Case = std::function<std::string(std::uint64_t item, Progress& progress)>;
 
-/// Parses --cases N, --first K, --seconds S, --hang S; leaves the other arguments to `other` (name, value), which
+/// Parses --cases N, --first K, --seconds S, --hang S, --here 0|1; leaves the other arguments to `other` (name, value), which
 /// returns false for names it does not know. False: the usage was printed.
 bool parse(int argc, char** argv, Options& options,
            const std::function<bool(const std::string&, const std::string&)>& other, const char* usage);

@@ -62,6 +62,27 @@ TEST(Schedule, StagesThatTouchTheSameChannelKeepTheirOrder) {
   EXPECT_GT(pairs, 10000);
 }
 
+// Liquid alone, in a scene that it cannot leave: probes run beside the sweep that ends the sub-step, which waits for all else.
+TEST(Schedule, ProbesRunBesideTheSweepThatEndsTheSubstep) {
+  const std::uint64_t running = stages_of(fact_particles | fact_fluid | fact_packed | fact_probes);
+  ASSERT_TRUE((running >> stage_sampling_probes) & (running >> stage_sph_forces) & 1u);
+  const auto waits_for_probes = [running](std::uint64_t barriers) {
+    const Schedule plan = make_schedule(running, barriers);
+    const auto before = ended_before(plan);
+    // They have what they read, and the sub-step ends behind them.
+    EXPECT_TRUE((before[stage_sampling_probes] >> stage_sph_density) & 1u);
+    EXPECT_TRUE((before[stage_sph_forces] >> stage_sph_density) & 1u);
+    const bool joined = plan.track[stage_sampling_probes] == 0 ||
+                        ((plan.last >> stage_sampling_probes) & 1u) != 0 ||
+                        ((before[stage_step_integrate] >> stage_sampling_probes) & 1u) != 0;
+    EXPECT_TRUE(joined);
+    return ((before[stage_sph_forces] | before[stage_step_integrate]) >> stage_sampling_probes & 1u) != 0;
+  };
+  EXPECT_TRUE(waits_for_probes(usual_barriers));
+  EXPECT_TRUE(waits_for_probes(advancing_barriers));
+  EXPECT_FALSE(waits_for_probes(probing_barriers));
+}
+
 TEST(Schedule, NothingPassesIntegrationAndAllEndsOnTheFirstTrack) {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts) || (facts & fact_particles) == 0) continue;
