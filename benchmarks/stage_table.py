@@ -263,11 +263,30 @@ def thread_table(times):
     return markdown(["scene", *(f"{t} thread{'s' if t > 1 else ''}" for t in threads)], rows) if rows else ""
 
 
-def report(name, about, times, counted, refused, order):
+def run_table(runs):
+    """Whole runs of the program (whole_run.py): all of a run but start-up and final pictures over its bare sub-steps."""
+    rows = []
+    for run in runs:
+        if run["run"].count("/") != 4:
+            continue  # of another program
+        _, scene, backend, _, what = run["run"].split("/")
+        rows.append([f"{scene}, {count(run['particles'])}, {what}", backend, count(run["substeps"]),
+                     digits(run["bare_substep_ms"]), digits(run["job_s"]), f"{run['ratio']:.2f}",
+                     *(digits(run[k]) for k in ("start_up_s", "stepping_s", "reading_s", "writing_s", "pictures_s"))])
+    if not rows:
+        return ""
+    return markdown(["run", "backend", "sub-steps", "bare sub-step [ms]", "run [s]", "run / bare", "start-up [s]",
+                     "stepping [s]", "reading [s]", "writing [s]", "pictures [s]"], rows)
+
+
+def report(name, about, times, counted, refused, order, runs=()):
     parts = [f"Of `{name}`: {about.get('device', 'device unknown')}, {about.get('host', {}).get('cores', '?')} CPU "
              f"threads, commit {about.get('commit', 'unknown')[:7]}. Medians; ms per sub-step."]
     missing = "Not measured in this record."
     parts += ["### Whole sub-steps", scene_table(times) or missing]
+    parts += ["### Whole runs", "25 frames a second, files and probes of the scene (`default`), no files (`none`), no probes, eight "
+              "gauges at 1 kHz, a thousand points in every sub-step. `run`: all but start-up and final pictures; reading and "
+              "writing: what the host waits for.", run_table(runs) or missing]
     paper = paper_tables(times)
     parts += ["### The paper's sizes", paper.rstrip() or missing]
     parts += ["### Stages of the melting sub-step [ms]", stage_table(times, order) or missing]
@@ -307,12 +326,12 @@ def scene_of(key):
 
 
 def load(path, kernels):
-    """(about, times, counters, refused) of a record, or of the folder that one is made from."""
+    """(about, times, counters, refused, runs) of a record, or of the folder that one is made from."""
     if path.is_dir():
         counted, refused = profiles_of(path, kernels)
-        return {}, measured(path / "benchmarks.json"), counted, refused
-    about, times, counters, refused, _ = record.read(path)
-    return (about, times, {key_of(s): c for s, c in counters.items()}, {key_of(s): w for s, w in refused.items()})
+        return {}, measured(path / "benchmarks.json"), counted, refused, []
+    about, times, counters, refused, runs = record.read(path)
+    return (about, times, {key_of(s): c for s, c in counters.items()}, {key_of(s): w for s, w in refused.items()}, runs)
 
 
 def main(arguments):
@@ -322,11 +341,11 @@ def main(arguments):
     options = parser.parse_args(arguments)
     kernels = stage_kernels.Kernels(ROOT)
     try:
-        about, times, counted, refused = load(options.record.resolve(), kernels)
+        about, times, counted, refused, runs = load(options.record.resolve(), kernels)
     except (OSError, ValueError, KeyError) as error:
         print(f"{options.record}: {error}")
         return 1
-    text = report(options.record.resolve().stem, about, times, counted, refused, kernels.order)
+    text = report(options.record.resolve().stem, about, times, counted, refused, kernels.order, runs)
     print(text, end="")
     if options.docs:
         put(options.docs, text)

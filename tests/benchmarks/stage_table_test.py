@@ -150,6 +150,15 @@ class StageTable(unittest.TestCase):
                      {stage_table.scene_of(k): v for k, v in counted.items()},
                      {stage_table.scene_of(k): v for k, v in refused.items()}, [{"run": "dam_break", "wall_s": 1.5}])
 
+    def test_whole_runs(self):
+        run = {"run": "whole_run/dam_break/cuda/80000/default", "particles": 81000, "substeps": 2126,
+               "bare_substep_ms": 0.0871, "job_s": 0.22, "ratio": 1.188, "start_up_s": 0.25, "stepping_s": 0.18,
+               "reading_s": 0.03, "writing_s": 0.01, "pictures_s": 0.6}
+        table = stage_table.run_table([run, {"run": "of another program"}])
+        self.assertEqual(table.count("\n"), 2)
+        self.assertIn("| dam_break, 81,000, default | cuda | 2,126 | 0.0871 | 0.22 | 1.19 |", table)
+        self.assertEqual(stage_table.run_table([]), "")
+
     def test_the_whole(self):
         with tempfile.TemporaryDirectory() as name:
             path = Path(name)
