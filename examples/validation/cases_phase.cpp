@@ -509,7 +509,7 @@ std::vector<double> bath_times(const Bath& b, const std::vector<double>& shares)
   return passing.times;
 }
 
-/// The same for a block: an eighth of it, 20 cells along half its edge. 32 cells change the times by BLOCK_CHANGE % at most.
+/// The same for a block: an eighth of it, 20 cells along half its edge. 32 cells change the times by 0.5 % at most.
 std::vector<double> block_times(const Bath& b, const std::vector<double>& shares, int ice = 20) {
   const double dr = 1.0 / ice, dt = 0.065 * dr * dr * rho * water_c / water_k;
   const int n = static_cast<int>(std::lround(b.outer * ice)), rows[] = {1, n, n * n}, all = n * n * n;
