@@ -26,7 +26,7 @@
 #   MELTSIM_BENCHMARK_ARGS  more arguments for the benchmarks, e.g. --benchmark_filter=scene
 #   MELTSIM_BENCHMARK_LARGE empty: leave out the scenes of ten million particles
 #   MELTSIM_PROFILE_SCENES  what ncu looks at, as in benchmark names: "melting/cuda/60500 water_2d/cuda/1000000"
-#   MELTSIM_COMMIT          what to record where there is no git
+#   MELTSIM_COMMIT          what to record; default: what git says
 set -uo pipefail
 
 if [ $# -ne 1 ] || [ "${1#-}" != "$1" ]; then
@@ -226,8 +226,8 @@ part reproducible 150 reproducible
 part initcheck 45 sanitizer initcheck
 part synccheck 45 sanitizer synccheck
 
-commit=$(git -C "$root" rev-parse HEAD 2> /dev/null) || commit=${MELTSIM_COMMIT:-unknown}
-if [ "$commit" != unknown ] && [ -n "$(git -C "$root" status --porcelain --untracked-files=no 2> /dev/null)" ]; then
+commit=${MELTSIM_COMMIT:-$(git -C "$root" rev-parse HEAD 2> /dev/null)} || commit=unknown
+if [ -z "${MELTSIM_COMMIT:-}" ] && [ "$commit" != unknown ] && [ -n "$(git -C "$root" status --porcelain --untracked-files=no 2> /dev/null)" ]; then
   commit=$commit+changes
 fi
 python3 "$root/benchmarks/gpu_record.py" --work "$work" --out "$out" --commit "$commit"

@@ -149,14 +149,20 @@ MELTSIM_HD T liquid_excess(const SphKernel<T>& k, const FillSums<T>& s) {
 /// `lowest` [m]; between two of them g counts as linear. The last height where liquid is there too; NaN where it is nowhere.
 template <class T>
 MELTSIM_HD double level_of(const T* g, std::uint32_t count, double lowest, double step) {
+  constexpr std::uint32_t together = 8;  // values are read at once, so that their latencies overlap
   T above = 0;
-  for (std::uint32_t k = count; k-- > 0u;) {
-    const T here = g[k];
-    if (here > T(0)) {
-      const double part = k + 1u == count ? 0.0 : static_cast<double>(here / (here - above));
-      return lowest + step * (static_cast<double>(k) + part);
+  for (std::uint32_t end = count; end > 0u; end -= end < together ? end : together) {
+    T below[together];
+    for (std::uint32_t n = 0; n < together; ++n) below[n] = n < end ? g[end - 1u - n] : T(0);
+    for (std::uint32_t n = 0; n < together; ++n) {
+      const T here = below[n];
+      if (here > T(0)) {
+        const std::uint32_t k = end - 1u - n;
+        const double part = k + 1u == count ? 0.0 : static_cast<double>(here / (here - above));
+        return lowest + step * (static_cast<double>(k) + part);
+      }
+      above = here;
     }
-    above = here;
   }
   return static_cast<double>(NAN);
 }
