@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "csv.hpp"
 #include "failure.hpp"
@@ -84,9 +85,13 @@ void Run::show_progress() {
                                          static_cast<double>(state_.meltable));
   }
   progress_.ms_per_step = last_ms_;
+  // Ahead of the first frame: of the whole run so far.
+  if (last_ms_ == 0 && simulated > 0) progress_.ms_per_step = 1e3 * waited * last_dt_ / simulated;
   progress_.real_time_ratio = simulated / waited;
   const double before = options_.steps ? 0 : start_time_ / progress_.end;
-  progress_.eta = waited * (1 - progress_.done) / std::max(progress_.done - before, 1e-12);
+  const double done = progress_.done - before;
+  // Not known before there is a step to go by.
+  progress_.eta = done > 0 ? waited * (1 - progress_.done) / done : std::numeric_limits<double>::infinity();
   log_.progress(progress_);
 }
 
