@@ -120,6 +120,13 @@ Status validate(const WorldDesc& d) {
   if (d.sound_speed > 0 && !(d.sound_speed >= 1e-15 && d.sound_speed <= 1e15))
     return invalid("sound_speed: must be 0 or 1e-15..1e15 m/s, got ", d.sound_speed,
                    "; 0 derives it from the scene");
+  // Pressure is c^2 times what densities differ by, and rounding makes them differ: by 6e-8 or 1e-16.
+  const bool single = d.precision == Precision::single_precision;
+  const double fastest_sound = single ? 1e5 : 1e13;
+  if (d.sound_speed > fastest_sound)
+    return invalid("sound_speed: rounding in ", single ? "single" : "double",
+                   " precision would shake still liquid at ", d.sound_speed, " m/s; set at most ",
+                   fastest_sound, " (water has 1480)", single ? ", or precision to double" : "");
   if (!(std::isfinite(d.sound_speed) && d.sound_speed >= 0))
     return invalid("sound_speed: must be finite and >= 0 m/s, got ", d.sound_speed,
                    "; 0 derives it from the scene");
