@@ -2,6 +2,8 @@
 #include "load_scene.hpp"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/parser.h>
 
 #include <cerrno>
 #include <cstring>
@@ -48,13 +50,37 @@ std::string read_text(const std::string& path) {
   return read_stream(file, path);
 }
 
+/// Counts documents. YAML::LoadAll() would not end where a comma or bracket stands outside of brackets: it is a document
+/// each time it is looked at, and stays.
+struct Documents : YAML::EventHandler {
+  int count = 0;
+  void OnDocumentStart(const YAML::Mark&) override { ++count; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {
+  }
+  void OnMapEnd() override {}
+};
+
 YAML::Node parse_text(const std::string& text, const std::string& file) {
   try {
-    std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1) throw Failure(ExitCode::scene, file + ": holds more than one YAML document");
-    if (documents.empty())
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    Documents documents;
+    while (documents.count < 2 && parser.HandleNextDocument(documents)) {
+    }
+    if (documents.count > 1)
+      throw Failure(
+          ExitCode::scene,
+          file + ": holds more than one YAML document, or a comma or bracket stands where none can");
+    if (documents.count == 0)
       throw Failure(ExitCode::scene, file + ": is empty; `meltsim new NAME` writes a scene");
-    return documents.front();
+    return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     if (error.mark.is_null()) throw Failure(ExitCode::scene, fmt::format("{}: {}", file, error.msg));
     throw Failure(ExitCode::scene, fmt::format("{}:{}:{}: not valid YAML or JSON: {}", file,
