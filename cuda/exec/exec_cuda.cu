@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "exec/profiler_range.cuh"
 #include "engine/schedule.hpp"
+#include "exec/profiler_range.cuh"
 
 namespace meltsim {
 inline namespace v0 {

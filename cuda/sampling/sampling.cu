@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sampling stage for the CUDA executor.
-#include "exec/exec_cuda.cuh"
 #include "engine/stage_functions.hpp"
+#include "exec/exec_cuda.cuh"
 #include "sampling/stages.hpp"
 
 namespace meltsim {

@@ -7,10 +7,10 @@
 
 #include "engine/engine.hpp"
 #include "engine/frame.hpp"
-#include "exec/gather.hpp"
-#include "exec/lane_positions.hpp"
 #include "engine/lattice.hpp"
 #include "engine/shortcuts.hpp"
+#include "exec/gather.hpp"
+#include "exec/lane_positions.hpp"
 #include "spatial/neighbour_words.hpp"
 
 namespace meltsim {

@@ -12,12 +12,12 @@
 #include <vector>
 
 #include "engine/engine.hpp"
-#include "exec/repeat_key.hpp"
 #include "engine/scene.hpp"
 #include "engine/stage_functions.hpp"
 #include "engine/surface_frame.hpp"
 #include "engine/surface_request.hpp"
 #include "engine/text.hpp"
+#include "exec/repeat_key.hpp"
 #include "meltsim/result.hpp"
 
 namespace meltsim {

@@ -2,8 +2,8 @@
 // Inside of a triangle mesh by parity: an odd number of surfaces crossed on the way to a point means inside.
 #pragma once
 
-#include "shape/shape_lattice.hpp"
 #include "meltsim/shape.hpp"
+#include "shape/shape_lattice.hpp"
 
 namespace meltsim {
 inline namespace v0 {

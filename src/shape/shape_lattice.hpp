@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "shape/affine.hpp"
 #include "meltsim/shape.hpp"
+#include "shape/affine.hpp"
 
 namespace meltsim {
 inline namespace v0 {

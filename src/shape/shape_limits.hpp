@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string>
 
+#include "meltsim/result.hpp"
 #include "shape/box_ops.hpp"
 #include "shape/shape_check.hpp"
-#include "meltsim/result.hpp"
 
 namespace meltsim {
 inline namespace v0 {

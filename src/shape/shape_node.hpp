@@ -4,9 +4,9 @@
 
 #include <memory>
 
-#include "shape/shape_lattice.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/shape.hpp"
+#include "shape/shape_lattice.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "shape/shape_node.hpp"
 #include "meltsim/shape.hpp"
+#include "shape/shape_node.hpp"
 
 namespace meltsim {
 inline namespace v0 {

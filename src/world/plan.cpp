@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "world/guarded.hpp"
 #include "engine/pipeline.hpp"
 #include "engine/text.hpp"
+#include "world/guarded.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

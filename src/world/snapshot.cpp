@@ -7,9 +7,9 @@
 #include <initializer_list>
 
 #include "engine/text.hpp"
-#include "world/world_impl.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
+#include "world/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {

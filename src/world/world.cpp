@@ -2,9 +2,9 @@
 // The public face: creation, choice of backend, and forwarding.
 #include "meltsim/world.hpp"
 
-#include "world/guarded.hpp"
 #include "engine/text.hpp"
 #include "exec/threads.hpp"
+#include "world/guarded.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 

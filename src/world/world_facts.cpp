@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/density_range.hpp"
 #include "engine/pipeline.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
-#include "world/world_impl.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "world/density_range.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {

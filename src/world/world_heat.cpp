@@ -4,8 +4,8 @@
 #include <new>
 #include <string>
 
-#include "shape/shape_limits.hpp"
 #include "engine/text.hpp"
+#include "shape/shape_limits.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 

@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "engine/engine.hpp"
+#include "meltsim/world.hpp"
+#include "shape/shape_lattice.hpp"
 #include "world/growth_sites.hpp"
 #include "world/point_grid.hpp"
-#include "shape/shape_lattice.hpp"
-#include "meltsim/world.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -299,7 +299,8 @@ class WorldImpl final : public Scheduler {
   /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only
   /// lies in the table costs nothing.
   std::vector<std::uint8_t> liquid_used_, solid_used_;
-  std::vector<std::uint8_t> liquid_used_before_;  ///< for a step that is refused; kept so that no step allocates
+  std::vector<std::uint8_t>
+      liquid_used_before_;   ///< for a step that is refused; kept so that no step allocates
   bool may_melt_ = false;    ///< something could melt at some time since the scene was built
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
   double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene

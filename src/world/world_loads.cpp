@@ -4,8 +4,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "world/load_fields.hpp"
 #include "engine/text.hpp"
+#include "world/load_fields.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 

@@ -2,10 +2,10 @@
 // Rows of the material table, as the formulas need them.
 #include <algorithm>
 
-#include "world/world_impl.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
+#include "world/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -5,11 +5,11 @@
 #include <iterator>
 #include <utility>
 
-#include "world/load_fields.hpp"
 #include "engine/text.hpp"
+#include "meltsim/physics/sampling.hpp"
+#include "world/load_fields.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
-#include "meltsim/physics/sampling.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "engine/text.hpp"
+#include "meltsim/physics/energy.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
-#include "meltsim/physics/energy.hpp"
 
 namespace meltsim {
 inline namespace v0 {

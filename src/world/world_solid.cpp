@@ -4,13 +4,13 @@
 #include <cmath>
 #include <string>
 
-#include "world/growth_sites.hpp"
 #include "engine/lattice.hpp"
-#include "shape/shape_limits.hpp"
 #include "engine/text.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "shape/shape_limits.hpp"
+#include "world/growth_sites.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
-#include "meltsim/physics/heat.hpp"
 
 namespace meltsim {
 inline namespace v0 {

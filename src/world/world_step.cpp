@@ -5,13 +5,13 @@
 #include <string_view>
 #include <utility>
 
-#include "world/nozzle.hpp"
 #include "engine/pipeline.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
-#include "world/world_impl.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/shape_matching.hpp"
+#include "world/nozzle.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {

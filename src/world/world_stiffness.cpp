@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "world/validate.hpp"
-#include "world/world_impl.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/shape_matching.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
 
 namespace meltsim {
 inline namespace v0 {

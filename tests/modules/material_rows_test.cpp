@@ -2,8 +2,8 @@
 // Materials as World turns them into rows: the zero of a solid's enthalpy in particular.
 #include <gtest/gtest.h>
 
-#include "world/world_impl.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "world/world_impl.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 // in which the labels are searched three times and particles melt; or melt and freeze.
 #include <gtest/gtest.h>
 
-#include "world/world_impl.hpp"
 #include "modules/engine.hpp"
+#include "world/world_impl.hpp"
 
 namespace {
 

@@ -14,11 +14,11 @@
 #include <random>
 #include <vector>
 
-#include "exec/exec_cpu.hpp"
 #include "engine/frame.hpp"
 #include "engine/reading_frame.hpp"
 #include "engine/schedule.hpp"
 #include "engine/surface_frame.hpp"
+#include "exec/exec_cpu.hpp"
 
 namespace test_support {
 

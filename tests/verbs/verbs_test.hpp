@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "engine/frame.hpp"
-#include "exec/gather.hpp"
 #include "engine/schedule.hpp"
+#include "exec/gather.hpp"
 #include "meltsim/physics/hd.hpp"
 
 namespace verbs_test {

@@ -83,7 +83,7 @@ struct ParticleSurface {
 /// count once while the surface has 2 and 3 faces: (18/live)^1.4 restores them. Edges of other directions step from
 /// site to site, what sticks out of them has 9 to 11 left and serves more, up to 1.5 times that; beside them, with 13 to 16,
 /// 1.12. Of a sloped plane the steps count, and the layer beneath them, which has 19 or more, once more: 0.88 of it.
-/// Ours; fitted to sums over planes, boxes, balls, rods and turned cubes at chance offsets, which it leaves within 4.5 %.
+/// Ours; fitted to sums over planes, boxes, balls, rods and turned cubes at chance offsets (docs/validation.md).
 template <class T>
 MELTSIM_HD T edge_factor(int live) {
   if (live > 18) return T(0.88);
