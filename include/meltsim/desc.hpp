@@ -47,7 +47,7 @@ struct DomainDesc {
 
 enum class HeatModel {
   none,     ///< temperatures stay as given; nothing melts
-  paper,    ///< eq. (4) of Shao & Yu 2017: two reversed pair sweeps; not conservative, see ARCHITECTURE.md
+  paper,    ///< eq. (4) of Shao & Yu 2017: two reversed pair sweeps; not conservative, see docs/design/paper.md
   iwasaki,  ///< explicit exchange of temperatures (Iwasaki et al. 2010), for comparison: unstable beyond
             ///< dt sum K V L = 1, which raises StepResult::heat_bound_exceeded
   enthalpy  ///< conservative enthalpy form with latent heat, Runge-Kutta-Legendre super-time-stepping

@@ -10,6 +10,7 @@
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
+  rules.py links DIR             links between documents lead to a file and a heading; paths that ARCHITECTURE.md names exist
   rules.py selftest              each rule finds what it is there to find
 
 Every finding names file, line and rule. Exit code 1 when there is one.
@@ -252,9 +253,54 @@ def check_headers(root, command):
     print(f"{len(headers)} headers, {' '.join(command)}")
 
 
+def documents(root):
+    return [*sorted(root.glob("*.md")), *sorted((root / "docs").rglob("*.md"))]
+
+
+def without_code(text):
+    """Fenced blocks become blank lines; spans of code stay."""
+    return re.sub(r"^```.*?^```", lambda m: "\n" * m[0].count("\n"), text, flags=re.S | re.M)
+
+
+def anchors_of(text):
+    """The anchors that GitHub and myst give to headings."""
+    found = set()
+    for title in re.findall(r"^#{1,6} +(.*?) *$", without_code(text), re.M):
+        anchor = re.sub(r"[^\w\- ]", "", re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", title).lower()).replace(" ", "-")
+        while anchor in found:
+            anchor += "-1"
+        found.add(anchor)
+    return found
+
+
+def check_links(root):
+    count = 0
+    for document in documents(root):
+        name = document.relative_to(root)
+        for number, line in enumerate(without_code(document.read_text()).splitlines(), 1):
+            for target in re.findall(r"\]\(([^()\s]+)\)", re.sub(r"`[^`]*`", "", line)):
+                if re.match(r"\w+:", target):
+                    continue  # elsewhere in the world
+                count += 1
+                path, _, anchor = target.partition("#")
+                file = document.parent / path if path else document
+                if not file.exists():
+                    yield f"{name}:{number}: {target} leads to no file"
+                elif anchor and file.suffix == ".md" and anchor not in anchors_of(file.read_text()):
+                    yield f"{name}:{number}: {target} leads to no heading"
+            if name.as_posix() != "ARCHITECTURE.md":
+                continue
+            for path in re.findall(r"`((?:src|include|cuda|tests|examples|docs|benchmarks|cmake)/[\w./-]+)`", line):
+                count += 1
+                if not (root / path).exists():
+                    yield f"{name}:{number}: there is no {path}"
+    if count == 0:
+        yield "no link found: the pattern is broken"
+
+
 def check_snippets(root, command):
     count = 0
-    for document in [root / "README.md", *sorted((root / "docs").glob("*.md"))]:
+    for document in documents(root):
         for block in re.finditer(r"^```cpp\n(.*?)^```", document.read_text(), re.S | re.M):
             if not block[1].startswith("#include"):
                 continue  # a fragment
@@ -306,6 +352,10 @@ def selftest():
             (check_macros, "src/engine/a.cpp", "#ifdef MELTSIM_HAVE_CUDA\n#endif\n", 1),
             (check_macros, "include/meltsim/a.hpp", "#if defined(__CUDACC__)\n#endif\n", 1),
             (check_macros, HOST_DEVICE, "#if defined(__CUDACC__)\n#endif\n", 0),
+            (check_links, "docs/a/b.md", "# A title\n[here](b.md#a-title) [up](../../include/meltsim/fields.def)\n", 0),
+            (check_links, "docs/a/b.md", "[gone](c.md)\n", 1),
+            (check_links, "docs/a/b.md", "# A title\n```sh\n# no title\n```\n[here](#no-title)\n", 1),
+            (check_links, "ARCHITECTURE.md", "`src/sph/gone.hpp`\n", 1),
             (check_instantiations, "cuda/sph/a.cu", good, 0),
             (check_instantiations, "cuda/sph/a.cu", good + "__global__ void k(float* a) { a[0] *= 2; }\n", 3),
             (check_instantiations, "cuda/sph/a.cu", "template <class T> T f(T a) { return a * a; }\n", 3),
@@ -343,7 +393,7 @@ def main(arguments):
         found = list(check(Path(rest[0]).resolve(), rest[rest.index("--") + 1:]))
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
-                  "channels": check_channels, "symbols": check_symbols}
+                  "channels": check_channels, "links": check_links, "symbols": check_symbols}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)

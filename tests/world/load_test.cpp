@@ -289,7 +289,7 @@ std::vector<std::vector<double>> means_at_rest(World& w) {
 
 // A floor carries the water's weight, but for what traction along the sides carries and for momentum that is left, both below
 // a hundredth. A wall feels rho g h^2 b/2, and its moment about the floor is that times h/3: the liquid's pressure is right
-// to 4 % for this many layers (ARCHITECTURE.md), and half a layer of the surface is uncertain, h^2 by 1/9, h^3 by 1/6.
+// to 4 % for this many layers (docs/limits.md), and half a layer of the surface is uncertain, h^2 by 1/9, h^3 by 1/6.
 TEST(Load, StillWaterPressesAsItsWeightAndDepthSay) {
   MELTSIM_NEEDS_BACKEND();
   BodyId none;

@@ -318,7 +318,7 @@ TEST(Probe, LevelOfAPoolIsItsDepth) {
     }
 }
 
-// Two seconds later: what a pool of 8 layers settles by is 1 % of its depth, 0.1 dx (ARCHITECTURE.md).
+// Two seconds later: what a pool of 8 layers settles by is 1 % of its depth, 0.1 dx (docs/limits.md).
 TEST(Probe, LevelOfASettledPoolIsItsDepthToATenthOfASpacing) {
   MELTSIM_NEEDS_BACKEND();
   World w = make_pool(0.6);

@@ -40,7 +40,7 @@ MELTSIM_HD T solid_term(T phi) {
 }
 
 /// Least E/(rho c^2) of a body in liquid. The part of the forces that is left out between the particles of one body
-/// does work where the body changes its shape: a softer one gains energy (ARCHITECTURE.md, Steps of any length).
+/// does work where the body changes its shape: a softer one gains energy (docs/design/steps.md).
 inline constexpr double least_modulus = 0.5;
 
 /// Everything one liquid-solid pair needs. i is the liquid, k the solid, whoever asks.

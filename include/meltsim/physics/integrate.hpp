@@ -50,7 +50,7 @@ inline double spring_dt(double acoustic, double lightest_body, double heaviest_b
 }
 
 /// Factor on the acoustic step where the support is short: few neighbours answer more strongly to each other's
-/// displacements, and gain energy at the whole of it (ARCHITECTURE.md, Steps of any length).
+/// displacements, and gain energy at the whole of it (docs/design/steps.md).
 inline double support_factor(double support_in_spacings) { return support_in_spacings < 2.25 ? 0.7 : 1.0; }
 
 /// Largest sub-step [s] from viscosity: explicit diffusion of momentum, 1 / (nu sum_j V_j L_ij).
