@@ -4,6 +4,10 @@ include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/meltsim)
 
+# Where not everything was built, what is there is installed.
+install(CODE "if(NOT EXISTS \"$<TARGET_FILE:meltsim>\")
+  message(FATAL_ERROR \"meltsim: the library is not built; build it first: cmake --build ${PROJECT_BINARY_DIR} --target meltsim\")
+endif()")
 install(TARGETS meltsim EXPORT meltsimTargets
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "commands.hpp"
+#include "csv.hpp"
 #include "failure.hpp"
 #include "files.hpp"
 #include "run_directory.hpp"
@@ -13,6 +15,24 @@
 #include "show/run_frames.hpp"
 
 namespace runner {
+
+namespace {
+
+/// Whether no row of stats.csv has a particle.
+bool always_empty(const std::string& table) {
+  std::istringstream rows(table);
+  std::string row;
+  std::getline(rows, row);
+  const std::vector<std::string> header = split_commas(row);
+  while (std::getline(rows, row)) {
+    const std::vector<std::string> cells = split_commas(row);
+    for (std::size_t i = 0; i < std::min(cells.size(), header.size()); ++i)
+      if ((header[i] == "n_fluid" || header[i] == "n_solid") && cells[i] != "0") return false;
+  }
+  return true;
+}
+
+}  // namespace
 
 int cmd_plot(const std::string& path) {
   const RunDirectory directory{path, {}};
@@ -30,11 +50,12 @@ int cmd_plot(const std::string& path) {
   }
   const std::string table = read_file(directory.file("stats.csv"));
   const auto rows = std::count(table.begin(), table.end(), '\n');  // with the header
+  const bool empty = always_empty(table);
   const Scratch scratch;
   write_file(scratch.file("stats.csv"), table);
   for (const char* name : {"plots.svg", "plots.png"}) {
-    const std::string script =
-        plot_script("stats.csv", name, scene.title.empty() ? path : scene.title, name[6] == 's', rows < 3);
+    const std::string script = plot_script("stats.csv", name, scene.title.empty() ? path : scene.title,
+                                           name[6] == 's', rows < 3, empty);
     write_file(scratch.file("plots.gp"), script);
     const int status = run_program({gnuplot, "plots.gp"}, scratch);
     if (status != 0 || !exists(scratch.file(name))) {

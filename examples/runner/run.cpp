@@ -48,6 +48,7 @@ int Run::execute() {
     if (options_.resume) resume();
     else begin();
     start_time_ = state_.time;
+    start_steps_ = state_.steps;
     return report(loop());
   } catch (const Failure& failure) {
     if (failure.code() != ExitCode::io || !(checkpointed_ || options_.resume)) throw;
@@ -236,13 +237,14 @@ void Run::enqueue(const Batch& batch) {
   flight.steps_before = state_.steps;
   flight.substeps_before = built_.world.steps();
   flight.next_frame = state_.next_frame;
+  dt_ = batch.dt;
   bool whole = true;
   while (whole && flight.steps < batch.steps && (flight.steps == 0 || interrupt_signal() == 0)) {
     whole = step(batch.dt);
     if (!whole) break;
     ++flight.steps;
     ++state_.steps;
-    show_progress();
+    show_progress(flight.time + batch.dt * flight.steps);
   }
   flight.substeps = built_.world.steps() - flight.substeps_before;
   const int left = batch.steps - flight.steps;

@@ -66,7 +66,7 @@ class Run {
   void warn_about_stiffness();
   void warn_about(const meltsim::StepResult& result, std::uint64_t next_frame);
   void check_melted(double time);
-  void show_progress();
+  void show_progress(double time);  ///< [s] simulated so far
   bool at_end() const;
   double end() const;
   std::uint64_t planned_frames() const;
@@ -99,7 +99,9 @@ class Run {
   Recorder::Samples samples_left_;  ///< of readings that belong to no frame
   meltsim::StepResult last_result_;
   std::string step_error_;  ///< why step() refused, when it did
-  double last_dt_ = 0;
+  double last_dt_ = 0;      ///< of the steps that were settled last
+  double dt_ = 0;           ///< of those that were enqueued last
+  std::uint64_t start_steps_ = 0;
   std::uint64_t frame_steps_ = 0;  ///< steps settled since the last frame
   double frame_stepping_ = 0;      ///< WallTimes::stepping then
   double last_ms_ = 0;             ///< per step, in the last frame

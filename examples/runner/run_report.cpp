@@ -68,15 +68,15 @@ void Run::warn_about_stiffness() {
   }
 }
 
-void Run::show_progress() {
+void Run::show_progress(double time) {
   const meltsim::StepResult& result = last_result_;
-  const double waited = seconds_since(started_), simulated = state_.time - start_time_;
+  const double waited = seconds_since(started_), simulated = time - start_time_;
   progress_.end = end();
   progress_.done = options_.steps ? static_cast<double>(state_.steps) / static_cast<double>(*options_.steps)
-                                  : state_.time / progress_.end;
+                                  : time / progress_.end;
   progress_.done = std::min(1.0, progress_.done);
-  progress_.time = state_.time;
-  progress_.dt = last_dt_;
+  progress_.time = time;
+  progress_.dt = dt_;
   progress_.steps = state_.steps;
   progress_.fluid = result.fluid;
   progress_.solid = result.solid;
@@ -86,7 +86,7 @@ void Run::show_progress() {
   }
   progress_.ms_per_step = last_ms_;
   // Ahead of the first frame: of the whole run so far.
-  if (last_ms_ == 0 && simulated > 0) progress_.ms_per_step = 1e3 * waited * last_dt_ / simulated;
+  if (last_ms_ == 0) progress_.ms_per_step = 1e3 * waited / static_cast<double>(state_.steps - start_steps_);
   progress_.real_time_ratio = simulated / waited;
   const double before = options_.steps ? 0 : start_time_ / progress_.end;
   const double done = progress_.done - before;

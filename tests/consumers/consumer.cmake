@@ -4,6 +4,7 @@
 # MODE install           installs BUILD (configuration CONFIG) into PREFIX
 #      find_package      finds it in PREFIX
 #      pkg_config        the same with pkg-config and a bare compiler; STATIC adds --static
+#      partial_install   installs SUBPROJECT of which one program is built and one is not
 #      add_subdirectory  builds SOURCE within the host's tree, static
 cmake_minimum_required(VERSION 3.22)
 
@@ -84,6 +85,19 @@ elseif(MODE STREQUAL "add_subdirectory")
   run(${CMAKE_COMMAND} --build ${WORK} --parallel ${JOBS})
   expect_no_cuda(${WORK})
   run(${WORK}/host)
+
+elseif(MODE STREQUAL "partial_install")
+  file(REMOVE_RECURSE ${WORK} ${PREFIX})
+  run(${CMAKE_COMMAND} -S ${SUBPROJECT} -B ${WORK} ${configure_options} -DMODULE=${SOURCE}/cmake/MeltsimInstallProgram.cmake)
+  run(${CMAKE_COMMAND} --build ${WORK} --target built)
+  execute_process(COMMAND ${CMAKE_COMMAND} --install ${WORK} --prefix ${PREFIX} --config Release
+    OUTPUT_VARIABLE said COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT EXISTS ${PREFIX}/bin/built OR EXISTS ${PREFIX}/bin/unbuilt)
+    message(FATAL_ERROR "what is built is to be installed, and nothing else:\n${said}")
+  endif()
+  if(NOT said MATCHES "not built: unbuilt [^\n]*--target unbuilt" OR said MATCHES "not built: built")
+    message(FATAL_ERROR "the program that is left out is to be named, with the command that builds it:\n${said}")
+  endif()
 
 else()
   message(FATAL_ERROR "unknown MODE \"${MODE}\"")

@@ -369,6 +369,18 @@ class Plot(OddNames, Pictures):
         for ink in ((0xd1, 0x39, 0x2b), (0x2f, 0x62, 0xc4), (0x1f, 0x8a, 0x8a)):  # max, min, speed
             self.assertGreater(sum(n for pixel, n in shown.items() if max(abs(a - b) for a, b in zip(pixel, ink)) < 40), 50)
 
+    def test_an_empty_scene_has_no_temperature(self):
+        """A jet of 90 degrees that begins at 0.06 s: one horizontal line, not one that climbs from 0."""
+        self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters[0].from=0.06", "--frames", "5")
+        self.meltsim("plot", "run")
+        _, _, rows = read_png(self.path("run", "plots.png"))
+        blue = [y for y, row in enumerate(rows[:400]) if any(p[2] > p[0] + 60 and p[2] > p[1] + 60 for p in row[500:1000])]
+        self.assertLess(len(blue), 12)  # the line, and its sample in the legend; the plot is some 300 pixels high
+
+    def test_a_scene_that_stays_empty_has_plots_too(self):
+        self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters=[]", "--frames", "3")
+        self.meltsim("plot", "run")
+
     def test_a_run_of_one_row_has_plots_too(self):
         self.run_scene("--frames", "0")
         self.meltsim("plot", "run")

@@ -120,6 +120,14 @@ class Data(Page):
         self.assertEqual([len(particles) for _, particles in frames], [0] * 4)
         self.assertEqual(run["stats"]["rows"][0][0], 0)
 
+    def test_an_empty_scene_has_no_temperature(self):
+        """A jet that begins at 0.06 s fills a scene that has no particle at 0 and 0.04 s."""
+        self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters[0].from=0.06", "--export", "none",
+                       "--frames", "4")
+        stats = unpacked(self.page)[0]["stats"]
+        for name in ("T_min", "T_mean", "T_max"):
+            self.assertEqual([row[stats["columns"].index(name)] for row in stats["rows"]], [None, None, 90, 90, 90])
+
     def test_a_title_cannot_end_the_script(self):
         for title in ODD_TITLES:
             with self.subTest(title=title):
@@ -162,6 +170,15 @@ class Browser(Page):
                 # The page's script writes the title where it can read what is in the page, and a message where it cannot.
                 self.assertEqual(html.unescape(re.search(r'<b id="title">(.*?)</b>', shown, re.S).group(1)), title)
                 self.assertNotIn("display", re.search(r'<div id="message".*?>', shown).group(0))
+
+    def test_names_of_curves_keep_clear_of_titles(self):
+        """Plots are 225 pixels wide here: title and names of the energies are longer than that side by side."""
+        self.pixels("t=0.04")
+        _, _, rows = read_png(Path(self.directory.name, "page.png"))
+        plots = [[row[452:672] for row in rows[-150 + top:-150 + top + 14]] for top in (5, 19)]  # the third of four
+        kinetic = [sum(p[1] > p[0] + 60 and p[1] > p[2] + 40 for row in part for p in row) for part in plots]
+        self.assertEqual(kinetic[0], 0)  # beside the title
+        self.assertGreater(kinetic[1], 20)  # below it: seven letters
 
     def test_materials_have_the_scene_s_colours(self):
         self.run_scene("--frames", "3", "--set", "materials.water.color=[0.1, 0.8, 0.1]")

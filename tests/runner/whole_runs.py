@@ -8,6 +8,7 @@ import csv
 import json
 import math
 import os
+import pty
 import re
 import resource
 import shutil
@@ -473,6 +474,24 @@ class WholeRuns(unittest.TestCase):
         self.assertTrue(all("event" in event for event in events))
         self.assertIn("progress", {event["event"] for event in events})
         self.assertEqual(events[-1]["final"]["steps"], 40)
+
+    def test_progress_ahead_of_the_first_frame_is_that_of_the_steps_so_far(self):
+        """On a terminal, where progress is shown every 0.2 s: eight steps, which is how many are settled at once, take longer."""
+        master, slave = pty.openpty()
+        run = subprocess.Popen([PROGRAM, "run", SCENE, "--backend", "cpu", "--fps", "0.5", "--time", "4", "--export", "none",
+                                "--scale", "3", "--set", "time.dt=0.04", "--out", "run"], cwd=self.directory.name, stdout=slave, stderr=subprocess.STDOUT)
+        os.close(slave)
+        self.addCleanup(os.close, master)
+        said = ""
+        try:
+            while said.count("ms/step") < 3:
+                said += os.read(master, 4096).decode()
+        finally:
+            run.send_signal(signal.SIGINT)
+            run.wait(timeout=60)
+        for ms, ratio in re.findall(r"(\S+) ms/step (\S+)x", said):
+            self.assertGreater(float(ms), 0, said)
+            self.assertGreater(float(ratio), 0, said)
 
     def test_quiet_says_nothing(self):
         result = self.meltsim("run", SCENE, "--backend", "cpu", "--quiet", "--steps", "1")

@@ -17,7 +17,7 @@ std::string quoted(const std::string& text) {
 
 struct Curve {
   const char* title;
-  const char* value;  ///< of gnuplot's `using`
+  std::string value;  ///< of gnuplot's `using`
   const char* color;
 };
 
@@ -36,12 +36,12 @@ std::string plot(const char* title, const char* unit, std::initializer_list<Curv
 }  // namespace
 
 std::string plot_script(const std::string& stats, const std::string& picture, const std::string& title,
-                        bool svg, bool only_start) {
+                        bool svg, bool only_start, bool empty) {
   std::string text = fmt::format(
       "data = {}\nset datafile separator ','\nset terminal {}\nset output {}\n"
       "set style data lines\nset style line 1 lw 2\nset for [i=1:8] linetype i lw 2\nset grid lc rgb "
       "'#dddddd'\n"
-      "set border 3 lc rgb '#666666'\nset tics nomirror\nset key top right samplen 1.5 spacing 1.1\nset "
+      "set border 3 lc rgb '#666666'\nset tics nomirror\nset key below horizontal samplen 1.5\nset "
       "xlabel 'time [s]'\n"
       "set autoscale xfix\nset multiplot layout 2,3 title {} noenhanced\n",
       quoted(stats),
@@ -52,10 +52,15 @@ std::string plot_script(const std::string& stats, const std::string& picture, co
   text += plot("melted", "%", {{"melted", "100*column('melted_fraction')", "#e07b00"}},
                "set yrange [0:*<100]\nset key off\n") +
           "set key\n";
+  // While the scene is empty it has no temperature. Where it is empty all the time, gnuplot needs a number all the same.
+  const auto warmth = [empty](const char* name) {
+    return empty ? fmt::format("column('{}')", name)
+                 : fmt::format("column('n_fluid')+column('n_solid') > 0 ? column('{}') : NaN", name);
+  };
   text += plot("temperature", "degrees Celsius",
-               {{"max", "column('T_max')", "#d1392b"},
-                {"mean", "column('T_mean')", "#c8a415"},
-                {"min", "column('T_min')", "#2f62c4"}});
+               {{"max", warmth("T_max"), "#d1392b"},
+                {"mean", warmth("T_mean"), "#c8a415"},
+                {"min", warmth("T_min"), "#2f62c4"}});
   text +=
       "stats data using (column('kinetic_J')) every ::0::0 name 'K' nooutput\n"
       "stats data using (column('potential_J')) every ::0::0 name 'P' nooutput\n"

@@ -26,6 +26,8 @@ constexpr std::size_t most_bytes =
 constexpr std::size_t most_rows = 1500;  ///< of stats.csv: plots are not wider
 const char* const plotted[] = {"time_s", "melted_fraction", "T_min",       "T_mean",
                                "T_max",  "kinetic_J",       "potential_J", "ms_per_step"};
+/// Of columns above, those that have no value while the scene is empty, when the table has 0.
+bool needs_particles(const std::string& column) { return column.compare(0, 2, "T_") == 0; }
 
 /// Where numbers of the page are, and how large their steps.
 struct Scale {
@@ -134,14 +136,24 @@ Json stats_of(const std::string& path) {
         static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()));
     columns.push_back(name);
   }
+  std::vector<std::size_t> counts;
+  for (const char* name : {"n_fluid", "n_solid"})
+    counts.push_back(
+        static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()));
   std::vector<std::string> lines;
   while (std::getline(table, line)) lines.push_back(line);
   const std::size_t every = lines.size() / most_rows + 1;
   for (std::size_t i = 0; i < lines.size(); i += every) {
     const std::vector<std::string> cells = split_commas(lines[i]);
+    const auto value_of = [&cells](std::size_t column) {
+      return column < cells.size() ? parse_number(cells[column]) : std::nullopt;
+    };
+    const bool empty =
+        std::all_of(counts.begin(), counts.end(), [&](std::size_t c) { return value_of(c) == 0.0; });
     Json row = Json::array();
     for (const std::size_t column : wanted) {
-      const auto value = column < cells.size() ? parse_number(cells[column]) : std::nullopt;
+      auto value = value_of(column);
+      if (empty && column < header.size() && needs_particles(header[column])) value.reset();
       // JSON has no "nan"; null leaves a gap in the plot.
       row.push_back(value && std::isfinite(*value) ? Json(std::stod(fmt::format("{:.6g}", *value))) : Json());
     }
