@@ -26,7 +26,7 @@ from pathlib import Path
 MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "reading"}  # they meet only in the channels of fields.def
 SHARED = {"engine", "exec", "spatial"}                                # every module may use these
 # What the rooms that hold no module may include; under src/.
-ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "engine": {"engine", "exec", "spatial"},
+ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "trade": {"trade", "world"}, "engine": {"engine", "exec", "spatial"},
          "world": {"world", "engine", "exec", "shape"}}
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
 

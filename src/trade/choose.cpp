@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Settings from laws: the cheapest whose errors add up to the one asked for.
+#include <algorithm>
+#include <cmath>
+
+#include "meltsim/trade.hpp"
+#include "world/guarded.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace trade {
+
+namespace {
+
+Error invalid(const std::string& message) { return {ErrorCode::invalid_argument, message}; }
+
+/// A knob's law and how far it may be turned.
+struct Turn {
+  Law law;
+  double cheap, dear;  ///< the ends of its range by cost
+  double weight;       ///< relative change of cost per relative change of error
+  double least, most;  ///< error at the ends
+};
+
+std::vector<Turn> turns_of(const Study& study, const Known& known) {
+  std::vector<Turn> turns;
+  for (const Law& law : known.laws) {
+    const Range range = study.ranges[static_cast<std::size_t>(law.knob)];
+    const double slope = law.cost_exponent;
+    const double cheap = slope < 0 ? range.most : range.least, dear = slope < 0 ? range.least : range.most;
+    Turn turn{law, cheap, dear, 0, law.at(dear), law.at(cheap)};
+    // What costs more and is worse is never worth it.
+    if (turn.least >= turn.most) turn.least = turn.most;
+    else turn.weight = std::abs(slope / law.error_exponent);
+    turns.push_back(turn);
+  }
+  return turns;
+}
+
+double sum_at(const std::vector<Turn>& turns, double multiplier) {
+  double sum = 0;
+  for (const Turn& t : turns) sum += std::clamp(multiplier * t.weight, t.least, t.most);
+  return sum;
+}
+
+/// Minimises the product of x^cost under sum of errors <= allowed: every error is in proportion to its weight, or at an end
+/// of its range (Lagrange; convex in the logarithms of the errors).
+double multiplier_for(const std::vector<Turn>& turns, double allowed) {
+  double low = -700, high = 700;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = (low + high) / 2;
+    (sum_at(turns, std::exp(middle)) <= allowed ? low : high) = middle;
+  }
+  return std::exp(low);
+}
+
+Choice at_multiplier(const Study& study, const Known& known, const std::vector<Turn>& turns,
+                     double multiplier) {
+  Choice choice;
+  double work = study.reference_work;
+  for (const Turn& t : turns) {
+    const double error = std::clamp(multiplier * t.weight, t.least, t.most);
+    double x = t.cheap;
+    if (error <= t.least && t.least < t.most) x = t.dear;
+    else if (error < t.most) x = std::pow(error / t.law.error, 1 / t.law.error_exponent);
+    x = std::clamp(x, std::min(t.cheap, t.dear), std::max(t.cheap, t.dear));
+    choice.knobs[t.law.knob] = x;
+    choice.error += t.law.at(x);
+    work *= std::pow(x, t.law.cost_exponent);
+  }
+  choice.error += known.spread / 2;
+  choice.rms = choice.error * known.rms_share;
+  choice.work = work;
+  choice.seconds = work * study.seconds_per_work;
+  return choice;
+}
+
+const Known* find(const Study& study, const std::string& name) {
+  for (const Known& known : study.observables)
+    if (known.observable.name == name) return &known;
+  return nullptr;
+}
+
+Error unknown(const Study& study, const std::string& name) {
+  std::string names;
+  for (const Known& known : study.observables) names += (names.empty() ? "" : ", ") + known.observable.name;
+  return invalid("observable: \"" + name + "\" is none of the study's: " + names);
+}
+
+Result<Choice> choose_now(const Study& study, const std::string& name, double error, double safety) {
+  const Known* known = find(study, name);
+  if (known == nullptr) return unknown(study, name);
+  if (!(error > 0) || !std::isfinite(error))
+    return invalid("error: expected a share above 0, got " + std::to_string(error));
+  if (!(safety >= 1) || !std::isfinite(safety))
+    return invalid("safety: expected 1 or more, got " + std::to_string(safety));
+  const std::vector<Turn> turns = turns_of(study, *known);
+  const double asked = error * known->scale, allowed = asked / safety - known->spread / 2;
+  const bool attainable = allowed > 0 && sum_at(turns, 0) <= allowed;
+  Choice choice = at_multiplier(study, *known, turns, attainable ? multiplier_for(turns, allowed) : 0);
+  choice.asked = asked;
+  choice.attainable = attainable;
+  choice.chaotic = known->spread > asked;
+  return choice;
+}
+
+Result<std::vector<Choice>> front_now(const Study& study, const std::string& name, int points) {
+  const Known* known = find(study, name);
+  if (known == nullptr) return unknown(study, name);
+  if (points < 2) return invalid("points: expected 2 or more, got " + std::to_string(points));
+  const std::vector<Turn> turns = turns_of(study, *known);
+  double most = 0;
+  for (const Turn& t : turns) most += t.most;
+  const double least = sum_at(turns, 0);
+  std::vector<Choice> choices;
+  for (int i = 0; i < points; ++i) {
+    const double part = static_cast<double>(i) / (points - 1);
+    const double allowed = least > 0 ? most * std::pow(least / most, part) : most * (1 - part);
+    const bool end = i + 1 == points;
+    Choice choice = at_multiplier(study, *known, turns, end ? 0 : multiplier_for(turns, allowed));
+    choice.asked = choice.error;
+    choices.push_back(choice);
+  }
+  return choices;
+}
+
+}  // namespace
+
+Result<Choice> choose(const Study& study, const std::string& observable, double error, double safety) {
+  return core::guarded<Result<Choice>>([&] { return choose_now(study, observable, error, safety); });
+}
+
+Result<std::vector<Choice>> front(const Study& study, const std::string& observable, int points) {
+  return core::guarded<Result<std::vector<Choice>>>([&] { return front_now(study, observable, points); });
+}
+
+Difference delivered(const Study& study, std::size_t observable, const Knobs& actual,
+                     const std::vector<double>& values) {
+  Difference none{infinity, infinity};
+  if (observable >= study.observables.size()) return none;
+  const Known& known = study.observables[observable];
+  const Observable& o = known.observable;
+  if (!o.exact.empty()) return difference(o, known.scale, values, o.exact);
+  double others = 0;
+  const Law* spacing = nullptr;
+  for (const Law& law : known.laws) {
+    if (law.knob == Knob::spacing) spacing = &law;
+    else others += law.at(actual[law.knob]);
+  }
+  const double x = actual[Knob::spacing];
+  // The finest probe at the problem's other settings.
+  const Measurement* finest = nullptr;
+  for (const Measurement& m : study.probes) {
+    bool plain = m.complete && m.knobs.stir == 0;
+    for (const Knob knob : {Knob::sound_speed, Knob::courant, Knob::step, Knob::support})
+      plain = plain && std::abs(m.knobs[knob] - 1) < 1e-9;
+    if (plain && (finest == nullptr || m.actual[Knob::spacing] < finest->actual[Knob::spacing])) finest = &m;
+  }
+  const Difference to_limit = difference(o, known.scale, values, known.limit);
+  const double rms_share = to_limit.max > 0 ? to_limit.rms / to_limit.max : known.rms_share;
+  double error = to_limit.max;
+  if (spacing != nullptr && finest != nullptr && observable < finest->values.size() &&
+      x < 0.9 * finest->actual[Knob::spacing]) {
+    // The run is nearer to the limit than what the limit was extrapolated from: it is the better twin.
+    const double p = spacing->error_exponent, of_run = std::pow(x, p),
+                 of_probe = std::pow(finest->actual[Knob::spacing], p);
+    const double apart = difference(o, known.scale, values, finest->values[observable]).max;
+    error = apart * of_run / (of_probe - of_run) + others;
+  }
+  error += known.spread / 2;
+  return {error, error * rms_share};
+}
+
+}  // namespace trade
+}  // namespace v0
+}  // namespace meltsim

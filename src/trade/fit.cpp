@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "trade/fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace meltsim {
+inline namespace v0 {
+namespace trade {
+
+namespace {
+
+// Twins whose knobs differ by less say nothing of a power.
+constexpr double distinct = 1.03;
+
+/// Error falls along the list.
+void sort_by_error(std::vector<Twin>& twins, double exponent) {
+  std::sort(twins.begin(), twins.end(),
+            [&](const Twin& a, const Twin& b) { return exponent > 0 ? a.x > b.x : a.x < b.x; });
+  const auto same = [](const Twin& a, const Twin& b) {
+    return std::max(a.x, b.x) < distinct * std::min(a.x, b.x);
+  };
+  twins.erase(std::unique(twins.begin(), twins.end(), same), twins.end());
+}
+
+double log_slope(double x1, double y1, double x2, double y2) {
+  return y1 > 0 && y2 > 0 ? std::log(y2 / y1) / std::log(x2 / x1) : 0;
+}
+
+/// (a^p - b^p) / (b^p - c^p), which grows or falls steadily with p.
+double ratio_of_steps(double a, double b, double c, double p) {
+  return (std::pow(a, p) - std::pow(b, p)) / (std::pow(b, p) - std::pow(c, p));
+}
+
+/// The p in [least, most] whose ratio is nearest.
+double exponent_of(double a, double b, double c, double ratio, const Nominal& range, bool& inside) {
+  double low = range.least, high = range.most;
+  const double at_low = ratio_of_steps(a, b, c, low), at_high = ratio_of_steps(a, b, c, high);
+  const bool rises = at_high > at_low;
+  inside = rises ? ratio >= at_low && ratio <= at_high : ratio <= at_low && ratio >= at_high;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    ((ratio_of_steps(a, b, c, middle) < ratio) == rises ? low : high) = middle;
+  }
+  return (low + high) / 2;
+}
+
+}  // namespace
+
+Nominal nominal(Knob knob) {
+  switch (knob) {
+    case Knob::spacing:
+      return {1, 0.5, 2.5};
+    case Knob::sound_speed:
+      return {-2, -3, -1};
+    case Knob::courant:
+    case Knob::step:
+    case Knob::support:
+      break;
+  }
+  return {1, 0.5, 2.5};
+}
+
+double Law::at(double x) const { return error * std::pow(x, error_exponent); }
+
+Law fit(Knob knob, const Observable& observable, double scale, std::vector<Twin> twins, double noise) {
+  const Nominal expected = nominal(knob);
+  Law law;
+  law.knob = knob;
+  law.error_exponent = expected.exponent;
+  sort_by_error(twins, expected.exponent);
+  if (twins.size() < 2) return law;
+  law.cost_exponent = log_slope(twins.front().x, twins.front().work, twins.back().x, twins.back().work);
+  std::vector<double> apart;
+  for (std::size_t i = 0; i + 1 < twins.size(); ++i) {
+    const double d = difference(observable, scale, *twins[i].values, *twins[i + 1].values).max;
+    apart.push_back(std::sqrt(std::max(0.0, d * d - noise * noise)));
+  }
+  if (twins.size() >= 3 && apart[0] > 0 && apart[1] > 0)
+    law.error_exponent =
+        exponent_of(twins[0].x, twins[1].x, twins[2].x, apart[0] / apart[1], expected, law.fitted);
+  for (std::size_t i = 0; i < apart.size(); ++i) {
+    const double step =
+        std::pow(twins[i].x, law.error_exponent) - std::pow(twins[i + 1].x, law.error_exponent);
+    law.error = std::max(law.error, apart[i] / step);
+  }
+  return law;
+}
+
+Law fit_exact(const Observable& observable, double scale, const Law& relative, std::vector<Twin> twins,
+              double others) {
+  const Nominal expected = nominal(relative.knob);
+  Law law = relative;
+  law.fitted = false;
+  law.error_exponent = expected.exponent;
+  law.error = 0;
+  sort_by_error(twins, expected.exponent);
+  if (twins.empty()) return law;
+  std::vector<double> errors;
+  for (const Twin& twin : twins)
+    errors.push_back(
+        std::max(0.0, difference(observable, scale, *twin.values, observable.exact).max - others));
+  if (twins.size() >= 2 && errors.front() > 0 && errors.back() > 0) {
+    const double slope = log_slope(twins.front().x, errors.front(), twins.back().x, errors.back());
+    law.error_exponent = std::clamp(slope, expected.least, expected.most);
+    law.fitted = slope == law.error_exponent;
+  }
+  for (std::size_t i = 0; i < twins.size(); ++i)
+    law.error = std::max(law.error, errors[i] / std::pow(twins[i].x, law.error_exponent));
+  return law;
+}
+
+}  // namespace trade
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a World's knobs are, and a probe whose multiples refer to another World's.
+#pragma once
+
+#include "meltsim/trade.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace trade {
+
+/// The settings of a World that the knobs are multiples of.
+struct Reference {
+  double spacing = 0;      ///< [m]
+  double support = 0;      ///< over the spacing
+  double sound_speed = 0;  ///< [m/s]
+  double courant = 0;
+  double stable_dt = 0;  ///< [s] at the start
+};
+
+Reference reference_of(World& world);
+
+/// Settings `here` as multiples of those `of` another World; the knobs that no World has stay as asked for.
+Knobs multiples(const Reference& here, const Reference& of, const Knobs& asked);
+
+/// Work of a sub-step of this World.
+double work_of_substep(World& world, double particles, double dt, double diffusivity);
+
+/// measure(), with multiples of `reference`; null: of the World itself.
+Result<Measurement> measure_from(const Problem& problem, const Knobs& knobs, double wall_limit,
+                                 const Reference* reference);
+
+}  // namespace trade
+}  // namespace v0
+}  // namespace meltsim

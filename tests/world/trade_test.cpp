@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+// Laws from twins, choices from laws, probes of Worlds.
+#include "meltsim/trade.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace {
+
+using namespace meltsim;
+using trade::Knob;
+using trade::Knobs;
+
+/// A problem whose errors and costs are known: y(t) = 1 + t (C x^p + D c^q), work x^-4 c / courant.
+struct Made {
+  double spacing_error = 0.04, spacing_exponent = 1, sound_error = 0.01, sound_exponent = -2;
+  double stirred = 0;       ///< how far a stirred start ends from a plain one
+  double breaks_below = 0;  ///< sound speed multiple below which a run diverges
+
+  double error(double x, double c) const {
+    return spacing_error * std::pow(x, spacing_exponent) + sound_error * std::pow(c, sound_exponent);
+  }
+  static double work(double x, double c, double courant) { return std::pow(x, -4) * c / courant; }
+
+  trade::Problem problem() const {
+    trade::Problem p;
+    p.end = 1;
+    p.observables.resize(1);
+    p.observables[0].name = "y";
+    p.observables[0].scale = 1;
+    p.reference_work = 1;
+    p.run = [made = *this](const Knobs& knobs, double) -> Result<trade::Measurement> {
+      trade::Measurement m;
+      m.knobs = m.actual = knobs;
+      const double x = knobs[Knob::spacing], c = knobs[Knob::sound_speed];
+      m.values.resize(1);
+      for (int i = 0; i <= 10; ++i)
+        m.values[0].push_back(1 + 0.1 * i * (made.error(x, c) + (knobs.stir != 0 ? made.stirred : 0)));
+      m.work = work(x, c, knobs[Knob::courant]);
+      m.wall_s = 2 * m.work;
+      m.complete = c >= made.breaks_below;
+      if (!m.complete) m.problem = "a particle is too fast";
+      return m;
+    };
+    return p;
+  }
+};
+
+const trade::Law& law(const trade::Known& known, Knob knob) {
+  for (const trade::Law& l : known.laws)
+    if (l.knob == knob) return l;
+  ADD_FAILURE() << "no law of " << trade::knob_name(knob);
+  return known.laws.front();
+}
+
+trade::Study study_of(const Made& made) {
+  Result<trade::Study> study = trade::study(made.problem());
+  EXPECT_TRUE(study) << (study ? "" : study.error().message);
+  return study ? *study : trade::Study{};
+}
+
+TEST(Laws, ExponentsAndConstantsOfASumOfPowersAreFound) {
+  for (const double p : {0.75, 1.0, 1.5, 2.0}) {
+    Made made;
+    made.spacing_exponent = p;
+    const trade::Study study = study_of(made);
+    const trade::Known& y = study.observables.at(0);
+    // Differences of exact powers: only rounding is left (1e-16 of 1 in differences of 1e-3).
+    EXPECT_NEAR(law(y, Knob::spacing).error_exponent, p, 1e-6);
+    EXPECT_NEAR(law(y, Knob::spacing).error, made.spacing_error, 1e-8);
+    EXPECT_NEAR(law(y, Knob::spacing).cost_exponent, -4, 1e-9);
+    EXPECT_TRUE(law(y, Knob::spacing).fitted);
+    EXPECT_NEAR(law(y, Knob::sound_speed).error_exponent, -2, 1e-6);
+    EXPECT_NEAR(law(y, Knob::sound_speed).error, made.sound_error, 1e-8);
+    EXPECT_NEAR(law(y, Knob::sound_speed).cost_exponent, 1, 1e-9);
+    EXPECT_EQ(law(y, Knob::courant).error, 0);
+    EXPECT_NEAR(y.limit.back(), 1, 1e-8);
+  }
+}
+
+TEST(Laws, AnExponentOutsideOfWhatIsBelievedIsClampedAndTheLargerErrorTaken) {
+  Made made;
+  made.spacing_exponent = 6;
+  const trade::Law l = law(study_of(made).observables.at(0), Knob::spacing);
+  EXPECT_FALSE(l.fitted);
+  EXPECT_NEAR(l.error_exponent, 2.5, 1e-6);  // the most that is believed
+  // No twin differs by more than the law says.
+  const double x1 = 0.6 * 1.69, x2 = 0.6 * 1.3;
+  EXPECT_GE(l.at(x1) - l.at(x2), 0.999 * made.spacing_error * (std::pow(x1, 6) - std::pow(x2, 6)));
+}
+
+TEST(Laws, AnExactAnswerTellsTheErrorOfTheSpacingWithoutExtrapolation) {
+  Made made;
+  made.spacing_exponent = 1.4;
+  trade::Problem problem = made.problem();
+  problem.observables[0].exact.assign(11, 1.0);
+  const Result<trade::Study> study = trade::study(problem);
+  ASSERT_TRUE(study);
+  EXPECT_NEAR(law(study->observables[0], Knob::spacing).error_exponent, 1.4, 1e-6);
+  EXPECT_EQ(study->observables[0].limit, problem.observables[0].exact);
+}
+
+TEST(Choice, IsWithin15PercentOfTheBestOfAGridAtTheSameError) {
+  for (const double p : {0.75, 1.0, 2.0}) {
+    for (const double asked : {0.1, 0.05, 0.03}) {
+      Made made;
+      made.spacing_exponent = p;
+      const trade::Study study = study_of(made);
+      const Result<trade::Choice> choice = trade::choose(study, "y", asked, 1);
+      ASSERT_TRUE(choice);
+      ASSERT_TRUE(choice->attainable);
+      const double x = choice->knobs[Knob::spacing], c = choice->knobs[Knob::sound_speed];
+      EXPECT_LE(made.error(x, c), asked * (1 + 1e-6));
+      double best = infinity;
+      const trade::Range xs = study.ranges[0], cs = study.ranges[1];
+      constexpr int points = 200;  // neighbours differ by 2 % in x and 1 % in c: 8 % in cost
+      for (int i = 0; i <= points; ++i)
+        for (int k = 0; k <= points; ++k) {
+          const double gx = xs.least * std::pow(xs.most / xs.least, double(i) / points);
+          const double gc = cs.least * std::pow(cs.most / cs.least, double(k) / points);
+          if (made.error(gx, gc) <= asked) best = std::min(best, Made::work(gx, gc, 1.5));
+        }
+      EXPECT_LE(choice->work, 1.15 * best) << "p " << p << ", asked " << asked;
+      EXPECT_NEAR(choice->work, Made::work(x, c, choice->knobs[Knob::courant]), 1e-6 * choice->work);
+      EXPECT_NEAR(choice->seconds, 2 * choice->work, 1e-6 * choice->work);
+      EXPECT_NEAR(choice->knobs[Knob::courant], 1.5, 1e-9);  // it costs no accuracy here
+    }
+  }
+}
+
+TEST(Choice, SafetyIsAMarginOfTheErrorAskedFor) {
+  const Result<trade::Choice> choice = trade::choose(study_of(Made{}), "y", 0.06, 2);
+  ASSERT_TRUE(choice && choice->attainable);
+  EXPECT_NEAR(choice->error, 0.03, 1e-6);
+}
+
+TEST(Choice, BelowTheSmallestErrorThereIsItSaysWhatThatIs) {
+  const trade::Study study = study_of(Made{});
+  const Result<trade::Choice> choice = trade::choose(study, "y", 1e-4);
+  ASSERT_TRUE(choice);
+  EXPECT_FALSE(choice->attainable);
+  EXPECT_FALSE(choice->chaotic);
+  EXPECT_NEAR(choice->knobs[Knob::spacing], study.ranges[0].least, 1e-9);
+  EXPECT_NEAR(choice->knobs[Knob::sound_speed], 2, 1e-9);
+  EXPECT_NEAR(choice->error, Made{}.error(study.ranges[0].least, 2), 1e-8);
+  EXPECT_GT(choice->seconds, 0);
+  // The error that it names is one that can be asked for.
+  EXPECT_TRUE(trade::choose(study, "y", choice->error * 1.001, 1)->attainable);
+}
+
+TEST(Choice, StartsThatAreAlikeAndDifferByMoreThanAskedAreChaos) {
+  Made made;
+  made.stirred = 0.2;
+  const trade::Study study = study_of(made);
+  EXPECT_NEAR(study.observables[0].spread, 0.2, 1e-12);
+  const Result<trade::Choice> choice = trade::choose(study, "y", 0.05);
+  ASSERT_TRUE(choice);
+  EXPECT_FALSE(choice->attainable);
+  EXPECT_TRUE(choice->chaotic);
+  EXPECT_GE(choice->error, 0.1);  // half of the spread at least
+}
+
+TEST(Choice, WhatDivergedIsNotChosen) {
+  Made made;
+  made.breaks_below = 0.4;
+  const trade::Study study = study_of(made);
+  ASSERT_FALSE(study.notes.empty());
+  EXPECT_NE(study.notes[0].find("sound_speed x 0.3"), std::string::npos) << study.notes[0];
+  const Result<trade::Choice> choice = trade::choose(study, "y", 0.5);
+  ASSERT_TRUE(choice);
+  EXPECT_GE(choice->knobs[Knob::sound_speed], 0.4);
+}
+
+TEST(Choice, IsTheSameTwice) {
+  const trade::Study a = study_of(Made{}), b = study_of(Made{});
+  EXPECT_EQ(trade::choose(a, "y", 0.05)->knobs.value, trade::choose(b, "y", 0.05)->knobs.value);
+}
+
+TEST(Choice, RefusesWhatMakesNoSense) {
+  const trade::Study study = study_of(Made{});
+  EXPECT_EQ(trade::choose(study, "z", 0.05).error().message, "observable: \"z\" is none of the study's: y");
+  for (const double error : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), infinity})
+    EXPECT_EQ(trade::choose(study, "y", error).error().code, ErrorCode::invalid_argument);
+  EXPECT_FALSE(trade::choose(study, "y", 0.05, 0.5));
+  EXPECT_FALSE(trade::front(study, "y", 1));
+  EXPECT_FALSE(trade::study(trade::Problem{}));
+  trade::Options options;
+  options.seconds = 0;
+  EXPECT_FALSE(trade::study(Made{}.problem(), options));
+}
+
+TEST(Front, FallsInErrorAndRisesInCostOverMoreThan30Times) {
+  const Result<std::vector<trade::Choice>> front = trade::front(study_of(Made{}), "y", 8);
+  ASSERT_TRUE(front);
+  ASSERT_EQ(front->size(), 8u);
+  for (std::size_t i = 1; i < front->size(); ++i) {
+    EXPECT_LT((*front)[i].error, (*front)[i - 1].error);
+    EXPECT_GT((*front)[i].work, (*front)[i - 1].work);
+  }
+  EXPECT_GT(front->back().work, 30 * front->front().work);
+}
+
+TEST(Study, ProbesAtMostWhatItIsAllowedTo) {
+  trade::Options options;
+  options.probes = 4;
+  const Result<trade::Study> study = trade::study(Made{}.problem(), options);
+  ASSERT_TRUE(study);
+  EXPECT_EQ(study->probes.size(), 4u);
+  EXPECT_LE(study_of(Made{}).probes.size(), 9u);
+  options.progress = [](const trade::Measurement&, int planned) { return planned != 4; };
+  EXPECT_EQ(trade::study(Made{}.problem(), options).error().code, ErrorCode::interrupted);
+}
+
+TEST(Delivered, ARunFinerThanAllProbesIsExtendedByItsOwnDifference) {
+  const Made made;
+  const trade::Study study = study_of(made);
+  for (const double x : {1.0, 0.6, 0.4, 0.2}) {
+    Knobs knobs;
+    knobs[Knob::spacing] = x;
+    const Result<trade::Measurement> run = made.problem().run(knobs, 1);
+    EXPECT_NEAR(trade::delivered(study, 0, knobs, run->values[0]).max, made.error(x, 1), 1e-8) << x;
+  }
+}
+
+TEST(Observables, AreReducedToWhatIsCompared) {
+  trade::Observable o;
+  const std::vector<double> times{0, 1, 2}, values{0, 0.4, 0.8};
+  EXPECT_EQ(trade::reduce(o, times, values), values);
+  o.reduce = trade::Reduce::last;
+  EXPECT_EQ(trade::reduce(o, times, values), std::vector<double>{0.8});
+  o.reduce = trade::Reduce::largest;
+  EXPECT_EQ(trade::reduce(o, times, {1, std::nan(""), 0.5}), std::vector<double>{1});
+  o.reduce = trade::Reduce::time_to_reach;
+  o.level = 0.6;
+  EXPECT_NEAR(trade::reduce(o, times, values)[0], 1.5, 1e-15);
+  o.level = 0.9;
+  EXPECT_TRUE(std::isnan(trade::reduce(o, times, values)[0]));
+}
+
+TEST(Observables, DifferencesAreLargestAndRootMeanSquare) {
+  trade::Observable o;
+  trade::Difference d = trade::difference(o, 1, {0, 0, 0, 0}, {0, 2, 0, 0});
+  EXPECT_EQ(d.max, 2);
+  EXPECT_EQ(d.rms, 1);
+  o.components = 2;  // a path: distances
+  EXPECT_EQ(trade::difference(o, 1, {0, 0, 1, 1}, {3, 4, 1, 1}).max, 5);
+  o.components = 1;
+  EXPECT_EQ(trade::difference(o, 7, {1, std::nan("")}, {1, 2}).max, 7);  // never reached against reached
+  EXPECT_EQ(trade::difference(o, 7, {std::nan("")}, {std::nan("")}).max, 0);
+}
+
+/// A small column of water that collapses; what is left of its potential energy, and how fast it is.
+trade::Problem column() {
+  trade::Problem p;
+  p.end = 0.1;
+  p.samples = 2;  // a dozen steps each: whole ones blur the cost by a tenth
+  p.observables.resize(2);
+  p.observables[0].name = "potential";
+  p.observables[1].name = "never";
+  p.observables[1].reduce = trade::Reduce::time_to_reach;
+  p.observables[1].level = 1e9;
+  p.build = [](const Knobs& knobs) -> Result<World> {
+    WorldDesc desc;
+    desc.backend = Backend::cpu;
+    desc.threads = 1;
+    desc.spacing = 0.1 * knobs[Knob::spacing];
+    desc.domain.bounded = true;
+    desc.domain.max = {1, 1, 0.7};
+    desc.courant = std::min(0.6, 0.4 * knobs[Knob::courant]);
+    desc.sound_speed = 20 * knobs[Knob::sound_speed];
+    desc.gravity.x = 1e-3 * knobs.stir;
+    desc.heat.model = HeatModel::none;
+    Result<World> world = World::create(desc);
+    if (!world) return world;
+    MaterialDesc water;
+    water.name = "water";
+    const Result<MaterialId> id = world->add_material(water);
+    if (!id) return id.error();
+    FluidDesc fluid;
+    fluid.shape = Shape::box({0, 0, 0}, {0.5, 0.5, 0.7});
+    fluid.material = *id;
+    if (const auto added = world->add_fluid(fluid); !added) return added.error();
+    return world;
+  };
+  p.observe = [](World& world, std::vector<double>& values) -> Status {
+    const Result<Totals> totals = world.totals();
+    if (!totals) return totals.error();
+    values.push_back(totals->potential / totals->mass);
+    values.push_back(totals->max_speed);
+    return {};
+  };
+  return p;
+}
+
+TEST(Measure, AWorldIsSteppedToItsEndAndRepeats) {
+  const trade::Problem problem = column();
+  Knobs knobs;
+  knobs[Knob::sound_speed] = 0.5;
+  const Result<trade::Measurement> a = trade::measure(problem, knobs), b = trade::measure(problem, knobs);
+  ASSERT_TRUE(a && b) << (a ? "" : a.error().message);
+  EXPECT_TRUE(a->complete) << a->problem;
+  EXPECT_EQ(a->values[0].size(), 3u);
+  EXPECT_LT(a->values[0].back(), a->values[0].front());  // water falls
+  EXPECT_TRUE(std::isnan(a->values[1].at(0)));
+  EXPECT_EQ(a->values[0], b->values[0]);
+  EXPECT_EQ(a->work, b->work);
+  EXPECT_GT(a->substeps, 8u);
+  EXPECT_NEAR(a->actual[Knob::sound_speed], 0.5, 1e-6);
+  EXPECT_NEAR(a->actual[Knob::spacing], 1, 1e-12);
+}
+
+TEST(Measure, WhatCannotBeBuiltOrObservedIsAnError) {
+  trade::Problem problem = column();
+  Knobs knobs;
+  knobs[Knob::spacing] = 10;  // the domain is too small for its support
+  const Result<trade::Measurement> coarse = trade::measure(problem, knobs);
+  ASSERT_FALSE(coarse);
+  EXPECT_EQ(coarse.error().code, ErrorCode::invalid_argument);
+  problem.observables.resize(3);
+  EXPECT_NE(trade::measure(problem, Knobs{}).error().message.find("observe: expected 3 values"),
+            std::string::npos);
+  problem.build = [](const Knobs&) -> Result<World> { throw std::runtime_error("lost"); };
+  EXPECT_EQ(trade::measure(problem, Knobs{}).error().message, "lost");
+}
+
+TEST(Measure, AProbeThatTakesTooLongIsNotComplete) {
+  const Result<trade::Measurement> probe = trade::measure(column(), Knobs{}, 0);
+  ASSERT_TRUE(probe);
+  EXPECT_FALSE(probe->complete);
+  EXPECT_EQ(probe->problem, "it took longer than allowed");
+}
+
+TEST(Study, OfAWorldGivesACostThatRisesWithResolutionAndSoundSpeed) {
+  trade::Options options;
+  options.seconds = 1e-3;  // planned; the coarsest probes that there may be
+  trade::Problem problem = column();
+  problem.ranges[0] = {0.25, 1.2};
+  const Result<trade::Study> hasty = trade::study(problem, options);
+  ASSERT_FALSE(hasty);
+  EXPECT_EQ(hasty.error().message.find("seconds: the coarsest probes"), 0u) << hasty.error().message;
+  options.seconds = 0.3;
+  options.finest = 0.9;
+  const Result<trade::Study> study = trade::study(problem, options);
+  ASSERT_TRUE(study) << study.error().message;
+  const trade::Known& potential = study->observables.at(0);
+  // Laws of lattices of a hundred particles: whole particles and whole steps blur them.
+  EXPECT_NEAR(law(potential, Knob::spacing).cost_exponent, -4, 2);
+  EXPECT_NEAR(law(potential, Knob::sound_speed).cost_exponent, 1, 0.4);
+  EXPECT_NEAR(law(potential, Knob::courant).cost_exponent, -1, 0.4);
+  EXPECT_GT(study->seconds_per_work, 0);
+  EXPECT_TRUE(study->notes.empty()) << study->notes[0];
+}
+
+}  // namespace
