@@ -12,7 +12,6 @@
 #include "build_world.hpp"
 #include "commands.hpp"
 #include "failure.hpp"
-#include "processors.hpp"
 
 namespace {
 
@@ -59,7 +58,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: meltsim_bare_run SCENE SCALE BACKEND THREADS DT STEPS\n");
     return 2;
   }
-  runner::wait_politely(argv);  // as the program itself does
   try {
     return bare_run(argv);
   } catch (const std::exception& error) {

@@ -26,10 +26,7 @@ function(meltsim_add_test name)
   endif()
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)  # for "support/..."
   target_link_libraries(${name} PRIVATE meltsim_warnings GTest::gtest GTest::gtest_main ${arg_LIBRARIES})
-  # CTest runs several programs at once, each with a thread per core. Threads that spin at a barrier then wait
-  # for each other's time slices: 12 ms per parallel loop instead of 0.05.
-  set(environment "OMP_WAIT_POLICY=passive")
   # Found when CTest runs, not when the program is built: a build machine need not be able to run it.
   gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} ENVIRONMENT ${environment} ${labels})
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} ${labels})
 endfunction()

@@ -5,10 +5,6 @@
 
 meltsim_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 
-# Threads that spin at barriers while another program wants the core cost a time slice each: on a busy machine
-# that is the difference between 1 and 200 ms per step. Sleeping costs a few microseconds on an idle one.
-export OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-passive}
-
 meltsim_say() { printf '\n== %s\n' "$*"; }
 
 # meltsim_install_packages PACKAGE...: installs those that are missing, as root or through sudo.

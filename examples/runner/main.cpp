@@ -7,10 +7,8 @@
 #include "command_line.hpp"
 #include "failure.hpp"
 #include "memory.hpp"
-#include "processors.hpp"
 
 int main(int argc, char** argv) {
-  runner::wait_politely(argv);
   runner::keep_freed_memory();
   try {
     return runner::run_command_line(argc, argv);

@@ -46,8 +46,7 @@
 //   for timings, native_stream, fault (device errors)
 //
 // `guard`, when set, makes every verb but sort do nothing once *guard is non-zero: a World that diverged
-// keeps its last good state without the host having to look. Threads: OpenMP, which costs an embedding host
-// nothing but the compiler's own runtime. Results do not depend on the number of threads: bodies are
+// keeps its last good state without the host having to look. Threads: exec/team.hpp. Results do not depend on the number of threads: bodies are
 // independent, reductions combine fixed chunks in order.
 #pragma once
 

@@ -3,13 +3,11 @@
 // done.
 #pragma once
 
-#include <omp.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "exec/threads.hpp"
+#include "exec/team.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -29,14 +27,7 @@ class Shares {
     const auto threads = static_cast<int>(next_.size());
     const auto first_of = [parts, threads](int t) { return parts * t / threads; };
     for (int t = 0; t < threads; ++t) next_[static_cast<std::size_t>(t)].part = first_of(t);
-    const int team = team_for(threads);
-    if (team == 1) {
-      for (std::int64_t c = 0; c < parts; ++c) run(c);
-      return;
-    }
-#pragma omp parallel num_threads(team)
-    {
-      const int self = omp_get_thread_num();
+    const auto take_part = [&](int self) {
       for (int k = 0; k < threads; ++k) {
         const int whose = self + k < threads ? self + k : self + k - threads;
         std::int64_t* const next = &next_[static_cast<std::size_t>(whose)].part;
@@ -47,7 +38,10 @@ class Shares {
           for (std::int64_t c = first; c < first + take && c < end; ++c) run(c);
         }
       }
-    }
+    };
+    using TakePart = decltype(take_part);
+    Team::of_this_thread().run(
+        threads, [](const void* data, int self) { (*static_cast<const TakePart*>(data))(self); }, &take_part);
   }
 
  private:

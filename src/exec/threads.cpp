@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "exec/threads.hpp"
 
-#include <omp.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
-#include <mutex>
-#include <new>
 #include <string>
-#include <system_error>
 #include <thread>
-#include <vector>
 
 namespace meltsim {
 inline namespace v0 {
@@ -56,29 +52,26 @@ std::uint64_t memory_left(const std::string& group) {
   return most - std::min(most, used);
 }
 
-/// Threads that wait until all have been made, and end. How many there were.
-int try_threads(int wanted) {
-  std::mutex mutex;
-  std::condition_variable all_made;
-  bool done = false;
-  std::vector<std::thread> threads;
-  try {
-    threads.reserve(static_cast<std::size_t>(wanted));
-    while (static_cast<int>(threads.size()) < wanted)
-      threads.emplace_back([&] {
-        std::unique_lock<std::mutex> lock(mutex);
-        all_made.wait(lock, [&] { return done; });
-      });
-  } catch (const std::system_error&) {  // that was the last one
-  } catch (const std::bad_alloc&) {
+/// Processors in the affinity mask.
+int allowed() {
+  for (int most = 1024; most <= 1 << 20; most *= 2) {  // the system refuses a mask that is too short
+    cpu_set_t* const mask = CPU_ALLOC(static_cast<std::size_t>(most));
+    if (mask == nullptr) break;
+    const std::size_t bytes = CPU_ALLOC_SIZE(static_cast<std::size_t>(most));
+    const int count = sched_getaffinity(0, bytes, mask) == 0 ? CPU_COUNT_S(bytes, mask) : 0;
+    CPU_FREE(mask);
+    if (count > 0) return count;
   }
-  {
-    const std::lock_guard<std::mutex> lock(mutex);
-    done = true;
-  }
-  all_made.notify_all();
-  for (std::thread& t : threads) t.join();
-  return static_cast<int>(threads.size());
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+/// What the environment variable OMP_NUM_THREADS asks for; no bound where it is absent or no positive number. The name is
+/// OpenMP's, because that is what people set for a program that computes.
+int environment_threads() {
+  const char* const text = std::getenv("OMP_NUM_THREADS");
+  const long asked = text != nullptr ? std::strtol(text, nullptr, 10) : 0;
+  return asked > 0 ? static_cast<int>(std::min<long>(asked, std::numeric_limits<int>::max()))
+                   : std::numeric_limits<int>::max();
 }
 
 }  // namespace
@@ -87,7 +80,7 @@ int processors() {
   static const int known = [] {
     try {
       const double share = least_of_groups(share_of_time);
-      const int here = std::max(1, omp_get_num_procs());  // of the affinity mask
+      const int here = allowed();
       return share < here ? std::max(1, static_cast<int>(std::ceil(share))) : here;
     } catch (const std::exception&) {
       return 1;
@@ -97,19 +90,8 @@ int processors() {
 }
 
 int threads_for(int asked) {
-  if (asked <= 0) return std::min(processors(), std::max(1, omp_get_max_threads()));
+  if (asked <= 0) return std::min(processors(), environment_threads());
   return std::min(asked, std::max(processors(), granted_anyway));
-}
-
-int team_for(int wanted) {
-  // OpenMP keeps a thread's team for its next region, and lets go of those that a smaller one has no use for.
-  thread_local int last = 1;
-  if (wanted > last) {
-    const int more = try_threads(wanted - last);
-    // One is left over for whatever else the process does meanwhile.
-    if (last + more < wanted) wanted = std::max(1, last + more - 1);
-  }
-  return last = wanted;
 }
 
 std::uint64_t available_memory() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many threads a process may have, so that OpenMP never asks for one it cannot get: its runtime would end the process.
+// How many threads and how much memory this process may use.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,6 @@ int processors();
 /// Threads of a World that asks for `asked`; 0: one per processor, or fewer where OMP_NUM_THREADS says so. More than
 /// there are processors gain nothing; up to 16 are granted anyway, for comparison of results between machines.
 int threads_for(int asked);
-
-/// How many of `wanted` threads a parallel region of the calling thread may ask for: all, unless the system refuses to
-/// make them. Tries it once and when a region is to be larger than those before.
-int team_for(int wanted);
 
 /// Bytes that a process may still take before the system begins to kill processes: memory available, and what the control
 /// groups leave. The largest number where nobody says.

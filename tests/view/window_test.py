@@ -37,7 +37,7 @@ class Display:
 
 def run(program, arguments, display):
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    environment.update(LIBGL_ALWAYS_SOFTWARE="1", OMP_WAIT_POLICY="passive", XDG_RUNTIME_DIR="/nonexistent")
+    environment.update(LIBGL_ALWAYS_SOFTWARE="1", XDG_RUNTIME_DIR="/nonexistent")
     if display:
         environment["DISPLAY"] = display
     return subprocess.run([program, *arguments], env=environment, capture_output=True, text=True, timeout=200)
