@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -24,6 +25,7 @@ void append(std::string& to, T value) {
 /// The arrays of a VTP file, each behind its length, and the XML that points at them.
 class VtpArrays {
  public:
+  explicit VtpArrays(std::size_t bytes) { data_.reserve(bytes); }
   template <class T, class Get>
   void add(const char* type, const char* name, int components, std::size_t count, Get get) {
     xml_ += fmt::format(
@@ -31,44 +33,30 @@ class VtpArrays {
         "format=\"appended\" offset=\"{}\"/>\n",
         type, name, components, data_.size());
     append<std::uint64_t>(data_, count * static_cast<std::size_t>(components) * sizeof(T));
-    const std::size_t begin = data_.size();
-    data_.resize(begin + count * static_cast<std::size_t>(components) * sizeof(T));
-    char* to = data_.data() + begin;
-    for (std::size_t i = 0; i < count; ++i) {
-      for (int c = 0; c < components; ++c, to += sizeof(T)) {
-        const T value = get(i, c);
-        std::memcpy(to, &value, sizeof(T));
-      }
+    T part[3 * part_rows];
+    for (std::size_t done = 0; done < count; done += part_rows) {
+      const std::size_t rows = std::min(part_rows, count - done);
+      T* to = part;
+      for (std::size_t i = done; i < done + rows; ++i)
+        for (int c = 0; c < components; ++c) *to++ = get(i, c);
+      data_.append(reinterpret_cast<const char*>(part), static_cast<std::size_t>(to - part) * sizeof(T));
     }
   }
   std::string take_xml() { return std::exchange(xml_, {}); }
-  const std::string& data() const { return data_; }
+  std::string take_data() { return std::move(data_); }
 
  private:
+  static constexpr std::size_t part_rows = 512;  ///< some kilobytes of stack
   std::string xml_, data_;
 };
 
 }  // namespace
 
-FrameParticle frame_particle(const meltsim::ParticleFrame& frame, std::size_t i) {
-  const meltsim::ParticleTag tag = frame.tag[i];
-  const meltsim::Vec3f x = meltsim::cast<float>(frame.origin + meltsim::cast<double>(frame.position[i]));
-  const meltsim::Vec3f v = frame.velocity[i];
-  const std::uint8_t phase = meltsim::is_solid(tag) ? 1 : 0;
-  return {{x.x, x.y, x.z},
-          {v.x, v.y, v.z},
-          frame.temperature[i],
-          phase,
-          static_cast<std::int32_t>(meltsim::body_of(tag)) - 1,
-          frame.id[i],
-          static_cast<std::int32_t>(meltsim::material_of(tag)),
-          frame.liquid_fraction[i]};
-}
-
 std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame) {
   std::vector<FrameParticle> list;
   list.reserve(std::max<std::size_t>(1, frame.id.size()));
-  for (std::size_t i = 0; i < frame.id.size(); ++i) list.push_back(frame_particle(frame, i));
+  const ParticleColumns columns(frame);
+  for (std::size_t i = 0; i < frame.id.size(); ++i) list.push_back(columns.particle(i));
   if (list.empty()) {
     list.push_back({{0, 0, 0}, {0, 0, 0}, 0, 255, -1, std::numeric_limits<std::uint32_t>::max(), 0, 0});
   }
@@ -126,21 +114,30 @@ std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
 void write_ply(const std::string& path, const meltsim::ParticleFrame& frame, double time) {
   const std::size_t n = frame.id.size();
   if (n == 0) return write_file(path, ply_text(frame_particles(frame), time));
+  const ParticleColumns columns(frame);
   constexpr std::size_t part = 8192;  // rows; they stay in the processor's cache until they are written
   std::size_t done = 0;
   bool begun = false;
   write_file(path, [&](std::string& text) {
     if (!std::exchange(begun, true)) text = ply_header(n, time);
     const std::size_t rows = std::min(part, n - done);
-    append_ply_rows(text, rows, [&](std::size_t i) { return frame_particle(frame, done + i); });
+    append_ply_rows(text, rows, [&columns, done](std::size_t i) { return columns.particle(done + i); });
     done += rows;
   });
 }
 
-std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
-  const std::size_t n = particles.size();
-  VtpArrays arrays;
-  const auto at = [&particles](std::size_t i) -> const FrameParticle& { return particles[i]; };
+namespace {
+
+/// What lies around the arrays of a VTP file, and the arrays.
+struct VtpParts {
+  std::string head, data, tail;
+};
+
+/// at(i) is the i-th particle.
+template <class At>
+VtpParts vtp_parts(std::size_t n, double time, const At& at) {
+  constexpr std::size_t row = 61, headings = 1024;  // bytes of a particle; lengths of arrays, generously
+  VtpArrays arrays(row * n + headings);
   arrays.add<float>("Float32", "velocity", 3, n, [&](std::size_t i, int c) { return at(i).velocity[c]; });
   arrays.add<float>("Float32", "temperature", 1, n, [&](std::size_t i, int) { return at(i).temperature; });
   arrays.add<std::uint8_t>("UInt8", "phase", 1, n, [&](std::size_t i, int) { return at(i).phase; });
@@ -157,7 +154,7 @@ std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
   arrays.add<std::int64_t>("Int64", "offsets", 1, n,
                            [](std::size_t i, int) { return static_cast<std::int64_t>(i + 1); });
   const std::string vertices = arrays.take_xml();
-  std::string text = fmt::format(
+  std::string head = fmt::format(
       "<?xml version=\"1.0\"?>\n"
       "<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
       "  <PolyData>\n    <FieldData>\n"
@@ -170,9 +167,27 @@ std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
       "      <Points>\n{}      </Points>\n      <Verts>\n{}      </Verts>\n"
       "    </Piece>\n  </PolyData>\n  <AppendedData encoding=\"raw\">\n_",
       time, n, n, point_data, points, vertices);
-  text += arrays.data();
-  text += "\n  </AppendedData>\n</VTKFile>\n";
-  return text;
+  return {std::move(head), arrays.take_data(), "\n  </AppendedData>\n</VTKFile>\n"};
+}
+
+}  // namespace
+
+std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
+  const VtpParts parts =
+      vtp_parts(particles.size(), time, [&particles](std::size_t i) { return particles[i]; });
+  return parts.head + parts.data + parts.tail;
+}
+
+void write_vtp(const std::string& path, const meltsim::ParticleFrame& frame, double time) {
+  const std::size_t n = frame.id.size();
+  if (n == 0) return write_file(path, vtp_text(frame_particles(frame), time));
+  const ParticleColumns columns(frame);
+  VtpParts parts = vtp_parts(n, time, [&columns](std::size_t i) { return columns.particle(i); });
+  std::string* const in_order[] = {&parts.head, &parts.data, &parts.tail};
+  std::size_t written = 0;
+  write_file(path, [&](std::string& text) {
+    if (written < std::size(in_order)) text = std::move(*in_order[written++]);
+  });
 }
 
 std::string pvd_text(const std::vector<std::pair<double, std::string>>& frames) {

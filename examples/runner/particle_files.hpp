@@ -23,8 +23,39 @@ struct FrameParticle {
   float liquid_fraction = 0;  ///< 0 solid .. 1 liquid: share of the latent heat taken up
 };
 
-/// The i-th particle of a frame.
-FrameParticle frame_particle(const meltsim::ParticleFrame& frame, std::size_t i);
+/// The columns of a frame, for loops over its particles: where columns lie is read once, and not again behind every byte
+/// that such a loop writes. The frame must outlive it.
+struct ParticleColumns {
+  explicit ParticleColumns(const meltsim::ParticleFrame& frame)
+      : origin(frame.origin),
+        position(frame.position.data()),
+        velocity(frame.velocity.data()),
+        temperature(frame.temperature.data()),
+        fraction(frame.liquid_fraction.data()),
+        tag(frame.tag.data()),
+        id(frame.id.data()) {}
+
+  FrameParticle particle(std::size_t i) const {
+    const meltsim::ParticleTag t = tag[i];
+    const meltsim::Vec3f x = meltsim::cast<float>(origin + meltsim::cast<double>(position[i]));
+    const meltsim::Vec3f v = velocity[i];
+    const std::uint8_t phase = meltsim::is_solid(t) ? 1 : 0;
+    return {{x.x, x.y, x.z},
+            {v.x, v.y, v.z},
+            temperature[i],
+            phase,
+            static_cast<std::int32_t>(meltsim::body_of(t)) - 1,
+            id[i],
+            static_cast<std::int32_t>(meltsim::material_of(t)),
+            fraction[i]};
+  }
+
+  meltsim::Vec3d origin;
+  const meltsim::Vec3f *position, *velocity;
+  const float *temperature, *fraction;
+  const meltsim::ParticleTag* tag;
+  const std::uint32_t* id;
+};
 /// Live particles in order of id. When there are none, one placeholder: empty meshes break importers.
 std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame);
 
@@ -32,6 +63,7 @@ std::string ply_text(const std::vector<FrameParticle>& particles, double time);
 /// The same of all particles of a frame, as a file.
 void write_ply(const std::string& path, const meltsim::ParticleFrame& frame, double time);
 std::string vtp_text(const std::vector<FrameParticle>& particles, double time);
+void write_vtp(const std::string& path, const meltsim::ParticleFrame& frame, double time);
 /// The collection that gives ParaView the time of each file.
 std::string pvd_text(const std::vector<std::pair<double, std::string>>& frames);
 

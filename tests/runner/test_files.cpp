@@ -257,6 +257,29 @@ TEST(ParticleFiles, AnEmptyFrameHoldsAPlaceholder) {
   EXPECT_NE(ply_text(particles, 0).find("element vertex 1\n"), std::string::npos);
 }
 
+// More rows than a part of a file (8,192) or of an array (512) holds, and no multiple of either; far from the origin, of two
+// phases, bodies and materials, so that every column has values of its own.
+TEST(ParticleFiles, FilesOfAFrameAreTheTextsOfItsParticles) {
+  const Directory directory;
+  meltsim::ParticleFrame frame;
+  frame.origin = {1e3, -0.0, -7};
+  for (std::uint32_t i = 0; i < 9001; ++i) {
+    const float x = static_cast<float>(i);
+    frame.id.push_back(3 * i);
+    frame.position.push_back({0.1f * x, -0.0f, -x});
+    frame.velocity.push_back({x + 1, x + 2, x + 3});
+    frame.temperature.push_back(x / 7);
+    frame.liquid_fraction.push_back(x / 9001);
+    frame.tag.push_back(i % 3 == 0 ? meltsim::tag_solid | (1 + i % 5) << meltsim::tag_body_shift | 1u : 2u);
+  }
+  for (const auto& shown : {frame, meltsim::ParticleFrame{}}) {
+    write_ply(directory.file("a.ply"), shown, 0.5);
+    write_vtp(directory.file("a.vtp"), shown, 0.5);
+    EXPECT_TRUE(read_file(directory.file("a.ply")) == ply_text(frame_particles(shown), 0.5));
+    EXPECT_TRUE(read_file(directory.file("a.vtp")) == vtp_text(frame_particles(shown), 0.5));
+  }
+}
+
 TEST(LibraryError, GoesToTheKeyItNames) {
   const std::vector<FieldPlace> places{{"support_radius", "particles.support", "a.yaml:2:9"},
                                        {"heat.max_stages", "heat.max_stages", "a.yaml:5:3"}};

@@ -77,6 +77,10 @@ TEST(Replay, ComesBackFromItsFileUpToTheTimeOfTheCheckpoint) {
     write_file(path, file.substr(0, cut));
     EXPECT_FALSE(Replay().load(path, 1.0)) << cut;
   }
+  std::string odd = file;
+  odd[16] = 3;  // the share, which only ever doubles
+  write_file(path, odd);
+  EXPECT_FALSE(Replay().load(path, 1.0));
   EXPECT_FALSE(Replay().load(directory + "/none", 1.0));
   std::filesystem::remove_all(directory);
 }

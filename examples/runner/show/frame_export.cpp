@@ -43,7 +43,7 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
 void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
   if (wants("ply")) write_ply(directory_.frame("particles", index, "ply"), particles, time);
   if (!wants("vtp")) return;
-  write_file(directory_.frame("particles", index, "vtp"), vtp_text(frame_particles(particles), time));
+  write_vtp(directory_.frame("particles", index, "vtp"), particles, time);
   vtp_frames_.emplace_back(time, frame_file("particles", index, "vtp"));
   write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
 }

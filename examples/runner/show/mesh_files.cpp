@@ -157,7 +157,8 @@ void add_mixed_node(Json& json, Glb& glb, const FrameShapes& split, std::size_t 
 }  // namespace
 
 std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, double time) {
-  const Mesh mesh = given.empty() ? placeholder() : given;
+  const Mesh stand_in = given.empty() ? placeholder() : Mesh{};
+  const Mesh& mesh = given.empty() ? stand_in : given;
   std::string text = "ply\nformat binary_little_endian 1.0\n" + comments("comment", given.empty(), time) +
                      fmt::format("element vertex {}\n", mesh.position.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "temperature"})
@@ -166,16 +167,29 @@ std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
       "property int body\nproperty int material\nelement face {}\nproperty list uchar uint "
       "vertex_indices\nend_header\n",
       mesh.triangles.size() / 3);
-  for (std::size_t i = 0; i < mesh.position.size(); ++i) {
-    const Vec3f x = meltsim::cast<float>(origin + meltsim::cast<double>(mesh.position[i])),
-                n = mesh.normal[i];
-    for (const float value : {x.x, x.y, x.z, n.x, n.y, n.z, mesh.temperature[i]}) append(text, value);
-    append(text, static_cast<std::int32_t>(mesh.body[i]) - 1);
-    append(text, static_cast<std::int32_t>(mesh.material[i]));
+  constexpr std::size_t vertex_bytes = 36, face_bytes = 13;  // of what is put below
+  const std::size_t head = text.size(), vertices = mesh.position.size(), faces = mesh.triangles.size() / 3;
+  text.resize(head + vertices * vertex_bytes + faces * face_bytes);
+  char* to = text.data() + head;
+  const auto put = [&to](const auto& value) {
+    std::memcpy(to, &value, sizeof(value));
+    to += sizeof(value);
+  };
+  // Where arrays lie is read once, not again behind every byte that is written.
+  const Vec3f *const position = mesh.position.data(), *const normal = mesh.normal.data();
+  const float* const temperature = mesh.temperature.data();
+  const std::uint32_t *const body = mesh.body.data(), *const material = mesh.material.data(),
+                             *const corner = mesh.triangles.data();
+  for (std::size_t i = 0; i < vertices; ++i) {
+    put(meltsim::cast<float>(origin + meltsim::cast<double>(position[i])));
+    put(normal[i]);
+    put(temperature[i]);
+    put(static_cast<std::int32_t>(body[i]) - 1);
+    put(static_cast<std::int32_t>(material[i]));
   }
-  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
-    append(text, std::uint8_t{3});
-    for (std::size_t k = 0; k < 3; ++k) append(text, mesh.triangles[t + k]);
+  for (std::size_t t = 0; t < faces; ++t) {
+    put(std::uint8_t{3});
+    for (std::size_t k = 0; k < 3; ++k) put(corner[3 * t + k]);
   }
   return text;
 }

@@ -25,7 +25,9 @@ std::uint32_t hash(std::uint32_t id) {
   return id ^ id >> 16;
 }
 
-bool is_picked(std::uint32_t id, std::uint64_t share) { return share == 1 || hash(id) % share == 0; }
+/// share: a power of 2.
+bool is_picked(std::uint32_t id, std::uint64_t share) { return (hash(id) & (share - 1)) == 0; }
+bool is_power_of_two(std::uint64_t n) { return n != 0 && (n & (n - 1)) == 0; }
 
 template <class T>
 void append(std::string& to, const T& value) {
@@ -59,16 +61,22 @@ std::size_t Replay::particles() const {
 
 ReplayFrame Replay::picked(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) const {
   ReplayFrame frame{time, index, {}};
-  frame.particles.reserve(particles.id.size() / share_ + 1);
+  const ParticleColumns columns(particles);
+  std::vector<std::uint32_t> picked(particles.id.size() + 1);  // one more, that is written and not kept
+  std::size_t count = 0;
   for (std::size_t i = 0; i < particles.id.size(); ++i) {
-    if (!is_picked(particles.id[i], share_)) continue;
-    const FrameParticle p = frame_particle(particles, i);
+    picked[count] = static_cast<std::uint32_t>(i);
+    count += is_picked(columns.id[i], share_) ? 1u : 0u;
+  }
+  frame.particles.resize(count);  // no more than there are: it is kept until the run ends
+  for (std::size_t k = 0; k < count; ++k) {
+    const FrameParticle p = columns.particle(picked[k]);
     const std::uint32_t body = p.body < 0 ? 0 : 1 + static_cast<std::uint32_t>(p.body) % 127;
-    frame.particles.push_back(
-        {p.id,
-         {p.position[0], p.position[1], p.position[2]},
-         p.temperature,
-         body + (p.phase == 1 ? 128u : 0u) + (static_cast<std::uint32_t>(p.material) & 255u) * 256u});
+    frame.particles[k] = {
+        p.id,
+        {p.position[0], p.position[1], p.position[2]},
+        p.temperature,
+        body + (p.phase == 1 ? 128u : 0u) + (static_cast<std::uint32_t>(p.material) & 255u) * 256u};
   }
   return frame;
 }
@@ -118,7 +126,7 @@ bool Replay::load(const std::string& path, double time) {
   std::size_t at = magic.size();
   std::uint64_t every = 0, share = 0, size = 0;
   if (file.compare(0, magic.size(), magic) != 0 || !take(file, at, every) || !take(file, at, share) ||
-      !take(file, at, size) || every == 0 || share == 0) {
+      !take(file, at, size) || every == 0 || !is_power_of_two(share)) {
     return false;
   }
   std::string data;
