@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For hosts that write their own CUDA kernels: typed views of what a custom stage sees (scheduler.hpp).
-// Opt-in: the one public header that includes CUDA; nothing else of meltsim needs it.
+// Typed device views of the arguments of a custom stage (scheduler.hpp), for hosts that write CUDA kernels.
+// Opt-in: the one public header that includes CUDA; no other header of meltsim needs it.
 //
 //   void stage(const meltsim::StageContext& context, void*) {
 //     namespace interop = meltsim::cuda_interop;
@@ -9,8 +9,8 @@
 //     my_kernel<<<blocks, threads, 0, interop::stream(context)>>>(x, interop::acceleration<float>(context));
 //   }
 //
-// Launch on that stream and do not wait: stages before and after it are ordered by it, and the step stays
-// capturable in a CUDA graph. Views hold until the end of the stage.
+// Launch on that stream and do not wait: the stream orders the stages before and after, and the step can
+// still be captured in a CUDA graph. Views are valid until the stage returns.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -23,7 +23,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace cuda_interop {
 
-/// Stream of the World: the host's own if it passed one in WorldDesc::stream.
+/// Stream of the World: WorldDesc::stream if the host passed one.
 inline cudaStream_t stream(const StageContext& c) { return static_cast<cudaStream_t>(c.stream); }
 
 /// True when the context holds device memory in precision T (float or double).
@@ -42,29 +42,29 @@ DeviceSpan<Item> view(const StageContext& c, void* data) {
 }
 }  // namespace detail
 
-// Each of these is empty when the context does not hold T, or the scene has no such channel.
+// Each view is empty if the context does not hold T or the scene has no such channel.
 
-/// x, y, z relative to Resolved::origin [m]; w = volume [m^3].
+/// Positions relative to Resolved::origin [m] in x, y, z; rest volume [m^3] in w.
 template <class T>
 DeviceSpan<Vec4<T>> position(const StageContext& c) {
   return detail::view<Vec4<T>, T>(c, c.position);
 }
-/// vx, vy, vz [m/s]; w is the library's, do not write it.
+/// Velocities [m/s] in x, y, z; do not write w, an operand of the library.
 template <class T>
 DeviceSpan<Vec4<T>> velocity(const StageContext& c) {
   return detail::view<Vec4<T>, T>(c, c.velocity);
 }
-/// [m/s^2]; add to it after "sph.forces".
+/// Accelerations [m/s^2]; a stage after "sph.forces" and before "step.integrate" may add to them.
 template <class T>
 DeviceSpan<Vec3<T>> acceleration(const StageContext& c) {
   return detail::view<Vec3<T>, T>(c, c.acceleration);
 }
 
-/// The same memory as position<float>, for kernels that speak CUDA's vector types.
+/// The same memory as position<float>, in CUDA's vector type.
 inline DeviceSpan<float4> position_float4(const StageContext& c) {
   return detail::view<float4, float>(c, c.position);
 }
-/// The same memory as velocity<float>.
+/// The same memory as velocity<float>, in CUDA's vector type.
 inline DeviceSpan<float4> velocity_float4(const StageContext& c) {
   return detail::view<float4, float>(c, c.velocity);
 }

@@ -13,73 +13,73 @@
 
 namespace meltsim {
 inline namespace v0 {
-
+/// What a probe samples.
 enum class ProbeKind {
   point,  ///< averages over the particles within H of a point
-  /// The height of the liquid's surface [m] along the line through a point against gravity (y where there is none):
-  /// the coordinate along that direction of the highest place below which liquid fills half of the space. NaN where the
-  /// line meets no liquid, the upper end of the line where liquid reaches it. The line ends at the faces of a bounded
-  /// domain, else 512 spacings above and below the point. Single particles and spray do not count.
+  /// Height of the liquid's surface [m] along the line through a point against gravity (along y without gravity):
+  /// the coordinate, in that direction, of the highest place below which liquid fills half of the space. NaN if the line
+  /// meets no liquid; the upper end of the line if liquid reaches it. The line ends at the faces of a bounded domain,
+  /// otherwise 512 spacings above and below the point. Single particles and spray do not count.
   level,
-  /// Force on a body or a wall. It is that of the liquid, pressure and friction, images in walls included, and apart from
-  /// it that of the bodies and walls that touch it; neither gravity nor what a body's own parts do to each other counts.
-  /// 0 where a body has melted.
+  /// Force on a body or a wall: separately that of the liquid (pressure and viscous friction, images in walls included)
+  /// and that of the bodies and walls in contact. Gravity and forces between parts of one body do not count. 0 once the
+  /// body has melted.
   force,
-  /// Heat [W] into a body, from whatever heats it (liquid, other bodies, its surface, sources, regions), or through a wall
-  /// into what is beside it, per second of motion: HeatDesc::time_scale times what its temperatures say. What a body
-  /// loses by melting is no heat.
+  /// Heat [W] into a body from all its surroundings (liquid, other bodies, its surface, sources, heat regions), or through
+  /// a wall into the particles beside it. Per second of motion: HeatDesc::time_scale times the heat flow of the
+  /// temperatures. Enthalpy that leaves a body with melting particles does not count.
   heat,
-  /// Liquid through a disc or a rectangle, towards its normal: the sum over particles within H of its plane, each with the
-  /// share of the kernel that the plane cuts. Where a nozzle, a wall or a body is nearer than H to the opening, upstream or
-  /// downstream of it, the flux reads low by what is missing there.
+  /// Flux of liquid through a disc or a rectangle, towards its normal: a sum over the particles within H of its plane,
+  /// each weighted by the share of its kernel that the plane cuts. If a nozzle, a wall or a body is closer than H to the
+  /// opening, upstream or downstream, the flux reads low by the share that is missing there.
   flux
 };
 
-/// What is sampled, where and when.
+/// A probe: what it samples, where and when.
 struct ProbeDesc {
-  std::string name;  ///< empty = "probe<N>"; unique
-  ProbeKind kind = ProbeKind::point;
-  /// [m]; inside a bounded domain, but of kind `force`. Of kinds `point` and `level` at least one, of `flux` one: the centre of the opening. Of
-  /// `force` at most one: where moments are about; by default a body's centre of mass (in a periodic domain: of its
-  /// positions as they are, so that a body astride a periodic face needs a point), or the middle of the wall. Of `heat` none.
+  std::string name;                   ///< empty = "probe<N>"; unique in a World
+  ProbeKind kind = ProbeKind::point;  ///< what it samples
+  /// [m]. `point`, `level`: one or more; `flux`: one, the centre of the opening; all inside a bounded domain. `force`: at
+  /// most one, the reference of moments; default: the centre of mass of the body (of its stored positions, so a body
+  /// astride a periodic face needs a point) or the middle of the wall. `heat`: none.
   std::vector<Vec3d> points;
-  /// Of kinds `force` and `heat`: either a body or a wall.
+  /// `force` and `heat`: the body, or null and a wall.
   BodyId body;
   std::optional<int> wall;  ///< 0 to 5, in the order of DomainDesc::faces
-  /// Of kind `flux`: the direction that counts as positive; of any length but 0.
+  /// `flux`: the direction that counts as positive, of any length but 0.
   Vec3d normal{0, 0, 0};
-  double radius = 0;  ///< of kind `flux`: of a disc [m]; 0: a rectangle
-  /// Of a rectangle: the directions of its sides, at right angles to each other and to the normal, are `along` made
-  /// perpendicular to the normal, and normal x along.
+  double radius = 0;  ///< `flux`: radius of a disc [m]; 0: the opening is a rectangle
+  /// `flux` through a rectangle: its sides run along the part of `along` perpendicular to the normal, and along
+  /// normal x along.
   Vec3d along{0, 0, 0};
-  double size[2] = {0, 0};  ///< lengths of these sides [m]
-  /// Of kind `point`, at least one of "temperature" [degrees Celsius], "pressure" [Pa], "density" [kg/m^3], "speed"
-  /// [m/s], "velocity" [m/s, 3 values], "liquid_fraction" [0..1]. Of kind `force`, at least one of "force" [N, 3 values] and "moment" [N m, 3 values], the liquid's, and
-  /// "contact_force" and "contact_moment", of what touches it. Of kind `flux`, at least one of "mass_flux" [kg/s] and
-  /// "volume_flux" [m^3/s, at rest density]. Each once. Of kinds `level` and `heat`, none.
-  /// Pressure, speed and velocity are averages over liquid, the others over all particles; weights are those of the
-  /// smoothing kernel. NaN where nothing is within H.
+  double size[2] = {0, 0};  ///< lengths of these two sides [m]
+  /// `point`, one or more of: "temperature" [degrees Celsius], "pressure" [Pa], "density" [kg/m^3], "speed" [m/s],
+  /// "velocity" [m/s, 3 values], "liquid_fraction" [0..1]. `force`, one or more of: "force" [N, 3 values] and "moment"
+  /// [N m, 3 values] of the liquid, "contact_force" and "contact_moment" of bodies and walls in contact. `flux`, one or
+  /// more of: "mass_flux" [kg/s], "volume_flux" [m^3/s, at rest density]. Each at most once. `level`, `heat`: none.
+  /// Pressure, speed and velocity are averages over liquid, the other values over all particles, weighted by the
+  /// smoothing kernel. NaN where no such particle is within H.
   std::vector<std::string> fields;
-  /// A sample is due at from + k every, k = 0, 1, ..., and taken in the sub-step that this time lies in; no more than one
-  /// per sub-step. 0: one in every sub-step [s].
+  /// Interval between samples [s]. A sample is due at from + k every, k = 0, 1, ..., and is taken in the sub-step that
+  /// contains this time, at most one per sub-step. 0: one in every sub-step.
   double every = 0;
-  double from = 0;          ///< [s]
-  double until = infinity;  ///< [s]; the last moment that may be due
+  double from = 0;          ///< first time that is due [s]
+  double until = infinity;  ///< last time that may be due [s]
 };
 
-/// Samples of one probe. A sample is labelled with the middle of its sub-step, [t, t + dt]: there positions, density and
-/// pressure belong; velocities and temperatures are those at t. Heat into a body is that of the whole sub-step; through a wall,
-/// that at the temperatures of its end.
+/// Samples of one probe. The time of a sample is the middle of its sub-step [t, t + dt], to which positions, density and
+/// pressure belong; velocities and temperatures are those at t. Heat into a body is the mean over the sub-step; heat
+/// through a wall follows from the temperatures at its end.
 struct ProbeSeries {
-  ProbeId probe;
-  std::uint32_t points = 0;    ///< as in its description; 1 of kinds force, heat and flux
-  std::uint32_t width = 0;     ///< values per point: sample_columns(fields).size(), or 1 of a level or heat
-  std::vector<double> time;    ///< per sample, ascending [s]
+  ProbeId probe;             ///< whose samples these are
+  std::uint32_t points = 0;  ///< number of points; 1 for kinds force, heat and flux
+  std::uint32_t width = 0;   ///< values per point: sample_columns(fields).size(); 1 for kinds level and heat
+  std::vector<double> time;  ///< per sample, ascending [s]
   std::vector<double> values;  ///< [sample][point][value], in the order of the fields
 };
 
-/// Names of the values that fields take: "velocity" becomes velocity_x, velocity_y, velocity_z, forces and moments likewise,
-/// others stay. Unknown names are left out.
+/// Names of the values of fields, in order: "velocity" becomes velocity_x, velocity_y, velocity_z, forces and moments
+/// likewise; other names stay. Unknown names are left out.
 MELTSIM_API std::vector<std::string> sample_columns(const std::vector<std::string>& fields);
 
 }  // namespace v0

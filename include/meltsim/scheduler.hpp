@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plan of a step: which stages run, why, what they cost; and the host's own stages.
+// The plan of a step: which stages run, why, and at what cost; stages of the host.
 #pragma once
 
 #include <cstdint>
@@ -13,85 +13,85 @@
 
 namespace meltsim {
 inline namespace v0 {
-
+/// A stage in the plan.
 struct StageReport {
-  std::string name;    ///< "module.stage"; also profiler range, timing row and benchmark name
-  std::string module;  ///< spatial, sph, lsm, thermal, topology, step, surface, or "custom"
-  bool runs = false;
+  std::string name;      ///< "module.stage"; also profiler range, timing row and benchmark name
+  std::string module;    ///< spatial, sph, lsm, thermal, topology, step, surface, or "custom"
+  bool runs = false;     ///< whether the present scene needs it
   std::string reason;    ///< why it runs or why it is left out
-  int interval = 1;      ///< runs every this many steps; 0 = when the host asks
-  double median_ms = 0;  ///< of the last timed sub-steps, run by itself; 0 when there was none
+  int interval = 1;      ///< runs every so many sub-steps; 0: when the host calls for it
+  double median_ms = 0;  ///< median over the last timed sub-steps, run alone; 0 if none was timed
 };
-
+/// A channel (a buffer) in the plan.
 struct ChannelReport {
-  std::string name;
-  std::string type;
-  std::string owner;
-  std::string lifetime;
-  std::string unit;
-  std::uint64_t bytes = 0;  ///< 0 = not allocated: nothing in the plan uses it
+  std::string name;         ///< as in fields.def
+  std::string type;         ///< of an entry
+  std::string owner;        ///< what there is one entry of: particle, vertex, cell, ...
+  std::string lifetime;     ///< State, Static, Derived or Scratch
+  std::string unit;         ///< of its values
+  std::uint64_t bytes = 0;  ///< 0: not allocated, because no stage of the plan uses it
 };
-
+/// The plan of a World: its stages in order, its channels, its memory.
 struct Plan {
-  std::vector<StageReport> stages;
-  std::vector<ChannelReport> channels;
-  std::string error;        ///< why nothing can run (World::prepare() fails so); empty: it can
-  std::uint64_t bytes = 0;  ///< all buffers together
-  /// CUDA graphs made since the last change of the scene: one per kind of sub-step, then they are replayed.
+  std::vector<StageReport> stages;      ///< in the order of a sub-step
+  std::vector<ChannelReport> channels;  ///< in the order of fields.def
+  std::string error;        ///< why nothing can run (the error of World::prepare()); empty: everything can
+  std::uint64_t bytes = 0;  ///< of all buffers together
+  /// CUDA graphs made since the last change of the scene: one per kind of sub-step; later sub-steps replay them.
   std::uint64_t graphs = 0;
-  int timings_every = 0;  ///< stages are timed in one sub-step of so many; 0 = in none
-  /// Median time of whole sub-steps as they usually run [ms], measured as often as stages; 0 when none was, as when every
-  /// sub-step is timed stage by stage.
+  int timings_every = 0;  ///< stages are timed in one of so many sub-steps; 0: never
+  /// Median time of whole sub-steps as they usually run [ms], measured as often as stages; 0 if none was measured, for
+  /// example when every sub-step is timed stage by stage.
   double substep_ms = 0;
   /// The plan as a table for a terminal.
   MELTSIM_API std::string to_string() const;
 };
 
-/// What a custom stage sees: raw pointers into the backend's memory. Positions and velocities are packed
-/// four to a particle (x, y, z, operand); `precision` says float or double.
+/// Arguments of a custom stage: raw pointers into the backend's memory, one entry per particle in the order of
+/// slots. T is float or double (`precision`). Pointers hold until the stage returns.
 struct StageContext {
-  Backend backend = Backend::cpu;
-  Precision precision = Precision::single_precision;
-  void* stream = nullptr;  ///< cudaStream_t on CUDA
-  double dt = 0;           ///< [s], of this sub-step
-  double time = 0;         ///< [s], at its start
-  std::uint64_t particles = 0;
-  void* position = nullptr;      ///< Vec4<T>: x, y, z relative to World::origin() [m], volume [m^3]
-  void* velocity = nullptr;      ///< Vec4<T>: vx, vy, vz [m/s], operand (do not write w)
+  Backend backend = Backend::cpu;                     ///< whose memory the pointers are in
+  Precision precision = Precision::single_precision;  ///< of T
+  void* stream = nullptr;        ///< the World's cudaStream_t on CUDA: launch there and do not wait
+  double dt = 0;                 ///< length of this sub-step [s]
+  double time = 0;               ///< at its start [s]
+  std::uint64_t particles = 0;   ///< number of entries
+  void* position = nullptr;      ///< Vec4<T>: x, y, z relative to Resolved::origin [m], rest volume [m^3]
+  void* velocity = nullptr;      ///< Vec4<T>: vx, vy, vz [m/s]; do not write w, an operand of the library
   void* acceleration = nullptr;  ///< Vec3<T> [m/s^2]; add to it after "sph.forces" / before "step.integrate"
-  /// [J] per particle; null where heat is at rest and no custom stage names "enthalpy".
+  /// [J] per particle; null if no stage of heat runs and no custom stage names "enthalpy".
   const double* enthalpy = nullptr;
   const std::uint32_t* id = nullptr;   ///< stable id per particle
   const std::uint32_t* tag = nullptr;  ///< see meltsim/particle_tag.hpp
 };
 
-using CustomStageFunction = void (*)(const StageContext&, void* user);
-
+using CustomStageFunction = void (*)(const StageContext&, void* user);  ///< called once per sub-step
+/// A stage of the host.
 struct CustomStage {
-  std::string name;  ///< unique; reported as "custom.<name>"
-  CustomStageFunction run = nullptr;
-  void* user = nullptr;
-  /// Channels it reads and writes, by their names in fields.def. Unknown names are refused.
-  std::vector<std::string> reads, writes;
+  std::string name;                   ///< unique; reported as "custom.<name>"
+  CustomStageFunction run = nullptr;  ///< enqueues the work of the stage
+  void* user = nullptr;               ///< passed to run
+  // Names in fields.def; unknown names are refused.
+  std::vector<std::string> reads, writes;  ///< channels that it reads; channels that it writes
 };
 
-/// Belongs to its World. Not thread-safe against World::step.
+/// Stages of a World: custom stages, intervals, timings. It belongs to its World and to the same thread.
 class MELTSIM_API Scheduler {
  public:
   virtual ~Scheduler() = default;
-  /// Runs `stage` after the built-in stage named `after`, on the World's stream, every sub-step. What it writes is checked
-  /// by "step.integrate": ahead of that a value that is no number halts the World with the state before; behind it, it is
-  /// part of the state when the next sub-step finds it.
-  /// Errors: unknown `after`, duplicate name, null function, unknown channel.
+  /// Runs `stage` after the built-in stage named `after` in every sub-step, on the World's stream. "step.integrate"
+  /// checks what a stage before it writes: a NaN or infinity halts the World at the state before the sub-step. What a
+  /// stage after it writes is part of the state, and is checked in the next sub-step.
+  /// Errors: invalid_argument (unknown `after`, duplicate name, null function, unknown channel).
   virtual Status insert_after(const std::string& after, CustomStage stage) = 0;
-  virtual Status remove(const std::string& name) = 0;
-  /// Runs a module's stages only every n-th step. Only "thermal" and "topology" may be thinned out.
+  virtual Status remove(const std::string& name) = 0;  ///< removes a custom stage of this name
+  /// Runs the stages of a module only in every n-th sub-step, n >= 1: "thermal" and "topology" only.
   virtual Status set_interval(const std::string& module, int n) = 0;
-  /// Switches a module off or on again. "spatial" and "step" cannot be switched off.
+  /// Switches a module off, or on again. "spatial" and "step" cannot be switched off.
   virtual Status enable(const std::string& module, bool on) = 0;
-  /// Times stages in one sub-step of every `every`. That sub-step runs them one after another, which costs about as much
-  /// as three others; its results are the same. The medians are in plan(), which does not wait for the device.
-  /// Errors: `every` below 1.
+  /// Times the stages in one of `every` sub-steps. That sub-step runs them one after another, which takes about as long
+  /// as three others and gives the same results. World::plan() has the medians and does not wait for the device.
+  /// Errors: invalid_argument (`every` below 1).
   virtual Status enable_timings(bool on, int every = 400) = 0;
 };
 

@@ -10,20 +10,20 @@ inline namespace v0 {
 /// Contiguous host memory; valid until the next call that changes what it views.
 template <class T>
 struct HostSpan {
-  const T* data = nullptr;
-  std::size_t size = 0;
-  const T& operator[](std::size_t i) const { return data[i]; }
-  const T* begin() const { return data; }
-  const T* end() const { return data + size; }
-  bool empty() const { return size == 0; }
+  const T* data = nullptr;                                      ///< first item; null where there is none
+  std::size_t size = 0;                                         ///< number of items
+  const T& operator[](std::size_t i) const { return data[i]; }  ///< item i, 0 <= i < size, unchecked
+  const T* begin() const { return data; }                       ///< first item
+  const T* end() const { return data + size; }                  ///< behind the last item
+  bool empty() const { return size == 0; }                      ///< whether there are no items
 };
 
-/// Memory of the World's backend: device memory on CUDA, host memory on CPU. Not to be dereferenced on the
-/// host unless World::backend() is cpu. Valid until the next step or addition.
+/// Memory of the World's backend: device memory on CUDA, host memory on the CPU. The host may dereference it
+/// only if World::backend() is cpu. Valid until the next step or addition.
 template <class T>
 struct DeviceSpan {
-  T* data = nullptr;
-  std::size_t size = 0;
+  T* data = nullptr;     ///< first item; null where there is none
+  std::size_t size = 0;  ///< number of items
 };
 
 }  // namespace v0

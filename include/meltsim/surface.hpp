@@ -11,44 +11,44 @@
 namespace meltsim {
 inline namespace v0 {
 
-/// Whose surface.
+/// The particles whose surface is meshed.
 enum class SurfaceOf {
   liquid,  ///< all liquid; where it touches a solid, see SurfaceDesc::closed_at_solids
   solids,  ///< all solid particles, as one
   body     ///< the solid particles of one body
 };
 
-/// What a particle's share of the field looks like.
+/// The shape of a particle's contribution to the field.
 enum class SurfaceKernel {
   isotropic,   ///< a ball: round drops, edges rounded by half a spacing
   anisotropic  ///< an ellipsoid along its neighbours (Yu & Turk 2013): flatter and smoother; several times
                ///< the cost
 };
-
+/// What World::surface() meshes, and how.
 struct SurfaceDesc {
-  SurfaceOf of = SurfaceOf::liquid;
-  BodyId body;      ///< which one, for SurfaceOf::body
-  double cell = 0;  ///< edge of the marching cubes' cells [m], 1/16 to 2 spacings; 0 = half a spacing
-  SurfaceKernel kernel = SurfaceKernel::isotropic;
-  int smoothing = 4;  ///< passes over the mesh that take out bumps and keep the volume, 0 to 100
-  /// Of SurfaceOf::liquid. False: the solids' mesh is the interface of both; the liquid's mesh leaves it out and
-  /// ends a little inside the solids (a third of a cell, at most a quarter of a spacing), so that no two sheets
-  /// coincide and there is no gap between them: draw both. True: the liquid's mesh covers the interface as well,
-  /// is closed and has a volume; its sheet there coincides with the solids', and renderers show artefacts.
+  SurfaceOf of = SurfaceOf::liquid;  ///< whose surface
+  BodyId body;                       ///< for SurfaceOf::body: which body
+  double cell = 0;  ///< edge of the cells of marching cubes [m], 1/16 to 2 spacings; 0 = half a spacing
+  SurfaceKernel kernel = SurfaceKernel::isotropic;  ///< contribution of a particle
+  int smoothing = 4;  ///< smoothing passes over the mesh, 0 to 100; they keep the volume
+  /// For SurfaceOf::liquid. False: the mesh of the solids is the interface of both; the liquid's mesh omits it and
+  /// ends inside the solids (by a third of a cell, at most a quarter of a spacing), so that no two sheets coincide
+  /// and no gap is visible between them: draw both. True: the liquid's mesh covers the interface too, is closed and
+  /// has a volume; there its sheet coincides with that of the solids, and renderers show artefacts.
   bool closed_at_solids = false;
 };
 
-/// A surface: every edge belongs to two triangles, except where a liquid's mesh ends inside a solid
+/// A surface mesh: every edge belongs to two triangles, except where a liquid's mesh ends inside a solid
 /// (SurfaceDesc::closed_at_solids). Vertices are shared. Arrays per vertex are parallel.
 struct SurfaceMesh {
-  Vec3d origin;                        ///< add it to positions [m]; zero unless they are too large for float
-  std::vector<Vec3f> position;         ///< [m]
-  std::vector<Vec3f> normal;           ///< unit, outward
-  std::vector<float> temperature;      ///< [degrees Celsius], average of the particles around
-  std::vector<float> liquid_fraction;  ///< 0 solid .. 1 liquid: latent heat taken up, likewise
+  Vec3d origin;                    ///< add it to positions [m]; 0 unless coordinates are too large for float
+  std::vector<Vec3f> position;     ///< [m]
+  std::vector<Vec3f> normal;       ///< unit, outward
+  std::vector<float> temperature;  ///< [degrees Celsius], kernel average of nearby particles
+  std::vector<float> liquid_fraction;  ///< 0 solid .. 1 liquid, share of the latent heat; kernel average too
   std::vector<std::uint32_t> body;     ///< 0 = liquid, else body index + 1
-  /// MaterialId::index of the particle that weighs most there; of two that weigh the same the one first in
-  /// order of cell, then id. So colours change from vertex to vertex, not in between.
+  /// MaterialId::index of the particle with the largest weight there; of two with equal weights, the first in
+  /// order of cell, then id. Colours then change from vertex to vertex, not in between.
   std::vector<std::uint32_t> material;
   std::vector<std::uint32_t> triangles;  ///< 3 vertices per triangle, counter-clockwise seen from outside
 };

@@ -11,41 +11,41 @@
 namespace meltsim {
 inline namespace v0 {
 
-using Vec3d = Vec3<double>;
-using Vec3f = Vec3<float>;
+using Vec3d = Vec3<double>;  ///< in double, as everything of the interface but bulk data
+using Vec3f = Vec3<float>;   ///< in float, for bulk data: frames of particles, meshes
 
 /// Integer lattice coordinates.
 struct Vec3i {
-  std::int32_t x = 0, y = 0, z = 0;
+  std::int32_t x = 0, y = 0, z = 0;  ///< in spacings, along the axes of the lattice
 };
 
-enum class Backend { automatic, cpu, cuda };
-enum class Precision { single_precision, double_precision };
+enum class Backend { automatic, cpu, cuda };  ///< where the steps run
+enum class Precision { single_precision, double_precision };  ///< of the state
 
-/// How neighbours are found. Every choice finds the same ones; sums are taken in another order, so results
-/// differ by rounding. docs/performance.md has their costs.
+/// The neighbour search. Every choice finds the same neighbours; the order of sums differs, so results differ
+/// by rounding. docs/performance.md has the costs.
 enum class NeighbourSearch {
-  automatic,  ///< grid, whose order of particles has no history
-  grid,       ///< cells of size H: counted where the domain is well filled, else occupied ones are sorted
-  /// A grid that is kept while no particle moves by half of its skin of 0.1 H: 20 to 40 % of a sub-step less
-  /// on a CPU. World::snapshot() makes the next sub-step build it anew, so that the World and a restored one
-  /// go on with the same bits; they are other ones than without the snapshot. Where most of the domain is
-  /// empty, or nothing bounds it, `grid` it is.
+  automatic,  ///< grid, in which the order of particles depends on the state alone
+  grid,       ///< cells of size H: counted where the domain is well filled, else occupied cells are sorted
+  /// A grid that is kept until a particle has moved by half of the skin of 0.1 H. World::snapshot() makes the
+  /// next sub-step build the grid anew, so that the World and a World restored from the snapshot continue with
+  /// the same bits; these bits differ from those of a run without the snapshot. Where the domain is unbounded
+  /// or mostly empty, `grid` is used instead.
   verlet,
-  /// Boxes around leaves of up to 8 particles: the paper's KD-tree, built along a space-filling curve. Knows
-  /// no cells, so what is far apart or crowded changes nothing, but slower than the grid wherever measured.
+  /// Boxes around leaves of up to 8 particles: the paper's KD-tree, built along a space-filling curve. Its
+  /// cost does not depend on the extent of the scene, but it is slower than the grid wherever measured.
   tree
 };
 
-inline constexpr double infinity = std::numeric_limits<double>::infinity();
-/// "Not given": the library derives the value and echoes it (World::resolved()).
+inline constexpr double infinity = std::numeric_limits<double>::infinity();  ///< "no limit"
+/// "Not given": the library derives the value and reports it (World::resolved()).
 inline constexpr double automatic = 0.0;
-/// The coldest temperature there is [degrees Celsius].
+/// Absolute zero [degrees Celsius].
 inline constexpr double absolute_zero = -273.15;
 
 /// Axis-aligned box [m].
 struct Box {
-  Vec3d min, max;
+  Vec3d min, max;  ///< lower and upper corner [m]
 };
 
 }  // namespace v0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// World: owns every buffer of one simulation and runs its steps.
+// World owns all buffers of one simulation and runs its steps.
 #pragma once
 
 #include <cstdint>
@@ -20,171 +20,171 @@
 namespace meltsim {
 inline namespace v0 {
 
-/// The lattice of all bodies, for inspection and tests: the paper's index arrays. Vertices are numbered from
-/// 1; 0 = empty.
+/// The lattice of all bodies, for inspection and tests: the paper's index arrays, one entry per vertex. Vertices
+/// are numbered from 1; 0 = empty.
 struct LatticeData {
-  /// Per vertex: the particle it holds or held last; 0xffffffff where liquid may freeze and nothing did yet.
+  /// The particle that the vertex holds or held last; 0xffffffff for a site onto which no liquid has frozen yet.
   std::vector<std::uint32_t> particle_id;
-  std::vector<std::uint8_t> live;     ///< per vertex
-  std::vector<Vec3i> coordinates;     ///< per vertex, on its body's lattice
-  std::vector<std::uint32_t> body;    ///< per vertex, index + 1
-  std::vector<std::uint32_t> arrayN;  ///< 27 per vertex, offsets (dx,dy,dz) with dx fastest
-  int region_half_width = 0;          ///< largest w in the World
-  std::vector<std::uint32_t> arrayR;  ///< (2w+1)^3 per vertex, same order
+  std::vector<std::uint8_t> live;   ///< 1 if the vertex holds a particle of the body
+  std::vector<Vec3i> coordinates;   ///< on the lattice of its body
+  std::vector<std::uint32_t> body;  ///< BodyId::index + 1
+  std::vector<std::uint32_t> arrayN;  ///< direct neighbours, 27 per vertex, (dx,dy,dz) with dx fastest
+  int region_half_width = 0;  ///< w, the largest in the World
+  std::vector<std::uint32_t> arrayR;  ///< members of the region, (2w+1)^3 per vertex, in the same order
 };
 
-/// How stiff bodies of a material are.
+/// Stiffness of the bodies of a material.
 struct Stiffness {
   int region_half_width = 0;  ///< w in use
   double stiffness = 0;       ///< alpha in use
-  double youngs_modulus = 0;  ///< what they deliver at that sub-step [Pa]; 0 while no sub-step is known
+  double youngs_modulus = 0;  ///< E that these deliver at that sub-step [Pa]; 0 while no sub-step is known
 };
 
-/// Values the World derived from "automatic".
+/// Values that the World derived, among them those for "automatic".
 struct Resolved {
-  Backend backend = Backend::cpu;
-  std::string backend_reason;
-  std::string device_name;
-  NeighbourSearch neighbour_search = NeighbourSearch::grid;  ///< what automatic chose, or what was asked for
+  Backend backend = Backend::cpu;                            ///< where the steps run
+  std::string backend_reason;                                ///< why there
+  std::string device_name;                                   ///< of the GPU or the processor
+  NeighbourSearch neighbour_search = NeighbourSearch::grid;  ///< the search in use
   std::string neighbour_reason;                              ///< which form of it, and why
-  double support_radius = 0;                                 ///< [m]
-  double sound_speed = 0;                                    ///< [m/s]; 0 while empty
+  double support_radius = 0;                                 ///< H [m]
+  double sound_speed = 0;                                    ///< c [m/s]; 0 while the World is empty
   double stable_dt = 0;  ///< largest sub-step [s]; infinity when nothing limits it
-  int heat_stages = 0;  ///< Runge-Kutta-Legendre stages of a super-step of heat at that sub-step; 0 = no heat
+  int heat_stages = 0;   ///< Runge-Kutta-Legendre stages of a super-step of heat at that sub-step; 0: no heat
   int heat_supersteps = 0;  ///< super-steps in that sub-step, at most HeatDesc::max_supersteps
   std::int64_t heat_sweeps =
-      0;  ///< their product: sweeps over all neighbours that heat takes in that sub-step
-  /// Share of the diffusivity asked for that the heat model delivers at that sub-step, for the best
-  /// conductor: 1 for enthalpy; below 1 for paper, falling with the step (its energy drift shows in
-  /// Totals::thermal).
+      0;  ///< heat_stages times heat_supersteps: sweeps over all neighbours for heat in that sub-step
+  /// Share of the specified diffusivity that the heat model delivers at that sub-step, for the best
+  /// conductor: 1 for HeatModel::enthalpy; below 1 for HeatModel::paper, the less the longer the step (its
+  /// energy drift shows in Totals::thermal).
   double heat_efficiency = 1;
-  /// Per material, in the order added: for the last sub-step taken, before the first for stable_dt if finite.
+  /// Per material, in the order added: at the last sub-step; before the first sub-step, at stable_dt if finite.
   std::vector<Stiffness> stiffness;
   Vec3d origin;       ///< stored positions are relative to it [m]
-  std::string error;  ///< why the scene cannot be prepared, as World::prepare() says; empty: it can
+  std::string error;  ///< why the scene cannot be prepared (the error of World::prepare()); empty: it can
 };
 
 class WorldImpl;
 
-/// One simulation. Movable, not copyable. Worlds are independent: two may live in one process on any
-/// threads, but one World must not be called from two threads at a time.
+/// One simulation. Movable, not copyable. Worlds are independent of each other and may live on different
+/// threads; calls to one World must come from one thread at a time (interrupt() excepted).
 class MELTSIM_API World {
  public:
-  /// Errors: invalid_argument (names the field), version_mismatch, no_device.
+  /// Makes an empty World. Errors: invalid_argument (names the field), version_mismatch, no_device.
   static Result<World> create(const WorldDesc& desc = {},
                               std::uint32_t header_version = MELTSIM_VERSION_NUMBER);
-  World(World&&) noexcept;
-  World& operator=(World&&) noexcept;
+  World(World&&) noexcept;             ///< the World that was moved from may only be destroyed or assigned to
+  World& operator=(World&&) noexcept;  ///< likewise
   ~World();
 
-  // Building. Each call validates everything first; on error the World is unchanged. They synchronise.
-  Result<MaterialId> add_material(const MaterialDesc& desc);
-  Result<std::uint64_t> add_fluid(const FluidDesc& desc);  ///< particles added
-  Result<BodyId> add_solid(const SolidDesc& desc);
-  Result<EmitterId> add_emitter(const EmitterDesc& desc);
-  Result<HeatRegionId> add_heat_region(const HeatRegionDesc& desc);
-  /// At any time, also between steps: particles stay where they are, and no bit of what follows changes. Waits for what is
-  /// enqueued. At most 64 probes, 524,288 values per sample of all of them, and 4,194,304 heights of gauges (one per half spacing
-  /// of a line). Errors: invalid_argument (names the field), capacity, out_of_memory.
+  // Building, also between steps. All synchronise; on an error (invalid_argument, capacity, out_of_memory) nothing changes.
+  Result<MaterialId> add_material(const MaterialDesc& desc);  ///< before the liquids and bodies of it
+  Result<std::uint64_t> add_fluid(const FluidDesc& desc);     ///< returns the number of particles added
+  Result<BodyId> add_solid(const SolidDesc& desc);            ///< samples a body on the lattice
+  Result<EmitterId> add_emitter(const EmitterDesc& desc);     ///< begins at EmitterDesc::from
+  Result<HeatRegionId> add_heat_region(const HeatRegionDesc& desc);  ///< begins at HeatRegionDesc::from
+  /// Adds a probe, which changes no particle and no bit of later states. Synchronises. At most 64 probes, 524,288 values per
+  /// sample of all probes together, and 4,194,304 heights of level probes (one per half spacing of a line). Errors:
+  /// invalid_argument (names the field), capacity, out_of_memory.
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
-  /// Allocates, uploads and plans what the next step needs. step() calls it when something was added; call
-  /// it yourself to keep the first step free of allocation. Errors: out_of_memory.
+  /// Allocates, uploads and plans for the next step. step() calls it if something was added; call it yourself
+  /// to keep the first step free of allocation. Synchronises if something was added. Errors: out_of_memory.
   Status prepare();
 
-  /// Enqueues dt seconds, split into equal sub-steps of at most Resolved::stable_dt. dt = 0 does nothing. Steps of changing
-  /// length are safe. Does not allocate, except where the plan changes: a heat region begins or ends, the last emitter
-  /// has ended, or a reading said that stages have nothing left to do. Then it waits for what was enqueued and allocates
-  /// or frees the channels that differ; particles stay on the device. Else it waits only where the device is more than
-  /// about half a second of work behind (never while the host captures the stream). Errors: dt negative, not finite or
-  /// below 1e-30 s; step_too_large; halted; interrupted;
-  /// out_of_memory as in prepare().
+  /// Enqueues dt seconds, divided into equal sub-steps of at most Resolved::stable_dt. dt = 0 does nothing. Steps may vary
+  /// in length. It does not allocate, except if the plan changes: a heat region begins or ends, the last emitter has
+  /// ended, or a reading showed that stages have nothing left to do. It then synchronises and allocates or frees the
+  /// channels that differ; particles stay on the device. Otherwise it waits only if the device is more than about half
+  /// a second of work behind (never while the host captures the stream).
+  /// Errors: invalid_argument (dt negative, not finite, or above 0 and below 1e-30 s), step_too_large, halted,
+  /// interrupted, out_of_memory.
   Status step(double dt);
 
-  /// Asks the step() that is running, or else the next one, to return ErrorCode::interrupted before its next
-  /// sub-step; on the CPU also within one, which then does not count. The sub-steps before it count and the World is as usable as ever: time() says how far it came, and
-  /// a further step() goes on from there. One call interrupts one step. May be called from another thread or from
-  /// a signal handler while the World exists and is not moved: it sets one atomic flag and does nothing else.
+  /// Makes the running step(), or else the next one, return ErrorCode::interrupted before its next sub-step; on the CPU
+  /// also within a sub-step, which then does not count. The sub-steps before it count, time() is the time reached, and a
+  /// further step() continues from there. One call interrupts one step. It may be called from another thread or from a
+  /// signal handler while the World exists and is not moved: it sets one atomic flag and does nothing else.
   void interrupt() noexcept;
 
-  /// Waits for everything enqueued and reports it. Where the host is out of memory for the report, it has steps and time
-  /// only.
+  /// Waits for all enqueued steps and reports on them. If the host has no memory for the report, only its steps and time
+  /// are valid (StepResult::error).
   StepResult synchronize();
 
-  /// Largest dt that step() takes without sub-steps [s]: from the sound speed, which bodies' springs follow as well,
-  /// viscosity, gravity, the speeds of what was added or is emitted (Resolved::stable_dt, which step() divides by), and those
-  /// seen at the last synchronize(), which step() leaves out: results may not hang on when a host looks. Infinity
-  /// where nothing can move. Does what prepare() does if something was added.
+  /// Largest dt that keeps sub-steps stable [s]: the least of Resolved::stable_dt, by which step() divides, and of the
+  /// limit for the largest speed at the last synchronize(). step() ignores the latter, so that results do not depend
+  /// on when a host looks. Infinity if nothing can move. Calls prepare() if something was added; otherwise it does
+  /// not wait.
   double stable_dt() const;
-  /// The same for a largest speed [m/s] of one's own, such as a reading's: takes nothing from synchronize().
+  /// The same for a given largest speed [m/s], such as that of a reading, in place of the speed at synchronize().
   double stable_dt(double speed) const;
 
-  // Reading without waiting (meltsim/reading.hpp). While the host captures the World's stream into a CUDA graph they
-  // return invalid_argument.
-  /// Enqueues a reading behind the steps enqueued so far; does not wait for them. At most `most_readings` may be open. Like
-  /// synchronize(), it starts the extremes of StepResult anew: a reading has those since the synchronize() or request()
-  /// before it. The first requests allocate; what was added since the last step is uploaded, as by prepare().
-  /// Errors: capacity; out_of_memory.
+  // Reading without waiting (meltsim/reading.hpp). While the host captures the World's stream into a CUDA graph, these
+  // calls return invalid_argument.
+  /// Enqueues a reading behind the steps enqueued so far and does not wait for them. At most `most_readings` may be open.
+  /// Like synchronize(), it resets the extremes of StepResult: a reading holds those since the last synchronize() or
+  /// request(). The first requests allocate; what was added since the last step is uploaded, as by prepare().
+  /// Errors: invalid_argument, capacity, out_of_memory.
   Result<ReadTicket> request(const ReadRequest& what);
   /// Whether take() would return at once. Never waits. Errors: invalid_argument (no open reading of this World has
   /// this ticket).
   Result<bool> ready(ReadTicket ticket);
-  /// Waits for that reading, not for steps enqueued after it, and closes the ticket, also on an error. A reading stays
-  /// what it was when the World goes on, grows or is restored. If a step ahead of the request halted,
-  /// StepResult::halted is set and the rest is of the last good state. Where a reading shows that the last solid is
-  /// gone, the plan is made anew, once, which waits for all steps. Errors: invalid_argument as in ready(); internal (a
-  /// fault of the device); out_of_memory.
+  /// Waits for that reading, not for steps enqueued after it, and closes the ticket, also on an error. The values are
+  /// those at the request, even if the World has since stepped, grown or been restored. If a step before the request
+  /// halted, StepResult::halted is set and the values are those of the last good state. If a reading shows that the last
+  /// solid is gone, the plan is made anew, once, which synchronises. Errors: invalid_argument as in ready(), internal (a
+  /// fault of the device), out_of_memory.
   Result<Reading> take(ReadTicket ticket);
 
-  // Reading back. All synchronise.
-  Result<Totals> totals();
-  Result<Ledger> ledger();
-  Result<ParticleData> particles();
-  Result<std::vector<PieceInfo>> pieces();
-  Result<LatticeData> lattice();
+  // Reading back. All synchronise. Errors of all: invalid_argument (during a capture), out_of_memory, internal.
+  Result<Totals> totals();                  ///< conserved quantities and extremes
+  Result<Ledger> ledger();                  ///< conserved quantities, summed on the device
+  Result<ParticleData> particles();         ///< all particles, sorted by id
+  Result<std::vector<PieceInfo>> pieces();  ///< connected pieces of all bodies
+  Result<LatticeData> lattice();            ///< index arrays of all bodies
   /// Hash of the State channels in order of id: equal states give equal hashes on every backend.
   Result<std::uint64_t> state_hash();
 
-  /// State channels only, versioned and checksummed.
+  /// Returns the State channels, versioned and checksummed, for restore().
   Result<std::vector<std::uint8_t>> snapshot();
-  /// Replaces the state by one taken from a World with the same materials and bodies' layout, on any
-  /// backend. On error the World is unchanged. Errors: corrupt_data, invalid_argument.
+  /// Replaces the state by a snapshot of a World with the same materials and layout of bodies, on any backend. On
+  /// error the World is unchanged. Synchronises. Errors: corrupt_data, invalid_argument, version_mismatch, out_of_memory.
   Status restore(const void* data, std::size_t bytes);
 
-  /// Waits; the samples of every probe, in the order added, since the last call, which are then forgotten. A sub-step that
-  /// halted the World has none. step() waits and puts samples aside on the host when 0.25 to 8 MB of them were not asked for.
-  /// restore() drops those at or after the time that it goes back to.
+  /// Returns and forgets the samples of every probe since the last call, in the order of the probes. A sub-step that halted
+  /// the World has none. Synchronises. step() synchronises to move samples to the host once 0.25 to 8 MB are pending.
+  /// restore() drops samples at or after the restored time.
   Result<std::vector<ProbeSeries>> take_samples();
 
-  /// Waits; fields at points, as they are now: [point][value], in the order of the fields, which are those of
-  /// ProbeDesc::fields. Outside the domain, too. One pass over the particles for all points and fields, on the backend; working
-  /// space is kept for the next call. Density and pressure are those of the last sub-step, 0 before the first.
+  /// Returns fields at points [m] of the present state: [point][value], in the order of the fields (ProbeDesc::fields of
+  /// ProbeKind::point). Points may lie outside the domain. Synchronises; one pass over the particles for all points and
+  /// fields. Density and pressure are those of the last sub-step, 0 before the first.
   /// Errors: invalid_argument (names the field), capacity (more than 4,194,304 points), out_of_memory.
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
                                      const std::vector<std::string>& fields);
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
                                      std::initializer_list<const char*> fields) {
     return sample(points, std::vector<std::string>(fields.begin(), fields.end()));
-  }
-  /// One field, one value per point: here "velocity" is its magnitude, as "speed" is.
+  }  ///< the same
+  /// The same for one field, with one value per point: here "velocity" is the magnitude of the mean velocity.
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
 
-  /// Surface of the liquid, of the solids or of one body, as a closed mesh; no vertices where there are no
-  /// such particles. Synchronises; changes nothing. Working space is kept for the next call.
-  /// Errors: invalid_argument (names the field),
+  /// Returns the surface of the liquid, of all solids or of one body as a closed mesh, without vertices if there
+  /// are no such particles. Changes no state. Working space is kept for the next call. Synchronises.
+  /// Errors: invalid_argument (names the field), capacity,
   /// out_of_memory.
   Result<SurfaceMesh> surface(const SurfaceDesc& desc = {});
 
-  // Empty where the host is out of memory.
-  Plan plan();
-  Scheduler& scheduler();
-  Resolved resolved();
-  Backend backend() const;
-  Precision precision() const;
-  double time() const;          ///< of the last enqueued step [s]
-  std::uint64_t steps() const;  ///< sub-steps enqueued
-  const WorldDesc& desc() const;
-  MaterialDesc material(MaterialId id) const;  ///< as given; a null id gives a default
+  // None of these synchronises, but plan() and resolved() call prepare() if something was added.
+  Plan plan();                    ///< stages, channels, memory; empty if the host is out of memory
+  Scheduler& scheduler();         ///< custom stages, intervals, timings
+  Resolved resolved();            ///< derived values; empty if the host is out of memory
+  Backend backend() const;        ///< where the steps run
+  Precision precision() const;    ///< of the state
+  double time() const;            ///< time after all enqueued steps [s]
+  std::uint64_t steps() const;    ///< number of enqueued sub-steps
+  const WorldDesc& desc() const;  ///< as passed to create()
+  MaterialDesc material(MaterialId id) const;  ///< as passed to add_material(); a default one for a null id
 
  private:
   friend class WorldAccess;  // cuda_interop.hpp and tests
@@ -192,18 +192,18 @@ class MELTSIM_API World {
   std::unique_ptr<WorldImpl> impl_;
 };
 
-/// What this build can do; for `meltsim info`.
+/// What this build of the library contains and this machine offers.
 struct BuildInfo {
-  std::string version;
-  bool cuda = false;                 ///< built in
-  std::string cuda_runtime;          ///< version, empty without CUDA
-  std::string cuda_driver;           ///< version, empty when there is none
-  std::vector<std::string> devices;  ///< usable CUDA devices
-  std::string cuda_reason;           ///< why CUDA is not usable, empty when it is
-  std::string architectures;         ///< compiled for
-  int cpu_threads = 0;
+  std::string version;               ///< "major.minor.patch"
+  bool cuda = false;                 ///< whether the CUDA backend is built in
+  std::string cuda_runtime;          ///< version; empty without CUDA
+  std::string cuda_driver;           ///< version; empty if there is none
+  std::vector<std::string> devices;  ///< names of usable CUDA devices
+  std::string cuda_reason;           ///< why CUDA is not usable; empty if it is
+  std::string architectures;         ///< CUDA architectures for which there is code
+  int cpu_threads = 0;               ///< threads of a World with WorldDesc::threads = 0
 };
-MELTSIM_API BuildInfo build_info();
+MELTSIM_API BuildInfo build_info();  ///< looks for usable devices
 
 }  // namespace v0
 }  // namespace meltsim

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the artificial viscosity of fluid.hpp amounts to.
+// The kinematic viscosity that is equivalent to the artificial viscosity of fluid.hpp.
 //
 //   symbol  meaning                                          unit
 //   alpha   WorldDesc::artificial_viscosity                  -
@@ -11,9 +11,9 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// Kinematic viscosity [m^2/s] that artificial_pressure amounts to in a shear flow: alpha c h / 20. Monaghan (2005), Rep.
-/// Prog. Phys. 68:1703, sec. 8: alpha c h / 10 in three dimensions where all pairs count. Deviation: only pairs that approach
-/// count, in a shear flow half of all.
+/// Kinematic viscosity [m^2/s] equivalent to artificial_pressure in a shear flow: alpha c h / 20. Monaghan (2005), Rep. Prog.
+/// Phys. 68:1703, sec. 8, has alpha c h / 10 in three dimensions if all pairs count. Deviation: only approaching pairs count,
+/// in a shear flow half of them.
 inline double artificial_kinematic_viscosity(double alpha, double sound_speed, double support) {
   return alpha * sound_speed * 0.5 * support / 20;
 }

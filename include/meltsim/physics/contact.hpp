@@ -7,21 +7,21 @@
 //   k = kappa m*/dt_s^2,   c_n = 2 zeta sqrt(kappa) m*/dt_s,   k_t = kappa_t m*/dt_s^2,   c_t = tau m*/dt_s
 //   F_t = -k_t s - c_t v_t,   |F_t| <= friction F_n
 //   m* = m_i m_j/(m_i + m_j), or m_i against something immovable;  contact begins at one spacing.
-//   dt_s: what the scene's springs go by (integrate.hpp: spring_dt), whatever the step: one law, and no energy from
-//   steps of varying length.
+//   dt_s: time step of the scene's springs (integrate.hpp: spring_dt), independent of the sub-step: one law, and no
+//   energy from steps of varying length.
 //
-// What touches a particle weighs 1 in all (below), so k dt^2/m is at most kappa per side: with the dashpot 1.2 of the
-// explicit limit of 4, beside shape matching's 1; light on heavy is safe because m* never exceeds the lighter
-// mass. A softer contact (0.15) lets a block of 10000 on one of 200 kg/m^3 tip over at 2 ms: of a column with
-// its centre of mass at height h above a support of width b that is pressed in by d, b^2/(12 d) > h must
-// hold.
+// The weights of all contacts of a particle add up to 1 (below), so k dt^2/m is at most kappa per side: with the dashpot
+// 1.2 of the explicit limit of 4, of which shape matching takes 1. A light body on a heavy one is safe because m* never
+// exceeds the lighter mass. A softer contact (kappa = 0.15) would let a block of 10000 on one of 200 kg/m^3 tip over: a
+// column with its centre of mass at height h above a support of width b that is pressed in by d stands only
+// if b^2/(12 d) > h.
 //
-// s [m] is the slip: how far two surfaces have moved along each other while they touched, cut back to what
-// friction holds. Without it friction is a dashpot, and whatever stands on a soft support creeps: it tilts
-// the support, slides downhill on it, tilts it more. Deviation from the source: the slip is kept per
-// particle, as the mean over what it touches, not per pair; between two that move a pair has (s_i - s_j)/2.
+// s [m] is the slip: how far two surfaces have moved along each other while in contact, limited to the length that
+// friction holds. Without it friction is a dashpot, and a body on a soft support creeps: it tilts the support,
+// slides down on it, and tilts it more. Deviation from the source: the slip is stored per particle, as the
+// mean over its contacts, not per pair; a pair of movable particles has (s_i - s_j)/2.
 //
-// Geometry: spheres on a lattice would rest tip on tip and slide off. The normal is therefore the surface's,
+// Geometry: spheres on a lattice would rest tip on tip and slide off. The normal is therefore that of the surface,
 // taken from the missing direct neighbours of the flatter of the two particles (Macklin et al. 2014, Unified
 // particle physics, sec. 5.2, use a distance field's gradient for the same reason), and a pair counts by its
 // sideways offset t as 1 - t/dx, which sums to about 1 however the two faces are shifted.
@@ -34,34 +34,34 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// The numbers of a contact, in units of m*/dt_s^2 and m*/dt_s.
+/// Constants of a contact, in units of m*/dt_s^2 and m*/dt_s.
 template <class T>
 struct ContactLaw {
-  T kappa, dashpot;          ///< normal: spring, and 2 zeta sqrt(kappa)
-  T kappa_along, tau_along;  ///< along the surface
+  T kappa, dashpot;          ///< normal: spring kappa; dashpot 2 zeta sqrt(kappa)
+  T kappa_along, tau_along;  ///< along the surface: spring kappa_t; dashpot tau
 };
 
-/// Bodies against bodies and walls.
+/// Constants for bodies against bodies and walls.
 template <class T>
 MELTSIM_HD ContactLaw<T> body_contact() {
   return {T(0.4), T(0.3794733192), T(0.2), T(0.2)};
 }
 
-/// Something without a past, such as liquid: friction is a dashpot.
+/// Constants for contacts without a stored slip, such as liquid: friction is a dashpot.
 template <class T>
 MELTSIM_HD ContactLaw<T> passing_contact() {
   return {T(0.15), T(0.3872983346), T(0), T(0.1)};
 }
-
+/// Result of a contact.
 template <class T>
 struct ContactResponse {
   Vec3<T> force{};  ///< on i [N]
   Vec3<T> slip{};   ///< after the step [m]
 };
 
-/// n: unit normal towards i; overlap > 0 [m]; v: velocity of i relative to the other; slip: of i along the
-/// other at the start of the step [m]; the force is that of the middle of the step, where positions are;
-/// spring_dt: dt_s. Odd in (n, v, slip) to the last bit.
+/// Force and slip of a contact. n: unit normal towards i; overlap > 0 [m]; v: velocity of i relative to the other side;
+/// slip: of i along the other side at the start of the step [m]; spring_dt: dt_s. The force is that of the middle of
+/// the step, to which positions belong. Odd in (n, v, slip) to the last bit.
 template <class T>
 MELTSIM_HD ContactResponse<T> contact_response(const ContactLaw<T>& law, T overlap, Vec3<T> n, Vec3<T> v,
                                                Vec3<T> slip, T reduced_mass, T friction, T dt, T spring_dt) {
@@ -76,7 +76,7 @@ MELTSIM_HD ContactResponse<T> contact_response(const ContactLaw<T>& law, T overl
   return {n * normal - wanted * share, (st + vt * dt) * share};
 }
 
-/// The force of something without a past [N].
+/// Force of a contact without a stored slip [N].
 template <class T>
 MELTSIM_HD Vec3<T> contact_force(T overlap, Vec3<T> n, Vec3<T> v, T reduced_mass, T friction, T spring_dt) {
   return contact_response(passing_contact<T>(), overlap, n, v, Vec3<T>{}, reduced_mass, friction, spring_dt,
@@ -84,7 +84,7 @@ MELTSIM_HD Vec3<T> contact_force(T overlap, Vec3<T> n, Vec3<T> v, T reduced_mass
       .force;
 }
 
-/// Outward normal of a lattice vertex in space (unit, or zero inside); w = number of live direct neighbours.
+/// Outward normal of a lattice vertex in space (unit, or 0 inside); w = number of live direct neighbours.
 /// mask: arrayN, bit (dx+1) + 3(dy+1) + 9(dz+1).
 template <class T>
 MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
@@ -93,11 +93,11 @@ MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
     if (((mask >> bit) & 1u) != 0u) inward += Vec3<T>{T(bit % 3 - 1), T(bit / 3 % 3 - 1), T(bit / 9 - 1)};
   const T size = length(inward);
   const T live = T(popcount(mask));
-  if (!(size > T(0.5))) return with_w(Vec3<T>{}, live);  // inside, or thin: both sides open
+  if (!(size > T(0.5))) return with_w(Vec3<T>{}, live);  // inside, or a thin part with both sides open
   return with_w(rotation * (inward * (T(-1) / size)), live);
 }
 
-/// How deep a sphere at x reaches into the plane of a face (order of the faces: DomainDesc::faces) [m].
+/// Depth by which a sphere at x overlaps the plane of a face (in the order of DomainDesc::faces) [m].
 template <class T>
 MELTSIM_HD T wall_overlap(const WallBox<T>& b, T radius, Vec3<T> x, int face) {
   const auto along = [face](Vec3<T> v) { return face < 2 ? v.x : face < 4 ? v.y : v.z; };
@@ -110,12 +110,12 @@ MELTSIM_HD Vec3<T> wall_normal(int face) {
   const T inwards = face % 2 == 0 ? T(1) : T(-1);
   return {face / 2 == 0 ? inwards : T(0), face / 2 == 1 ? inwards : T(0), face / 2 == 2 ? inwards : T(0)};
 }
-
+/// Geometry of a contact.
 template <class T>
 struct ContactGeometry {
   Vec3<T> normal{};  ///< towards i
   T overlap{};       ///< [m]
-  T weight{};        ///< share of this pair
+  T weight{};        ///< share of this pair in the contact of i, 0..1
 };
 
 /// Normal, overlap and share of a pair; antisymmetric in i and j to the last bit. x_ij = x_i - x_j.
@@ -132,17 +132,17 @@ MELTSIM_HD ContactGeometry<T> contact_geometry(const Vec4<T>& normal_i, const Ve
   if (has_i && has_j && normal_i.w == normal_j.w) {
     const Vec3<T> sum = xyz(normal_j) - xyz(normal_i);
     const T size = length(sum);
-    if (size > T(0.1)) n = sum * (T(1) / size);  // facing faces; else they do not face each other at all
+    if (size > T(0.1)) n = sum * (T(1) / size);  // for faces that face each other; others keep x_ij/r
   }
   const T along = dot(x_ij, n);
   g.normal = n;
   g.overlap = spacing - along;
-  if (along < T(-0.5) * spacing) g.overlap = T(0);  // the far side of something thin
+  if (along < T(-0.5) * spacing) g.overlap = T(0);  // the far side of a thin part
   const T t2 = maximum(r2 - along * along, T(0));
   g.weight = T(1) - std::sqrt(t2) / spacing;
   return g;
 }
-
+/// m* [kg].
 template <class T>
 MELTSIM_HD T reduced_mass(T m_i, T m_j) {
   return m_i * m_j / (m_i + m_j);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Liquid and solid push on each other.
+// Forces between liquid and solid particles.
 //
 // Sources: Shao & Yu (2017), eqs. (1)-(3); Crespo, Gomez-Gesteira & Dalrymple (2007), CMC 5:173, and Canelas
 // et al. (2015), Int. J. Numer. Meth. Fluids 78:365, for solid particles that answer with the liquid's
@@ -11,19 +11,19 @@
 //   F_i<-k  V_i V_k (P_i/phi_i^2 + B_i tau_k) f x_ik + viscous terms; B_i = rho0_i c^2/7      N
 //   F_k<-i  -F_i<-k, by the same function
 //
-// So a solid particle that liquid presses upon carries that liquid's pressure. The forces are minus the
-// gradient of the energy of phi_i and phi_k; the part between two solid particles of one body is left out,
-// because it does no work on a body that keeps its shape. On the lattice it continues, a body's surface is no
-// surface to the liquid at all: phi reads 1.000 beside faces, edges and corners, and a start in contact is a
-// start at rest.
+// So a solid particle in contact with liquid carries the pressure of that liquid. The forces are minus the gradient
+// of the energy of phi_i and phi_k; the part between two solid particles of one body is left out, because
+// it does no work on a body that keeps its shape. If liquid and body lie on one lattice, the surface of the body
+// is no discontinuity for the liquid: phi is 1.000 beside faces, edges and corners, and a start in contact is
+// a start at rest.
 //
 // Deviations: V_k is the lattice's dx^3 instead of 1/sum_l W_kl (eq. 1: 1.25 dx^3 on a face, where the
 // liquid's first layer then reads 1.049 rho0), and P_k stands beside P_i. The one-sided sum carries half of
-// the pressure, so that the first layer closes in until it holds twice the hydrostatic one; doubling P_i
-// instead feeds energy into every liquid that touches a solid (measured: rms speed grows to 1 m/s in a tank
-// at rest). Known limit: a plate one particle thick with liquid on one side only has phi_k < 1; the
-// first layer of liquid comes as near as 0.2 spacings to its face and reads 1.85 times the hydrostatic
-// pressure (two particles: 0.93).
+// the pressure, so the first layer would approach until it holds twice the hydrostatic pressure; doubling P_i
+// instead would feed energy into all liquid in contact with a solid. Known limit: a plate one particle thick
+// with liquid on one side only has phi_k < 1, and the first layer of liquid comes too near to it and reads
+// too large a pressure; from two particles on it reads the right one within 8 % (docs/limits.md has
+// the numbers).
 #pragma once
 
 #include "meltsim/physics/contact.hpp"
@@ -33,17 +33,17 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// tau_k [-]: times the stiffness of the liquid at the other end it is P_k/phi_k^2.
+/// tau_k [-]; multiplied by the stiffness B_i of the liquid at the other end it is P_k/phi_k^2.
 template <class T>
 MELTSIM_HD T solid_term(T phi) {
   return pressure_term(tait_pressure(T(1), phi), phi);
 }
 
-/// Least E/(rho c^2) of a body in liquid. The part of the forces that is left out between the particles of one body
-/// does work where the body changes its shape: a softer one gains energy (docs/design/steps.md).
+/// Least E/(rho c^2) of a body in liquid. The forces that are left out between the particles of one body would do work
+/// on a change of its shape, so a softer body gains energy (docs/design/steps.md).
 inline constexpr double least_modulus = 0.5;
 
-/// Everything one liquid-solid pair needs. i is the liquid, k the solid, whoever asks.
+/// Operands of one liquid-solid pair: i is the liquid particle, k the solid one, for the force on either.
 template <class T>
 struct CouplingPair {
   T fluid_volume, solid_volume;  ///< V_i, V_k [m^3]
@@ -54,7 +54,7 @@ struct CouplingPair {
   Vec3<T> v_ik;                  ///< v_i - v_k [m/s]
 };
 
-/// A solid particle as liquid sees it: as a particle of that same liquid, of pressure term B_i tau_k.
+/// The pair as two particles of the same liquid, the solid one with the pressure term B_i tau_k.
 template <class T>
 MELTSIM_HD LiquidPair<T> as_liquid(const CouplingPair<T>& p) {
   return {p.fluid_volume, p.solid_volume, p.terms, T(0), p.viscosity, p.fluid_density, p.x_ik, p.v_ik};
@@ -67,13 +67,13 @@ MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed,
   return liquid_force(k, alpha, sound_speed, as_liquid(p), r2);
 }
 
-/// Liquid this close to a solid particle, in spacings, is about to slip between lattice sites (0.71 is the
-/// middle of four); its first layer stands at 1.
+/// Distance in spacings below which liquid could slip between lattice sites (the middle of four sites is at
+/// 0.71); the first layer of liquid at rest is at 1.
 inline constexpr double leak_distance = 0.9;
 
-/// Last resort against leaking through thin solids: the contact spring of contact.hpp on the liquid particle
-/// [N], without friction; the solid receives the negative. It stops 0.15 dx/dt_s normal to a single layer
-/// (0.8 dx, half of that, lets liquid through that a falling block squeezes against a plate).
+/// Safeguard against leaks through thin solids: the contact spring of contact.hpp on the liquid particle [N],
+/// without friction; the solid receives the negative. It stops particles of up to 0.15 dx/dt_s normal to a
+/// single layer.
 /// x_ik, v_ik as in CouplingPair.
 template <class T>
 MELTSIM_HD Vec3<T> leak_force(T spacing, T spring_dt, T fluid_mass, T solid_mass, Vec3<T> x_ik, Vec3<T> v_ik,

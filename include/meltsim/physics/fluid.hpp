@@ -12,9 +12,9 @@
 //   P       (rho0 c^2/7) (phi^7 - 1), not below 0 unless tension is asked for  Pa
 //   mu      dynamic viscosity                                              Pa s
 //
-// With equal rest volumes phi = rho/rho0 of eq. (1): rho_i = m_i sum_j W_ij. Weighting each neighbour by
-// its own rest volume is the same thing where volumes differ (a melted particle keeps its mass and takes
-// its liquid's density, so its volume changes); masses never enter, so 100:10000 does not smear.
+// With equal rest volumes phi = rho/rho0 of eq. (1): rho_i = m_i sum_j W_ij. Weighting each neighbour by its
+// own rest volume extends this to unequal volumes (a melted particle keeps its mass and takes the density of
+// its liquid, so its volume changes); masses do not enter, so a contrast of 100:10000 does not smear.
 // The pressure force is minus the gradient of the internal energy under that density estimate, hence
 // exactly antisymmetric and energy conserving:
 //   F_i<-j = -V0_i V0_j (P_i/phi_i^2 + P_j/phi_j^2) grad_i W_ij.
@@ -33,44 +33,44 @@ MELTSIM_HD T tait_stiffness(T rest_density, T sound_speed) {
   return rest_density * sound_speed * sound_speed / T(7);
 }
 
-/// c = 10 v_max [m/s] (Monaghan 1994, J. Comput. Phys. 110:399: density then varies by 1 %), v_max of a scene
-/// in which things start at `speed` and may fall by `depth`.
+/// c = 10 v_max [m/s] (Monaghan 1994, J. Comput. Phys. 110:399: density then varies by 1 %), with v_max of a
+/// scene in which particles start at `speed` [m/s] and may fall by `depth` [m].
 inline double sound_speed_for(double speed, double gravity, double depth) {
   return 10.0 * std::sqrt(speed * speed + 2.0 * gravity * depth);
 }
 
-/// Tait equation with exponent 7 [Pa]; stiffness = rho0 c^2 / 7 [Pa]. Below `lowest` phi the pressure stays
-/// what it is there: 1 = no tension, as at a free surface, where phi is small only because there is nothing
-/// beyond; 0 = tension, for liquid that fills its domain.
+/// Tait equation with exponent 7 [Pa]; stiffness = rho0 c^2 / 7 [Pa]. For phi below `lowest` the pressure is that at
+/// `lowest`. 1: no tension, for free surfaces, where phi is small because neighbours are missing; 0: tension,
+/// for liquid that fills its domain.
 template <class T>
 MELTSIM_HD T tait_pressure(T stiffness, T phi, T lowest = T(1)) {
   const T p = maximum(phi, lowest), p2 = p * p;
   return stiffness * (p2 * p2 * p2 * p - T(1));
 }
 
-/// P / phi^2 [Pa], the operand both ends of a pair contribute to the pressure force.
+/// P / phi^2 [Pa], the operand that each end of a pair contributes to the pressure force.
 template <class T>
 MELTSIM_HD T pressure_term(T pressure, T phi) {
   return pressure / (phi * phi);
 }
 
-/// Pressure force on i from liquid j over x_ij [N/m]; f = kernel_gradient_factor.
+/// Pressure force on i from j, divided by x_ij [N/m]; f = kernel_gradient_factor.
 template <class T>
 MELTSIM_HD T pressure_factor(T volume_i, T volume_j, T term_i, T term_j, T f) {
   return (volume_i * volume_j) * (term_i + term_j) * f;
 }
 template <class T>
-MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {
+MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {  ///< pressure force on i from j [N]
   return x_ij * pressure_factor(volume_i, volume_j, term_i, term_j, f);
 }
 
-/// Viscous force on i from j over v_ji = v_j - v_i [N s/m]: mu V_i V_j L_ij.
+/// Viscous force on i from j, divided by v_ji = v_j - v_i [N s/m]: mu V_i V_j L_ij.
 template <class T>
 MELTSIM_HD T viscous_factor(T mu, T volume_i, T volume_j, T laplacian) {
   return mu * (volume_i * volume_j) * laplacian;
 }
 template <class T>
-MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3<T> v_ji) {
+MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3<T> v_ji) {  ///< viscous force on i from j [N]
   return v_ji * viscous_factor(mu, volume_i, volume_j, laplacian);
 }
 
@@ -82,8 +82,8 @@ MELTSIM_HD T pair_viscosity(T mu_i, T mu_j) {
   return sum > T(0) ? T(2) * mu_i * mu_j / sum : T(0);
 }
 
-/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [Pa]: what a pair that
-/// approaches adds to its pressure terms, so that acoustic noise dies; h = H/2, density = mean rest density.
+/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [Pa]: added to the pressure
+/// terms of an approaching pair to damp acoustic noise; h = H/2, density = mean rest density of the pair.
 ///   Pi = -rho alpha c h (v_ij.x_ij)/(r^2 + 0.01 h^2)   where v_ij.x_ij < 0, else 0.
 template <class T>
 MELTSIM_HD T artificial_pressure(const SphKernel<T>& k, T alpha, T sound_speed, T density, T r2, T v_dot_x) {
@@ -91,7 +91,7 @@ MELTSIM_HD T artificial_pressure(const SphKernel<T>& k, T alpha, T sound_speed, 
   return -density * rate * (minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2)));
 }
 
-/// Everything one pair of liquid particles needs.
+/// Operands of one pair of liquid particles.
 template <class T>
 struct LiquidPair {
   T volume_i, volume_j;  ///< V0 [m^3]
@@ -100,26 +100,26 @@ struct LiquidPair {
   Vec3<T> x_ij, v_ij;    ///< x_i - x_j [m], v_i - v_j [m/s]
 };
 
-/// All that j does to i, as what goes with x_ij [N/m] and what goes with v_ij [N s/m].
+/// Force on i from j as two factors: F = along x_ij + drag v_ij.
 template <class T>
 struct PairFactors {
-  T along, drag;
+  T along, drag;  ///< [N/m]; [N s/m]
 };
 template <class T>
 MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
-                                         const LiquidPair<T>& p, T r2) {
+                                         const LiquidPair<T>& p, T r2) {  ///< all terms
   const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
   const T pi = artificial_pressure(k, alpha, sound_speed, p.density, r2, dot(p.v_ij, p.x_ij));
   return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, pi, f),
           -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
 }
-/// force and what a pair adds to it [N]; six fused instructions.
+/// force plus the force of a pair [N], in six fused instructions.
 template <class T>
 MELTSIM_HD Vec3<T> add_liquid_force(Vec3<T> force, const PairFactors<T>& f, Vec3<T> x_ij, Vec3<T> v_ij) {
   return (force + x_ij * f.along) + v_ij * f.drag;
 }
 template <class T>
-MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {
+MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {  ///< [N]
   return add_liquid_force(Vec3<T>{}, liquid_factors(k, alpha, sound_speed, p, r2), p.x_ij, p.v_ij);
 }
 

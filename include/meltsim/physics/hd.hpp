@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one annotation header: marks functions that compile for the host and for the device.
+// MELTSIM_HD marks functions that compile for the host and for the device; bit operations for both.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -13,7 +13,7 @@
 namespace meltsim {
 inline namespace v0 {
 
-/// Whether this runs on a device, where neighbouring threads take the same branch or pay for both.
+/// Whether the code runs on a device, where threads of a warp execute both sides of a divergent branch.
 MELTSIM_HD constexpr bool on_device() {
 #if defined(__CUDA_ARCH__)
   return true;
@@ -21,17 +21,17 @@ MELTSIM_HD constexpr bool on_device() {
   return false;
 #endif
 }
-
+/// Index of the lowest set bit; v must not be 0.
 MELTSIM_HD int lowest_bit(std::uint32_t v) {
 #if defined(__CUDA_ARCH__)
-  return __clz(static_cast<int>(__brev(v)));  // two instructions; by way of __ffs five
+  return __clz(static_cast<int>(__brev(v)));  // two instructions; __ffs takes five
 #else
   return __builtin_ctz(v);
 #endif
 }
 
-/// The larger and the smaller of two, or a NaN if one is. One instruction on a device; comparing and selecting
-/// takes two.
+/// The larger of two values; on a device NaN if either is NaN. One instruction on a device, where a comparison and a
+/// selection are two.
 MELTSIM_HD float larger(float a, float b) {
 #if defined(__CUDA_ARCH__)
   float r;
@@ -41,7 +41,7 @@ MELTSIM_HD float larger(float a, float b) {
   return a < b ? b : a;
 #endif
 }
-MELTSIM_HD float smaller(float a, float b) {
+MELTSIM_HD float smaller(float a, float b) {  ///< the smaller of two values, likewise
 #if defined(__CUDA_ARCH__)
   float r;
   asm("min.NaN.f32 %0, %1, %2;" : "=f"(r) : "f"(a), "f"(b));
@@ -51,7 +51,7 @@ MELTSIM_HD float smaller(float a, float b) {
 #endif
 }
 
-/// 1 where v is below 0 (or -0), else 0, without a comparison.
+/// 1 if v is below 0 (or -0), otherwise 0, without a comparison.
 MELTSIM_HD std::uint32_t sign_bit(float v) {
 #if defined(__CUDA_ARCH__)
   return __float_as_uint(v) >> 31;
@@ -59,7 +59,7 @@ MELTSIM_HD std::uint32_t sign_bit(float v) {
   return __builtin_signbit(v) != 0 ? 1u : 0u;
 #endif
 }
-MELTSIM_HD std::uint32_t sign_bit(double v) {
+MELTSIM_HD std::uint32_t sign_bit(double v) {  ///< likewise
 #if defined(__CUDA_ARCH__)
   return static_cast<std::uint32_t>(__double2hiint(v)) >> 31;
 #else
@@ -67,11 +67,11 @@ MELTSIM_HD std::uint32_t sign_bit(double v) {
 #endif
 }
 
-/// a b, not fused with what it is added to, so that kernels that make the same sum make the same bits, whatever else
-/// they hold. Only of doubles: of floats the compiler fuses the same in all of them, which tests hold it to
-/// (tests/world/water_test.cpp), and fused they are 1 % of a step faster.
+/// The product a b, in double not fused with a following addition, so that kernels that compute the same sum give the same
+/// bits whatever else they contain. In float the compiler fuses alike in all kernels, which tests/world/water_test.cpp
+/// checks, and fused operations are faster.
 MELTSIM_HD float product(float a, float b) { return a * b; }
-MELTSIM_HD double product(double a, double b) {
+MELTSIM_HD double product(double a, double b) {  ///< likewise
 #if defined(__CUDA_ARCH__)
   return __dmul_rn(a, b);
 #else
@@ -79,8 +79,8 @@ MELTSIM_HD double product(double a, double b) {
 #endif
 }
 
-/// max(1 - x k, 0), x k not below 0. One instruction on a device, where a NaN becomes 0; not in builds that fuse
-/// nothing.
+/// max(1 - x k, 0), for x k >= 0. One instruction on a device, where NaN becomes 0, except in MELTSIM_REPRODUCIBLE
+/// builds.
 MELTSIM_HD float falling(float x, float k) {
 #if defined(__CUDA_ARCH__) && !defined(MELTSIM_REPRODUCIBLE)
   float r;
@@ -90,12 +90,12 @@ MELTSIM_HD float falling(float x, float k) {
   return larger(1.0f - x * k, 0.0f);
 #endif
 }
-MELTSIM_HD double falling(double x, double k) {
+MELTSIM_HD double falling(double x, double k) {  ///< likewise
   const double v = 1 - x * k;
   return v < 0 ? 0 : v;
 }
 
-/// Bits in the reverse order.
+/// The bits in reverse order.
 MELTSIM_HD std::uint32_t reversed(std::uint32_t v) {
 #if defined(__CUDA_ARCH__)
   return __brev(v);
@@ -108,7 +108,7 @@ MELTSIM_HD std::uint32_t reversed(std::uint32_t v) {
 #endif
 }
 
-/// Index of the lowest and of the highest set bit; v must not be 0. The instruction differs by compiler.
+/// Index of the lowest set bit; v must not be 0. The instruction depends on the compiler.
 MELTSIM_HD int lowest_bit(std::uint64_t v) {
 #if defined(__CUDA_ARCH__)
   return __ffsll(static_cast<long long>(v)) - 1;
@@ -116,7 +116,7 @@ MELTSIM_HD int lowest_bit(std::uint64_t v) {
   return __builtin_ctzll(v);
 #endif
 }
-MELTSIM_HD int highest_bit(std::uint32_t v) {
+MELTSIM_HD int highest_bit(std::uint32_t v) {  ///< index of the highest set bit; v must not be 0
 #if defined(__CUDA_ARCH__)
   return 31 - __clz(static_cast<int>(v));
 #else
@@ -141,16 +141,16 @@ MELTSIM_HD std::uint32_t popcount(std::uint64_t v) {
   return static_cast<std::uint32_t>(__builtin_popcountll(v));
 #endif
 }
-MELTSIM_HD std::uint32_t popcount(std::uint32_t v) {
+MELTSIM_HD std::uint32_t popcount(std::uint32_t v) {  ///< number of set bits
 #if defined(__CUDA_ARCH__)
   return static_cast<std::uint32_t>(__popc(static_cast<int>(v)));
 #else
-  v = v - ((v >> 1) & 0x55555555u);  // an instruction of its own not every x86-64 has
+  v = v - ((v >> 1) & 0x55555555u);  // not every x86-64 has an instruction for it
   v = (v & 0x33333333u) + ((v >> 2) & 0x33333333u);
   return (((v + (v >> 4)) & 0x0f0f0f0fu) * 0x01010101u) >> 24;
 #endif
 }
-MELTSIM_HD int highest_bit(std::uint64_t v) {
+MELTSIM_HD int highest_bit(std::uint64_t v) {  ///< index of the highest set bit; v must not be 0
 #if defined(__CUDA_ARCH__)
   return 63 - __clzll(static_cast<long long>(v));
 #else

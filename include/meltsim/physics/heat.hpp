@@ -26,11 +26,11 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// k = K rho c [W/(m K)] and back [m^2/s].
+/// k = K rho c [W/(m K)].
 inline double conductivity_of(double diffusivity, double density, double heat_capacity) {
   return diffusivity * density * heat_capacity;
 }
-inline double diffusivity_of(double conductivity, double density, double heat_capacity) {
+inline double diffusivity_of(double conductivity, double density, double heat_capacity) {  ///< [m^2/s]
   return conductivity / (density * heat_capacity);
 }
 
@@ -45,7 +45,7 @@ MELTSIM_HD double temperature_of(const MaterialRow<T>& m, double h) {
   return m.melting_point + (above - m.latent_heat) / m.liquid_heat_capacity;
 }
 
-/// h(T) [J/kg]; at a melting point: a solid is still all solid, a liquid all liquid.
+/// h(T) [J/kg]; at the melting point that of the whole solid for a solid, of the whole liquid for a liquid.
 template <class T>
 MELTSIM_HD double enthalpy_of(const MaterialRow<T>& m, double temperature) {
   const bool liquid_at_point = m.freezes != 0u && temperature == m.melting_point;
@@ -67,8 +67,8 @@ MELTSIM_HD double liquid_fraction(const MaterialRow<T>& m, double h) {
   return clamp(above / m.latent_heat, 0.0, 1.0);
 }
 
-/// k [W/(m K)] at a liquid fraction and temperature: a mixture in proportion, which is what surfaces and
-/// walls see of a particle that holds both phases; its neighbours see conductivity_toward.
+/// k [W/(m K)] at a liquid fraction and temperature, interpolated linearly in the fraction: for exchange with
+/// surfaces and walls. Exchange between particles uses conductivity_toward.
 template <class T>
 MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature) {
   T own = m.conductivity, liquid = m.liquid_conductivity;
@@ -80,16 +80,16 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
   return m.plateau == 0u ? own : own + fraction * (liquid - own);
 }
 
-/// k [W/(m K)], toward neighbours, of what can change its phase: the mean over the temperatures between both ends, solid
-/// below the melting point and liquid above it (Kirchhoff's transform). What is at the melting point so conducts as liquid
-/// toward the hotter and as solid toward the colder, as either lies between its front and them; the front crosses the cell
-/// while its latent heat lasts, so that its distance from the neighbour is one spacing on average, of that phase. The flux
-/// is continuous in both temperatures where melting begins and ends, hence stages of a super-step may follow them.
+/// k [W/(m K)] toward neighbours of a particle that can change phase: the mean over the temperatures between both particles,
+/// solid below the melting point and liquid above it (Kirchhoff's transform). A particle at the melting point conducts as
+/// liquid toward hotter neighbours and as solid toward colder ones, because that phase lies between its front and them; the
+/// front crosses the cell while it takes up latent heat, so its mean distance from the neighbour is one spacing. The flux is
+/// continuous in both temperatures where melting begins and ends, so the stages of a super-step may follow them.
 template <class T>
 struct TowardNeighbour {
-  T solid{}, liquid{};  ///< k of the phases [W/(m K)]
-  T melting_point{}, temperature{};
-  MELTSIM_HD T operator()(T neighbour) const {
+  T solid{}, liquid{};               ///< k of the phases [W/(m K)]
+  T melting_point{}, temperature{};  ///< of the particle [degrees Celsius]
+  MELTSIM_HD T operator()(T neighbour) const {  ///< k toward a neighbour of this temperature
     const T above = maximum(temperature, neighbour) - melting_point,
             below = melting_point - minimum(temperature, neighbour);
     if (!(above > T(0))) return solid;
@@ -97,19 +97,19 @@ struct TowardNeighbour {
     return (above * liquid + below * solid) / (above + below);
   }
 };
-
+/// The same for a material at a temperature.
 template <class T>
 MELTSIM_HD TowardNeighbour<T> toward_neighbour(const MaterialRow<T>& m, T temperature) {
   return {conductivity_at(m, T(0), temperature), conductivity_at(m, T(1), temperature),
           static_cast<T>(m.melting_point), temperature};
 }
-
+/// k toward a neighbour [W/(m K)].
 template <class T>
 MELTSIM_HD T conductivity_toward(const MaterialRow<T>& m, T temperature, T neighbour) {
   return toward_neighbour(m, temperature)(neighbour);
 }
 
-/// rho0 [kg/m^3] of a liquid at specific enthalpy h: what makes warm liquid rise.
+/// rho0 [kg/m^3] of a liquid at specific enthalpy h; its variation is the source of buoyancy.
 template <class T>
 MELTSIM_HD T rest_density(const MaterialRow<T>& m, double h) {
   if (m.tables == nullptr || m.tables->density.points == 0u) return m.density;
@@ -123,43 +123,43 @@ MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
   return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
 }
 
-/// 1/k [m K/W]: infinite where nothing is conducted.
+/// 1/k [m K/W]: infinite for an insulator.
 template <class T>
 MELTSIM_HD T resistivity_of(T conductivity) {
   return T(1) / conductivity;
 }
 
-/// How much of the conduction along a surface the pair sum finds [-], and the correction for it.
+/// Share of the conduction along a surface that the pair sum gives [-], and the correction for it.
 ///
-/// The sum over neighbours delivers, in direction e, the moment M_e = sum_j V_j L_ij (x_ij.e)^2 / 2 of what it is
-/// asked for: 1 inside, less where neighbours are missing. Along a plane, an edge, a sheet or a bar of the lattice
-/// it is 1 - slope (1 - phi), phi = sum_j V_j W_ij being how much of a particle's surroundings is filled: to 1 % for
-/// H from 1.5 to 4 dx, from whole down to a row of single particles. Dividing the particle's conductivity by it
-/// makes up for what is missing: pairs stay symmetric and g_ij >= 0, so energy is kept and no new extreme arises.
-/// Across the surface half of the moment is missing, which insulates it; there the correction adds 3 % to what the
-/// outermost two layers exchange. Walls that heat passes count as filled: their exchange (wall_exchange.hpp) is made
-/// for sums that are not corrected. Ours.
+/// In direction e the sum over neighbours gives the conduction times the moment M_e = sum_j V_j L_ij (x_ij.e)^2 / 2,
+/// which is 1 inside and less where neighbours are missing. Along a plane, an edge, a sheet or a bar of the lattice
+/// M = 1 - slope (1 - phi) within 1 % for H from 1.5 to 4 dx, where phi = sum_j V_j W_ij is the filled share of the
+/// surroundings, down to a row of single particles. The conductivity of the particle is divided by M:
+/// pairs stay symmetric and g_ij >= 0, so energy is conserved and no new extreme arises. Across the surface half of
+/// the moment is missing, which insulates it; there the correction adds 3 % to the exchange of the outermost two
+/// layers. Walls that conduct heat count as filled, because their exchange (wall_exchange.hpp) is calibrated for
+/// uncorrected sums. Ours.
 template <class T>
 struct ConductionShare {
   T slope{};  ///< (1 - M) / (1 - phi) of the first lattice layer beneath a plane, along it [-]
 };
 
-/// phi below this, which only what is all but alone has, is corrected no further.
+/// Least share: that of nearly isolated particles is not corrected further.
 inline constexpr double least_conduction_share = 0.05;
 
-/// M along a surface [-] where phi is this: 1 where nothing is missing.
+/// M along a surface [-] at a given phi.
 template <class T>
 MELTSIM_HD T conduction_share(const ConductionShare<T>& c, T phi) {
   return clamp(T(1) - c.slope * (T(1) - phi), T(least_conduction_share), T(1));
 }
 
-/// For H = support on a lattice of spacing dx (host).
+/// Makes the slope for H = support on a lattice of spacing dx (host).
 template <class T>
 inline ConductionShare<T> make_conduction_share(double support, double spacing) {
   const auto k = make_kernel<double>(support, spacing);
   const double volume = spacing * spacing * spacing;
   const int n = static_cast<int>(support / spacing) + 1;
-  double moment = 0, phi = 0;  // of what lies beyond the plane
+  double moment = 0, phi = 0;  // of the half lattice beyond the plane
   for (int x = 1; x <= n; ++x)
     for (int y = -n; y <= n; ++y)
       for (int z = -n; z <= n; ++z) {
@@ -170,14 +170,14 @@ inline ConductionShare<T> make_conduction_share(double support, double spacing) 
   return {static_cast<T>(moment / phi)};
 }
 
-/// Harmonic mean of two conductivities [W/(m K)] from their resistivities: zero if either end insulates.
+/// Harmonic mean of two conductivities [W/(m K)] from their resistivities: 0 if either end insulates.
 template <class T>
 MELTSIM_HD T pair_conductivity(T resistivity_i, T resistivity_j) {
   return T(2) / (resistivity_i + resistivity_j);
 }
 
-/// g_ij [W/K]: V_i V_j L_ij pair_conductivity(R_i, R_j) with one quotient, as a reciprocal is dear on a GPU;
-/// resistivities = R_i + R_j. Symmetric to the last bit.
+/// g_ij [W/K]: V_i V_j L_ij pair_conductivity(R_i, R_j) with one division; resistivities = R_i + R_j [m K/W]. Symmetric
+/// to the last bit.
 template <class T>
 MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>& l, T resistivities) {
   const T volumes = (T(2) * volume_i) * volume_j;  // the factor 2 is exact
@@ -186,20 +186,20 @@ MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>
 
 /// Coefficients of stage j of s of one super-step, acting on increments d_j = Y_j - Y_0:
 ///   d_j = mu d_{j-1} + nu d_{j-2} + mu_rate tau M(Y_{j-1}) + gamma_rate tau M(Y_0).
-/// M takes temperatures from Y and conductivities from Y_0. If they followed Y, one that jumps where a particle
-/// begins to melt would set M(Y_0) apart from the other stages, and most of that super-step's heat would be lost.
+/// M uses temperatures of Y and conductivities of Y_0. If conductivities followed Y, a jump where a particle begins
+/// to melt would make M(Y_0) differ from the other stages, and most of the heat of that super-step would be lost.
 struct HeatStage {
-  double mu = 0, nu = 0, mu_rate = 1, gamma_rate = 0;
+  double mu = 0, nu = 0, mu_rate = 1, gamma_rate = 0;  ///< as in the formula above
 };
 
-/// s = 1: explicit Euler. s even: first-order Runge-Kutta-Legendre (RKL1; R(z) = 1 - z + z^2/6 for s = 2). s odd: second
-/// order (RKL2). First order costs nothing where it is used: at tau lambda up to 6 (tau alpha/dx^2 up to 0.8
-/// on the lattice) the error of the kernel sum is larger than that of time. A step in temperature, L2 after
-/// 10 and 40 dx^2/alpha: Euler at tau lambda = 1.4 1.7e-4 and 6e-5, RKL1 at 3.6 1.5e-4 and 5e-5, at 6 5e-4
-/// and 1.7e-4; RKL2 with three stages 4.9e-4 to 6.2e-4 and 1.7e-4 in all three.
-/// What changes its phase takes RKL1 with any number of stages: its heat capacity jumps, so that order beyond the first is
-/// lost, and RKL2 weighs M(Y_0) negatively: what flows at first, until melting holds a temperature, is then taken away
-/// again from what follows.
+/// Coefficients of stage j = 1..s. s = 1: explicit Euler. s even: first-order Runge-Kutta-Legendre (RKL1; R(z) = 1 - z +
+/// z^2/6 for s = 2). s odd: second order (RKL2). Two stages of first order are as accurate as three of second: at
+/// tau lambda up to 6 (tau alpha/dx^2 up to 0.8 on the lattice) the error of the kernel sum exceeds that of time
+/// integration. Numbers are in
+/// docs/design/tried.md.
+/// Scenes with a phase change use RKL1 with any number of stages: the heat capacity jumps, so order beyond the first is
+/// lost, and RKL2 weighs M(Y_0) negatively: heat that flows at first, until melting holds the temperature, would be
+/// subtracted again later.
 inline HeatStage heat_stage(int j, int s) {
   if (s <= 1) return {};
   if (s % 2 == 0) {
@@ -219,14 +219,14 @@ inline HeatStage heat_stage(int j, int s) {
   return c;
 }
 
-/// Largest tau lambda that s stages carry, lambda = 2 max_i sum_j g_ij/C_i (Gershgorin bound of the spectral
-/// radius). Euler: up to 2 a new temperature is a mean of old ones, so that nothing overshoots.
+/// Largest stable tau lambda of s stages, lambda = 2 max_i sum_j g_ij/C_i (Gershgorin bound of the spectral
+/// radius). Euler: up to 2 a new temperature is a weighted mean of old ones, so it does not overshoot.
 inline double heat_stage_reach(int s) {
   if (s <= 1) return 2.0;
   return s % 2 == 0 ? double(s) * s + s : 0.5 * (double(s) * s + s - 2.0);
 }
 
-/// Stages needed for tau lambda: 1, 2, or the smallest odd s >= 5 that reaches it; even where something changes its phase.
+/// Stages needed for tau lambda: 1, 2, or the smallest odd s >= 5 that suffices; the smallest even s with a phase change.
 inline int heat_stage_count(double tau_lambda, bool changes_phase) {
   if (tau_lambda <= heat_stage_reach(1)) return 1;
   if (tau_lambda <= heat_stage_reach(2)) return 2;
@@ -238,7 +238,7 @@ inline int heat_stage_count(double tau_lambda, bool changes_phase) {
   return s < 5 ? 5 : s | 1;
 }
 
-/// The most stages of those that it gives, of no more than these (2 or more).
+/// Largest number of stages that heat_stage_count returns up to a given limit >= 2.
 inline int heat_most_stages(int given, bool changes_phase) {
   return given == 2 || (given % 2 == 0) == changes_phase ? given
          : given == 3 && changes_phase                   ? 2
@@ -256,7 +256,7 @@ MELTSIM_HD T paper_pair_update(T K_i, T K_j, T laplacian, T dt, T volume_i, T vo
   return k * volume_j * (temperature_j - temperature_i) / (T(1) + k * (volume_i + volume_j));
 }
 
-/// The explicit scheme that the paper compares with: dT_i/dt = sum_j (K_i + K_j)/2 V_j L_ij (T_j - T_i),
+/// The explicit scheme with which the paper compares: dT_i/dt = sum_j (K_i + K_j)/2 V_j L_ij (T_j - T_i),
 /// Euler's step. Iwasaki et al. (2010), Comput. Graph. Forum 29:2215; theirs has the SPH Laplacian of the
 /// day, here L. Stable while dt sum_j of this is at most 1 (a convex combination of old temperatures).
 /// Returns the rate per degree [1/s].
@@ -274,7 +274,7 @@ inline double paper_effective_diffusivity(double K, double dt, double support, d
   const auto kernel = make_kernel<double>(support, spacing);
   const double volume = spacing * spacing * spacing;
   const int n = static_cast<int>(support / spacing) + 1;
-  double spread = 0;  // sum w_j r_j^2 so far; each later neighbour takes its share of all of it
+  double spread = 0;  // sum w_j r_j^2 so far; each further neighbour reduces it by its share
   for (int z = -n; z <= n; ++z)
     for (int y = -n; y <= n; ++y)
       for (int x = -n; x <= n; ++x) {

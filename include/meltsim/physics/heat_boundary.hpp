@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heat through the surface of what is simulated: walls, and the dry surface of solids.
+// Heat through walls and through the dry surface of solids.
 //
 // Sources: Newton's law of cooling and the Stefan-Boltzmann law, e.g. Incropera & DeWitt (2007), Fundamentals
 // of Heat and Mass Transfer, secs. 1.2, 3.1 (resistances in series), 13.3 (large grey surroundings).
@@ -26,22 +26,22 @@ inline namespace v0 {
 namespace physics {
 
 inline constexpr double stefan_boltzmann = 5.670374419e-8;  ///< sigma [W/(m^2 K^4)]
-inline constexpr double kelvin_offset = 273.15;
+inline constexpr double kelvin_offset = 273.15;             ///< 0 degrees Celsius [K]
 
-/// A temperature [degrees Celsius], at least 0 K.
+/// The temperature [degrees Celsius], limited to absolute zero.
 MELTSIM_HD double not_below_zero(double temperature) { return maximum(temperature, -kelvin_offset); }
-
+/// Kind of a surface.
 enum class SurfaceHeat : std::uint32_t { insulated = 0, held = 1, exchange = 2 };
-
+/// Heat through a surface, per area.
 template <class T>
 struct SurfaceCondition {
-  T temperature{};  ///< T_s of a held surface, T_a otherwise [degrees Celsius]
-  T flux{};         ///< q [W/m^2]
-  T convection{};   ///< [W/(m^2 K)]
-  T emissivity{};   ///< eps, 0..1
-  SurfaceHeat kind = SurfaceHeat::insulated;
+  T temperature{};                            ///< T_s of a held surface, T_a otherwise [degrees Celsius]
+  T flux{};                                   ///< q [W/m^2]
+  T convection{};                             ///< [W/(m^2 K)]
+  T emissivity{};                             ///< eps, 0..1
+  SurfaceHeat kind = SurfaceHeat::insulated;  ///< which terms apply
 };
-
+/// Heat into a particle through a surface.
 template <class T>
 struct SurfaceRate {
   T rate{};         ///< heat into the particle [W]
@@ -55,7 +55,7 @@ MELTSIM_HD T radiation_coefficient(T emissivity, T temperature, T ambient) {
   return emissivity * T(stefan_boltzmann) * (a * a + b * b) * (a + b);
 }
 
-/// Heat through area a at depth d into a particle of conductivity k at temperature T.
+/// Heat through area a [m^2] into a particle at depth d [m], of conductivity k [W/(m K)] and temperature T.
 template <class T>
 MELTSIM_HD SurfaceRate<T> surface_heat(const SurfaceCondition<T>& c, T area, T depth, T k, T temperature) {
   SurfaceRate<T> r;
@@ -71,7 +71,7 @@ MELTSIM_HD SurfaceRate<T> surface_heat(const SurfaceCondition<T>& c, T area, T d
   return r;
 }
 
-/// The surface of one particle of a solid.
+/// Surface that one particle of a solid represents.
 template <class T>
 struct ParticleSurface {
   T area{};   ///< [m^2]
@@ -97,13 +97,13 @@ MELTSIM_HD T edge_factor(int live) {
   return live > 8 ? of_box * (T(1) + T(1.0 / 6.0) * T(12 - live)) : of_box;
 }
 
-/// Surface that a particle of a solid stands for: wall_exchange.hpp for a surface of any shape.
+/// Surface that a particle of a solid represents: wall_exchange.hpp for a surface of any shape.
 ///   G_i = sum_j V_j L_ij x_ij over its own body [1/m]: minus what the missing half would have contributed,
 ///   so
 /// |G| is I(d) beneath a plane. Where the body is whole it is 0. Depth: d = dx/2 + dx^2 (I(dx/2) - |G|),
 /// times 0.95 beneath dx/2 and 1.6 above, fitted to lattice particles beneath planes of random orientation
-/// (the sum of |G| over such a plane is 1.04 of its area). Only surface particles (SBP) are asked; `first_layer` is the
-/// share of a plane's area that those serve. Where |G| is not the area, edge_factor makes up for it. Ours.
+/// (the sum of |G| over such a plane is 1.04 of its area). For surface particles (SBP) only; `first_layer` is the share of
+/// the area of a plane that these represent. edge_factor corrects |G| where it is not the area. Ours.
 template <class T>
 MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G, int live,
                                                T first_layer) {
@@ -115,8 +115,8 @@ MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volum
   return s;
 }
 
-/// Share of a surface particle's surface that nothing covers: what is missing around it, by the kernel's sum,
-/// of what the body itself leaves open.
+/// Dry share of the surface of a particle [-]: the kernel sum missing around it, divided by the sum that its body
+/// alone leaves missing.
 template <class T>
 MELTSIM_HD T dry_share(T own, T everything) {
   const T open = T(1) - own;

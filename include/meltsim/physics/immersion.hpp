@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much of a particle lies below the level of a liquid, and where that level is in a column of it.
 //
-// A particle is taken for a slab of its spacing around its height. The level of a column follows from how much liquid
-// it holds above a height that lies within the liquid, so it does not depend on where single particles are.
+// A particle is treated as a slab, one spacing high, around its height. The level of a column follows from the volume
+// of liquid above a height within the liquid, so it does not depend on single particles.
 //
 //   symbol  meaning                                                      unit
 //   h       height of a particle's centre, against gravity               m
@@ -22,27 +22,27 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// Share of a particle above a height.
+/// Share of a particle above a height [-].
 MELTSIM_HD double share_above(double h, double height, double dx) {
   return clamp((h - height) / dx + 0.5, 0.0, 1.0);
 }
 
-/// Share of a particle below a height.
+/// Share of a particle below a height [-].
 MELTSIM_HD double share_below(double h, double height, double dx) { return share_above(height, h, dx); }
 
-/// b.
+/// b [m].
 MELTSIM_HD double column_base(double top, double floor, double dx) { return maximum(top - 2 * dx, floor); }
 
-/// l.
+/// l [m].
 MELTSIM_HD double column_level(double base, double volume, double area) { return base + volume / area; }
 
-/// Share of a column that is liquid between its base and the top of its topmost particle: 1 where liquid stands, far less
-/// where drops fly.
+/// Share of a column that is liquid between its base and the top of its topmost particle [-]: 1 in standing liquid, much
+/// less in spray.
 MELTSIM_HD double column_fill(double top, double base, double volume, double area, double dx) {
   return volume / (area * (top + 0.5 * dx - base));
 }
 
-/// Columns that hold less of what they could are no liquid with a level.
+/// Columns filled less than this have no level.
 inline constexpr double least_fill = 0.5;
 
 }  // namespace physics

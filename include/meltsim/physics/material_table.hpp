@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One row per material, as the formulas need it: derived values already worked out (by the host, in double).
+// One row per material with the values that formulas need, derived by the host in double.
 #pragma once
 
 #include "meltsim/physics/property_table.hpp"
@@ -7,7 +7,7 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
+/// A material.
 template <class T>
 struct MaterialRow {
   T density{};              ///< rho0 [kg/m^3]
@@ -32,7 +32,7 @@ struct MaterialRow {
   std::uint32_t melts{};          ///< 1: a solid that can melt
   std::uint32_t freezes{};        ///< 1: a liquid that can freeze
   std::uint32_t plateau{};        ///< 1: T(h) has a plateau; it melts or freezes
-  const MaterialProperties<T>* tables{};  ///< properties that depend on temperature; null when none does
+  const MaterialProperties<T>* tables{};  ///< properties that depend on temperature; null if none does
 };
 
 }  // namespace physics

@@ -1,27 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// When a lattice particle becomes liquid, and liquid a lattice particle.
+// Conditions under which a lattice particle melts and liquid joins a lattice.
 //
 // Source: Shao & Yu (2017), sec. 2: a surface boundary particle (SBP, fewer than 27 direct neighbours) that
 // reaches its melting point turns liquid; an internal one (IBP) never does, so solids melt from the outside
-// in. Deviation: with latent heat the criterion is liquid fraction 1; an IBP may hold more than that and
-// leaves as soon as it is exposed. L = 0 reproduces the paper's T >= T_melt. Mass, momentum and enthalpy are
-// untouched; the rest volume goes over to m/rho0 of the liquid, smoothly, so that a solid much denser than
-// its liquid does not explode.
+// in. Deviation: with latent heat the criterion is liquid fraction 1; an IBP may hold more heat than that and
+// melts as soon as it is exposed. L = 0 reproduces the paper's T >= T_melt. Mass, momentum and enthalpy are
+// unchanged; the rest volume relaxes to m/rho0 of the liquid, so that a solid much denser than its liquid
+// does not expand abruptly.
 //
-// Freezing is not in the paper. It is melting read backwards: liquid that has given off all of its latent
-// heat takes a free site of the lattice it lies next to. Mass, velocity and enthalpy are untouched again; the
-// particle's place becomes that of the site, its rest volume dx^3.
+// Freezing is not in the paper. It is the inverse of melting: liquid that has released all of its latent heat
+// joins a free site of an adjacent lattice. Mass, velocity and enthalpy are unchanged; the particle is moved
+// to the site, and its rest volume becomes dx^3.
 //
 //   symbol  meaning                                                        unit
 //   v, n    a free site, a live direct neighbour of it on the lattice      -
 //   q       rest position of v relative to n (lattice)                     m
 //   R_n     rotation of the region of n (unity on a fixed body)            -
-//   p_n     x_n + R_n q: where n wants v                                   m
+//   p_n     x_n + R_n q: place of v according to n                         m
 //   p       mean of p_n over n                                             m
 //
-// Deviations from a real solid: it grows by one site a step at each place at most; a particle may be moved by
-// up to the capture radius (its momentum is exact, the centre of mass of the whole shifts by m/M of that); a
-// lattice holds one particle per site, so what freezes keeps the density of its liquid and does not expand.
+// Deviations from a real solid: at each place it grows by at most one site per step; a particle is moved by up
+// to the capture radius (momentum is exact, the centre of mass of the scene shifts by m/M of that); a lattice
+// holds one particle per site, so frozen liquid keeps its density and does not expand.
 #pragma once
 
 #include "meltsim/physics/heat.hpp"
@@ -29,40 +29,40 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
+/// Whether a particle melts: at the surface of its body (SBP), with all of its latent heat; h [J/kg].
 template <class T>
 MELTSIM_HD bool melts(const MaterialRow<T>& m, bool surface, double h) {
   return m.melts != 0u && surface && liquid_fraction(m, h) >= 1.0;
 }
 
-/// Freezing is the inverse: liquid beside a free site of the lattice that holds no melting enthalpy any more.
-/// With L = 0: below the melting point; at exactly that point liquid stays liquid, and a solid melts.
+/// Whether liquid beside a free site freezes: it holds no latent heat any more; h [J/kg]. With L = 0: below the
+/// melting point; at exactly that point liquid stays liquid, and a solid melts.
 template <class T>
 MELTSIM_HD bool freezes(const MaterialRow<T>& m, double h) {
   return m.freezes != 0u && liquid_fraction(m, h) <= 0.0;
 }
 
-/// p_n - x_n [m]: where a neighbour wants the site, q [m] on the lattice, of a region turned by R_n.
+/// p_n - x_n [m]: place of the site relative to a neighbour, from q [m] on the lattice and the rotation R_n.
 template <class T>
 MELTSIM_HD Vec3<T> site_offset(const Quat<T>& rotation, Vec3<T> q) {
   return to_matrix(rotation) * q;
 }
 
-/// Reach of a free site for liquid, in spacings: the radius (3/(4 pi))^(1/3) of the ball of volume dx^3,
-/// which holds one particle of liquid at rest density on average. Less leaves holes in what grows; more
-/// reaches for what stands at the next site.
+/// Distance, in spacings, up to which a free site captures liquid: the radius (3/(4 pi))^(1/3) of a ball of volume
+/// dx^3, which holds one liquid particle at rest density on average. A smaller radius leaves holes in the body, a larger
+/// one captures particles of the next site.
 inline constexpr double capture_radius = 0.62;
-/// Largest distance of a p_n from p, in spacings. Beyond it the neighbours no longer agree where the site is:
+/// Largest distance of a p_n from p, in spacings. Beyond it the neighbours disagree on the place of the site:
 /// they belong to pieces that moved apart, or the lattice is strained by a quarter.
 inline constexpr double site_agreement = 0.25;
-/// Nothing else, liquid or solid, may be nearer to the site than this, in spacings: the new solid particle
-/// would throw it out (leak_distance in coupling.hpp). A direct neighbour that agrees never is. Hence the
-/// particle within reach is the only one, and there is nothing to choose.
+/// Smallest distance of any other particle from the site, in spacings: the new solid particle would repel a closer
+/// one (leak_distance in coupling.hpp). A direct neighbour that agrees is never closer. Hence at most one
+/// particle is within the capture radius, and no choice is needed.
 inline constexpr double site_clearance = 1.0 - site_agreement;
 /// Smallest distance of a site from the faces of the domain, in spacings: a body resting on a wall has 0.5.
 inline constexpr double site_margin = 0.25;
 
-/// Rest volume on its way to m/rho0 [m^3]; share = dt / relaxation time. Once within rounding it is exact.
+/// Rest volume, relaxing to m/rho0 [m^3]; share = dt / relaxation time. Within rounding it becomes exact.
 template <class T>
 MELTSIM_HD T relaxed_volume(T volume, T target, T share) {
   const T gap = target - volume;
@@ -70,8 +70,8 @@ MELTSIM_HD T relaxed_volume(T volume, T target, T share) {
   return volume + gap * minimum(share, T(1));
 }
 
-/// Relaxation time in units of H/c: a tenfold change of volume then moves the surroundings far below the
-/// sound speed.
+/// Relaxation time in units of H/c: even a tenfold change of volume then moves the surroundings at far less than
+/// the sound speed.
 inline constexpr double volume_relaxation = 40.0;
 
 }  // namespace physics

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A set of particles as one rigid body: its centre of mass, its inertia, and the motion that has its momentum and its
-// angular momentum (Goldstein (1980), Classical Mechanics, secs. 1-2 and 5-3). Sums are about any point o.
+// angular momentum (Goldstein (1980), Classical Mechanics, secs. 1-2 and 5-3). Sums may be about any point o.
 //
 //   symbol  meaning                                        unit
 //   u, v    position relative to o; velocity               m, m/s
@@ -36,7 +36,7 @@ MELTSIM_HD Vec3<double> angular_velocity_of(const Mat3<double>& inertia, Vec3<do
   return solve_symmetric(inertia, spin - cross(center, momentum));
 }
 
-/// Rotation from the lattice as built, from sum m u q^T, sum m u and sum m q; what of it nothing shows is that of
+/// Rotation from the lattice as built, from sum m u q^T, sum m u and sum m q; where these leave it open, that of
 /// `previous`.
 MELTSIM_HD Quat<double> orientation_of(double mass, Mat3<double> products, Vec3<double> first,
                                        Vec3<double> rest, Quat<double> previous) {

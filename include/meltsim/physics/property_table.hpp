@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Material properties that depend on temperature: piecewise linear tables, constant beyond their ends, and
-// the enthalpy curve they integrate to.
+// Temperature-dependent material properties: piecewise linear tables, constant beyond their ends, and the
+// enthalpy curve to which heat capacities integrate.
 //
 // Source: h(T) = integral of c dT (any text on heat, e.g. Carslaw & Jaeger 1959, sec. 1.6); the plateau of
 // width L at the melting point as in Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545.
@@ -18,15 +18,15 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
+/// Most points of a table.
 inline constexpr int property_points = 8;
-
+/// Values at ascending temperatures; linear in between, constant beyond the ends.
 template <class T>
 struct PropertyTable {
   std::uint32_t points = 0;  ///< 0: the table is not used
-  T temperature[property_points] = {}, value[property_points] = {};
+  T temperature[property_points] = {}, value[property_points] = {};  ///< of the points
 };
-
+/// The property at a temperature [degrees Celsius].
 template <class T>
 MELTSIM_HD T property_at(const PropertyTable<T>& p, T temperature) {
   const std::uint32_t last = p.points - 1u;
@@ -37,14 +37,14 @@ MELTSIM_HD T property_at(const PropertyTable<T>& p, T temperature) {
   const T share = (temperature - p.temperature[k]) / (p.temperature[k + 1] - p.temperature[k]);
   return p.value[k] + share * (p.value[k + 1] - p.value[k]);
 }
-
+/// Most nodes of a curve.
 inline constexpr int curve_nodes = 2 * property_points + 2;
 
-/// h(T) as nodes in ascending order; between two of them c runs from `above` of the lower to `below` of the
-/// upper one. Two nodes at one temperature make a plateau.
+/// h(T) as nodes in ascending order; between two nodes c is linear, from `above` of the lower to `below` of the
+/// upper node. Two nodes at one temperature are a plateau.
 struct EnthalpyCurve {
-  std::uint32_t nodes = 0;
-  double temperature[curve_nodes] = {}, enthalpy[curve_nodes] = {};
+  std::uint32_t nodes = 0;                                           ///< 0: the curve is not used
+  double temperature[curve_nodes] = {}, enthalpy[curve_nodes] = {};  ///< [degrees Celsius]; h [J/kg]
   double below[curve_nodes] = {}, above[curve_nodes] = {};  ///< c on either side of a node [J/(kg K)]
 };
 
@@ -62,7 +62,7 @@ MELTSIM_HD double curve_temperature(const EnthalpyCurve& c, double h) {
   return c.temperature[k] + 2.0 * e / (c.above[k] + root);
 }
 
-/// h(T) [J/kg]; on a plateau its lower end.
+/// h(T) [J/kg]; at the temperature of a plateau its lower end.
 MELTSIM_HD double curve_enthalpy(const EnthalpyCurve& c, double temperature) {
   const std::uint32_t last = c.nodes - 1u;
   if (!(temperature > c.temperature[0])) return c.enthalpy[0] + (temperature - c.temperature[0]) * c.below[0];
@@ -75,7 +75,7 @@ MELTSIM_HD double curve_enthalpy(const EnthalpyCurve& c, double temperature) {
   return c.enthalpy[k] + t * (c.above[k] + 0.5 * (c.below[k + 1] - c.above[k]) * t / width);
 }
 
-/// What a material has besides its row, when any of its properties depends on temperature.
+/// Tables of a material, beside its row, if any of its properties depends on temperature.
 template <class T>
 struct MaterialProperties {
   PropertyTable<T> conductivity;         ///< of the material's own phase [W/(m K)]

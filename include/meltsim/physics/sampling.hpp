@@ -15,12 +15,12 @@
 //   d_j     distance of x_j from the plane of the opening, n its normal           m
 //
 // j runs over all particles for temperature, density and liquid fraction, over liquid for pressure, speed and
-// velocity: a solid has no pressure of its own, and counting it as 0 would lower what a point beside it reads.
+// velocity: a solid has no pressure, and counting it as 0 would lower the value at a point beside it.
 //
-// g > 0 where liquid fills more of the space than nothing does: with f_0 = 1 - f_L - f_S for what is empty,
-// f_L > f_0 is g > 0 where f_S < 1/2. On a flat surface f_L = 1/2 and g = 0, also beside a wall, whose images complete
-// f_L, and beside a body, which takes the same share from liquid and from air. The bound on f_S keeps the inside of a body from
-// counting as liquid.
+// g > 0 where more of the space is liquid than empty: with the empty share f_0 = 1 - f_L - f_S, f_L > f_0 is equivalent to
+// g > 0 if f_S < 1/2. On a flat surface f_L = 1/2 and g = 0, also beside a wall, whose images complete f_L, and beside a
+// body, which takes equal shares from liquid and from air. Because of the bound on f_S the inside of a body does not count
+// as liquid.
 #pragma once
 
 #include "meltsim/physics/heat.hpp"
@@ -29,26 +29,26 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
+/// Fields that can be sampled.
 enum class SampleField : std::uint32_t { temperature, pressure, density, speed, velocity, liquid_fraction };
-inline constexpr std::uint32_t sample_fields = 6;
-MELTSIM_HD constexpr std::uint32_t sample_bit(SampleField f) { return 1u << static_cast<std::uint32_t>(f); }
-/// Numbers that a field takes.
+inline constexpr std::uint32_t sample_fields = 6;  ///< number of fields
+MELTSIM_HD constexpr std::uint32_t sample_bit(SampleField f) { return 1u << static_cast<std::uint32_t>(f); }  ///< bit of a field in a set
+/// Number of values of a field.
 MELTSIM_HD constexpr std::uint32_t sample_width(SampleField f) {
   return f == SampleField::velocity ? 3u : 1u;
 }
 
-/// What a particle is, as sampling and World::particles() report it.
+/// Values of a particle, as sampling and World::particles() report them.
 struct SampledParticle {
-  bool liquid = false;
+  bool liquid = false;         ///< otherwise solid
   double temperature = 0;      ///< [degrees Celsius]
-  double pressure = 0;         ///< [Pa]; of liquid
+  double pressure = 0;         ///< [Pa]; 0 for solids
   double density = 0;          ///< [kg/m^3]
   double liquid_fraction = 0;  ///< 0 solid .. 1 liquid
   Vec3<double> velocity;       ///< [m/s]
 };
 
-/// The fields that are asked for (bits), and the velocity, of a particle with specific enthalpy h [J/kg], volume fraction phi, pressure_term = P/phi^2 [Pa].
+/// Values of a particle: those of `fields` (bits), pressure and velocity. h [J/kg], phi [-], pressure_term = P/phi^2 [Pa].
 template <class T>
 MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double h, double mass, double volume,
                                    double phi, double pressure_term, Vec3<double> velocity,
@@ -58,7 +58,7 @@ MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double 
   p.velocity = velocity;
   const auto asked = [fields](SampleField f) { return (fields & sample_bit(f)) != 0u; };
   if (asked(SampleField::temperature)) p.temperature = temperature_of(m, h);
-  // A material that melts or freezes: its enthalpy says how far it is.
+  // The enthalpy of a material that melts or freezes gives the fraction.
   if (asked(SampleField::liquid_fraction))
     p.liquid_fraction = m.plateau != 0u ? liquid_fraction(m, h) : liquid ? 1.0 : 0.0;
   if (asked(SampleField::density)) p.density = liquid ? phi * mass / volume : static_cast<double>(m.density);
@@ -66,12 +66,12 @@ MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double 
   return p;
 }
 
-/// The sums of A(x). Weights are relative: the kernel's scale cancels.
+/// Sums of A(x). Weights are relative: the scale of the kernel cancels.
 struct SampleSums {
   double all = 0, liquid = 0;  ///< sums of W over all particles, over liquid
-  double temperature = 0, density = 0, liquid_fraction = 0, pressure = 0, speed = 0;
-  Vec3<double> velocity;
-  MELTSIM_HD void add(const SampleSums& o) {
+  double temperature = 0, density = 0, liquid_fraction = 0, pressure = 0, speed = 0;  ///< sums of W A
+  Vec3<double> velocity;  ///< sum of W v over liquid
+  MELTSIM_HD void add(const SampleSums& o) {  ///< adds other sums
     all += o.all;
     liquid += o.liquid;
     temperature += o.temperature;
@@ -81,7 +81,7 @@ struct SampleSums {
     speed += o.speed;
     velocity += o.velocity;
   }
-  MELTSIM_HD void add(double weight, const SampledParticle& p) {
+  MELTSIM_HD void add(double weight, const SampledParticle& p) {  ///< adds a particle
     all += weight;
     temperature += weight * p.temperature;
     density += weight * p.density;
@@ -94,12 +94,12 @@ struct SampleSums {
   }
 };
 
-/// NaN where the weights are 0.
+/// sum / weights; NaN if the weights are 0.
 MELTSIM_HD double average(double sum, double weights) {
   return weights > 0 ? sum / weights : static_cast<double>(NAN);
 }
 
-/// A(x); component 0, or 0 to 2 of a velocity. NaN where there is nothing to average.
+/// A(x); component 0, or 0 to 2 for a velocity. NaN if the weights are 0.
 MELTSIM_HD double sampled_value(const SampleSums& s, SampleField field, std::uint32_t component) {
   switch (field) {
     case SampleField::temperature:
@@ -121,15 +121,15 @@ MELTSIM_HD double sampled_value(const SampleSums& s, SampleField field, std::uin
   return static_cast<double>(NAN);
 }
 
-/// f_L and f_S over the kernel's scale.
+/// f_L and f_S, divided by the scale of the kernel.
 template <class T>
 struct FillSums {
-  T liquid{}, solid{};
-  MELTSIM_HD void add(const FillSums& o) {
+  T liquid{}, solid{};  ///< f_L; f_S
+  MELTSIM_HD void add(const FillSums& o) {  ///< adds other sums
     liquid += o.liquid;
     solid += o.solid;
   }
-  /// x_ij: from the particle to the point; walls: those within reach of the point.
+  /// Adds a particle. x_ij: from the particle to the point [m]; walls: those within H of the point.
   MELTSIM_HD void add(const SphKernel<T>& k, const WallView<T>& walls, bool is_liquid, T volume, Vec3<T> x_ij,
                       T r2) {
     T shape = kernel_shape(k, std::sqrt(r2));
@@ -145,11 +145,11 @@ MELTSIM_HD T liquid_excess(const SphKernel<T>& k, const FillSums<T>& s) {
   return T(2) * k.w_scale * s.liquid + minimum(k.w_scale * s.solid, T(0.5)) - T(1);
 }
 
-/// Height of the highest place where g falls through 0, from its values at `count` heights `step` apart, the first at
-/// `lowest` [m]; between two of them g counts as linear. The last height where liquid is there too; NaN where it is nowhere.
+/// Height [m] of the highest place where g falls through 0, from its values at `count` heights `step` apart, the first at
+/// `lowest` [m]; g is interpolated linearly. The last height if liquid is there; NaN if there is no liquid.
 template <class T>
 MELTSIM_HD double level_of(const T* g, std::uint32_t count, double lowest, double step) {
-  constexpr std::uint32_t together = 8;  // values are read at once, so that their latencies overlap
+  constexpr std::uint32_t together = 8;  // values are loaded together, so that their latencies overlap
   T above = 0;
   for (std::uint32_t end = count; end > 0u; end -= end < together ? end : together) {
     T below[together];
@@ -167,16 +167,16 @@ MELTSIM_HD double level_of(const T* g, std::uint32_t count, double lowest, doubl
   return static_cast<double>(NAN);
 }
 
-/// A disc, or a rectangle, that liquid flows through; in stored coordinates.
+/// A disc or a rectangle through which liquid flows; in stored coordinates.
 template <class T>
 struct Opening {
   Vec3<T> normal{}, along{}, across{};  ///< unit vectors at right angles
-  T radius{};                           ///< of a disc; 0: a rectangle
-  T half_along{}, half_across{};        ///< of a rectangle [m]
+  T radius{};                           ///< of a disc [m]; 0: a rectangle
+  T half_along{}, half_across{};        ///< half sides of a rectangle [m]
 };
 
-/// What a particle at x, relative to the centre of the opening, counts for in the flux through it: w(d) where its
-/// projection on the plane lies inside, else 0 [1/m].
+/// Weight [1/m] of a particle at x, relative to the centre of the opening, in the flux through it: w(d) if its projection
+/// on the plane lies inside, otherwise 0.
 template <class T>
 MELTSIM_HD T opening_share(const SphKernel<T>& k, const Opening<T>& o, Vec3<T> x) {
   const T d = std::fabs(dot(x, o.normal)), u = dot(x, o.along), v = dot(x, o.across);
@@ -186,23 +186,23 @@ MELTSIM_HD T opening_share(const SphKernel<T>& k, const Opening<T>& o, Vec3<T> x
   return inside ? plane_share(k, d) : T(0);
 }
 
-/// What a force, heat or flux is summed up as: forces on particles, each with its place, or amounts.
+/// Sums of a force, heat or flux: forces on particles at their places, or amounts.
 struct LoadSums {
   Vec3<double> force, moment;  ///< [N], [N m] about the point that places are relative to
   Vec3<double> first;          ///< sum of mass times place [kg m]
   double mass = 0;             ///< [kg]
   double amount[2] = {};       ///< heat; or mass and volume per second
-  MELTSIM_HD void add(double m, Vec3<double> place, Vec3<double> f) {
+  MELTSIM_HD void add(double m, Vec3<double> place, Vec3<double> f) {  ///< adds a force f at a place
     force += f;
     moment += cross(place, f);
     first += place * m;
     mass += m;
   }
-  /// About the centre of mass; 0 without a particle.
+  /// Moment about the centre of mass; 0 without a particle.
   MELTSIM_HD Vec3<double> moment_about_center() const {
     return mass > 0 ? moment - cross(first * (1 / mass), force) : Vec3<double>{};
   }
-  MELTSIM_HD static LoadSums combine(LoadSums a, const LoadSums& b) {
+  MELTSIM_HD static LoadSums combine(LoadSums a, const LoadSums& b) {  ///< sum of both
     a.force += b.force;
     a.moment += b.moment;
     a.first += b.first;

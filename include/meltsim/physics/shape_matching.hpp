@@ -19,34 +19,34 @@
 // box filter B of 2w+1 sites, v changes by alpha (B B u - u)/dt per step. For waves much longer than a region
 // B B u - u = (w(w+1)/3) dx^2 u'', so that
 //   c_l = sqrt(alpha w(w+1)/3) dx/dt,   E = rho c_l^2,   Poisson's ratio 0.
-// Measured (`meltsim validate --filter solid.wave_speed`: free bars of 3 x 3 x 20 w sites, damping 0, period
+// Validated by `meltsim validate --filter solid.wave_speed` (free bars of 3 x 3 x 20 w sites, damping 0, period
 // 2 L/c_l of the first mode): within 0.05 % for w = 1..8. A wave of n regions' half-widths is slower by about
-// 7/n^2. A fit in use, c_l = (0.23 + 0.555 w) sqrt(alpha) dx/dt, is 4..5 % lower throughout: it takes L as
-// the distance of the end particles, one spacing less than what their mass fills, in bars of some 20 sites.
+// 7/n^2. A common fit, c_l = (0.23 + 0.555 w) sqrt(alpha) dx/dt, is 4..5 % lower throughout: it takes L as the
+// distance of the end particles, one spacing less than the length of the bar, in bars of some 20 sites.
 // A given E is met by alpha = E/rho (dt/dx)^2/(w(w+1)/3), with w large enough that alpha <= 1 at the largest
-// sub-step. Without one, alpha belongs to dt_s, the step that the scene's springs go by (integrate.hpp: spring_dt), and
-// at a step dt it is alpha (dt/dt_s)^2: E = rho alpha w(w+1)/3 (dx/dt_s)^2 is the scene's, whatever the step.
-// If E followed the step, a shorter step would meet a strain with more energy than the longer one left in it.
+// sub-step. Without a given E, alpha belongs to dt_s, the time step of the scene's springs (integrate.hpp: spring_dt), and
+// at a step dt it is alpha (dt/dt_s)^2: E = rho alpha w(w+1)/3 (dx/dt_s)^2 does not depend on the step.
+// If E followed the step, a shorter step would give a strain more energy than the longer step left in it.
 //
 // Steps of any length. A mode of I - B B, of eigenvalue l in 0..1, is an oscillator of frequency
 // omega^2 = alpha l/dt_s^2 with friction damping l/dt_s. With neither changing, drift-kick-drift over steps
-// whose length varies within 0..dt_s still adds energy, as it exactly conserves an energy that depends on the
-// step: 2e-4 per step at random lengths, 2e-2 if they were chosen to that end. A damping of 0.11 alpha^(3/2)
-// bounds it for any sequence of lengths (largest growth over all of them, by dynamic programming on the phase
-// of the oscillator; 0.105 is the limit): least_damping.
+// whose length varies within 0..dt_s still adds energy, because it exactly conserves an energy that depends on the
+// step: 2e-4 per step at random lengths, 2e-2 at the worst sequence. A damping of 0.11 alpha^(3/2) bounds the
+// energy for any sequence of lengths (the worst one found by dynamic programming on the phase of the
+// oscillator; 0.105 is the limit): least_damping.
 //
 // Boxes. Neighbouring regions share most of their members. A region that lacks no site of its box is 2w+1
-// planes of 2w+1 rows of 2w+1 members, and a row or a plane is part of as many regions: its sums are made once,
-// about its own vertex, and shifted to what it is part of (add_box), 3 (2w+1) terms instead of (2w+1)^3;
-// likewise what rows and planes of regions want of a vertex (add_goals). These are the passes (bars, plates,
-// cubes) of the source's fast sums. Regions with gaps go member by member.
+// planes of 2w+1 rows of 2w+1 members, and a row or a plane is part of as many regions: its sums are computed once,
+// about its own vertex, and shifted to the larger box (add_box), 3 (2w+1) terms instead of (2w+1)^3;
+// goals are summed likewise over rows and planes of regions (add_goals). These are the passes (bars, plates,
+// cubes) of the source's fast sums. Regions with gaps are summed member by member.
 //
-// Deviations: positions enter only as differences (displacement form): with absolute positions the weights'
-// rounding acts as an anti-spring about the origin; and what rounding leaves of a piece's momentum and spin
-// is taken out again (residual_correction): a float rotation is good to 1e-7, which over a step of 1 ms is a
-// torque that stops a body spinning at 1 rad/s within minutes. Damping takes each region's rigid motion as
-// target, as in the source, with the angular velocity from a pseudo-inverse so that chains and sheets are
-// safe.
+// Deviations: positions enter only as differences (displacement form): with absolute positions the rounding of the
+// weights acts as an anti-spring about the origin. The rounding error in momentum and spin of a piece is
+// subtracted (residual_correction): a float rotation is exact to 1e-7, which at steps of 1 ms is a torque that
+// stops a body spinning at 1 rad/s within minutes. Damping pulls towards the rigid motion of each region, as
+// in the source, with the angular velocity from a pseudo-inverse so that chains and sheets are well
+// defined.
 #pragma once
 
 #include "meltsim/physics/polar.hpp"
@@ -67,7 +67,7 @@ struct RegionSums {
   Vec3<T> muxv{};  ///< sum m~ u x v
 };
 
-/// Both sums as one.
+/// Adds o to s.
 template <class T>
 MELTSIM_HD void add_sums(RegionSums<T>& s, const RegionSums<T>& o) {
   s.mass += o.mass;
@@ -80,7 +80,7 @@ MELTSIM_HD void add_sums(RegionSums<T>& s, const RegionSums<T>& o) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) s.muq.m[i][j] += o.muq.m[i][j];
 }
-
+/// Adds a member of the region.
 template <class T>
 MELTSIM_HD void add_member(RegionSums<T>& s, T mass, Vec3<T> u, Vec3<T> q, Vec3<T> v) {
   s.mass += mass;
@@ -117,8 +117,8 @@ MELTSIM_HD void add_member(BoxSums<T, 1>& r, T mass, Vec3<T> u, T q, Vec3<T> v) 
   r.muxv += cross(mu, v);
 }
 
-/// Adds a box to one that has an axis more. Relative to the larger one's vertex the smaller one's is q along that
-/// axis at rest, at u now, and moves at v: what q, u and v of each of its members gain.
+/// Adds a box to a box with one axis more. Relative to the vertex of the larger box, the vertex of the smaller one is at q
+/// along that axis at rest, at u now, and moves at v; q, u and v of each member change by these.
 template <class T, int Axes>
 MELTSIM_HD void add_box(BoxSums<T, Axes + 1>& s, const BoxSums<T, Axes>& b, Vec3<T> u, T q, Vec3<T> v) {
   const Vec3<T> mu = b.mu + u * b.mass;  // of its members about the larger one's vertex
@@ -138,7 +138,7 @@ MELTSIM_HD void add_box(BoxSums<T, Axes + 1>& s, const BoxSums<T, Axes>& b, Vec3
   s.mv += b.mv + v * b.mass;
   s.muxv += b.muxv + cross(mu, v) + cross(u, b.mv);
 }
-
+/// Sums of a region from those of its box.
 template <class T>
 MELTSIM_HD RegionSums<T> region_of(const BoxSums<T, 3>& b) {
   RegionSums<T> s;
@@ -156,8 +156,8 @@ MELTSIM_HD RegionSums<T> region_of(const BoxSums<T, 3>& b) {
   return s;
 }
 
-/// Best rigid placement and motion of a region, relative to its vertex: what stands at q at rest belongs at
-/// R q + anchor, and what is at u moves at velocity + spin x u.
+/// Best rigid placement and motion of a region, relative to its vertex: the goal of the site q is R q + anchor, and
+/// the rigid velocity at u is velocity + spin x u.
 template <class T>
 struct RegionFit {
   Quat<T> rotation{};  ///< R
@@ -165,7 +165,7 @@ struct RegionFit {
   Vec3<T> velocity{};  ///< mean velocity minus spin x c
   Vec3<T> spin{};      ///< angular velocity [rad/s]
 };
-
+/// Fits a region; `previous`: rotation of the last step, from which the search starts.
 template <class T>
 MELTSIM_HD RegionFit<T> fit_region(const RegionSums<T>& s, const Quat<T>& previous) {
   RegionFit<T> f;
@@ -187,31 +187,31 @@ MELTSIM_HD RegionFit<T> fit_region(const RegionSums<T>& s, const Quat<T>& previo
   return f;
 }
 
-/// Where the region wants a member, minus where it is. q, u: the member's rest and current position relative
-/// to the region's vertex.
+/// Goal of a member minus its position [m]. q, u: rest and current position of the member relative to the vertex of
+/// the region.
 template <class T>
 MELTSIM_HD Vec3<T> goal_displacement(const RegionFit<T>& f, Vec3<T> q, Vec3<T> u) {
   return rotate(f.rotation, q) + (f.anchor - u);
 }
 
-/// The region's rigid velocity at a member minus the member's v; u relative to the region's vertex, v in the
-/// frame of f.velocity.
+/// Rigid velocity of the region at a member minus the velocity v of the member [m/s]; u relative to the vertex of the
+/// region, v in the frame of f.velocity.
 template <class T>
 MELTSIM_HD Vec3<T> rigid_velocity_defect(const RegionFit<T>& f, Vec3<T> u, Vec3<T> v) {
   return cross(f.spin, u) + (f.velocity - v);
 }
 
-/// What the regions of a box of vertices (BoxSums) want of a vertex that all of them hold: sums of goals and of
-/// rigid velocities, as they are at the vertex in the box's middle, and how they change away from it. Of one
-/// region (Axes = 0) and of all of a vertex's (3), too.
+/// Sums over the regions of a box of vertices (BoxSums) of their goals and rigid velocities for a vertex that all of
+/// them contain: the values at the vertex in the middle of the box, and their change away from it. Axes = 0: one
+/// region; Axes = 3: all regions of a vertex.
 template <class T, int Axes>
 struct BoxGoals {
-  Vec3<T> displacement{};  ///< sum of goals minus where it is, were it where the box's vertex is
+  Vec3<T> displacement{};  ///< sum of goals minus position, for a vertex at the middle of the box
   Vec3<T> velocity{};      ///< sum of rigid velocities there
   Vec3<T> spin{};          ///< sum of spins
-  Vec3<T> columns[Axes < 3 ? 3 - Axes : 1]{};  ///< sums of R's columns of the axes that are left
+  Vec3<T> columns[Axes < 3 ? 3 - Axes : 1]{};  ///< sums of the columns of R for the remaining axes
 };
-
+/// Goals of one region.
 template <class T>
 MELTSIM_HD BoxGoals<T, 0> goals_of(const RegionFit<T>& f) {
   const Mat3<T> R = to_matrix(f.rotation);
@@ -223,8 +223,8 @@ MELTSIM_HD BoxGoals<T, 0> goals_of(const RegionFit<T>& f) {
            {R.m[0][2], R.m[1][2], R.m[2][2]}}};
 }
 
-/// Adds a box of `count` regions to one that has an axis more. Relative to the smaller one's vertex the larger
-/// one's is q along that axis at rest and at u now.
+/// Adds a box of `count` regions to a box with one axis more. Relative to the vertex of the smaller box, the vertex of the
+/// larger one is at q along that axis at rest and at u now.
 template <class T, int Axes>
 MELTSIM_HD void add_goals(BoxGoals<T, Axes + 1>& s, const BoxGoals<T, Axes>& b, T count, T q, Vec3<T> u) {
   s.displacement += b.displacement + (b.columns[0] * q - u * count);
@@ -239,15 +239,15 @@ MELTSIM_HD Vec3<T> shape_velocity(T stiffness, T damping, T dt, Vec3<T> displace
   return displacement * (stiffness / dt) + defect * damping;
 }
 
-/// alpha at a step dt of what has alpha at a step spring_dt: the same E. Damping goes as the first power.
+/// alpha at a step dt that gives the same E as `stiffness` at spring_dt. Damping scales with the first power.
 template <class T>
 MELTSIM_HD T stiffness_of_step(T stiffness, T dt, T spring_dt) {
   const T share = dt / spring_dt;
   return stiffness * (share * share);
 }
 
-/// The damping, as a share per step dt_s, below which steps of varying length could add energy to a body that
-/// has alpha at the step dt_s.
+/// Damping, as a share per step dt_s, below which steps of varying length could add energy to a body with this alpha at
+/// the step dt_s.
 template <class T>
 MELTSIM_HD T least_damping(T stiffness) {
   return T(0.11) * stiffness * std::sqrt(stiffness);
@@ -258,8 +258,8 @@ inline constexpr int most_half_width = 8;  ///< a region has at most 17^3 sites
 /// Square of the wave speed of a bar at alpha = 1 [(dx/dt)^2].
 MELTSIM_HD constexpr double region_wave_speed2(int half_width) { return half_width * (half_width + 1) / 3.0; }
 
-/// alpha for a step dt [s] that gives E = modulus_rate rho dx^2. modulus_rate = E/(rho dx^2) [1/s^2]. Above 1
-/// it is out of reach of this half-width, and 1 is what can be had.
+/// alpha at a step dt [s] that gives E = modulus_rate rho dx^2; modulus_rate = E/(rho dx^2) [1/s^2]. A result above 1
+/// means that this half-width cannot give E.
 template <class T>
 MELTSIM_HD T modulus_stiffness(T modulus_rate, int half_width, T dt) {
   return modulus_rate * dt * dt / static_cast<T>(region_wave_speed2(half_width));
@@ -278,17 +278,17 @@ MELTSIM_HD double shape_modulus(double stiffness, int half_width, double density
   return density * stiffness * region_wave_speed2(half_width) * speed * speed;
 }
 
-/// What rounding leaves of a piece's momentum and spin after shape matching, which must change neither: the
-/// sums over its vertices, positions relative to one of them.
+/// Rounding error in the momentum and spin of a piece after shape matching, which must change neither: sums over its
+/// vertices, positions relative to one of them.
 struct RigidResidual {
-  double mass = 0;
+  double mass = 0;                  ///< sum m [kg]
   Vec3<double> momentum{}, spin{};  ///< sum m dv, sum m u x dv
   Vec3<double> first{};             ///< sum m u
   Mat3<double> second{};            ///< sum m u u^T
 };
 
-/// Change of velocity at u that cancels it: minus the mean velocity and minus the rigid rotation that carries
-/// the residual spin about the centre of mass.
+/// Change of velocity at u that cancels the error: minus the mean velocity and minus the rigid rotation with the
+/// residual spin about the centre of mass.
 MELTSIM_HD Vec3<double> residual_correction(const RigidResidual& r, Vec3<double> u) {
   if (!(r.mass > 0)) return {};
   const Vec3<double> c = r.first * (1.0 / r.mass), mean = r.momentum * (1.0 / r.mass);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Particle shifting: liquid's particles move slightly towards where there are fewer, beside the flow.
+// Particle shifting: liquid particles move slightly down the gradient of their concentration, in addition to the flow.
 //
 // Sources: Lind, Xu, Stansby & Rogers (2012), J. Comput. Phys. 231:1499, eq. (20) (Fick's law for the
 // concentration of particles); Sun, Colagrossi, Marrone & Zhang (2017), Comput. Methods Appl. Mech. Engrg.
@@ -12,25 +12,25 @@
 //   K       0.1, R 2                                                             -
 //   s       0 at phi <= 0.9, 1 at phi >= 1, linear between                        -
 //
-// Why it is needed: a flow that strains steadily squeezes a lattice into strings. Every lattice, however
-// strained, has sum V grad W = 0, so neither the pressure nor Fick's law sees it; the pairs that come close
-// are seen by the R term, which is why R is ten times what is usual for particles that start disordered
-// (Taylor-Green at Re 100, 24^2, K = 0.2: decay rate 41 % off at R = 0, 17 % at 0.2, 1 % at 1).
-// Deviations: c in place of 10 u_max, so that no maximum over all particles is needed; K = 0.1 with H = 2h is
-// then what Sun et al. use (their CFL * Ma * 4 h^2 with Ma 0.1). Velocities stay what they are: momentum is
-// exact, and a uniform motion is none (flux terms v dr are either not conservative or not Galilean
-// invariant; their first order, dr.grad v, was tried and slows the decay by 8 to 10 %). At a free surface,
-// where G points out of the liquid, s turns shifting off instead of its normal part: on the lattice the
-// outermost layer has phi = 0.80, the next 0.998.
-// So liquid moves with v + dr/dt, which is smoother than v: shifts undo the part of v that is as small as the
+// Why it is needed: a steady strain squeezes a lattice into strings. Every lattice, however strained, has
+// sum V grad W = 0, so neither the pressure nor Fick's law reacts to it; the R term reacts to pairs that come
+// close. R is therefore ten times the usual value, which is meant for particles that start disordered
+// (docs/validation.md: liquid.taylor_green).
+// Deviations: c replaces 10 u_max, so that no maximum over all particles is needed; K = 0.1 with H = 2h then
+// equals the value of Sun et al. (their CFL * Ma * 4 h^2 with Ma = 0.1). Velocities are not corrected:
+// momentum is exact, and a uniform motion causes no shift (flux terms v dr are either not conservative or
+// not Galilean invariant; their first order, dr.grad v, slows the decay of vortices). At a free surface,
+// where G points out of the liquid, s switches off the whole shift, not only its normal part: on the lattice
+// the outermost layer has phi = 0.80, the next 0.998.
+// Liquid moves with v + dr/dt, which is smoother than v: shifts remove the part of v on the scale of the
 // lattice, and oppose its peaks. In the heated cavity (heat.cavity) shifts are 0.4 of the largest velocity
-// (rms); the peak of v is 12 % above that of the motion at 40 cells, 22 % at 20. Who measures a flow takes
-// displacements. (To take the kernel mean of the shifts off, one more sweep, was tried: v comes within 8 %
-// instead of 28 % of the motion in a cavity of 20 cells, but motion and the heat it carries stay the same.)
+// (rms), and the peak of v is 12 % above that of the motion at 40 cells, 22 % at 20. So measure a flow by
+// displacements. Subtracting the kernel mean of the shifts, at the cost of one more sweep, would bring v
+// closer to the motion, but would change neither the motion nor the heat that it carries.
 // Limit: for liquid that fills its domain (with tension) only. Below a free surface the second layer has
-// G = 0.018/dx for want of a layer above; that lifts it, and a tank of 8 layers at rest is stirred to 0.8 m/s
-// rms within 4 s. Letting the lowest phi among the neighbours decide, which leaves three layers alone, gave
-// 0.7 m/s.
+// G = 0.018/dx because there is only one layer above; that lifts it and stirs a tank at rest
+// (docs/limits.md). A switch by the lowest phi among the neighbours, which exempts three layers,
+// does not prevent it.
 #pragma once
 
 #include "meltsim/physics/sph_kernels.hpp"
@@ -42,10 +42,10 @@ namespace physics {
 inline constexpr double shift_rate = 0.1;      ///< K
 inline constexpr double shift_repulsion = 2;   ///< R
 inline constexpr double shift_limit = 0.05;    ///< spacings per sub-step
-inline constexpr double shift_from_phi = 0.9;  ///< s is 0 there
-inline constexpr double shift_full_phi = 1;    ///< s is 1 there
+inline constexpr double shift_from_phi = 0.9;  ///< s is 0 up to this phi
+inline constexpr double shift_full_phi = 1;    ///< s is 1 from this phi on
 
-/// What j adds to G_i [1/m]; inv_w_dx = 1/W(dx).
+/// Term of j in G_i [1/m]; inv_w_dx = 1/W(dx) [m^3].
 template <class T>
 MELTSIM_HD Vec3<T> shift_term(const SphKernel<T>& k, T inv_w_dx, T volume_j, T r, Vec3<T> x_ij) {
   const T q = kernel_value(k, r) * inv_w_dx, q2 = q * q;
@@ -53,7 +53,7 @@ MELTSIM_HD Vec3<T> shift_term(const SphKernel<T>& k, T inv_w_dx, T volume_j, T r
          (volume_j * kernel_gradient_factor(k, r) * (T(1) + static_cast<T>(shift_repulsion) * q2 * q2));
 }
 
-/// s(phi): how far a particle is inside the liquid.
+/// s(phi) [-]: 0 at a free surface, 1 inside.
 template <class T>
 MELTSIM_HD T shift_share(T phi) {
   return clamp((phi - static_cast<T>(shift_from_phi)) * static_cast<T>(1 / (shift_full_phi - shift_from_phi)),

@@ -13,13 +13,13 @@
 //   L       -2 x_ij.grad W / (r^2 + 0.01 h^2), h = H/2   1/m^5      >= 0 for every pair
 //
 // Deviation from the paper: it writes nabla^2 W; the true second derivative of the usual kernels changes
-// sign and makes every heat scheme unstable, so L stands wherever the paper has nabla^2 W.
+// sign and makes every heat scheme unstable, so L replaces nabla^2 W everywhere.
 // Lattice correction: each of the three is divided by its discrete gain on the cubic lattice of spacing dx,
-// so that a lattice reads exactly the rest density (W), the gradient of a linear field (grad W) and the
-// Laplacian of a quadratic one (L). At H = 2.5 dx the gains are 1.013, 0.979 and 0.970; `uncorrected_kernel`
-// leaves them out. The corrected grad W is then 1.035 times the gradient of the corrected W: forces are that
-// much times minus the gradient of sum V e(phi), which is as conservative, and P is the pressure that the
-// liquid exerts (with one common correction a tank at rest reads 3 % above rho g h; at H = 1.5 dx, twice).
+// so that the sums over a lattice give exactly the rest density (W), the gradient of a linear field (grad W) and
+// the Laplacian of a quadratic field (L). At H = 2.5 dx the gains are 1.013, 0.979 and 0.970; `uncorrected_kernel`
+// omits them. The corrected grad W is then 1.035 times the gradient of the corrected W: forces are minus the
+// gradient of sum V e(phi) times this constant, so energy is still conserved, and P is the pressure that the
+// liquid exerts (with one common correction a tank at rest would read 3 % above rho g h).
 #pragma once
 
 #include "meltsim/physics/math.hpp"
@@ -27,7 +27,7 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
+/// The kernel: its support and scales.
 template <class T>
 struct SphKernel {
   T support{};          ///< H [m]
@@ -39,8 +39,8 @@ struct SphKernel {
   T epsilon2{};         ///< 0.01 (H/2)^2, keeps L finite at r = 0 [m^2]
 };
 
-/// W(r) / w_scale [-], with a = 1 - q: a^4 (5 - 4a) = (1-q)^4 (1+4q). Sums over many neighbours take the
-/// scale outside.
+/// W(r) / w_scale [-], with a = 1 - q: a^4 (5 - 4a) = (1-q)^4 (1+4q). Sums over many neighbours apply the scale
+/// once.
 template <class T>
 MELTSIM_HD T kernel_shape(const SphKernel<T>& k, T r) {
   const T a = falling(r, k.inv_support);
@@ -67,13 +67,13 @@ MELTSIM_HD T kernel_gradient_factor(const SphKernel<T>& k, T r) {
   return k.grad_scale * kernel_gradient_shape(k, r);
 }
 
-/// L_ij as a quotient, for those who have more to divide by: above [1/m^3], below [m^2].
+/// L_ij as a quotient, so that a caller with another divisor divides once.
 template <class T>
 struct LaplacianQuotient {
-  T above, below;
+  T above, below;  ///< dividend [1/m^3]; divisor [m^2]
 };
 template <class T>
-MELTSIM_HD LaplacianQuotient<T> laplacian_quotient(const SphKernel<T>& k, T r, T r2) {
+MELTSIM_HD LaplacianQuotient<T> laplacian_quotient(const SphKernel<T>& k, T r, T r2) {  ///< L_ij at distance r, r2 = r^2
   const T a = falling(r, k.inv_support);
   return {k.laplacian_scale * (a * a * a) * r2, r2 + k.epsilon2};
 }
@@ -113,7 +113,7 @@ inline double lattice_sum(double support, double spacing) {
   return sum * spacing * spacing * spacing;
 }
 
-/// Sum of V f x^2 over the lattice: the gradient that the discrete sum delivers per unit asked.
+/// Sum of V f x^2 over the lattice: the gradient that the discrete sum gives for a field of unit gradient.
 inline double lattice_gradient_gain(double support, double spacing) {
   const auto k = uncorrected_kernel<double>(support);
   const int n = static_cast<int>(support / spacing) + 1;
@@ -126,7 +126,7 @@ inline double lattice_gradient_gain(double support, double spacing) {
   return sum * spacing * spacing * spacing;
 }
 
-/// Sum of V L x^2 / 2 over the lattice: the diffusivity that the discrete Laplacian delivers per unit asked.
+/// Sum of V L x^2 / 2 over the lattice: the discrete Laplacian of a field whose Laplacian is 1.
 inline double lattice_laplacian_gain(double support, double spacing) {
   const auto k = uncorrected_kernel<double>(support);
   const int n = static_cast<int>(support / spacing) + 1;
@@ -167,7 +167,7 @@ inline double lattice_half_space(double support, double spacing) {
   return sum * spacing * spacing * spacing / lattice_sum(support, spacing);
 }
 
-/// The kernel the simulation uses: corrected on the lattice of spacing dx (see the header comment).
+/// The kernel of the simulation: corrected on the lattice of spacing dx (see the head of this file).
 template <class T>
 inline SphKernel<T> make_kernel(double support, double spacing) {
   const auto u = uncorrected_kernel<double>(support);

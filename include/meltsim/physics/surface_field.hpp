@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scalar field whose level set is the surface of a set of particles, and what is done to the mesh of it.
+// The scalar field whose level set is the surface of a set of particles, and the filter of its mesh.
 //
-// Source: the smoothed volume fraction, with volumes of particles that stand alone corrected by their own
+// Source: the smoothed volume fraction, with the volumes of isolated particles corrected by their own
 // sum, Solenthaler & Pajarola (2008), Proc. SCA, p. 211; evaluated around surface particles only, Akinci et
 // al. (2012), "Parallel surface reconstruction for particle-based fluids", Comput. Graph. Forum 31:1797;
-// ellipsoids instead of balls, Yu & Turk (2013), ACM Trans. Graph. 32:5; bumps taken out of the mesh without
+// ellipsoids instead of balls, Yu & Turk (2013), ACM Trans. Graph. 32:5; smoothing of the mesh without
 // shrinking it, Taubin (1995), Proc. SIGGRAPH, p. 351.
 //
 //   symbol  meaning                                                                      unit
 //   H_s     surface_support, support of the kernel W (sph_kernels.hpp)                    m
-//   o(x)    share of the surroundings of x that walls leave open (walls.hpp)              -
+//   o(x)    share of the surroundings of x not covered by walls (walls.hpp)               -
 //   s_j     sum_k V_k W(x_j - x_k) / o(x_j): 1 inside, 0.80 in a plane surface            -
 //   g_j     1, more where s_j is less than anywhere in a plane surface                    -
 //   G_j     ellipsoid of j: symmetric; 1 for a ball                                       -
 //   phi(x)  sum_j V_j g_j det G_j W(|G_j (x - x_j)|) / o(x); inside is phi > level        -
 //
-// The lattice's surface is a plane half a spacing beyond its last layer: level is phi there (0.492 for balls;
-// bumps between the particles are 0.004 dx). g makes the level set of a particle that stands alone a ball of
-// a spacing's volume. A curved level lies H_s^2/(15 R) too far inside because of the kernel's spread (0.04 dx
-// at R = 10 dx); along convex steps of the lattice g makes up for it.
-// Deviations from Yu & Turk: ellipsoids are never longer than the ball, only flatter, so that neighbours
-// within H_s are enough. They take half-axes down to 1/4, here 0.6, and move centres nine tenths of the way
-// to their neighbours' mean, here not at all. With 0.4 and half of the way the level that fits a plane is
-// 0.024, and what is convex comes out too large: a sphere of 10 dx by 6 %, one of 2 dx by 25 to 60 %.
+// The surface of the lattice is a plane half a spacing beyond its last layer: level is phi there (0.492 for balls;
+// bumps between the particles are 0.004 dx). g makes the level set of an isolated particle a ball of volume
+// dx^3. A curved level set lies H_s^2/(15 R) too far inside because of the spread of the kernel (0.04 dx at
+// R = 10 dx); along convex steps of the lattice g compensates this.
+// Deviations from Yu & Turk: ellipsoids are never longer than the ball, only flatter, so neighbours within H_s
+// suffice. They allow half-axes down to 1/4, here 0.6, and move centres nine tenths of the way to the mean of
+// their neighbours, here not at all: flatter ellipsoids and moved centres make the level that fits a plane so
+// small that convex bodies come out too large.
 #pragma once
 
 #include "meltsim/physics/polar.hpp"
@@ -33,25 +33,25 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// H_s [dx]. Ellipsoids are flat at a surface, so that they may be wide along it.
+/// H_s [dx]. Ellipsoids are flat at a surface, so they may be wide along it.
 inline constexpr double surface_support(bool anisotropic) { return anisotropic ? 3.0 : 2.5; }
 /// Shortest half-axis of an ellipsoid over the longest.
 inline constexpr double ellipsoid_least = 0.6;
-/// Share of an edge that a vertex keeps away from its ends, so that no triangle degenerates.
+/// Smallest distance of a vertex from the ends of its edge, as a share of the edge, so that no triangle degenerates.
 inline constexpr double edge_margin = 1.0 / 64;
-/// phi - level of what lies far from the surface, where nodes are a spacing apart.
+/// phi - level assigned far from the surface, where nodes are a spacing apart.
 inline constexpr double far_from_level = 0.3;
-/// The two steps of Taubin's filter: inward, outward.
-inline constexpr double smooth_in = 0.5, smooth_out = -0.53;
+// The two steps of Taubin's filter.
+inline constexpr double smooth_in = 0.5, smooth_out = -0.53;  ///< share of the inward; of the outward step
 
-/// Sums over the neighbours of a particle that its ellipsoid is made of; weights 1 - (r/H_s)^3 (Yu & Turk,
+/// Sums over the neighbours of a particle from which its ellipsoid follows; weights 1 - (r/H_s)^3 (Yu & Turk,
 /// eq. 11).
 template <class T>
 struct ShapeSums {
-  T weight{};
-  Vec3<T> first{};                       ///< of offsets [m]
-  T xx{}, yy{}, zz{}, xy{}, yz{}, zx{};  ///< of their products [m^2]
-  MELTSIM_HD void add(const ShapeSums& o) {
+  T weight{};                            ///< sum of weights
+  Vec3<T> first{};                       ///< weighted sum of offsets [m]
+  T xx{}, yy{}, zz{}, xy{}, yz{}, zx{};  ///< weighted sum of their products [m^2]
+  MELTSIM_HD void add(const ShapeSums& o) {  ///< adds other sums
     weight += o.weight;
     first += o.first;
     xx += o.xx;
@@ -63,7 +63,7 @@ struct ShapeSums {
   }
 };
 template <class T>
-MELTSIM_HD void add_neighbour(ShapeSums<T>& s, const SphKernel<T>& k, Vec3<T> offset, T r2) {
+MELTSIM_HD void add_neighbour(ShapeSums<T>& s, const SphKernel<T>& k, Vec3<T> offset, T r2) {  ///< r2 = offset^2
   const T q = std::sqrt(r2) * k.inv_support;
   if (!(q < T(1))) return;
   const T w = T(1) - q * q * q;
@@ -77,36 +77,36 @@ MELTSIM_HD void add_neighbour(ShapeSums<T>& s, const SphKernel<T>& k, Vec3<T> of
   s.zx += w * offset.z * offset.x;
 }
 
-/// What a particle's kernel becomes: W(|G d|) det G. G is symmetric, its eigenvalues are 1 or
-/// more, so that H_s remains the support.
+/// The anisotropic kernel of a particle: W(|G d|) det G. G is symmetric with eigenvalues >= 1, so the support
+/// remains H_s.
 template <class T>
 struct Ellipsoid {
-  T trust{};  ///< 0: too few neighbours, a ball; 1: enough
-  T xx = T(1), yy = T(1), zz = T(1), xy{}, yz{}, zx{};
-  T det = T(1);
+  T trust{};                                            ///< 0: too few neighbours, a ball; 1: enough
+  T xx = T(1), yy = T(1), zz = T(1), xy{}, yz{}, zx{};  ///< entries of G
+  T det = T(1);                                         ///< det G
 };
 
-/// What the sums are on the full lattice: weight, and C's eigenvalue.
+/// The sums on the full lattice.
 template <class T>
 struct FullShape {
-  T weight = T(1), spread = T(1);
+  T weight = T(1), spread = T(1);  ///< sum of weights; eigenvalue of C [m^2]
 };
-
+/// Constants of the field.
 template <class T>
 struct SurfaceField {
-  SphKernel<T> kernel;
-  T level{};     ///< phi at the surface [-]
-  T self{};      ///< s of a particle that stands alone [-]
-  T few{};       ///< below this s particles count for more: 0.05 less than in a plane surface of the lattice
-  T full_sum{};  ///< from this s on a particle is inside: half-way between a plane surface and one layer
-                 ///< below
-  T gain{};      ///< g of it, less 1 [-]
-  FullShape<T> full;
+  SphKernel<T> kernel;  ///< W, of support H_s
+  T level{};            ///< phi at the surface [-]
+  T self{};             ///< s of an isolated particle [-]
+  T few{};              ///< below this s is g > 1: 0.05 less than in a plane surface of the lattice
+  T full_sum{};       ///< from this s on a particle is inside: half-way between a plane surface and the layer
+                      ///< below
+  T gain{};           ///< g - 1 of an isolated particle [-]
+  FullShape<T> full;  ///< sums on the full lattice
 };
 
-/// C = sum w d d / sum w - m m, m = sum w d / sum w. Half-axes: C's eigenvalues over those of a full
-/// neighbourhood, in ellipsoid_least..1 (Yu & Turk take eigenvalues, too, not their roots). Where there are
-/// few neighbours it is a ball.
+/// C = sum w d d / sum w - m m, m = sum w d / sum w. Half-axes: eigenvalues of C divided by those of a full
+/// neighbourhood, limited to ellipsoid_least..1 (Yu & Turk also use eigenvalues, not their roots). With few
+/// neighbours it is a ball.
 template <class T>
 MELTSIM_HD Ellipsoid<T> make_ellipsoid(const ShapeSums<T>& s, const FullShape<T>& full) {
   const T trust = clamp((s.weight / full.weight - T(0.15)) * T(4), T(0), T(1));
@@ -149,7 +149,7 @@ MELTSIM_HD T ellipsoid_distance2(T xx, T yy, T zz, T xy, T yz, T zx, Vec3<T> d) 
   return dot(q, q);
 }
 
-/// Sums of a particle `depth` layers below the surface of the half lattice (host, double).
+/// Sums of a particle `depth` layers below the surface of a half lattice (host, double).
 inline ShapeSums<double> half_lattice_shape(double support, double spacing, int depth) {
   const auto k = make_kernel<double>(support, spacing);
   const int n = static_cast<int>(support / spacing) + 1;
@@ -162,13 +162,13 @@ inline ShapeSums<double> half_lattice_shape(double support, double spacing, int 
       }
   return s;
 }
-
+/// Sums on the full lattice (host, double).
 inline FullShape<double> lattice_shape(double support, double spacing) {
   const auto s = half_lattice_shape(support, spacing, 99);
   return {s.weight, s.xx / s.weight};
 }
 
-/// phi of the half lattice at a height above its last layer, mean over a cell (host, double).
+/// phi of a half lattice at a height [m] above its last layer, mean over a cell (host, double).
 inline double half_lattice_field(double support, double spacing, double height, bool anisotropic) {
   const auto k = make_kernel<double>(support, spacing);
   const auto full = lattice_shape(support, spacing);
@@ -192,7 +192,7 @@ inline double half_lattice_field(double support, double spacing, double height, 
   return sum * spacing * spacing * spacing / (samples * samples);
 }
 
-/// For the spacing dx (host).
+/// Makes the constants for a spacing dx [m] (host).
 template <class T>
 inline SurfaceField<T> make_surface_field(double spacing, bool anisotropic) {
   const double support = surface_support(anisotropic) * spacing;
@@ -213,27 +213,27 @@ inline SurfaceField<T> make_surface_field(double spacing, bool anisotropic) {
   return f;
 }
 
-/// g [-].
+/// g [-] of a particle with the sum s.
 template <class T>
 MELTSIM_HD T surface_gain(const SurfaceField<T>& f, T sum) {
   const T a = clamp((f.few - sum) / (f.few - f.self), T(0), T(1));
   return T(1) + f.gain * (a * a);
 }
 
-/// o(x) [-]; x is taken into the box first, so that the field goes on beyond a wall as it meets it.
+/// o(x) [-]; outside the box that of the nearest point inside, so that the field continues beyond a wall.
 template <class T>
 MELTSIM_HD T open_share(const WallBox<T>& walls, const SphKernel<T>& k, Vec3<T> x) {
   return T(1) - wall_cover(walls, k, x);
 }
 
-/// Where a field that is `inside` > 0 at one end and `outside` <= 0 at the other crosses 0, in edge lengths
-/// from the first.
+/// Place where a field that is `inside` > 0 at one end of an edge and `outside` <= 0 at the other crosses 0, in edge
+/// lengths from the first end.
 template <class T>
 MELTSIM_HD T edge_crossing(T inside, T outside) {
   return inside / (inside - outside);
 }
 
-/// A step of Taubin's filter.
+/// x after a step of Taubin's filter towards the mean of its ring [m].
 template <class T>
 MELTSIM_HD Vec3<T> smoothed(Vec3<T> x, Vec3<T> mean, T share) {
   return x + (mean - x) * share;

@@ -7,7 +7,7 @@
 //   d     distance of the particle from the wall                                     m
 //   s     distance, along the normal, of a ghost from the particle                   m
 //   I(d)  integral of L(r) s over the outside, s > d                                 1/m
-//   V I   wall area that a particle of volume V serves                               m^2
+//   V I   wall area that a particle of volume V represents                           m^2
 //
 // A ghost at s carries A_wall + (A_wall - A_i)(s - d)/d, so that sum_j V L (A_j - A_i) over the ghosts is
 // I(d)/d (A_wall - A_i): exact for a linear profile, and one function of d. With a = d/H, b = 1 - a and
@@ -21,16 +21,16 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
-
+/// Constants of the exchange.
 template <class T>
 struct WallExchange {
-  T support{}, inv_support{};
-  T half_spacing{}, stretch{};
-  T scale{};              ///< C pi H^4, lattice corrected [1/m]
-  T smallest_distance{};  ///< closer than this the exchange grows no more [m]
+  T support{}, inv_support{};   ///< H [m]; 1/H [1/m]
+  T half_spacing{}, stretch{};  ///< dx/2 [m]; stretch [-]
+  T scale{};                    ///< C pi H^4, lattice corrected [1/m]
+  T smallest_distance{};        ///< at smaller distances the exchange is that at this one [m]
 };
 
-/// I(d) [1/m]: times the particle's volume = the wall area it serves [m^2]; 0 beyond H.
+/// I(d) [1/m]: times the volume of the particle, the wall area that it represents [m^2]; 0 beyond H.
 template <class T>
 MELTSIM_HD T wall_area(const WallExchange<T>& e, T distance) {
   const T stretched = e.half_spacing + e.stretch * (distance - e.half_spacing);
@@ -45,7 +45,7 @@ MELTSIM_HD T wall_depth(const WallExchange<T>& e, T distance) {
   return maximum(distance, e.smallest_distance);
 }
 
-/// For H = support on a lattice of spacing dx (host).
+/// Makes the constants for H = support on a lattice of spacing dx (host).
 template <class T>
 inline WallExchange<T> make_wall_exchange(double support, double spacing) {
   const auto k = make_kernel<double>(support, spacing);

@@ -5,8 +5,8 @@
 // Landrini (2003), J. Comput. Phys. 191:448, sec. 3.3. An image is never stored: for a neighbour j of i, at
 // distances d_i, d_j from the same plane, the image of j lies at
 //   r_m^2 = r^2 + 4 d_i d_j >= r^2,   x_m = x_ij with its normal component replaced by (d_i + d_j) n,
-// so whoever has an image within H is itself within H, and no further search is needed. j = i is its own
-// first image. Beside an edge the images in both planes add 4 d_i d_j of each; three planes have seven.
+// so a neighbour with an image within H is itself within H, and no further search is needed. The particle i has
+// an image too (j = i). Beside an edge the images in both planes add 4 d_i d_j of each; three planes have seven.
 //
 //   phi_i   sum_j V_j [W(r) + sum over images W(r_m)]                                        -
 //   F_i<-j  the pair formulas of fluid.hpp and coupling.hpp at x_ij, and again at each x_m    N
@@ -16,16 +16,16 @@
 // act on i and j with opposite signs, across it on both inwards (the wall takes the difference). So energy is
 // conserved, a lattice whose first layer stands dx/2 from the walls reads exactly 1 and feels exactly no
 // force beside faces, edges and corners, and the first layer's pressure is that of the liquid behind it.
-// Images carry the pressure of what they mirror, where beneath a floor it goes on rising: 2 rho g d_j is
-// missing (Adami, Hu & Adams 2012, J. Comput. Phys. 231:7057, eq. 27, extrapolate to wall particles). For a
+// Images carry the pressure of the particles that they mirror, while beneath a floor it would rise further: 2 rho g d_j
+// is missing (Adami, Hu & Adams 2012, J. Comput. Phys. 231:7057, eq. 27, extrapolate to wall particles). For a
 // column that is
 //   a(d) = 2 g int_d W dz     upwards, half of gravity at d = dx/2,
-// a function of d alone, hence a potential's force (`floor_push`). Without it the first layer sinks by a
-// tenth of a spacing and reads rho g dx/2 too much. Instead of images one may integrate the kernel over the
-// outside (Ferrand et al. 2013, Int. J. Numer. Meth. Fluids 71:446). Measured here: whatever the integral's
-// calibration, liquid packs 15 % more particles into the first layer, which the outside does not answer;
-// pressure there 1.2 to 1.4 times hydrostatic, and tanks lose 2 to 4 % of their volume. The images answer in
-// kind.
+// a function of d alone, hence a conservative force (`floor_push`). Without it the first layer sinks by a tenth of
+// a spacing and reads rho g dx/2 too much. The alternative to images, an integral of the kernel over the outside
+// (Ferrand et al. 2013, Int. J. Numer. Meth. Fluids 71:446), does not react to the particles in front of it: liquid
+// then packs more particles into the first layer, at a pressure above the hydrostatic one, and tanks lose volume.
+// Images react like the liquid
+// itself.
 #pragma once
 
 #include "meltsim/physics/fluid.hpp"
@@ -35,10 +35,10 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// The box in stored coordinates.
+/// The domain, in stored coordinates.
 template <class T>
 struct WallBox {
-  Vec3<T> min{}, max{};
+  Vec3<T> min{}, max{};   ///< lower and upper corner [m]
   std::uint32_t faces{};  ///< bit 2 a + s set: axis a, side s (0 low, 1 high) is a wall
   T support{};            ///< H [m]
   T cover_scale = T(1);   ///< of wall_cover
@@ -49,10 +49,10 @@ struct WallBox {
 template <class T>
 struct WallView {
   Vec3<T> from{};        ///< x_i minus the plane, per axis: its size is d_i, its sign points inwards [m]
-  std::uint32_t axes{};  ///< bit a: a wall of axis a is nearer than H
+  std::uint32_t axes{};  ///< bit a: a wall of axis a is closer than H
 };
 
-/// Behind a plane counts as just inside, so that the sign still says which side that is.
+/// A particle behind a plane counts as just inside, so that the sign still tells the side of the wall.
 template <class T>
 MELTSIM_HD WallView<T> wall_view(const WallBox<T>& b, Vec3<T> x) {
   WallView<T> v;
@@ -69,7 +69,7 @@ MELTSIM_HD WallView<T> wall_view(const WallBox<T>& b, Vec3<T> x) {
   return v;
 }
 
-/// x_m - x_ij across one plane, 2 d_j n; x = x_i - x_j. Neighbours behind the plane count as on it.
+/// x_m - x_ij for one plane, 2 d_j n [m]; x = x_i - x_j. Neighbours behind the plane count as on it.
 template <class T>
 MELTSIM_HD T image_step(T from, T x) {
   const T d = from - x;
@@ -82,15 +82,15 @@ MELTSIM_HD T image_shift(T from, T x) {
   return maximum(product(T(4) * from, from - x), T(0));
 }
 
-/// Sums over the images of one neighbour, of whatever depends on r_m alone.
+/// Sums over the images of one neighbour of a function of r_m.
 template <class T>
 struct ImageSums {
   T all{};           ///< over all images
-  Vec3<T> across{};  ///< over those that are mirrored along x, y, z
+  Vec3<T> across{};  ///< over the images mirrored along x, along y, along z
 };
 
-/// The sums of weight(r_m^2) over the images of j; x_ij = x_i - x_j, r2 its square; 0 = its own images. Where
-/// branches are dear, images beyond H are asked, too: weight must vanish there.
+/// Sums of weight(r_m^2) over the images of j; x_ij = x_i - x_j, r2 its square; x_ij = 0 for the images of i. On a device
+/// images beyond H are included, because branches are expensive: weight must be 0 there.
 template <class T, class Weight>
 MELTSIM_HD ImageSums<T> image_sums(const WallView<T>& v, T support2, Vec3<T> x_ij, T r2,
                                    const Weight& weight) {
@@ -132,28 +132,28 @@ MELTSIM_HD ImageSums<T> image_sums(const WallView<T>& v, T support2, Vec3<T> x_i
   return s;
 }
 
-/// sum of weight(r_m^2) (x_m - x_ij) over the images of j, from their sums.
+/// Sum of weight(r_m^2) (x_m - x_ij) over the images of j, from their sums.
 template <class T>
 MELTSIM_HD Vec3<T> image_steps(const WallView<T>& v, Vec3<T> x_ij, const ImageSums<T>& s) {
   return {image_step(v.from.x, x_ij.x) * s.across.x, image_step(v.from.y, x_ij.y) * s.across.y,
           image_step(v.from.z, x_ij.z) * s.across.z};
 }
 
-/// sum of W(r_m) / w_scale over the images of j [-].
+/// Sum of W(r_m) / w_scale over the images of j [-].
 template <class T>
 MELTSIM_HD T image_shape(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2) {
   return image_sums(v, k.support2, x_ij, r2, [&](T square) { return kernel_shape(k, std::sqrt(square)); })
       .all;
 }
 
-/// What the images of j push i with: along x_ij [N/m], as j itself does, and along the planes' normals [N].
+/// Force of the images of j on i: along x_ij + normal.
 template <class T>
 struct ImageForce {
-  T along{};
-  Vec3<T> normal{};
+  T along{};         ///< factor of x_ij [N/m]
+  Vec3<T> normal{};  ///< along the normals of the planes [N]
 };
 
-/// The same for terms, P/phi^2 of both ends together [Pa].
+/// Pressure force of the images of j on i; terms = P_i/phi_i^2 + P_j/phi_j^2 [Pa].
 template <class T>
 MELTSIM_HD ImageForce<T> image_pressure_force(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2,
                                               T volume_i, T volume_j, T terms) {
@@ -163,7 +163,7 @@ MELTSIM_HD ImageForce<T> image_pressure_force(const SphKernel<T>& k, const WallV
   return {factor * sums.all, image_steps(v, x_ij, sums) * factor};
 }
 
-/// x_m of one image: mirrored in the planes of `mask` (bit a: axis a).
+/// x_m of the image mirrored in the planes of `mask` (bit a: axis a) [m].
 template <class T>
 MELTSIM_HD Vec3<T> image_of(const WallView<T>& v, Vec3<T> x_ij, std::uint32_t mask) {
   return x_ij + Vec3<T>{(mask & 1u) != 0u ? image_step(v.from.x, x_ij.x) : T(0),
@@ -171,7 +171,7 @@ MELTSIM_HD Vec3<T> image_of(const WallView<T>& v, Vec3<T> x_ij, std::uint32_t ma
                         (mask & 4u) != 0u ? image_step(v.from.z, x_ij.z) : T(0)};
 }
 
-/// r_m^2 of that image.
+/// r_m^2 of that image [m^2].
 template <class T>
 MELTSIM_HD T image_square(const WallView<T>& v, Vec3<T> x_ij, T r2, std::uint32_t mask) {
   return r2 + ((mask & 1u) != 0u ? image_shift(v.from.x, x_ij.x) : T(0)) +
@@ -179,7 +179,7 @@ MELTSIM_HD T image_square(const WallView<T>& v, Vec3<T> x_ij, T r2, std::uint32_
          ((mask & 4u) != 0u ? image_shift(v.from.z, x_ij.z) : T(0));
 }
 
-/// Calls visit(x_m, r_m^2) for every image of j within H of i, for what depends on more than r_m.
+/// Calls visit(x_m, r_m^2) for every image of j within H of i, for terms that depend on more than r_m.
 template <class T, class Visit>
 MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, const Visit& visit) {
   for (std::uint32_t mask = v.axes; mask != 0u; mask = (mask - 1u) & v.axes) {
@@ -199,8 +199,8 @@ MELTSIM_HD T half_space_share(const SphKernel<T>& k, T distance) {
          bracket;
 }
 
-/// Integral of W over a plane at this distance, of the kernel as published, so that its own integral over all distances is
-/// 1: minus the derivative of half_space_share, 21/H b^5 (1 - 3b/2 + 4b^2/7) [1/m].
+/// Integral of the uncorrected W over a plane at a distance [m], whose integral over all distances is 1: minus the
+/// derivative of half_space_share, 21/H b^5 (1 - 3b/2 + 4b^2/7) [1/m].
 template <class T>
 MELTSIM_HD T plane_share(const SphKernel<T>& k, T distance) {
   const T b = falling(distance, k.inv_support), b2 = b * b;
@@ -208,8 +208,8 @@ MELTSIM_HD T plane_share(const SphKernel<T>& k, T distance) {
   return T(21) * k.inv_support * (b2 * b2 * b) * bracket;
 }
 
-/// Share of a particle's surroundings that walls fill, whatever stands in front of them [-]: edges and
-/// corners by the product of what the planes leave open.
+/// Share of the surroundings of a particle that walls cover [-]; in edges and corners the open share is the product of
+/// the open shares of the planes.
 template <class T>
 MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
   const WallView<T> v = wall_view(b, x);
@@ -218,14 +218,14 @@ MELTSIM_HD T wall_cover(const WallBox<T>& b, const SphKernel<T>& k, Vec3<T> x) {
   return T(1) - open(std::fabs(v.from.x)) * open(std::fabs(v.from.y)) * open(std::fabs(v.from.z));
 }
 
-/// Makes the cover of a plane at dx/2 the lattice's (host).
+/// Scale that makes the cover of a plane at dx/2 equal to that of the lattice (host).
 template <class T>
 inline T wall_cover_scale(double support, double spacing) {
   const auto k = make_kernel<double>(support, spacing);
   return static_cast<T>(lattice_half_space(support, spacing) / half_space_share(k, 0.5 * spacing));
 }
 
-/// What images leave out of the push of a floor: walls that gravity points to [m/s^2].
+/// Acceleration that images lack at a floor, that is at walls to which gravity points [m/s^2].
 template <class T>
 MELTSIM_HD Vec3<T> floor_push(const WallBox<T>& b, const SphKernel<T>& k, const WallView<T>& v,
                               Vec3<T> gravity) {
@@ -236,8 +236,8 @@ MELTSIM_HD Vec3<T> floor_push(const WallBox<T>& b, const SphKernel<T>& k, const 
   return {push(1u, v.from.x, gravity.x), push(2u, v.from.y, gravity.y), push(4u, v.from.z, gravity.z)};
 }
 
-/// Makes the push at dx/2 the lattice's, whose image in layer k is 2 k - 1 half spacings of pressure
-/// short: 1.15 times the integral at H = 2.5 dx; the second layer's is then right to 3 % (host).
+/// Scale that makes the push at dx/2 equal to that of the lattice, where the image in layer k lacks the pressure of 2 k - 1
+/// half spacings: 1.15 times the integral at H = 2.5 dx; at the second layer it is right within 3 % (host).
 template <class T>
 inline T floor_push_scale(double support, double spacing) {
   const auto k = make_kernel<double>(support, spacing);
@@ -252,15 +252,15 @@ inline T floor_push_scale(double support, double spacing) {
   return static_cast<T>(missing * spacing * spacing * spacing / (2 * half_space_share(k, 0.5 * spacing)));
 }
 
-/// Traction of one no-slip wall at this distance [N]: mu V I(d)/d (v_wall - v), wall_exchange.hpp.
+/// Traction of one no-slip wall at a distance d [N]: mu V I(d)/d (v_wall - v), wall_exchange.hpp.
 template <class T>
 MELTSIM_HD Vec3<T> wall_viscous_force(const WallExchange<T>& e, T mu, T volume, T distance,
                                       Vec3<T> v_wall_minus_v) {
   return v_wall_minus_v * (mu * volume * wall_area(e, distance) / wall_depth(e, distance));
 }
 
-/// Keeps a particle a tenth of a spacing inside walled faces: the last resort for spray that meets a wall
-/// with no pressure behind it. Speed into the wall is lost.
+/// Keeps a particle at least a tenth of a spacing inside walls: a safeguard for spray that hits a wall without pressure
+/// behind it. The velocity into the wall becomes 0.
 template <class T>
 MELTSIM_HD void hold_inside(const WallBox<T>& box, T spacing, Vec3<T>& x, Vec3<T>& v) {
   const T margin = T(0.1) * spacing;
