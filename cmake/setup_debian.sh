@@ -1,6 +1,6 @@
 # shellcheck shell=bash disable=SC2034  # the arrays are for those that source this
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by examples/run_ice_block.sh, tests/run_all.sh and .ci/run: packages, configure, build. Never asks.
+# Sourced by examples/run_ice_block.sh, tests/run_all.sh, docs/build.sh and .ci/run: packages, configure, build. Never asks.
 # Debian 12 and Ubuntu 24.04; elsewhere it checks nothing and leaves the packages to you.
 
 meltsim_root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -39,6 +39,8 @@ meltsim_runner_packages=(libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libfmt-
 meltsim_movie_packages=(ffmpeg)
 # povray and gnuplot are small; tests that need chromium, ffmpeg or python3-vtk9 say SKIPPED without them.
 meltsim_test_packages=(libgtest-dev libeigen3-dev libbenchmark-dev python3 binutils povray gnuplot-nox)
+# For docs/build.sh.
+meltsim_docs_packages=(doxygen python3-sphinx python3-breathe python3-myst-parser furo)
 # Not for the viewer: OpenGL and X11 are much to bring to a machine that may have no display, and nothing else needs
 # them. Where libglfw3-dev, libimgui-dev and libepoxy-dev are, it is built; its test also wants xvfb and
 # libgl1-mesa-dri, and says SKIPPED without.
