@@ -87,8 +87,6 @@ struct Scene {
         return "automatic";
       case meltsim::NeighbourSearch::grid:
         return "grid";
-      case meltsim::NeighbourSearch::verlet:
-        return "verlet";
       case meltsim::NeighbourSearch::tree:
         return "tree";
     }

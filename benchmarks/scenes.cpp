@@ -180,15 +180,13 @@ std::vector<Scene> search_scenes(Backend backend) {
   using meltsim::NeighbourSearch;
   std::vector<Scene> all;
   for (const char* layout : {"pool", "slosh", "droplets"})
-    for (const NeighbourSearch search :
-         {NeighbourSearch::grid, NeighbourSearch::verlet, NeighbourSearch::tree}) {
+    for (const NeighbourSearch search : {NeighbourSearch::grid, NeighbourSearch::tree}) {
       Scene s;
       s.name = "water";
       s.layout = layout;
       s.search = search;
       s.block = {44, 25, 55};
       // Where nothing bounds the domain no grid is kept.
-      if (s.layout == "droplets" && search == NeighbourSearch::verlet) continue;
       all.push_back(s);
       if (backend == Backend::cpu) continue;
       s.block = {100, 100, 100};

@@ -124,7 +124,6 @@ void register_searches() {
     for (const Scene& scene : search_scenes(backend)) {
       std::uint32_t facts = fact_packed;
       if (scene.layout == "droplets") facts = fact_sorted | fact_sparse;
-      if (scene.search == meltsim::NeighbourSearch::verlet) facts |= fact_kept;
       if (scene.search == meltsim::NeighbourSearch::tree) facts = fact_sorted | fact_tree;
       for (const StageInfo& info : stage_table) {
         const bool search = (info.need & any_search) != 0u && runs(info, facts);

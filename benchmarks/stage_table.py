@@ -163,10 +163,10 @@ def search_table(times):
     """Structures that find neighbours, side by side: ms of the search itself, of the density pass, of the sub-step."""
     found = {}
     for name, entry in times.items():
-        match = re.fullmatch(r"scene/water_(\w+?)_(grid|verlet|tree)/(\w+)/(\d+)", name)
+        match = re.fullmatch(r"scene/water_(\w+?)_(grid|tree)/(\w+)/(\d+)", name)
         if match:
             found.setdefault((match[1], int(match[4]), match[2]), {}).setdefault(match[3], {})["step"] = entry["ms"]
-        match = re.fullmatch(r"stage/([\w.]+)/(\w+)/(\d+)/(\w+?)_(grid|verlet|tree)", name)
+        match = re.fullmatch(r"stage/([\w.]+)/(\w+)/(\d+)/(\w+?)_(grid|tree)", name)
         if match:
             row = found.setdefault((match[4], int(match[3]), match[5]), {}).setdefault(match[2], {})
             kind = "search" if match[1].startswith("spatial.") else "density"

@@ -9,8 +9,6 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
-MELTSIM_INSTANTIATE(core::CudaExec, moved)
-MELTSIM_INSTANTIATE(core::CudaExec, skin)
 MELTSIM_INSTANTIATE(core::CudaExec, cells)
 MELTSIM_INSTANTIATE(core::CudaExec, settle)
 MELTSIM_INSTANTIATE(core::CudaExec, keys)

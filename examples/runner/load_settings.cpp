@@ -118,8 +118,7 @@ void load_solver(const Node& node, Scene& scene) {
   if (const auto value = node.find("particle_shifting")) world.particle_shifting = value->boolean();
   if (const auto value = node.find("neighbour_search")) {
     const std::string search = value->choice(keys::neighbour_search);
-    if (search == "grid") world.neighbour_search = meltsim::NeighbourSearch::grid;
-    if (search == "verlet") world.neighbour_search = meltsim::NeighbourSearch::verlet;
+    if (search == "grid" || search == "verlet") world.neighbour_search = meltsim::NeighbourSearch::grid;
     if (search == "tree") world.neighbour_search = meltsim::NeighbourSearch::tree;
   }
   if (const auto value = node.find("courant")) world.courant = value->positive("Courant number");

@@ -44,17 +44,8 @@ Json time_json(const SceneTime& time) {
 }
 
 const char* name_of(meltsim::NeighbourSearch search) {
-  switch (search) {
-    case meltsim::NeighbourSearch::automatic:
-      return "auto";
-    case meltsim::NeighbourSearch::grid:
-      return "grid";
-    case meltsim::NeighbourSearch::verlet:
-      return "verlet";
-    case meltsim::NeighbourSearch::tree:
-      return "tree";
-  }
-  return "auto";
+  if (search == meltsim::NeighbourSearch::automatic) return "auto";
+  return search == meltsim::NeighbourSearch::tree ? "tree" : "grid";
 }
 
 Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resolved) {

@@ -121,8 +121,6 @@ class Engine {
   /// anything until the next upload; the state is the one it began with.
   virtual void watch(const std::atomic<bool>* asked) = 0;
   virtual bool abandoned() const = 0;
-  /// The next sub-step builds what is kept between sub-steps anew, as one after an upload does.
-  virtual void rebuild() = 0;
   /// Waits; reports and clears the extremes. If the World halted, goes back to the last good state first.
   virtual WorldStatus synchronize() = 0;
   /// Enqueues a reading of the state as it will be then, and does not wait, except for memory where that is asked for the

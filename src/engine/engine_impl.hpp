@@ -94,7 +94,7 @@ class EngineImpl final : public Engine {
     use_slots(slots_for(w_.born));
     put_state(c, l, state);
     rolled_back_ = abandoned_ = false;
-    rebuild_ = true;
+    count_anew_ = true;
     last_index_ = 0;
     w_.solids = w_.vertices != 0 || std::any_of(state.tag.begin(), state.tag.end(), is_solid);
     // Sorted orders ask by id, liquid that freezes is found by it.
@@ -133,7 +133,7 @@ class EngineImpl final : public Engine {
       if (has(field_enthalpy)) step::enthalpy_to_slots<E, T>(ex_, w_);
       if (has(field_enthalpy_of_id)) step::enthalpy_to_ids<E, T>(ex_, w_);
       if (has(field_acceleration) && buffers_.has_spare_position())
-        ex_.copy(w_.bits_stride, w_.f.position, buffers_.spare().position);
+        ex_.copy(w_.capacity, w_.f.position, buffers_.spare().position);
       if (has(field_neighbour_mask) || has(field_region_mask) || has(field_site_live))
         topology::build<E, T>(ex_, w_);
       step::reindex<E, T>(ex_, w_);
@@ -152,7 +152,7 @@ class EngineImpl final : public Engine {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
-    rebuild_ = rebuild_ || a.bursts != nullptr;
+    count_anew_ = count_anew_ || a.bursts != nullptr;
     if (w_.born == 0) return;
     buffers_.turn(w_);
     // A host's own stages may do anything, timings and checks look at stages one by one.
@@ -162,7 +162,7 @@ class EngineImpl final : public Engine {
     const bool plain = !timed_ && !checked_build && !own_stages;
     // As long as this one is, so that particles drift as far; and nothing moves them between the two.
     const bool alone = !own_stages && !ex_.host_captures();
-    w_.counted = alone && w_.count_ahead && !rebuild_ && counted_dt_ == a.dt;
+    w_.counted = alone && w_.count_ahead && !count_anew_ && counted_dt_ == a.dt;
     w_.count_ahead = alone && can_count_ahead(a.stages);
     w_.cells_begun = w_.counted && plain;
     const bool advances = plain && buffers_.has_spare_position() && liquid_alone(w_) && can_advance(a.stages);
@@ -173,10 +173,9 @@ class EngineImpl final : public Engine {
     w_.clock.spring_dt = static_cast<T>(scales_.spring_dt);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
-    w_.clock.rebuild = rebuild_ ? 1u : 0u;
     w_.clock.sampled = a.sampled;
     w_.clock.sample_at = a.sample_at;
-    rebuild_ = false;
+    count_anew_ = false;
     w_.heat_dt = static_cast<T>(a.heat_dt);
     w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
     w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
@@ -209,7 +208,6 @@ class EngineImpl final : public Engine {
 
   void watch(const std::atomic<bool>* asked) override { ex_.watch(asked); }
   bool abandoned() const override { return abandoned_; }
-  void rebuild() override { rebuild_ = true; }
 
   WorldStatus synchronize() override {
     WorldStatus s = last_good();
@@ -422,7 +420,7 @@ class EngineImpl final : public Engine {
 
   /// Particles that are to come lie ready in every buffer that may hold the state.
   void put_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
-    const std::size_t capacity = w_.bits_stride;
+    const std::size_t capacity = w_.capacity;
     const ParticleArrays<T> particles(s, capacity);
     put_particles(ex_, w_, particles);
     if (capacity > s.position.size()) {
@@ -446,7 +444,7 @@ class EngineImpl final : public Engine {
   /// Slots that kernels run over: in steps, so that an emitter does not make every sub-step differ from the
   /// last one.
   std::uint32_t slots_for(std::uint32_t born) const {
-    const std::uint64_t capacity = w_.bits_stride, step = std::max<std::uint64_t>(capacity / 8, 1);
+    const std::uint64_t capacity = w_.capacity, step = std::max<std::uint64_t>(capacity / 8, 1);
     if (born == 0) return 0;
     return static_cast<std::uint32_t>(std::min(capacity, (born + step - 1) / step * step));
   }
@@ -600,7 +598,7 @@ class EngineImpl final : public Engine {
   std::uint64_t reserved_ = 0;  ///< items that verbs may work on
   Sampling sampling_;
   bool timed_ = false;  ///< this sub-step
-  bool rolled_back_ = false, rebuild_ = true;
+  bool rolled_back_ = false, count_anew_ = true;
   bool abandoned_ = false;  ///< a sub-step since the upload
   double counted_dt_ = 0;   ///< of the sub-step before
   double mass_ = 0;         ///< checked builds: at the upload [kg]

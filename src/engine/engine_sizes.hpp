@@ -24,7 +24,6 @@ struct Sizes {
   std::uint64_t cells = 0;      ///< where they are counted one by one
   bool spare_position = false;  ///< accelerations have room for positions
   int reach = 1;
-  double skin = 0;  ///< of a kept grid [m]
   std::uint64_t tree_first[Tree<float>::most_levels] = {};
   int tree_levels = 0;
 };
@@ -66,10 +65,9 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   const auto set = [&n](Owner o, std::uint64_t v) { n.count[static_cast<int>(o)] = v; };
   n.groups = s.particle_capacity;
   if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support, 1));
-  if ((s.facts & fact_kept) != 0) n.skin = kept_skin * c.support;
   if ((s.facts & fact_packed) != 0) {
-    n.reach = std::max(1, packed_reach(c.domain, c.support + n.skin, s.particle_capacity));
-    n.cells = n.groups = cell_count(c.domain, c.support + n.skin, n.reach);
+    n.reach = std::max(1, packed_reach(c.domain, c.support, s.particle_capacity));
+    n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
   }
   n.rows = is_periodic(c, 0) ? 18 : 9;
   if ((s.facts & fact_tree) != 0) {
@@ -87,7 +85,6 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   set(Owner::particle, s.particle_capacity);
   set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
   set(Owner::particle_bits, s.particle_capacity / 32 + 2);
-  set(Owner::particle_rows, s.particle_capacity * n.rows);
   set(Owner::particle_words, most_words<E>(c, s.particle_capacity, n.rows));
   set(Owner::id, s.particle_capacity);
   set(Owner::cell, n.cells + 2);

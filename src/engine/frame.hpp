@@ -100,7 +100,6 @@ struct Clock {
   T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
   std::uint64_t step = 0;       ///< index of this sub-step, from 1
   double time = 0;              ///< at its start [s]
-  std::uint32_t rebuild = 0;    ///< 1: a kept grid is not kept
   std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
   std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values
 };
@@ -261,7 +260,6 @@ struct Frame {
   Constants<T> c;
   Grid<T> grid;
   Tree<T> tree;
-  Kept<T> kept;
   ProbeViews<T> probes;
   std::uint32_t particles = 0;   ///< slots in use: ids handed out, removed ones included, and some to come
   std::uint32_t born = 0;        ///< ids handed out
@@ -271,7 +269,7 @@ struct Frame {
   std::uint32_t region_words = 0;
   std::int32_t row_width = 0;  ///< half-width from which regions are summed by rows and planes
   std::uint32_t key_bits = 64;
-  std::uint64_t bits_stride = 0;   ///< entries per row of far_bits
+  std::uint64_t capacity = 0;      ///< slots that there is room for
   std::uint64_t words_column = 0;  ///< a column of neighbour_words [bytes]
   std::uint32_t words_parts = 1;   ///< sets of words that a search fills, later joined
   std::uint32_t words_room = 0;    ///< words that a set holds

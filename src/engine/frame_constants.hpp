@@ -112,14 +112,12 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
       if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
       k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
     }
-  fill_grid(w, c, c.support + n.skin, n.reach);
-  w.kept.reach2 = static_cast<T>(std::pow(c.support + n.skin, 2));
-  w.kept.moved2 = static_cast<T>(std::pow(0.4999 * n.skin, 2));
+  fill_grid(w, c, c.support, n.reach);
   if (n.tree_levels != 0) fill_tree(w, c, n);
   w.max_groups = static_cast<std::uint32_t>(n.groups);
   w.cells = static_cast<std::uint32_t>(n.cells);
   w.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
-  w.bits_stride = n.count[static_cast<int>(Owner::particle)];
+  w.capacity = n.count[static_cast<int>(Owner::particle)];
   w.one_liquid = c.one_liquid;
   w.region_words = words_for(l.max_half_width);
   w.row_width = least_row_width(as_gpu<E>, w.vertices);

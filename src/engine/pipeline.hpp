@@ -45,7 +45,6 @@ enum class Owner {
   particle,
   particle_list,
   particle_bits,
-  particle_rows,
   particle_words,
   id,
   cell,
@@ -109,15 +108,14 @@ enum Fact : std::uint32_t {
   fact_sorted = 1u << 16,  ///< particles are sorted by a key
   fact_sparse = 1u << 17,  ///< grid; the domain is unbounded or mostly empty
   fact_tree = 1u << 18,    ///< tree
-  fact_kept = 1u << 19,    ///< grid, packed, kept for several sub-steps
   // Of the host's wishes, not of the scene: no channel hangs on it.
-  fact_probes = 1u << 20,  ///< points or levels are sampled
-  fact_loads = 1u << 21,   ///< forces, heat or fluxes are
+  fact_probes = 1u << 19,  ///< points or levels are sampled
+  fact_loads = 1u << 20,   ///< forces, heat or fluxes are
 };
 
-inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_packed | fact_kept,
-                                                 fact_sorted | fact_sparse, fact_sorted | fact_tree};
-inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree | fact_kept;
+inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
+                                                 fact_sorted | fact_tree};
+inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree;
 
 struct StageInfo {
   const char* module;
@@ -133,9 +131,9 @@ struct StageInfo {
 
 #define F(field) (FieldSet{1} << field_##field)
 /// Channels that stages which may touch them only read; their producer names them among what it writes.
-inline constexpr FieldSet read_where_there = F(viscosity) | F(far_bits) | F(body_heat) | F(cell_begin) |
-                                             F(group_ranges) | F(density) | F(group_key) | F(group_begin) |
-                                             F(tree_box) | F(piece) | F(contact_normal);
+inline constexpr FieldSet read_where_there = F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) |
+                                             F(density) | F(group_key) | F(group_begin) | F(tree_box) |
+                                             F(piece) | F(contact_normal);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \
@@ -180,8 +178,7 @@ constexpr FieldSet fed_before_stages() {
     if (field_table[i].lifetime == Lifetime::State || field_table[i].lifetime == Lifetime::Static ||
         // Kept up to date by topology, built at upload.
         i == field_neighbour_mask || i == field_region_mask || i == field_region_members ||
-        i == field_row_live || i == field_site_live ||
-        i == field_anchor)  // of an earlier sub-step; the first one after an upload asks for none
+        i == field_row_live || i == field_site_live)
       available |= FieldSet{1} << i;
   return available;
 }
@@ -211,9 +208,7 @@ static_assert(pipeline_is_fed(search_facts[1]),
               "a stage reads a channel that no earlier stage of that scene produced");
 static_assert(pipeline_is_fed(search_facts[2]),
               "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[3]),
-              "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(sizeof search_facts / sizeof *search_facts == 4);
+static_assert(sizeof search_facts / sizeof *search_facts == 3);
 
 /// Channels a scene needs: what its stages touch, and what the host asks for. Enthalpies that neither does lie by id.
 constexpr FieldSet channels_for(std::uint32_t facts, FieldSet wanted = 0) {

@@ -45,7 +45,7 @@ class ProbeRun {
     Block tables;
     if (Status s = fill(ex, tables, what, values.size(), v); !s) return s;
     SampleRoom room;
-    Status fits = sort_room(ex, w.bits_stride, derived, room);
+    Status fits = sort_room(ex, w.capacity, derived, room);
     if (fits) {
       v.keys = room.keys_sorted;
       v.slots = room.slots_sorted;

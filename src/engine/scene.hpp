@@ -94,19 +94,6 @@ inline constexpr std::uint32_t tree_rows = 18;
 /// Cells of the curve that H spans.
 inline constexpr int tree_resolution = 4;
 
-/// Skin of a grid that is kept, in H.
-inline constexpr double kept_skin = 0.1;
-
-/// Whether wider cells still go three times around periodic axes: a row may not meet a cell twice.
-inline bool keeps(const DomainDesc& domain, double support) {
-  const Vec3d e = domain.max - domain.min;
-  const double extents[] = {e.x, e.y, e.z};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (domain.faces[2 * axis] == Face::periodic && extents[axis] < 3 * (1 + kept_skin) * support)
-      return false;
-  return true;
-}
-
 /// How neighbours are found in a scene, and why so.
 struct SearchChoice {
   NeighbourSearch search = NeighbourSearch::grid;
@@ -117,10 +104,6 @@ struct SearchChoice {
 inline SearchChoice choose_search(const WorldDesc& desc, double support, std::uint64_t particles) {
   if (desc.neighbour_search == NeighbourSearch::tree)
     return {NeighbourSearch::tree, fact_sorted | fact_tree, "asked for"};
-  const double wide = (1 + kept_skin) * support;
-  const bool kept = desc.neighbour_search == NeighbourSearch::verlet;
-  if (kept && keeps(desc.domain, support) && packed_reach(desc.domain, wide, particles) != 0)
-    return {NeighbourSearch::verlet, fact_packed | fact_kept, "asked for"};
   if (packed_reach(desc.domain, support, particles) != 0)
     return {NeighbourSearch::grid, fact_packed,
             "the domain is bounded and well filled: its cells are counted"};

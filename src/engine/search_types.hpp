@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the search for neighbours goes by: the grid, what is kept of it, the tree.
+// What the search for neighbours goes by: the grid, the tree.
 #pragma once
 
 #include <cstdint>
@@ -23,24 +23,6 @@ struct Grid {
   std::uint32_t rows = 9;  ///< candidate rows per group: 9, or 18 when x is periodic
   std::int32_t line_cells[9] =
       {};  ///< how many cells away another line of cells along x lies (spatial/cells.hpp)
-};
-
-/// Whether any particle did.
-struct Moved {
-  std::uint32_t any = 0;
-  MELTSIM_HD static Moved combine(const Moved& a, const Moved& b) { return {a.any | b.any}; }
-};
-
-struct KeptSearch {
-  std::uint32_t keep = 0;
-  std::uint32_t built = 0;  ///< how often since the upload
-};
-
-/// A grid that is kept for several sub-steps.
-template <class T>
-struct Kept {
-  T reach2{};  ///< (H + skin)^2 [m^2]
-  T moved2{};  ///< (skin / 2)^2, less what is rounded [m^2]
 };
 
 /// Of a node of the search tree. An empty one is low > high.

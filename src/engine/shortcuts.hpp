@@ -11,10 +11,10 @@ namespace core {
 
 inline bool has_stage(std::uint64_t stages, int stage) { return ((stages >> stage) & 1u) != 0; }
 
-/// Whether no stage moves particles behind step.integrate, and cells are counted in every sub-step.
+/// Whether no stage moves particles behind step.integrate, and cells are counted.
 inline bool can_count_ahead(std::uint64_t stages) {
   return has_stage(stages, stage_spatial_cells) && has_stage(stages, stage_step_integrate) &&
-         !has_stage(stages, stage_spatial_moved) && !has_stage(stages, stage_topology_freeze);
+         !has_stage(stages, stage_topology_freeze);
 }
 
 /// Scenes in which sph.advance never runs.

@@ -80,7 +80,7 @@ class SurfaceRun {
     w_.materials = scene.f.materials;
     w_.status = scene.f.status;
     w_.particles = scene.born;
-    capacity_ = scene.bits_stride;
+    capacity_ = scene.capacity;
     w_.only_solids = q.of == SurfaceOf::liquid ? 0u : 1u;
     w_.only_body = q.of == SurfaceOf::body ? q.body : 0u;
     w_.two_fields = q.of == SurfaceOf::liquid && q.solids;

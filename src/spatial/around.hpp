@@ -17,14 +17,10 @@ MELTSIM_HD CellPlace place_at(const core::Grid<T>& g, Vec3<T> x) {
           cell_coordinate(x.z, g.min.z, g.inv_cell.z, g.nz, (g.periodic & 4u) != 0u)};
 }
 
-/// Row r of candidates around a cell. Cells of a kept grid are wider than H by the skin, and no particle is farther than
-/// half of the skin from where it was when the rows were made.
+/// Row r of candidates around a cell.
 template <class T>
 MELTSIM_HD Range row_around(const Frame<T>& w, const CellPlace& at, std::uint32_t r) {
   if (w.cells != 0u) {
-    if (w.f.group_ranges != nullptr)
-      return w.f
-          .group_ranges[std::uint64_t{cell_key<std::uint32_t>(w.grid, at.x, at.y, at.z)} * w.grid.rows + r];
     const auto row = cell_row<std::uint32_t>(w.grid, at, r);
     if (row.cells == 0u) return {};
     return {w.f.cell_begin[row.first], w.f.cell_begin[row.first + row.cells]};

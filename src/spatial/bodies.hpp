@@ -79,11 +79,6 @@ struct SettleBody {
   MELTSIM_HD Item read(std::uint64_t k) const { return w.f.cell_order[k]; }
   MELTSIM_HD void operator()(std::uint64_t k) const { (*this)(k, read(k)); }
   MELTSIM_HD void operator()(std::uint64_t k, Item from) const {
-    if (w.f.search != nullptr && w.f.search->keep != 0u) {  // everything stays where it is
-      const auto slot = static_cast<std::uint32_t>(k);
-      reorder(w, k, slot, w.before.id[slot]);
-      return;
-    }
     const std::uint32_t cell = w.f.cell_of[from], id = w.before.id[from];
     auto to = static_cast<std::uint32_t>(k);
     if (cell != w.cells) {
@@ -153,20 +148,6 @@ MELTSIM_HD std::uint32_t first_not_below(const std::uint64_t* keys, std::uint32_
   }
   return lo;
 }
-
-/// The rows of a cell where the grid is kept; one call per row.
-template <class T>
-struct RowsBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t k) const {
-    const auto cell = static_cast<std::uint32_t>(k / w.grid.rows);
-    const auto r = static_cast<std::uint32_t>(k - std::uint64_t{cell} * w.grid.rows);
-    const auto row = cell_row<std::uint32_t>(w.grid, place_of(w.grid, cell), r);
-    Range slots;
-    if (row.cells != 0u) slots = {w.f.cell_begin[row.first], w.f.cell_begin[row.first + row.cells]};
-    w.f.group_ranges[k] = slots;
-  }
-};
 
 /// The rows of an occupied cell where those are sorted.
 template <class T>

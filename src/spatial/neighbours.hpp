@@ -17,14 +17,11 @@ enum class SearchKind { periodic, plain, counted };
 template <bool Periodic>
 inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : SearchKind::plain;
 
-/// Candidates of a row that far_bits covers.
-inline constexpr std::uint32_t far_bits_per_row = 64;
-
 /// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores who is near to each of
 /// them. Where branches are dear, candidates that are not near are visited, too; what vanishes beyond H needs no branch.
 /// i: the first of the particles.
 template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
-MELTSIM_HD void search_for(const core::Frame<T>& w, std::uint64_t i, const SomeKindOfRows& rows, SomeRows set,
+MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, SomeRows set,
                            const Vec3<T> (&x)[Count], WordWriter<T> (&words)[Count], const Visit& visit) {
   std::uint32_t bits[Count]{};  // the first candidate's bit comes out highest
   const auto look = [&](const Vec4<T>& xj) {
@@ -74,27 +71,9 @@ MELTSIM_HD void search_for(const core::Frame<T>& w, std::uint64_t i, const SomeK
     }
     if (done + left != 0u) note(begin, done + left);
   };
-  // A kept grid knows who cannot be near.
-  const auto mark_some = [&](std::uint32_t begin, std::uint32_t far) {
-    std::uint32_t near = far;
-    for (std::uint32_t left = far; left != 0u; left &= left - 1u) {
-      look(w.f.position[begin + static_cast<std::uint32_t>(lowest_bit(left))]);
-      if ((bits[0] & 1u) == 0u) near &= ~(left & (~left + 1u));
-    }
-    words[0].add(begin, near);
-    bits[0] = 0u;
-  };
   while (!set.empty()) {
-    const std::uint32_t r = set.take();
-    const core::Range row = rows[r];
-    std::uint32_t from = row.begin;
-    if (kind != SearchKind::counted && w.f.far_bits != nullptr) {
-      const std::uint64_t far = w.f.far_bits[static_cast<std::uint64_t>(r) * w.bits_stride + i];
-      mark_some(from, static_cast<std::uint32_t>(far));
-      mark_some(from + word_bits, static_cast<std::uint32_t>(far >> word_bits));
-      from += far_bits_per_row;
-    }
-    if (from < row.end) mark(from, row.end - from);
+    const core::Range row = rows[set.take()];
+    if (row.begin < row.end) mark(row.begin, row.end - row.begin);
   }
 }
 
@@ -108,8 +87,7 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
   SomeRows set = rows_of_part(w, part, parts);
   const auto search = [&](const auto& rows) {
     set.bits &= rows.within();
-    search_for<kind>(w, i, rows, set, x, words,
-                     [&](const Vec4<T>& xj, const T(&r2)[1]) { visit(xj, r2[0]); });
+    search_for<kind>(w, rows, set, x, words, [&](const Vec4<T>& xj, const T(&r2)[1]) { visit(xj, r2[0]); });
   };
   if constexpr (kind == SearchKind::counted) {
     const std::uint32_t cell = w.f.group_of[i];
@@ -143,7 +121,7 @@ MELTSIM_HD std::uint32_t find_two(const core::Frame<T>& w, std::uint64_t i, bool
     if (!two || !rows.of_both()) x[1] += Vec3<T>{away, away, away};
     SomeRows set = rows_of_part(w, 0u, 1u);
     set.bits &= rows.within();
-    search_for<SearchKind::counted>(w, i, rows, set, x, words,
+    search_for<SearchKind::counted>(w, rows, set, x, words,
                                     [&](const Vec4<T>& xj, const T(&r2)[2]) { visit(xj, r2[0], r2[1]); });
     if (done != 0u) {
       words[0].close();

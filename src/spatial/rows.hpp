@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of candidates. Particles are sorted into groups; every group has rows, half-open slot ranges that
 // together hold each candidate once. Any structure that can fill `group_of` and `group_ranges` (sorted cells, a
-// kept grid, a tree) serves every body unchanged; where cells are counted anew, a group is a cell and its rows follow
-// from where cells begin. Order is fixed: rows ascending, slots ascending.
+// tree) serves every body unchanged; where cells are counted, a group is a cell and its rows follow from where cells
+// begin. Order is fixed: rows ascending, slots ascending.
 #pragma once
 
 #include "exec/gather.hpp"

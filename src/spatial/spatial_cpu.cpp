@@ -8,8 +8,6 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
-MELTSIM_INSTANTIATE(core::CpuExec, moved)
-MELTSIM_INSTANTIATE(core::CpuExec, skin)
 MELTSIM_INSTANTIATE(core::CpuExec, cells)
 MELTSIM_INSTANTIATE(core::CpuExec, settle)
 MELTSIM_INSTANTIATE(core::CpuExec, keys)

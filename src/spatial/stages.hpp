@@ -2,7 +2,6 @@
 #pragma once
 
 #include "spatial/bodies.hpp"
-#include "spatial/kept_bodies.hpp"
 #include "spatial/lanes.hpp"
 #include "spatial/tree_bodies.hpp"
 
@@ -11,27 +10,12 @@ inline namespace v0 {
 namespace spatial {
 
 template <class E, class T>
-void moved(E& ex, const core::Frame<T>& w) {
-  ex.reduce(w.particles, MovedBody<T>{w}, w.f.moved);
-  ex.for_each(1, KeepBody<T>{w});
-}
-
-template <class E, class T>
-void skin(E& ex, const core::Frame<T>& w) {
-  const WhereRebuilt<E, T> only(ex, w);
-  // Where cells begin, the next sub-step forgets, whether it keeps the grid or not (adding up asks no guard).
-  ex.for_each(std::uint64_t{w.cells} * w.grid.rows, RowsBody<T>{w});
-  with_periods(w, [&](auto periodic) { ex.for_each(w.particles, SkinBody<T, periodic()>{w}); });
-}
-
-template <class E, class T>
 void cells(E& ex, const core::Frame<T>& w) {
   if (w.counted) {
     if (!w.cells_begun) ex.begin_buckets(w.cells + 1, w.f.cell_count, w.f.cell_begin, core::Nothing{});
     ex.fill_buckets(w.particles, w.f.cell_of, w.f.cell_begin, w.f.cell_order, w.f.cell_count);
     return;
   }
-  const WhereRebuilt<E, T> only(ex, w);
   ex.bucket(w.particles, w.cells + 1, CellBody<T>{w}, w.f.cell_of, w.f.cell_begin, w.f.cell_order,
             w.f.cell_count);
 }

@@ -170,7 +170,6 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   // What follows from something that was added, such as the sound speed, is part of what is stored.
   if (Status s = prepare(); !s) return s.error();
   fetch_state();
-  engine->rebuild();  // as a World that is restored from this one will
   Writer w;
   w.bytes.insert(w.bytes.end(), magic, magic + 8);
   w.value(format_version);

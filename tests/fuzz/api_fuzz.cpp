@@ -141,7 +141,7 @@ class Sequence {
         d.domain.faces[face] == Face::wall)
       d.domain.heat[face] = surface_heat();
     d.neighbour_search = pick(
-        {NeighbourSearch::automatic, NeighbourSearch::grid, NeighbourSearch::verlet, NeighbourSearch::tree});
+        {NeighbourSearch::automatic, NeighbourSearch::grid, NeighbourSearch::tree});
     d.courant = random_.uniform(0.2, 0.45);
     d.pieces_interval = 1 + static_cast<int>(random_.below(16));
     d.spacing = or_extreme(d.spacing, 0.02);

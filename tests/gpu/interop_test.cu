@@ -136,7 +136,7 @@ void expect_halt_after_search(meltsim::NeighbourSearch search, bool bounded, Mid
 TEST(Interop, WhatIsNoNumberHaltsWithEverySearch) {
   MELTSIM_NEEDS_GPU();
   using meltsim::NeighbourSearch;
-  for (const auto search : {NeighbourSearch::grid, NeighbourSearch::verlet, NeighbourSearch::tree})
+  for (const auto search : {NeighbourSearch::grid, NeighbourSearch::tree})
     for (const bool bounded : {true, false})
       for (const bool velocity : {false, true})
         for (const double value : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {

@@ -41,7 +41,6 @@ struct Rig {
     if ((facts & core::fact_fluid) == 0) facts |= core::fact_dry;
     if ((facts & core::any_search) == 0) facts |= core::fact_sparse;
     if ((facts & (core::fact_sparse | core::fact_tree)) != 0) facts |= core::fact_sorted;
-    if ((facts & core::fact_kept) != 0) facts |= core::fact_packed;
     setup.facts = facts_ = facts;
     setup.channels = core::channels_for(facts) | (core::FieldSet{1} << core::field_vertex_of_id) |
                      (core::FieldSet{1} << core::field_neighbour_mask) |

@@ -38,10 +38,7 @@ class Neighbours : public testing::Test {
  protected:
   /// Largest number of candidates in a row.
   static std::uint32_t check(const Cloud& cloud) {
-    if (cloud.constants.domain.bounded) {
-      check(cloud, core::fact_packed);
-      if (core::keeps(cloud.constants.domain, support)) check(cloud, core::fact_kept);
-    }
+    if (cloud.constants.domain.bounded) check(cloud, core::fact_packed);
     check(cloud, core::fact_tree);
     return check(cloud, core::fact_sparse);
   }
@@ -334,31 +331,6 @@ TYPED_TEST(Neighbours, ClumpsThatCoincide) {
   c.bound({3, 3, 3});
   for (int n = 0; n < 200; ++n) c.add(n % 3 ? Vec3d{1, 1, 1} : Vec3d{1.3, 1.1, 1});
   this->check(c);
-}
-
-// A kept grid serves sub-steps in which particles have moved since it was built.
-TYPED_TEST(Neighbours, KeptWhileLittleMoves) {
-  Random random(81);
-  for (const bool periodic : {false, true}) {
-    Cloud c;
-    c.bound({2.2, 2.2, 2.2}, periodic, periodic, periodic);
-    for (std::uint32_t n = 0; n < 900; ++n) {
-      c.add(Vec3d{1.1, 1.1, 1.1} + random.vector(1.09), n % 50 ? 0 : tag_removed);
-      c.state.velocity.back() = random.vector(0.01);  // the fastest leaves half of the skin after 3 of 12
-    }
-    Rig<TypeParam> rig;
-    rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_kept);
-    for (int k = 0; k < 12; ++k) {
-      rig.run({"step.begin", "spatial"});
-      this->compare(c, rig.frame());
-    }
-    EXPECT_GT(rig.frame().f.search->built, 1u);
-    EXPECT_LT(rig.frame().f.search->built, 8u);
-    const std::uint32_t built = rig.frame().f.search->built;
-    rig.engine->rebuild();
-    rig.run({"step.begin", "spatial"});
-    EXPECT_EQ(rig.frame().f.search->built, built + 1);
-  }
 }
 
 // Leaves hold few particles, ids ascend among those at one place, and the order forgets its history.

@@ -39,7 +39,7 @@ using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(EngineSizes, Scalars);
 
 // Around 2^31 and 2^32 bytes and entries, up to the most particles that ids can number: no product is cut to
-// 32 bits. A state channel has two buffers, rows are 9 to a particle, 18 where x is periodic.
+// 32 bits. A state channel has two buffers, rows are 9 to a group, of which there may be one per particle.
 TYPED_TEST(EngineSizes, BytesAreCountedIn64Bits) {
   const std::uint64_t real = sizeof(TypeParam);
   for (const std::uint32_t n :
@@ -48,7 +48,6 @@ TYPED_TEST(EngineSizes, BytesAreCountedIn64Bits) {
     EXPECT_EQ(this->bytes(n, only({core::field_position})), many * 4 * real * 2) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_tag})), many * 4 * 2) << n;
     EXPECT_EQ(this->bytes(n, only({core::field_density})), many * real) << n;
-    EXPECT_EQ(this->bytes(n, only({core::field_far_bits})), many * 9 * 8) << n;
     // 16 words of 8 bytes and their count at this support, 6 more where rows wrap; columns are whole warps.
     // In builds that are to have a GPU's bits few particles have three sets of 7 words, 9 where rows wrap.
     const std::uint64_t column = (many + 31) / 32 * 32 * 8;
@@ -57,8 +56,7 @@ TYPED_TEST(EngineSizes, BytesAreCountedIn64Bits) {
     EXPECT_EQ(this->bytes(n, only({core::field_neighbour_words}), true), column * (one_set ? 23 : 3 * 10))
         << n;
     EXPECT_EQ(this->bytes(n, only({core::field_group_ranges})), many * 9 * 8) << n;
-    EXPECT_EQ(this->bytes(n, only({core::field_far_bits}), true), many * 18 * 8) << n;
-    EXPECT_EQ(this->bytes(n, only({core::field_position, core::field_far_bits})), many * (8 * real + 72))
+    EXPECT_EQ(this->bytes(n, only({core::field_position, core::field_group_ranges})), many * (8 * real + 72))
         << n;
   }
 }

@@ -49,7 +49,6 @@ const Search searches[] = {
     {"grid"},
     {"grid, single", NeighbourSearch::grid, false, Precision::single_precision},
     {"grid, periodic", NeighbourSearch::grid, true},
-    {"verlet", NeighbourSearch::verlet},
     {"tree, periodic", NeighbourSearch::tree, true},
 };
 

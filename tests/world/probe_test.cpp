@@ -88,8 +88,6 @@ const Variant variants[] = {
     {"grid, double", NeighbourSearch::grid, false, false, Precision::double_precision},
     {"grid, mostly empty", NeighbourSearch::grid, false, false, Precision::single_precision, true},
     {"grid, unbounded", NeighbourSearch::grid, false, true},
-    {"verlet", NeighbourSearch::verlet},
-    {"verlet, periodic", NeighbourSearch::verlet, true},
     {"tree", NeighbourSearch::tree},
     {"tree, periodic", NeighbourSearch::tree, true},
     {"tree, unbounded", NeighbourSearch::tree, false, true},
@@ -255,8 +253,7 @@ ProbeDesc thermometer(Vec3d x, double every = 0) {
   return d;
 }
 
-// No bit of the state may hang on whether somebody samples, or begins to in the middle of a run: that includes
-// whether a kept grid is kept.
+// No bit of the state may hang on whether somebody samples, or begins to in the middle of a run.
 TEST(Probe, ChangesNoBitOfTheState) {
   MELTSIM_NEEDS_BACKEND();
   for (const Variant& v : variants) {

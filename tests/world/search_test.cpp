@@ -8,8 +8,7 @@
 namespace meltsim_test {
 namespace {
 
-constexpr NeighbourSearch searches[] = {NeighbourSearch::grid, NeighbourSearch::verlet,
-                                        NeighbourSearch::tree};
+constexpr NeighbourSearch searches[] = {NeighbourSearch::grid, NeighbourSearch::tree};
 
 WorldDesc with(NeighbourSearch search) {
   WorldDesc d = describe();
@@ -108,30 +107,36 @@ TEST(Search, EmissionMeetsEveryStructure) {
   }
   // Single precision, chaotic: the mean height is all that must agree.
   EXPECT_NEAR(heights[1], heights[0], 2e-3 * heights[0]);
-  EXPECT_NEAR(heights[2], heights[0], 2e-3 * heights[0]);
 }
 
 TEST(Search, ThePlanSaysWhichAndWhy) {
   MELTSIM_NEEDS_BACKEND();
-  Scene grid = ice_in_water(describe()), kept = ice_in_water(with(NeighbourSearch::verlet)),
-        tree = ice_in_water(with(NeighbourSearch::tree));
+  Scene grid = ice_in_water(describe()), tree = ice_in_water(with(NeighbourSearch::tree));
   EXPECT_TRUE(runs(grid.world.plan(), "spatial.cells"));
   EXPECT_FALSE(runs(grid.world.plan(), "spatial.walk"));
-  EXPECT_FALSE(runs(grid.world.plan(), "spatial.moved"));
-  EXPECT_TRUE(runs(kept.world.plan(), "spatial.cells"));
-  EXPECT_TRUE(runs(kept.world.plan(), "spatial.moved"));
   EXPECT_TRUE(runs(tree.world.plan(), "spatial.walk"));
   EXPECT_FALSE(runs(tree.world.plan(), "spatial.cells"));
   EXPECT_EQ(grid.world.resolved().neighbour_search, NeighbourSearch::grid);
   EXPECT_EQ(tree.world.resolved().neighbour_reason, "asked for");
   // Nothing of the others is allocated.
   for (const ChannelReport& c : grid.world.plan().channels)
-    if (c.name == "tree_box" || c.name == "far_bits" || c.name == "anchor" || c.name == "sort_key") {
+    if (c.name == "tree_box" || c.name == "sort_key") {
       EXPECT_EQ(c.bytes, 0u) << c.name;
     }
 }
 
-TEST(Search, AnUnboundedDomainKeepsNoGridAndSaysSo) {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+TEST(Search, WhatIsRetiredMeansTheGrid) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene old = ice_in_water(with(NeighbourSearch::verlet)), grid = ice_in_water(with(NeighbourSearch::grid));
+  EXPECT_EQ(old.world.resolved().neighbour_search, NeighbourSearch::grid);
+  for (World* w : {&old.world, &grid.world}) run(*w, 5);
+  EXPECT_EQ(*old.world.state_hash(), *grid.world.state_hash());
+}
+#pragma GCC diagnostic pop
+
+TEST(Search, AnUnboundedDomainSaysWhatSearchesIt) {
   MELTSIM_NEEDS_BACKEND();
   for (const NeighbourSearch search : searches) {
     World w = *World::create(with(search));
