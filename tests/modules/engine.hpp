@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,31 @@ using test_support::Random;
 template <class T>
 std::shared_ptr<core::Engine> make_engine(const PermutingExec<T>& exec);
 
+/// With what a scene cannot be without.
+inline core::EngineSetup setup_for(std::uint32_t facts, std::size_t particles) {
+  if ((facts & core::fact_fluid) == 0) facts |= core::fact_dry;
+  if ((facts & core::any_search) == 0) facts |= core::fact_sparse;
+  if ((facts & (core::fact_sparse | core::fact_tree)) != 0) facts |= core::fact_sorted;
+  core::EngineSetup setup;
+  setup.facts = facts;
+  setup.channels = core::channels_for(facts) | (core::FieldSet{1} << core::field_vertex_of_id) |
+                   (core::FieldSet{1} << core::field_neighbour_mask) |
+                   (core::FieldSet{1} << core::field_site_live);
+  setup.particle_capacity = static_cast<std::uint32_t>(particles);
+  return setup;
+}
+
+/// Bits of a stage, or of all stages of a module that run in such a scene; 0: there is none.
+inline std::uint64_t stage_bits(const std::string& wanted, std::uint32_t facts) {
+  std::uint64_t bits = 0;
+  for (int s = 0; s < core::stage_count; ++s) {
+    const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
+    const bool of_module = wanted == info.module && core::runs(info, facts);
+    if (wanted == info.name || of_module) bits |= std::uint64_t{1} << s;
+  }
+  return bits;
+}
+
 template <class T>
 struct Rig {
   PermutingExec<T> exec;
@@ -36,16 +62,8 @@ struct Rig {
   const core::Frame<T>& frame() const { return exec.frame(); }
   void upload(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s,
               std::uint32_t facts) {
-    core::EngineSetup setup;
-    // What a scene cannot be without.
-    if ((facts & core::fact_fluid) == 0) facts |= core::fact_dry;
-    if ((facts & core::any_search) == 0) facts |= core::fact_sparse;
-    if ((facts & (core::fact_sparse | core::fact_tree)) != 0) facts |= core::fact_sorted;
-    setup.facts = facts_ = facts;
-    setup.channels = core::channels_for(facts) | (core::FieldSet{1} << core::field_vertex_of_id) |
-                     (core::FieldSet{1} << core::field_neighbour_mask) |
-                     (core::FieldSet{1} << core::field_site_live);
-    setup.particle_capacity = static_cast<std::uint32_t>(s.position.size());
+    const core::EngineSetup setup = setup_for(facts, s.position.size());
+    facts_ = setup.facts;
     const Status status = engine->upload(c, l, s, setup);
     ASSERT_TRUE(status) << status.error().message;
   }
@@ -56,15 +74,9 @@ struct Rig {
     a.index = ++steps_;
     a.sampled = sampled;
     for (const char* wanted : stages) {
-      bool found = false;
-      for (int s = 0; s < core::stage_count; ++s) {
-        const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
-        const bool of_module = std::string(wanted) == info.module && core::runs(info, facts_);
-        if (std::string(wanted) != info.name && !of_module) continue;
-        a.stages |= std::uint64_t{1} << s;
-        found = true;
-      }
-      ASSERT_TRUE(found) << wanted;
+      const std::uint64_t bits = stage_bits(wanted, facts_);
+      ASSERT_NE(bits, 0u) << wanted;
+      a.stages |= bits;
     }
     engine->substep(a);
   }

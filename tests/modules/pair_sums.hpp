@@ -1,0 +1,476 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every particle gets from its neighbours, as one sum over all pairs in double, written out here: mirror images in
+// walls, their edges and corners and copies across periodic faces are explicit particles. Formulas of one particle or one
+// contact (material rows, floor_push, contact_response, ...) are the library's, which has tests of each; kernels and sums
+// are this file's own.
+//
+// Beside every sum stands its scale, the sum of the sizes of what it adds up, cancellation within the terms included. An
+// error is that many units in the last place of the scale.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <vector>
+
+#include "meltsim/physics/contact.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/shifting.hpp"
+#include "meltsim/physics/walls.hpp"
+#include "modules/engine.hpp"
+
+namespace modules_test {
+
+/// What a particle is beside; several may hold.
+enum Beside : std::uint32_t {
+  beside_nothing = 1u << 0,  ///< deep in its liquid or body
+  beside_wall = 1u << 1,
+  beside_edge = 1u << 2,  ///< of two or three walls
+  beside_period = 1u << 3,
+  beside_other_phase = 1u << 4,   ///< liquid beside solid, solid beside liquid
+  beside_other_liquid = 1u << 5,  ///< liquid
+  beside_surface = 1u << 6,       ///< less than 0.9 of its surroundings are filled
+  beside_crowd = 1u << 7,         ///< more neighbours than there are words for
+  beside_other_body = 1u << 8,    ///< in contact
+};
+inline constexpr const char* beside_names[] = {"bulk",         "wall",    "edge",  "period",    "other phase",
+                                               "other liquid", "surface", "crowd", "other body"};
+inline constexpr int beside_count = 9;
+
+/// A number or vector per particle with the scale of its error.
+struct Summed {
+  Vec3d value, lost;  ///< lost: what the last addition rounded away
+  double scale = 0;
+  bool asked = false;  ///< whether such a particle has it
+  void add(Vec3d term, double size) {
+    const Vec3d next = term - lost, sum = value + next;
+    lost = (sum - value) - next;
+    value = sum;
+    scale += size;
+    asked = true;
+  }
+  void add(Vec3d term) { add(term, length(term)); }
+};
+
+/// Per id.
+struct PairSums {
+  std::vector<std::uint32_t> beside;
+  std::vector<Summed> density, term, acceleration, shift, heat, iwasaki, paper;
+  explicit PairSums(std::size_t n = 0)
+      : beside(n), density(n), term(n), acceleration(n), shift(n), heat(n), iwasaki(n), paper(n) {}
+};
+
+enum Quantity { of_density, of_term, of_acceleration, of_shift, of_heat, of_iwasaki, of_paper, quantities };
+inline constexpr const char* quantity_names[] = {"density", "pressure term", "acceleration", "shift",
+                                                 "heat",    "iwasaki",       "paper"};
+inline std::vector<Summed>& quantity(PairSums& s, int q) {
+  std::vector<Summed>* all[] = {&s.density, &s.term,    &s.acceleration, &s.shift,
+                                &s.heat,    &s.iwasaki, &s.paper};
+  return *all[q];
+}
+
+struct PairScene {
+  core::SceneConstants constants = plain_constants(0.2);
+  core::SceneLattice lattice;
+  core::SceneState state;
+  std::uint32_t facts = core::fact_particles | core::fact_fluid;
+  double dt = 1e-3, heat_dt = 1e-2;
+  bool has_solids() const { return (facts & core::fact_mobile) != 0; }
+};
+
+/// Rows know their tables.
+inline void set_tables(core::SceneConstants& c) {
+  for (std::size_t k = 0; k < c.properties.size(); ++k)
+    if (c.properties[k].viscosity.points != 0) c.materials[k].tables = &c.properties[k];
+}
+
+/// One sum over all pairs. T: the precision that the state is rounded to; the sums are double.
+template <class T>
+class AllPairs {
+ public:
+  explicit AllPairs(const PairScene& scene)
+      : scene_(scene), c_(scene.constants), n_(scene.state.position.size()), sums_(n_) {
+    set_tables(c_);
+    round_state();
+    place_copies();
+    calibrate();
+    densities();
+    accelerations();
+    if ((scene.facts & core::fact_contact) != 0) contacts();
+    if ((scene.facts & core::fact_shifting) != 0) shifts();
+    heat();
+    classify();
+  }
+  const PairSums& sums() const { return sums_; }
+  /// In the middle of the sub-step.
+  const std::vector<Vec3d>& positions() const { return x_; }
+
+ private:
+  struct Copy {
+    Vec3d x;
+    bool mirrored;
+  };
+  double H() const { return c_.support; }
+  bool gone(std::size_t i) const { return is_removed(tag_[i]); }
+  bool solid(std::size_t i) const { return is_solid(tag_[i]); }
+  const core::MaterialRow<double>& row(std::size_t i) const { return c_.materials[material_of(tag_[i])]; }
+
+  void round_state() {
+    for (std::size_t i = 0; i < n_; ++i) {
+      const auto v = cast<T>(scene_.state.velocity[i]);
+      x_.push_back(cast<double>(
+          physics::drift(cast<T>(scene_.state.position[i]), v, static_cast<T>(0.5 * scene_.dt))));
+      v_.push_back(cast<double>(v));
+      volume_.push_back(static_cast<double>(static_cast<T>(scene_.state.volume[i])));
+      mass_.push_back(static_cast<double>(static_cast<T>(scene_.state.mass[i])));
+      tag_.push_back(scene_.state.tag[i]);
+    }
+  }
+  Vec3d low() const { return c_.domain.min; }
+  Vec3d high() const { return c_.domain.max; }
+  Face face(int axis, int side) const {
+    return c_.domain.bounded ? c_.domain.faces[static_cast<std::size_t>(2 * axis + side)] : Face::open;
+  }
+  void place_copies() {
+    copies_.resize(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i)) continue;
+      copies_[i] = {{x_[i], false}};
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto along = [axis](Vec3d& v) -> double& { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; };
+        Vec3d l = low(), h = high();
+        const std::vector<Copy> before = copies_[i];
+        for (Copy copy : before)
+          for (int side = 0; side < 2; ++side) {
+            Copy more = copy;
+            if (face(axis, side) == Face::wall) {
+              along(more.x) = 2 * (side == 0 ? along(l) : along(h)) - along(more.x);
+              more.mirrored = true;
+            } else if (face(axis, side) == Face::periodic) {
+              along(more.x) += (side == 0 ? -1 : 1) * (along(h) - along(l));
+            } else {
+              continue;
+            }
+            copies_[i].push_back(more);
+          }
+      }
+    }
+  }
+  // Wendland's C2 function, each use of it made exact on the lattice (sph_kernels.hpp).
+  double bump(double r) const { return r < H() ? std::pow(1 - r / H(), 4) * (1 + 4 * r / H()) : 0; }
+  double steep(double r) const { return r < H() ? std::pow(1 - r / H(), 3) : 0; }
+  double epsilon2() const { return 0.01 * 0.25 * H() * H(); }
+  void calibrate() {
+    const double dx = c_.spacing, cell = dx * dx * dx;
+    const int reach = static_cast<int>(H() / dx) + 1;
+    double w = 0, f = 0, l = 0;
+    for (int k = -reach; k <= reach; ++k)
+      for (int j = -reach; j <= reach; ++j)
+        for (int i = -reach; i <= reach; ++i) {
+          const double r = dx * std::sqrt(double(i * i + j * j + k * k)), x2 = dx * dx * i * i;
+          w += cell * bump(r);
+          f += cell * steep(r) * x2;
+          l += 0.5 * cell * 2 * steep(r) * r * r / (r * r + epsilon2()) * x2;
+        }
+    w_ = 1 / w, f_ = 1 / f, l_ = 1 / l;
+  }
+  double W(double r) const { return w_ * bump(r); }
+  double f(double r) const { return f_ * steep(r); }
+  double L(double r) const { return l_ * 2 * steep(r) * r * r / (r * r + epsilon2()); }
+
+  /// visit(j, copy, x_i - copy, distance) of all copies of all particles within H, its own place and images included.
+  template <class Visit>
+  void around(std::size_t i, const Visit& visit) const {
+    for (std::size_t j = 0; j < n_; ++j)
+      for (const Copy& copy : copies_[j]) {
+        const Vec3d d = x_[i] - copy.x;
+        const double r = length(d);
+        if (r < H()) visit(j, copy, d, r);
+      }
+  }
+
+  void densities() {
+    term_.assign(n_, 0);
+    term_scale_.assign(n_, 0);
+    phi_.assign(n_, 0);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i)) continue;
+      Summed phi;
+      around(i, [&](std::size_t j, const Copy&, const Vec3d&, double r) {
+        phi.add({volume_[j] * W(r), 0, 0});
+      });
+      phi_[i] = phi.value.x;
+      // Of a solid particle, what multiplies the stiffness of the liquid at the other end.
+      const double stiffness = solid(i) ? 1 : row(i).tait_stiffness, lowest = !solid(i) && c_.tension ? 0 : 1;
+      const double p = std::max(phi_[i], lowest), p7 = std::pow(p, 7);
+      term_[i] = stiffness * (p7 - 1) / (phi_[i] * phi_[i]);
+      term_scale_[i] = stiffness * (7 * p7 + 1) / (phi_[i] * phi_[i]);  // seven times what phi has
+      if (!solid(i)) sums_.density[i] = phi;
+      sums_.term[i].add({solid(i) ? -term_[i] : term_[i], 0, 0}, term_scale_[i]);
+    }
+  }
+  double viscosity(std::size_t i) const {
+    return physics::viscosity_at(row(i), scene_.state.enthalpy[i] / scene_.state.mass[i]);
+  }
+  /// Of liquid i and j at its other end, liquid or solid; size: of what is added up.
+  Vec3d push(std::size_t i, std::size_t j, const Vec3d& d, double r, bool mirrored, double& size) const {
+    const bool to_solid = solid(j);
+    const double stiffness = to_solid ? row(i).tait_stiffness : 1, V = volume_[i] * volume_[j];
+    const double terms = term_[i] + stiffness * term_[j];
+    size = V * f(r) * (term_scale_[i] + stiffness * term_scale_[j]) * r;
+    Vec3d force = d * (V * f(r) * terms);
+    if (mirrored) return force;
+    const double mu_i = viscosity(i), mu_j = to_solid ? mu_i : viscosity(j);
+    const double mu = mu_i + mu_j > 0 ? 2 * mu_i * mu_j / (mu_i + mu_j) : 0;
+    const double rho = to_solid ? row(i).density : 0.5 * (row(i).density + row(j).density);
+    const Vec3d u = v_[i] - v_[j];
+    const double approach = std::min(0.0, dot(u, d)) / (r * r + epsilon2());
+    const Vec3d artificial =
+        d * (V * f(r) * -rho * c_.artificial_viscosity * c_.sound_speed * 0.5 * H() * approach);
+    const Vec3d drag = u * (-mu * V * L(r));
+    Vec3d leak{};
+    if (to_solid && r < 0.9 * c_.spacing) {
+      const double m = mass_[i] * mass_[j] / (mass_[i] + mass_[j]), t = c_.spring_dt;
+      const double spring = 0.15 * m / (t * t) * (0.9 * c_.spacing - r);
+      leak = d *
+             (std::max(0.0, spring - physics::passing_contact<double>().dashpot * m / t * dot(u, d) / r) / r);
+      size += 0.15 * m / (t * t) * 0.9 * c_.spacing;  // a difference is taken
+    }
+    size += length(artificial) + length(drag) + length(leak);
+    return force + artificial + drag + leak;
+  }
+  void accelerations() {
+    const auto exchange = physics::make_wall_exchange<double>(H(), c_.spacing);
+    const auto kernel = physics::make_kernel<double>(H(), c_.spacing);
+    physics::WallBox<double> box;
+    box.min = low(), box.max = high(), box.support = H();
+    box.push_scale = physics::floor_push_scale<double>(H(), c_.spacing);
+    for (int k = 0; k < 6; ++k)
+      if (face(k / 2, k % 2) == Face::wall) box.faces |= 1u << k;
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i)) continue;
+      Summed& a = sums_.acceleration[i];
+      a.add(c_.gravity);
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+        if ((solid(i) && solid(j)) || r == 0) return;
+        double size = 0;
+        // A solid gets the opposite of what its copy of the pair gives the liquid; images push both inwards.
+        Vec3d force =
+            solid(i) ? -push(j, i, -d, r, copy.mirrored, size) : push(i, j, d, r, copy.mirrored, size);
+        a.add(force * (1 / mass_[i]), size / mass_[i]);
+      });
+      if (solid(i)) continue;
+      a.add(cast<double>(physics::floor_push(box, kernel, physics::wall_view(box, x_[i]), c_.gravity)));
+      if (!c_.domain.no_slip) continue;
+      for (int k = 0; k < 6; ++k) {
+        const auto along = [k](const Vec3d& v) { return k < 2 ? v.x : k < 4 ? v.y : v.z; };
+        const double d = k % 2 == 0 ? along(x_[i]) - along(low()) : along(high()) - along(x_[i]);
+        if ((box.faces >> k & 1u) == 0u || d >= H()) continue;
+        a.add(v_[i] * (-viscosity(i) * volume_[i] * physics::wall_area(exchange, d) /
+                       physics::wall_depth(exchange, d) / mass_[i]));
+      }
+    }
+  }
+  /// Bodies as they were built, not turned, without a past.
+  void contacts() {
+    const core::SceneLattice& l = scene_.lattice;
+    std::vector<Vec4<double>> normal(n_);
+    for (std::uint32_t v = 0; v < l.vertex_site.size(); ++v) {
+      std::uint32_t mask = 0;
+      for (int bit = 0; bit < 27; ++bit)
+        if (vertex_at(l, v, {bit % 3 - 1, bit / 3 % 3 - 1, bit / 9 - 1}) != core::none) mask |= 1u << bit;
+      const Mat3<double> upright = to_matrix(Quat<double>{});
+      if (mask != 0x7ffffffu)
+        normal[scene_.state.vertex_id[v]] = physics::surface_normal<double>(mask, upright);
+    }
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || !solid(i) || (tag_[i] & tag_surface) == 0u) continue;
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+        if (copy.mirrored || !solid(j) || body_of(tag_[j]) == body_of(tag_[i]) || r == 0) return;
+        if ((tag_[j] & tag_surface) == 0u || r * r >= 2 * c_.spacing * c_.spacing) return;
+        const auto g = physics::contact_geometry(normal[i], normal[j], d, r * r, c_.spacing);
+        if (!(g.overlap > 0) || !(g.weight > 0)) return;
+        const double m = physics::reduced_mass(mass_[i], mass_[j]) * g.weight;
+        const Vec3d force = physics::contact_response(
+                                physics::body_contact<double>(), g.overlap, g.normal, v_[i] - v_[j], Vec3d{},
+                                m, 0.5 * (row(i).friction + row(j).friction), scene_.dt, c_.spring_dt)
+                                .force;
+        // Overlap is a difference of lengths of a spacing, and the weight one of 1.
+        const double size = 0.4 * physics::reduced_mass(mass_[i], mass_[j]) * c_.spacing;
+        sums_.acceleration[i].add(force * (1 / mass_[i]), size / (c_.spring_dt * c_.spring_dt * mass_[i]));
+        touching_[i] = touching_[j] = true;
+      });
+    }
+  }
+  void shifts() {
+    const auto kernel = physics::make_kernel<double>(H(), c_.spacing);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || solid(i)) continue;
+      Summed g;
+      around(i, [&](std::size_t j, const Copy&, const Vec3d& d, double r) {
+        const double q = W(r) / W(c_.spacing);
+        g.add(d * (volume_[j] * f(r) * (1 + 2 * std::pow(q, 4))));
+      });
+      const auto moved = [&](Vec3d sum) {
+        return physics::shift_displacement(kernel, c_.spacing, c_.sound_speed, scene_.dt, phi_[i], sum);
+      };
+      // A limit has no scale of its own: that of what is cut.
+      const double rate = 0.1 * c_.sound_speed * scene_.dt * H();
+      sums_.shift[i].add(moved(g.value), rate * g.scale * 10);  // share of phi: a slope of 10
+    }
+  }
+  double temperature(std::size_t i) const {
+    return physics::temperature_of(row(i), scene_.state.enthalpy[i] / scene_.state.mass[i]);
+  }
+  double conduction_share(std::size_t i) const {
+    const auto correction = physics::make_conduction_share<double>(H(), c_.spacing);
+    if ((scene_.facts & core::fact_fluid) == 0) {  // then only what is at a surface can lack neighbours
+      if ((tag_[i] & tag_surface) == 0u) return 1;
+      double phi = 0;
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
+        if (!copy.mirrored) phi += volume_[j] * W(r);
+      });
+      return physics::conduction_share(correction, phi);
+    }
+    const auto kernel = physics::make_kernel<double>(H(), c_.spacing);
+    physics::WallBox<double> box;
+    box.min = low(), box.max = high(), box.support = H();
+    box.cover_scale = physics::wall_cover_scale<double>(H(), c_.spacing);
+    for (int k = 0; k < 6; ++k)
+      if (face(k / 2, k % 2) == Face::wall) box.faces |= 1u << k;
+    return physics::conduction_share(correction, phi_[i] * (1 - physics::wall_cover(box, kernel, x_[i])));
+  }
+  /// Resistivity of i toward the temperature of j; what changes its phase follows that.
+  double resistivity(std::size_t i, std::size_t j) const {
+    const core::MaterialRow<double>& m = row(i);
+    const double h = scene_.state.enthalpy[i] / scene_.state.mass[i], t = temperature(i);
+    const double fraction = physics::liquid_fraction(m, h);
+    const bool exposed = solid(i) && (tag_[i] & tag_surface) != 0u;
+    const bool changes = fraction < 1 && (fraction > 0 || (exposed && m.melts != 0u));
+    const double k = changes ? physics::conductivity_toward(m, t, temperature(j))
+                             : physics::conductivity_at(m, fraction, t);
+    return share_[i] / k;
+  }
+  void heat() {
+    share_.resize(n_);
+    for (std::size_t i = 0; i < n_; ++i)
+      if (!gone(i)) share_[i] = conduction_share(i);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i)) continue;
+      const double t = temperature(i);
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
+        if (copy.mirrored) return;
+        const double other = temperature(j), size = std::fabs(t) + std::fabs(other);
+        const double g = volume_[i] * volume_[j] * L(r) * 2 / (resistivity(i, j) + resistivity(j, i));
+        sums_.heat[i].add({g * (other - t), 0, 0}, g * size);
+        const double rate = 0.5 * (row(i).diffusivity + row(j).diffusivity) * volume_[j] * L(r);
+        sums_.iwasaki[i].add({rate * (other - t), 0, 0}, rate * size);
+      });
+    }
+    if (!c_.domain.bounded) return;
+    for (int axis = 0; axis < 3; ++axis)
+      if (face(axis, 0) == Face::periodic) return;  // wrapped rows have an order of their own
+    paper();
+  }
+  /// Eq. (4): upwards over half the step, then downwards over the other half; the order is that of cells, ids within one.
+  void paper() {
+    const Vec3d e = high() - low();
+    const int reach = core::packed_reach(c_.domain, H(), n_);
+    const auto cell = [](double at, double extent, std::int32_t n) {
+      return static_cast<std::int32_t>(std::clamp(std::floor(at * n / extent), 0.0, double(n - 1)));
+    };
+    struct Place {
+      std::int32_t z, y, x;
+      std::size_t i;
+      bool operator<(const Place& o) const { return std::tie(z, y, x, i) < std::tie(o.z, o.y, o.x, o.i); }
+    };
+    std::vector<Place> order;
+    for (std::size_t i = 0; i < n_; ++i)
+      if (!gone(i))
+        order.push_back({cell(x_[i].z - low().z, e.z, core::cells_along(e.z, H())),
+                         cell(x_[i].y - low().y, e.y, core::cells_along(e.y, H())),
+                         cell(x_[i].x - low().x, e.x, core::cells_along(e.x, H() / reach)), i});
+    std::sort(order.begin(), order.end());
+    std::vector<double> t(n_), next(n_);
+    for (std::size_t i = 0; i < n_; ++i) t[i] = gone(i) ? 0 : temperature(i);
+    for (const bool upwards : {true, false}) {
+      for (const Place& p : order) {
+        const std::size_t i = p.i;
+        double change = 0;
+        const auto visit = [&](std::size_t j) {
+          const double r = length(x_[i] - x_[j]);
+          if (r >= H()) return;
+          const double k = 0.5 * (row(i).diffusivity + row(j).diffusivity) * L(r) * 0.5 * scene_.heat_dt;
+          const double now = t[i] + change;
+          const double update = k * volume_[j] * (t[j] - now) / (1 + k * (volume_[i] + volume_[j]));
+          change += update;
+          sums_.paper[i].add({update, 0, 0}, k * volume_[j] * (std::fabs(t[j]) + std::fabs(now)));
+        };
+        if (upwards)
+          for (auto q = order.begin(); q != order.end(); ++q) visit(q->i);
+        else
+          for (auto q = order.rbegin(); q != order.rend(); ++q) visit(q->i);
+        next[i] = t[i] + change;
+      }
+      t = next;
+    }
+  }
+  void classify() {
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i)) continue;
+      std::uint32_t& b = sums_.beside[i];
+      int walls = 0, neighbours = 0;
+      for (int k = 0; k < 6; ++k) {
+        const auto along = [k](const Vec3d& v) { return k < 2 ? v.x : k < 4 ? v.y : v.z; };
+        const double d = k % 2 == 0 ? along(x_[i]) - along(low()) : along(high()) - along(x_[i]);
+        if (face(k / 2, k % 2) == Face::wall && d < H()) ++walls;
+      }
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double) {
+        if (copy.mirrored) return;
+        ++neighbours;
+        if (length(x_[i] - d - x_[j]) > 1e-9) b |= beside_period;
+        if (solid(j) != solid(i)) b |= beside_other_phase;
+        else if (!solid(i) && material_of(tag_[i]) != material_of(tag_[j])) b |= beside_other_liquid;
+      });
+      if (walls > 0) b |= beside_wall;
+      if (walls > 1) b |= beside_edge;
+      if (phi_[i] < 0.9) b |= beside_surface;
+      if (neighbours > 300) b |= beside_crowd;
+      if (touching_[i]) b |= beside_other_body;
+      if (b == 0u) b = beside_nothing;
+    }
+  }
+
+  const PairScene& scene_;
+  core::SceneConstants c_;
+  std::size_t n_;
+  PairSums sums_;
+  std::vector<Vec3d> x_, v_;
+  std::vector<double> volume_, mass_, phi_, term_, term_scale_, share_;
+  std::vector<std::uint32_t> tag_;
+  std::vector<std::vector<Copy>> copies_;
+  std::vector<bool> touching_ = std::vector<bool>(n_);
+  double w_ = 1, f_ = 1, l_ = 1;
+};
+
+/// Errors in units in the last place of T of their scales, by class.
+template <class T>
+struct Errors {
+  std::vector<double> of[quantities][beside_count];
+  void note(PairSums expected, PairSums found) {
+    for (int q = 0; q < quantities; ++q)
+      for (std::size_t i = 0; i < expected.beside.size(); ++i) {
+        const Summed &want = quantity(expected, q)[i], &have = quantity(found, q)[i];
+        if (!want.asked || !have.asked) continue;
+        const double unit = static_cast<double>(std::numeric_limits<T>::epsilon());
+        // have.scale: what else was rounded to find it.
+        const double error = length(have.value - want.value) / (unit * (want.scale + have.scale));
+        for (int b = 0; b < beside_count; ++b)
+          if ((expected.beside[i] >> b & 1u) != 0u) of[q][b].push_back(error);
+      }
+  }
+};
+
+}  // namespace modules_test
