@@ -26,7 +26,7 @@ if lines[0].startswith("// SPDX"):
     lines[0] = f"/** @defgroup {group} {path.name}"
     # In place of `#pragma once`, which says nothing to Doxygen.
     lines[end] = "@endverbatim */" if verbatim else "*/"
-inner = next((name for name in ("physics", "cuda_interop") if f"namespace {name} {{" in lines), "v0")
+inner = next((m[1] for m in map(re.compile(r"namespace (\w+) \{$").match, lines) if m and m[1] not in ("meltsim", "detail")), "v0")
 for number, line in enumerate(lines):
     opened = f"/** @addtogroup {group} */ /** @{{ */"
     if line in ("inline namespace v0 {", f"namespace {inner} {{"):

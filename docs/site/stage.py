@@ -51,14 +51,12 @@ def stage(repository, out):
 
     include = repository / "include" / "meltsim"
     formulas = out / "api" / "physics"
-    formulas.mkdir(parents=True)
     names = [p.name for p in sorted((include / "physics").glob("*.hpp"))]
     for name in names:
         (formulas / f"{name[:-4]}.md").write_text(
             f"# {name}\n\n`#include \"meltsim/physics/{name}\"`\n\n```{{doxygengroup}} {name[:-4]}\n:content-only:\n:members:\n```\n")
-    (formulas / "index.md").write_text(
-        (docs / "api" / "physics.txt").read_text(encoding="utf-8") +
-        "\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(name[:-4] for name in names) + "\n```\n")
+    with (formulas / "index.md").open("a", encoding="utf-8") as index:
+        index.write("\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(name[:-4] for name in names) + "\n```\n")
 
     shown = "".join(p.read_text(encoding="utf-8") for p in (docs / "api").glob("*.md"))
     missing = [p.name for p in sorted(include.glob("*.hpp")) if f"doxygengroup}} {p.stem}\n" not in shown

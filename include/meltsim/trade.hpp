@@ -17,7 +17,7 @@
 namespace meltsim {
 inline namespace v0 {
 namespace trade {
-
+/// A setting that trades accuracy for speed.
 enum class Knob {
   spacing,      ///< of the particles; the support keeps its ratio to it
   sound_speed,  ///< compressibility falls with its square, the time step with it
@@ -25,25 +25,25 @@ enum class Knob {
   step,         ///< longest step, where it is shorter than what sound and motion allow
   support       ///< over the spacing; compared, never chosen
 };
-inline constexpr std::size_t knob_count = 5;
+inline constexpr std::size_t knob_count = 5;  ///< number of knobs
 
 /// "spacing", "sound_speed", ...
 MELTSIM_API const char* knob_name(Knob knob);
 
 /// Settings as multiples of those of the problem: 1 = as the problem has it.
 struct Knobs {
-  std::array<double, knob_count> value{1, 1, 1, 1, 1};
+  std::array<double, knob_count> value{1, 1, 1, 1, 1};  ///< in the order of Knob
   int stir = 0;  ///< 0: none; n: the n-th start that differs by less than what any observable resolves
 
-  double& operator[](Knob knob) { return value[static_cast<std::size_t>(knob)]; }
-  double operator[](Knob knob) const { return value[static_cast<std::size_t>(knob)]; }
+  double& operator[](Knob knob) { return value[static_cast<std::size_t>(knob)]; }  ///< its multiple
+  double operator[](Knob knob) const { return value[static_cast<std::size_t>(knob)]; }  ///< its multiple
 };
 
 /// Multiples that a knob may have. A knob whose ends are equal is left alone.
 struct Range {
-  double least = 1, most = 1;
+  double least = 1, most = 1;  ///< smallest and largest multiple
 };
-using Ranges = std::array<Range, knob_count>;
+using Ranges = std::array<Range, knob_count>;  ///< in the order of Knob
 
 /// Spacing 0.25 to 4, sound speed 0.3 to 2, Courant number 0.5 to 1.5, the others 1.
 MELTSIM_API Ranges default_ranges();
@@ -58,12 +58,12 @@ enum class Reduce {
 
 /// A number or a curve over time that the user of a simulation cares about.
 struct Observable {
-  std::string name;
+  std::string name;  ///< for messages and choices
   std::string unit;  ///< "m", "degrees", or empty
   double scale =
       0;  ///< [unit] that an error of 1 refers to; 0: the range of the curve, the magnitude of a number
   int components = 1;  ///< values per sample; errors are Euclidean distances
-  Reduce reduce = Reduce::curve;
+  Reduce reduce = Reduce::curve;  ///< what is compared
   double level = 0;           ///< of time_to_reach
   std::vector<double> exact;  ///< what is compared (`reduce`) of the exact answer; empty: none is known
 };
@@ -76,7 +76,7 @@ struct Measurement {
   std::vector<std::vector<double>> values;
   double work = 0;    ///< sub-steps x particles, weighted; see work_of_substep
   double wall_s = 0;  ///< on this machine
-  std::uint64_t substeps = 0, particles = 0, bytes = 0;
+  std::uint64_t substeps = 0, particles = 0, bytes = 0;  ///< sub-steps taken; particles at the end; memory of the World
   bool complete = true;  ///< false: it diverged or took too long, and `values` are of no use
   std::string problem;   ///< why not complete
 };
@@ -95,13 +95,13 @@ struct Problem {
   double longest_sample_step = infinity;  ///< [s] that no step exceeds whatever the knobs
   /// [m^2/s], the largest there is times HeatDesc::time_scale: the cost of heat where nothing moves. 0: no heat.
   double diffusivity = 0;
-  std::vector<Observable> observables;
-  Ranges ranges = default_ranges();
+  std::vector<Observable> observables;  ///< in the order of `observe`
+  Ranges ranges = default_ranges();  ///< multiples that are allowed
   /// Runs a probe in place of build and observe, for at most so many wall seconds. May be empty.
   std::function<Result<Measurement>(const Knobs&, double)> run;
   double reference_work = 0;  ///< work of Knobs{}; 0: found by building it
 };
-
+/// Limits of a study.
 struct Options {
   double seconds =
       60;           ///< what all probes together may take; planned by a nominal speed, so that plans repeat
@@ -115,16 +115,16 @@ struct Options {
 
 /// Largest and root-mean-square difference over the samples, in the observable's unit.
 struct Difference {
-  double max = 0, rms = 0;
+  double max = 0, rms = 0;  ///< largest; root-mean-square
 };
 
 /// A knob's part of the error and of the cost: error(x) = error x^error_exponent, work(x) ~ x^cost_exponent, where x is
 /// the knob's multiple.
 struct Law {
-  Knob knob = Knob::spacing;
-  double cost_exponent = 0;
+  Knob knob = Knob::spacing;  ///< whose law it is
+  double cost_exponent = 0;  ///< of the work
   double error = 0;  ///< at x = 1, in the unit
-  double error_exponent = 1;
+  double error_exponent = 1;  ///< of the error
   bool fitted =
       false;  ///< the exponent was measured; false: it is the nominal one, and the error the larger estimate
   MELTSIM_API double at(double x) const;  ///< the error at this multiple, in the unit
@@ -132,9 +132,9 @@ struct Law {
 
 /// What is known of one observable.
 struct Known {
-  Observable observable;
+  Observable observable;  ///< what it is about
   double scale = 1;  ///< in the unit; never 0
-  std::vector<Law> laws;
+  std::vector<Law> laws;  ///< of the knobs that matter
   double spread = 0;          ///< largest difference between two starts that are alike, in the unit
   std::vector<double> limit;  ///< extrapolated, or exact
   double rms_share = 1;       ///< root-mean-square over largest difference
@@ -143,19 +143,19 @@ struct Known {
 
 /// All that a front or a choice follows from; measuring it takes the time, using it takes none.
 struct Study {
-  std::vector<Known> observables;
-  std::vector<Measurement> probes;
-  Ranges ranges{};
-  double reference_work = 0;
+  std::vector<Known> observables;  ///< in the order of the problem
+  std::vector<Measurement> probes;  ///< in the order run
+  Ranges ranges{};  ///< of the problem
+  double reference_work = 0;  ///< work of Knobs{}
   double seconds_per_work = 0;  ///< on this machine
-  double wall_s = 0;
+  double wall_s = 0;  ///< time that it took [s]
   bool cut_short = false;          ///< wall time ran out, so another study may differ
   std::vector<std::string> notes;  ///< probes that diverged, and what follows
 };
 
 /// Settings, and what they are expected to come to.
 struct Choice {
-  Knobs knobs;
+  Knobs knobs;  ///< the settings
   double error = 0;        ///< expected largest error, in the unit
   double rms = 0;          ///< expected root-mean-square error
   double asked = 0;        ///< in the unit
