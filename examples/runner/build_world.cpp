@@ -124,9 +124,16 @@ Built build_world(const Scene& scene, const MachineOptions& machine) {
   desc.backend = machine.backend;
   desc.precision = machine.precision;
   desc.threads = machine.threads;
-  auto world = meltsim::World::create(desc);
-  if (!world) throw library_failure(world.error(), world_places(scene), "", scene.where);
-  return Builder(scene, std::move(*world)).build();
+  const auto build = [&] {
+    auto world = meltsim::World::create(desc);
+    if (!world) throw library_failure(world.error(), world_places(scene), "", scene.where);
+    return Builder(scene, std::move(*world)).build();
+  };
+  if (scene.sound_factor == 1 || desc.sound_speed > 0) return build();
+  // What `auto` comes to, only the scene's contents tell.
+  const double automatic = build().world.resolved().sound_speed;
+  desc.sound_speed = automatic * scene.sound_factor;
+  return build();
 }
 
 const char* backend_name(meltsim::Backend backend) {

@@ -10,6 +10,7 @@
 #include "numbers.hpp"
 #include "resolution.hpp"
 #include "run.hpp"
+#include "trade_watch.hpp"
 
 namespace runner {
 
@@ -60,6 +61,62 @@ void check_dt(const Scene& scene, const Built& built) {
                             std::min(1 / scene.time.fps, 0.99 * stable * scene.world.max_substeps)));
 }
 
+/// Settings chosen for an error, and what they were chosen from.
+struct Chosen {
+  std::shared_ptr<Tuning> tuning;
+  meltsim::trade::Study study;
+  meltsim::trade::Choice choice;
+  TradeRequest request;
+};
+
+Chosen choose(const Scene& scene, const RunOptions& options, Log& log) {
+  Chosen chosen;
+  std::vector<std::string> names;
+  if (!options.of.empty()) names.push_back(options.of);
+  chosen.tuning = std::make_shared<Tuning>(scene, options.machine, names, "--of");
+  TradeRequest& request = chosen.request;
+  request.of = chosen.tuning->observables().front().desc.name;
+  request.by_option = options.max_error.has_value();
+  request.max_error = request.by_option ? *options.max_error : *scene.trade.max_error;
+  request.asked_by = request.by_option ? fmt::format("--max-error {:g}%", 100 * request.max_error)
+                                       : scene.trade.max_error_where + ": trade.max_error";
+  TuneOptions tune;
+  tune.seconds = options.time_limit;
+  tune.cache = options.cache;
+  log.info(fmt::format("choosing settings for {} within {:g} %: probes of at most {:g} s", request.of,
+                       100 * request.max_error, tune.seconds));
+  chosen.study = chosen.tuning->study(tune);
+  for (const std::string& note : chosen.study.notes) log.warn(note);
+  if (chosen.study.cut_short)
+    log.warn("probes took longer than --time-limit and were cut short; another time they may differ");
+  chosen.choice = choose_settings(*chosen.tuning, chosen.study, request);
+  const meltsim::trade::Known& known = chosen.tuning->known();
+  log.info(fmt::format("{} probes in {:.1f} s{}", chosen.study.probes.size(), chosen.study.wall_s,
+                       chosen.tuning->from_cache() ? " (from the cache)" : ""));
+  log.info("chosen: " + chosen.tuning->settings_text(chosen.choice.knobs));
+  log.info(fmt::format("expected: error of {} {}, {} of computing", request.of,
+                       error_text(known, chosen.choice.error), about_text(chosen.choice.seconds)));
+  return chosen;
+}
+
+/// A run whose settings were chosen goes on with them.
+void resume_settings(Scene& scene, const RunOptions& options, Log& log) {
+  const std::string file = options.out + "/run.json";
+  if (!exists(file)) return;
+  const Json json = Json::parse(read_file(file), nullptr, false);
+  if (!json.is_object() || !json.contains("trade")) return;
+  const Json settings = json["trade"].value("settings", Json::object());
+  const auto number = [&](const char* key) { return settings.value(key, 0.0); };
+  const double factor = scene.world.spacing / number("spacing");
+  if (!(factor > 0) || !std::isfinite(factor)) return;
+  apply_resolution(scene, factor, Quality::balanced);
+  if (number("sound_speed") > 0) scene.world.sound_speed = number("sound_speed");
+  if (number("courant") > 0) scene.world.courant = number("courant");
+  scene.time.adaptive = true;
+  scene.time.dt = number("dt") > 0 ? std::optional<double>(number("dt")) : std::nullopt;
+  log.info("settings as they were chosen for this run");
+}
+
 int run_scene(const RunOptions& options, Log& log) {
   const std::optional<RunDirectory> existing = existing_directory(options);
   Scene scene = load_scene(options.scene);
@@ -68,6 +125,14 @@ int run_scene(const RunOptions& options, Log& log) {
     log.warn(fmt::format("--threads {}: this machine has {} processors for it; using {}",
                          options.machine.threads_asked, options.machine.threads, options.machine.threads));
   }
+  std::optional<Chosen> chosen;
+  if (options.max_error || (scene.trade.max_error && !options.resume)) {
+    if (options.resume)
+      throw Failure(ExitCode::usage, "--max-error: a run that is resumed keeps its settings; leave it out");
+    chosen = choose(scene, options, log);
+    scene = chosen->tuning->with(chosen->choice.knobs);
+  }
+  if (options.resume) resume_settings(scene, options, log);
   Built built = build_world(scene, options.machine);
   check_dt(scene, built);
   for (const std::string& warning : scene.warnings) log.warn(warning);
@@ -79,7 +144,9 @@ int run_scene(const RunOptions& options, Log& log) {
   const RunDirectory directory = existing ? *existing : new_directory(scene, options);
   log.info("writing to " + directory.path);
   if (!scene.text.empty()) write_file(directory.file(stdin_scene), scene.text);
-  return Run(scene, options, built, directory, log).execute();
+  std::optional<TradeWatch> watch;
+  if (chosen) watch.emplace(chosen->tuning, chosen->study, chosen->choice, chosen->request, built);
+  return Run(scene, options, built, directory, log, watch ? &*watch : nullptr).execute();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "commands.hpp"
+#include "csv.hpp"
 #include "failure.hpp"
 #include "meltsim/world.hpp"
 #include "option_values.hpp"
@@ -20,8 +21,8 @@ namespace runner {
 
 namespace {
 
-const std::vector<std::string> command_names{"run",  "check",    "list",   "new",
-                                             "info", "validate", "render", "plot"};
+const std::vector<std::string> command_names{"run",      "check",  "list", "new",  "info",
+                                             "validate", "render", "plot", "trade"};
 
 /// Options that `render` has and `run` does not.
 const std::vector<std::string> render_only{"--renderer", "--look", "--pictures", "--size", "--samples"};
@@ -34,6 +35,7 @@ struct Typed {
   bool deterministic = false, resume = false, overwrite = false, quiet = false, no_still = false,
        no_page = false;
   bool long_cases = false, list = false, verbose = false;
+  bool support = false, no_measure = false, no_cache = false;
 
   bool has(const std::string& option) const { return values.count(option) > 0 && !values.at(option).empty(); }
   const std::string& get(const std::string& option) const { return values.at(option); }
@@ -55,6 +57,7 @@ class CommandLine {
     app_.add_subcommand("info", "say what this build and this machine can do");
     add_validate();
     add_render();
+    add_trade();
     CLI::App* plot = app_.add_subcommand("plot", "draw the plots of a run (needs gnuplot)");
     plot->add_option("DIR", typed_.argument, "directory of a run")->required();
   }
@@ -97,8 +100,7 @@ class CommandLine {
     add_machine(command);
     value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
     value(command, "--quality", "draft|balanced|accurate",
-          "draft: 0.75 x resolution, support 2 spacings; "
-          "accurate: 1.25 x resolution, Courant number 0.25");
+          "draft: 0.35 x sound speed, Courant number 0.5; accurate: 1.4 x resolution");
     command->add_option("--set", typed_.set, "change a value of the scene, e.g. bodies[0].temperature=-5")
         ->type_name("path=value")
         ->expected(1)
@@ -116,12 +118,31 @@ class CommandLine {
     value(run, "--fps", "F", "frames per simulated second");
     value(run, "--export", "ply,surface,...", "what each frame is written as, or none");
     value(run, "--log", "text|json", "how to report; json is one object per line");
+    value(run, "--max-error", "E", "choose the settings for this error, e.g. 3%");
+    value(run, "--of", "OBSERVABLE", "of what; by default the scene's first observable");
+    value(run, "--time-limit", "S", "seconds for the probes of --max-error; 60 by default");
+    run->add_flag("--no-cache", typed_.no_cache, "of --max-error: probe anew, and keep nothing");
     run->add_flag("--deterministic", typed_.deterministic, "accepted; runs always repeat bit for bit");
     run->add_flag("--resume", typed_.resume, "continue the run in --out DIR from its checkpoint");
     run->add_flag("--no-still", typed_.no_still, "leave still.png out");
     run->add_flag("--no-page", typed_.no_page, "leave index.html out");
     run->add_flag("--overwrite", typed_.overwrite, "write over the files of an existing --out DIR");
     run->add_flag("--quiet", typed_.quiet, "say nothing but warnings and errors");
+  }
+
+  void add_trade() {
+    CLI::App* trade =
+        app_.add_subcommand("trade", "say what accuracy costs in a scene, and which setting buys what");
+    add_shared(trade);
+    value(trade, "--observe", "melted,front,...", "what matters; by default the scene's, or what is in it");
+    value(trade, "--error", "E", "also the cheapest settings for this error of the first one, e.g. 3%");
+    value(trade, "--time", "S", "simulated seconds, instead of the scene's end");
+    value(trade, "--time-limit", "S", "seconds for all probes; 60 by default");
+    value(trade, "--points", "N", "of the front; 8 by default");
+    value(trade, "--out", "DIR", "directory to write to; by default a new out/<name>-trade-NNN");
+    trade->add_flag("--support", typed_.support, "also compare a support of 0.8 times the scene's");
+    trade->add_flag("--no-measure", typed_.no_measure, "do not run points of the front");
+    trade->add_flag("--no-cache", typed_.no_cache, "probe anew, and keep nothing");
   }
 
   void add_check() {
@@ -246,8 +267,30 @@ class CommandLine {
     options.still = !typed_.no_still;
     options.page = !typed_.no_page;
     options.quiet = typed_.quiet;
+    if (typed_.has("--max-error")) options.max_error = option_share("--max-error", typed_.get("--max-error"));
+    if (typed_.has("--of")) options.of = typed_.get("--of");
+    if (typed_.has("--time-limit"))
+      options.time_limit = option_positive("--time-limit", typed_.get("--time-limit"));
+    options.cache = !typed_.no_cache;
     check_together(options);
     options.resume_command = resume_command(argc, argv);
+    return options;
+  }
+
+  TradeOptions trade_options() const {
+    TradeOptions options;
+    options.scene = scene_options();
+    options.machine = machine_options();
+    options.out = out_directory();
+    if (typed_.has("--observe")) options.observe = split_commas(typed_.get("--observe"));
+    if (typed_.has("--error")) options.error = option_share("--error", typed_.get("--error"));
+    if (typed_.has("--time")) options.time = option_positive("--time", typed_.get("--time"));
+    if (typed_.has("--time-limit"))
+      options.seconds = option_positive("--time-limit", typed_.get("--time-limit"));
+    if (typed_.has("--points")) options.points = option_between("--points", typed_.get("--points"), 2, 100);
+    options.cache = !typed_.no_cache;
+    options.support = typed_.support;
+    options.measure = !typed_.no_measure;
     return options;
   }
 
@@ -273,6 +316,8 @@ class CommandLine {
     if (ends > 1) throw Failure(ExitCode::usage, "--time, --frames, --steps: give one of them");
     if (options.resume && options.overwrite)
       throw Failure(ExitCode::usage, "--resume, --overwrite: give one of them");
+    if (!options.of.empty() && !options.max_error)
+      throw Failure(ExitCode::usage, "--of: needs --max-error E, the error of that observable");
     if (options.resume && options.out.empty()) {
       throw Failure(ExitCode::usage, "--resume: needs --out DIR, the directory of the run to continue");
     }
@@ -302,6 +347,7 @@ class CommandLine {
     if (name == "new") return cmd_new(typed_.argument);
     if (name == "info") return cmd_info();
     if (name == "validate") return cmd_validate(validate_options());
+    if (name == "trade") return cmd_trade(trade_options());
     if (name == "render") return cmd_render(render_options(argc, argv));
     return cmd_plot(typed_.argument);
   }

@@ -17,6 +17,7 @@ int cmd_info();
 /// 0 when every row of every case passes, else 1.
 int cmd_validate(const ValidateOptions& options);
 int cmd_render(const RenderOptions& options);
+int cmd_trade(const TradeOptions& options);
 int cmd_plot(const std::string& directory);
 
 /// Reads the scene and applies --set, --scale and --quality.

@@ -19,5 +19,6 @@ void load_bodies(const Node& node, Scene& scene);
 void load_emitters(const Node& node, Scene& scene);
 void load_probes(const Node& node, Scene& scene);
 void load_output(const Node& node, Scene& scene);
+void load_trade(const Node& node, Scene& scene);  ///< names are checked once the World is there
 
 }  // namespace runner

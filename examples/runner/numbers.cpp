@@ -45,6 +45,17 @@ std::optional<std::int64_t> parse_integer(const std::string& text) {
   return value;
 }
 
+std::optional<double> parse_share(const std::string& text) {
+  const std::size_t last = text.find_last_not_of(' ');
+  const bool percent = last != std::string::npos && text[last] == '%';
+  std::string digits = percent ? text.substr(0, last) : text;
+  while (percent && !digits.empty() && digits.back() == ' ') digits.pop_back();
+  const auto number = parse_number(digits);
+  if (!number) return std::nullopt;
+  const double share = percent ? *number / 100 : *number;
+  return share > 0 && share <= 1 ? std::optional<double>(share) : std::nullopt;
+}
+
 std::string bytes_text(double bytes) {
   if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
   if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);

@@ -10,6 +10,8 @@ namespace runner {
 
 /// The whole text as a number ("3.34e5", "-10", ".inf", "inf"), or nothing.
 std::optional<double> parse_number(const std::string& text);
+/// "0.03" or "3%" as a share above 0 and up to 1, or nothing.
+std::optional<double> parse_share(const std::string& text);
 /// The whole text as a whole number, or nothing.
 std::optional<std::int64_t> parse_integer(const std::string& text);
 

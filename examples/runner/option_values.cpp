@@ -36,6 +36,12 @@ double option_positive(const std::string& option, const std::string& value) {
   return *number;
 }
 
+double option_share(const std::string& option, const std::string& value) {
+  const auto share = parse_share(value);
+  if (!share) bad(option, "a share above 0 and up to 1, like 0.03 or 3%", value);
+  return *share;
+}
+
 std::uint64_t option_count(const std::string& option, const std::string& value) {
   const auto number = parse_integer(value);
   if (!number || *number < 0) bad(option, "a whole number of 0 or more", value);

@@ -42,7 +42,11 @@ struct RunOptions {
   bool still = true;  ///< still.png, where anything is exported
   bool page = true;   ///< index.html
   LogStyle log = LogStyle::text;
-  std::string resume_command;  ///< the command that continues this run, but for --out
+  std::optional<double> max_error;  ///< settings are chosen for it; share of the observable's scale
+  std::string of;                   ///< which observable; empty: the scene's first
+  double time_limit = 60;           ///< [s] of the probes that tell the settings
+  bool cache = true;                ///< of what probes came to
+  std::string resume_command;       ///< the command that continues this run, but for --out
 };
 
 /// `render`: of what, how, how many.
@@ -52,6 +56,20 @@ struct RenderOptions {
   std::optional<std::string> look;
   std::optional<int> width, height, samples;
   std::uint64_t frames = 60;  ///< pictures at most; 0 = all
+};
+
+/// `trade`: of what, how exactly, how long.
+struct TradeOptions {
+  SceneOptions scene;
+  MachineOptions machine;
+  std::vector<std::string> observe;
+  std::optional<double> error;  ///< share of the first observable's scale
+  std::optional<double> time;   ///< simulated seconds
+  double seconds = 60;
+  int points = 8;
+  bool cache = true, support = false;
+  bool measure = true;  ///< points of the front are run
+  std::string out;      ///< empty = a new out/<name>-trade-NNN
 };
 
 /// `validate`: which cases, how, and where to write.

@@ -11,6 +11,9 @@ namespace {
 constexpr double least_change = 1e-9, most_change = 0.12, rounding = 0.02;
 // Gaps in spacings that a change of the spacing by as much as itself is worth.
 constexpr double worth = 2;
+// Presets lie on the fronts of docs/trade.md, a factor of about 4 in cost apart: of what makes a run cheaper, sound speed and
+// Courant number add the least error; of what makes it more accurate, the spacing takes away the most.
+constexpr double draft_sound = 0.35, draft_courant = 0.5, accurate_scale = 1.4;
 
 /// How wide a gap [spacings] is left beside the upper walls (or periodic faces) of a domain that liquid fills, over the axes
 /// across gravity: lattices begin at its lower corner, along gravity liquid seldom reaches the other end, and a layer that is
@@ -51,18 +54,29 @@ double fitted(const meltsim::WorldDesc& world, double wanted) {
 
 void apply_resolution(Scene& scene, double scale, Quality quality) {
   double factor = scale;
-  if (quality == Quality::draft) factor *= 0.75;
-  if (quality == Quality::accurate) factor *= 1.25;
+  if (quality == Quality::accurate) factor *= accurate_scale;
   meltsim::WorldDesc& world = scene.world;
   if (factor != 1) factor = world.spacing / fitted(world, world.spacing / factor);
-  world.spacing /= factor;
+  apply_spacing(scene, world.spacing / factor);
+  if (quality == Quality::draft) {
+    scene.sound_factor = draft_sound;
+    if (world.sound_speed > 0) world.sound_speed *= draft_sound;
+    world.courant = std::max(world.courant, draft_courant);
+  }
+}
+
+void apply_spacing(Scene& scene, double spacing) {
+  const double factor = scene.world.spacing / spacing;
+  scene.world.spacing = spacing;
   // The support keeps its ratio to the spacing, or the neighbour count would change with the resolution.
-  world.support_radius /= factor;
-  if (quality == Quality::draft) world.support_radius = 2 * world.spacing;
-  if (quality == Quality::accurate) world.courant = std::min(world.courant, 0.25);
+  scene.world.support_radius /= factor;
   if (scene.output.surface.contains("cell")) {
     scene.output.surface["cell"] = scene.output.surface["cell"].get<double>() / factor;
   }
+}
+
+double domain_misfit(const meltsim::WorldDesc& world, double spacing) {
+  return world.domain.bounded ? misfit(world, spacing) : 0;
 }
 
 }  // namespace runner

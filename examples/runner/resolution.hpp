@@ -7,9 +7,15 @@
 
 namespace runner {
 
-/// draft: support 2 spacings, 0.75 x the resolution. balanced: the scene as it is. accurate: 1.25 x the
-/// resolution, Courant number at most 0.25. --scale multiplies the resolution further. The spacing is then
+/// draft: 0.35 x the sound speed, Courant number at least 0.5. balanced: the scene as it is. accurate: 1.4 x the
+/// resolution. --scale multiplies the resolution further. The spacing is then
 /// moved by up to 6 % to fit between the domain's walls.
 void apply_resolution(Scene& scene, double scale, Quality quality);
+
+/// The same scene with this spacing; the support and the surface's cells keep their ratio to it.
+void apply_spacing(Scene& scene, double spacing);
+
+/// How wide a gap [spacings] is left beside the upper walls of the domain, over the axes across gravity.
+double domain_misfit(const meltsim::WorldDesc& world, double spacing);
 
 }  // namespace runner

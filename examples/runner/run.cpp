@@ -27,12 +27,14 @@ constexpr double slack = 1e-9;
 
 }  // namespace
 
-Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirectory directory, Log& log)
+Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirectory directory, Log& log,
+         TradeWatch* trade)
     : scene_(scene),
       options_(options),
       built_(built),
       directory_(std::move(directory)),
       log_(log),
+      trade_(trade),
       time_(scene.time),
       started_(Clock::now()),
       last_checkpoint_(Clock::now()) {}
@@ -292,7 +294,8 @@ void Run::request(Flight& flight) {
   flight.ticket = expect(built_.world.request(steering));
   if (!flight.ends_frame) return;
   meltsim::ReadRequest all;
-  all.particles = recorder_->wants_particles(state_.next_frame);
+  all.particles =
+      recorder_->wants_particles(state_.next_frame) || (trade_ != nullptr && trade_->wants_particles());
   all.probes = !scene_.probes.empty();
   if (all.particles || all.probes) {
     flight.particles = expect(built_.world.request(all));
@@ -341,6 +344,7 @@ void Run::settle_frame(const Flight& flight, meltsim::Reading reading) {
   if (frame_steps_ > 0)
     row.ms_per_step = 1e3 * (times_.stepping - frame_stepping_) / static_cast<double>(frame_steps_);
   last_ms_ = row.ms_per_step;
+  if (trade_ != nullptr) trade_->frame(row.time, reading.totals, reading.pieces);
   frame_steps_ = 0;
   frame_stepping_ = times_.stepping;
   frames_.push_back({recorder_->count(built_, flight.next_frame, row, std::move(reading), state_.meltable),
@@ -366,6 +370,8 @@ void Run::write_frame() {
     const Stopwatch watch(times_.reading);
     all = expect(built_.world.take(open.particles));
   }
+  if (trade_ != nullptr && (trade_->wants_particles() || trade_->wants_probes()))
+    trade_->rest(all.particles, all.probes);
   std::shared_ptr<const FrameShapes> shapes;
   if (recorder_->wants_world(open.frame.index)) {
     const Stopwatch watch(times_.surfaces);

@@ -10,6 +10,7 @@
 #include "log.hpp"
 #include "recorder.hpp"
 #include "stepper.hpp"
+#include "trade_watch.hpp"
 #include "wall_times.hpp"
 
 namespace runner {
@@ -39,7 +40,9 @@ struct OpenFrame {
 
 class Run {
  public:
-  Run(const Scene& scene, const RunOptions& options, Built& built, RunDirectory directory, Log& log);
+  /// `trade`: of a run whose settings were chosen for an error; null: none was asked for.
+  Run(const Scene& scene, const RunOptions& options, Built& built, RunDirectory directory, Log& log,
+      TradeWatch* trade = nullptr);
 
   /// Returns the exit code of the program.
   int execute();
@@ -89,6 +92,7 @@ class Run {
   Built& built_;
   RunDirectory directory_;
   Log& log_;
+  TradeWatch* trade_;
   RunState state_;  ///< with the steps that are enqueued
   std::optional<Recorder> recorder_;
   Json resolved_scene_;

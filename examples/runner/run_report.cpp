@@ -99,6 +99,8 @@ void Run::write_run_json(const Json& final_block_json) {
   const Stopwatch watch(times_.writing);
   Json json = run_json(scene_, resolved_scene_, options_, built_, log_.warnings(), final_block_json);
   json["timings"].update(timings_json());
+  const bool ended = final_block_json.is_object() && final_block_json.value("status", "") == "finished";
+  if (trade_ != nullptr) json["trade"] = trade_->json(ended);
   write_file(directory_.file("run.json"), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -218,6 +220,8 @@ int Run::report(Outcome outcome) {
                "interrupted");
     return 128 + interrupt_signal();
   }
+  if (trade_ != nullptr)
+    for (const std::string& line : trade_->report()) log_.info(line);
   if (options_.page) log_.info("page, for any browser: " + directory_.file("index.html"));
   log_.info(fmt::format("done: {} s simulated in {} steps, {}; results in {}", csv_number(state_.time),
                         state_.steps, duration_text(wall()), directory_.path),

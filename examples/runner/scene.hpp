@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "meltsim/desc.hpp"
@@ -81,6 +82,20 @@ struct SceneTime {
   std::string dt_where, end_when_where;
 };
 
+/// What an exact answer is at a time.
+struct ExactPoint {
+  double time, value;
+};
+
+/// What matters in a scene, and how exactly.
+struct SceneTrade {
+  std::vector<std::string> observe;  ///< empty: it follows from what is in the scene
+  std::optional<double> max_error;   ///< of the first observable, share of its scale
+  std::vector<std::pair<std::string, std::vector<ExactPoint>>>
+      exact;  ///< per observable; one point: constant
+  std::string observe_where, max_error_where;
+};
+
 struct SceneOutput {
   std::vector<std::string> formats{"ply"};
   /// Of each body in pictures; empty where the scene does not say.
@@ -103,8 +118,10 @@ struct Scene {
   std::vector<SceneEmitter> emitters;
   std::vector<SceneHeatRegion> heat_regions;
   std::vector<SceneProbe> probes;
+  SceneTrade trade;
   SceneOutput output;
-  std::string where;  ///< of the whole scene
+  double sound_factor = 1;  ///< of the sound speed, once `auto` is known
+  std::string where;        ///< of the whole scene
   Source domain, particles, solver, heat, time_source;
 };
 

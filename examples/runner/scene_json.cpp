@@ -179,6 +179,18 @@ Json probe_json(const SceneProbe& probe) {
   return json;
 }
 
+Json trade_json(const SceneTrade& trade) {
+  Json json = Json::object();
+  if (!trade.observe.empty()) json["observe"] = trade.observe;
+  if (trade.max_error) json["max_error"] = *trade.max_error;
+  for (const auto& [name, points] : trade.exact) {
+    if (points.size() == 1) json["exact"][name] = points.front().value;
+    else
+      for (const ExactPoint& point : points) json["exact"][name].push_back({point.time, point.value});
+  }
+  return json;
+}
+
 }  // namespace
 
 Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
@@ -201,6 +213,8 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
   for (const SceneBody& body : scene.bodies) json["bodies"].push_back(body_json(body));
   for (const SceneEmitter& emitter : scene.emitters) json["emitters"].push_back(emitter_json(emitter));
   for (const SceneProbe& probe : scene.probes) json["probes"].push_back(probe_json(probe));
+  const Json trade = trade_json(scene.trade);
+  if (!trade.empty()) json["trade"] = trade;
   json["output"]["export"] = scene.output.formats;
   if (!scene.output.surface.is_null()) json["output"]["surface"] = scene.output.surface;
   if (!scene.output.camera.is_null()) json["output"]["camera"] = scene.output.camera;

@@ -10,7 +10,7 @@ namespace runner::keys {
 using List = std::vector<std::string>;
 
 inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat",
-                        "materials", "fluids", "bodies", "emitters",  "probes", "output"};
+                        "materials", "fluids", "bodies", "emitters",  "probes", "output", "trade"};
 inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
@@ -39,6 +39,7 @@ inline const List probe{"name", "kind",  "at",     "fields", "every", "body",
 inline const List probe_kind{"point", "level", "force", "heat",
                              "flux"};  ///< in the order of meltsim::ProbeKind
 inline const List output{"export", "surface", "camera", "picture"};
+inline const List trade{"observe", "max_error", "exact"};
 inline const List surface{"cell", "kernel", "smoothing"};
 inline const List camera{"eye", "look_at", "up", "fov"};
 inline const List picture{"width", "height", "samples", "look"};
@@ -66,6 +67,9 @@ inline const List probe_field{"temperature", "pressure", "density", "velocity", 
 inline const List force_field{"force", "moment", "contact_force", "contact_moment"};
 inline const List flux_field{"mass_flux", "volume_flux"};
 inline const List formats{"ply", "vtp", "surface", "obj", "glb", "pov", "png", "html"};
+/// Some with @ and the name of a body or a probe behind it.
+inline const List observables{"melted", "melt_time_50", "melt_time_90", "front", "height", "draught",
+                              "path",   "pressure",     "temperature",  "level", "energy", "volume"};
 inline const List look{"natural", "temperature"};
 inline const List surface_kernel{"isotropic", "anisotropic"};
 

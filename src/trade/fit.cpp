@@ -53,7 +53,8 @@ Nominal nominal(Knob knob) {
       return {1, 0.5, 2.5};
     case Knob::sound_speed:
       return {-2, -3, -1};
-    case Knob::courant:
+    case Knob::courant:  // leap-frog is of second order
+      return {2, 1, 3};
     case Knob::step:
     case Knob::support:
       break;

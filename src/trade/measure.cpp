@@ -80,7 +80,7 @@ class Probe {
       result_.work += static_cast<double>(world_.steps() - before) *
                       work_of_substep(world_, particles_, dt, problem_.diffusivity);
       time_ = count == all ? end : time_ + count * dt;
-      if (since(start) > wall_limit_) return fail("it took longer than allowed");
+      if (since(start) > wall_limit_) return fail(too_long);
     }
   }
 

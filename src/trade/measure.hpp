@@ -8,6 +8,9 @@ namespace meltsim {
 inline namespace v0 {
 namespace trade {
 
+/// Why a probe that met its wall limit is not complete.
+inline constexpr const char* too_long = "it took longer than allowed";
+
 /// The settings of a World that the knobs are multiples of.
 struct Reference {
   double spacing = 0;      ///< [m]

@@ -165,6 +165,9 @@ class Studying {
       return invalid("Problem::run: expected the values of " + std::to_string(problem_.observables.size()) +
                      " observables, got " + std::to_string(result->values.size()));
     if (!result->complete) {
+      if (first && result->problem == too_long)
+        return invalid("seconds: the first probe took longer than " + number(patience * options_.seconds) +
+                       " s; raise the time limit, or shorten the run");
       if (first)
         return Error{ErrorCode::halted, "the probe at " + what(planned) + " failed: " + result->problem};
       study_.notes.push_back(text(planned, result->problem));

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "build_world.hpp"
 #include "builtin.hpp"
 #include "failure.hpp"
 #include "files.hpp"
@@ -195,21 +196,28 @@ TEST(Scene, ScaledSpacingFitsBetweenTheWalls) {
   // 0.8 m are 7.5 of 0.08/0.75 m; 4 m are 37.5. With 0.1 m both fit.
   Scene narrow =
       parse(small, {"particles.spacing=0.08", "domain={min: [0,0,0], max: [4,2.4,0.8], walls: box}"});
-  apply_resolution(narrow, 1, Quality::draft);
+  apply_resolution(narrow, 0.75, Quality::balanced);
   EXPECT_DOUBLE_EQ(narrow.world.spacing, 0.1);
   Scene same = parse(small, tank);
   apply_resolution(same, 1, Quality::balanced);
   EXPECT_DOUBLE_EQ(same.world.spacing, 0.1);
 }
 
-TEST(Scene, QualityChangesResolutionAndSupport) {
-  Scene draft = parse(small), accurate = parse(small);
+TEST(Scene, QualityChangesSoundSpeedOrResolution) {
+  Scene draft = parse(small), named = parse(small, {"solver.sound_speed=20"}), accurate = parse(small);
   apply_resolution(draft, 1, Quality::draft);
+  apply_resolution(named, 1, Quality::draft);
   apply_resolution(accurate, 1, Quality::accurate);
-  EXPECT_DOUBLE_EQ(draft.world.spacing, 0.1 / 0.75);
-  EXPECT_DOUBLE_EQ(draft.world.support_radius, 0.2 / 0.75);
-  EXPECT_DOUBLE_EQ(accurate.world.spacing, 0.08);
-  EXPECT_DOUBLE_EQ(accurate.world.courant, 0.25);
+  EXPECT_DOUBLE_EQ(draft.world.spacing, 0.1);
+  EXPECT_DOUBLE_EQ(draft.sound_factor, 0.35);
+  EXPECT_DOUBLE_EQ(draft.world.courant, 0.5);
+  EXPECT_DOUBLE_EQ(named.world.sound_speed, 7);
+  EXPECT_NEAR(accurate.world.spacing, 0.1 / 1.4, 0.06 * 0.1 / 1.4);  // moved to fit between the walls
+  EXPECT_DOUBLE_EQ(accurate.world.courant, 0.4);
+  const MachineOptions cpu{meltsim::Backend::cpu, meltsim::Precision::single_precision, 1, 1};
+  // The scene again, so that its `auto` is that of the draft.
+  const double automatic = build_world(parse(small), cpu).world.resolved().sound_speed;
+  EXPECT_NEAR(build_world(draft, cpu).world.resolved().sound_speed, 0.35 * automatic, 1e-6 * automatic);
 }
 
 TEST(Scene, ShapesEndUpWhereTheTransformPutsThem) {

@@ -46,6 +46,11 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   EXPECT_EQ(properties(top.at("output").at("properties").at("camera")), sorted(keys::camera));
   EXPECT_EQ(properties(top.at("output").at("properties").at("picture")), sorted(keys::picture));
   EXPECT_EQ(properties(top.at("output").at("properties").at("surface")), sorted(keys::surface));
+  EXPECT_EQ(properties(top.at("trade")), sorted(keys::trade));
+  std::string words = "^(";
+  for (const std::string& word : keys::observables) words += (words.size() > 2 ? "|" : "") + word;
+  EXPECT_EQ(top.at("trade").at("properties").at("observe").at("items").at("pattern").get<std::string>(),
+            words + ")(@.+)?$");
   EXPECT_EQ(properties(defs.at("material")), sorted(keys::material));
   EXPECT_EQ(properties(defs.at("fluid")), sorted(keys::fluid));
   EXPECT_EQ(properties(defs.at("body")), sorted(keys::body));

@@ -557,6 +557,43 @@ class WholeRuns(unittest.TestCase):
         self.stopped_and_resumed_as_it_says("-", "--time", "2", number=signal.SIGINT, text=Path(SCENE).read_text())
         self.assertFalse(os.path.exists(self.path("hit")))
 
+    # A front of melting in ice that fills its box, 27 particles wide at most: an exact answer, and probes of a second.
+    STEFAN = """meltsim: 1
+domain: {min: [0, 0, 0], max: [0.4, 0.4, 0.4]}
+particles: {spacing: 0.05}
+time: {stepping: adaptive, end: 0.2, fps: 50}
+solver: {gravity: [0, 0, 0], sound_speed: 5}
+heat: {model: enthalpy, time_scale: 1.3e5, walls: {-x: {temperature: 40}}}
+materials:
+  water: {density: 1000, viscosity: 0.2, conductivity: 0.6, heat_capacity: 4186}
+  ice: {density: 1000, conductivity: 0.6, heat_capacity: 4186, melting_point: 0, latent_heat: 3.34e5, becomes: water}
+bodies: [{name: ice, fixed: true, material: ice, temperature: 0, shape: {box: [[0, 0, 0], [0.4, 0.4, 0.4]]}}]
+output: {export: []}
+"""
+
+    def test_a_run_for_an_error_says_what_it_chose_and_what_came_of_it(self):
+        Path(self.path("ice.yaml")).write_text(self.STEFAN)
+        command = [PROGRAM, "run", "ice.yaml", "--backend", "cpu", "--max-error", "20%", "--of", "melted", "--no-page",
+                   "--no-still", "--log", "json"]
+        environment = {**os.environ, "XDG_CACHE_HOME": self.path("cache")}
+        chosen = []
+        for out in ("first", "second"):
+            done = subprocess.run([*command, "--out", out], cwd=self.directory.name, env=environment, capture_output=True,
+                                  text=True, timeout=300)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            trade = json.loads(Path(self.path(out, "run.json")).read_text())["trade"]
+            said = [json.loads(line).get("message", "") for line in done.stdout.splitlines()]
+            self.assertTrue(any(text.startswith("expected: error of melted") for text in said), said)
+            self.assertTrue(any(text.startswith("melted: estimated error of this run") for text in said), said)
+            self.assertEqual(trade["of"], "melted")
+            self.assertLessEqual(trade["expected"]["share"], 0.2 / 1.5 * (1 + 1e-9))
+            self.assertGreater(trade["delivered"]["melted"]["error"], 0)
+            chosen.append((trade["settings"], trade["delivered"], trade["from_cache"]))
+        self.assertEqual(chosen[0][:2], chosen[1][:2])
+        self.assertEqual([c[2] for c in chosen], [False, True])
+        scene = json.loads(Path(self.path("first", "run.json")).read_text())["scene"]
+        self.assertAlmostEqual(scene["particles"]["spacing"], chosen[0][0]["spacing"])
+
     def test_the_resume_command_works_with_a_modulus(self):
         """The sub-step, and with it the width of regions, is another one after the start."""
         self.stopped_and_resumed_as_it_says(SCENE, "--time", "2", "--set", "materials.ice.youngs_modulus=1e7")

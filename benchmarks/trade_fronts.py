@@ -1,0 +1,238 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Fronts of six scenes (error against time), and errors asked for against errors delivered. Standard library only.
+
+  trade_fronts.py MELTSIM fronts OUT [--backend cpu] [--threads N] [--scale 1] [--time-limit 20]
+  trade_fronts.py MELTSIM calibrate OUT [--backend cpu] [--threads N] [--time-limit 20] [--total 240]
+
+`fronts` runs `meltsim trade` on dam_break, a column at rest, floating, conduction through a slab, a Stefan front and ice_block,
+and writes one directory each and fronts.md, the tables of docs/trade.md. --time-limit is for each scene; all six take no more
+than three times six times as long. `calibrate` asks for errors of scenes whose exact answers are known (`meltsim run
+--max-error`), and writes calibration.csv, calibration.svg and a summary; it starts no run after --total seconds.
+"""
+import argparse
+import csv
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+WATER = "water: {density: 1000, viscosity: 0.2, conductivity: 0.6, heat_capacity: 4186}"
+
+
+def column(height=0.8, end=0.6, probe=0.25):
+    """Water at rest: p = rho g depth."""
+    at = probe * height
+    return f"""meltsim: 1
+title: "A column of water {height} m high at rest"
+domain: {{min: [0, 0, 0], max: [0.4, {height * 1.25}, 0.4], walls: box, no_slip: false}}
+particles: {{spacing: 0.05}}
+time: {{stepping: adaptive, end: {end}, fps: 25}}
+heat: {{model: none}}
+materials: {{{WATER}}}
+fluids: [{{shape: {{box: [[0, 0, 0], [0.4, {height}, 0.4]]}}, material: water}}]
+probes: [{{name: low, at: [0.2, {at}, 0.2], fields: [pressure], every: 0.01}}]
+trade: {{observe: [pressure@low], exact: {{pressure@low: {1000 * 9.81 * (height - at)}}}}}
+output: {{export: []}}
+"""
+
+
+def slab(hot=100.0, at=0.5, end=1.0, length=0.4):
+    """A slab at 0 degrees, one side held at `hot`, the other at 0: Fourier's series."""
+    alpha, scale = 1.2e-6, 2e4
+
+    def exact(t):
+        x, fo = at, alpha * scale * t / length ** 2
+        terms = sum(math.sin(n * math.pi * x) / n * math.exp(-(n * math.pi) ** 2 * fo) for n in range(1, 400))
+        return hot * (1 - x) - 2 * hot / math.pi * terms
+
+    # Values are those of the probe, which averages between samples: the middle of them is meant.
+    n = 25
+    points = [[k * end / n, exact(max(0.0, (k - 0.5) * end / n))] for k in range(n + 1)]
+    return f"""meltsim: 1
+title: "A slab between two temperatures"
+domain: {{min: [0, 0, 0], max: [{length}, 0.4, 0.4], walls: box}}
+particles: {{spacing: 0.05}}
+time: {{end: {end}, fps: 25}}
+solver: {{gravity: [0, 0, 0]}}
+heat: {{model: enthalpy, time_scale: {scale}, walls: {{-x: {{temperature: {hot}}}, +x: {{temperature: 0}}}}}}
+materials: {{stone: {{density: 2000, conductivity: 2.4, heat_capacity: 1000}}}}
+bodies: [{{name: slab, fixed: true, material: stone, temperature: 0, shape: {{box: [[0, 0, 0], [{length}, 0.4, 0.4]]}}}}]
+probes: [{{name: mid, at: [{at * length}, 0.2, 0.2], fields: [temperature], every: 0.02}}]
+trade: {{observe: [temperature@mid], exact: {{temperature@mid: {json.dumps(points)}}}}}
+output: {{export: []}}
+"""
+
+
+def stefan(hot=40.0, share=0.5, end=1.0, length=0.4):
+    """Ice at its melting point beside a hot wall: the front is at 2 lambda sqrt(alpha t)."""
+    capacity, latent, alpha = 4186.0, 3.34e5, 0.6 / (1000 * 4186.0)
+    wanted, low, high = capacity * hot / latent / math.sqrt(math.pi), 0.0, 3.0
+    for _ in range(80):
+        middle = (low + high) / 2
+        if middle * math.exp(middle ** 2) * math.erf(middle) < wanted:
+            low = middle
+        else:
+            high = middle
+    scale = (share * length / (2 * low)) ** 2 / (alpha * end)
+    points = [[k * end / 50, share * math.sqrt(k / 50)] for k in range(51)]
+    return f"""meltsim: 1
+title: "Ice melts at a wall of {hot} degrees"
+domain: {{min: [0, 0, 0], max: [{length}, 0.4, 0.4], walls: box}}
+particles: {{spacing: 0.05}}
+time: {{stepping: adaptive, end: {end}, fps: 50}}
+solver: {{gravity: [0, 0, 0], sound_speed: 5}}
+heat: {{model: enthalpy, time_scale: {scale}, walls: {{-x: {{temperature: {hot}}}}}}}
+materials:
+  {WATER}
+  ice: {{density: 1000, conductivity: 0.6, heat_capacity: 4186, melting_point: 0, latent_heat: {latent}, becomes: water}}
+bodies: [{{name: ice, fixed: true, material: ice, temperature: 0, shape: {{box: [[0, 0, 0], [{length}, 0.4, 0.4]]}}}}]
+trade: {{observe: [melted], exact: {{melted: {json.dumps(points)}}}}}
+output: {{export: []}}
+"""
+
+
+def run(arguments, **more):
+    return subprocess.run([str(a) for a in arguments], capture_output=True, text=True, **more)
+
+
+def machine(options):
+    words = ["--backend", options.backend]
+    return words + (["--threads", str(options.threads)] if options.threads else [])
+
+
+def fronts(options, out):
+    scenes = {"dam_break": ["--time", "1"], "column": [], "floating": ["--time", "2"], "slab": [], "stefan": [],
+              "ice_block": ["--time", "4"]}
+    texts = {"column": column(), "slab": slab(), "stefan": stefan()}
+    lines = []
+    for name, more in scenes.items():
+        scene = name
+        if name in texts:
+            scene = out / f"{name}.yaml"
+            scene.write_text(texts[name])
+        else:
+            more = [*more, "--scale", str(options.scale)]
+        begun = time.monotonic()
+        done = run([options.meltsim, "trade", scene, *more, *machine(options), "--time-limit", options.time_limit, "--points", "8",
+                    "--out", out / name], timeout=60 + 8 * options.time_limit)
+        (out / f"{name}.txt").write_text(done.stdout + done.stderr)
+        print(f"{name}: exit {done.returncode}, {time.monotonic() - begun:.0f} s", flush=True)
+        if done.returncode != 0:
+            lines += [f"### {name}", "", f"No front: {done.stderr.strip()}", ""]
+            continue
+        study = json.loads((out / name / "trade.json").read_text())
+        with open(out / name / "front.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        first = [row for row in rows if row["observable"] == rows[0]["observable"]]
+        lines += [f"### {name}: {first[0]['observable']}", "", f"{study['device']}.", "",
+                  "| expected error [%] | expected time [s] | error [%] | time [s] | spacing [m] | sound speed [m/s] | Courant |",
+                  "|---:|---:|---:|---:|---:|---:|---:|"]
+        for row in first:
+            scale = float(row["error"]) / float(row["error_share"])
+            measured = row["measured_error"]
+            lines.append("| {:.2g} | {:.3g} | {} | {} | {:.3g} | {:.3g} | {:.2g} |".format(
+                100 * float(row["error_share"]), float(row["seconds"]),
+                f"{100 * float(measured) / scale:.2g}" if measured else "", row["measured_seconds"],
+                float(row["spacing"]), float(row["sound_speed"]), float(row["courant"])))
+        lines.append("")
+    (out / "fronts.md").write_text("\n".join(lines))
+    print("\n".join(lines))
+
+
+def calibrate(options, out):
+    scenes = {}
+    for height in (0.6, 1.0):
+        for probe in (0.25, 0.5):
+            scenes[f"column_{height}_{probe}"] = (column(height, 0.5, probe), "pressure@low")
+    for hot in (50.0, 200.0):
+        for at in (0.25, 0.5):
+            for end in (0.5, 1.5):
+                scenes[f"slab_{hot:g}_{at}_{end}"] = (slab(hot, at, end), "temperature@mid")
+    for hot in (15.0, 60.0, 90.0):
+        for share in (0.3, 0.6):
+            scenes[f"stefan_{hot:g}_{share}"] = (stefan(hot, share), "melted")
+    begun, rows = time.monotonic(), []
+    for asked in (0.2, 0.1, 0.05, 0.03, 0.01):
+        for name, (text, of) in scenes.items():
+            if time.monotonic() - begun > options.total:
+                continue
+            scene = out / f"{name}.yaml"
+            scene.write_text(text)
+            where = out / f"{name}_{asked}"
+            done = run([options.meltsim, "run", scene, "--max-error", asked, "--of", of, "--time-limit", options.time_limit,
+                        *machine(options), "--no-page", "--no-still", "--out", where], timeout=1800,
+                       env={**os.environ, "XDG_CACHE_HOME": str(out.resolve() / "cache")})
+            row = {"scene": name, "of": of, "asked": asked, "exit": done.returncode, "expected": "", "delivered": "",
+                   "said": done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""}
+            if done.returncode == 0:
+                trade = json.loads((where / "run.json").read_text())["trade"]
+                row["expected"], row["delivered"] = trade["expected"]["share"], trade["delivered"][of]["share"]
+            rows.append(row)
+            print(name, asked, row["exit"], row["expected"], row["delivered"], flush=True)
+    with open(out / "calibration.csv", "w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    ran = [r for r in rows if r["exit"] == 0]
+    kept = sum(r["delivered"] <= r["asked"] for r in ran)
+    not_dear = sum(r["delivered"] >= r["asked"] / 4 for r in ran)
+    near = sum(0.5 <= r["delivered"] / r["expected"] <= 2 for r in ran if r["expected"] > 0)
+    refused = sum(r["exit"] in (1, 2) for r in rows)
+    print(f"{len(rows)} asked, {refused} refused, {len(ran)} run: {kept} within what was asked, {not_dear} at a quarter of it or "
+          f"more, {near} within a factor 2 of what was expected")
+    draw(ran, out / "calibration.svg")
+    return 0
+
+
+def draw(rows, path):
+    """Delivered against asked, logarithmic."""
+    size, margin, low, high = 420, 60, -4.0, 0.0
+
+    def place(value):
+        return margin + (max(low, min(high, math.log10(max(value, 1e-9)))) - low) / (high - low) * (size - 2 * margin)
+
+    marks = {"pressure@low": "#2f62c4", "temperature@mid": "#d1392b", "melted": "#2e9e4f"}
+    text = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}" font-family="Helvetica" font-size="12">',
+            f'<rect width="{size}" height="{size}" fill="#fff"/>']
+    for decade in range(-4, 1):
+        at = place(10.0 ** decade)
+        text.append(f'<path d="M{at:.0f} {margin}V{size - margin}M{margin} {size - at:.0f}H{size - margin}" stroke="#ddd"/>'
+                    f'<text x="{at:.0f}" y="{size - margin + 18}" text-anchor="middle">{100 * 10.0 ** decade:g} %</text>'
+                    f'<text x="{margin - 6}" y="{size - at + 4:.0f}" text-anchor="end">{100 * 10.0 ** decade:g} %</text>')
+    text.append(f'<path d="M{margin} {size - margin}L{size - margin} {margin}" stroke="#333"/>')
+    for row in rows:
+        text.append(f'<circle cx="{place(row["asked"]):.1f}" cy="{size - place(row["delivered"]):.1f}" r="4" '
+                    f'fill="{marks.get(row["of"], "#555")}" fill-opacity="0.7"/>')
+    for k, (name, colour) in enumerate(marks.items()):
+        text.append(f'<text x="{margin + 8}" y="{margin + 16 * (k + 1)}" fill="{colour}">{name}</text>')
+    text.append(f'<text x="{size / 2}" y="{size - 14}" text-anchor="middle">error asked for</text>'
+                f'<text transform="translate(14 {size / 2}) rotate(-90)" text-anchor="middle">error delivered</text></svg>')
+    path.write_text("\n".join(text) + "\n")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("meltsim")
+    parser.add_argument("what", choices=["fronts", "calibrate"])
+    parser.add_argument("out")
+    parser.add_argument("--backend", default="auto")
+    parser.add_argument("--threads", type=int, default=0)
+    parser.add_argument("--scale", type=float, default=1)
+    parser.add_argument("--time-limit", type=float, default=20)
+    parser.add_argument("--total", type=float, default=240)
+    options = parser.parse_args()
+    options.meltsim = str(Path(options.meltsim).resolve())
+    out = Path(options.out)
+    if out.exists() and any(out.iterdir()):
+        print(f"{out}: is not empty; name a new directory", file=sys.stderr)
+        return 5
+    out.mkdir(parents=True, exist_ok=True)
+    return (fronts if options.what == "fronts" else calibrate)(options, out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

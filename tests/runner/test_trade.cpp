@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene as a problem of speed against accuracy: its observables, its settings, what is kept of a study.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "failure.hpp"
+#include "load_scene.hpp"
+#include "show/front_svg.hpp"
+#include "trade_watch.hpp"
+
+namespace runner {
+namespace {
+
+namespace trade = meltsim::trade;
+using trade::Knob;
+using trade::Knobs;
+
+// Water that collapses: two hundred particles.
+const std::string dam = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [1, 0.8, 0.6], walls: box, no_slip: false}
+particles: {spacing: 0.1}
+time: {end: 0.1, fps: 50, stepping: adaptive}
+heat: {model: none}
+materials: {water: {density: 1000, viscosity: 0.05}}
+fluids: [{shape: {box: [[0,0,0],[0.5,0.6,0.6]]}, material: water}]
+probes: [{name: floor, at: [0.2, 0.05, 0.3], fields: [pressure]}, {name: gauge, kind: level, at: [0.1, 0.1, 0.3]}]
+)";
+
+// Ice and cork in a basin.
+const std::string basin = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [1.2, 1.2, 1.2], walls: box}
+particles: {spacing: 0.1}
+time: {dt: 0.002, end: 0.05, fps: 50}
+heat: {time_scale: 1000}
+materials:
+  water: {density: 1000, viscosity: 0.2, conductivity: 0.6, heat_capacity: 4186}
+  ice: {density: 900, melting_point: 0, latent_heat: 3.34e5, becomes: water}
+  cork: {density: 200}
+fluids: [{shape: {box: [[0,0,0],[1.2,0.6,1.2]]}, material: water, temperature: 40}]
+bodies:
+  - {name: block, shape: {box: [[0.1,0.5,0.1],[0.5,0.9,0.5]]}, material: ice, temperature: -10}
+  - {name: raft, shape: {box: [[0.6,0.5,0.6],[1.0,0.8,1.0]]}, material: cork}
+  - {name: post, fixed: true, shape: {box: [[0.9,0.2,0.1],[1.1,0.6,0.3]]}, material: cork}
+)";
+
+MachineOptions cpu() { return {meltsim::Backend::cpu, meltsim::Precision::single_precision, 1, 1}; }
+Scene parse(const std::string& text, const std::vector<std::string>& set = {}) {
+  return parse_scene(text, "made.yaml", "", set);
+}
+
+std::vector<std::string> names_of(const Tuning& tuning) {
+  std::vector<std::string> names;
+  for (const SceneObservable& o : tuning.observables()) names.push_back(o.desc.name);
+  return names;
+}
+
+std::string failure_of(const std::string& text, const std::vector<std::string>& names,
+                       const std::vector<std::string>& set = {}) {
+  try {
+    Tuning(parse(text, set), cpu(), names, "--observe");
+  } catch (const Failure& failure) {
+    return failure.what();
+  }
+  return "no failure";
+}
+
+TEST(Trade, ObservablesFollowFromWhatIsInTheScene) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names_of(Tuning(parse(dam), cpu(), {}, "")), (Names{"front", "height", "level@gauge"}));
+  EXPECT_EQ(names_of(Tuning(parse(basin), cpu(), {}, "")), (Names{"melted", "melt_time_50"}));
+  EXPECT_EQ(names_of(Tuning(parse(basin, {"heat.model=none"}), cpu(), {}, "")),
+            (Names{"draught@block", "draught@raft"}));
+  EXPECT_EQ(names_of(Tuning(parse(dam, {"trade.observe=[energy, pressure@floor]"}), cpu(), {}, "")),
+            (Names{"energy", "pressure@floor"}));
+}
+
+TEST(Trade, WhatASceneCannotHaveIsRefusedWithTheReason) {
+  EXPECT_EQ(failure_of(dam, {"melted"}), "--observe: melted: nothing in this scene can melt");
+  EXPECT_EQ(failure_of(dam, {"draught"}), "--observe: draught: the scene has no bodies");
+  EXPECT_EQ(failure_of(basin, {"draught"}), "--observe: draught: of which body? e.g. draught@block");
+  EXPECT_EQ(failure_of(basin, {"draught@rafd"}),
+            "--observe: draught@rafd: no body is named \"rafd\"; did you mean \"raft\"?");
+  EXPECT_EQ(failure_of(basin, {"path@post"}), "--observe: path@post: body \"post\" is fixed");
+  EXPECT_EQ(failure_of(basin, {"pressure@x"}), "--observe: pressure@x: the scene has no probes");
+  EXPECT_EQ(failure_of(dam, {"temperature@floor"}),
+            "--observe: temperature@floor: probe \"floor\" does not sample the temperature; add temperature "
+            "to its fields");
+  EXPECT_EQ(failure_of(dam, {"level@floor"}), "--observe: level@floor: probe \"floor\" is not of kind level");
+  EXPECT_NE(failure_of(dam, {"heigt"}).find("did you mean \"height\"?"), std::string::npos);
+  EXPECT_EQ(failure_of(dam, {}, {"trade.observe=[melted]"})
+                .find("--set trade.observe=[melted]: trade.observe: melted: nothing"),
+            0u);
+}
+
+TEST(Trade, KnobsChangeWhatTheySayAndNothingElse) {
+  const Tuning tuning(parse(dam, {"solver.sound_speed=20"}), cpu(), {}, "");
+  Knobs knobs;
+  const Scene same = tuning.with(knobs);
+  EXPECT_DOUBLE_EQ(same.world.spacing, 0.1);
+  EXPECT_DOUBLE_EQ(same.world.sound_speed, 20);
+  knobs[Knob::spacing] = 0.5;
+  knobs[Knob::sound_speed] = 0.4;
+  knobs[Knob::courant] = 2;
+  const Scene scene = tuning.with(knobs);
+  EXPECT_NEAR(scene.world.spacing, 0.05, 1e-12);
+  EXPECT_DOUBLE_EQ(scene.world.sound_speed, 8);
+  EXPECT_DOUBLE_EQ(scene.world.courant, 0.6);  // the most there is
+  EXPECT_TRUE(scene.time.adaptive);
+  EXPECT_FALSE(scene.time.dt);
+  knobs.stir = 1;
+  const meltsim::Vec3d g = tuning.with(knobs).world.gravity;
+  EXPECT_EQ(g.y, -9.81);
+  EXPECT_NEAR(g.x, 9.81e-4, 1e-12);
+}
+
+TEST(Trade, SpacingsAreChosenSoThatBodiesKeepTheirVolume) {
+  const std::string block =
+      "bodies=[{name: block, shape: {box: [[0.1,0.5,0.1],[0.5,0.9,0.5]]}, material: ice, temperature: -10}]";
+  const Tuning tuning(parse(basin, {block}), cpu(), {}, "");
+  for (const double x : {0.55, 0.7, 0.85, 1.25}) {
+    Knobs knobs;
+    knobs[Knob::spacing] = x;
+    const double s = tuning.with(knobs).world.spacing;
+    EXPECT_NEAR(s, 0.1 * x, 0.12 * 0.1 * x);
+    const double cells = 0.4 / s;  // the cube's edge
+    EXPECT_NEAR(cells, std::round(cells), 1e-6) << x;
+  }
+}
+
+TEST(Trade, AReaderTellsTheStartOfTheScene) {
+  Scene scene = parse(dam);
+  const Tuning tuning(scene, cpu(), {"front", "height", "energy", "volume"}, "");
+  Built built = build_world(scene, cpu());
+  built.probes = add_probes(built.world, scene);
+  ObservableReader reader = tuning.reader(built);
+  EXPECT_TRUE(reader.wants_particles());
+  meltsim::ReadRequest what;
+  what.totals = what.pieces = what.particles = true;
+  const auto ticket = built.world.request(what);
+  const auto reading = built.world.take(*ticket);
+  ASSERT_TRUE(reading);
+  const std::vector<double> values = reader.values(reading->totals, reading->pieces, reading->particles, {});
+  ASSERT_EQ(values.size(), 4u);
+  EXPECT_NEAR(values[0], 0.45, 1e-5);  // centres of the last layer
+  EXPECT_NEAR(values[1], 0.55, 1e-5);
+  EXPECT_EQ(values[2], 0);
+}
+
+/// A cache of its own.
+class TradeCache : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ =
+        std::filesystem::temp_directory_path() / ("meltsim_trade_test_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(directory_);
+    ::setenv("XDG_CACHE_HOME", directory_.c_str(), 1);
+  }
+  void TearDown() override {
+    ::unsetenv("XDG_CACHE_HOME");
+    std::filesystem::remove_all(directory_);
+  }
+  std::filesystem::path directory_;
+};
+
+TEST_F(TradeCache, AStudyIsTakenFromItTheSecondTimeAndGivesTheSameChoice) {
+  const Scene scene = parse(dam);
+  Tuning first(scene, cpu(), {}, ""), second(scene, cpu(), {}, ""),
+      other(parse(dam, {"time.end=0.08"}), cpu(), {}, "");
+  TuneOptions options;
+  options.seconds = 60;  // probes of 0.1 s are planned for, as fine as they are made at all
+  const trade::Study a = first.study(options);
+  EXPECT_FALSE(first.from_cache());
+  ASSERT_FALSE(a.cut_short);
+  const trade::Study b = second.study(options);
+  EXPECT_TRUE(second.from_cache());
+  const auto one = trade::choose(a, "front", 0.1), two = trade::choose(b, "front", 0.1);
+  ASSERT_TRUE(one && two);
+  EXPECT_EQ(one->knobs.value, two->knobs.value);
+  EXPECT_EQ(one->error, two->error);
+  EXPECT_EQ(trade::delivered(a, 0, a.probes[0].actual, a.probes[0].values[0]).max,
+            trade::delivered(b, 0, b.probes[0].actual, b.probes[0].values[0]).max);
+  options.cache = false;
+  second.study(options);
+  EXPECT_FALSE(second.from_cache());
+  // Not cached again, and not mixed up: one file, of this scene.
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(directory_ / "meltsim"), {}), 1);
+  options.cache = true;
+  other.study(options);
+  EXPECT_FALSE(other.from_cache());
+}
+
+TEST_F(TradeCache, WhatCannotBeReadIsMeasuredAnew) {
+  const Scene scene = parse(dam, {"time.end=0.04"});
+  TuneOptions options;
+  options.seconds = 60;
+  Tuning first(scene, cpu(), {}, "");
+  first.study(options);
+  for (const auto& entry : std::filesystem::directory_iterator(directory_ / "meltsim"))
+    std::filesystem::resize_file(entry.path(), 100);
+  Tuning second(scene, cpu(), {}, "");
+  second.study(options);
+  EXPECT_FALSE(second.from_cache());
+}
+
+TEST(Trade, AnErrorThatCannotBeHadIsRefusedWithOneThatCan) {
+  const Tuning tuning(parse(dam), cpu(), {}, "");
+  trade::Study study;
+  trade::Known known;
+  known.observable.name = "front";
+  known.observable.unit = "m";
+  known.scale = 2;
+  known.laws.push_back({Knob::spacing, -4, 0.04, 1, true});
+  study.observables.push_back(known);
+  study.ranges = trade::default_ranges();
+  study.reference_work = study.seconds_per_work = 1;
+  const TradeRequest request{0.001, "front", "--max-error 0.1%", true};
+  try {
+    choose_settings(tuning, study, request);
+    FAIL() << "nothing was refused";
+  } catch (const Failure& failure) {
+    EXPECT_EQ(failure.code(), ExitCode::usage);
+    // 0.04 m at the scene's spacing, 0.01 at a quarter of it; of 2 m, with a margin of a half.
+    EXPECT_EQ(std::string(failure.what()),
+              "--max-error 0.1%: front: the smallest error that this scene can be expected to have is 0.5 % "
+              "(0.01 m), with spacing "
+              "0.025 m (x 0.25), sound speed " +
+                  tuning.settings_text(Knobs{}).substr(
+                      std::string("spacing 0.1 m (x 1.00), sound speed ").size(), 4) +
+                  " m/s (x 1.00), Courant number 0.4, in about 4.3 min here; ask for 0.75 % or more");
+  }
+  TradeRequest enough = request;
+  enough.max_error = 0.0075;
+  EXPECT_NO_THROW(choose_settings(tuning, study, enough));
+  study.observables[0].spread = 0.5;
+  try {
+    choose_settings(tuning, study, enough);
+    FAIL() << "chaos was not seen";
+  } catch (const Failure& failure) {
+    EXPECT_NE(std::string(failure.what()).find("chaotic"), std::string::npos) << failure.what();
+  }
+}
+
+TEST(Trade, AFrontIsDrawnWithoutWhatALogarithmCannotShow) {
+  const std::string svg =
+      front_svg("a < b", "time [s]", "error",
+                {{"front", "#000000", true, {{1, 10}, {10, 1}, {0, 1}, {1, std::nan("")}}}});
+  EXPECT_NE(svg.find("a &lt; b"), std::string::npos);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  EXPECT_EQ(svg.find("inf"), std::string::npos);
+  EXPECT_NE(svg.find("</svg>"), std::string::npos);
+  EXPECT_EQ(front_svg("", "", "", {}).find("nan"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace runner
