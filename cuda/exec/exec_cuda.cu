@@ -127,7 +127,7 @@ CudaExec::CudaExec(int device, void* stream)
     check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming), "making an event");
   make(&own_->copies);
   check(cudaEventCreateWithFlags(&own_->copies_begin, cudaEventDisableTiming), "making an event");
-  for (cudaEvent_t& e : own_->queue.event)  // whoever waits for one sleeps
+  for (cudaEvent_t& e : own_->queue.event)  // a thread that waits for one sleeps
     check(cudaEventCreateWithFlags(&e, cudaEventDisableTiming | cudaEventBlockingSync), "making an event");
 }
 
@@ -341,7 +341,7 @@ void CudaExec::release_pinned(void* p) const {
 
 void* CudaExec::make_mark() const {
   const DeviceScope scope(device_);
-  cudaEvent_t mark = nullptr;  // whoever waits for it sleeps
+  cudaEvent_t mark = nullptr;  // a thread that waits for it sleeps
   check(cudaEventCreateWithFlags(&mark, cudaEventDisableTiming | cudaEventBlockingSync), "making an event");
   return mark;
 }

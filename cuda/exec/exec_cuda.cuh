@@ -257,7 +257,7 @@ class CudaExec {
   /// After every sub-step: waits until no more than queue_seconds of sub-steps are enqueued, so that a host that
   /// wants to stop need not wait for long. Does nothing while the host captures the stream.
   void pace();
-  /// What is enqueued, nobody looks at again: pace() says how much that may be.
+  /// Enqueued work is not examined again: pace() limits its amount.
   void watch(const std::atomic<bool>*) {}
   static constexpr bool asked_to_stop() { return false; }
   std::uint64_t free_bytes() const;

@@ -14,7 +14,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// What a sub-step produced for a particle.
+/// Results of a sub-step for a particle.
 template <class T>
 struct Produced {
   std::uint32_t tag = 0;
@@ -24,7 +24,7 @@ struct Produced {
   double enthalpy = 0;
 };
 
-/// Where it stands afterwards. moved: not so where it is fixed, removed, or cannot be gone on with.
+/// State afterwards. moved: false if the particle is fixed, removed, or its results are invalid.
 template <class T>
 struct EndOfStep {
   Vec4<T> position, velocity;
@@ -32,7 +32,7 @@ struct EndOfStep {
   ParticleCheck<T> check;
 };
 
-/// Who is to blame that p and its new velocity v cannot be gone on with: the first stage that went wrong.
+/// The first stage whose results make p or its new velocity v invalid.
 template <class T>
 MELTSIM_HD void blame(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v,
                       ParticleCheck<T>& r) {
@@ -54,7 +54,7 @@ MELTSIM_HD void blame(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, 
   r.bad_value = value;
 }
 
-/// Looks at what a sub-step has made of a particle.
+/// Checks the results of a sub-step for a particle.
 template <class T>
 MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v) {
   ParticleCheck<T> r;

@@ -483,7 +483,7 @@ class EngineImpl final : public Engine {
     }
   }
 
-  /// The same with nobody looking on: where the executor can, what needs not wait runs side by side.
+  /// Runs the sub-step without timings, checks or host stages; independent stages run concurrently if the executor can.
   void run_plain(const SubstepArguments& a) {
     if constexpr (!runs_tracks<E>) {
       run_stages(a);

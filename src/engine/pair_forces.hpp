@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forces on one particle of a body, as the step makes them and probes of kind `force` read them.
+// Forces on one particle of a body, for the step and for probes of kind `force`.
 #pragma once
 
 #include "engine/frame.hpp"
@@ -48,13 +48,13 @@ MELTSIM_HD Vec3<T> liquid_on_solid(const Frame<T>& w, std::uint64_t k, std::uint
   return force;
 }
 
-/// How far a solid particle has slid along what it touches.
+/// Slip of a solid particle along its contacts [m].
 template <class T>
 MELTSIM_HD Vec3<T> slip_of(const Frame<T>& w, std::uint64_t i) {
   return w.f.contact_slip == nullptr ? Vec3<T>{} : w.f.contact_slip[w.f.vertex_of_id[w.f.id[i]]];
 }
 
-/// The contact of solid particle i, of velocity v, with a wall; nothing where it does not touch it.
+/// Contact of solid particle i, of velocity v, with a wall. The smaller of both friction coefficients holds.
 template <class T>
 struct WallContact {
   physics::ContactResponse<T> response;
@@ -72,7 +72,7 @@ MELTSIM_HD WallContact<T> wall_contact(const Frame<T>& w, std::uint64_t i, std::
           true};
 }
 
-/// What contact asks of a particle at the surface of a body that can move.
+/// Operands of contact of a particle at the surface of a movable body.
 template <class T>
 struct Toucher {
   std::uint64_t i = 0;
@@ -85,7 +85,7 @@ MELTSIM_HD Toucher<T> toucher(const Frame<T>& w, std::uint64_t i) {
   return {i, w.f.tag[i], w.f.piece[i], xyz(w.f.velocity[i]), slip_of(w, i), w.f.contact_normal[i]};
 }
 
-/// The contact of a with particle j of another piece; weight 0 where they do not touch.
+/// Contact of a with particle j of another piece; weight 0 if none. The mean of both friction coefficients holds.
 template <class T>
 struct PairContact {
   physics::ContactResponse<T> response;

@@ -183,7 +183,7 @@ constexpr FieldSet fed_before_stages() {
   return available;
 }
 
-/// Index of the first stage that reads what nobody produced in a scene with these facts, or -1.
+/// Index of the first stage that reads a channel no stage produced in a scene with these facts, or -1.
 constexpr int first_unfed_stage(std::uint32_t facts, FieldSet available) {
   for (int i = 0; i < stage_count; ++i) {
     const StageInfo& stage = stage_table[i];

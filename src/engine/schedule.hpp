@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which stages of a sub-step may run side by side. Everything follows from the stage table: two stages of
-// which one writes what the other touches keep their order, others need not. Stages are laid on a few tracks
+// Which stages of a sub-step may run concurrently. All of it follows from the stage table: two stages of which
+// one writes a channel that the other touches keep their order, others need not. Stages are laid on a few tracks
 // (an executor runs the stages of one track in order); between tracks they wait for each other by name.
 #pragma once
 
@@ -28,10 +28,10 @@ inline constexpr int most_tracks = 7;
 
 constexpr std::uint64_t stage_bit(int stage) { return std::uint64_t{1} << stage; }
 
-/// Sums over all neighbours: they compute, and keep a whole GPU busy.
+/// Sums over all neighbours: compute-bound, they occupy a whole GPU.
 inline constexpr std::uint64_t sum_stages = stage_bit(stage_sph_density) | stage_bit(stage_sph_forces) |
                                             stage_bit(stage_sph_shift) | stage_bit(stage_thermal_exchange);
-/// Shape matching: a chain of short kernels that wait for memory.
+/// Shape matching: a chain of short, memory-bound kernels.
 inline constexpr std::uint64_t modest_stages = stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
                                                stage_bit(stage_lsm_goals) | stage_bit(stage_lsm_balance);
 
@@ -56,7 +56,7 @@ static_assert(stage_count <= 64);
 /// 1.169, 1.187, 1.186, 1.190, 1.206 at 2.5 spacings; 0.860, 0.776, 0.769, 0.778, 0.786, 0.794 at 2.
 constexpr unsigned aside_blocks(double support_in_spacings) { return support_in_spacings < 2.25 ? 4u : 3u; }
 
-/// Every kernel asks whether the World was halted: what step.integrate says holds for all stages after it, and
+/// Every kernel tests whether the World has halted: the verdict of step.integrate holds for all stages after it, and
 /// for none before it.
 constexpr std::uint64_t usual_barriers = stage_bit(stage_step_begin) | stage_bit(stage_step_integrate);
 /// The same where sph.advance takes the place of sph.forces and step.integrate.
@@ -77,7 +77,7 @@ constexpr bool in_order(int first, int second, std::uint64_t barriers = usual_ba
          (a.writes_apart & (b.reads_apart | b.writes_apart)) != 0 || (a.reads_apart & b.writes_apart) != 0;
 }
 
-/// Who steps aside, and who goes first.
+/// Chooses low-occupancy launches and priorities.
 constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers) {
   for (int s = stage_count; s-- > 0;) {
     if (((running >> s) & 1u) == 0) continue;

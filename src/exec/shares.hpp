@@ -16,7 +16,7 @@ namespace core {
 /// The runs are the same in every loop over as many parts, so that a thread finds in its own cache what it
 /// wrote in the stages before, and neighbours mostly next to it. Handing out parts one by one balances as
 /// well, but then every line comes from another core: two threads were 1.5 times as fast as one, 16 threads 8
-/// times. A thread takes a quarter of what is left of a run, so that nobody waits long for the last.
+/// times. A thread takes a quarter of the rest of a run, so that no thread waits long for the last one.
 class Shares {
  public:
   explicit Shares(int threads) : next_(static_cast<std::size_t>(threads)) {}

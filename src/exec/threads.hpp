@@ -16,7 +16,7 @@ int processors();
 int threads_for(int asked);
 
 /// Bytes that a process may still take before the system begins to kill processes: memory available, and what the control
-/// groups leave. The largest number where nobody says.
+/// groups leave. The largest number if the system reports none.
 std::uint64_t available_memory();
 
 }  // namespace core

@@ -37,7 +37,7 @@ struct GatherBody {
   }
 };
 
-/// Those whose regions are summed member by member.
+/// Lists the vertices whose regions are summed member by member.
 template <class T>
 struct RaggedBody {
   Frame<T> w;
@@ -88,7 +88,7 @@ struct LoadsBody {
   }
 };
 
-/// Surfaces of bodies that can move touch others, and nothing else does.
+/// Lists the particles that can be in contact: those at the surfaces of movable bodies.
 template <class T>
 struct MeetingBody {
   Frame<T> w;
@@ -169,7 +169,7 @@ struct RegionsBody {
   }
 };
 
-/// alpha of a vertex at this step: as given, or what its material's modulus asks for.
+/// alpha of a vertex at this step: as given, or from the modulus of its material.
 template <class T>
 MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::MaterialRow<T>& m) {
   if (!(m.modulus_rate > T(0)))
@@ -189,7 +189,7 @@ struct GoalSum {
   }
 };
 
-/// Mean of what the regions of a vertex want of it, region by region.
+/// Mean goal of a vertex over its regions, region by region.
 template <class T>
 struct GoalsBody {
   Frame<T> w;
@@ -223,12 +223,12 @@ struct GoalsBody {
   }
 };
 
-/// What a vertex adds to the sums of its piece, exactly. Positions are relative to the piece's label vertex.
+/// Adds a vertex to the sums of its piece, exactly. Positions are relative to the piece's label vertex.
 template <class T>
 struct PieceSumsBody {
   Frame<T> w;
   using Sum = core::PieceSums;
-  /// The row it belongs to, or none.
+  /// The row of the vertex, or none.
   MELTSIM_HD std::uint32_t operator()(std::uint64_t v, Sum& s) const {
     if (!moves(w, v)) return none;
     const Vec3<double> dv = cast<double>(w.f.shape_velocity[v]);
@@ -238,7 +238,7 @@ struct PieceSumsBody {
     const Vec3<double> u = cast<double>(
         spatial::separation(w.grid, xyz(w.f.vertex_position[v]), xyz(w.f.vertex_position[label])));
     const Vec3<double> spin = cross(u, dv);
-    // Far beyond what sums are made for: what an integer holds. The World halts or the numbers are absurd anyway.
+    // Values far beyond the range of the sums are limited to that of an integer; the World then halts anyway.
     constexpr double most = 4e18;
     const auto count = [](double value, const core::SumUnit& unit) {
       return static_cast<std::int64_t>(std::rint(clamp(value * unit.per, -most, most)));
@@ -264,7 +264,7 @@ struct PieceSumsBody {
   }
 };
 
-/// Takes the piece's mean motion and mean spin out of the change of velocity.
+/// Subtracts the mean motion and mean spin of the piece from the change of velocity.
 template <class T>
 struct BalanceBody {
   Frame<T> w;
@@ -279,8 +279,8 @@ struct BalanceBody {
   }
 };
 
-/// What the next sub-step begins with, once this one counts. Vertices melt meanwhile: who had a region in this sub-step
-/// is asked, not who is live.
+/// Stores rotations and slips as state once the sub-step counts. Vertices may melt meanwhile, so the condition is whether a
+/// vertex had a region in this sub-step, not whether it is live.
 template <class T>
 struct CommitBody {
   Frame<T> w;

@@ -18,7 +18,7 @@ using core::none;
 using core::Range;
 using core::removed_key;
 
-/// One call per slot that a particle had. Removed ones come last.
+/// One call per former slot. Removed particles come last.
 template <class T>
 struct CellBody {
   Frame<T> w;
@@ -53,7 +53,7 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   if (has_enthalpy) enthalpy = w.before.enthalpy[from];
   else if (m.tables != nullptr) enthalpy = w.f.enthalpy_of_id[id];
   const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
-  // A melted particle grows or shrinks to its liquid's volume within a few acoustic times, not at once.
+  // The volume of a melted particle relaxes to that of its liquid within some acoustic times.
   const T volume = is_solid(tag)
                        ? x.w
                        : physics::relaxed_volume(
@@ -65,7 +65,7 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   w.f.mass[i] = mass;
   w.f.tag[i] = tag;
   w.f.id[i] = id;
-  // A permutation: no two i share an id. Written all over memory, hence for those only whom somebody will look for.
+  // A permutation: no two i share an id. Written all over memory, hence only for particles that are looked up later.
   if (core::slot_is_known(w, tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
 }
 

@@ -16,8 +16,8 @@ using core::Frame;
 using core::viscosity_of;
 using physics::MaterialRow;
 
-/// What stands beside the velocity of a solid particle: -tau_k, also -0, which no liquid's term is where tension is not
-/// asked for. So a liquid particle need not ask for its neighbours' tags.
+/// Operand beside the velocity of a solid particle: -tau_k, possibly -0, a value that no liquid's term has without
+/// tension. So a liquid particle need not load the tags of its neighbours.
 template <class T>
 MELTSIM_HD T stored_solid_term(T phi) {
   return -physics::solid_term(phi);
@@ -27,7 +27,7 @@ MELTSIM_HD bool is_solid_term(T term) {
   return sign_bit(term) != 0u;
 }
 
-/// phi of a particle over the kernel's scale.
+/// phi of a particle, divided by the scale of the kernel.
 template <class T>
 struct Surroundings {
   T phi{};
@@ -44,7 +44,7 @@ struct DensityBody {
   static constexpr std::uint32_t resident_warps(std::uint32_t parts) {
     return sizeof(T) == sizeof(float) && parts == 1u && !Periodic ? 48u : 0u;
   }
-  /// With room for 28, 36 or 40 it is slower (measured).
+  /// Other values are slower: 28, 36, 40.
   static constexpr std::uint32_t resident_warps_of_two = 32u;
   using Sum = Surroundings<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
@@ -70,7 +70,7 @@ struct DensityBody {
   MELTSIM_HD bool unfinished(std::uint64_t i) const {
     return w.f.group_of[i] != core::none && physics::wall_view(w.c.walls, xyz(w.f.position[i])).axes != 0u;
   }
-  /// The images of the neighbours, shared out anew: beside an edge a third of the rows may have half of them.
+  /// The images of the neighbours, distributed anew: beside an edge a third of the rows may hold half of them.
   MELTSIM_HD void more(std::uint64_t i, std::uint32_t k, std::uint32_t parts, Sum& s) const {
     if (w.f.group_of[i] == core::none) return;
     const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
@@ -115,8 +115,8 @@ struct ForceSum {
   MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
 };
 
-/// Who may be beside a liquid particle: the same liquid alone, it and solids, or several liquids, viscosities that
-/// vary, liquid under tension. In the first two nothing has to be asked of a neighbour but where it is and how it moves.
+/// Kinds of neighbours of a liquid particle: the same liquid alone; that and solids; or several liquids, varying
+/// viscosities, liquid with tension. In the first two only position and velocity of a neighbour are loaded.
 enum class Company { liquid, solids, any };
 
 template <class T>
@@ -151,7 +151,7 @@ struct ForcesBody {
           const Vec4<T> vj = w.f.velocity[j];
           const Vec3<T> v_ij = xyz(vi) - xyz(vj);
           const std::uint32_t tag_j = any ? w.f.tag[j] : tag;
-          // A solid acts as the same liquid does, but for its term.
+          // A solid acts like the same liquid, except for its pressure term.
           const bool solid = any ? is_solid(tag_j) : company == Company::solids && is_solid_term(vj.w);
           const T term_j = solid ? stiffness * -vj.w : vj.w;
           T by_images = 0;
@@ -228,8 +228,8 @@ struct WettedBody {
   }
 };
 
-/// The liquid's push on every solid particle: the negatives of what ForcesBody gave the liquid. The same formula of
-/// the same numbers; where a compiler fuses multiply and add, the sums round apart.
+/// Force of the liquid on every solid particle: the negatives of the forces in ForcesBody, by the same formula from the
+/// same numbers. If a compiler fuses multiplications and additions, the sums may differ by rounding.
 template <class T, bool Periodic>
 struct ReactionBody {
   Frame<T> w;

@@ -23,7 +23,7 @@ struct BeginBody {
   }
 };
 
-/// What a nozzle holds and has reached its end goes on as free liquid.
+/// Particles in a nozzle that have reached its end become free liquid.
 template <class T>
 struct LetGoBody {
   Frame<T> w;
@@ -31,7 +31,7 @@ struct LetGoBody {
     const core::Burst<T>& b = w.burst;
     const std::uint32_t tag = w.f.tag[i];
     if (!is_held(tag)) return;
-    // What a nozzle holds has kept its velocity to the last bit, which tells it from what another one holds.
+    // Particles in a nozzle keep its velocity to the last bit, which distinguishes them from those of other nozzles.
     const Vec4<T> v = w.f.velocity[i];
     if (v.x != b.velocity.x || v.y != b.velocity.y || v.z != b.velocity.z) return;
     const Vec3<T> x = xyz(w.f.position[i]) - b.center;
@@ -64,7 +64,7 @@ struct EmitBody {
   }
 };
 
-/// Velocity v of particle i, kicked by acceleration a; every force stage has written what it has by now.
+/// Velocity v of particle i after a kick by acceleration a; all force stages have finished.
 /// Channels that the plan does not hold are null.
 template <class T>
 MELTSIM_HD Vec3<T> kicked(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> v, Vec3<T> a) {
@@ -115,7 +115,7 @@ struct IntegrateBody {
   }
 };
 
-/// Begins anew with what is "since the last synchronize()".
+/// Resets the values that count "since the last synchronize()".
 template <class T>
 struct ClearBody {
   Frame<T> w;

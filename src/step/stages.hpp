@@ -24,7 +24,7 @@ void emit(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.burst.points, EmitBody<T>{w});
 }
 
-/// Ahead of a burst: the nozzle lets go of the layer that has reached its end; not a stage.
+/// Before a burst: the nozzle releases the layer that has reached its end; not a stage.
 template <class E, class T>
 void let_go(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, LetGoBody<T>{w});
@@ -35,13 +35,13 @@ void integrate(E& ex, const core::Frame<T>& w) {
   ex.gather_reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});
 }
 
-/// Forgets what has been reported; not a stage.
+/// Resets what has been reported; not a stage.
 template <class E, class T>
 void clear(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, ClearBody<T>{w});
 }
 
-/// The host wants to stop: the sub-step does not count; not a stage.
+/// Marks an interrupted sub-step, which does not count; not a stage.
 template <class E, class T>
 void give_up(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, core::GiveUpBody<T>{w});

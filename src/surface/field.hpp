@@ -25,8 +25,8 @@ MELTSIM_HD std::uint32_t mark_near(const Vec4<T>* points, std::uint32_t begin, s
 }
 
 /// Calls visit(j) for the particles in rows [first, last) whose points near() lets pass, in order. One in six
-/// does. Threads that run side by side look at all of them first, in few instructions, and then wait for the
-/// longest of their sums, not for whoever is near at each.
+/// does. The threads of a warp first test all of them, in few instructions, and then wait for the longest of their
+/// sums, not for a near particle at each test.
 template <class T, class Near, class Visit>
 MELTSIM_HD void visit_near(const Range* rows, std::uint32_t first, std::uint32_t last, const Vec4<T>* points,
                            const Near& near, const Visit& visit) {

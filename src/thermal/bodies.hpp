@@ -19,10 +19,10 @@ using core::operand_at;
 using core::unmarked;
 using physics::MaterialRow;
 
-/// A solid at its body's surface.
+/// Whether a particle is solid and at the surface of its body.
 MELTSIM_HD bool exposed(std::uint32_t tag) { return is_solid(tag) && (tag & tag_surface) != 0u; }
 
-/// 1/k of particle i toward one of another temperature, times its share [m K/W].
+/// 1/k of particle i toward a particle of another temperature, times its conduction share [m K/W].
 template <class T>
 MELTSIM_HD T toward(const Frame<T>& w, std::uint64_t i, const HeatOperand<T>& own, T other) {
   if (!(own.resistivity < T(0))) return own.resistivity;
@@ -41,8 +41,8 @@ struct OperandsBody {
     w.f.heat_operand[i] =
         operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], share, exposed(tag));
   }
-  /// Walls count as filled where heat passes them, and not elsewhere; so do surfaces of a held temperature, along which
-  /// nothing has to be conducted. sph.density counts the images in all walls.
+  /// Walls that conduct heat count as filled, others do not; so do surfaces of a held temperature, along which no heat
+  /// has to be conducted. sph.density counts the images in all walls.
   MELTSIM_HD T share_of(std::uint64_t i, std::uint32_t tag) const {
     if (w.f.body_heat != nullptr && is_solid(tag) && (tag & tag_surface) != 0u &&
         w.f.body_heat[body_of(tag) - 1u].surface.kind == physics::SurfaceHeat::held)
@@ -75,7 +75,7 @@ struct PlainOperandsBody {
   }
 };
 
-/// What reaches particle i from outside at temperature and conductivity `own`.
+/// Heat into particle i from outside at temperature and conductivity `own`.
 template <class T>
 MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_t i,
                                                  const HeatOperand<T>& operand) {
@@ -104,7 +104,7 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
   return sum;
 }
 
-/// What reaches a particle from its neighbours [W, W/K].
+/// Heat into a particle from its neighbours [W] and its conductance [W/K].
 template <class T>
 struct ExchangeSum {
   double rate = 0;
@@ -115,10 +115,10 @@ struct ExchangeSum {
   }
 };
 
-/// Which stage of a super-step this is.
+/// Position of a stage in its super-step.
 struct StageOf {
   bool first, last;
-  bool ends;  ///< the last stage of the last super-step: nobody needs its operands any more
+  bool ends;  ///< the last stage of the last super-step: its operands are not needed any more
 };
 
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
@@ -184,8 +184,8 @@ struct StageBody {
       if (gamma_tau != 0.0) d += gamma_tau * w.f.heat_rate0[i];
     }
     double enthalpy = w.f.enthalpy[i] + d;
-    // Nothing is cooled below 0 K: what is missing then did not go out through the boundary, and the account says so. Without
-    // a boundary only exchange beyond its stage bound comes there, which is said as well.
+    // No particle is cooled below 0 K: the missing heat did not leave through the boundary, and the account is corrected.
+    // Without a boundary only exchange beyond its stage bound leads there, which sets a flag as well.
     const double coldest = static_cast<double>(mass) * m.coldest, missing = coldest - enthalpy;
     if (missing > 0.0 && std::isfinite(missing) && (Boundary || stage.last)) {
       add(&w.f.status->cooled_to_zero, 1);
@@ -199,8 +199,8 @@ struct StageBody {
     if (stage.last) w.f.enthalpy[i] = enthalpy;
     else w.f.heat_increment_old[i] = d;
     if (stage.ends) return;
-    // Resistivities stay those of the super-step's beginning: the scheme's order rests on one operator. Those that are
-    // marked follow the temperatures at both ends.
+    // Resistivities are those of the beginning of the super-step: the order of the scheme requires one operator. Those
+    // that are marked follow the temperatures at both ends.
     w.f.heat_operand_next[i] =
         stage.last
             ? operand_at(m, enthalpy, mass, w.f.heat_share[i], exposed(tag))
@@ -221,7 +221,7 @@ struct BoundarySumBody {
   MELTSIM_HD HeatSum operator()(std::uint64_t i) const { return {w.f.heat_boundary_rate[i]}; }
 };
 
-/// The recurrence of StageBody for the sum of what comes from outside.
+/// The recurrence of StageBody for the sum of heat from outside.
 template <class T>
 struct AccountBody {
   Frame<T> w;
@@ -275,7 +275,7 @@ struct BoundaryBody {
     }
     w.f.heat_boundary[i] = b;
   }
-  /// The particle's dry surface: what neither liquid, wall nor another body covers.
+  /// Dry surface of the particle: the part that no liquid, wall or other body covers.
   MELTSIM_HD physics::ParticleSurface<T> surface(std::uint64_t i) const {
     const std::uint32_t body = body_of(w.f.tag[i]);
     T own = 0, everything = 0;
@@ -310,7 +310,7 @@ struct BoundaryBody {
   }
 };
 
-/// Temperature of a particle and whether it is to change phase although no heat flows.
+/// Temperature of a particle, and whether it will change phase without heat flow.
 template <class T>
 struct SpreadBody {
   Frame<T> w;

@@ -10,7 +10,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace thermal {
 
-/// Dry surfaces, sources, held temperatures: what they jump is heat that came in.
+/// Computes dry area, heat source and held temperature of every particle. The enthalpy jump of held particles is heat input.
 template <class E, class T>
 void boundary(E& ex, const core::Frame<T>& w) {
   static_assert(sizeof(HeatSum) == sizeof(double));
@@ -27,7 +27,7 @@ void super_steps(E& ex, core::Frame<T>& w) {
     for (int j = 1; j <= stages; ++j) {
       if (ex.asked_to_stop()) return;  // the sub-step will not count
       physics::HeatStage c = physics::heat_stage(j, stages);
-      if (j == 2) c.nu = 0;  // d_0 = 0, and nobody has written it
+      if (j == 2) c.nu = 0;  // d_0 = 0 and is not stored
       const double tau = static_cast<double>(w.heat_dt);
       const StageOf which{j == 1, j == stages, j == stages && super + 1u == w.heat_supersteps};
       const StageBody<T, Boundary, Periodic> stage{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, which};
@@ -58,13 +58,13 @@ void exchange(E& ex, const core::Frame<T>& frame) {
   });
 }
 
-/// Whether heat goes on.
+/// Stops heat where temperatures are level.
 template <class E, class T>
 void level(E& ex, const core::Frame<T>& w) {
   ex.reduce(w.particles, SpreadBody<T>{w}, w.f.heat_spread, LevelBody<T>{w});
 }
 
-/// Eq. (4) twice over half the step each, the second time with the neighbours reversed.
+/// Eq. (4) in two sweeps of half the step each, the second with the neighbours in reverse order.
 template <class E, class T>
 void paper(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;

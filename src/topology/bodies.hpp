@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of melting and of what it and freezing do to arrayN and to who is at a surface. What follows the phase change
-// returns at once in a step in which nothing melted or froze.
+// Kernels of melting, and of the changes of arrayN and of surface flags by melting and freezing. Those after the phase
+// change return at once in a step in which nothing melted or froze.
 #pragma once
 
 #include "engine/lattice.hpp"
@@ -24,8 +24,8 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
   return w.f.vertex_pick != nullptr && w.f.vertex_pick[v] != none;
 }
 
-/// A surface particle that is all liquid leaves the lattice. Mass, momentum and enthalpy stay as they are:
-/// only the tag changes.
+/// A surface particle of liquid fraction 1 leaves the lattice. Mass, momentum and enthalpy do not change, only
+/// the tag.
 template <class T>
 struct MeltBody {
   Frame<T> w;
@@ -75,7 +75,7 @@ MELTSIM_HD std::uint32_t live_along_x(const Frame<T>& w, std::uint32_t site, int
   return core::live_sites(w, site - static_cast<std::uint32_t>(h), static_cast<std::uint32_t>(2 * h + 1));
 }
 
-/// Every live vertex notes so; when the scene is uploaded, on words that are 0.
+/// Every live vertex sets its bit; runs when the scene is uploaded, on words that are 0.
 template <class T>
 struct SiteLiveBody {
   Frame<T> w;
@@ -94,7 +94,7 @@ MELTSIM_HD std::uint32_t has_changed(const Frame<T>& w) {
 
 /// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
 /// melted vertex empties its own. Each vertex writes to its own particle and no other.
-/// In passing: who is live in the row about a vertex, melted or not, and whether that is news, for topology.regions.
+/// It also stores the live sites in the row about a vertex, melted or not, and whether they changed, for topology.regions.
 template <class T>
 struct NeighboursBody {
   Frame<T> w;

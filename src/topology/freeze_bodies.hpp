@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of freezing: which liquid stands at a free site of a body, and how it becomes part of it.
+// Kernels of freezing: which liquid particle is at a free site of a body, and how it joins the body.
 #pragma once
 
 #include "spatial/neighbours.hpp"
@@ -15,7 +15,7 @@ struct Count {
   MELTSIM_HD static Count combine(Count a, Count b) { return {a.n + b.n}; }
 };
 
-/// A free site next to something live.
+/// A free site next to a live vertex.
 template <class T>
 struct Site {
   Vec3<T> position{};  ///< p, stored coordinates [m]
@@ -54,13 +54,13 @@ MELTSIM_HD Vec3<T> vertex_place(const Frame<T>& w, std::uint32_t n) {
   return xyz(w.f.position[w.f.slot_of_id[w.f.vertex_id[n]]]);
 }
 
-/// Clear of the faces along one axis; faces: bit 0 the low one, bit 1 the high one.
+/// Whether a site is clear of the faces along one axis; faces: bit 0 the low one, bit 1 the high one.
 template <class T>
 MELTSIM_HD bool clear_of(T x, T low, T high, T margin, std::uint32_t faces) {
   return !((faces & 1u) != 0u && x < low + margin) && !((faces & 2u) != 0u && x > high - margin);
 }
 
-/// Where the live neighbours of a free vertex want it, if they agree and it lies in the domain.
+/// Place of a free vertex according to its live neighbours, if they agree and it lies in the domain.
 template <class T>
 MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
   const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
@@ -124,9 +124,9 @@ MELTSIM_HD void for_each_near_site(const Frame<T>& w, std::uint32_t v, const Sit
   }
 }
 
-/// Every free vertex picks the one particle that stands there, if that is liquid within reach that freezes
-/// into its body's material. Where there are two, neither is taken: the other would be pushed away like a
-/// splash.
+/// Every free vertex picks the one particle at its site, if that is liquid within the capture radius that freezes
+/// into the material of its body. If there are two, neither is taken: the other would be repelled at high
+/// speed.
 template <class T>
 struct PickBody {
   Frame<T> w;
@@ -155,7 +155,7 @@ struct PickBody {
   }
 };
 
-/// A particle that several vertices want goes to the smallest of them.
+/// A particle that several vertices picked goes to the smallest of them.
 template <class T>
 struct ClaimBody {
   Frame<T> w;
@@ -212,7 +212,7 @@ struct BirthBody {
       w.f.vertex_state[v] = vertex_live;
       const std::uint32_t site = w.f.vertex_site[v];
       add.set(core::site_word(w, site), core::site_bit(site));
-      if (w.f.contact_slip != nullptr) w.f.contact_slip[v] = {};  // not of whoever was there before
+      if (w.f.contact_slip != nullptr) w.f.contact_slip[v] = {};  // not that of the particle before
     }
   }
 };

@@ -21,7 +21,7 @@ MELTSIM_HD void for_each_direct(const Frame<T>& w, std::uint32_t v, const Visit&
         if (((mask >> bit) & 1u) != 0u) visit(w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]);
 }
 
-/// Nothing has melted or frozen since the last search for pieces; the next has nothing to do.
+/// Whether nothing has melted or frozen since the last search for pieces, so that the next one may return at once.
 template <class T>
 MELTSIM_HD bool pieces_known(const Frame<T>& w) {
   return w.f.status->pieces_stale == 0u && w.f.status->died == 0;
@@ -29,8 +29,8 @@ MELTSIM_HD bool pieces_known(const Frame<T>& w) {
 
 /// The search for pieces: a forest over the vertices (disjoint sets; hooking without locks as in Jaiganesh &
 /// Burtscher 2018, HPDC, ECL-CC). vertex_label is a vertex's parent, never larger than itself and only ever
-/// lowered, so that the root of a piece comes out as its smallest vertex, whoever was first.
-/// To begin with everyone's parent is its smallest neighbour: in a convex piece one root already.
+/// lowered, so the root of a piece is its smallest vertex, whatever the order of threads.
+/// The first parent of a vertex is its smallest neighbour: in a convex piece that gives one root already.
 template <class T>
 struct LabelsBody {
   Frame<T> w;
@@ -43,8 +43,8 @@ struct LabelsBody {
   }
 };
 
-/// Root of v's tree. Parents that others lower meanwhile are no less ancestors; on the way up everyone gets its
-/// parent's parent, which halves the way for the next.
+/// Root of the tree of v. Parents that other threads lower meanwhile remain ancestors; on the way up every vertex gets
+/// its grandparent as parent, which halves the path for later calls.
 template <class T, class Add>
 MELTSIM_HD std::uint32_t root_of(const Frame<T>& w, std::uint32_t v, const Add& add) {
   for (;;) {
@@ -57,7 +57,7 @@ MELTSIM_HD std::uint32_t root_of(const Frame<T>& w, std::uint32_t v, const Add& 
   }
 }
 
-/// Roots as labels, so that most neighbours see at once that they belong together.
+/// Stores roots as labels, so that most neighbours have equal labels at once.
 template <class T>
 struct ClimbBody {
   Frame<T> w;
@@ -68,8 +68,8 @@ struct ClimbBody {
   }
 };
 
-/// Joins the trees of neighbours: the larger root gets the smaller as parent. If it was no root any more, what it
-/// hung from is joined instead.
+/// Joins the trees of neighbours: the larger root gets the smaller as parent. If it was no root any more, its
+/// parent is joined instead.
 template <class T>
 struct HookBody {
   Frame<T> w;
@@ -90,7 +90,7 @@ struct HookBody {
   }
 };
 
-/// The label of every vertex of a piece: its smallest vertex.
+/// Stores the label of every vertex: the smallest vertex of its piece.
 template <class T>
 struct AdoptBody {
   Frame<T> w;

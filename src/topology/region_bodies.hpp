@@ -12,7 +12,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
-/// Who is live in the row about a vertex, melted or not. When the scene is uploaded; later NeighboursBody sees to it.
+/// Live sites in the row about a vertex, melted or not. Runs when the scene is uploaded; later NeighboursBody updates them.
 template <class T>
 struct RowLiveBody {
   Frame<T> w;
@@ -21,7 +21,7 @@ struct RowLiveBody {
   }
 };
 
-/// Whether a row within w of a site along y has changed. Rows without a vertex in the middle are looked through.
+/// Whether a row within w of a site along y has changed. Rows without a vertex in the middle are searched.
 template <class T>
 MELTSIM_HD bool has_plane_changed(const Frame<T>& w, std::uint32_t site, const BodyRow& b) {
   const int h = b.region_half_width;
@@ -43,7 +43,7 @@ MELTSIM_HD bool has_plane_changed(const Frame<T>& w, std::uint32_t site, const B
   return changed != 0u;
 }
 
-/// The same of every vertex. A region lies within w of its vertex: what changes it is in such a plane within w along z.
+/// The same for every vertex. A region lies within w of its vertex: a change to it is in such a plane within w along z.
 template <class T>
 struct PlaneChangedBody {
   Frame<T> w;
@@ -60,8 +60,8 @@ struct PlaneChangedBody {
   }
 };
 
-/// A region's box, a plane to a word: bit (dx + w) + (2w + 2) (dy + w) of plane dz + w, so that nothing runs from one row
-/// into the next. A narrow region is filled so in a few instructions.
+/// A region's box, a plane to a word: bit (dx + w) + (2w + 2) (dy + w) of plane dz + w, so that no bit is shifted from one
+/// row into the next. A narrow region is filled in a few instructions.
 template <int H>
 struct RegionPlanes {
   static constexpr int side = 2 * H + 1, row = side + 1;
@@ -165,11 +165,11 @@ template <int Most>
 struct RegionRows {
   static constexpr int sides = 2 * Most + 1;
   static constexpr std::uint32_t unknown =
-      0x80000000u;  ///< in live: nobody knows this row by a vertex in its middle
+      0x80000000u;  ///< in live: no vertex is in the middle of this row
   std::uint32_t live[sides * sides], inside[sides * sides];
 };
 
-/// One round of the fill: the live ones among the 26 neighbours of what is inside, axis by axis.
+/// One round of the fill: adds the live sites among the 26 neighbours of those inside, axis by axis.
 template <int Most>
 MELTSIM_HD void spread(RegionRows<Most>& rows, int side) {
   constexpr int most = RegionRows<Most>::sides;
@@ -211,9 +211,9 @@ MELTSIM_HD bool is_boxed(const RegionRows<Most>& rows, int side) {
   return boxed;
 }
 
-/// Fill of arrayR (Shao & Yu 2017, sec. 3.2, Fig. 3): the vertex itself, then w times the direct neighbours of what is
-/// already there. A flood fill, not the box: a gap cuts. Neighbours are live vertices of the same body, so rows of bits
-/// say what lists of links would. For half-widths up to Most.
+/// Fill of arrayR (Shao & Yu 2017, sec. 3.2, Fig. 3): the vertex itself, then w times the direct neighbours of the sites
+/// already inside. A flood fill, not the box: it does not cross gaps. Neighbours are live vertices of the same body, so
+/// rows of bits replace lists of links. For half-widths up to Most.
 template <int Most, class T>
 MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
   const std::uint32_t site = w.f.vertex_site[v];
@@ -241,8 +241,8 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b
   w.f.region_members[v] = mask.members | (is_boxed(rows, side) ? core::boxed_region : 0u);
 }
 
-/// Fills anew what may have changed: work in proportion to that, the others ask for 2w+1 numbers. No region is wider
-/// than Most.
+/// Refills the regions that may have changed; others cost 2w+1 loads each. No region is wider than
+/// Most.
 template <class T, int Most>
 struct RegionsBody {
   Frame<T> w;

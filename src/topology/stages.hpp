@@ -9,7 +9,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
-/// Before topology.melt: what freezes in a step is part of the lattice when the masks are brought up to date.
+/// Before topology.melt, so that particles frozen in a step are part of the lattice when the masks are updated.
 template <class E, class T>
 void freeze(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, PickBody<T>{w});
@@ -33,7 +33,7 @@ void neighbours(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, NeighboursBody<T>{w});
 }
 
-/// Three sizes: what a thread keeps of a wide region takes local memory.
+/// Three sizes, because the working set of a thread for a wide region takes local memory.
 template <class E, class T>
 void fill_regions(E& ex, const core::Frame<T>& w, bool all) {
   if (w.region_words <= core::words_for(2)) ex.for_each(w.vertices, RegionsBody<T, 2>{w, all});

@@ -348,7 +348,7 @@ void WorldImpl::collect_samples() {
   add_samples(batch, values.data(), halt_step, sampled_);
 }
 
-/// All samples that nobody took; their region is no longer written to.
+/// All samples that no call has taken; their region is no longer written to.
 SampleBatch WorldImpl::hand_over_samples() {
   SampleBatch batch;
   batch.region = sample_region_;
