@@ -4,7 +4,7 @@
 find_program(SPHINX_BUILD sphinx-build DOC "Program that builds the documentation's pages")
 mark_as_advanced(SPHINX_BUILD)
 set(SPHINX_PYTHON "")
-if(SPHINX_BUILD)
+if(SPHINX_BUILD AND EXISTS "${SPHINX_BUILD}")
   # A script: its first line names the Python whose modules it will see.
   file(STRINGS "${SPHINX_BUILD}" sphinx_first_line LIMIT_COUNT 1)
   if(sphinx_first_line MATCHES "^#! *([^ ]+)")

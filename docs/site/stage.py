@@ -49,6 +49,14 @@ def stage(repository, out):
         else:
             shutil.copy(document, out / place)
 
+    # A page that its index does not list is still found.
+    for index in (out / "index.md", out / "design" / "index.md"):
+        listed = set(index.read_text(encoding="utf-8").split())
+        others = [p.stem for p in sorted(index.parent.glob("*.md")) if p.stem not in listed | {"index"}]
+        if others:
+            with index.open("a", encoding="utf-8") as file:
+                file.write("\n```{toctree}\n:caption: More\n:maxdepth: 1\n\n" + "\n".join(others) + "\n```\n")
+
     include = repository / "include" / "meltsim"
     formulas = out / "api" / "physics"
     names = [p.name for p in sorted((include / "physics").glob("*.hpp"))]
