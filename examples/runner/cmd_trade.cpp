@@ -61,8 +61,8 @@ class Trade {
     fronts_.clear();
     for (const trade::Known& known : study_.observables)
       fronts_.push_back(expect(trade::front(study_, known.observable.name, options_.points)));
-    // Points of the front that the time left allows, from the cheapest on.
-    double left = options_.measure ? options_.seconds - study_.wall_s : 0;
+    // Points of the front that the time left, or else half as much again, allows, from the cheapest on.
+    double left = options_.measure ? std::max(options_.seconds - study_.wall_s, options_.seconds / 2) : 0;
     tried_.resize(fronts_[0].size());
     for (std::size_t i = 0; i < fronts_[0].size(); ++i) {
       const double wanted = fronts_[0][i].seconds;

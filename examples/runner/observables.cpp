@@ -227,6 +227,7 @@ std::optional<SceneObservable> observable_named(const Scene& scene, const SceneS
     o.index = *body;
     o.desc.unit = "m";
     o.desc.components = word == "path" ? 3 : 1;
+    if (word == "draught") o.desc.reduce = Reduce::late_mean;  // it bobs
     o.desc.scale = word == "path" ? start.body_size[*body] : start.body_height[*body];
     if (!moves(scene.bodies[*body]))
       problem = fmt::format("body \"{}\" is fixed", scene.bodies[*body].desc.name);

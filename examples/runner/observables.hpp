@@ -18,7 +18,7 @@ enum class ObservableKind {
   melt_time,  ///< when this share is reached [s]
   front,      ///< how far liquid reaches along the longest level axis of the domain [m]; 1 % of it is beyond
   height,     ///< how high [m]; 1 % of the liquid is higher
-  draught,    ///< of a body: share below the liquid's level times its height [m]
+  draught,    ///< of a body: share below the level times its height, mean of the second half of the run [m]
   path,       ///< of a body: its centre of mass [m]
   pressure,   ///< at a probe, means between samples [Pa]
   temperature,  ///< at a probe [degrees Celsius]

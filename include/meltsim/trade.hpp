@@ -53,6 +53,7 @@ enum class Reduce {
   curve,         ///< all of them
   last,          ///< the last one
   largest,       ///< the largest one
+  late_mean,     ///< the mean of the second half, where an oscillation's phase does not matter
   time_to_reach  ///< when they first reach Observable::level, between samples linearly [s]; NaN: never
 };
 

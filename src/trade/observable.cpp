@@ -36,10 +36,10 @@ Ranges default_ranges() {
 
 Difference difference(const Observable& observable, double scale, const std::vector<double>& a,
                       const std::vector<double>& b) {
-  const auto width =
-      static_cast<std::size_t>(observable.reduce == Reduce::curve || observable.reduce == Reduce::last
-                                   ? std::max(1, observable.components)
-                                   : 1);
+  const auto width = static_cast<std::size_t>(observable.reduce != Reduce::largest &&
+                                                      observable.reduce != Reduce::time_to_reach
+                                                  ? std::max(1, observable.components)
+                                                  : 1);
   const std::size_t samples = std::min(a.size(), b.size()) / width;
   Difference result;
   double sum = 0;
@@ -72,6 +72,19 @@ std::vector<double> reduce(const Observable& observable, const std::vector<doubl
       for (const double value : values)
         if (!(most >= value) && std::isfinite(value)) most = value;
       return {most};
+    }
+    case Reduce::late_mean: {
+      std::vector<double> sums(width, 0.0), counts(width, 0.0);
+      const std::size_t samples = values.size() / width;
+      for (std::size_t i = samples / 2; i < samples; ++i)
+        for (std::size_t c = 0; c < width; ++c) {
+          const double value = values[i * width + c];
+          if (!std::isfinite(value)) continue;
+          sums[c] += value;
+          ++counts[c];
+        }
+      for (std::size_t c = 0; c < width; ++c) sums[c] = counts[c] > 0 ? sums[c] / counts[c] : none;
+      return sums;
     }
     case Reduce::time_to_reach:
       break;

@@ -233,6 +233,9 @@ TEST(Observables, AreReducedToWhatIsCompared) {
   EXPECT_EQ(trade::reduce(o, times, values), std::vector<double>{0.8});
   o.reduce = trade::Reduce::largest;
   EXPECT_EQ(trade::reduce(o, times, {1, std::nan(""), 0.5}), std::vector<double>{1});
+  o.reduce = trade::Reduce::late_mean;
+  EXPECT_NEAR(trade::reduce(o, times, values)[0], 0.6, 1e-15);
+  EXPECT_NEAR(trade::reduce(o, times, {9, std::nan(""), 0.5})[0], 0.5, 1e-15);
   o.reduce = trade::Reduce::time_to_reach;
   o.level = 0.6;
   EXPECT_NEAR(trade::reduce(o, times, values)[0], 1.5, 1e-15);
