@@ -177,9 +177,16 @@ template <class T, SearchKind kind>
 struct NeighboursBody {
   Frame<T> w;
   static constexpr bool shared = true;
+  static constexpr bool mirrors = false;
   struct Sum {
     MELTSIM_HD void add(const Sum&) {}
+    struct Lanes {
+      Sum at(std::size_t) const { return {}; }
+      void put(std::size_t, const Sum&) {}
+      Sum total() const { return {}; }
+    };
   };
+  MELTSIM_HD void found(Sum&, T, T) const {}
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     if (w.f.group_of[i] != none)  // not removed
       find_part<kind>(w, i, k, parts, [](const Vec4<T>&, T) {});

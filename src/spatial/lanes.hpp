@@ -5,26 +5,17 @@
 #pragma once
 
 #include <cstring>
+#include <type_traits>
 
 #include "exec/lane_positions.hpp"
 #include "exec/wide.hpp"
-#include "spatial/neighbours.hpp"
+#include "spatial/sweep.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
 using core::LanePositions;
-using core::lanes;
-
-/// One number per lane; total() adds them up in one order.
-template <class T>
-struct LaneSum {
-  T lane[lanes] = {};
-  T total() const {
-    return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
-  }
-};
 
 /// visit(lane, V_j, x_ij, r2) for every candidate of i, row by row, and stores which are near, as
 /// find_part does. What vanishes beyond H needs no branch; V_j is 0 in lanes beyond the end of a row.
@@ -60,17 +51,6 @@ inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, st
   }
   words.close();
 }
-
-/// NeighboursBody.
-template <class T, bool Periodic>
-struct NeighboursLanes {
-  core::Frame<T> w;
-  LanePositions<T> p;
-  void operator()(std::uint64_t i) const {
-    if (w.f.group_of[i] == core::none) return;  // removed
-    find_in_lanes<Periodic>(w, p, i, [](std::size_t, T, const Vec3<T>&, T) {});
-  }
-};
 
 /// Positions of the set bits of a byte, and how many there are.
 struct ByteBits {
@@ -143,6 +123,9 @@ class Batches {
   bool search_ = false;
 };
 
+/// Lanes that n neighbours take.
+inline std::uint32_t whole_lanes(std::uint32_t n) { return (n + lanes - 1u) / lanes * lanes; }
+
 /// Takes lanes beyond the last of n neighbours out of a sum that is in proportion to `weight`.
 template <class T>
 inline void cut(T* weight, std::uint32_t n) {
@@ -169,6 +152,13 @@ struct LaneVectors {
       transpose(from, slots + k, k);
       transpose(from, slots + k + 4, k + 4);
     }
+  }
+  Vec4<T> at(std::size_t k) const { return {x[k], y[k], z[k], w[k]}; }
+  void put(std::size_t k, const Vec4<T>& v) {
+    x[k] = v.x;
+    y[k] = v.y;
+    z[k] = v.z;
+    w[k] = v.w;
   }
 
  private:
@@ -255,6 +245,151 @@ inline bool any_in_lanes(std::uint32_t n, const Test& test) {
   for (const std::uint32_t f : found) any |= f;
   return any != 0u;
 }
+
+/// visit(mask) for the images across walls of `axes`, the mask a constant: a loop over neighbours then has no branch in
+/// it, and becomes vector instructions.
+template <class Visit>
+inline void for_each_mask(std::uint32_t axes, const Visit& visit) {
+  for (std::uint32_t mask = axes; mask != 0u; mask = (mask - 1u) & axes) {
+    switch (mask) {
+      case 1:
+        visit(std::integral_constant<std::uint32_t, 1>{});
+        break;
+      case 2:
+        visit(std::integral_constant<std::uint32_t, 2>{});
+        break;
+      case 3:
+        visit(std::integral_constant<std::uint32_t, 3>{});
+        break;
+      case 4:
+        visit(std::integral_constant<std::uint32_t, 4>{});
+        break;
+      case 5:
+        visit(std::integral_constant<std::uint32_t, 5>{});
+        break;
+      case 6:
+        visit(std::integral_constant<std::uint32_t, 6>{});
+        break;
+      default:
+        visit(std::integral_constant<std::uint32_t, 7>{});
+        break;
+    }
+  }
+}
+
+/// sum_part of all neighbours, `lanes` of them side by side; images in walls, which vanish beyond H like everything else, are
+/// gone through mask by mask, and what is rare one by one.
+template <bool Periodic, class T, class Body>
+inline typename Body::Sum sum_in_lanes(const core::Frame<T>& w, const Body& body, std::uint64_t i) {
+  const auto own = body.own(i);
+  const Vec3<T> xi = xyz(w.f.position[i]);
+  const core::Grid<T> grid = w.grid;
+  typename Body::Sum::Lanes sums;
+  typename Body::Sum apart;
+  Batches<Periodic, T> neighbours(w, i);
+  while (const std::uint32_t n = neighbours.next()) {
+    LaneVectors<T> x;
+    typename Body::Lanes stored;
+    x.load(w.f.position, neighbours.slots, n);
+    stored.load(body, own, i, neighbours.slots, n, x.w);
+    cut(x.w, n);
+    const auto pair = [&](std::size_t k) {
+      const Vec3<T> x_ij = separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
+      return Pair<T>{x_ij, dot(x_ij, x_ij), x.w[k]};
+    };
+    in_lanes(n, [&](std::size_t l, std::size_t k) {
+      auto sum = sums.at(l);
+      body.add(sum, own, body.other(own, stored.at(k)), pair(k), NoImages{});
+      sums.put(l, sum);
+    });
+    if constexpr (has_rare<Body>) {
+      const auto rare = [&](std::size_t k) {
+        return (x.w[k] > T(0)) & body.rare(own, body.other(own, stored.at(k)), pair(k));
+      };
+      if (any_in_lanes(n, rare))
+        for (std::uint32_t k = 0; k < n; ++k)
+          if (rare(k))
+            body.add_rare(apart, own, body.other(own, stored.at(k)), i, neighbours.slots[k], pair(k));
+    }
+    if constexpr (is_mirrored<Body>)
+      for_each_mask(own.walls.axes, [&](auto mask) {
+        in_lanes(n, [&](std::size_t l, std::size_t k) {
+          const Pair<T> p = pair(k);
+          const T shape = Body::mirrored_shape(
+              w.c.kernel, std::sqrt(physics::image_square(own.walls, p.x_ij, p.r2, mask())));
+          const T factor = body.mirrored(own, body.other(own, stored.at(k)), p.volume) * shape;
+          auto sum = sums.at(l);
+          sum.add_mirrored(physics::image_of(own.walls, p.x_ij, mask()) * factor);
+          sums.put(l, sum);
+        });
+      });
+  }
+  auto sum = sums.total();
+  sum.add(apart);
+  return sum;
+}
+
+/// The body of a gather, for a CPU.
+template <bool Periodic, class Body>
+struct InLanes : Body {
+  explicit InLanes(const Body& body) : Body(body) {}
+  typename Body::Sum sum(std::uint64_t i) const {
+    if (!Body::takes_part(i)) return {};
+    return sum_in_lanes<Periodic>(Body::w, static_cast<const Body&>(*this), i);
+  }
+  void operator()(std::uint64_t i) const {
+    if constexpr (is_listed<Body>)
+      if (!Body::wanted(i)) return;
+    Body::finish(i, sum(i));
+  }
+  template <class Add>
+  void operator()(std::uint64_t i, const Add& add) const {
+    Body::finish(i, sum(i), add);
+  }
+};
+
+/// The same of the first sweep of a sub-step, which finds neighbours.
+template <bool Periodic, class T, class Body>
+struct FoundInLanes : Body {
+  LanePositions<T> p;
+  FoundInLanes(const Body& body, const LanePositions<T>& positions) : Body(body), p(positions) {}
+  void operator()(std::uint64_t i) const {
+    if (Body::w.f.group_of[i] == core::none) return Body::finish(i, {});  // removed
+    typename Body::Sum::Lanes sums;
+    const auto found = [&](std::size_t l, T volume, T r2) {
+      auto sum = sums.at(l);
+      Body::found(sum, volume, r2);
+      sums.put(l, sum);
+    };
+    find_in_lanes<Periodic>(Body::w, p, i,
+                            [&](std::size_t l, T volume, const Vec3<T>&, T r2) { found(l, volume, r2); });
+    if constexpr (Body::mirrors) {
+      const auto walls = physics::wall_view(Body::w.c.walls, xyz(Body::w.f.position[i]));
+      if (walls.axes != 0u) for_each_found_image(i, walls, found);
+    }
+    Body::finish(i, sums.total());
+  }
+
+ private:
+  /// found(lane, V_j, r_m^2)
+  template <class Found>
+  void for_each_found_image(std::uint64_t i, const physics::WallView<T>& walls, const Found& found) const {
+    const core::Grid<T> grid = Body::w.grid;
+    const Vec3<T> xi = xyz(Body::w.f.position[i]);
+    Batches<Periodic, T> neighbours(Body::w, i);
+    while (const std::uint32_t n = neighbours.next()) {
+      LaneVectors<T> x;
+      x.load(Body::w.f.position, neighbours.slots, n);
+      cut(x.w, n);
+      for_each_mask(walls.axes, [&](auto mask) {
+        in_lanes(n, [&](std::size_t l, std::size_t k) {
+          const Vec3<T> x_ij = separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
+          found(l, x.w[k], physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask()));
+        });
+      });
+    }
+  }
+};
 
 }  // namespace spatial
 }  // namespace v0

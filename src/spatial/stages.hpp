@@ -2,7 +2,7 @@
 #pragma once
 
 #include "spatial/bodies.hpp"
-#include "spatial/lanes.hpp"
+#include "spatial/strategies.hpp"
 #include "spatial/tree_bodies.hpp"
 
 namespace meltsim {
@@ -76,11 +76,7 @@ void walk(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void neighbours(E& ex, const core::Frame<T>& w) {
-  if constexpr (core::runs_lanes<E>)
-    with_periods(w, [&](auto periodic) {
-      ex.for_each(w.particles, NeighboursLanes<T, periodic()>{w, ex.split(w.particles, w.f.position)});
-    });
-  else with_search(w, [&](auto kind) { ex.gather(w.particles, NeighboursBody<T, kind()>{w}); });
+  with_search_of<E>(w, [&](auto kind) { find<kind(), false>(ex, w, NeighboursBody<T, kind()>{w}); });
 }
 
 }  // namespace spatial

@@ -6,7 +6,7 @@
 #include "engine/heat_operand.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/phase_change.hpp"
-#include "spatial/neighbours.hpp"
+#include "spatial/lanes.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -113,6 +113,16 @@ struct ExchangeSum {
     rate += o.rate;
     conductance += o.conductance;
   }
+  struct Lanes {
+    spatial::LaneSum<double> rate;
+    spatial::LaneSum<T> conductance;
+    ExchangeSum at(std::size_t l) const { return {rate.at(l), conductance.at(l)}; }
+    void put(std::size_t l, const ExchangeSum& s) {
+      rate.put(l, s.rate);
+      conductance.put(l, s.conductance);
+    }
+    ExchangeSum total() const { return {rate.total(), conductance.total()}; }
+  };
 };
 
 /// Position of a stage in its super-step.
@@ -135,24 +145,62 @@ struct StageBody {
   }
   using Sum = ExchangeSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
-    Sum s;
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag)) return s;
-    const HeatOperand<T> own = w.f.heat_operand[i];
-    const T volume = w.f.position[i].w;
-    spatial::sweep_part<Periodic>(
-        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-          const HeatOperand<T> other = w.f.heat_operand[j];
-          T resistivities = own.resistivity + other.resistivity;
-          if (resistivities < T(0))
-            resistivities = toward(w, i, own, other.temperature) + toward(w, j, other, own.temperature);
-          const T g = physics::pair_conductance(
-              volume, xj.w, physics::laplacian_quotient(w.c.kernel, std::sqrt(r2), r2), resistivities);
-          s.rate += static_cast<double>(g * (other.temperature - own.temperature));
-          s.conductance += g;
-        });
-    return s;
+    return spatial::sum_part<Periodic>(w, *this, i, k, parts);
   }
+
+  // One pair (spatial/sweep.hpp).
+  struct Own {
+    HeatOperand<T> operand;
+    T volume;
+  };
+  struct Stored {
+    T temperature, resistivities;  ///< of the neighbour; of both ends
+  };
+  MELTSIM_HD bool takes_part(std::uint64_t i) const { return !is_removed(w.f.tag[i]); }
+  MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.heat_operand[i], w.f.position[i].w}; }
+  MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
+    const HeatOperand<T> other = w.f.heat_operand[j];
+    return {other.temperature, own.operand.resistivity + other.resistivity};
+  }
+  /// What changes its phase conducts by who is at the other end.
+  MELTSIM_HD void settle(const Own& own, Stored& s, std::uint64_t i, std::uint32_t j) const {
+    if (s.resistivities < T(0))
+      s.resistivities = toward(w, i, own.operand, s.temperature) +
+                        toward(w, j, w.f.heat_operand[j], own.operand.temperature);
+  }
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
+  template <class Images>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
+                      const Images&) const {
+    const T g = physics::pair_conductance(
+        own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
+        other.resistivities);
+    sum.rate += static_cast<double>(g * (other.temperature - own.operand.temperature));
+    sum.conductance += g;
+  }
+  struct Lanes {
+    spatial::LanePairs<T> pairs;
+    Stored at(std::size_t k) const { return {pairs.first[k], pairs.second[k]}; }
+    /// settle() of what changes its phase itself for many at a time: one by one they took a fifth of the exchange.
+    void load(const StageBody& body, const Own& own, std::uint64_t i, const std::uint32_t* slots,
+              std::uint32_t n, const T*) {
+      pairs.load(body.w.f.heat_operand, slots, n);
+      T *const temperature = pairs.first, *const resistivity = pairs.second;
+      if (spatial::any_in_lanes(n, [&](std::size_t k) { return resistivity[k] < T(0); }))
+        for (std::uint32_t k = 0; k < n; ++k)
+          resistivity[k] = toward(body.w, slots[k], HeatOperand<T>{temperature[k], resistivity[k]},
+                                  own.operand.temperature);
+      if (!(own.operand.resistivity < T(0)))
+        return spatial::in_lanes(
+            n, [&](std::size_t, std::size_t k) { resistivity[k] += own.operand.resistivity; });
+      const T share = body.w.f.heat_share[i];
+      const auto toward_other = physics::toward_neighbour(body.w.f.materials[material_of(body.w.f.tag[i])],
+                                                          own.operand.temperature);
+      spatial::in_lanes(n, [&](std::size_t, std::size_t k) {
+        resistivity[k] += share * physics::resistivity_of(toward_other(temperature[k]));
+      });
+    }
+  };
   template <class Add>
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];

@@ -3,8 +3,8 @@
 
 #include <utility>
 
+#include "spatial/strategies.hpp"
 #include "thermal/bodies.hpp"
-#include "thermal/lane_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -31,8 +31,7 @@ void super_steps(E& ex, core::Frame<T>& w) {
       const double tau = static_cast<double>(w.heat_dt);
       const StageOf which{j == 1, j == stages, j == stages && super + 1u == w.heat_supersteps};
       const StageBody<T, Boundary, Periodic> stage{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, which};
-      if constexpr (core::runs_lanes<E>) ex.accumulate(w.particles, StageLanes<T, Boundary, Periodic>(stage));
-      else ex.gather_adding(w.particles, stage);
+      spatial::sweep_adding<Periodic>(ex, w.particles, stage);
       if (Boundary) {
         ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
         ex.for_each(1,

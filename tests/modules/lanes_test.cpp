@@ -11,7 +11,7 @@
 
 #include "modules/engine.hpp"
 #include "sph/lane_bodies.hpp"
-#include "thermal/lane_bodies.hpp"
+#include "thermal/bodies.hpp"
 
 namespace {
 
@@ -155,10 +155,9 @@ class Lanes : public testing::Test {
                              i % 5 == 0 ? core::marked(r) : r};
     }
     const thermal::StageBody<T, false, Periodic> body{w, 0, 0, 1, 0, {true, true, true}};
-    const thermal::StageLanes<T, false, Periodic> lanes(body);
     for (std::size_t i = 0; i < w.particles; ++i) {
       if (is_removed(w.f.tag[i])) continue;
-      const auto a = body.part(i, 0, 1), b = lanes.exchanged(i);
+      const auto a = body.part(i, 0, 1), b = spatial::sum_in_lanes<Periodic>(w, body, i);
       EXPECT_NEAR(a.conductance, b.conductance, tolerance * a.conductance) << i;
       EXPECT_NEAR(a.rate, b.rate, 40 * static_cast<double>(tolerance * a.conductance)) << i;
     }

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums over neighbours, one particle in one thread or in one part of several. What is added up for a pair is said once, by a
+// body; how pairs are gone through is said here and, for a CPU's vectors, in lanes.hpp. A body has
+//
+//   Sum                                 with add(Sum), and Sum::Lanes for a CPU
+//   takes_part(i)                       whether particle i has a sum
+//   own(i)                              what is asked of it, once
+//   stored(own, j)                      what is asked of a neighbour; Lanes for a CPU: of several
+//   other(own, stored)                  that as it enters the sum; without branches
+//   add(sum, own, other, pair, images)  what a neighbour adds; without branches but on images
+//
+// and, where they are needed,
+//
+//   skips(j)                            neighbours that add nothing
+//   settle(own, stored, i, j)           what only few neighbours need to be asked for
+//   rare(own, other, pair), add_rare(sum, own, other, i, j, pair)
+//                                       what only few pairs add besides; rare() has no branches
+//   mirrored(own, other, volume)        what multiplies mirrored_shape(r_m) x_m, summed over the images in own.walls
+//   add_images(sum, pair, images)       where these come after what is rare; else add() takes them
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+#include <utility>
+
+#include "exec/lane_positions.hpp"
+#include "meltsim/physics/walls.hpp"
+#include "spatial/neighbours.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace spatial {
+
+using core::lanes;
+
+/// One number per lane; total() adds them up in one order.
+template <class T>
+struct LaneSum {
+  T lane[lanes] = {};
+  T at(std::size_t l) const { return lane[l]; }
+  void put(std::size_t l, T v) { lane[l] = v; }
+  T total() const {
+    return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
+  }
+};
+
+/// A vector per lane.
+template <class T>
+struct LaneVectorSum {
+  LaneSum<T> x, y, z;
+  Vec3<T> at(std::size_t l) const { return {x.lane[l], y.lane[l], z.lane[l]}; }
+  void put(std::size_t l, const Vec3<T>& v) {
+    x.lane[l] = v.x;
+    y.lane[l] = v.y;
+    z.lane[l] = v.z;
+  }
+  Vec3<T> total() const { return {x.total(), y.total(), z.total()}; }
+};
+
+/// A neighbour j of i.
+template <class T>
+struct Pair {
+  Vec3<T> x_ij{};  ///< x_i - x_j [m]
+  T r2{};          ///< its square
+  T volume{};      ///< V0 of j [m^3]
+};
+
+/// What the images of a neighbour add; there: walls are within reach.
+template <class T>
+struct Images {
+  bool there = false;
+  physics::ImageForce<T> force{};
+};
+/// They are added elsewhere.
+struct NoImages {};
+
+template <class Body, class = void>
+inline constexpr bool settles = false;
+template <class Body>
+inline constexpr bool settles<Body, std::void_t<decltype(&Body::settle)>> = true;
+template <class Body, class = void>
+inline constexpr bool has_rare = false;
+template <class Body>
+inline constexpr bool has_rare<Body, std::void_t<decltype(&Body::rare)>> = true;
+template <class Body, class = void>
+inline constexpr bool skips_some = false;
+template <class Body>
+inline constexpr bool skips_some<Body, std::void_t<decltype(&Body::skips)>> = true;
+template <class Body, class = void>
+inline constexpr bool is_mirrored = false;
+template <class Body>
+inline constexpr bool is_mirrored<Body, std::void_t<decltype(&Body::mirrored)>> = true;
+
+template <class Body, class = void>
+inline constexpr bool is_listed = false;
+template <class Body>
+inline constexpr bool is_listed<Body, std::void_t<decltype(&Body::wanted)>> = true;
+template <class Body, class = void>
+inline constexpr bool adds_images_last = false;
+template <class Body>
+inline constexpr bool adds_images_last<Body, std::void_t<decltype(&Body::add_images)>> = true;
+
+/// Part k of the sum of particle i, one neighbour after the other.
+template <bool Periodic, class T, class Body>
+MELTSIM_HD typename Body::Sum sum_part(const core::Frame<T>& w, const Body& body, std::uint64_t i,
+                                       std::uint32_t k, std::uint32_t parts) {
+  typename Body::Sum sum;
+  if (!body.takes_part(i)) return sum;
+  const auto own = body.own(i);
+  sweep_part<Periodic>(w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+    if constexpr (skips_some<Body>)
+      if (body.skips(j)) return;
+    auto stored = body.stored(own, j);
+    if constexpr (settles<Body>) body.settle(own, stored, i, j);
+    const auto other = body.other(own, stored);
+    const Pair<T> pair{x_ij, r2, xj.w};
+    Images<T> images;
+    if constexpr (is_mirrored<Body>)
+      if (own.walls.axes != 0u) {
+        const auto sums = physics::image_sums(own.walls, w.c.kernel.support2, x_ij, r2, [&](T square) {
+          return Body::mirrored_shape(w.c.kernel, std::sqrt(square));
+        });
+        const T factor = body.mirrored(own, other, xj.w);
+        images = {true, {factor * sums.all, physics::image_steps(own.walls, x_ij, sums) * factor}};
+      }
+    if constexpr (adds_images_last<Body>) body.add(sum, own, other, pair, NoImages{});
+    else body.add(sum, own, other, pair, images);
+    if constexpr (has_rare<Body>)
+      if (body.rare(own, other, pair)) body.add_rare(sum, own, other, i, j, pair);
+    if constexpr (adds_images_last<Body>)
+      if (images.there) body.add_images(sum, pair, images);
+  });
+  return sum;
+}
+
+}  // namespace spatial
+}  // namespace v0
+}  // namespace meltsim
