@@ -6,7 +6,7 @@
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
-#include "spatial/neighbours.hpp"
+#include "spatial/lanes.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -32,6 +32,12 @@ template <class T>
 struct Surroundings {
   T phi{};
   MELTSIM_HD void add(const Surroundings& o) { phi += o.phi; }
+  struct Lanes {
+    spatial::LaneSum<T> phi;
+    Surroundings at(std::size_t l) const { return {phi.at(l)}; }
+    void put(std::size_t l, const Surroundings& s) { phi.put(l, s.phi); }
+    Surroundings total() const { return {phi.total()}; }
+  };
 };
 
 /// phi and P/phi^2 of every liquid particle, -tau_k of every solid one: the sum of V W over everything within H and over
@@ -40,7 +46,7 @@ template <class T, spatial::SearchKind kind>
 struct DensityBody {
   Frame<T> w;
   static constexpr bool Periodic = kind == spatial::SearchKind::periodic;
-  static constexpr bool shared = true;
+  static constexpr bool shared = true, mirrors = true;
   static constexpr std::uint32_t resident_warps(std::uint32_t parts) {
     return sizeof(T) == sizeof(float) && parts == 1u && !Periodic ? 48u : 0u;
   }
@@ -50,19 +56,20 @@ struct DensityBody {
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     if (w.f.group_of[i] == core::none) return s;  // removed
-    spatial::find_part<kind>(w, i, k, parts, [&](const Vec4<T>& xj, T r2) { s.phi += contribution(xj, r2); });
+    spatial::find_part<kind>(w, i, k, parts, [&](const Vec4<T>& xj, T r2) { found(s, xj.w, r2); });
     return s;
   }
   /// core::can_gather_two; where cells are counted.
   MELTSIM_HD std::uint32_t two(std::uint64_t i, bool alone, Sum (&s)[2]) const {
     return spatial::find_two(w, i, alone, [&](const Vec4<T>& xj, T r2, T r2_next) {
-      s[0].phi += contribution(xj, r2);
-      s[1].phi += contribution(xj, r2_next);
+      found(s[0], xj.w, r2);
+      found(s[1], xj.w, r2_next);
     });
   }
   MELTSIM_HD std::uint64_t left_over(std::uint64_t k) const { return spatial::first_of_line(w, k); }
-  MELTSIM_HD T contribution(const Vec4<T>& xj, T r2) const {
-    return xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
+  /// What a neighbour adds, or an image of one, across its distance.
+  MELTSIM_HD void found(Sum& s, T volume, T r2) const {
+    s.phi += volume * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
   }
   MELTSIM_HD void join(std::uint64_t i) const {
     if (w.f.group_of[i] != core::none) spatial::join_words(w, i);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sweeps of the liquid for a CPU: what they add up is what DensityBody and ForcesBody add up, many
+// The sweeps of the liquid for a CPU: what they add up is what ForcesBody and ReactionBody add up, many
 // neighbours at a time. Images in walls vanish beyond H like everything else, so none has to be asked for.
 #pragma once
 
@@ -11,37 +11,6 @@
 namespace meltsim {
 inline namespace v0 {
 namespace sph {
-
-/// visit(mask) for the images across walls of `axes`, the mask a constant: a loop over neighbours then has no branch in
-/// it, and becomes vector instructions.
-template <class Visit>
-inline void for_each_mask(std::uint32_t axes, const Visit& visit) {
-  for (std::uint32_t mask = axes; mask != 0u; mask = (mask - 1u) & axes) {
-    switch (mask) {
-      case 1:
-        visit(std::integral_constant<std::uint32_t, 1>{});
-        break;
-      case 2:
-        visit(std::integral_constant<std::uint32_t, 2>{});
-        break;
-      case 3:
-        visit(std::integral_constant<std::uint32_t, 3>{});
-        break;
-      case 4:
-        visit(std::integral_constant<std::uint32_t, 4>{});
-        break;
-      case 5:
-        visit(std::integral_constant<std::uint32_t, 5>{});
-        break;
-      case 6:
-        visit(std::integral_constant<std::uint32_t, 6>{});
-        break;
-      default:
-        visit(std::integral_constant<std::uint32_t, 7>{});
-        break;
-    }
-  }
-}
 
 /// A force per lane.
 template <class T>
@@ -62,7 +31,7 @@ inline void add_image_forces(const Frame<T>& w, const physics::WallView<T>& wall
                              LaneForce<T>& force) {
   const auto kernel = w.c.kernel;
   const auto grid = w.grid;
-  for_each_mask(walls.axes, [&](auto mask) {
+  spatial::for_each_mask(walls.axes, [&](auto mask) {
     spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
       const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xyz(xi), Vec3<T>{x.x[k], x.y[k], x.z[k]});
       const T factor = physics::kernel_gradient_factor(
@@ -72,50 +41,6 @@ inline void add_image_forces(const Frame<T>& w, const physics::WallView<T>& wall
     });
   });
 }
-
-template <class T, bool Periodic>
-struct DensityLanes : DensityBody<T, spatial::search_kind<Periodic>> {
-  using Base = DensityBody<T, spatial::search_kind<Periodic>>;
-  using Base::w;
-  spatial::LanePositions<T> p;
-  DensityLanes(const Frame<T>& frame, const spatial::LanePositions<T>& positions)
-      : Base{frame}, p(positions) {}
-
-  void operator()(std::uint64_t i) const {
-    Surroundings<T> s;
-    if (w.f.group_of[i] != core::none) s = sum(i);
-    Base::finish(i, s);
-  }
-  Surroundings<T> sum(std::uint64_t i) const {
-    const auto kernel = w.c.kernel;
-    spatial::LaneSum<T> phi;
-    spatial::find_in_lanes<Periodic>(w, p, i, [&](std::size_t l, T volume, const Vec3<T>&, T r2) {
-      phi.lane[l] += volume * physics::kernel_shape(kernel, std::sqrt(r2));
-    });
-    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
-    if (walls.axes != 0u) add_images(i, walls, phi);
-    return {phi.total()};
-  }
-  void add_images(std::uint64_t i, const physics::WallView<T>& walls, spatial::LaneSum<T>& phi) const {
-    const auto kernel = w.c.kernel;
-    const auto grid = w.grid;
-    const Vec3<T> xi = xyz(w.f.position[i]);
-    spatial::Batches<Periodic, T> neighbours(w, i);
-    while (const std::uint32_t n = neighbours.next()) {
-      spatial::LaneVectors<T> x;
-      x.load(w.f.position, neighbours.slots, n);
-      spatial::cut(x.w, n);
-      for_each_mask(walls.axes, [&](auto mask) {
-        spatial::in_lanes(n, [&](std::size_t l, std::size_t k) {
-          const Vec3<T> x_ij = spatial::separation<Periodic>(grid, xi, Vec3<T>{x.x[k], x.y[k], x.z[k]});
-          phi.lane[l] +=
-              x.w[k] * physics::kernel_shape(
-                           kernel, std::sqrt(physics::image_square(walls, x_ij, dot(x_ij, x_ij), mask())));
-        });
-      });
-    }
-  }
-};
 
 /// Where a neighbour is another liquid, or a solid so near that liquid could slip through, ForcesBody does the work.
 template <class T, Company company, bool Periodic>

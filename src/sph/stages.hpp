@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "spatial/strategies.hpp"
 #include "sph/advance_bodies.hpp"
 #include "sph/bodies.hpp"
 #include "sph/lane_bodies.hpp"
@@ -12,19 +13,8 @@ namespace sph {
 
 template <class E, class T>
 void density(E& ex, const core::Frame<T>& w) {
-  if constexpr (core::runs_lanes<E>)
-    spatial::with_periods(w, [&](auto periodic) {
-      ex.for_each(w.particles, DensityLanes<T, periodic()>(w, ex.split(w.particles, w.f.position)));
-    });
-  else
-    spatial::with_search(w, [&](auto kind) {
-      const DensityBody<T, kind()> body{w};
-      if constexpr (core::can_gather_two<E> && kind() == spatial::SearchKind::counted &&
-                    sizeof(T) == sizeof(float))
-        if (ex.gathers_two(w.particles) && spatial::pays_by_twos(w))
-          return ex.gather_two(w.particles, spatial::lines(w.grid), body);
-      ex.gather(w.particles, body);
-    });
+  spatial::with_search_of<E>(
+      w, [&](auto kind) { spatial::find<kind(), true>(ex, w, DensityBody<T, kind()>{w}); });
 }
 
 template <class E, class T>
