@@ -4,7 +4,7 @@
 
 #include "engine/frame.hpp"
 #include "meltsim/physics/contact.hpp"
-#include "spatial/neighbours.hpp"
+#include "spatial/lanes.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -16,37 +16,108 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
 }
 
-/// One part of the liquid's force on solid particle k [N]: the negatives of what sph.forces gives the liquid, the images
-/// in walls included.
-template <bool Periodic, class T>
-MELTSIM_HD Vec3<T> liquid_on_solid(const Frame<T>& w, std::uint64_t k, std::uint32_t share,
-                                   std::uint32_t parts) {
+template <class T>
+struct ForceSum {
   Vec3<T> force{};
-  const Vec4<T> vk4 = w.f.velocity[k];
-  const T vol_k = w.f.position[k].w, tau = -vk4.w;
-  const Vec3<T> vk = xyz(vk4);
-  const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
-  spatial::sweep_part<Periodic>(
-      w, k, share, parts, [&](std::uint32_t i, const Vec4<T>& xi, const Vec3<T>& x_ki, T r2) {
-        const std::uint32_t tag_i = w.f.tag[i];
-        if (!is_fluid(tag_i)) return;
-        const MaterialRow<T>& mi = w.f.materials[material_of(tag_i)];
-        const Vec4<T> vi = w.f.velocity[i];
-        const physics::CouplingPair<T> p{
-            xi.w,  vol_k,       vi.w + mi.tait_stiffness * tau, viscosity_of(w, i, mi), mi.density,
-            -x_ki, xyz(vi) - vk};
-        force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
-        if (r2 < w.c.leak_distance2)
-          force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k], -x_ki,
-                                        xyz(vi) - vk, r2);
-        if (walls.axes != 0u) {
-          const auto images =
-              physics::image_pressure_force(w.c.kernel, walls, x_ki, r2, p.fluid_volume, vol_k, p.terms);
-          force += x_ki * images.along + images.normal;
-        }
+  MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
+  struct Lanes {
+    spatial::LaneVectorSum<T> force;
+    ForceSum at(std::size_t l) const { return {force.at(l)}; }
+    void put(std::size_t l, const ForceSum& s) { force.put(l, s.force); }
+    ForceSum total() const { return {force.total()}; }
+  };
+  /// Of an image.
+  MELTSIM_HD void add_mirrored(const Vec3<T>& f) { force += f; }
+};
+
+/// The liquid's force on a solid particle [N]: the negatives of what sph.forces gives the liquid, the images in walls
+/// included (spatial/sweep.hpp).
+template <class T>
+struct LiquidOnSolid {
+  Frame<T> w;
+  using Sum = ForceSum<T>;
+  struct Own {
+    T volume, tau;
+    Vec3<T> v;
+    physics::WallView<T> walls;
+  };
+  struct Stored {
+    Vec3<T> v;
+    T terms, viscosity, density;  ///< terms: P/phi^2 of both ends
+  };
+  MELTSIM_HD bool takes_part(std::uint64_t) const { return true; }
+  MELTSIM_HD Own own(std::uint64_t k) const {
+    const Vec4<T> v = w.f.velocity[k], x = w.f.position[k];
+    return {x.w, -v.w, xyz(v), physics::wall_view(w.c.walls, xyz(x))};
+  }
+  MELTSIM_HD bool skips(std::uint32_t i) const { return !is_fluid(w.f.tag[i]); }
+  MELTSIM_HD Stored stored(const Own& own, std::uint32_t i) const {
+    const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
+    const Vec4<T> v = w.f.velocity[i];
+    return {xyz(v), v.w + m.tait_stiffness * own.tau, viscosity_of(w, i, m), m.density};
+  }
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
+  template <class Images>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& i, const spatial::Pair<T>& pair,
+                      const Images&) const {
+    const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms,    i.viscosity,
+                                     i.density,   -pair.x_ij, i.v - own.v};
+    sum.force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2);
+  }
+  MELTSIM_HD T mirrored(const Own& own, const Stored& i, T volume) const {
+    return physics::pressure_factor(volume, own.volume, i.terms, T(0), w.c.kernel.grad_scale);
+  }
+  MELTSIM_HD static T mirrored_shape(const physics::SphKernel<T>& kernel, T r) {
+    return physics::kernel_gradient_shape(kernel, r);
+  }
+  MELTSIM_HD void add_images(Sum& sum, const spatial::Pair<T>& pair, const spatial::Images<T>& images) const {
+    sum.force += pair.x_ij * images.force.along + images.force.normal;
+  }
+  MELTSIM_HD bool may_be_rare(const Stored&) const { return true; }
+  /// So near that liquid could slip through.
+  MELTSIM_HD bool rare(const Own&, const Stored&, const spatial::Pair<T>& pair) const {
+    return pair.r2 < w.c.leak_distance2;
+  }
+  MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Stored& i, std::uint64_t k, std::uint32_t slot,
+                           const spatial::Pair<T>& pair) const {
+    sum.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[slot], w.f.mass[k],
+                                      -pair.x_ij, i.v - own.v, pair.r2);
+  }
+  /// Who is no liquid has no weight.
+  struct Lanes {
+    spatial::LaneVectors<T> v, of;
+    Stored at(std::size_t k) const { return {{v.x[k], v.y[k], v.z[k]}, v.w[k], of.x[k], of.y[k]}; }
+    void load(const LiquidOnSolid& body, const Own& own, std::uint64_t, const std::uint32_t* slots,
+              std::uint32_t n, T* volume) {
+      if (body.w.one_liquid && body.w.f.viscosity == nullptr && !(body.w.c.lowest_phi < T(1)))
+        return load_alike(body, own, slots, n, volume);
+      for (std::uint32_t k = 0; k < spatial::whole_lanes(n); ++k) {
+        const bool none = body.skips(slots[k]);
+        const Stored s = none ? Stored{} : body.stored(own, slots[k]);
+        v.put(k, with_w(s.v, s.terms));
+        of.x[k] = s.viscosity;
+        of.y[k] = s.density;
+        if (none) volume[k] = T(0);
+      }
+    }
+    /// Beside one liquid, which the sign of the terms tells from solids.
+    void load_alike(const LiquidOnSolid& body, const Own& own, const std::uint32_t* slots, std::uint32_t n,
+                    T* volume) {
+      std::uint32_t first = 0;
+      while (first < n && body.skips(slots[first])) ++first;
+      MaterialRow<T> liquid;
+      if (first < n) liquid = body.w.f.materials[material_of(body.w.f.tag[slots[first]])];
+      const T of_solid = liquid.tait_stiffness * own.tau;
+      v.load(body.w.f.velocity, slots, n);
+      spatial::in_lanes(n, [&](std::size_t, std::size_t k) {
+        volume[k] = sign_bit(v.w[k]) != 0u ? T(0) : volume[k];
+        v.w[k] += of_solid;
+        of.x[k] = liquid.viscosity;
+        of.y[k] = liquid.density;
       });
-  return force;
-}
+    }
+  };
+};
 
 /// Slip of a solid particle along its contacts [m].
 template <class T>

@@ -51,7 +51,7 @@ struct LiquidOnBodyBody {
     const std::uint32_t tag = w.f.tag[i];
     if (!counts(w, r, tag) || !belongs(r, tag)) return s;
     s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, xyz(w.f.position[i])),
-          cast<double>(core::liquid_on_solid<Periodic>(w, i, 0u, 1u)));
+          cast<double>(spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force));
     return s;
   }
 };

@@ -306,7 +306,8 @@ inline typename Body::Sum sum_in_lanes(const core::Frame<T>& w, const Body& body
       const auto rare = [&](std::size_t k) {
         return (x.w[k] > T(0)) & body.rare(own, body.other(own, stored.at(k)), pair(k));
       };
-      if (any_in_lanes(n, rare))
+      const auto possible = [&](std::size_t k) { return body.may_be_rare(body.other(own, stored.at(k))); };
+      if (any_in_lanes(n, possible) && any_in_lanes(n, rare))
         for (std::uint32_t k = 0; k < n; ++k)
           if (rare(k))
             body.add_rare(apart, own, body.other(own, stored.at(k)), i, neighbours.slots[k], pair(k));

@@ -14,7 +14,8 @@
 //   skips(j)                            neighbours that add nothing
 //   settle(own, stored, i, j)           what only few neighbours need to be asked for
 //   rare(own, other, pair), add_rare(sum, own, other, i, j, pair)
-//                                       what only few pairs add besides; rare() has no branches
+//                                       what only few pairs add besides; rare() has no branches, may_be_rare(other) is
+//                                       what of it does not hang on the distance
 //   mirrored(own, other, volume)        what multiplies mirrored_shape(r_m) x_m, summed over the images in own.walls
 //   add_images(sum, pair, images)       where these come after what is rare; else add() takes them
 #pragma once

@@ -116,11 +116,7 @@ struct ViscosityBody {
   }
 };
 
-template <class T>
-struct ForceSum {
-  Vec3<T> force{};
-  MELTSIM_HD void add(const ForceSum& o) { force += o.force; }
-};
+using core::ForceSum;
 
 /// Kinds of neighbours of a liquid particle: the same liquid alone; that and solids; or several liquids, varying
 /// viscosities, liquid with tension. In the first two only position and velocity of a neighbour are loaded.
@@ -144,46 +140,113 @@ struct ForcesBody {
   }
   using Sum = ForceSum<T>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
-    constexpr bool any = company == Company::any;
-    Sum s;
-    const std::uint32_t tag = w.f.tag[i];
-    if (!is_fluid(tag)) return s;
-    const MaterialRow<T>& mi = w.f.materials[material_of(tag)];
-    const T stiffness = mi.tait_stiffness, density = mi.density;
-    const Vec4<T> xi = w.f.position[i], vi = w.f.velocity[i];
-    const T vol_i = xi.w, mu = viscosity_of(w, i, mi);
-    const auto walls = physics::wall_view(w.c.walls, xyz(xi));
-    spatial::sweep_part<Periodic>(
-        w, i, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-          const Vec4<T> vj = w.f.velocity[j];
-          const Vec3<T> v_ij = xyz(vi) - xyz(vj);
-          const std::uint32_t tag_j = any ? w.f.tag[j] : tag;
-          // A solid acts like the same liquid, except for its pressure term.
-          const bool solid = any ? is_solid(tag_j) : company == Company::solids && is_solid_term(vj.w);
-          const T term_j = solid ? stiffness * -vj.w : vj.w;
-          T by_images = 0;
-          if (walls.axes != 0u) {
-            const auto images =
-                physics::image_pressure_force(w.c.kernel, walls, x_ij, r2, vol_i, xj.w, vi.w + term_j);
-            by_images = images.along;
-            s.force += images.normal;
-          }
-          const bool same = !any || solid || material_of(tag_j) == material_of(tag);
-          T mu_ij = mu, density_ij = density;
-          if (!same) density_ij = T(0.5) * (density + w.f.materials[material_of(tag_j)].density);
-          if (any && (!same || (w.f.viscosity != nullptr && !solid)))
-            mu_ij = physics::pair_viscosity(mu, viscosity_of(w, j, w.f.materials[material_of(tag_j)]));
-          const physics::LiquidPair<T> p{vol_i, xj.w, vi.w, term_j, mu_ij, density_ij, x_ij, v_ij};
-          auto factors =
-              physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, r2);
-          factors.along += by_images;
-          s.force = physics::add_liquid_force(s.force, factors, x_ij, v_ij);
-          if (solid && r2 < w.c.leak_distance2)
-            s.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], x_ij,
-                                           v_ij, r2);
-        });
-    return s;
+    return spatial::sum_part<Periodic>(w, *this, i, k, parts);
   }
+
+  // One pair (spatial/sweep.hpp).
+  static constexpr bool any = company == Company::any;
+  struct Own {
+    std::uint32_t tag;
+    T stiffness, density, viscosity;
+    Vec4<T> x, v;
+    physics::WallView<T> walls;
+  };
+  struct Stored {
+    Vec4<T> v;
+    T viscosity, density;  ///< of the pair
+    bool solid;            ///< known where everyone is asked
+  };
+  struct Other {
+    Vec3<T> v;
+    T term, viscosity, density;
+    bool solid;
+  };
+  MELTSIM_HD bool takes_part(std::uint64_t i) const { return is_fluid(w.f.tag[i]); }
+  MELTSIM_HD Own own(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+    const Vec4<T> x = w.f.position[i];
+    return {tag,
+            m.tait_stiffness,
+            m.density,
+            viscosity_of(w, i, m),
+            x,
+            w.f.velocity[i],
+            physics::wall_view(w.c.walls, xyz(x))};
+  }
+  MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
+    return {w.f.velocity[j], own.viscosity, own.density, false};
+  }
+  /// Asks a neighbour what it is, where the scene leaves that open.
+  MELTSIM_HD void settle(const Own& own, Stored& s, std::uint64_t, std::uint32_t j) const {
+    if (!any) return;
+    const std::uint32_t tag = w.f.tag[j];
+    s.solid = is_solid(tag);
+    const bool same = s.solid || material_of(tag) == material_of(own.tag);
+    if (!same) s.density = T(0.5) * (own.density + w.f.materials[material_of(tag)].density);
+    if (!same || (w.f.viscosity != nullptr && !s.solid))
+      s.viscosity =
+          physics::pair_viscosity(own.viscosity, viscosity_of(w, j, w.f.materials[material_of(tag)]));
+  }
+  /// A solid acts like the same liquid, except for its pressure term.
+  MELTSIM_HD Other other(const Own& own, const Stored& s) const {
+    const bool solid = any ? s.solid : company == Company::solids && is_solid_term(s.v.w);
+    return {xyz(s.v), solid ? own.stiffness * -s.v.w : s.v.w, s.viscosity, s.density, solid};
+  }
+  template <class Images>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Other& other, const spatial::Pair<T>& pair,
+                      const Images& images) const {
+    const Vec3<T> v_ij = xyz(own.v) - other.v;
+    const physics::LiquidPair<T> p{own.x.w,         pair.volume,   own.v.w,   other.term,
+                                   other.viscosity, other.density, pair.x_ij, v_ij};
+    auto factors = physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2);
+    if constexpr (!std::is_same<Images, spatial::NoImages>::value) {
+      if (images.there) sum.force += images.force.normal;
+      factors.along += images.force.along;
+    }
+    sum.force = physics::add_liquid_force(sum.force, factors, pair.x_ij, v_ij);
+  }
+  MELTSIM_HD T mirrored(const Own& own, const Other& other, T volume) const {
+    return physics::pressure_factor(own.x.w, volume, own.v.w + other.term, T(0), w.c.kernel.grad_scale);
+  }
+  MELTSIM_HD static T mirrored_shape(const physics::SphKernel<T>& kernel, T r) {
+    return physics::kernel_gradient_shape(kernel, r);
+  }
+  MELTSIM_HD bool may_be_rare(const Other& other) const { return other.solid; }
+  /// A solid so near that liquid could slip through.
+  MELTSIM_HD bool rare(const Own&, const Other& other, const spatial::Pair<T>& pair) const {
+    return other.solid & (pair.r2 < w.c.leak_distance2);
+  }
+  MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Other& other, std::uint64_t i, std::uint32_t j,
+                           const spatial::Pair<T>& pair) const {
+    sum.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], pair.x_ij,
+                                     xyz(own.v) - other.v, pair.r2);
+  }
+  /// Viscosities, densities and phases have lanes of their own only where neighbours are asked for them.
+  struct Lanes {
+    spatial::LaneVectors<T> v;
+    T viscosity, density;
+    std::conditional_t<any, spatial::LaneVectors<T>, spatial::NoImages> asked;
+    Stored at(std::size_t k) const {
+      if constexpr (any) return {v.at(k), asked.x[k], asked.y[k], asked.z[k] != T(0)};
+      else return {v.at(k), viscosity, density, false};
+    }
+    void load(const ForcesBody& body, const Own& own, std::uint64_t i, const std::uint32_t* slots,
+              std::uint32_t n, const T*) {
+      v.load(body.w.f.velocity, slots, n);
+      viscosity = own.viscosity;
+      density = own.density;
+      if constexpr (any) {
+        for (std::uint32_t k = 0; k < spatial::whole_lanes(n); ++k) {
+          Stored s{Vec4<T>{}, viscosity, density, false};
+          body.settle(own, s, i, slots[k]);
+          asked.x[k] = s.viscosity;
+          asked.y[k] = s.density;
+          asked.z[k] = s.solid ? T(1) : T(0);
+        }
+      }
+    }
+  };
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
     const std::uint32_t tag = w.f.tag[i];
     if (is_fluid(tag))
@@ -238,12 +301,12 @@ struct WettedBody {
 /// Force of the liquid on every solid particle: the negatives of the forces in ForcesBody, by the same formula from the
 /// same numbers. If a compiler fuses multiplications and additions, the sums may differ by rounding.
 template <class T, bool Periodic>
-struct ReactionBody {
-  Frame<T> w;
+struct ReactionBody : core::LiquidOnSolid<T> {
+  using core::LiquidOnSolid<T>::w;
   using Sum = ForceSum<T>;
   MELTSIM_HD bool wanted(std::uint64_t k) const { return WettedBody<T>{w}.wanted(k); }
   MELTSIM_HD Sum part(std::uint64_t k, std::uint32_t share, std::uint32_t parts) const {
-    return {core::liquid_on_solid<Periodic>(w, k, share, parts)};
+    return spatial::sum_part<Periodic>(w, static_cast<const core::LiquidOnSolid<T>&>(*this), k, share, parts);
   }
   MELTSIM_HD void finish(std::uint64_t k, const Sum& s) const {
     w.f.acceleration[k] += s.force * (T(1) / w.f.mass[k]);

@@ -4,7 +4,6 @@
 #include "spatial/strategies.hpp"
 #include "sph/advance_bodies.hpp"
 #include "sph/bodies.hpp"
-#include "sph/lane_bodies.hpp"
 #include "sph/shift_bodies.hpp"
 
 namespace meltsim {
@@ -24,8 +23,7 @@ void viscosity(E& ex, const core::Frame<T>& w) {
 
 template <Company company, bool Periodic, class E, class T>
 void forces_of(E& ex, const core::Frame<T>& w) {
-  if constexpr (core::runs_lanes<E>) ex.for_each(w.particles, ForcesLanes<T, company, Periodic>(w));
-  else ex.gather(w.particles, ForcesBody<T, company, Periodic>{w});
+  spatial::sweep<Periodic>(ex, w.particles, ForcesBody<T, company, Periodic>{w});
 }
 
 template <class E, class T>
@@ -59,9 +57,7 @@ void wetted(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
-    if constexpr (core::runs_lanes<E>)
-      if (company_of(w) == Company::solids) return ex.for_each(w.particles, ReactionLanes<T, periodic()>(w));
-    ex.gather_listed(w.particles, w.f.wetted, ReactionBody<T, periodic()>{w});
+    spatial::sweep_listed<periodic()>(ex, w.particles, w.f.wetted, ReactionBody<T, periodic()>{{w}});
   });
 }
 
