@@ -19,7 +19,6 @@ inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : Sear
 
 /// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores who is near to each of
 /// them. Where branches are dear, candidates that are not near are visited, too; what vanishes beyond H needs no branch.
-/// i: the first of the particles.
 template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
 MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, SomeRows set,
                            const Vec3<T> (&x)[Count], WordWriter<T> (&words)[Count], const Visit& visit) {
