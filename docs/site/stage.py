@@ -62,7 +62,7 @@ def stage(repository, out):
     names = [p.name for p in sorted((include / "physics").glob("*.hpp"))]
     for name in names:
         (formulas / f"{name[:-4]}.md").write_text(
-            f"# {name}\n\n`#include \"meltsim/physics/{name}\"`\n\n```{{doxygengroup}} {name[:-4]}\n:content-only:\n:members:\n```\n")
+            f"# {name}\n\n`#include \"meltsim/physics/{name}\"`\n\n```{{doxygengroup}} {name[:-4]}\n:members:\n```\n")
     with (formulas / "index.md").open("a", encoding="utf-8") as index:
         index.write("\n```{toctree}\n:maxdepth: 1\n\n" + "\n".join(name[:-4] for name in names) + "\n```\n")
 
