@@ -89,7 +89,7 @@ class MELTSIM_API World {
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
   /// Allocates, uploads and plans for the next step. step() calls it if something was added; call it yourself
-  /// to keep the first step free of allocation. Synchronises if something was added. Errors: out_of_memory.
+  /// to keep the first step free of allocation. Synchronises if something was added. Errors: capacity, out_of_memory.
   Status prepare();
 
   /// Enqueues dt seconds, divided into equal sub-steps of at most Resolved::stable_dt. dt = 0 does nothing. Steps may vary
@@ -98,7 +98,7 @@ class MELTSIM_API World {
   /// channels that differ; particles stay on the device. Otherwise it waits only if the device is more than about half
   /// a second of work behind (never while the host captures the stream).
   /// Errors: invalid_argument (dt negative, not finite, or above 0 and below 1e-30 s), step_too_large, halted,
-  /// interrupted, out_of_memory.
+  /// interrupted, and those of prepare().
   Status step(double dt);
 
   /// Makes the running step(), or else the next one, return ErrorCode::interrupted before its next sub-step; on the CPU
@@ -136,7 +136,7 @@ class MELTSIM_API World {
   /// fault of the device), out_of_memory.
   Result<Reading> take(ReadTicket ticket);
 
-  // Reading back. All synchronise. Errors of all: invalid_argument (during a capture), out_of_memory, internal.
+  // Reading back. All synchronise. Errors: out_of_memory, internal; of the first two and pieces() those of request().
   Result<Totals> totals();                  ///< conserved quantities and extremes
   Result<Ledger> ledger();                  ///< conserved quantities, summed on the device
   Result<ParticleData> particles();         ///< all particles, sorted by id
