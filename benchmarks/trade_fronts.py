@@ -131,7 +131,7 @@ def fronts(options, out):
                   "| expected error [%] | expected time [s] | error [%] | time [s] | spacing [m] | sound speed [m/s] | Courant |",
                   "|---:|---:|---:|---:|---:|---:|---:|"]
         for row in first:
-            scale = float(row["error"]) / float(row["error_share"])
+            scale = float(row["error"]) / max(float(row["error_share"]), 1e-300) or 1
             measured = row["measured_error"]
             lines.append("| {:.2g} | {:.3g} | {} | {} | {:.3g} | {:.3g} | {:.2g} |".format(
                 100 * float(row["error_share"]), float(row["seconds"]),

@@ -48,6 +48,10 @@ class Studying {
     for (std::size_t i = 0; i < planned_.size() && !stopped_; ++i)
       if (const Status done = probe(planned_[i], i == 0); !done) return done.error();
     if (stopped_) return Error{ErrorCode::interrupted, "study: stopped by Options::progress"};
+    if (turns(Knob::spacing) && twins(Knob::spacing, 0).size() < 2)
+      return invalid("seconds: no two spacings could be probed" +
+                     (study_.notes.empty() ? std::string() : " (" + study_.notes.front() + ")") +
+                     "; raise the time limit, or shorten the run");
     narrow_ranges();
     for (std::size_t k = 0; k < problem_.observables.size(); ++k) know(k);
     rate();
@@ -193,8 +197,10 @@ class Studying {
     return "probe with " + what(planned) + ": " + why;
   }
 
-  /// What diverged is not chosen, nor what lies beyond it.
+  /// What diverged is not chosen, nor what lies beyond it; what no twin was made of stays as it is.
   void narrow_ranges() {
+    for (const Knob knob : {Knob::sound_speed, Knob::courant, Knob::step})
+      if (turns(knob) && twins(knob, 0).size() < 2) study_.ranges[static_cast<std::size_t>(knob)] = {1, 1};
     for (const Planned& planned : failed_) {
       Range& range = study_.ranges[static_cast<std::size_t>(planned.of)];
       const double x = planned.knobs[planned.of];

@@ -174,6 +174,27 @@ TEST(Choice, WhatDivergedIsNotChosen) {
   EXPECT_GE(choice->knobs[Knob::sound_speed], 0.4);
 }
 
+TEST(Choice, WhatNoTwinWasMadeOfIsLeftAlone) {
+  Made made;
+  made.breaks_below = 0.9;  // no sound speed but the problem's own
+  const trade::Study study = study_of(made);
+  EXPECT_EQ(trade::choose(study, "y", 0.5)->knobs[Knob::sound_speed], 1);
+  // And without a second spacing nothing is known of the error.
+  trade::Problem problem = made.problem();
+  problem.run = [run = problem.run](const Knobs& knobs, double limit) {
+    Result<trade::Measurement> m = run(knobs, limit);
+    if (knobs[Knob::spacing] < 0.7 || knobs[Knob::spacing] > 0.9) {
+      m->complete = false;
+      m->problem = "it took longer than allowed";
+    }
+    return m;
+  };
+  const Result<trade::Study> none = trade::study(problem);
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().message.find("seconds: no two spacings could be probed"), 0u)
+      << none.error().message;
+}
+
 TEST(Choice, IsTheSameTwice) {
   const trade::Study a = study_of(Made{}), b = study_of(Made{});
   EXPECT_EQ(trade::choose(a, "y", 0.05)->knobs.value, trade::choose(b, "y", 0.05)->knobs.value);
