@@ -21,10 +21,10 @@ std::vector<PairEngine> pair_engines() {
     auto made = core::make_cuda_engine(desc);
     return made ? *made : nullptr;
   };
-  // Two to a thread pays at short supports, in lines of 64 cells and more: a crowd of 60 to a side is 12 m wide.
-  return {{"three warps", cuda, 0, 2.5},
-          {"a thread each", cuda, core::gather_few, 2.5},
-          {"a thread for two", cuda, core::gather_few, 2.1}};
+  // Two to a thread pays at short supports, in lines of 64 cells and more.
+  return {{"three warps", cuda, 0, 2.5, 0},
+          {"a thread each", cuda, core::gather_few, 2.5, 0},
+          {"a thread for two", cuda, core::gather_few, 2.1, 66}};
 }
 
 }  // namespace modules_test

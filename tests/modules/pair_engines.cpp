@@ -22,9 +22,9 @@ std::vector<PairEngine> pair_engines() {
     auto made = core::make_cpu_engine(desc);
     return made ? *made : nullptr;
   };
-  return {{"three threads", threads, 0, 2.5},
-          {"shuffled", permuting(Order::shuffled, false), 0, 2.5},
-          {"fused", permuting(Order::reversed, true), 0, 2.1}};
+  return {{"three threads", threads, 3000, 2.5, 0},
+          {"shuffled", permuting(Order::shuffled, false), 0, 2.5, 0},
+          {"fused", permuting(Order::reversed, true), 0, 2.1, 66}};
 }
 
 }  // namespace modules_test

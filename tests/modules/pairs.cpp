@@ -125,7 +125,7 @@ PairScene bodies(double support, bool liquid) {
 
 }  // namespace
 
-std::vector<NamedScene> pair_scenes(double support) {
+std::vector<NamedScene> pair_scenes(double support, double length) {
   std::vector<NamedScene> all;
   // Free surface above, walls and edges around.
   all.push_back({"water", box(support, Kind::water, 0, {9, 8, 8}, 4, 1)});
@@ -145,6 +145,10 @@ std::vector<NamedScene> pair_scenes(double support) {
   all.push_back({"crowd", crowded(support)});
   all.push_back({"bodies", bodies(support, false)});
   all.push_back({"bodies and water", bodies(support, true)});
+  for (NamedScene& s : all) {
+    DomainDesc& d = s.scene.constants.domain;
+    if (d.bounded && d.faces[1] == Face::wall) d.max.x = std::max(d.max.x, length * support * dx);
+  }
   return all;
 }
 
@@ -164,7 +168,7 @@ struct Run {
     ASSERT_NE(engine, nullptr) << how.name;
     core::SceneConstants c = scene.constants;
     core::SceneState s = scene.state;
-    add_crowd(c, s);
+    add_removed(c, s);
     set_tables(c);
     facts |= scene.facts | (c.domain.bounded ? core::fact_packed : core::fact_sparse);
     const core::EngineSetup setup = setup_for(facts, s.position.size());
@@ -186,13 +190,8 @@ struct Run {
     engine->download(after);
     engine->download(derived);
   }
-  void add_crowd(core::SceneConstants& c, core::SceneState& s) const {
-    if (how.crowd == 0) return;
-    const int side = static_cast<int>(std::ceil(std::cbrt(double(how.crowd))));
-    const double room = 3 + side * dx + 1.5;
-    if (c.domain.bounded) c.domain.max = {room, room, room};
-    for (const Vec3i& k : block(side, side, side))
-      add_particle(s, c, Vec3d{k.x + 0.5, k.y + 0.5, k.z + 0.5} * dx + Vec3d{3, 3, 3}, 0u);
+  void add_removed(const core::SceneConstants& c, core::SceneState& s) const {
+    for (std::size_t k = 0; k < how.removed; ++k) add_particle(s, c, s.position[0], tag_removed);
   }
 };
 

@@ -14,9 +14,11 @@ namespace modules_test {
 struct PairEngine {
   std::string name;
   std::function<std::shared_ptr<core::Engine>(Precision)> make;
-  /// Particles far from all others: how many there are decides how a GPU shares its sums out.
-  std::size_t crowd = 0;
+  /// Removed particles beside those of a scene: how many there are decides how a GPU shares its sums out.
+  std::size_t removed = 0;
   double support = 2.5;  ///< spacings
+  /// Scenes whose domain ends in walls along x are this many supports long: in long lines of cells a thread may take two.
+  double length = 0;
 };
 std::vector<PairEngine> pair_engines();
 /// Why they cannot run here; empty: they can.
@@ -27,7 +29,8 @@ struct NamedScene {
   PairScene scene;
 };
 /// dx 0.2, lattices of 0.9 dx: compressed, so that liquid has a pressure and comes within the reach of leak_force.
-std::vector<NamedScene> pair_scenes(double support);
+/// `length`: PairEngine::length.
+std::vector<NamedScene> pair_scenes(double support, double length = 0);
 
 /// All that the engine adds up over pairs.
 template <class T>

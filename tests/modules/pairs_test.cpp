@@ -33,7 +33,7 @@ TYPED_TEST(Pairs, EqualOneSumOverAllPairs) {
   const bool print = std::getenv("MELTSIM_PRINT_ERRORS") != nullptr;
   for (const PairEngine& how : pair_engines()) {
     std::size_t seen[quantities][beside_count] = {};
-    for (const NamedScene& s : pair_scenes(how.support)) {
+    for (const NamedScene& s : pair_scenes(how.support, how.length)) {
       Errors<T> errors;
       errors.note(AllPairs<T>(s.scene).sums(), sums_of<T>(how, s.scene));
       if (this->HasFatalFailure()) return;
