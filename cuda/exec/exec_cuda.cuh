@@ -243,6 +243,7 @@ class CudaExec {
   void download(void* to, const void* from, std::uint64_t bytes) const;
   void zero(void* p, std::uint64_t bytes) const;
   void synchronize();
+  static constexpr bool in_host_memory = false;
   // Copies run on a stream of their own behind what is enqueued so far, so that what comes next need not wait for them. Marks
   // are events; null where none could be made, which is a fault.
   void* allocate_pinned(std::uint64_t bytes) const;

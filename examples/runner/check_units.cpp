@@ -45,7 +45,9 @@ class Units {
     }
     for (const SceneEmitter& emitter : scene_.emitters)
       check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
-    for (const SceneHeatRegion& region : scene_.heat_regions) check_size(region.shape, region.source);
+    // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
+    for (const SceneHeatRegion& region : scene_.heat_regions)
+      if (region.shape.mesh) check_size(region.shape, region.source);
     check_probes();
     check_sound_speed();
     check_frames(scene_);
@@ -96,7 +98,7 @@ class Units {
   void check_size(const SceneShape& shape, const Source& source) {
     for (const std::string& text : shape.warnings) scene_.warnings.push_back(text);
     const meltsim::DomainDesc& domain = scene_.world.domain;
-    if (!domain.bounded || !shape.mesh) return;
+    if (!domain.bounded) return;
     const meltsim::Box box = shape.shape.bounds();
     const double size = largest(box.max - box.min), room = largest(domain.max - domain.min);
     if (size <= far_too_large * room) return;
@@ -165,8 +167,9 @@ class Units {
 }  // namespace
 
 std::string millimetre_hint(const SceneShape& shape, double size, double room, double spacing) {
-  const bool helps = shape.mesh && size / 1000 <= room && size / 1000 >= 2 * spacing;
-  return helps ? "; if the file is in millimetres, add transform: {scale: 0.001} to the shape" : "";
+  if (size / 1000 > room || size / 1000 < 2 * spacing) return "";
+  return fmt::format("; if {} in millimetres, add transform: {{scale: 0.001}} to the shape",
+                     shape.mesh ? "the file is" : "its lengths are");
 }
 
 void check_frames(const Scene& scene) {

@@ -12,7 +12,7 @@ void check_units(const Node& root, Scene& scene);
 /// Fails when the run would have more frames than anybody can store; options may have changed what the scene said.
 void check_frames(const Scene& scene);
 
-/// For a shape from a mesh file that is `size` m large where `room` m are there: what to do if the file is in millimetres.
+/// For a shape that is `size` m large where `room` m are there: what to do if it is in millimetres.
 /// Empty when that would not help.
 std::string millimetre_hint(const SceneShape& shape, double size, double room, double spacing);
 

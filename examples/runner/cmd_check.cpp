@@ -286,7 +286,7 @@ class Check {
       const meltsim::ParticleFrame particles =
           expect(built_.world.take(expect(built_.world.request(request)))).particles;
       if (frame.wants_shapes()) {
-        const FrameShapes shapes = frame.shapes(built_.world, 0, frame_particles(particles));
+        const FrameShapes shapes = frame.shapes(built_.world, 0, particles);
         frame.write(0, 0, particles, &shapes);
       } else {
         frame.write(0, 0, particles, nullptr);

@@ -78,7 +78,7 @@ std::shared_ptr<const FrameShapes> Recorder::shapes(meltsim::World& world,
                                                     const meltsim::ParticleFrame& particles,
                                                     std::uint64_t index, double time) {
   if (!wants_world(index)) return nullptr;
-  return std::make_shared<const FrameShapes>(export_.shapes(world, time, frame_particles(particles)));
+  return std::make_shared<const FrameShapes>(export_.shapes(world, time, particles));
 }
 
 void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samples,

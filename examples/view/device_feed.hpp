@@ -15,11 +15,9 @@ namespace view {
 class DeviceFeed {
  public:
   virtual ~DeviceFeed() = default;
-  /// Lends the buffer to the GPU's steps. Nothing may draw from it until after_steps().
-  virtual void before_steps() = 0;
-  /// Takes it back. How many particles were written; 0 when no sub-step ran or they did not fit.
-  virtual std::size_t after_steps() = 0;
-  virtual std::size_t needed() const = 0;        ///< particles that the World held in its last sub-step
+  /// Writes a vertex for each particle of World::device_state(), behind the steps that it stands for; waits for nothing.
+  /// OpenGL commands that follow come after it. False: error() says why.
+  virtual bool write(const meltsim::StageContext& state) = 0;
   virtual const std::string& error() const = 0;  ///< empty: all is well
 };
 
@@ -28,10 +26,9 @@ struct DeviceFeedResult {
   std::string reason;                ///< why it is null
 };
 
-/// `buffer`: an OpenGL buffer of `capacity` ParticleVertex, in the context that is current. The feed adds a
-/// stage to the World and must be removed, by remove_device_feed, before either of them goes.
-DeviceFeedResult make_device_feed(meltsim::World& world, const std::vector<meltsim::MaterialId>& materials,
-                                  unsigned buffer, std::size_t capacity);
-void remove_device_feed(meltsim::World& world, std::unique_ptr<DeviceFeed>& feed);
+/// `buffer`: an OpenGL buffer in the context that is current, which must outlive the feed and have room for every
+/// particle that is written.
+DeviceFeedResult make_device_feed(const meltsim::World& world,
+                                  const std::vector<meltsim::MaterialId>& materials, unsigned buffer);
 
 }  // namespace view

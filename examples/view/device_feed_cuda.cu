@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffer is mapped around the steps of a frame; a stage of the viewer's own writes it at the end of every
-// sub-step, on the World's stream. A World with such a stage is run stage by stage, not as one CUDA graph.
+// One kernel per picture, on the World's stream: the World's own steps are left as they are.
 #include <cuda_runtime.h>
 // After it:
 #include <cuda_gl_interop.h>
@@ -16,29 +15,15 @@ namespace view {
 
 namespace {
 
-constexpr const char* stage_name = "view";
-
 template <class T>
-__global__ void write_vertices(meltsim::DeviceSpan<meltsim::Vec4<T>> position,
-                               meltsim::DeviceSpan<meltsim::Vec4<T>> velocity, const double* enthalpy,
-                               const std::uint32_t* tag, const SubstanceCurve* curves, ParticleVertex* to) {
+__global__ void write_vertices(std::size_t n, VertexBody<T> body) {
   const std::size_t i = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i >= position.size) return;
-  const meltsim::Vec4<T> x = position.data[i];
-  ParticleVertex v;
-  v.x = static_cast<float>(x.x);
-  v.y = static_cast<float>(x.y);
-  v.z = static_cast<float>(x.z);
-  v.speed = static_cast<float>(length(xyz(velocity.data[i])));
-  v.tag = tag[i];
-  const double volume = static_cast<double>(x.w);
-  v.temperature = static_cast<float>(particle_temperature(curves, v.tag, enthalpy[i], volume));
-  to[i] = v;
+  if (i < n) body(i);
 }
 
 class CudaFeed : public DeviceFeed {
  public:
-  CudaFeed(std::size_t capacity, int device) : capacity_(capacity), device_(device) {}
+  explicit CudaFeed(int device) : device_(device) {}
   CudaFeed(const CudaFeed&) = delete;
   CudaFeed& operator=(const CudaFeed&) = delete;
 
@@ -56,53 +41,34 @@ class CudaFeed : public DeviceFeed {
            good(cudaMemcpy(curves_, curves.data(), bytes, cudaMemcpyHostToDevice));
   }
 
-  void before_steps() override {
-    written_ = 0;
+  bool write(const meltsim::StageContext& state) override {
+    const cudaStream_t stream = meltsim::cuda_interop::stream(state);
     std::size_t bytes = 0;
     void* mapped = nullptr;
-    mapped_ = good(cudaSetDevice(device_)) && good(cudaGraphicsMapResources(1, &resource_, stream_)) &&
-              good(cudaGraphicsResourceGetMappedPointer(&mapped, &bytes, resource_));
-    // Before the first sub-step its stream is not known yet.
-    if (mapped_ && stream_ == nullptr) (void)good(cudaDeviceSynchronize());
-    vertices_ = mapped_ ? static_cast<ParticleVertex*>(mapped) : nullptr;
+    if (!good(cudaSetDevice(device_)) || !good(cudaGraphicsMapResources(1, &resource_, stream))) return false;
+    bool written = good(cudaGraphicsResourceGetMappedPointer(&mapped, &bytes, resource_));
+    if (written && bytes < state.particles * sizeof(ParticleVertex)) {
+      error_ = "the buffer is too small";
+      written = false;
+    }
+    if (written) {
+      auto* const to = static_cast<ParticleVertex*>(mapped);
+      if (state.precision == meltsim::Precision::double_precision) launch<double>(state, to, stream);
+      else launch<float>(state, to, stream);
+      written = good(cudaGetLastError());
+    }
+    // Orders OpenGL behind what was enqueued on the stream.
+    return good(cudaGraphicsUnmapResources(1, &resource_, stream)) && written;
   }
 
-  std::size_t after_steps() override {
-    vertices_ = nullptr;
-    if (!mapped_) return 0;
-    mapped_ = false;
-    // Orders OpenGL behind everything enqueued on the stream so far.
-    if (!good(cudaGraphicsUnmapResources(1, &resource_, stream_))) return 0;
-    return written_;
-  }
-
-  std::size_t needed() const override { return needed_; }
   const std::string& error() const override { return error_; }
 
-  static void run(const meltsim::StageContext& context, void* user) {
-    static_cast<CudaFeed*>(user)->write(context);
-  }
-
  private:
-  void write(const meltsim::StageContext& context) {
-    stream_ = meltsim::cuda_interop::stream(context);
-    needed_ = static_cast<std::size_t>(context.particles);
-    if (vertices_ == nullptr || context.particles == 0 || context.particles > capacity_) return;
-    const bool single = meltsim::cuda_interop::holds<float>(context);
-    if (single) launch<float>(context);
-    else launch<double>(context);
-    if (good(cudaGetLastError())) written_ = needed_;
-  }
-
   template <class T>
-  void launch(const meltsim::StageContext& context) {
-    namespace interop = meltsim::cuda_interop;
-    const auto position = interop::position<T>(context);
-    const auto velocity = interop::velocity<T>(context);
-    if (position.data == nullptr || velocity.data == nullptr || context.enthalpy == nullptr) return;
-    const unsigned threads = 128, blocks = static_cast<unsigned>((position.size + threads - 1) / threads);
-    write_vertices<<<blocks, threads, 0, stream_>>>(position, velocity, context.enthalpy, context.tag,
-                                                    curves_, vertices_);
+  void launch(const meltsim::StageContext& state, ParticleVertex* to, cudaStream_t stream) {
+    const std::size_t n = static_cast<std::size_t>(state.particles);
+    const unsigned threads = 128, blocks = static_cast<unsigned>((n + threads - 1) / threads);
+    if (n != 0) write_vertices<<<blocks, threads, 0, stream>>>(n, VertexBody<T>(state, curves_, to));
   }
 
   bool good(cudaError_t status) {
@@ -110,13 +76,9 @@ class CudaFeed : public DeviceFeed {
     return status == cudaSuccess;
   }
 
-  std::size_t capacity_, needed_ = 0, written_ = 0;
   int device_;
-  bool mapped_ = false;
-  cudaStream_t stream_ = nullptr;  ///< of the World, once it has run a sub-step
   cudaGraphicsResource* resource_ = nullptr;
   SubstanceCurve* curves_ = nullptr;
-  ParticleVertex* vertices_ = nullptr;
   std::string error_;
 };
 
@@ -133,29 +95,16 @@ bool draws_on(int device, std::string& reason) {
 
 }  // namespace
 
-DeviceFeedResult make_device_feed(meltsim::World& world, const std::vector<meltsim::MaterialId>& materials,
-                                  unsigned buffer, std::size_t capacity) {
+DeviceFeedResult make_device_feed(const meltsim::World& world,
+                                  const std::vector<meltsim::MaterialId>& materials, unsigned buffer) {
   if (world.backend() != meltsim::Backend::cuda) return {nullptr, "the backend is the CPU"};
   const int device = world.desc().device;
   DeviceFeedResult result;
   if (!draws_on(device, result.reason)) return result;
-  auto feed = std::make_unique<CudaFeed>(capacity, device);
+  auto feed = std::make_unique<CudaFeed>(device);
   if (!feed->open(buffer, substance_curves(world, materials))) return {nullptr, feed->error()};
-  meltsim::CustomStage stage;
-  stage.name = stage_name;
-  stage.run = &CudaFeed::run;
-  stage.user = feed.get();
-  stage.reads = {"position", "velocity", "enthalpy", "tag"};
-  const meltsim::Status added = world.scheduler().insert_after("step.integrate", stage);
-  if (!added) return {nullptr, added.error().message};
   result.feed = std::move(feed);
   return result;
-}
-
-void remove_device_feed(meltsim::World& world, std::unique_ptr<DeviceFeed>& feed) {
-  if (feed == nullptr) return;
-  (void)world.scheduler().remove(stage_name);
-  feed.reset();
 }
 
 }  // namespace view

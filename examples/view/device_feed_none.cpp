@@ -3,11 +3,8 @@
 
 namespace view {
 
-DeviceFeedResult make_device_feed(meltsim::World&, const std::vector<meltsim::MaterialId>&, unsigned,
-                                  std::size_t) {
+DeviceFeedResult make_device_feed(const meltsim::World&, const std::vector<meltsim::MaterialId>&, unsigned) {
   return {nullptr, "built without CUDA"};
 }
-
-void remove_device_feed(meltsim::World&, std::unique_ptr<DeviceFeed>& feed) { feed.reset(); }
 
 }  // namespace view

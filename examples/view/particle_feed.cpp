@@ -3,6 +3,7 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "particle_vertex.hpp"
@@ -16,88 +17,97 @@ ParticleFeed::~ParticleFeed() {
   glDeleteBuffers(1, &buffer_);
 }
 
-void ParticleFeed::reserve(std::size_t particles) {
+void ParticleFeed::attach(runner::Built& built) {
+  device_.reset();
+  origin_ = built.world.resolved().origin;
+  curves_ = substance_curves(built.world, built.material_ids);
+  capacity_ = 0;
+  reason_.clear();
+  update(built);
+}
+
+/// Room for as many, and for some more that emitters add. A buffer of which the GPU knows is let go of first.
+void ParticleFeed::reserve(runner::Built& built, std::size_t particles) {
   if (particles <= capacity_ && capacity_ > 0) return;
-  capacity_ = particles + particles / 4 + 1024;  // emitters add more
+  device_.reset();
+  capacity_ = particles + particles / 4 + 1024;
   glBindBuffer(GL_ARRAY_BUFFER, buffer_);
   glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(capacity_ * sizeof(ParticleVertex)), nullptr,
                GL_STREAM_DRAW);
-}
-
-void ParticleFeed::attach(runner::Built& built) {
-  detach(built.world);
-  origin_ = built.world.resolved().origin;
-  copy(built.world);
-  make_device(built);
-}
-
-void ParticleFeed::make_device(runner::Built& built) {
-  DeviceFeedResult made = make_device_feed(built.world, built.material_ids, buffer_, capacity_);
+  if (failed_) return;
+  DeviceFeedResult made = make_device_feed(built.world, built.material_ids, buffer_);
   device_ = std::move(made.feed);
   reason_ = made.reason;
 }
 
-void ParticleFeed::detach(meltsim::World& world) {
-  remove_device_feed(world, device_);
-  on_device_ = false;
-}
-
-void ParticleFeed::before_steps() {
-  if (device_) device_->before_steps();
-}
-
-void ParticleFeed::after_steps(runner::Built& built, bool changed) {
-  const std::size_t written = device_ ? device_->after_steps() : 0;
-  if (!changed) return;
-  if (written > 0) {
-    count_ = written;
-    on_device_ = true;
+void ParticleFeed::update(runner::Built& built) {
+  count_ = 0;
+  const auto state = built.world.device_state();
+  if (!state) {
+    reason_ = state.error().message;
     return;
   }
-  if (!device_) return copy(built.world);
-  const std::string failure = device_->error();
-  const bool outgrown = device_->needed() > capacity_;
-  if (outgrown || !failure.empty()) {
-    const std::size_t needed = device_->needed();
-    detach(built.world);
-    reserve(needed);
+  const std::size_t n = static_cast<std::size_t>(state->particles);
+  reserve(built, n);
+  if (device_) {
+    if (device_->write(*state)) {
+      count_ = n;
+      return;
+    }
+    reason_ = device_->error();
+    failed_ = true;
+    device_.reset();
   }
-  copy(built.world);
-  if (!failure.empty()) reason_ = failure;
-  else if (outgrown) make_device(built);
+  if (state->backend == meltsim::Backend::cpu) count_ = convert(*state);
+  else count_ = copy(built.world);
 }
 
-void ParticleFeed::copy(meltsim::World& world) {
-  on_device_ = false;
-  const auto data = world.particles();
-  if (!data) {
-    reason_ = data.error().message;
-    count_ = 0;
-    return;
-  }
-  std::vector<ParticleVertex> vertices(data->id.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const meltsim::Vec3d x = data->position[i] - origin_;
-    vertices[i] = {static_cast<float>(x.x),
-                   static_cast<float>(x.y),
-                   static_cast<float>(x.z),
-                   static_cast<float>(length(data->velocity[i])),
-                   static_cast<float>(data->temperature[i]),
-                   data->tag[i]};
-  }
-  // A buffer that the device writes must stay where it is until it has been taken back.
-  if (vertices.size() > capacity_) detach(world);
-  reserve(vertices.size());
-  count_ = vertices.size();
+/// Memory of the backend is the host's: straight into the buffer.
+std::size_t ParticleFeed::convert(const meltsim::StageContext& state) {
+  const std::size_t n = static_cast<std::size_t>(state.particles);
+  if (n == 0) return 0;
   glBindBuffer(GL_ARRAY_BUFFER, buffer_);
-  glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(count_ * sizeof(ParticleVertex)),
+  void* const mapped =
+      glMapBufferRange(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(n * sizeof(ParticleVertex)),
+                       GL_MAP_WRITE_BIT | GL_MAP_INVALIDATE_BUFFER_BIT);
+  if (mapped == nullptr) return 0;
+  const auto each = [n](const auto& body) {
+    for (std::size_t i = 0; i < n; ++i) body(i);
+  };
+  auto* const to = static_cast<ParticleVertex*>(mapped);
+  if (state.precision == meltsim::Precision::double_precision)
+    each(VertexBody<double>(state, curves_.data(), to));
+  else each(VertexBody<float>(state, curves_.data(), to));
+  return glUnmapBuffer(GL_ARRAY_BUFFER) == GL_TRUE
+             ? n
+             : 0;  // else the buffer was lost; the next picture has a new one
+}
+
+/// From a GPU that does not draw: once, in single precision.
+std::size_t ParticleFeed::copy(meltsim::World& world) {
+  meltsim::ReadRequest all;
+  all.particles = true;
+  const auto ticket = world.request(all);
+  const auto reading = ticket ? world.take(*ticket) : meltsim::Result<meltsim::Reading>(ticket.error());
+  if (!reading) {
+    reason_ = reading.error().message;
+    return 0;
+  }
+  const meltsim::ParticleFrame& data = reading->particles;
+  const meltsim::Vec3f shift = meltsim::cast<float>(data.origin - origin_);
+  std::vector<ParticleVertex> vertices(std::min(data.id.size(), capacity_));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const meltsim::Vec3f x = data.position[i] + shift;
+    vertices[i] = {x.x, x.y, x.z, length(data.velocity[i]), data.temperature[i], data.tag[i]};
+  }
+  glBindBuffer(GL_ARRAY_BUFFER, buffer_);
+  glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(vertices.size() * sizeof(ParticleVertex)),
                   vertices.data());
+  return vertices.size();
 }
 
 std::string ParticleFeed::path() const {
-  if (on_device_) return "written by the GPU (CUDA-OpenGL)";
-  if (device_) return "host copy; the GPU takes over with the next step";
-  return "host copy: " + reason_;
+  return device_ ? "written by the GPU (CUDA-OpenGL)" : "host copy: " + reason_;
 }
 
 }  // namespace view

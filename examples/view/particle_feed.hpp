@@ -6,26 +6,26 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "build_world.hpp"
 #include "device_feed.hpp"
 #include "meltsim/types.hpp"
+#include "temperature_table.hpp"
 
 namespace view {
 
 class ParticleFeed {
  public:
   ParticleFeed();
-  ~ParticleFeed();  ///< detach() first
+  ~ParticleFeed();
   ParticleFeed(const ParticleFeed&) = delete;
   ParticleFeed& operator=(const ParticleFeed&) = delete;
 
+  /// Another World; the buffer shows it as it is.
   void attach(runner::Built& built);
-  void detach(meltsim::World& world);
-
-  void before_steps();
-  /// Brings the buffer up to date. `changed`: the World is not as it was at the last call.
-  void after_steps(runner::Built& built, bool changed);
+  /// Brings the buffer up to date with the World.
+  void update(runner::Built& built);
 
   unsigned buffer() const { return buffer_; }
   std::size_t count() const { return count_; }
@@ -34,16 +34,17 @@ class ParticleFeed {
   std::string path() const;
 
  private:
-  void copy(meltsim::World& world);
-  void reserve(std::size_t particles);
-  void make_device(runner::Built& built);
+  void reserve(runner::Built& built, std::size_t particles);
+  std::size_t convert(const meltsim::StageContext& state);
+  std::size_t copy(meltsim::World& world);
 
   unsigned buffer_ = 0;
   std::size_t capacity_ = 0, count_ = 0;
   meltsim::Vec3d origin_;
   std::unique_ptr<DeviceFeed> device_;
   std::string reason_;
-  bool on_device_ = false;
+  std::vector<SubstanceCurve> curves_;
+  bool failed_ = false;  ///< the GPU could not write the buffer
 };
 
 }  // namespace view

@@ -70,7 +70,6 @@ class Viewer {
     refresh();
   }
 
-  ~Viewer() { feed_.detach(session_.world()); }
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
@@ -181,7 +180,6 @@ class Viewer {
 
   void rebuild() {
     const bool keep = std::exchange(state_.rebuild, Rebuild::none) == Rebuild::keep_state;
-    feed_.detach(session_.world());
     session_.rebuild(state_.edits, keep);
     state_.edits = session_.edits();  // as they were, when that failed
     feed_.attach(session_.built());
@@ -200,7 +198,6 @@ class Viewer {
     const bool timed = state_.timings && look_.panel;
     if (timed != timed_) static_cast<void>(session_.world().scheduler().enable_timings(timed_ = timed, 60));
     const std::uint64_t before = session_.world().steps();
-    feed_.before_steps();
     if (options_.scripted() && !state_.paused) {
       session_.advance(1 / session_.scene().time.fps, far_behind, elapsed);
     } else if (!state_.paused) {
@@ -210,7 +207,7 @@ class Viewer {
       session_.single_step();
     }
     state_.step_once = false;
-    feed_.after_steps(session_.built(), session_.world().steps() != before);
+    if (session_.world().steps() != before) feed_.update(session_.built());
     if (session_.ledger()) look_.speed.high = std::max(look_.speed.high, session_.ledger()->max_speed);
   }
 

@@ -47,8 +47,8 @@ struct Plan {
   MELTSIM_API std::string to_string() const;
 };
 
-/// Arguments of a custom stage: raw pointers into the backend's memory, one entry per particle in the order of
-/// slots. T is float or double (`precision`). Pointers hold until the stage returns.
+/// Arguments of a custom stage, or what World::device_state() returns: raw pointers into the backend's memory, one entry per
+/// particle in the order of slots. T is float or double (`precision`). A stage's pointers hold until it returns.
 struct StageContext {
   Backend backend = Backend::cpu;                     ///< whose memory the pointers are in
   Precision precision = Precision::single_precision;  ///< of T
@@ -61,6 +61,8 @@ struct StageContext {
   void* acceleration = nullptr;  ///< Vec3<T> [m/s^2]; add to it after "sph.forces" / before "step.integrate"
   /// [J] per particle; null if no stage of heat runs and no custom stage names "enthalpy".
   const double* enthalpy = nullptr;
+  /// [J] by id where `enthalpy` is null; else null.
+  const double* enthalpy_of_id = nullptr;
   const std::uint32_t* id = nullptr;   ///< stable id per particle
   const std::uint32_t* tag = nullptr;  ///< see meltsim/particle_tag.hpp
 };

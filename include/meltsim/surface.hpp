@@ -53,5 +53,18 @@ struct SurfaceMesh {
   std::vector<std::uint32_t> triangles;  ///< 3 vertices per triangle, counter-clockwise seen from outside
 };
 
+/// A surface where the backend made it, for hosts that go on with it there: World::surface_view(). Pointers are null and
+/// counts 0 where there is no such surface. Arrays are those of SurfaceMesh.
+struct SurfaceView {
+  Backend backend = Backend::cpu;  ///< cuda: pointers are into the device's memory
+  void* stream =
+      nullptr;  ///< cudaStream_t on CUDA: reads enqueued on it come before what overwrites the arrays
+  Vec3d origin;
+  std::uint64_t vertices = 0, triangles = 0;  ///< a triangle is 3 entries of `triangle`
+  const Vec3f *position = nullptr, *normal = nullptr;
+  const float *temperature = nullptr, *liquid_fraction = nullptr;
+  const std::uint32_t *body = nullptr, *material = nullptr, *triangle = nullptr;
+};
+
 }  // namespace v0
 }  // namespace meltsim

@@ -174,6 +174,17 @@ class MELTSIM_API World {
   /// Errors: invalid_argument (names the field), capacity,
   /// out_of_memory.
   Result<SurfaceMesh> surface(const SurfaceDesc& desc = {});
+  /// The same surface where the backend made it; only its size is brought to the host. Its arrays stay what they are, also
+  /// while steps are taken, until the next surface(), surface_view(), prepare() after something was added, or restore().
+  /// Errors: as surface().
+  Result<SurfaceView> surface_view(const SurfaceDesc& desc = {});
+
+  /// Pointers to the particles as the steps enqueued so far leave them, in the backend's memory, in an order of the
+  /// backend's; removed ones among them have tag_removed. On CUDA nothing waits: kernels and copies that the host enqueues on
+  /// its `stream` run behind those steps and ahead of later ones. A host reads and does not write. They hold until the
+  /// next call that is not const. `dt` is 0, `acceleration` null. Of a World that halted it is the last good state once
+  /// synchronize() has reported that. Does what prepare() does if something was added. Errors: as prepare().
+  Result<StageContext> device_state();
 
   // None of these synchronises, but plan() and resolved() call prepare() if something was added.
   Plan plan();                    ///< stages, channels, memory; empty if the host is out of memory

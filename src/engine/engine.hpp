@@ -147,7 +147,8 @@ class Engine {
   virtual StageContext context() const = 0;
   /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
   /// the last good one. Timed as stage surface_stage.
-  virtual Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) = 0;
+  /// mesh: null where the view is all that is wanted.
+  virtual Result<bool> surface(const SurfaceRequest& request, SurfaceView& view, SurfaceMesh* mesh) = 0;
   /// Waits. Replaces all probes; samples taken so far are lost, but for those of open readings. The state and its buffers stay as they are.
   /// Error out_of_memory: there are no probes then.
   virtual Status set_probes(const ProbeSetup& setup) = 0;

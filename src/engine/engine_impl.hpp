@@ -266,9 +266,9 @@ class EngineImpl final : public Engine {
       m.region_mask = fetch(ex_, w_.f.region_mask, static_cast<std::size_t>(w_.vertices) * w_.region_words);
   }
 
-  Result<bool> surface(const SurfaceRequest& request, SurfaceMesh& mesh) override {
+  Result<bool> surface(const SurfaceRequest& request, SurfaceView& view, SurfaceMesh* mesh) override {
     if (!w_.slots_of_all) index_all();  // it takes particles in order of id
-    auto halted = surface_.run(ex_, w_, reserved_, sampling_.every != 0, request, mesh);
+    auto halted = surface_.run(ex_, w_, reserved_, sampling_.every != 0, request, view, mesh);
     // The flag stays up after the World went back to its last good state.
     return halted && *halted && rolled_back_ ? Result<bool>(false) : halted;
   }
@@ -308,6 +308,7 @@ class EngineImpl final : public Engine {
     c.velocity = w_.f.velocity;
     c.acceleration = w_.f.acceleration;
     c.enthalpy = w_.f.enthalpy;
+    c.enthalpy_of_id = w_.f.enthalpy == nullptr ? w_.f.enthalpy_of_id : nullptr;
     c.id = w_.f.id;
     c.tag = w_.f.tag;
     return c;

@@ -387,6 +387,8 @@ class CpuExec {
   }
   void zero(void* p, std::uint64_t bytes) const { std::memset(p, 0, static_cast<std::size_t>(bytes)); }
   void synchronize() const {}
+  /// Whether the host may read what allocate() gave.
+  static constexpr bool in_host_memory = true;
   // Copies have ended when they are enqueued.
   void* allocate_pinned(std::uint64_t bytes) const { return allocate(bytes); }
   void release_pinned(void* p) const { release(p); }

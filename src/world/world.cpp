@@ -127,6 +127,12 @@ Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points,
 Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
   return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });
 }
+Result<SurfaceView> World::surface_view(const SurfaceDesc& d) {
+  return guarded<Result<SurfaceView>>([&] { return impl_->surface_view(d, nullptr); });
+}
+Result<StageContext> World::device_state() {
+  return guarded<Result<StageContext>>([&] { return impl_->device_state(); });
+}
 Plan World::plan() {
   return guarded_report<Plan>([&] { return impl_->plan(); });
 }

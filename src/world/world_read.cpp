@@ -22,6 +22,9 @@ Result<ParticleData> WorldImpl::particles() {
   core::DerivedState derived;
   if (!dirty_) engine->download(derived);
   ParticleData d;
+  const auto with_room = [n = state_.position.size()](auto&... all) { (all.reserve(n), ...); };
+  with_room(d.id, d.position, d.velocity, d.mass, d.temperature, d.enthalpy, d.liquid_fraction, d.density,
+            d.pressure, d.tag, d.piece);
   for (std::size_t i = 0; i < state_.position.size(); ++i) {
     const std::uint32_t tag = state_.tag[i];
     if (is_removed(tag)) continue;
@@ -45,6 +48,21 @@ Result<ParticleData> WorldImpl::particles() {
     d.piece.push_back(is_solid(tag) && vertex != none ? state_.vertex_piece[vertex] + 1 : 0u);
   }
   return d;
+}
+
+Result<StageContext> WorldImpl::device_state() {
+  if (Status s = prepare(); !s) return s.error();
+  if ((facts_ & core::fact_particles) == 0) {
+    StageContext nothing;
+    nothing.backend = engine->backend();
+    nothing.precision = desc.precision;
+    nothing.time = time;
+    return nothing;
+  }
+  StageContext c = engine->context();
+  c.acceleration = nullptr;
+  c.time = time;
+  return c;
 }
 
 namespace {

@@ -12,6 +12,14 @@ inline namespace v0 {
 using core::invalid;
 
 Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
+  SurfaceMesh mesh;
+  const auto view = surface_view(d, &mesh);
+  if (!view) return view.error();
+  mesh.origin = view->origin;
+  return mesh;
+}
+
+Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* mesh) {
   const double dx = desc.spacing, cell = d.cell == automatic ? 0.5 * dx : d.cell;
   if (d.of != SurfaceOf::liquid && d.of != SurfaceOf::solids && d.of != SurfaceOf::body)
     return invalid("surface: of: is no SurfaceOf, got ", static_cast<int>(d.of));
@@ -26,10 +34,11 @@ Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
     return invalid("surface: body: no body of this World has index ", d.body.index, " and generation ",
                    d.body.generation, "; pass what add_solid() returned");
   if (Status s = prepare(); !s) return s.error();
-  SurfaceMesh mesh;
+  SurfaceView view;
+  view.backend = engine->backend();
   const bool solids = (facts_ & core::fact_solid) != 0;
   const std::uint32_t needed = d.of == SurfaceOf::liquid ? core::fact_fluid : core::fact_solid;
-  if ((facts_ & needed) == 0) return mesh;
+  if ((facts_ & needed) == 0) return view;
   core::SurfaceRequest q;
   q.of = d.of;
   q.body = d.of == SurfaceOf::body ? d.body.index + 1 : 0;
@@ -42,14 +51,14 @@ Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
   q.domain = desc.domain;
   q.domain.min = q.domain.min - origin_;
   q.domain.max = q.domain.max - origin_;
-  auto halted = engine->surface(q, mesh);
+  auto halted = engine->surface(q, view, mesh);
   if (halted && *halted) {  // back to the last good state first
     fetch_state();
-    halted = engine->surface(q, mesh);
+    halted = engine->surface(q, view, mesh);
   }
   if (!halted) return halted.error();
-  mesh.origin += origin_;
-  return mesh;
+  view.origin += origin_;
+  return view;
 }
 
 }  // namespace v0

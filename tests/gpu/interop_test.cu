@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A host's kernel in a custom stage, through cuda_interop.hpp.
 #include <cmath>
+#include <cstring>
+#include <vector>
 
 #include "gpu/melting_scene.hpp"
 #include "meltsim/cuda_interop.hpp"
@@ -158,6 +160,76 @@ TEST(Interop, ViewsAreEmptyWhereTheyDoNotFit) {
   EXPECT_EQ(interop::position_float4(context).size, 1u);
   EXPECT_EQ(interop::position<double>(context).data, nullptr) << "single precision";
   EXPECT_EQ(interop::velocity<float>(context).data, nullptr) << "not in this scene";
+}
+
+template <class T>
+std::vector<T> brought(const T* from, std::size_t n, cudaStream_t stream) {
+  std::vector<T> to(n);
+  EXPECT_EQ(cudaMemcpyAsync(to.data(), from, n * sizeof(T), cudaMemcpyDeviceToHost, stream), cudaSuccess);
+  EXPECT_EQ(cudaStreamSynchronize(stream), cudaSuccess);
+  return to;
+}
+
+template <class T>
+bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
+
+// The state as a host finds it behind 0, 1, 2, ... sub-steps that nobody waited for: both halves of the double buffer, stage by
+// stage and as a graph.
+TEST(Interop, TheStateBetweenStepsIsThatOfTheStepsSoFar) {
+  MELTSIM_NEEDS_GPU();
+  for (const bool ice : {true, false}) {  // alone, liquid ends its sub-steps in another kernel
+    MeltingScene scene;
+    if (!ice) scene.ice = 0;
+    World w = make_world(scene);
+    for (int k = 0; k < 5; ++k) {
+      const meltsim::StageContext c = value_of(w.device_state());
+      const std::size_t n = c.particles;
+      const cudaStream_t stream = interop::stream(c);
+      const auto x = brought(interop::position<float>(c).data, n, stream);
+      const auto v = brought(interop::velocity<float>(c).data, n, stream);
+      const auto id = brought(c.id, n, stream), tag = brought(c.tag, n, stream);
+      ASSERT_NE(c.enthalpy == nullptr, c.enthalpy_of_id == nullptr);
+      const auto h = brought(c.enthalpy != nullptr ? c.enthalpy : c.enthalpy_of_id, n, stream);
+      const meltsim::ParticleData data = value_of(w.particles());
+      ASSERT_EQ(data.id.size(), n);
+      const double origin = w.resolved().origin.y;
+      for (std::size_t i = 0; i < n; ++i) {
+        const std::uint32_t at = id[i];
+        ASSERT_LT(at, n);
+        EXPECT_EQ(static_cast<double>(x[i].y) + origin, data.position[at].y);
+        EXPECT_EQ(static_cast<double>(v[i].y), data.velocity[at].y);
+        EXPECT_EQ(tag[i], data.tag[at]);
+        EXPECT_EQ(h[c.enthalpy != nullptr ? i : at], data.enthalpy[at]);
+      }
+      step(w, 3);
+    }
+  }
+}
+
+// The view is the mesh, also when steps were enqueued in between.
+TEST(Interop, ASurfaceStaysOnTheDevice) {
+  MELTSIM_NEEDS_GPU();
+  MeltingScene scene;
+  World w = make_world(scene);
+  step(w, 20);
+  const meltsim::SurfaceMesh mesh = value_of(w.surface());
+  const meltsim::SurfaceView view = value_of(w.surface_view());
+  step(w, 5);
+  ASSERT_EQ(view.backend, Backend::cuda);
+  ASSERT_EQ(view.vertices, mesh.position.size());
+  ASSERT_EQ(3 * view.triangles, mesh.triangles.size());
+  ASSERT_GT(view.triangles, 100u);
+  const auto stream = static_cast<cudaStream_t>(view.stream);
+  const std::size_t n = view.vertices;
+  EXPECT_TRUE(same_bytes(brought(view.position, n, stream), mesh.position));
+  EXPECT_TRUE(same_bytes(brought(view.normal, n, stream), mesh.normal));
+  EXPECT_TRUE(same_bytes(brought(view.temperature, n, stream), mesh.temperature));
+  EXPECT_TRUE(same_bytes(brought(view.liquid_fraction, n, stream), mesh.liquid_fraction));
+  EXPECT_TRUE(same_bytes(brought(view.body, n, stream), mesh.body));
+  EXPECT_TRUE(same_bytes(brought(view.material, n, stream), mesh.material));
+  EXPECT_TRUE(same_bytes(brought(view.triangle, mesh.triangles.size(), stream), mesh.triangles));
 }
 
 }  // namespace

@@ -270,16 +270,23 @@ TEST(Shapes, WallsAreBarsAlongTheirEdges) {
   Scene scene;
   scene.world.domain.bounded = true;
   scene.world.domain.max = {1, 2, 3};
-  EXPECT_EQ(tank_bars(scene).size(), 12u);
-  for (const Bar& bar : tank_bars(scene)) {  // outside of what may be full of liquid
+  const meltsim::Vec3d inside{0.5, 1, 1.5};
+  EXPECT_EQ(tank_bars(scene, inside).size(), 12u);
+  EXPECT_EQ(tank_bars(scene, {0.5, 1, 9}).size(), 12u);  // one face is turned to the eye
+  // From a corner three faces are, and the three edges between them are left out: none is beyond two of the faces.
+  const std::vector<Bar> seen = tank_bars(scene, {5, 5, 5});
+  EXPECT_EQ(seen.size(), 9u);
+  for (const Bar& bar : seen)
+    EXPECT_LT((bar.min.x >= 1 ? 1 : 0) + (bar.min.y >= 2 ? 1 : 0) + (bar.min.z >= 3 ? 1 : 0), 2);
+  for (const Bar& bar : tank_bars(scene, inside)) {  // outside of what may be full of liquid
     const bool beside = bar.max.x <= 0 || bar.min.x >= 1 || bar.max.y <= 0 || bar.min.y >= 2 ||
                         bar.max.z <= 0 || bar.min.z >= 3;
     EXPECT_TRUE(beside);
   }
   scene.world.domain.faces.fill(meltsim::Face::open);
-  EXPECT_TRUE(tank_bars(scene).empty());
+  EXPECT_TRUE(tank_bars(scene, inside).empty());
   scene.world.domain.faces[2] = meltsim::Face::wall;  // a floor alone
-  EXPECT_EQ(tank_bars(scene).size(), 4u);
+  EXPECT_EQ(tank_bars(scene, inside).size(), 4u);
 }
 
 TEST(Tracer, NothingShinesThroughLiquidOfAColour) {

@@ -399,6 +399,54 @@ TEST_F(Reading, OfAWorldThatHaltedOutlivesARestore) {
   require(w.step(1e-3));
 }
 
+// Where the backend is the host, pointers can be looked at. With heat at work and at rest, when enthalpies lie by id.
+TEST(DeviceState, IsTheStateOfTheStepsSoFar) {
+  for (const bool heats : {true, false}) {
+    WorldDesc d = describe();
+    d.backend = Backend::cpu;
+    d.spacing = 0.2;
+    if (!heats) d.heat.model = HeatModel::none;
+    IceScene s;
+    s.block_floor = 0.6;
+    Scene scene = ice_in_water(d, s);
+    for (int k = 0; k < 3; ++k) {  // odd and even numbers of sub-steps: the state is in either of two buffers
+      const auto state = scene.world.device_state();
+      ASSERT_TRUE(state) << state.error().message;
+      const auto data = scene.world.particles();
+      ASSERT_TRUE(data);
+      ASSERT_EQ(state->particles, data->id.size());
+      EXPECT_EQ(state->backend, Backend::cpu);
+      EXPECT_EQ(state->time, scene.world.time());
+      EXPECT_EQ(state->acceleration, nullptr);
+      EXPECT_NE(state->enthalpy == nullptr, state->enthalpy_of_id == nullptr);
+      const auto* x = static_cast<const Vec4<float>*>(state->position);
+      const auto* v = static_cast<const Vec4<float>*>(state->velocity);
+      const Vec3d origin = scene.world.resolved().origin;
+      for (std::size_t i = 0; i < state->particles; ++i) {
+        const std::uint32_t id = state->id[i];
+        ASSERT_EQ(data->id.at(id), id);
+        EXPECT_EQ(static_cast<double>(x[i].y) + origin.y, data->position[id].y);
+        EXPECT_EQ(static_cast<double>(v[i].y), data->velocity[id].y);
+        EXPECT_EQ(state->tag[i], data->tag[id]);
+        EXPECT_EQ(state->enthalpy != nullptr ? state->enthalpy[i] : state->enthalpy_of_id[id],
+                  data->enthalpy[id]);
+      }
+      require(scene.world.step(1e-3));
+    }
+  }
+}
+
+TEST(DeviceState, OfNothing) {
+  WorldDesc d = describe();
+  d.backend = Backend::cpu;
+  auto w = World::create(d);
+  ASSERT_TRUE(w);
+  const auto state = w->device_state();
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->particles, 0u);
+  EXPECT_EQ(state->position, nullptr);
+}
+
 TEST_F(Reading, OfNothing) {
   World w = *World::create(describe());
   const auto ticket = w.request(everything());

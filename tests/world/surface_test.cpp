@@ -581,6 +581,40 @@ TEST(Surface, IsAFunctionOfTheState) {
 
 // A jet into a tank without a floor: particles come and go, the mesh holds those that are there. Falling, it
 // is drawn out to strings and drops, which come out up to half too large.
+// Where the backend is the host, pointers can be looked at: the view is the mesh, also after steps were taken.
+TEST(Surface, TheViewIsTheMesh) {
+  WorldDesc d = weightless();
+  d.backend = Backend::cpu;
+  d.gravity = {0, -9.81, 0};
+  World w = liquid(d, {Shape::sphere({0.5, 0.5, 0.5}, 0.3)});
+  const SurfaceMesh mesh = value_of(w.surface());
+  const SurfaceView view = value_of(w.surface_view());
+  require(w.step(0.01));
+  ASSERT_EQ(view.backend, Backend::cpu);
+  ASSERT_EQ(view.vertices, mesh.position.size());
+  ASSERT_EQ(3 * view.triangles, mesh.triangles.size());
+  ASSERT_GT(view.triangles, 100u);
+  const auto same = [](const auto* a, const auto& b) {
+    return std::memcmp(a, b.data(), b.size() * sizeof b[0]) == 0;
+  };
+  EXPECT_TRUE(same(view.position, mesh.position));
+  EXPECT_TRUE(same(view.normal, mesh.normal));
+  EXPECT_TRUE(same(view.temperature, mesh.temperature));
+  EXPECT_TRUE(same(view.liquid_fraction, mesh.liquid_fraction));
+  EXPECT_TRUE(same(view.body, mesh.body));
+  EXPECT_TRUE(same(view.material, mesh.material));
+  EXPECT_TRUE(same(view.triangle, mesh.triangles));
+  // Of nothing, and of what is no description.
+  SurfaceDesc solids;
+  solids.of = SurfaceOf::solids;
+  const SurfaceView none = value_of(w.surface_view(solids));
+  EXPECT_EQ(none.vertices, 0u);
+  EXPECT_EQ(none.triangle, nullptr);
+  SurfaceDesc wrong;
+  wrong.cell = -1;
+  EXPECT_EQ(w.surface_view(wrong).error().code, ErrorCode::invalid_argument);
+}
+
 TEST(Surface, FollowsWhatIsEmittedAndWhatLeaves) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();

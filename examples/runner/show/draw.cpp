@@ -53,7 +53,7 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
   settings.has_floor = scene.world.domain.bounded;
   if (settings.has_floor) {
     settings.floor = bottom(view_box(scene, {}), camera.up) - 0.02 * scene.world.spacing;
-    settings.tank = tank_bars(scene);
+    settings.tank = tank_bars(scene, camera.eye);
     if (!settings.tank.empty()) {
       settings.basin = view_box(scene, {});
       settings.floor -= tank_width(scene);  // the lowest bars stand on it

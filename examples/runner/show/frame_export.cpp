@@ -29,8 +29,7 @@ bool FrameExport::wants_shapes() const {
   return wants("surface") || wants("obj") || wants("glb") || wants("pov") || wants("png");
 }
 
-FrameShapes FrameExport::shapes(meltsim::World& world, double time,
-                                const std::vector<FrameParticle>& particles) {
+FrameShapes FrameExport::shapes(meltsim::World& world, double time, const meltsim::ParticleFrame& particles) {
   return world_shapes(world, scene_, time, particles, problem_);
 }
 

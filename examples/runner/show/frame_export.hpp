@@ -21,7 +21,7 @@ class FrameExport {
   bool any() const;
   /// Whether it needs surfaces, which only the World can make, at the time of the frame.
   bool wants_shapes() const;
-  FrameShapes shapes(meltsim::World& world, double time, const std::vector<FrameParticle>& particles);
+  FrameShapes shapes(meltsim::World& world, double time, const meltsim::ParticleFrame& particles);
   /// `shapes` where wants_shapes(), null otherwise. Touches no World: another thread than the World's may call it.
   void write(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
              const FrameShapes* shapes);

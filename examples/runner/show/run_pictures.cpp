@@ -60,7 +60,7 @@ void RunPictures::finish(meltsim::World& world, const RunState& state, bool page
   }
   const Box seen = view_box(scene_, box_of(frames));
   if (page) write_page(std::move(frames), seen, state);
-  if (still) write_still(world_shapes(world, scene_, state.time, frame_particles(particles), problem_), seen);
+  if (still) write_still(world_shapes(world, scene_, state.time, particles, problem_), seen);
 }
 
 void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, const RunState& state) const {

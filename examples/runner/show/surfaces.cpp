@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace runner {
 
 namespace {
@@ -45,18 +47,24 @@ Mesh mesh_of(meltsim::World& world, meltsim::SurfaceDesc desc, meltsim::SurfaceO
 }  // namespace
 
 FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
-                         const std::vector<FrameParticle>& particles, std::string& problem) {
+                         const meltsim::ParticleFrame& particles, std::string& problem) {
   FrameShapes shapes;
   shapes.time = time;
   // Files hold single precision: far from zero, only what is relative to something near is exact.
-  const FrameParticle& first = particles.front();
-  shapes.origin = scene.world.domain.bounded
-                      ? scene.world.domain.min
-                      : meltsim::Vec3d{first.position[0], first.position[1], first.position[2]};
-  const meltsim::SurfaceDesc desc = desc_of(scene, particles.size());
+  if (scene.world.domain.bounded) {
+    shapes.origin = scene.world.domain.min;
+  } else if (!particles.id.empty()) {
+    const FrameParticle first = ParticleColumns(particles).particle(0);
+    shapes.origin = {first.position[0], first.position[1], first.position[2]};
+  }
+  const meltsim::SurfaceDesc desc = desc_of(scene, particles.id.size());
   shapes.liquid = mesh_of(world, desc, meltsim::SurfaceOf::liquid, shapes.origin, problem);
   shapes.solid = mesh_of(world, desc, meltsim::SurfaceOf::solids, shapes.origin, problem);
-  add_balls(shapes, particles, scene.world.spacing);
+  const auto has_no_mesh = [&shapes](meltsim::ParticleTag tag) {
+    return (meltsim::is_solid(tag) ? shapes.solid : shapes.liquid).empty();
+  };
+  if (std::any_of(particles.tag.begin(), particles.tag.end(), has_no_mesh))
+    add_balls(shapes, frame_particles(particles), scene.world.spacing);
   return shapes;
 }
 

@@ -10,6 +10,6 @@ namespace runner {
 /// What a World looks like now: surfaces of liquid and solids as output.surface says. Particles as balls
 /// where a surface could not be made, which `problem` then explains.
 FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
-                         const std::vector<FrameParticle>& particles, std::string& problem);
+                         const meltsim::ParticleFrame& particles, std::string& problem);
 
 }  // namespace runner

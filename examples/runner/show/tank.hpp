@@ -15,7 +15,8 @@ struct Bar {
 
 /// Of the bars [m].
 double tank_width(const Scene& scene);
-/// One bar outside of every edge that belongs to a wall; none where there are no walls.
-std::vector<Bar> tank_bars(const Scene& scene);
+/// One bar outside of every edge that belongs to a wall; none where there are no walls. Edges between two faces that are
+/// turned to the eye are left out: they would stand before what the domain holds.
+std::vector<Bar> tank_bars(const Scene& scene, const meltsim::Vec3d& eye);
 
 }  // namespace runner
