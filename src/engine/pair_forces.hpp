@@ -57,9 +57,8 @@ struct LiquidOnSolid {
     return {xyz(v), v.w + m.tait_stiffness * own.tau, viscosity_of(w, i, m), m.density};
   }
   MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
-  template <class Images>
-  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& i, const spatial::Pair<T>& pair,
-                      const Images&) const {
+  template <class Along>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& i, const spatial::Pair<T>& pair, Along) const {
     const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms,    i.viscosity,
                                      i.density,   -pair.x_ij, i.v - own.v};
     sum.force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2);
@@ -70,8 +69,9 @@ struct LiquidOnSolid {
   MELTSIM_HD static T mirrored_shape(const physics::SphKernel<T>& kernel, T r) {
     return physics::kernel_gradient_shape(kernel, r);
   }
-  MELTSIM_HD void add_images(Sum& sum, const spatial::Pair<T>& pair, const spatial::Images<T>& images) const {
-    sum.force += pair.x_ij * images.force.along + images.force.normal;
+  MELTSIM_HD void add_images(Sum& sum, const spatial::Pair<T>& pair,
+                             const physics::ImageForce<T>& force) const {
+    sum.force += pair.x_ij * force.along + force.normal;
   }
   MELTSIM_HD bool may_be_rare(const Stored&) const { return true; }
   /// So near that liquid could slip through.

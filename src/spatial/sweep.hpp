@@ -7,7 +7,8 @@
 //   own(i)                              what is asked of it, once
 //   stored(own, j)                      what is asked of a neighbour; Lanes for a CPU: of several
 //   other(own, stored)                  that as it enters the sum; without branches
-//   add(sum, own, other, pair, images)  what a neighbour adds; without branches but on images
+//   add(sum, own, other, pair, along)   what a neighbour adds, without branches; along: what its images add to the
+//                                       factor of x_ij, or NoImages
 //
 // and, where they are needed,
 //
@@ -17,7 +18,8 @@
 //                                       what only few pairs add besides; rare() has no branches, may_be_rare(other) is
 //                                       what of it does not hang on the distance
 //   mirrored(own, other, volume)        what multiplies mirrored_shape(r_m) x_m, summed over the images in own.walls
-//   add_images(sum, pair, images)       where these come after what is rare; else add() takes them
+//   add_normal(sum, force)              what images add along the walls' normals; add() takes the rest
+//   add_images(sum, pair, force)        instead of both, where they come after what is rare
 #pragma once
 
 #include <cstddef>
@@ -66,13 +68,7 @@ struct Pair {
   T volume{};      ///< V0 of j [m^3]
 };
 
-/// What the images of a neighbour add; there: walls are within reach.
-template <class T>
-struct Images {
-  bool there = false;
-  physics::ImageForce<T> force{};
-};
-/// They are added elsewhere.
+/// In place of what images add along x_ij: they are added elsewhere.
 struct NoImages {};
 
 template <class Body, class = void>
@@ -101,6 +97,17 @@ inline constexpr bool adds_images_last = false;
 template <class Body>
 inline constexpr bool adds_images_last<Body, std::void_t<decltype(&Body::add_images)>> = true;
 
+/// What the images of a neighbour in own.walls add.
+template <class T, class Body, class Own, class Other>
+MELTSIM_HD physics::ImageForce<T> images_of(const core::Frame<T>& w, const Body& body, const Own& own,
+                                            const Other& other, const Pair<T>& pair) {
+  const auto sums = physics::image_sums(own.walls, w.c.kernel.support2, pair.x_ij, pair.r2, [&](T square) {
+    return Body::mirrored_shape(w.c.kernel, std::sqrt(square));
+  });
+  const T factor = body.mirrored(own, other, pair.volume);
+  return {factor * sums.all, physics::image_steps(own.walls, pair.x_ij, sums) * factor};
+}
+
 /// Part k of the sum of particle i, one neighbour after the other.
 template <bool Periodic, class T, class Body>
 MELTSIM_HD typename Body::Sum sum_part(const core::Frame<T>& w, const Body& body, std::uint64_t i,
@@ -115,21 +122,20 @@ MELTSIM_HD typename Body::Sum sum_part(const core::Frame<T>& w, const Body& body
     if constexpr (settles<Body>) body.settle(own, stored, i, j);
     const auto other = body.other(own, stored);
     const Pair<T> pair{x_ij, r2, xj.w};
-    Images<T> images;
-    if constexpr (is_mirrored<Body>)
+    constexpr bool images_first = is_mirrored<Body> && !adds_images_last<Body>;
+    std::conditional_t<images_first, T, NoImages> along{};
+    // At once: a vector that waits for the end of add() takes registers that a GPU lacks there.
+    if constexpr (images_first)
       if (own.walls.axes != 0u) {
-        const auto sums = physics::image_sums(own.walls, w.c.kernel.support2, x_ij, r2, [&](T square) {
-          return Body::mirrored_shape(w.c.kernel, std::sqrt(square));
-        });
-        const T factor = body.mirrored(own, other, xj.w);
-        images = {true, {factor * sums.all, physics::image_steps(own.walls, x_ij, sums) * factor}};
+        const physics::ImageForce<T> force = images_of(w, body, own, other, pair);
+        body.add_normal(sum, force.normal);
+        along = force.along;
       }
-    if constexpr (adds_images_last<Body>) body.add(sum, own, other, pair, NoImages{});
-    else body.add(sum, own, other, pair, images);
+    body.add(sum, own, other, pair, along);
     if constexpr (has_rare<Body>)
       if (body.rare(own, other, pair)) body.add_rare(sum, own, other, i, j, pair);
     if constexpr (adds_images_last<Body>)
-      if (images.there) body.add_images(sum, pair, images);
+      if (own.walls.axes != 0u) body.add_images(sum, pair, images_of(w, body, own, other, pair));
   });
   return sum;
 }

@@ -193,19 +193,17 @@ struct ForcesBody {
     const bool solid = any ? s.solid : company == Company::solids && is_solid_term(s.v.w);
     return {xyz(s.v), solid ? own.stiffness * -s.v.w : s.v.w, s.viscosity, s.density, solid};
   }
-  template <class Images>
+  template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Other& other, const spatial::Pair<T>& pair,
-                      const Images& images) const {
+                      Along along) const {
     const Vec3<T> v_ij = xyz(own.v) - other.v;
     const physics::LiquidPair<T> p{own.x.w,         pair.volume,   own.v.w,   other.term,
                                    other.viscosity, other.density, pair.x_ij, v_ij};
     auto factors = physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2);
-    if constexpr (!std::is_same<Images, spatial::NoImages>::value) {
-      if (images.there) sum.force += images.force.normal;
-      factors.along += images.force.along;
-    }
+    if constexpr (!std::is_same<Along, spatial::NoImages>::value) factors.along += along;
     sum.force = physics::add_liquid_force(sum.force, factors, pair.x_ij, v_ij);
   }
+  MELTSIM_HD void add_normal(Sum& sum, const Vec3<T>& force) const { sum.force += force; }
   MELTSIM_HD T mirrored(const Own& own, const Other& other, T volume) const {
     return physics::pressure_factor(own.x.w, volume, own.v.w + other.term, T(0), w.c.kernel.grad_scale);
   }

@@ -169,9 +169,9 @@ struct StageBody {
                         toward(w, j, w.f.heat_operand[j], own.operand.temperature);
   }
   MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
-  template <class Images>
+  template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
-                      const Images&) const {
+                      Along) const {
     const T g = physics::pair_conductance(
         own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
         other.resistivities);
