@@ -215,11 +215,12 @@ void Tuning::make_problem() {
   p.longest_sample_step = 1 / scene_.time.fps;
   p.diffusivity = diffusivity(scene_);
   for (SceneObservable& o : observables_) {
-    if (!o.exact.empty())
-      o.desc.exact = trade::reduce(o.desc, sample_times(), exact_at(o.exact, sample_times()));
-    // A probe has no sample before the first step.
     const bool probed = o.kind == ObservableKind::pressure || o.kind == ObservableKind::temperature ||
                         o.kind == ObservableKind::level;
+    if (!o.exact.empty())
+      o.desc.exact = trade::reduce(o.desc, sample_times(),
+                                   exact_at(o.exact, probed ? probe_times(o.index) : sample_times()));
+    // A probe has no sample before the first step.
     if (probed && o.desc.reduce == trade::Reduce::curve && !o.desc.exact.empty())
       o.desc.exact.front() = std::nan("");
     p.observables.push_back(o.desc);
@@ -254,6 +255,16 @@ void Tuning::make_problem() {
 std::vector<double> Tuning::sample_times() const {
   std::vector<double> times;
   for (int i = 0; i <= problem_.samples; ++i) times.push_back(problem_.end * i / problem_.samples);
+  return times;
+}
+
+std::vector<double> Tuning::probe_times(std::size_t probe) const {
+  const double interval = problem_.end / problem_.samples, every = scene_.probes[probe].desc.every;
+  // Due at multiples of `every` from `interval` ago until now, now excluded; 0: at every step.
+  const double due = every > 0 ? std::max(1.0, std::round(interval / every)) : 1;
+  const double ago = every > 0 ? interval - 0.5 * (due - 1) * every : 0.5 * interval;
+  std::vector<double> times = sample_times();
+  for (double& t : times) t = std::max(0.0, t - ago);
   return times;
 }
 

@@ -43,6 +43,7 @@ class Tuning {
   ObservableReader reader(const Built& built) const;
   /// [s] of the samples that are compared.
   std::vector<double> sample_times() const;
+  const meltsim::trade::Problem& problem() const { return problem_; }
   const std::string& device() const { return device_; }
 
  private:
@@ -50,6 +51,8 @@ class Tuning {
   void choose_ranges(Built& built);
   void make_problem();
   void measure_bodies();
+  /// [s] that the values of a probe belong to which a sample holds: the mean of what it read since the sample before.
+  std::vector<double> probe_times(std::size_t probe) const;
   double spacing_for(double multiple) const;
   std::string cache_file(const TuneOptions& options) const;
 
