@@ -82,15 +82,8 @@ struct Scene {
     return in_double ? "double" : plain() ? "" : "2d";
   }
   std::string search_name() const {
-    switch (search) {
-      case meltsim::NeighbourSearch::automatic:
-        return "automatic";
-      case meltsim::NeighbourSearch::grid:
-        return "grid";
-      case meltsim::NeighbourSearch::tree:
-        return "tree";
-    }
-    return "";
+    if (search == meltsim::NeighbourSearch::automatic) return "automatic";
+    return search == meltsim::NeighbourSearch::tree ? "tree" : "grid";
   }
   /// "<name>/<backend>/<particles>"
   std::string title(Backend backend) const {

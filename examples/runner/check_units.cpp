@@ -16,6 +16,8 @@ namespace {
 constexpr double zero_celsius = 273.15;                    // K
 constexpr double least_density = 1, most_density = 25000;  // kg/m^3: aerogel and osmium
 constexpr double most_frames = 1e7;
+// Heavy metals have 116 J/(kg K) and more, mercury melts with 1.2e4 J/kg: what lies far below was meant in kJ.
+constexpr double least_capacity = 20, least_latent_heat = 1500;
 // Below three times the largest speed the density of the liquid varies by more than a tenth.
 constexpr double least_mach = 3;
 // A mesh in millimetres is a thousand times too large; one of that many domains is no obstacle anybody meant.
@@ -67,11 +69,21 @@ class Units {
 
   void check_material(const SceneMaterial& material) {
     check_density(material.desc.density, material.source);
+    check_kilojoules(material.desc.heat_capacity, least_capacity, "heat_capacity", "J/(kg K)",
+                     material.source);
+    check_kilojoules(material.desc.latent_heat, least_latent_heat, "latent_heat", "J/kg", material.source);
     const double melts = material.desc.melting_point;
     if (std::abs(melts - zero_celsius) < 0.2) {
       warn(material.source, "melting_point",
            fmt::format("{:g} degrees Celsius; Kelvin? Then write {:.4g}", melts, melts - zero_celsius));
     }
+  }
+
+  void check_kilojoules(double value, double least, const char* key, const char* unit, const Source& source) {
+    if (!(value > 0) || value >= least) return;
+    warn(source, key,
+         fmt::format("{:g} {} is less than any material has; kilojoules? Then write {:g}", value, unit,
+                     1000 * value));
   }
 
   const meltsim::MaterialDesc& material(const std::string& name) const {

@@ -281,7 +281,10 @@ bool Run::step(double dt) {
       return false;
     }
     // That it halted is what the readings on their way say, too, and they know where.
-    if (status.error().code != meltsim::ErrorCode::halted) step_error_ = status.error().message;
+    if (status.error().code != meltsim::ErrorCode::halted) {
+      step_error_ = status.error().message;
+      step_error_code_ = status.error().code;
+    }
     return false;
   }
   return true;

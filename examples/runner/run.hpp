@@ -103,6 +103,7 @@ class Run {
   Recorder::Samples samples_left_;  ///< of readings that belong to no frame
   meltsim::StepResult last_result_;
   std::string step_error_;  ///< why step() refused, when it did
+  meltsim::ErrorCode step_error_code_{};
   double last_dt_ = 0;      ///< of the steps that were settled last
   double dt_ = 0;           ///< of those that were enqueued last
   std::uint64_t start_steps_ = 0;

@@ -10,6 +10,7 @@
 #include "failure.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
+#include "library_error.hpp"
 #include "numbers.hpp"
 #include "option_values.hpp"
 #include "run.hpp"
@@ -105,6 +106,7 @@ void Run::write_run_json(const Json& final_block_json) {
 }
 
 Json Run::final_block(Outcome outcome) const {
+  const bool refused = outcome == Outcome::diverged && !step_error_.empty();
   const char* status[] = {"finished", "interrupted", "diverged"};
   Json json = stats_json(recorder_->last());
   json["steps"] = state_.steps;
@@ -112,8 +114,8 @@ Json Run::final_block(Outcome outcome) const {
   json["frames"] = state_.next_frame;
   json["wall_s"] = wall();
   json["strayed"] = last_result_.strayed;
-  json["diverged"] = outcome == Outcome::diverged;
-  json["status"] = status[static_cast<std::size_t>(outcome)];
+  json["diverged"] = outcome == Outcome::diverged && !refused;
+  json["status"] = refused ? "refused" : status[static_cast<std::size_t>(outcome)];
   if (state_.melted_at) json["melted_at_s"] = *state_.melted_at;
   return json;
 }
@@ -126,7 +128,10 @@ std::string Run::resume_hint() const {
 }
 
 std::string Run::divergence_message() const {
-  std::string reason = step_error_.empty() ? last_result_.halt_reason : step_error_;
+  if (!step_error_.empty())  // what the library refuses it says with the cure
+    return fmt::format("step {} (t={:.4g} s) was refused: {}; state saved to {}", state_.steps + 1,
+                       state_.time, step_error_, directory_.file("checkpoint.bin"));
+  std::string reason = last_result_.halt_reason;
   // The library counts sub-steps; the sentence has its own count of steps.
   if (const std::size_t colon = reason.find(": "); reason.compare(0, 9, "sub-step ") == 0)
     reason.erase(0, colon + 2);
@@ -212,7 +217,7 @@ int Run::report(Outcome outcome) {
   write_run_json(block);
   if (outcome == Outcome::diverged) {
     log_.error(divergence_message());
-    return static_cast<int>(ExitCode::diverged);
+    return static_cast<int>(step_error_.empty() ? ExitCode::diverged : exit_code(step_error_code_));
   }
   if (outcome == Outcome::interrupted) {
     log_.error(fmt::format("interrupted at t={:.4g} s; state saved to {}\nresume with: {}", state_.time,

@@ -114,8 +114,8 @@ TEST(HeatStages, MostIsOneThatIsGiven) {
       EXPECT_LE(s, most);
       EXPECT_GE(s, std::max(2, most - 1));
       EXPECT_TRUE(s == 2 || (s % 2 == 0) == changes_phase) << most;
-      if (s != 3)
-        EXPECT_EQ(heat_stage_count(heat_stage_reach(s), changes_phase), s);  // two reach as far as three
+      if (s == 3) continue;  // two reach as far as three
+      EXPECT_EQ(heat_stage_count(heat_stage_reach(s), changes_phase), s);
     }
 }
 

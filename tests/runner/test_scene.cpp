@@ -71,6 +71,13 @@ TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
             "Then write -10.15");
   EXPECT_NE(warning_of({"materials.ice.melting_point=273.15"}).find("Kelvin? Then write 0"),
             std::string::npos);
+  EXPECT_NE(warning_of({"materials.ice.latent_heat=334"})
+                .find("materials.ice.latent_heat: 334 J/kg is less than any "
+                      "material has; kilojoules? Then write 334000"),
+            std::string::npos);
+  EXPECT_NE(warning_of({"materials.water.heat_capacity=4.186"}).find("kilojoules? Then write 4186"),
+            std::string::npos);
+  EXPECT_EQ(warning_of({"materials.ice.heat_capacity=120"}), "");  // uranium's is 116
   // Molten metal is hot: no water, and no solid far above its melting point.
   EXPECT_EQ(warning_of({"materials.water.density=7000", "materials.water.heat_capacity=500",
                         "fluids[0].temperature=1500"}),

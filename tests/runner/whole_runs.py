@@ -310,6 +310,13 @@ class WholeRuns(unittest.TestCase):
                 self.assertGreaterEqual(substeps, 8)
                 self.assertEqual(len(table(self.path("run", "probes.csv"))), 2 * substeps)
 
+    def test_a_step_that_is_refused_is_no_divergence(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "heat.time_scale=1e12", code=2).stderr
+        self.assertRegex(said, r"step 1 \(t=0 s\) was refused: .*heat.*; state saved to run/checkpoint.bin")
+        self.assertNotIn("diverged", said)
+        final = json.loads(Path(self.path("run", "run.json")).read_text())["final"]
+        self.assertEqual((final["status"], final["diverged"]), ("refused", False))
+
     def test_level_gauges(self):
         """Water at rest to y = 0.6; two gauges and a point share a table, in order of time."""
         probes = [{"name": "left", "kind": "level", "at": [0.3, 0.1, 0.8], "every": "step"},
