@@ -58,12 +58,17 @@ struct SurfaceMesh {
 struct SurfaceView {
   Backend backend = Backend::cpu;  ///< cuda: pointers are into the device's memory
   void* stream =
-      nullptr;  ///< cudaStream_t on CUDA: reads enqueued on it come before what overwrites the arrays
-  Vec3d origin;
-  std::uint64_t vertices = 0, triangles = 0;  ///< a triangle is 3 entries of `triangle`
-  const Vec3f *position = nullptr, *normal = nullptr;
-  const float *temperature = nullptr, *liquid_fraction = nullptr;
-  const std::uint32_t *body = nullptr, *material = nullptr, *triangle = nullptr;
+      nullptr;   ///< cudaStream_t on CUDA: reads enqueued on it come before what overwrites the arrays
+  Vec3d origin;  ///< add it to positions [m]
+  std::uint64_t vertices = 0;               ///< number of vertices
+  std::uint64_t triangles = 0;              ///< number of triangles; one is 3 entries of `triangle`
+  const Vec3f* position = nullptr;          ///< per vertex, from `origin` [m]
+  const Vec3f* normal = nullptr;            ///< per vertex, outwards, length 1
+  const float* temperature = nullptr;       ///< per vertex [degrees Celsius]
+  const float* liquid_fraction = nullptr;   ///< per vertex, 0 to 1
+  const std::uint32_t* body = nullptr;      ///< per vertex, as SurfaceMesh::body
+  const std::uint32_t* material = nullptr;  ///< per vertex, as SurfaceMesh::material
+  const std::uint32_t* triangle = nullptr;  ///< 3 vertices per triangle, counter-clockwise seen from outside
 };
 
 }  // namespace v0
