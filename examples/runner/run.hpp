@@ -104,8 +104,8 @@ class Run {
   meltsim::StepResult last_result_;
   std::string step_error_;  ///< why step() refused, when it did
   meltsim::ErrorCode step_error_code_{};
-  double last_dt_ = 0;      ///< of the steps that were settled last
-  double dt_ = 0;           ///< of those that were enqueued last
+  double last_dt_ = 0;  ///< of the steps that were settled last
+  double dt_ = 0;       ///< of those that were enqueued last
   std::uint64_t start_steps_ = 0;
   std::uint64_t frame_steps_ = 0;  ///< steps settled since the last frame
   double frame_stepping_ = 0;      ///< WallTimes::stepping then

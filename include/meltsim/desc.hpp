@@ -24,10 +24,10 @@ enum class Face {
 /// Like all heat, it runs HeatDesc::time_scale times faster than motion.
 struct SurfaceHeatDesc {
   std::optional<double> temperature;  ///< holds the surface at this [degrees Celsius]; alone
-  double flux = 0;        ///< into the material [W/m^2]
-  double convection = 0;  ///< heat transfer coefficient h towards `ambient` [W/(m^2 K)], >= 0
-  double emissivity = 0;  ///< of radiation towards surroundings at `ambient`, 0..1
-  double ambient = 20;    ///< temperature of the surroundings [degrees Celsius]
+  double flux = 0;                    ///< into the material [W/m^2]
+  double convection = 0;              ///< heat transfer coefficient h towards `ambient` [W/(m^2 K)], >= 0
+  double emissivity = 0;              ///< of radiation towards surroundings at `ambient`, 0..1
+  double ambient = 20;                ///< temperature of the surroundings [degrees Celsius]
 };
 
 /// Where particles may be. Unbounded by default.
@@ -145,8 +145,7 @@ struct SolidDesc {
 struct HeatRegionDesc {
   std::string name;                   ///< empty = "heat<N>"
   Shape shape;                        ///< the volume [m]
-  std::optional<double>
-      temperature;                    ///< holds particles inside at this [degrees Celsius]; excludes source
+  std::optional<double> temperature;  ///< holds particles inside at this [degrees Celsius]; excludes source
   double source = 0;                  ///< heat released [W/m^3]; negative cools
   double from = 0;                    ///< begins to act [s]
   double until = infinity;            ///< ceases to act [s]

@@ -12,7 +12,7 @@ struct Handle {
   std::uint32_t index = 0;       ///< position in the World's table, from 0
   std::uint32_t generation = 0;  ///< 0 = null
   constexpr explicit operator bool() const { return generation != 0; }  ///< false if null
-  friend constexpr bool operator==(Handle a, Handle b) {  ///< whether both are the same object
+  friend constexpr bool operator==(Handle a, Handle b) {                ///< whether both are the same object
     return a.index == b.index && a.generation == b.generation;
   }
   friend constexpr bool operator!=(Handle a, Handle b) { return !(a == b); }  ///< whether they differ

@@ -20,10 +20,12 @@ inline constexpr ParticleTag tag_held = 0x00001000u;  ///< liquid in a nozzle: m
 inline constexpr int tag_body_shift = 16;             ///< body index + 1; kept after melting
 
 MELTSIM_HD std::uint32_t material_of(ParticleTag t) { return t & tag_material_mask; }  ///< MaterialId::index
-MELTSIM_HD std::uint32_t body_of(ParticleTag t) { return t >> tag_body_shift; }  ///< BodyId::index + 1
-MELTSIM_HD bool is_solid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == tag_solid; }  ///< in a body
+MELTSIM_HD std::uint32_t body_of(ParticleTag t) { return t >> tag_body_shift; }        ///< BodyId::index + 1
+/// In a body.
+MELTSIM_HD bool is_solid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == tag_solid; }
 MELTSIM_HD bool is_fluid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == 0u; }  ///< liquid
-MELTSIM_HD bool is_held(ParticleTag t) { return (t & (tag_solid | tag_removed | tag_held)) == tag_held; }  ///< liquid in a nozzle
+/// Liquid in a nozzle.
+MELTSIM_HD bool is_held(ParticleTag t) { return (t & (tag_solid | tag_removed | tag_held)) == tag_held; }
 MELTSIM_HD bool is_removed(ParticleTag t) { return (t & tag_removed) != 0u; }  ///< no longer in the scene
 
 }  // namespace v0

@@ -27,14 +27,14 @@ struct StepResult {
   bool heat_bound_exceeded = false;  ///< heat was exchanged faster than its stages allow; raise max_stages
   bool modulus_unreachable = false;  ///< a body is softer than its youngs_modulus
   bool body_stiffened = false;       ///< a body is stiffer than described: softer, it would gain energy
-  bool cooled_to_zero = false;     ///< a particle that would have cooled below 0 K was held there
-  bool emitter_exhausted = false;  ///< an emitter reached its max_particles
-  std::uint64_t removed = 0;       ///< particles that left through open faces so far
-  std::uint64_t strayed = 0;       ///< liquid particles that fell out of the scene so far (Stray::remove)
-  std::uint64_t melted = 0;        ///< particles that melted so far; a particle that freezes may melt again
-  std::uint64_t frozen = 0;        ///< particles that froze so far
-  std::uint64_t fluid = 0;         ///< live liquid particles
-  std::uint64_t solid = 0;         ///< live solid particles
+  bool cooled_to_zero = false;       ///< a particle that would have cooled below 0 K was held there
+  bool emitter_exhausted = false;    ///< an emitter reached its max_particles
+  std::uint64_t removed = 0;         ///< particles that left through open faces so far
+  std::uint64_t strayed = 0;         ///< liquid particles that fell out of the scene so far (Stray::remove)
+  std::uint64_t melted = 0;          ///< particles that melted so far; a particle that freezes may melt again
+  std::uint64_t frozen = 0;          ///< particles that froze so far
+  std::uint64_t fluid = 0;           ///< live liquid particles
+  std::uint64_t solid = 0;           ///< live solid particles
   /// Why this report is incomplete: synchronize() itself cannot fail, but the host may run out of memory while it makes
   /// the report. Empty: the report is complete.
   std::string error;
@@ -44,9 +44,9 @@ struct StepResult {
 /// thermal energy at the melting point of each solid (liquids: at 0 degrees Celsius).
 struct Totals {
   std::uint64_t fluid = 0, solid = 0, bodies = 0, melted = 0, frozen = 0;  ///< numbers
-  double mass = 0;                                 ///< [kg]
-  Vec3d momentum;                                  ///< [kg m/s]
-  Vec3d angular_momentum;                          ///< about the origin [kg m^2/s]
+  double mass = 0;                                                         ///< [kg]
+  Vec3d momentum;                                                          ///< [kg m/s]
+  Vec3d angular_momentum;                                                  ///< about the origin [kg m^2/s]
   double kinetic = 0, potential = 0, thermal = 0;  ///< [J]; thermal includes latent heat
   /// The part of thermal that is latent heat [J]: m L f, f the liquid fraction, over all particles that can melt and all
   /// liquid that a solid melts into, whether or not that liquid can freeze.

@@ -35,7 +35,7 @@ struct Knobs {
   std::array<double, knob_count> value{1, 1, 1, 1, 1};  ///< in the order of Knob
   int stir = 0;  ///< 0: none; n: the n-th start that differs by less than what any observable resolves
 
-  double& operator[](Knob knob) { return value[static_cast<std::size_t>(knob)]; }  ///< its multiple
+  double& operator[](Knob knob) { return value[static_cast<std::size_t>(knob)]; }       ///< its multiple
   double operator[](Knob knob) const { return value[static_cast<std::size_t>(knob)]; }  ///< its multiple
 };
 
@@ -63,10 +63,10 @@ struct Observable {
   std::string unit;  ///< "m", "degrees", or empty
   double scale =
       0;  ///< [unit] that an error of 1 refers to; 0: the range of the curve, the magnitude of a number
-  int components = 1;  ///< values per sample; errors are Euclidean distances
+  int components = 1;             ///< values per sample; errors are Euclidean distances
   Reduce reduce = Reduce::curve;  ///< what is compared
-  double level = 0;           ///< of time_to_reach
-  std::vector<double> exact;  ///< what is compared (`reduce`) of the exact answer; empty: none is known
+  double level = 0;               ///< of time_to_reach
+  std::vector<double> exact;      ///< what is compared (`reduce`) of the exact answer; empty: none is known
 };
 
 /// One probe: a run, or what came of it.
@@ -75,11 +75,13 @@ struct Measurement {
   Knobs actual;  ///< as built: a spacing that has to fit a domain differs from the one asked for
   /// Per observable, what is compared: samples x components, or one number.
   std::vector<std::vector<double>> values;
-  double work = 0;    ///< sub-steps x particles, weighted; see work_of_substep
-  double wall_s = 0;  ///< on this machine
-  std::uint64_t substeps = 0, particles = 0, bytes = 0;  ///< sub-steps taken; particles at the end; memory of the World
-  bool complete = true;  ///< false: it diverged or took too long, and `values` are of no use
-  std::string problem;   ///< why not complete
+  double work = 0;              ///< sub-steps x particles, weighted; see work_of_substep
+  double wall_s = 0;            ///< on this machine
+  std::uint64_t substeps = 0;   ///< sub-steps taken
+  std::uint64_t particles = 0;  ///< the most there were
+  std::uint64_t bytes = 0;      ///< memory of the World
+  bool complete = true;         ///< false: it diverged or took too long, and `values` are of no use
+  std::string problem;          ///< why not complete
 };
 
 /// A simulation whose settings are to be chosen.
@@ -97,7 +99,7 @@ struct Problem {
   /// [m^2/s], the largest there is times HeatDesc::time_scale: the cost of heat where nothing moves. 0: no heat.
   double diffusivity = 0;
   std::vector<Observable> observables;  ///< in the order of `observe`
-  Ranges ranges = default_ranges();  ///< multiples that are allowed
+  Ranges ranges = default_ranges();     ///< multiples that are allowed
   /// Runs a probe in place of build and observe, for at most so many wall seconds. May be empty.
   std::function<Result<Measurement>(const Knobs&, double)> run;
   double reference_work = 0;  ///< work of Knobs{}; 0: found by building it
@@ -123,8 +125,8 @@ struct Difference {
 /// the knob's multiple.
 struct Law {
   Knob knob = Knob::spacing;  ///< whose law it is
-  double cost_exponent = 0;  ///< of the work
-  double error = 0;  ///< at x = 1, in the unit
+  double cost_exponent = 0;   ///< of the work
+  double error = 0;           ///< at x = 1, in the unit
   double error_exponent = 1;  ///< of the error
   bool fitted =
       false;  ///< the exponent was measured; false: it is the nominal one, and the error the larger estimate
@@ -133,9 +135,9 @@ struct Law {
 
 /// What is known of one observable.
 struct Known {
-  Observable observable;  ///< what it is about
-  double scale = 1;  ///< in the unit; never 0
-  std::vector<Law> laws;  ///< of the knobs that matter
+  Observable observable;      ///< what it is about
+  double scale = 1;           ///< in the unit; never 0
+  std::vector<Law> laws;      ///< of the knobs that matter
   double spread = 0;          ///< largest difference between two starts that are alike, in the unit
   std::vector<double> limit;  ///< extrapolated, or exact
   double rms_share = 1;       ///< root-mean-square over largest difference
@@ -144,19 +146,19 @@ struct Known {
 
 /// All that a front or a choice follows from; measuring it takes the time, using it takes none.
 struct Study {
-  std::vector<Known> observables;  ///< in the order of the problem
+  std::vector<Known> observables;   ///< in the order of the problem
   std::vector<Measurement> probes;  ///< in the order run
-  Ranges ranges{};  ///< of the problem
-  double reference_work = 0;  ///< work of Knobs{}
-  double seconds_per_work = 0;  ///< on this machine
-  double wall_s = 0;  ///< time that it took [s]
-  bool cut_short = false;          ///< wall time ran out, so another study may differ
-  std::vector<std::string> notes;  ///< probes that diverged, and what follows
+  Ranges ranges{};                  ///< of the problem
+  double reference_work = 0;        ///< work of Knobs{}
+  double seconds_per_work = 0;      ///< on this machine
+  double wall_s = 0;                ///< time that it took [s]
+  bool cut_short = false;           ///< wall time ran out, so another study may differ
+  std::vector<std::string> notes;   ///< probes that diverged, and what follows
 };
 
 /// Settings, and what they are expected to come to.
 struct Choice {
-  Knobs knobs;  ///< the settings
+  Knobs knobs;             ///< the settings
   double error = 0;        ///< expected largest error, in the unit
   double rms = 0;          ///< expected root-mean-square error
   double asked = 0;        ///< in the unit

@@ -19,7 +19,7 @@ struct Vec3i {
   std::int32_t x = 0, y = 0, z = 0;  ///< in spacings, along the axes of the lattice
 };
 
-enum class Backend { automatic, cpu, cuda };  ///< where the steps run
+enum class Backend { automatic, cpu, cuda };                  ///< where the steps run
 enum class Precision { single_precision, double_precision };  ///< of the state
 
 /// The neighbour search. Every choice finds the same neighbours; the order of sums differs, so results differ

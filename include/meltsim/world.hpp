@@ -25,11 +25,11 @@ inline namespace v0 {
 struct LatticeData {
   /// The particle that the vertex holds or held last; 0xffffffff for a site onto which no liquid has frozen yet.
   std::vector<std::uint32_t> particle_id;
-  std::vector<std::uint8_t> live;   ///< 1 if the vertex holds a particle of the body
-  std::vector<Vec3i> coordinates;   ///< on the lattice of its body
-  std::vector<std::uint32_t> body;  ///< BodyId::index + 1
+  std::vector<std::uint8_t> live;     ///< 1 if the vertex holds a particle of the body
+  std::vector<Vec3i> coordinates;     ///< on the lattice of its body
+  std::vector<std::uint32_t> body;    ///< BodyId::index + 1
   std::vector<std::uint32_t> arrayN;  ///< direct neighbours, 27 per vertex, (dx,dy,dz) with dx fastest
-  int region_half_width = 0;  ///< w, the largest in the World
+  int region_half_width = 0;          ///< w, the largest in the World
   std::vector<std::uint32_t> arrayR;  ///< members of the region, (2w+1)^3 per vertex, in the same order
 };
 

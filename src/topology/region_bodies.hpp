@@ -164,8 +164,7 @@ MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b
 template <int Most>
 struct RegionRows {
   static constexpr int sides = 2 * Most + 1;
-  static constexpr std::uint32_t unknown =
-      0x80000000u;  ///< in live: no vertex is in the middle of this row
+  static constexpr std::uint32_t unknown = 0x80000000u;  ///< in live: no vertex is in the middle of this row
   std::uint32_t live[sides * sides], inside[sides * sides];
 };
 

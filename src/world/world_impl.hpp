@@ -110,7 +110,8 @@ class WorldImpl final : public Scheduler {
                                      const std::vector<std::string>& fields);
   // world_surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
-  Result<SurfaceView> surface_view(const SurfaceDesc& d, SurfaceMesh* mesh);  ///< mesh: null where it is not wanted
+  Result<SurfaceView> surface_view(const SurfaceDesc& d,
+                                   SurfaceMesh* mesh);  ///< mesh: null where it is not wanted
   // snapshot.cpp
   Result<std::uint64_t> state_hash();
   Result<std::vector<std::uint8_t>> snapshot();

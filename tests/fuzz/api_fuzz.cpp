@@ -140,8 +140,7 @@ class Sequence {
     if (chance(0.3) && d.domain.bounded && d.heat.model == HeatModel::enthalpy &&
         d.domain.faces[face] == Face::wall)
       d.domain.heat[face] = surface_heat();
-    d.neighbour_search = pick(
-        {NeighbourSearch::automatic, NeighbourSearch::grid, NeighbourSearch::tree});
+    d.neighbour_search = pick({NeighbourSearch::automatic, NeighbourSearch::grid, NeighbourSearch::tree});
     d.courant = random_.uniform(0.2, 0.45);
     d.pieces_interval = 1 + static_cast<int>(random_.below(16));
     d.spacing = or_extreme(d.spacing, 0.02);

@@ -59,8 +59,9 @@ template <class T>
 MELTSIM_HD T pressure_factor(T volume_i, T volume_j, T term_i, T term_j, T f) {
   return (volume_i * volume_j) * (term_i + term_j) * f;
 }
+/// Pressure force on i from j [N].
 template <class T>
-MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {  ///< pressure force on i from j [N]
+MELTSIM_HD Vec3<T> pressure_force(T volume_i, T volume_j, T term_i, T term_j, T f, Vec3<T> x_ij) {
   return x_ij * pressure_factor(volume_i, volume_j, term_i, term_j, f);
 }
 
@@ -69,8 +70,9 @@ template <class T>
 MELTSIM_HD T viscous_factor(T mu, T volume_i, T volume_j, T laplacian) {
   return mu * (volume_i * volume_j) * laplacian;
 }
+/// Viscous force on i from j [N].
 template <class T>
-MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3<T> v_ji) {  ///< viscous force on i from j [N]
+MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3<T> v_ji) {
   return v_ji * viscous_factor(mu, volume_i, volume_j, laplacian);
 }
 
@@ -105,9 +107,10 @@ template <class T>
 struct PairFactors {
   T along, drag;  ///< [N/m]; [N s/m]
 };
+/// What multiplies x_ij and v_ij in the force on i, pressure and viscosity together.
 template <class T>
 MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
-                                         const LiquidPair<T>& p, T r2) {  ///< all terms
+                                         const LiquidPair<T>& p, T r2) {
   const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
   const T pi = artificial_pressure(k, alpha, sound_speed, p.density, r2, dot(p.v_ij, p.x_ij));
   return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, pi, f),
@@ -118,8 +121,9 @@ template <class T>
 MELTSIM_HD Vec3<T> add_liquid_force(Vec3<T> force, const PairFactors<T>& f, Vec3<T> x_ij, Vec3<T> v_ij) {
   return (force + x_ij * f.along) + v_ij * f.drag;
 }
+/// Pressure and viscous force on i from j [N].
 template <class T>
-MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {  ///< [N]
+MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {
   return add_liquid_force(Vec3<T>{}, liquid_factors(k, alpha, sound_speed, p, r2), p.x_ij, p.v_ij);
 }
 

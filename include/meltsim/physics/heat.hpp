@@ -30,7 +30,8 @@ namespace physics {
 inline double conductivity_of(double diffusivity, double density, double heat_capacity) {
   return diffusivity * density * heat_capacity;
 }
-inline double diffusivity_of(double conductivity, double density, double heat_capacity) {  ///< [m^2/s]
+/// Diffusivity of a material [m^2/s].
+inline double diffusivity_of(double conductivity, double density, double heat_capacity) {
   return conductivity / (density * heat_capacity);
 }
 
@@ -87,8 +88,8 @@ MELTSIM_HD T conductivity_at(const MaterialRow<T>& m, T fraction, T temperature)
 /// continuous in both temperatures where melting begins and ends, so the stages of a super-step may follow them.
 template <class T>
 struct TowardNeighbour {
-  T solid{}, liquid{};               ///< k of the phases [W/(m K)]
-  T melting_point{}, temperature{};  ///< of the particle [degrees Celsius]
+  T solid{}, liquid{};                          ///< k of the phases [W/(m K)]
+  T melting_point{}, temperature{};             ///< of the particle [degrees Celsius]
   MELTSIM_HD T operator()(T neighbour) const {  ///< k toward a neighbour of this temperature
     const T above = maximum(temperature, neighbour) - melting_point,
             below = melting_point - minimum(temperature, neighbour);

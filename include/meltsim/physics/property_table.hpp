@@ -23,7 +23,7 @@ inline constexpr int property_points = 8;
 /// Values at ascending temperatures; linear in between, constant beyond the ends.
 template <class T>
 struct PropertyTable {
-  std::uint32_t points = 0;  ///< 0: the table is not used
+  std::uint32_t points = 0;                                          ///< 0: the table is not used
   T temperature[property_points] = {}, value[property_points] = {};  ///< of the points
 };
 /// The property at a temperature [degrees Celsius].

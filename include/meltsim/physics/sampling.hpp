@@ -32,7 +32,8 @@ namespace physics {
 /// Fields that can be sampled.
 enum class SampleField : std::uint32_t { temperature, pressure, density, speed, velocity, liquid_fraction };
 inline constexpr std::uint32_t sample_fields = 6;  ///< number of fields
-MELTSIM_HD constexpr std::uint32_t sample_bit(SampleField f) { return 1u << static_cast<std::uint32_t>(f); }  ///< bit of a field in a set
+/// Bit of a field in a set.
+MELTSIM_HD constexpr std::uint32_t sample_bit(SampleField f) { return 1u << static_cast<std::uint32_t>(f); }
 /// Number of values of a field.
 MELTSIM_HD constexpr std::uint32_t sample_width(SampleField f) {
   return f == SampleField::velocity ? 3u : 1u;
@@ -70,7 +71,7 @@ MELTSIM_HD SampledParticle sampled(const MaterialRow<T>& m, bool liquid, double 
 struct SampleSums {
   double all = 0, liquid = 0;  ///< sums of W over all particles, over liquid
   double temperature = 0, density = 0, liquid_fraction = 0, pressure = 0, speed = 0;  ///< sums of W A
-  Vec3<double> velocity;  ///< sum of W v over liquid
+  Vec3<double> velocity;                      ///< sum of W v over liquid
   MELTSIM_HD void add(const SampleSums& o) {  ///< adds other sums
     all += o.all;
     liquid += o.liquid;
@@ -124,7 +125,7 @@ MELTSIM_HD double sampled_value(const SampleSums& s, SampleField field, std::uin
 /// f_L and f_S, divided by the scale of the kernel.
 template <class T>
 struct FillSums {
-  T liquid{}, solid{};  ///< f_L; f_S
+  T liquid{}, solid{};                      ///< f_L; f_S
   MELTSIM_HD void add(const FillSums& o) {  ///< adds other sums
     liquid += o.liquid;
     solid += o.solid;

@@ -72,8 +72,9 @@ template <class T>
 struct LaplacianQuotient {
   T above, below;  ///< dividend [1/m^3]; divisor [m^2]
 };
+/// L_ij at distance r, r2 = r^2.
 template <class T>
-MELTSIM_HD LaplacianQuotient<T> laplacian_quotient(const SphKernel<T>& k, T r, T r2) {  ///< L_ij at distance r, r2 = r^2
+MELTSIM_HD LaplacianQuotient<T> laplacian_quotient(const SphKernel<T>& k, T r, T r2) {
   const T a = falling(r, k.inv_support);
   return {k.laplacian_scale * (a * a * a) * r2, r2 + k.epsilon2};
 }

@@ -48,9 +48,9 @@ inline constexpr double smooth_in = 0.5, smooth_out = -0.53;  ///< share of the 
 /// eq. 11).
 template <class T>
 struct ShapeSums {
-  T weight{};                            ///< sum of weights
-  Vec3<T> first{};                       ///< weighted sum of offsets [m]
-  T xx{}, yy{}, zz{}, xy{}, yz{}, zx{};  ///< weighted sum of their products [m^2]
+  T weight{};                                ///< sum of weights
+  Vec3<T> first{};                           ///< weighted sum of offsets [m]
+  T xx{}, yy{}, zz{}, xy{}, yz{}, zx{};      ///< weighted sum of their products [m^2]
   MELTSIM_HD void add(const ShapeSums& o) {  ///< adds other sums
     weight += o.weight;
     first += o.first;
@@ -62,8 +62,9 @@ struct ShapeSums {
     zx += o.zx;
   }
 };
+/// Adds a neighbour; r2: square of its offset [m^2].
 template <class T>
-MELTSIM_HD void add_neighbour(ShapeSums<T>& s, const SphKernel<T>& k, Vec3<T> offset, T r2) {  ///< r2 = offset^2
+MELTSIM_HD void add_neighbour(ShapeSums<T>& s, const SphKernel<T>& k, Vec3<T> offset, T r2) {
   const T q = std::sqrt(r2) * k.inv_support;
   if (!(q < T(1))) return;
   const T w = T(1) - q * q * q;
