@@ -2,6 +2,8 @@
 // fluids, bodies, emitters.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "failure.hpp"
 #include "load_heat.hpp"
 #include "load_parts.hpp"
@@ -81,6 +83,12 @@ void load_bodies(const Node& node, Scene& scene) {
     if (const auto value = item.find("surface")) body.desc.surface = load_surface(*value);
     if (const auto value = item.find("heat_source")) body.desc.heat_source = value->number("W/m^3");
     if (const auto value = item.find("fixed")) body.desc.fixed = value->boolean();
+    if (const auto value = item.find("motion")) {
+      const auto at = std::find(keys::motion.begin(), keys::motion.end(), value->choice(keys::motion));
+      body.desc.motion = static_cast<meltsim::Motion>(at - keys::motion.begin());
+    }
+    if (const auto value = item.find("pivot")) body.desc.pivot = value->vector("m");
+    if (const auto value = item.find("max_speed")) body.desc.max_speed = value->number("m/s");
     if (const auto value = item.find("carve")) body.desc.carve = value->boolean();
     if (const auto value = item.find("growth")) body.desc.growth = value->small_integer();
     scene.bodies.push_back(body);

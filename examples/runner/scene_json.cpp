@@ -138,6 +138,10 @@ Json body_json(const SceneBody& body) {
   if (!surface.is_null()) json["surface"] = surface;
   if (body.desc.heat_source != 0) json["heat_source"] = body.desc.heat_source;
   json["fixed"] = body.desc.fixed;
+  if (body.desc.motion != meltsim::Motion::free)
+    json["motion"] = keys::motion.at(static_cast<std::size_t>(body.desc.motion));
+  if (body.desc.pivot) json["pivot"] = echo(*body.desc.pivot);
+  if (body.desc.max_speed != 0) json["max_speed"] = body.desc.max_speed;
   json["carve"] = body.desc.carve;
   if (body.desc.growth != 0) json["growth"] = body.desc.growth;
   return json;

@@ -28,9 +28,9 @@ inline const List material{"density",   "viscosity",     "conductivity", "heat_c
                            "stiffness", "damping",       "friction",     "freezes",       "youngs_modulus",
                            "color"};
 inline const List fluid{"shape", "material", "temperature", "velocity"};
-inline const List body{"name",        "shape",    "material",         "density",
-                       "temperature", "velocity", "angular_velocity", "fixed",
-                       "carve",       "surface",  "heat_source",      "growth"};
+inline const List body{
+    "name",  "shape",   "material",    "density", "temperature", "velocity", "angular_velocity", "fixed",
+    "carve", "surface", "heat_source", "growth",  "motion",      "pivot",    "max_speed"};
 inline const List emitter{"name",        "nozzle", "speed", "material",
                           "temperature", "from",   "until", "max_particles"};
 inline const List nozzle{"center", "axis", "radius"};
@@ -60,6 +60,7 @@ inline const List walls{"box", "open", "none"};
 inline const List face{"wall", "open", "periodic"};
 inline const List neighbour_search{"auto", "grid", "verlet", "tree"};
 inline const List stepping{"fixed", "adaptive"};
+inline const List motion{"free", "fixed", "kinematic"};  ///< in the order of meltsim::Motion
 inline const List end_when{"time", "melted"};
 inline const List stray{"remove", "halt"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};

@@ -120,6 +120,29 @@ struct FluidDesc {
   Vec3d velocity;           ///< [m/s]
 };
 
+/// What moves a body.
+enum class Motion {
+  free,      ///< forces on it
+  fixed,     ///< nothing
+  kinematic  ///< the host (World::set_motion), whatever forces act on it; liquid and other bodies give way to it
+};
+
+/// How a kinematic body moves: World::set_motion.
+struct BodyMotion {
+  /// Where its pivot is at the end of the next step [m]; the body moves there at constant velocity. Empty: it moves at
+  /// `velocity`.
+  std::optional<Vec3d> position;
+  /// Its orientation at the end of the next step, relative to the body as built: a unit quaternion. The body turns there by
+  /// the shorter way at constant angular velocity. Empty: it turns at `angular_velocity`.
+  std::optional<Quat<double>> orientation;
+  Vec3d
+      velocity;  ///< of the pivot: of what is not given above in the next step, then until the next motion [m/s]
+  Vec3d angular_velocity;  ///< about the pivot, likewise [rad/s]
+  /// Places the body there at the beginning of the next step instead of moving it. It must be clear of liquid and of other
+  /// bodies by 0.9 spacings.
+  bool teleport = false;
+};
+
 /// A body. Points closer than one spacing to another body are refused; liquid in its place is carved away. For movable
 /// bodies, as for liquid, lattice points closer than half a spacing to a wall are dropped.
 struct SolidDesc {
@@ -129,7 +152,16 @@ struct SolidDesc {
   double temperature = 20;  ///< [degrees Celsius]
   Vec3d velocity;           ///< of the centre of mass [m/s]
   Vec3d angular_velocity;   ///< about the centre of mass [rad/s]
-  bool fixed = false;       ///< an obstacle: conducts heat and melts, but never moves
+  bool fixed =
+      false;  ///< the same as Motion::fixed: an obstacle that conducts heat and melts, but never moves
+  Motion motion =
+      Motion::free;  ///< a kinematic body begins with `velocity` and `angular_velocity`, about its pivot
+  /// Of a kinematic body: the point of the body as built that BodyMotion::position is of [m]; empty = centre of its
+  /// particles.
+  std::optional<Vec3d> pivot;
+  /// Of a kinematic body: the largest speed that any point of it will have [m/s]. The sound speed is at least ten times as
+  /// large; motions above half the sound speed are refused.
+  double max_speed = 0;
   /// Heat through the dry surface of the body: the part that no liquid, wall or other body covers.
   SurfaceHeatDesc surface;
   double heat_source = 0;  ///< heat released in the body [W/m^3]; negative cools

@@ -14,10 +14,11 @@ using ParticleTag = std::uint32_t;  ///< bits below
 inline constexpr ParticleTag tag_material_mask = 0x000000ffu;  ///< index into the material table
 inline constexpr ParticleTag tag_solid = 0x00000100u;          ///< on a lattice; otherwise liquid
 inline constexpr ParticleTag tag_surface = 0x00000200u;        ///< SBP: fewer than 27 live direct neighbours
-inline constexpr ParticleTag tag_fixed = 0x00000400u;          ///< belongs to an immovable body
+inline constexpr ParticleTag tag_fixed = 0x00000400u;          ///< belongs to a body that no force moves
 inline constexpr ParticleTag tag_removed = 0x00000800u;        ///< left through an open face
 inline constexpr ParticleTag tag_held = 0x00001000u;  ///< liquid in a nozzle: moves at the nozzle's velocity
-inline constexpr int tag_body_shift = 16;             ///< body index + 1; kept after melting
+inline constexpr ParticleTag tag_kinematic = 0x00002000u;  ///< beside tag_fixed: the host moves the body
+inline constexpr int tag_body_shift = 16;                  ///< body index + 1; kept after melting
 
 MELTSIM_HD std::uint32_t material_of(ParticleTag t) { return t & tag_material_mask; }  ///< MaterialId::index
 MELTSIM_HD std::uint32_t body_of(ParticleTag t) { return t >> tag_body_shift; }        ///< BodyId::index + 1

@@ -88,6 +88,19 @@ class MELTSIM_API World {
   /// invalid_argument (names the field), capacity, out_of_memory.
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
+  // Steering, between steps. What is set holds from the next step on, on both backends. Unless noted, nothing is uploaded
+  // again, no stage is planned anew and nothing waits. On an error nothing changes.
+  /// Sets the motion of a kinematic body (SolidDesc::motion). The last one set before a step counts. A motion to another
+  /// pose lasts for the next step; afterwards, and without a pose, the body goes on at the velocities given. Liquid and
+  /// other bodies see its velocity at every point and give way; its own motion does not change. step() refuses, with
+  /// invalid_argument, a motion that would be faster than half the sound speed (only where there is liquid or a free body)
+  /// or carry the body through a wall; periodic and open faces may be crossed. A teleport synchronises, and is refused where
+  /// it would bury liquid or another body. Errors: invalid_argument (names the field).
+  Status set_motion(BodyId body, const BodyMotion& motion);
+  /// Returns pose and velocities of a kinematic body at time(), all fields set; not of a motion set since the last step.
+  /// Does not wait unless the World halted. Errors: invalid_argument.
+  Result<BodyMotion> motion(BodyId body);
+
   /// Allocates, uploads and plans for the next step. step() calls it if something was added; call it yourself
   /// to keep the first step free of allocation. Synchronises if something was added. Errors: capacity, out_of_memory.
   Status prepare();
@@ -97,7 +110,8 @@ class MELTSIM_API World {
   /// ended, or a reading showed that stages have nothing left to do. It then synchronises and allocates or frees the
   /// channels that differ; particles stay on the device. Otherwise it waits only if the device is more than about half
   /// a second of work behind (never while the host captures the stream).
-  /// Errors: invalid_argument (dt negative, not finite, or above 0 and below 1e-30 s), step_too_large, halted,
+  /// Sub-steps are shorter where a kinematic body moves faster than courant H in one of them.
+  /// Errors: invalid_argument (dt negative, not finite, or above 0 and below 1e-30 s; a motion, see set_motion), step_too_large, halted,
   /// interrupted, and those of prepare().
   Status step(double dt);
 

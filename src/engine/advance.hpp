@@ -24,7 +24,7 @@ struct Produced {
   double enthalpy = 0;
 };
 
-/// State afterwards. moved: false if the particle is fixed, removed, or its results are invalid.
+/// State afterwards. moved: false if the particle is of a fixed body, removed, or its results are invalid.
 template <class T>
 struct EndOfStep {
   Vec4<T> position, velocity;
@@ -85,17 +85,23 @@ MELTSIM_HD bool strays(const Frame<T>& w, const Produced<T>& p, Vec3<T> v) {
   return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(w.c.gravity, w.c.gravity);
 }
 
+/// x within the period of periodic axes.
+template <class T>
+MELTSIM_HD Vec3<T> wrapped(const Frame<T>& w, Vec3<T> x) {
+  if (w.grid.periodic == 0u) return x;
+  x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
+  x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
+  x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
+  return x;
+}
+
 /// Moves x and v to the end of the sub-step; true: p has left through an open face.
 template <class T>
 MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T>& v) {
   x = physics::drift(x, v, w.f.clock->half_dt);
   if (is_fluid(p.tag) && !is_held(p.tag)) x += p.shift;
   if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
-  if (w.grid.periodic != 0u) {
-    x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
-    x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
-    x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
-  }
+  x = wrapped(w, x);
   const std::uint32_t open = w.c.open_faces;
   if (open == 0u || !is_fluid(p.tag)) return false;
   return ((open & 1u) != 0u && x.x < w.c.domain_min.x) || ((open & 2u) != 0u && x.x > w.c.domain_max.x) ||
@@ -117,8 +123,14 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
     v = xyz(p.velocity);
   } else {
     end.check = look(w, i, p, v);
-    end.moved = end.check.bad == 0u && !(is_solid(tag) && (tag & tag_fixed) != 0u);
-    if (end.moved) {
+    const bool held = is_solid(tag) && (tag & tag_fixed) != 0u;
+    const bool carried = held && (tag & tag_kinematic) != 0u && w.f.carried_position != nullptr;
+    end.moved = end.check.bad == 0u && (!held || carried);
+    if (end.moved && carried) {
+      const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
+      x = w.f.carried_position[vertex];
+      v = w.f.carried_velocity[vertex];
+    } else if (end.moved) {
       const bool astray = strays(w, p, v), left = move(w, p, x, v);
       if (astray || left) {
         end.check.counts += left ? ParticleCheck<T>::removed : ParticleCheck<T>::strayed;

@@ -11,6 +11,7 @@
 #include "engine/probe_setup.hpp"
 #include "engine/reading_frame.hpp"
 #include "engine/scene.hpp"
+#include "engine/steered.hpp"
 #include "engine/surface_request.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
@@ -32,12 +33,14 @@ struct BurstArguments {
 
 struct SubstepArguments {
   double dt = 0, time = 0;
+  double end = 0;  ///< [s]
   std::uint64_t index = 0;
   std::uint64_t stages = 0;  ///< bit per stage of the table: run it in this sub-step
   double heat_dt = 0;        ///< of one super-step, time-scaled
   int heat_stages = 0, heat_supersteps = 0;
   double heat_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
+  const std::vector<Steered>* steered = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
   std::uint64_t sample_at = 0;  ///< where their values go: first of the samples' values
 };

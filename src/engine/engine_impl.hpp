@@ -152,7 +152,8 @@ class EngineImpl final : public Engine {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
-    count_anew_ = count_anew_ || a.bursts != nullptr;
+    if (a.steered != nullptr) steer(a);
+    count_anew_ = count_anew_ || a.bursts != nullptr || a.steered != nullptr;
     if (w_.born == 0) return;
     buffers_.turn(w_);
     // A host's own stages may do anything, timings and checks look at stages one by one.
@@ -173,6 +174,7 @@ class EngineImpl final : public Engine {
     w_.clock.spring_dt = static_cast<T>(scales_.spring_dt);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
+    w_.clock.end = a.end;
     w_.clock.sampled = a.sampled;
     w_.clock.sample_at = a.sample_at;
     count_anew_ = false;
@@ -468,6 +470,16 @@ class EngineImpl final : public Engine {
     step::emit<E, T>(ex_, w_);
     w_.born += b.points;
     use_slots(slots_for(w_.born));
+  }
+
+  void steer(const SubstepArguments& a) {
+    if (w_.f.body_motion == nullptr) return;  // they have melted
+    const auto n = static_cast<std::uint32_t>(a.steered->size());
+    bool jumps = false;
+    for (std::uint32_t k = 0; k < n; k += most_steered)
+      step::steer<E, T>(ex_, w_, a.steered->data() + k, std::min(most_steered, n - k));
+    for (const Steered& s : *a.steered) jumps = jumps || s.jumps;
+    step::set_off<E, T>(ex_, w_, a.time, jumps);
   }
 
   /// All but step.begin, which the clock makes different every time.

@@ -114,6 +114,11 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
   }
   if (wanted(field_site_vertex, w.f.site_vertex) != nullptr) put(ex, w.f.site_vertex, mark_empty_sites(l));
   put(ex, wanted(field_bodies, w.f.bodies), l.bodies);
+  if (wanted(field_body_motion, w.f.body_motion) != nullptr) {
+    std::vector<BodyMotionRow> rows = l.rests;
+    for (std::size_t b = 0; b < rows.size(); ++b) rows[b].motion = s.motion[b];
+    put(ex, w.f.body_motion, rows);
+  }
 }
 
 /// The status that a state begins with.
@@ -143,6 +148,10 @@ void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
     for (std::size_t v = 0; v < q.size(); ++v)
       s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
                               static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
+  }
+  if (w.f.body_motion != nullptr) {
+    const auto rows = fetch(ex, w.f.body_motion, s.motion.size());
+    for (std::size_t b = 0; b < rows.size(); ++b) s.motion[b] = rows[b].motion;
   }
   if (w.f.contact_slip != nullptr) {
     const auto slip = fetch(ex, w.f.contact_slip, w.vertices);

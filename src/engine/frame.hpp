@@ -14,6 +14,7 @@
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/rigid_motion.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
@@ -91,7 +92,16 @@ struct BodyHeat {
 struct BodyRow {
   std::uint32_t stride_y = 0, stride_z = 0;  ///< sites per step in y, z (x: 1)
   std::int32_t region_half_width = 0;        ///< w
-  std::uint32_t fixed = 0;
+  std::uint32_t fixed = 0;                   ///< 0: it is free; body_fixed or body_kinematic
+};
+inline constexpr std::uint32_t body_fixed = 1, body_kinematic = 2;
+
+/// The motion of a kinematic body, and where its lattice is relative to the pivot.
+struct BodyMotionRow {
+  physics::RigidMotion motion;   ///< positions in stored coordinates
+  Vec3<double> low{};            ///< of site (0, 0, 0) of the body's box from the pivot, as built [m]
+  double spacing = 0;            ///< in double, as `low` [m]
+  std::uint32_t first_site = 0;  ///< that site's number
 };
 
 template <class T>
@@ -100,6 +110,7 @@ struct Clock {
   T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
   std::uint64_t step = 0;       ///< index of this sub-step, from 1
   double time = 0;              ///< at its start [s]
+  double end = 0;               ///< at its end [s]
   std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
   std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values
 };

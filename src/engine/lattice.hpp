@@ -93,6 +93,39 @@ MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, std::uint32_
   else walk_region<0>(w, v, b, first, last, visit);
 }
 
+/// Whether a vertex moves with a kinematic body.
+template <class T>
+MELTSIM_HD bool is_carried(const Frame<T>& w, std::uint64_t v) {
+  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].fixed == body_kinematic;
+}
+
+/// Position (stored coordinates, not wrapped) and velocity of a vertex of a kinematic body at a time [s].
+template <class T>
+MELTSIM_HD physics::RigidPoint carried_point(const Frame<T>& w, std::uint64_t v, double time) {
+  const std::uint32_t body = w.f.vertex_body[v];
+  const BodyRow b = w.f.bodies[body];
+  const BodyMotionRow& row = w.f.body_motion[body];
+  const std::uint32_t site = w.f.vertex_site[v] - row.first_site, layer = site % b.stride_z;
+  const Vec3<double> steps{static_cast<double>(layer % b.stride_y), static_cast<double>(layer / b.stride_y),
+                           static_cast<double>(site / b.stride_z)};
+  return physics::point_of(physics::place_at(row.motion, time), row.low + steps * row.spacing);
+}
+
+/// Orientation of a kinematic body at a time [s].
+template <class T>
+MELTSIM_HD Quat<T> carried_rotation(const Frame<T>& w, std::uint32_t body, double time) {
+  const Quat<double> q = physics::place_at(w.f.body_motion[body].motion, time).orientation;
+  return {static_cast<T>(q.w), static_cast<T>(q.x), static_cast<T>(q.y), static_cast<T>(q.z)};
+}
+
+/// Rotation of the lattice about a vertex at the beginning of the sub-step.
+template <class T>
+MELTSIM_HD Quat<T> turn_of(const Frame<T>& w, std::uint64_t v) {
+  if (w.f.body_motion != nullptr && w.f.bodies[w.f.vertex_body[v]].fixed == body_kinematic)
+    return carried_rotation(w, w.f.vertex_body[v], w.f.clock->time);
+  return w.f.region_rotation[v];
+}
+
 /// A region's fit and where its vertex is.
 template <class T>
 struct PlacedFit {

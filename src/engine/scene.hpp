@@ -28,6 +28,7 @@ struct SceneState {
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;
   std::vector<Vec3d> contact_slip;
+  std::vector<physics::RigidMotion> motion;  ///< per body; of those that are not kinematic nothing
   std::uint64_t melted = 0, frozen = 0, removed = 0,
                 strayed = 0;  ///< before the last upload; removed: strayed, too
   double heat_in = 0;         ///< likewise [J]
@@ -40,6 +41,7 @@ struct SceneLattice {
   std::vector<Vec3i> vertex_coordinates;                ///< on the body's lattice
   std::vector<std::uint32_t> site_vertex;               ///< per site
   std::vector<BodyRow> bodies;
+  std::vector<BodyMotionRow> rests;  ///< per body: where its lattice is relative to the pivot; no motions
   int max_half_width = 0;
 };
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "engine/frame.hpp"
+#include "engine/steered.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -18,6 +19,10 @@ inline namespace v0 {
 
 // Not stages: called when the scene changes, when a layer is due, when somebody asks, after a roll-back.
 namespace step {
+template <class E, class T>
+void steer(E& ex, const core::Frame<T>& w, const core::Steered* steered, std::uint32_t n);
+template <class E, class T>
+void set_off(E& ex, const core::Frame<T>& w, double time, bool places);
 template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
 template <class E, class T>
@@ -98,6 +103,13 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
 #define MELTSIM_INSTANTIATE(Exec, stage)                              \
   template void stage<Exec, float>(Exec&, const core::Frame<float>&); \
   template void stage<Exec, double>(Exec&, const core::Frame<double>&);
+
+/// What gives bodies new motions, likewise.
+#define MELTSIM_INSTANTIATE_STEERING(Exec)                                                                   \
+  template void steer<Exec, float>(Exec&, const core::Frame<float>&, const core::Steered*, std::uint32_t);   \
+  template void steer<Exec, double>(Exec&, const core::Frame<double>&, const core::Steered*, std::uint32_t); \
+  template void set_off<Exec, float>(Exec&, const core::Frame<float>&, double, bool);                        \
+  template void set_off<Exec, double>(Exec&, const core::Frame<double>&, double, bool);
 
 /// All that a reading enqueues, likewise.
 #define MELTSIM_INSTANTIATE_READING(Exec)             \

@@ -56,7 +56,7 @@ struct PiecesBody {
     const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
     w.f.piece[i] = w.f.vertex_piece[v] + 1u;
     if ((tag & tag_surface) == 0u) return;  // touches nothing
-    w.f.contact_normal[i] = physics::surface_normal(w.f.neighbour_mask[v], to_matrix(w.f.region_rotation[v]));
+    w.f.contact_normal[i] = physics::surface_normal(w.f.neighbour_mask[v], to_matrix(core::turn_of(w, v)));
   }
 };
 

@@ -4,6 +4,7 @@
 
 #include "engine/advance.hpp"
 #include "engine/lattice.hpp"
+#include "engine/steered.hpp"
 #include "meltsim/physics/emission.hpp"
 
 namespace meltsim {
@@ -61,6 +62,41 @@ struct EmitBody {
     w.f.mass[slot] = b.mass;
     w.f.tag[slot] = b.tag | tag_held;
     if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
+  }
+};
+
+/// Bodies get new motions, ahead of a sub-step.
+struct SteerBody {
+  core::BodyMotionRow* rows;
+  std::uint32_t body[core::most_steered];
+  physics::RigidMotion motion[core::most_steered];
+  MELTSIM_HD void operator()(std::uint64_t k) const { rows[body[k]].motion = motion[k]; }
+};
+
+/// Particles of kinematic bodies get the velocities of the motions that begin now; places: and positions.
+template <class T>
+struct SetOffBody {
+  Frame<T> w;
+  double time;
+  bool places;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!core::is_carried(w, v)) return;
+    const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
+    const physics::RigidPoint p = core::carried_point(w, v, time);
+    w.f.velocity[slot] = with_w(cast<T>(p.velocity), w.f.velocity[slot].w);
+    if (places) w.f.position[slot] = with_w(core::wrapped(w, cast<T>(p.position)), w.f.position[slot].w);
+  }
+};
+
+/// Where particles of kinematic bodies are at the end of the sub-step, and how fast then.
+template <class T>
+struct CarryBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t v) const {
+    if (!core::is_carried(w, v)) return;
+    const physics::RigidPoint p = core::carried_point(w, v, w.f.clock->end);
+    w.f.carried_position[v] = core::wrapped(w, cast<T>(p.position));
+    w.f.carried_velocity[v] = cast<T>(p.velocity);
   }
 };
 

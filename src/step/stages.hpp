@@ -30,6 +30,27 @@ void let_go(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, LetGoBody<T>{w});
 }
 
+/// Ahead of a sub-step: the first n rows of `steered` hold; not a stage.
+template <class E, class T>
+void steer(E& ex, const core::Frame<T>& w, const core::Steered* steered, std::uint32_t n) {
+  SteerBody body{w.f.body_motion, {}, {}};
+  for (std::uint32_t k = 0; k < n; ++k) {
+    body.body[k] = steered[k].body;
+    body.motion[k] = steered[k].motion;
+  }
+  ex.for_each(n, body);
+}
+/// After it; not a stage.
+template <class E, class T>
+void set_off(E& ex, const core::Frame<T>& w, double time, bool places) {
+  ex.for_each(w.vertices, SetOffBody<T>{w, time, places});
+}
+
+template <class E, class T>
+void carry(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, CarryBody<T>{w});
+}
+
 template <class E, class T>
 void integrate(E& ex, const core::Frame<T>& w) {
   ex.gather_reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});

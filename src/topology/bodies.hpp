@@ -51,7 +51,8 @@ struct MeltBody {
                         w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
       return;
     w.f.vertex_state[v] = vertex_died;
-    w.f.tag[slot] = (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed)) | m.liquid;
+    w.f.tag[slot] =
+        (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed | tag_kinematic)) | m.liquid;
     const std::uint32_t site = w.f.vertex_site[v];
     add.clear(core::site_word(w, site), core::site_bit(site));
     add(&w.f.status->died, 1);

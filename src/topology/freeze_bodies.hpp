@@ -40,11 +40,12 @@ MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyR
 /// Offset of face k = 0..5: -x, +x, -y, +y, -z, +z.
 MELTSIM_HD int face_step(int k, int axis) { return k / 2 == axis ? 2 * (k % 2) - 1 : 0; }
 
-/// p_n - x_n.
+/// p_n - x_n. carried: orientation of a kinematic body.
 template <class T>
-MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t n, const BodyRow& b, int dx, int dy,
-                                 int dz) {
+MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t n, const BodyRow& b, const Quat<T>& carried,
+                                 int dx, int dy, int dz) {
   const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
+  if (b.fixed == core::body_kinematic) return physics::site_offset(carried, q);
   return b.fixed != 0u || w.f.region_rotation == nullptr ? q
                                                          : physics::site_offset(w.f.region_rotation[n], q);
 }
@@ -68,6 +69,9 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
   for (int k = 0; k < 6 && s.donor == none; ++k)
     s.donor = live_at(w, v, b, face_step(k, 0), face_step(k, 1), face_step(k, 2));
   if (s.donor == none) return s;
+  Quat<T> carried;
+  if (b.fixed == core::body_kinematic)
+    carried = core::carried_rotation(w, w.f.vertex_body[v], w.f.clock->end);
   // Relative to the donor: a lattice may lie across a periodic face.
   const Vec3<T> origin = vertex_place(w, s.donor);
   Vec3<T> sum{};
@@ -77,7 +81,8 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
       for (int dx = -1; dx <= 1; ++dx) {
         const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
         if (n == none) continue;
-        sum += spatial::separation(w.grid, vertex_place(w, n), origin) + wanted_offset(w, n, b, dx, dy, dz);
+        sum += spatial::separation(w.grid, vertex_place(w, n), origin) +
+               wanted_offset(w, n, b, carried, dx, dy, dz);
         count += T(1);
       }
   const Vec3<T> mean = sum * (T(1) / count);
@@ -89,7 +94,7 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
         const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
         if (n == none) continue;
         const Vec3<T> off = spatial::separation(w.grid, vertex_place(w, n), origin) +
-                            wanted_offset(w, n, b, dx, dy, dz) - mean;
+                            wanted_offset(w, n, b, carried, dx, dy, dz) - mean;
         agreed = agreed && dot(off, off) <= tolerance * tolerance;
       }
   Vec3<T> x = origin + mean;
@@ -180,7 +185,8 @@ struct BornBody {
   MELTSIM_HD Count operator()(std::uint64_t v) const { return {w.f.vertex_pick[v] != none ? 1u : 0u}; }
 };
 
-/// The particle takes the site: it becomes part of the body, and stops if that is fixed. Each vertex writes
+/// The particle takes the site: it becomes part of the body, stops if that is fixed, and moves
+/// with it if that is kinematic. Each vertex writes
 /// to itself and to the particle that is its own by now; what it reads of others belongs to vertices that
 /// were live before. States change after all of them have joined.
 template <class T>
@@ -193,7 +199,9 @@ struct JoinBody {
     const Site<T> s = locate_site(w, v);
     const std::uint32_t slot = w.f.slot_of_id[id];
     const std::uint32_t donor_tag = w.f.tag[w.f.slot_of_id[w.f.vertex_id[s.donor]]];
-    const Vec3<T> velocity = (donor_tag & tag_fixed) != 0u ? Vec3<T>{} : xyz(w.f.velocity[slot]);
+    Vec3<T> velocity = (donor_tag & tag_fixed) != 0u ? Vec3<T>{} : xyz(w.f.velocity[slot]);
+    if ((donor_tag & tag_kinematic) != 0u)
+      velocity = cast<T>(core::carried_point(w, v, w.f.clock->end).velocity);
     w.f.position[slot] = with_w(s.position, w.c.spacing * w.c.spacing * w.c.spacing);
     w.f.velocity[slot] = with_w(velocity, T(0));
     w.f.tag[slot] = donor_tag | tag_surface;

@@ -17,9 +17,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 6;
+constexpr std::uint32_t format_version = 7;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -93,7 +93,7 @@ Error corrupt(const char* why) {
 
 /// All that a tag may have set.
 constexpr std::uint32_t known_tag_bits = tag_material_mask | tag_solid | tag_surface | tag_fixed |
-                                         tag_removed | tag_held | 0xffffu << tag_body_shift;
+                                         tag_removed | tag_held | tag_kinematic | 0xffffu << tag_body_shift;
 
 bool all_finite(const std::vector<Vec3d>& v) {
   for (const Vec3d& x : v)
@@ -163,6 +163,8 @@ Result<std::uint64_t> WorldImpl::state_hash() {
     h.add(&state_.region_rotation[v], sizeof(Quat<double>));
     h.add(&state_.contact_slip[v], sizeof(Vec3d));
   }
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (bodies_[b].kinematic()) h.add(&state_.motion[b], sizeof(physics::RigidMotion));
   return h.value();
 }
 
@@ -209,6 +211,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.vertex_piece);
   w.array(state_.region_rotation);
   w.array(state_.contact_slip);
+  w.array(state_.motion);
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
@@ -244,14 +247,14 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) &&
         r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
         r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
-        r.array(s.contact_slip)) ||
+        r.array(s.contact_slip) && r.array(s.motion)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
       s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
       s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
-      hashes.size() != material_count)
+      hashes.size() != material_count || s.motion.size() != body_count)
     return corrupt("arrays of different length");
   if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
   // First what it belongs to: a snapshot of another scene is not damaged.
@@ -301,6 +304,8 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   seen_ = seen;
   seen_particles_ = state_.position.size();
   seen_emitters_ = emitters_.size();
+  seen_bodies_ = bodies_.size();
+  for (auto& m : motions_) m.reset();
   added_ = !(sound > 0);
   origin_ = origin;
   origin_set_ = true;
@@ -365,9 +370,18 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double
     if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u)
       return corrupt("a solid particle has no lattice vertex");
     if (body != lattice_.vertex_body[v] + 1u || material_of(tag) != bodies_[body - 1u].desc.material.index ||
-        ((tag & tag_fixed) != 0u) != bodies_[body - 1u].desc.fixed)
+        ((tag & tag_fixed) != 0u) != bodies_[body - 1u].desc.fixed ||
+        ((tag & tag_kinematic) != 0u) != bodies_[body - 1u].kinematic())
       return corrupt("a solid particle is not of the body it is in");
   }
+  for (const physics::RigidMotion& m : s.motion)
+    for (const physics::RigidPlace* p : {&m.first, &m.then}) {
+      const Quat<double>& q = p->orientation;
+      const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+      if (!finite(p->position) || !finite(p->velocity) || !finite(p->angular_velocity) ||
+          !(std::fabs(norm2 - 1) < 1e-2) || !std::isfinite(m.from) || !(std::fabs(m.until) < infinity))
+        return corrupt("the motion of a body is not usable");
+    }
   if (removed != s.removed || s.strayed > s.removed)
     return corrupt("the number of removed particles is wrong");
   if (solid + s.melted != solids_built_ + s.frozen) return corrupt("the number of solid particles is wrong");

@@ -62,6 +62,12 @@ Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
   return guarded<Result<EmitterId>>([&] { return impl_->add_emitter(d); });
 }
+Status World::set_motion(BodyId body, const BodyMotion& motion) {
+  return guarded<Status>([&] { return impl_->set_motion(body, motion); });
+}
+Result<BodyMotion> World::motion(BodyId body) {
+  return guarded<Result<BodyMotion>>([&] { return impl_->motion(body); });
+}
 Status World::prepare() {
   return guarded<Status>([&] { return impl_->prepare(); });
 }

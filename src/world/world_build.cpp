@@ -462,7 +462,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
   settle_at(origin);
-  return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), 1};
+  return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), number_};
 }
 
 /// Something was added, with stored coordinates relative to this origin.

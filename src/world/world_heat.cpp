@@ -55,7 +55,7 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
   fetch_state();
   heat_regions_.push_back(std::move(record));
   dirty_ = true;
-  return HeatRegionId{static_cast<std::uint32_t>(heat_regions_.size() - 1), 1};
+  return HeatRegionId{static_cast<std::uint32_t>(heat_regions_.size() - 1), number_};
 }
 
 /// Conditions and regions as rows: a region becomes a bit per cell of its box.

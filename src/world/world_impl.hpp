@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
-// world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
+// world_motion.cpp (kinematic bodies), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
 // (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
 // particles, pieces), world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
 #pragma once
@@ -25,7 +25,11 @@ namespace meltsim {
 inline namespace v0 {
 
 struct BodyRecord {
-  SolidDesc desc;
+  SolidDesc desc;  ///< `fixed`: no force moves it
+  bool kinematic() const { return desc.motion == Motion::kinematic; }
+  double reach = 0;  ///< of a kinematic body: its farthest particle from the pivot [m]
+  Vec3d rest_low,
+      rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
   std::uint32_t first_vertex = 0, vertices = 0;
 };
 
@@ -81,6 +85,9 @@ class WorldImpl final : public Scheduler {
   Result<BodyId> add_solid(const SolidDesc& s);
   // world_heat.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
+  // world_motion.cpp
+  Status set_motion(BodyId id, const BodyMotion& m);
+  Result<BodyMotion> motion(BodyId id);
   // world_prepare.cpp
   Status prepare();
   // world_step.cpp
@@ -135,6 +142,9 @@ class WorldImpl final : public Scheduler {
   std::uint64_t steps = 0;
   std::vector<MaterialDesc> materials;
 
+  bool valid(BodyId id) const { return id.generation == number_ && id.index < bodies_.size(); }
+  bool valid(EmitterId id) const { return id.generation == number_ && id.index < emitters_.size(); }
+  bool valid(HeatRegionId id) const { return id.generation == number_ && id.index < heat_regions_.size(); }
   bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
   /// Rows in double, all values derived.
   std::vector<core::MaterialRow<double>> material_rows() const;
@@ -144,6 +154,15 @@ class WorldImpl final : public Scheduler {
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
 
  private:
+  static std::uint32_t next_number();
+  Status check_body(const char* call, BodyId id) const;
+  Status check_teleport(std::uint32_t body, const physics::RigidPlace& place);
+  physics::RigidMotion motion_for(std::uint32_t body, const BodyMotion& m, double dt) const;
+  Status plan_motions(double dt);
+  Status check_motion(std::uint32_t body, const physics::RigidMotion& m, double dt) const;
+  Status inside_walls(std::uint32_t body, const physics::RigidPlace& place) const;
+  double motion_dt() const;
+  Vec3d rest_of(std::uint32_t body, std::uint32_t vertex) const;
   std::uint32_t facts() const;
   void find_materials();
   void weigh_materials();
@@ -272,7 +291,12 @@ class WorldImpl final : public Scheduler {
   Vec3d up() const;
 
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
+  std::uint32_t number_ =
+      next_number();  ///< of this World in the process: tells its handles from those of others
   std::vector<BodyRecord> bodies_;
+  std::vector<std::optional<BodyMotion>> motions_;  ///< per body: set since the last step
+  std::vector<core::Steered> steered_;              ///< the same, for the step that is being taken
+  double carried_speed_ = 0;                        ///< of the fastest kinematic body in that step [m/s]
   std::unordered_set<std::string> body_names_;
   std::vector<EmitterRecord> emitters_;
   std::vector<HeatRegionRecord> heat_regions_;
@@ -296,7 +320,7 @@ class WorldImpl final : public Scheduler {
   struct Extremes {
     double low = infinity, high = -infinity, speed = 0;
   } seen_;
-  std::size_t seen_particles_ = 0, seen_emitters_ = 0;  ///< they are in it
+  std::size_t seen_particles_ = 0, seen_emitters_ = 0, seen_bodies_ = 0;  ///< they are in it
   double sound_speed_ = 0;
   double last_max_speed_ = 0;  ///< seen at the last synchronize() [m/s]
   /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only

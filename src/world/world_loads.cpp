@@ -99,7 +99,7 @@ Status WorldImpl::check_load(const std::string& what, const ProbeDesc& p, ProbeR
     return invalid(what, "points: kind ", name_of(p.kind), " has ",
                    most == 0 ? "none" : "one, where moments are about", ", got ",
                    std::uint64_t{p.points.size()});
-  if (p.body && (p.body.generation != 1 || p.body.index >= bodies_.size()))
+  if (p.body && !valid(p.body))
     return invalid(what, "body: no body of this World has index ", p.body.index, " and generation ",
                    p.body.generation, "; use what add_solid returned");
   if (!p.wall) return {};

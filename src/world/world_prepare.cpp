@@ -45,7 +45,7 @@ void WorldImpl::look_at_added() {
   const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
   if (steps == 0) {  // nothing was stepped: all there is, is as it was added
     seen_ = {};
-    seen_particles_ = seen_emitters_ = 0;
+    seen_particles_ = seen_emitters_ = seen_bodies_ = 0;
   }
   const auto see = [&](Vec3d x) {
     seen_.low = std::min(seen_.low, dot(x, up));
@@ -62,6 +62,9 @@ void WorldImpl::look_at_added() {
   }
   if (desc.domain.bounded)
     for (const Vec3d& v : desc.domain.velocity) seen_.speed = std::max(seen_.speed, length(v));
+  for (std::size_t b = seen_bodies_; b < bodies_.size(); ++b)
+    seen_.speed = std::max(seen_.speed, bodies_[b].desc.max_speed);
+  seen_bodies_ = bodies_.size();
   seen_particles_ = state_.position.size();
   seen_emitters_ = emitters_.size();
   added_ = false;
@@ -145,6 +148,7 @@ core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
     for (const int field : {core::field_vertex_id, core::field_vertex_state, core::field_vertex_piece,
                             core::field_vertex_site, core::field_vertex_body, core::field_bodies})
       setup.channels |= core::FieldSet{1} << field;
+  if ((facts & core::fact_kinematic) != 0) setup.channels |= core::FieldSet{1} << core::field_slot_of_id;
   if ((facts & core::fact_solid) == 0) setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   return setup;
 }

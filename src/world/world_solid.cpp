@@ -57,9 +57,21 @@ Status WorldImpl::place_growth(const SolidDesc& s, const std::string& what, cons
   return {};
 }
 
-Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
+Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
+  SolidDesc s = given;
   const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
   const std::string what = "body \"" + name + "\": ";
+  if (s.fixed && s.motion == Motion::kinematic)
+    return invalid(what, "fixed: a kinematic body moves; drop fixed, or use motion fixed");
+  if (s.fixed) s.motion = Motion::fixed;
+  s.fixed = s.motion != Motion::free;
+  const bool kinematic = s.motion == Motion::kinematic;
+  if (!kinematic && (s.pivot || s.max_speed != 0))
+    return invalid(what, s.pivot ? "pivot" : "max_speed",
+                   ": only of kinematic bodies; set motion to kinematic");
+  if (!(std::isfinite(s.max_speed) && s.max_speed >= 0))
+    return invalid(what, "max_speed: must be finite and >= 0 m/s, got ", s.max_speed);
+  if (s.pivot && !finite(*s.pivot)) return invalid(what, "pivot: must be finite, got ", *s.pivot);
   if (body_names_.count(name) != 0) return invalid(what, "a body of this name exists; choose another name");
   if (bodies_.size() >= 65535) return Error{ErrorCode::capacity, what + "a World holds at most 65535 bodies"};
   if (!valid(s.material))
@@ -78,7 +90,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     return invalid(what, "heat_source: must be finite W/m^3 and needs heat.model enthalpy, got ",
                    s.heat_source, "; 0 is none");
   if (Status st = core::summable(what + "heat_source", s.heat_source, "W/m^3"); !st) return st.error();
-  if (s.fixed && (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
+  if (s.motion == Motion::fixed &&
+      (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
     return invalid(what, "velocity: a fixed body cannot move, got ", s.velocity,
                    "; drop fixed or the velocity");
   std::vector<Vec3i> points;
@@ -133,11 +146,16 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
                        "; move one of them");
   }
   const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
+  if (s.pivot) center = *s.pivot - origin;
   double fastest = length(s.velocity);
   for (const Vec3d& p : positions)
     fastest = std::max(fastest, length(s.velocity + cross(s.angular_velocity, p - origin - center)));
   if (Status st = check_numbers(what, m, m.density, h, {fastest, 0, 0}); !st) return st.error();
+  if (kinematic) s.max_speed = std::max(s.max_speed, fastest);
   // From here on nothing fails.
+  if (state_.motion.capacity() == bodies_.size()) state_.motion.reserve(2 * bodies_.size() + 1);
+  if (lattice_.rests.capacity() == bodies_.size()) lattice_.rests.reserve(2 * bodies_.size() + 1);
+  if (motions_.capacity() == bodies_.size()) motions_.reserve(2 * bodies_.size() + 1);
   reserve(points.size(), points.size() + free.size(), nx * ny * nz);
   if (lattice_.bodies.size() == lattice_.bodies.capacity()) lattice_.bodies.reserve(2 * bodies_.size() + 1);
   if (bodies_.size() == bodies_.capacity()) bodies_.reserve(2 * bodies_.size() + 1);
@@ -156,7 +174,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
   row.stride_y = static_cast<std::uint32_t>(nx);
   row.stride_z = static_cast<std::uint32_t>(nx * ny);
   row.region_half_width = m.region_half_width;
-  row.fixed = s.fixed ? 1u : 0u;
+  row.fixed = kinematic ? core::body_kinematic : s.fixed ? core::body_fixed : 0u;
   lattice_.site_vertex.resize(base + nx * ny * nz, none);
   record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
   record.vertices = static_cast<std::uint32_t>(points.size());
@@ -178,6 +196,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
         s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
     if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
     if (s.fixed) tag |= tag_fixed;
+    if (kinematic) tag |= tag_kinematic;
     const Vec3d x = positions[k] - origin;
     state_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
     lattice_.vertex_site.push_back(site);
@@ -223,12 +242,37 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& s) {
     state_.region_rotation.push_back({});
     state_.contact_slip.push_back({});
   }
+  core::BodyMotionRow rest;
+  physics::RigidMotion motion;
+  if (kinematic) {
+    const Vec3d o = lattice_origin() - origin;
+    const double dx = desc.spacing;
+    rest.first_site = static_cast<std::uint32_t>(base);
+    rest.spacing = dx;
+    rest.low = Vec3d{o.x + (box.low[0] - pad + 0.5) * dx, o.y + (box.low[1] - pad + 0.5) * dx,
+                     o.z + (box.low[2] - pad + 0.5) * dx} -
+               center;
+    motion.from = motion.until = time;
+    motion.first = motion.then = {center, {}, s.velocity, s.angular_velocity};
+    record.rest_low = record.rest_high = positions.front() - origin - center;
+    for (const Vec3d& p : positions) {
+      const Vec3d r = p - origin - center;
+      record.reach = std::max(record.reach, length(r));
+      record.rest_low = {std::min(record.rest_low.x, r.x), std::min(record.rest_low.y, r.y),
+                         std::min(record.rest_low.z, r.z)};
+      record.rest_high = {std::max(record.rest_high.x, r.x), std::max(record.rest_high.y, r.y),
+                          std::max(record.rest_high.z, r.z)};
+    }
+  }
+  lattice_.rests.push_back(rest);
+  state_.motion.push_back(motion);
+  motions_.push_back({});
   solids_built_ += points.size();
   lattice_.bodies.push_back(row);
   lattice_.max_half_width = std::max(lattice_.max_half_width, m.region_half_width);
   bodies_.push_back(std::move(record));
   settle_at(origin);
-  return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), 1};
+  return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), number_};
 }
 
 }  // namespace v0

@@ -27,7 +27,7 @@ constexpr double longest_substep = 1e15, shortest_step = 1e-30;
 
 double WorldImpl::stable_dt() {
   static_cast<void>(prepare());  // a failure shows at the next step
-  return stable_dt(last_max_speed_);
+  return std::min(stable_dt(last_max_speed_), motion_dt());
 }
 
 double WorldImpl::stable_dt(double speed) const {
@@ -132,12 +132,12 @@ Status WorldImpl::check_heat_work(double dt, double supersteps) const {
 }
 
 double WorldImpl::substeps_of(double dt) const {
-  return std::ceil(dt / std::min(static_dt_, longest_substep) * (1 - 1e-9));
+  return std::ceil(dt / std::min({static_dt_, motion_dt(), longest_substep}) * (1 - 1e-9));
 }
 
 /// Refuses a step of more sub-steps than there may be.
 Status WorldImpl::check_substeps(double dt) const {
-  const double wanted = substeps_of(dt), largest = std::min(static_dt_, longest_substep);
+  const double wanted = substeps_of(dt), largest = std::min({static_dt_, motion_dt(), longest_substep});
   if (!(wanted > desc.max_substeps)) return {};
   return Error{ErrorCode::step_too_large,
                core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
@@ -156,6 +156,7 @@ Status WorldImpl::step(double dt) {
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
   if (Status s = prepare(); !s) return s;
+  if (Status s = plan_motions(dt); !s) return s;
   if (Status s = check_substeps(dt); !s)
     return s;  // before anything follows the plan of a step that is not taken
   const bool level = state_.heat_level, may_melt = may_melt_, melted = (facts_ & core::fact_melt) != 0;
@@ -195,6 +196,15 @@ Status WorldImpl::step(double dt) {
     a.time = start + dt * k / n;
     const double end = k + 1 == n ? start + dt : start + dt * (k + 1) / n;
     a.index = steps + 1;
+    a.end = end;
+    a.steered = nullptr;
+    if (k == 0 && !steered_.empty()) {
+      a.steered = &steered_;
+      for (const core::Steered& s : steered_) {
+        state_.motion[s.body] = s.motion;
+        motions_[s.body].reset();
+      }
+    }
     a.stages = stage_bits(a.index);
     a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
     begin_sample(a, end);

@@ -30,7 +30,7 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
                    " m), got ", d.cell, "; 0 is half a spacing");
   if (d.smoothing < 0 || d.smoothing > 100)
     return invalid("surface: smoothing: must be 0 to 100 passes, got ", d.smoothing);
-  if (d.of == SurfaceOf::body && (d.body.generation != 1 || d.body.index >= bodies_.size()))
+  if (d.of == SurfaceOf::body && !valid(d.body))
     return invalid("surface: body: no body of this World has index ", d.body.index, " and generation ",
                    d.body.generation, "; pass what add_solid() returned");
   if (Status s = prepare(); !s) return s.error();

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// New motions of kinematic bodies on their way to the device.
+#pragma once
+
+#include <cstdint>
+
+#include "meltsim/physics/rigid_motion.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// A body and how it moves from the beginning of a sub-step on, in stored coordinates.
+struct Steered {
+  std::uint32_t body = 0;
+  bool jumps = false;  ///< it is elsewhere from the beginning of the sub-step on
+  physics::RigidMotion motion;
+};
+
+/// Most bodies that one launch gives new motions: a kernel's arguments hold no more than 4 KB.
+inline constexpr std::uint32_t most_steered = 8;
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim

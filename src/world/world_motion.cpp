@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kinematic bodies: motions that the host sets, and what a step makes of them.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+namespace {
+/// Liquid that is hit at this share of the sound speed is compressed by a quarter:
+/// (1 + 7 v/c)^(1/7) = 1.24 from the Tait equation at the pressure rho v c of a stopped sound wave.
+constexpr double largest_mach = 0.5;
+/// A unit quaternion, but for what a host's single precision loses.
+constexpr double unit_tolerance = 1e-3;
+
+double norm_of(const Quat<double>& q) { return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z); }
+}  // namespace
+
+std::uint32_t WorldImpl::next_number() {
+  static std::atomic<std::uint32_t> worlds{0};
+  std::uint32_t number = 0;
+  while (number == 0) number = worlds.fetch_add(1, std::memory_order_relaxed) + 1;  // 0 is the null handle's
+  return number;
+}
+
+Status WorldImpl::check_body(const char* call, BodyId id) const {
+  if (valid(id)) return {};
+  return invalid(call, ": body: no body of this World has index ", id.index, " and generation ",
+                 id.generation, "; pass what add_solid() of this World returned");
+}
+
+/// Where a vertex of a kinematic body is relative to the pivot, as built [m].
+Vec3d WorldImpl::rest_of(std::uint32_t body, std::uint32_t vertex) const {
+  const core::BodyMotionRow& row = lattice_.rests[body];
+  const core::BodyRow& b = lattice_.bodies[body];
+  const std::uint32_t site = lattice_.vertex_site[vertex] - row.first_site, layer = site % b.stride_z;
+  return row.low + Vec3d{double(layer % b.stride_y), double(layer / b.stride_y), double(site / b.stride_z)} *
+                       row.spacing;
+}
+
+Status WorldImpl::set_motion(BodyId id, const BodyMotion& m) {
+  if (Status s = check_body("set_motion", id); !s) return s;
+  const BodyRecord& body = bodies_[id.index];
+  const std::string what = "set_motion: body \"" + body.desc.name + "\": ";
+  if (!body.kinematic())
+    return invalid(what,
+                   "motion: only a kinematic body can be moved; build it with SolidDesc::motion kinematic");
+  if (m.position && !finite(*m.position)) return invalid(what, "position: must be finite, got ", *m.position);
+  if (!finite(m.velocity)) return invalid(what, "velocity: must be finite, got ", m.velocity);
+  if (!finite(m.angular_velocity))
+    return invalid(what, "angular_velocity: must be finite, got ", m.angular_velocity);
+  BodyMotion motion = m;
+  if (m.orientation) {
+    const double norm = norm_of(*m.orientation);
+    if (!(std::fabs(norm - 1) <= unit_tolerance))
+      return invalid(what, "orientation: must be a unit quaternion, its norm is ", norm,
+                     "; divide it by that");
+    Quat<double>& q = *motion.orientation;
+    q = {q.w / norm, q.x / norm, q.y / norm, q.z / norm};
+  }
+  if (m.teleport && !m.position && !m.orientation)
+    return invalid(what, "teleport: needs a position or an orientation; set one of them, or drop teleport");
+  if (m.teleport) {
+    const physics::RigidPlace place = motion_for(id.index, motion, 0).first;
+    if (Status s = inside_walls(id.index, place); !s) return s;
+    if (Status s = check_teleport(id.index, place); !s) return s;
+  }
+  motions_[id.index] = motion;
+  return {};
+}
+
+Result<BodyMotion> WorldImpl::motion(BodyId id) {
+  if (Status s = check_body("motion", id); !s) return s.error();
+  if (!bodies_[id.index].kinematic())
+    return invalid("motion: body \"", bodies_[id.index].desc.name,
+                   "\": not kinematic; pieces() has the motion of others");
+  if (halted_) fetch_state();
+  const physics::RigidPlace p = physics::place_at(state_.motion[id.index], time);
+  BodyMotion m;
+  m.position = p.position + origin_;
+  m.orientation = p.orientation;
+  m.velocity = p.velocity;
+  m.angular_velocity = p.angular_velocity;
+  return m;
+}
+
+/// The motion from now on; dt: of the next step [s].
+physics::RigidMotion WorldImpl::motion_for(std::uint32_t body, const BodyMotion& m, double dt) const {
+  physics::RigidMotion r;
+  r.from = time;
+  r.until = m.teleport ? time : time + dt;
+  r.first = physics::place_at(state_.motion[body], time);
+  r.first.velocity = m.velocity;
+  r.first.angular_velocity = m.angular_velocity;
+  if (m.teleport) {
+    if (m.position) r.first.position = *m.position - origin_;
+    if (m.orientation) r.first.orientation = *m.orientation;
+    r.then = r.first;
+    return r;
+  }
+  if (m.position) r.first.velocity = (*m.position - origin_ - r.first.position) * (1 / dt);
+  if (m.orientation) {
+    const Quat<double>& q = r.first.orientation;
+    r.first.angular_velocity =
+        physics::rotation_vector(physics::product(*m.orientation, {q.w, -q.x, -q.y, -q.z})) * (1 / dt);
+  }
+  r.then = physics::moved_on(r.first, dt);
+  if (m.position) r.then.position = *m.position - origin_;
+  if (m.orientation) r.then.orientation = *m.orientation;
+  r.then.velocity = m.velocity;
+  r.then.angular_velocity = m.angular_velocity;
+  return r;
+}
+
+/// Refuses a place that reaches through a wall: particles beyond it would push liquid a second time, beside the wall's
+/// images.
+Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& place) const {
+  if (!desc.domain.bounded) return {};
+  const Vec3d low = desc.domain.min - origin_, high = desc.domain.max - origin_;
+  // Rounding: a body may be built with a particle in the plane of a wall.
+  const double slack = 1e-6 * desc.spacing;
+  const auto beyond = [&](Vec3d x) {
+    const double over[] = {low.x - x.x, x.x - high.x, low.y - x.y, x.y - high.y, low.z - x.z, x.z - high.z};
+    for (std::size_t face = 0; face < 6; ++face)
+      if (desc.domain.faces[face] == Face::wall && over[face] > slack) return true;
+    return false;
+  };
+  const BodyRecord& b = bodies_[body];
+  bool outside = false;
+  for (int corner = 0; corner < 8; ++corner)
+    outside = outside || beyond(physics::point_of(place, {corner & 1 ? b.rest_low.x : b.rest_high.x,
+                                                          corner & 2 ? b.rest_low.y : b.rest_high.y,
+                                                          corner & 4 ? b.rest_low.z : b.rest_high.z})
+                                    .position);
+  if (!outside) return {};
+  for (std::uint32_t v = b.first_vertex; v < b.first_vertex + b.vertices; ++v) {
+    const Vec3d x = physics::point_of(place, rest_of(body, v)).position;
+    if (beyond(x))
+      return invalid("set_motion: body \"", b.desc.name, "\": ", "position: would reach through a wall at ",
+                     x + origin_, "; keep it within the domain ", desc.domain.min, " to ", desc.domain.max);
+  }
+  return {};
+}
+
+/// A teleport that would bury something leaves it no way out. Waits.
+Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& place) {
+  fetch_state();
+  const BodyRecord& b = bodies_[body];
+  core::PointGrid own(core::same_place * desc.spacing);
+  for (std::uint32_t v = b.first_vertex; v < b.first_vertex + b.vertices; ++v)
+    own.add(physics::point_of(place, rest_of(body, v)).position, 0);
+  for (std::size_t i = 0; i < state_.position.size(); ++i) {
+    const std::uint32_t tag = state_.tag[i];
+    if (is_removed(tag) || (is_solid(tag) && body_of(tag) == body + 1u)) continue;
+    if (own.near(state_.position[i], [](std::uint32_t) { return true; }))
+      return invalid(
+          "set_motion: body \"", b.desc.name, "\": teleport: ",
+          is_solid(tag) ? "body \"" + bodies_[body_of(tag) - 1u].desc.name + "\"" : std::string("liquid"),
+          " is in the way at ", state_.position[i] + origin_,
+          "; choose a clear place, or move there without teleport");
+  }
+  return {};
+}
+
+/// Whether a body can move so during the next dt.
+Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m, double dt) const {
+  const BodyRecord& b = bodies_[body];
+  const physics::RigidPlace now = physics::place_at(m, time);
+  const double speed = length(now.velocity) + length(now.angular_velocity) * b.reach;
+  const double most = largest_mach * sound_speed_;
+  if (speed > most &&
+      (any_liquid() || std::any_of(bodies_.begin(), bodies_.end(),
+                                   [](const BodyRecord& other) { return !other.desc.fixed; })))
+    return invalid("set_motion: body \"", b.desc.name, "\": velocity: would move at ", speed,
+                   " m/s, more than half the sound speed of ", sound_speed_,
+                   " m/s; move it less in a step, or build it with max_speed of at least ", speed, " m/s");
+  if (!(dot(now.velocity, now.velocity) > 0) && !(dot(now.angular_velocity, now.angular_velocity) > 0))
+    return {};
+  return inside_walls(body, physics::place_at(m, time + dt));
+}
+
+/// Motions for a step of dt, and the fastest of all bodies in it.
+Status WorldImpl::plan_motions(double dt) {
+  steered_.clear();
+  double fastest = 0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const BodyRecord& b = bodies_[i];
+    if (!b.kinematic()) continue;
+    const auto body = static_cast<std::uint32_t>(i);
+    const physics::RigidMotion m = motions_[i] ? motion_for(body, *motions_[i], dt) : state_.motion[i];
+    if (Status s = check_motion(body, m, dt); !s) return s;
+    if (motions_[i]) steered_.push_back({body, motions_[i]->teleport, m});
+    const physics::RigidPlace now = physics::place_at(m, time);
+    fastest = std::max(fastest, length(now.velocity) + length(now.angular_velocity) * b.reach);
+  }
+  carried_speed_ = fastest;
+  return {};
+}
+
+/// Largest sub-step in which no kinematic body crosses more of H than a particle may [s].
+double WorldImpl::motion_dt() const {
+  return carried_speed_ > 0 ? desc.courant * core::support_of(desc) / carried_speed_ : infinity;
+}
+
+}  // namespace v0
+}  // namespace meltsim
