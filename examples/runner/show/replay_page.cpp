@@ -12,7 +12,6 @@
 #include <sstream>
 
 #include "csv.hpp"
-#include "files.hpp"
 #include "numbers.hpp"
 #include "show/deflate.hpp"
 #include "show/ramp.hpp"
@@ -124,8 +123,8 @@ std::vector<ReplayFrame> half_of(const std::vector<ReplayFrame>& frames) {
   return kept;
 }
 
-Json stats_of(const std::string& path) {
-  std::istringstream table(read_file(path));
+Json stats_of(const std::string& text) {
+  std::istringstream table(text);
   std::string line;
   std::getline(table, line);
   const std::vector<std::string> header = split_commas(line);
@@ -235,7 +234,7 @@ std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& 
     meta["materials"].push_back(
         {{"name", look.name}, {"color", look.color ? bytes_of(*look.color) : Json()}});
   meta["ramp"] = ramp_json();
-  meta["stats"] = stats_of(page.stats_file);
+  meta["stats"] = stats_of(page.stats);
   return filled(replay_template, {{"%META%", script_text(meta)}, {"%FRAMES%", text}});
 }
 

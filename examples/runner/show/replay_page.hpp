@@ -16,7 +16,7 @@ struct ReplayPage {
   Camera camera;
   std::vector<std::string> bodies;  ///< names
   std::vector<SceneLook> looks;     ///< of materials
-  std::string stats_file;           ///< stats.csv, for the plots
+  std::string stats;                ///< text of stats.csv, for the plots
   std::uint64_t share = 1;          ///< one particle in so many is shown
 };
 

@@ -72,7 +72,7 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   page.camera = scene_camera(scene_, seen);
   for (const SceneBody& body : scene_.bodies) page.bodies.push_back(body.desc.name);
   page.looks = scene_.output.looks;
-  page.stats_file = directory_.file("stats.csv");
+  page.stats = read_file(directory_.file("stats.csv"));
   page.share = replay_.share();
   write_file(directory_.file("index.html"), replay_page(page, frames));
 }

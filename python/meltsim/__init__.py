@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Melting and flowing, with particles. SI units, temperatures in degrees Celsius, y is up.
+
+>>> import meltsim
+>>> world = meltsim.World.load("ice_block", scale=0.5)
+>>> world.run(1.0)
+>>> world.show()
+"""
+from ._core import (Body, Emitter, HeatRegion, Ledger, Material, Particles, Piece, Probe, Resolved, Shape, State, StepResult, Surface,
+                    Totals, build_info, scenes)
+from ._error import Error
+from ._world import Page, World
+
+__version__ = build_info()["version"]
+__all__ = ["Body", "Emitter", "Error", "HeatRegion", "Ledger", "Material", "Page", "Particles", "Piece", "Probe", "Resolved", "Shape",
+           "State", "StepResult", "Surface", "Totals", "World", "build_info", "scenes"]

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""World: the compiled one, with scenes, runs and pages on top."""
+from __future__ import annotations
+
+import html
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from . import _core
+
+
+class Page:
+    """A replay in a notebook."""
+
+    def __init__(self, text: str, height: int):
+        self.text = text
+        self.height = height
+
+    def _repr_html_(self) -> str:
+        return (f'<iframe srcdoc="{html.escape(self.text)}" width="100%" height="{self.height}" '
+                'style="border:0" sandbox="allow-scripts"></iframe>')
+
+
+def _plain(value: Any) -> Any:
+    """What json cannot write: arrays and numbers of NumPy, paths."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"scene: {value!r} ({type(value).__name__}) has no place in a scene")
+
+
+def _in_notebook() -> bool:
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython else None
+    return shell is not None and hasattr(shell, "kernel")
+
+
+class World(_core.World):
+    """One simulation. It is used by one thread at a time; Worlds are independent of each other."""
+
+    end: float = 0.0
+    fps: float = 25.0
+    warnings: list[str] = []
+
+    @classmethod
+    def load(cls, scene: str | os.PathLike[str] | Mapping[str, Any], *, set: Mapping[str, Any] | None = None, scale: float = 1.0,
+             backend: str = "automatic", precision: str = "single", threads: int = 0) -> World:
+        """Makes the World of a scene: a YAML or JSON file, the name of a built-in scene, or a dict with the same keys.
+
+        Parameters
+        ----------
+        scene : the scene; docs/runner.md has its keys, ``meltsim.scenes()`` the built-in names
+        set : changes by path: ``{"bodies[0].temperature": -5}``
+        scale : linear resolution; 0.5 makes an eighth of the particles
+        backend, precision, threads : as of World
+        """
+        if set is not None and not isinstance(set, Mapping):
+            raise TypeError(f'set: expected a dict such as {{"particles.spacing": 0.1}}, got {set!r}')
+        changes = [f"{path}={json.dumps(value, default=_plain)}" for path, value in (set or {}).items()]
+        if isinstance(scene, Mapping):
+            source, is_text = json.dumps(scene, default=_plain, allow_nan=False), True
+        elif isinstance(scene, (str, os.PathLike)):
+            source, is_text = os.fspath(scene), False
+            if source == "-":
+                raise TypeError("scene: standard input is for the program meltsim; pass a file, a name or a dict")
+        else:
+            raise TypeError(f"scene: expected a file, the name of a built-in scene or a dict, got {scene!r}")
+        loaded = _core.Scene(source, is_text, changes, float(scale))
+        world = cls(loaded, backend, precision, threads)
+        world.end, world.fps, world.warnings = loaded.end, loaded.fps, loaded.warnings
+        return world
+
+    def run(self, seconds: float | None = None, *, fps: float | None = None,
+            each: Callable[[World], Any] | None = None) -> _core.StepResult:
+        """Steps for so many seconds (default: to the end of the scene) and records a frame for show() `fps` times a second.
+
+        ``each(world)`` is called after every frame; it ends the run by returning False. Raises Error with code "halted" if the
+        simulation diverges.
+        """
+        from ._error import Error
+
+        seconds = self.end - self.time if seconds is None else float(seconds)
+        fps = self.fps if fps is None else float(fps)
+        if not (math.isfinite(seconds) and seconds >= 0):
+            raise Error(f"seconds: expected a time from 0, got {seconds:g}", "invalid_argument")
+        if not (math.isfinite(fps) and fps > 0):
+            raise Error(f"fps: expected a number above 0, got {fps:g}", "invalid_argument")
+        self.prepare()
+        start = self.time
+        if self.steps == 0:
+            self.record()
+        frames = max(1, math.ceil(seconds * fps - 1e-9)) if seconds > 0 else 0
+        for k in range(1, frames + 1):
+            target = start + min(k / fps, seconds)
+            # No step may take more than max_substeps.
+            parts = max(1, math.ceil((target - self.time) / (self.stable_dt() * self.max_substeps * 0.9)))
+            for part in range(parts):
+                self.step((target - self.time) / (parts - part))
+            result = self.synchronize()
+            if result.halted:
+                raise Error(result.halt_reason, "halted")
+            self.record()
+            if each is not None and each(self) is False:
+                break
+        return self.synchronize()
+
+    def show(self, path: str | os.PathLike[str] | None = None, *, title: str = "", height: int = 640) -> Page | Path:
+        """The recorded frames as a page that plays in a browser: within a notebook, elsewhere as a file (default
+        ``meltsim.html``), whose path it returns. Without frames it records the present state first."""
+        if not self._recorded():
+            self.record()
+        page = self._page(title)
+        if path is None and _in_notebook():
+            return Page(page, height)
+        file = Path("meltsim.html" if path is None else path)
+        file.write_text(page, encoding="utf-8")
+        return file
+
+    def __repr__(self) -> str:
+        return f"<meltsim.World: {self.backend}, t = {self.time:g} s, spacing {self.spacing:g} m, {len(self.bodies)} bodies>"

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "common.hpp"
+
+#include "suggest.hpp"
+
+namespace meltsim_python {
+
+std::string shown(nb::handle value) {
+  std::string text;
+  try {
+    text = nb::repr(value).c_str();
+  } catch (nb::python_error&) {
+    text = "?";
+  }
+  if (text.size() > 60) text = text.substr(0, 57) + "...";
+  return text + " (" + nb::type_name(value.type()).c_str() + ")";
+}
+
+double number(const std::string& name, nb::handle value) {
+  const bool word = PyUnicode_Check(value.ptr()) || PyBytes_Check(value.ptr()) || PyBool_Check(value.ptr());
+  const double result = word ? 0 : PyFloat_AsDouble(value.ptr());
+  if (word || (result == -1 && PyErr_Occurred())) {
+    PyErr_Clear();
+    wrong_type(name + ": expected a number, got " + shown(value));
+  }
+  return result;
+}
+
+std::int64_t integer(const std::string& name, nb::handle value) {
+  const bool fits = PyIndex_Check(value.ptr()) && !PyBool_Check(value.ptr());
+  nb::object index = fits ? nb::steal(PyNumber_Index(value.ptr())) : nb::object();
+  const long long result = index ? PyLong_AsLongLong(index.ptr()) : -1;
+  if (!fits || PyErr_Occurred()) {
+    PyErr_Clear();
+    wrong_type(name + ": expected an integer, got " + shown(value));
+  }
+  return result;
+}
+
+bool boolean(const std::string& name, nb::handle value) {
+  if (!PyBool_Check(value.ptr())) wrong_type(name + ": expected True or False, got " + shown(value));
+  return value.ptr() == Py_True;
+}
+
+std::string text(const std::string& name, nb::handle value) {
+  if (!PyUnicode_Check(value.ptr())) wrong_type(name + ": expected a string, got " + shown(value));
+  return nb::cast<std::string>(value);
+}
+
+meltsim::Vec3d vector(const std::string& name, nb::handle value) {
+  const std::string fault = name + ": expected three numbers, got " + shown(value);
+  if (PyUnicode_Check(value.ptr())) wrong_type(fault);
+  nb::object items = nb::steal(PySequence_Fast(value.ptr(), ""));
+  if (!items) {
+    PyErr_Clear();
+    wrong_type(fault);
+  }
+  if (PySequence_Fast_GET_SIZE(items.ptr()) != 3) wrong_type(fault);
+  double x[3];
+  for (int i = 0; i < 3; ++i)
+    x[i] = number(name + "[" + std::to_string(i) + "]", PySequence_Fast_GET_ITEM(items.ptr(), i));
+  return {x[0], x[1], x[2]};
+}
+
+std::size_t choice(const std::string& name, nb::handle value, const std::vector<std::string>& names) {
+  const std::string word = text(name, value);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == word) return i;
+  refuse(name + ": expected " + runner::either_of(names) + ", got \"" + word + "\"");
+}
+
+std::vector<std::string> texts(const std::string& name, nb::handle value) {
+  if (PyUnicode_Check(value.ptr())) return {text(name, value)};
+  std::vector<std::string> list;
+  nb::object items = nb::steal(PySequence_Fast(value.ptr(), ""));
+  if (!items) {
+    PyErr_Clear();
+    wrong_type(name + ": expected a list of strings, got " + shown(value));
+  }
+  for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(items.ptr()); ++i)
+    list.push_back(text(name, PySequence_Fast_GET_ITEM(items.ptr(), i)));
+  return list;
+}
+
+namespace {
+
+/// As a NumPy array in C order, of the type asked for; `kinds` are the letters of NumPy's dtype.kind that convert.
+nb::object in_order(const std::string& name, nb::handle value, const char* kinds, const char* type,
+                    const char* what) {
+  if (nb::hasattr(value, "__dlpack_device__")) {
+    const nb::tuple device = nb::cast<nb::tuple>(value.attr("__dlpack_device__")());
+    if (nb::cast<int>(nb::int_(device[0])) != 1)
+      wrong_type(
+          name +
+          ": the array is in device memory; copy it to the host first (.get() of CuPy, .cpu() of PyTorch)");
+  }
+  nb::module_ numpy = nb::module_::import_("numpy");
+  nb::object array;
+  try {
+    array = numpy.attr("asarray")(value);
+  } catch (nb::python_error&) {
+    wrong_type(name + ": expected " + what + ", got " + shown(value));
+  }
+  const std::string kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
+  const bool empty = nb::cast<std::size_t>(array.attr("size")) == 0;
+  if (!empty && std::string(kinds).find(kind) == std::string::npos)
+    wrong_type(name + ": expected " + what + ", got an array of " + to_text(array.attr("dtype")));
+  nb::tuple shape = nb::cast<nb::tuple>(array.attr("shape"));
+  if (shape.size() == 1 && nb::cast<std::size_t>(shape[0]) == 3) array = array.attr("reshape")(1, 3);
+  else if (empty) array = array.attr("reshape")(0, 3);
+  else if (shape.size() != 2 || nb::cast<std::size_t>(shape[1]) != 3)
+    refuse(name + ": expected " + what + ", got one of shape " + nb::repr(shape).c_str());
+  return numpy.attr("ascontiguousarray")(array, type);
+}
+
+}  // namespace
+
+std::vector<meltsim::Vec3d> points(const std::string& name, nb::handle value) {
+  const nb::object array = in_order(name, value, "fiu", "float64", "an array of numbers of shape (n, 3)");
+  const auto view = nb::cast<nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>>(array);
+  const auto* first = reinterpret_cast<const meltsim::Vec3d*>(view.data());
+  return {first, first + view.shape(0)};
+}
+
+std::vector<std::uint32_t> triangles(const std::string& name, nb::handle value) {
+  const nb::object array = in_order(name, value, "iu", "int64", "an array of integers of shape (n, 3)");
+  const auto view =
+      nb::cast<nb::ndarray<const std::int64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>>(array);
+  std::vector<std::uint32_t> indices(view.size());
+  for (std::size_t i = 0; i < view.size(); ++i) {
+    const std::int64_t index = view.data()[i];
+    if (index < 0 || index > 0xffffffffll)
+      refuse(name + ": expected indices of vertices from 0, got " + std::to_string(index));
+    indices[i] = static_cast<std::uint32_t>(index);
+  }
+  return indices;
+}
+
+}  // namespace meltsim_python

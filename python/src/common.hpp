@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Python values to the library's, with errors that name the argument; the library's errors as exceptions.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "meltsim/meltsim.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace meltsim_python {
+
+/// Becomes meltsim.Error.
+struct LibraryError : std::exception {
+  meltsim::Error error;
+  explicit LibraryError(meltsim::Error e) : error(std::move(e)) {}
+  const char* what() const noexcept override { return error.message.c_str(); }
+};
+
+[[noreturn]] inline void refuse(const std::string& message) {
+  throw LibraryError({meltsim::ErrorCode::invalid_argument, message});
+}
+[[noreturn]] inline void wrong_type(const std::string& message) { throw nb::type_error(message.c_str()); }
+
+template <class T>
+T expect(meltsim::Result<T> result) {
+  if (!result) throw LibraryError(result.error());
+  return std::move(*result);
+}
+inline void expect(const meltsim::Status& status) {
+  if (!status) throw LibraryError(status.error());
+}
+
+/// str(value)
+inline std::string to_text(const nb::object& value) {
+  return nb::steal<nb::str>(PyObject_Str(value.ptr())).c_str();
+}
+/// For messages: the value, shortened, and its type.
+std::string shown(nb::handle value);
+double number(const std::string& name, nb::handle value);
+std::int64_t integer(const std::string& name, nb::handle value);
+bool boolean(const std::string& name, nb::handle value);
+std::string text(const std::string& name, nb::handle value);
+meltsim::Vec3d vector(const std::string& name, nb::handle value);
+/// Index of the word in `names`.
+std::size_t choice(const std::string& name, nb::handle value, const std::vector<std::string>& names);
+std::vector<std::string> texts(const std::string& name, nb::handle value);
+/// Of shape (n, 3); three numbers are one point.
+std::vector<meltsim::Vec3d> points(const std::string& name, nb::handle value);
+std::vector<std::uint32_t> triangles(const std::string& name, nb::handle value);
+
+inline nb::object tuple3(const meltsim::Vec3d& v) { return nb::make_tuple(v.x, v.y, v.z); }
+
+/// A NumPy array that keeps `owner` alive. No copy.
+template <class T>
+nb::object array_view(const T* data, std::vector<std::size_t> shape, nb::handle owner, bool writable = true) {
+  static T none{};
+  auto* at = const_cast<T*>(data != nullptr ? data : &none);
+  nb::ndarray<nb::numpy, T> array(at, shape.size(), shape.data(), owner);
+  nb::object object = nb::cast(array, nb::rv_policy::reference);
+  if (!writable) object.attr("flags").attr("writeable") = false;
+  return object;
+}
+
+/// A NumPy array that owns what was in `values`. No copy.
+template <class T, class V>
+nb::object array_of(std::vector<V>&& values, std::size_t columns = 1) {
+  static_assert(sizeof(V) % sizeof(T) == 0, "items of T");
+  auto* kept = new std::vector<V>(std::move(values));
+  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<V>*>(p); });
+  std::vector<std::size_t> shape{kept->size() * sizeof(V) / sizeof(T) / columns};
+  if (columns > 1) shape.push_back(columns);
+  return array_view<T>(reinterpret_cast<const T*>(kept->data()), shape, owner);
+}
+
+void bind_shape(nb::module_& m);
+void bind_readings(nb::module_& m);
+void bind_world(nb::module_& m);
+
+}  // namespace meltsim_python

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// The World behind meltsim.World: guards against two threads and dangling arrays, names, frames for the replay.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "common.hpp"
+#include "load_scene.hpp"
+#include "show/replay.hpp"
+
+namespace meltsim_python {
+
+/// An object of a World. `world` is the serial number of the World it is of.
+template <class Tag>
+struct Named {
+  std::uint64_t world = 0;
+  meltsim::Handle<Tag> id;
+  std::string name;
+};
+using Material = Named<meltsim::MaterialTag>;
+using Body = Named<meltsim::BodyTag>;
+using Emitter = Named<meltsim::EmitterTag>;
+using HeatRegion = Named<meltsim::HeatRegionTag>;
+using Probe = Named<meltsim::ProbeTag>;
+
+class HostWorld;
+
+/// A Python function that runs in every sub-step.
+struct Stage {
+  HostWorld* world = nullptr;
+  std::string name;
+  nb::object function;
+};
+
+class HostWorld {
+ public:
+  HostWorld(meltsim::World world, runner::Scene scene);
+  HostWorld(const HostWorld&) = delete;
+
+  /// The World, for one call of one thread.
+  class Use {
+   public:
+    explicit Use(HostWorld& world, bool changes = false);
+    ~Use() { host_.busy_ = false; }
+    Use(const Use&) = delete;
+    meltsim::World& operator*() const { return *host_.world_; }
+    meltsim::World* operator->() const { return &*host_.world_; }
+
+   private:
+    HostWorld& host_;
+  };
+
+  void step(double seconds);
+  nb::object state();
+  void add_stage(const std::string& name, nb::object function, const std::string& after,
+                 std::vector<std::string> reads, std::vector<std::string> writes);
+  void remove_stage(const std::string& name);
+  void record();
+  std::string page(const std::string& title) const;
+  bool recorded() const { return frame_ > 0; }
+  void clear() { stages_.clear(); }
+
+  template <class Tag>
+  meltsim::Handle<Tag> resolve(const std::string& argument, const std::vector<Named<Tag>>& known,
+                               nb::handle value, const char* kind) const;
+
+  meltsim::World& unguarded() { return *world_; }  ///< for calls that any thread may make
+  std::uint64_t serial() const { return serial_; }
+
+  std::vector<Material> materials;
+  std::vector<Body> bodies;
+  std::vector<Probe> probes;
+  runner::Scene scene;
+  std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive
+  std::atomic<std::uint64_t> generation{0};  ///< of the state: views of another one have expired
+  std::vector<std::unique_ptr<Stage>>& stages() { return stages_; }
+
+ private:
+  static void run_stage(const meltsim::StageContext& context, void* stage);
+
+  std::optional<meltsim::World> world_;
+  std::atomic<bool> busy_{false};
+  std::uint64_t serial_;
+  std::vector<std::unique_ptr<Stage>> stages_;
+  std::exception_ptr fault_;  ///< what a stage threw
+  bool stale_interrupt_ = false;
+  runner::Replay replay_;
+  std::string stats_;
+  std::uint64_t frame_ = 0, meltable_ = 0;
+};
+
+/// Views of the World's own memory: of the state between steps, or within a stage.
+struct State {
+  meltsim::StageContext context;
+  nb::object owner;  ///< the World
+  HostWorld* world = nullptr;
+  std::uint64_t generation = 0;
+  bool stage = false;
+  std::shared_ptr<bool> alive = std::make_shared<bool>(true);
+};
+
+template <class Tag>
+meltsim::Handle<Tag> HostWorld::resolve(const std::string& argument, const std::vector<Named<Tag>>& known,
+                                        nb::handle value, const char* kind) const {
+  if (nb::isinstance<Named<Tag>>(value)) {
+    const auto& named = nb::cast<const Named<Tag>&>(value);
+    if (named.world != serial_)
+      refuse(argument + ": " + kind + " \"" + named.name + "\" belongs to another World; add it to this one");
+    return named.id;
+  }
+  if (!PyUnicode_Check(value.ptr()))
+    wrong_type(argument + ": expected a " + kind + " of this World or its name, got " + shown(value));
+  const std::string name = text(argument, value);
+  std::string list;
+  for (const Named<Tag>& named : known) {
+    if (named.name == name) return named.id;
+    list += (list.empty() ? "" : ", ") + named.name;
+  }
+  refuse(argument + ": no " + kind + " is named \"" + name + "\"; there " +
+         (list.empty() ? "are none" : "are: " + list));
+}
+
+}  // namespace meltsim_python

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is read from a World: plain values with named members, arrays without a copy.
+#include "common.hpp"
+
+namespace meltsim_python {
+
+namespace {
+
+/// A class of values. Every member is in its docstring, in repr() and in as_dict().
+template <class T>
+class Record {
+ public:
+  Record(nb::module_& m, const char* name, const char* doc) : name_(name), class_(m, name, doc) {
+    class_.def(
+        "as_dict", [keys = keys_](nb::handle self) { return dict(self, *keys); },
+        "The same values as a dict.");
+    class_.def("__repr__", [keys = keys_, name = name_](nb::handle self) {
+      std::string text = "<meltsim." + name;
+      const char* gap = ": ";
+      for (const std::string& key : *keys) {
+        text += gap + key + "=" + to_text(self.attr(key.c_str()));
+        gap = ", ";
+      }
+      return text + ">";
+    });
+  }
+  template <class M>
+  Record& add(const char* key, M T::*member, const char* doc) {
+    keys_->push_back(key);
+    if constexpr (std::is_same_v<M, meltsim::Vec3d>)
+      class_.def_prop_ro(
+          key, [member](const T& t) { return nb::make_tuple((t.*member).x, (t.*member).y, (t.*member).z); },
+          doc);
+    else class_.def_ro(key, member, doc);
+    return *this;
+  }
+  nb::class_<T>& get() { return class_; }
+
+ private:
+  static nb::dict dict(nb::handle self, const std::vector<std::string>& keys) {
+    nb::dict values;
+    for (const std::string& key : keys) values[key.c_str()] = self.attr(key.c_str());
+    return values;
+  }
+  std::string name_;
+  nb::class_<T> class_;
+  std::shared_ptr<std::vector<std::string>> keys_ = std::make_shared<std::vector<std::string>>();
+};
+
+template <class T, class V>
+auto column(std::vector<V> meltsim::ParticleData::*member, std::size_t columns = 1) {
+  return [member, columns](nb::handle self) {
+    const auto& values = nb::cast<const meltsim::ParticleData&>(self).*member;
+    std::vector<std::size_t> shape{values.size()};
+    if (columns > 1) shape.push_back(columns);
+    return array_view<T>(reinterpret_cast<const T*>(values.data()), shape, self);
+  };
+}
+
+template <class T, class F>
+auto of_tag(F f) {
+  return [f](const meltsim::ParticleData& p) {
+    using Item =
+        std::conditional_t<std::is_same_v<T, bool>, unsigned char, T>;  // std::vector<bool> has no array
+    static_assert(sizeof(bool) == 1, "NumPy's bool");
+    std::vector<Item> values(p.tag.size());
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<Item>(f(p.tag[i]));
+    return array_of<T>(std::move(values));
+  };
+}
+
+template <class T, class V>
+auto vertex_column(std::vector<V> meltsim::SurfaceMesh::*member, std::size_t columns = 1) {
+  return [member, columns](nb::handle self) {
+    const auto& values = nb::cast<const meltsim::SurfaceMesh&>(self).*member;
+    std::vector<std::size_t> shape{values.size() * sizeof(V) / sizeof(T) / columns};
+    if (columns > 1) shape.push_back(columns);
+    return array_view<T>(reinterpret_cast<const T*>(values.data()), shape, self);
+  };
+}
+
+}  // namespace
+
+void bind_readings(nb::module_& m) {
+  using namespace meltsim;
+  Record<StepResult>(m, "StepResult", "Report on the steps since the last synchronize().")
+      .add("steps", &StepResult::steps, "Sub-steps completed since the World was created.")
+      .add("time", &StepResult::time, "Simulated time [s].")
+      .add("max_speed", &StepResult::max_speed, "Largest speed since the last report [m/s].")
+      .add("max_density_ratio", &StepResult::max_density_ratio,
+           "Largest rho/rho0 of the liquid since the last report.")
+      .add("halted", &StepResult::halted,
+           "Whether the simulation diverged; the World keeps its last good state.")
+      .add("halt_reason", &StepResult::halt_reason, "Step, particle, body and stage.")
+      .add("courant_exceeded", &StepResult::courant_exceeded,
+           "A particle moved further than 0.4 H in one sub-step.")
+      .add("heat_bound_exceeded", &StepResult::heat_bound_exceeded,
+           "Heat was exchanged faster than its stages allow.")
+      .add("modulus_unreachable", &StepResult::modulus_unreachable,
+           "A body is softer than its youngs_modulus.")
+      .add("body_stiffened", &StepResult::body_stiffened, "A body is stiffer than described.")
+      .add("cooled_to_zero", &StepResult::cooled_to_zero,
+           "A particle that would have cooled below 0 K was held there.")
+      .add("emitter_exhausted", &StepResult::emitter_exhausted, "An emitter reached its max_particles.")
+      .add("removed", &StepResult::removed, "Particles that left through open faces so far.")
+      .add("strayed", &StepResult::strayed, "Liquid particles that fell out of the scene so far.")
+      .add("melted", &StepResult::melted, "Particles that melted so far.")
+      .add("frozen", &StepResult::frozen, "Particles that froze so far.")
+      .add("fluid", &StepResult::fluid, "Live liquid particles.")
+      .add("solid", &StepResult::solid, "Live solid particles.");
+  Record<Totals>(m, "Totals", "Conserved quantities and extremes, summed on the host.")
+      .add("fluid", &Totals::fluid, "Liquid particles.")
+      .add("solid", &Totals::solid, "Solid particles.")
+      .add("bodies", &Totals::bodies, "Bodies.")
+      .add("melted", &Totals::melted, "Particles that melted so far.")
+      .add("frozen", &Totals::frozen, "Particles that froze so far.")
+      .add("mass", &Totals::mass, "[kg]")
+      .add("momentum", &Totals::momentum, "[kg m/s]")
+      .add("angular_momentum", &Totals::angular_momentum, "About the origin [kg m^2/s].")
+      .add("kinetic", &Totals::kinetic, "[J]")
+      .add("potential", &Totals::potential, "Of gravity, 0 at the origin [J].")
+      .add("thermal", &Totals::thermal, "Latent heat included [J].")
+      .add("latent", &Totals::latent, "The part of thermal that is latent heat [J].")
+      .add("heat_in", &Totals::heat_in, "Through surfaces and from sources since the World was created [J].")
+      .add("temperature_min", &Totals::temperature_min, "[degrees Celsius]")
+      .add("temperature_mean", &Totals::temperature_mean, "[degrees Celsius]")
+      .add("temperature_max", &Totals::temperature_max, "[degrees Celsius]")
+      .add("solid_center", &Totals::solid_center, "Centre of mass of all solid particles [m].")
+      .add("max_speed", &Totals::max_speed, "[m/s]")
+      .add("density_error_mean", &Totals::density_error_mean, "|rho/rho0 - 1| over liquid with rho > rho0.")
+      .add("density_error_max", &Totals::density_error_max, "The largest.");
+  Record<Ledger>(m, "Ledger", "Conserved quantities at the end of the last sub-step, summed by the backend.")
+      .add("step", &Ledger::step, "Sub-steps completed.")
+      .add("time", &Ledger::time, "[s]")
+      .add("fluid", &Ledger::fluid, "Liquid particles.")
+      .add("solid", &Ledger::solid, "Solid particles.")
+      .add("mass", &Ledger::mass, "[kg]")
+      .add("momentum", &Ledger::momentum, "[kg m/s]")
+      .add("angular_momentum", &Ledger::angular_momentum, "About the origin [kg m^2/s].")
+      .add("kinetic", &Ledger::kinetic, "[J]")
+      .add("potential", &Ledger::potential, "[J]")
+      .add("thermal", &Ledger::thermal, "Latent heat included [J].")
+      .add("latent", &Ledger::latent, "[J]")
+      .add("heat_in", &Ledger::heat_in, "[J]")
+      .add("max_speed", &Ledger::max_speed, "[m/s]")
+      .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.");
+  Record<PieceInfo> piece(m, "Piece", "One connected piece of a body.");
+  piece.add("name", &PieceInfo::name, "The body's name; further pieces get \".2\", \".3\", ...")
+      .add("particles", &PieceInfo::particles, "Number of its particles.")
+      .add("mass", &PieceInfo::mass, "[kg]")
+      .add("center", &PieceInfo::center, "Centre of mass [m].")
+      .add("velocity", &PieceInfo::velocity, "Of the centre of mass [m/s].")
+      .add("angular_velocity", &PieceInfo::angular_velocity, "[rad/s]")
+      .add("temperature_mean", &PieceInfo::temperature_mean, "Weighted by mass [degrees Celsius].")
+      .add("submerged_fraction", &PieceInfo::submerged_fraction,
+           "Share of its volume below the level of the liquid.");
+  piece.get()
+      .def_prop_ro(
+          "orientation",
+          [](const PieceInfo& p) {
+            return nb::make_tuple(p.orientation.w, p.orientation.x, p.orientation.y, p.orientation.z);
+          },
+          "Rotation since it was built, as a quaternion (w, x, y, z).")
+      .def_prop_ro(
+          "inertia",
+          [](nb::handle self) {
+            return array_view<double>(&nb::cast<const PieceInfo&>(self).inertia.m[0][0], {3, 3}, self);
+          },
+          "About the centre, in the axes of the World [kg m^2], shape (3, 3).")
+      .def_prop_ro(
+          "bounds",
+          [](const PieceInfo& p) { return nb::make_tuple(tuple3(p.bounds.min), tuple3(p.bounds.max)); },
+          "Lower and upper corner [m].");
+  Record<Resolved>(m, "Resolved", "Values that the World derived.")
+      .add("backend_reason", &Resolved::backend_reason, "Why the steps run there.")
+      .add("device_name", &Resolved::device_name, "Of the GPU or the processor.")
+      .add("support_radius", &Resolved::support_radius, "H [m]")
+      .add("sound_speed", &Resolved::sound_speed, "c [m/s]; 0 while the World is empty.")
+      .add("stable_dt", &Resolved::stable_dt, "Largest sub-step [s].")
+      .add("heat_stages", &Resolved::heat_stages, "Stages of a super-step of heat; 0: no heat.")
+      .add("heat_supersteps", &Resolved::heat_supersteps, "Super-steps in a sub-step.")
+      .add("origin", &Resolved::origin, "Positions of State are relative to it [m].");
+
+  nb::class_<ParticleData>(
+      m, "Particles",
+      "All particles, sorted by id: a copy that stays as it is. Arrays are parallel and share its memory.")
+      .def("__len__", [](const ParticleData& p) { return p.id.size(); })
+      .def("__repr__",
+           [](const ParticleData& p) { return "<meltsim.Particles: " + std::to_string(p.id.size()) + ">"; })
+      .def_prop_ro("id", column<std::uint32_t>(&ParticleData::id),
+                   "Ascending; from the first step on an id names the same particle. uint32 (n,)")
+      .def_prop_ro("position", column<double>(&ParticleData::position, 3), "[m], float64 (n, 3)")
+      .def_prop_ro("velocity", column<double>(&ParticleData::velocity, 3), "[m/s], float64 (n, 3)")
+      .def_prop_ro("mass", column<double>(&ParticleData::mass), "[kg], float64 (n,)")
+      .def_prop_ro("temperature", column<double>(&ParticleData::temperature),
+                   "[degrees Celsius], float64 (n,)")
+      .def_prop_ro("enthalpy", column<double>(&ParticleData::enthalpy), "[J], float64 (n,)")
+      .def_prop_ro("liquid_fraction", column<double>(&ParticleData::liquid_fraction),
+                   "0 solid to 1 liquid, float64 (n,)")
+      .def_prop_ro("density", column<double>(&ParticleData::density),
+                   "[kg/m^3], 0 before the first step, float64 (n,)")
+      .def_prop_ro("pressure", column<double>(&ParticleData::pressure), "[Pa], 0 for solids, float64 (n,)")
+      .def_prop_ro("tag", column<std::uint32_t>(&ParticleData::tag),
+                   "Bits of meltsim/particle_tag.hpp, uint32 (n,)")
+      .def_prop_ro("piece", column<std::uint32_t>(&ParticleData::piece),
+                   "Label of the connected piece, 0 for liquid, uint32 (n,)")
+      .def_prop_ro("solid", of_tag<bool>([](ParticleTag t) { return is_solid(t); }),
+                   "Whether in a body, bool (n,)")
+      .def_prop_ro("liquid", of_tag<bool>([](ParticleTag t) { return is_fluid(t); }),
+                   "Whether liquid, bool (n,)")
+      .def_prop_ro("material", of_tag<std::uint32_t>([](ParticleTag t) { return material_of(t); }),
+                   "Material.index, uint32 (n,)")
+      .def_prop_ro("body", of_tag<std::int32_t>([](ParticleTag t) {
+                     return static_cast<std::int64_t>(body_of(t)) - 1;
+                   }),
+                   "Body.index, kept after melting; -1 for liquid of no body, int32 (n,)");
+
+  nb::class_<SurfaceMesh>(m, "Surface",
+                          "A surface mesh. Arrays per vertex are parallel and share its memory.")
+      .def_prop_ro(
+          "origin", [](const SurfaceMesh& s) { return tuple3(s.origin); }, "Add it to positions [m].")
+      .def_prop_ro("position", vertex_column<float>(&SurfaceMesh::position, 3), "[m], float32 (n, 3)")
+      .def_prop_ro("normal", vertex_column<float>(&SurfaceMesh::normal, 3),
+                   "Outward, length 1, float32 (n, 3)")
+      .def_prop_ro("temperature", vertex_column<float>(&SurfaceMesh::temperature),
+                   "[degrees Celsius], float32 (n,)")
+      .def_prop_ro("liquid_fraction", vertex_column<float>(&SurfaceMesh::liquid_fraction),
+                   "0 to 1, float32 (n,)")
+      .def_prop_ro("body", vertex_column<std::uint32_t>(&SurfaceMesh::body),
+                   "0 = liquid, else Body.index + 1, uint32 (n,)")
+      .def_prop_ro("material", vertex_column<std::uint32_t>(&SurfaceMesh::material),
+                   "Material.index, uint32 (n,)")
+      .def_prop_ro("triangles", vertex_column<std::uint32_t>(&SurfaceMesh::triangles, 3),
+                   "Vertices of triangles, counter-clockwise seen from outside, uint32 (m, 3)");
+}
+
+}  // namespace meltsim_python

@@ -1,0 +1,834 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
+#include "build_world.hpp"
+#include "describe.hpp"
+#include "failure.hpp"
+#include "host_world.hpp"
+#include "resolution.hpp"
+
+namespace meltsim_python {
+
+using namespace meltsim;
+
+namespace {
+
+// ---- Tables of arguments ---------------------------------------------------------------------------------
+
+const char* const vector_type = "Sequence[float]";
+const std::vector<std::string> backends{"automatic", "cpu", "cuda"}, precisions{"single", "double"};
+
+const Keys<SurfaceHeatDesc>& surface_heat_keys() {
+  static const Keys<SurfaceHeatDesc> keys{
+      {"temperature", "float | None", "holds the surface at this [degrees Celsius]; alone",
+       set_to(&SurfaceHeatDesc::temperature)},
+      {"flux", "float", "into the material [W/m^2]", set_to(&SurfaceHeatDesc::flux)},
+      {"convection", "float", "heat transfer coefficient towards `ambient` [W/(m^2 K)]",
+       set_to(&SurfaceHeatDesc::convection)},
+      {"emissivity", "float", "of radiation towards surroundings at `ambient`, 0 to 1",
+       set_to(&SurfaceHeatDesc::emissivity)},
+      {"ambient", "float", "temperature of the surroundings [degrees Celsius]",
+       set_to(&SurfaceHeatDesc::ambient)}};
+  return keys;
+}
+
+/// Calls f(face, name, value) for what "+x", "x" or "all" names.
+void each_face(const std::string& name, nb::handle value,
+               const std::function<void(std::size_t, const std::string&, nb::handle)>& f) {
+  static const std::vector<std::string> names{"-x", "+x", "-y", "+y", "-z", "+z"};
+  if (!nb::isinstance<nb::dict>(value))
+    wrong_type(name + ": expected a dict of faces, such as {\"-y\": ...}, got " + shown(value));
+  for (auto [k, v] : nb::cast<nb::dict>(value)) {
+    const std::string key = text(name + ": a face", k);
+    bool known = false;
+    for (std::size_t i = 0; i < 6; ++i)
+      if (key == names[i] || key == names[i].substr(1) || key == "all")
+        known = true, f(i, name + "[\"" + key + "\"]", v);
+    if (!known)
+      refuse(name + ": expected a face, -x, +x, -y, +y, -z, +z, or x, y, z or all, got \"" + key + "\"");
+  }
+}
+
+const Keys<DomainDesc>& domain_keys() {
+  static const std::vector<std::string> faces{"wall", "open", "periodic"};
+  static const Keys<DomainDesc> keys{
+      {"min", vector_type, "lower corner [m]", set_to(&DomainDesc::min)},
+      {"max", vector_type, "upper corner [m]", set_to(&DomainDesc::max)},
+      {"faces", "str | dict[str, str]",
+       "\"wall\", \"open\" or \"periodic\", of all faces or per face: {\"+y\": \"open\", \"x\": "
+       "\"periodic\"}",
+       [](DomainDesc& d, const std::string& name, nb::handle v) {
+         if (PyUnicode_Check(v.ptr())) return d.faces.fill(static_cast<Face>(choice(name, v, faces)));
+         each_face(name, v, [&](std::size_t i, const std::string& at, nb::handle face) {
+           d.faces[i] = static_cast<Face>(choice(at, face, faces));
+         });
+       }},
+      {"no_slip", "bool", "liquid sticks to walls", set_to(&DomainDesc::no_slip)},
+      {"friction", "float", "Coulomb coefficient of walls", set_to(&DomainDesc::friction)},
+      {"velocity", "dict[str, Sequence[float]]", "of walls [m/s], per face",
+       [](DomainDesc& d, const std::string& name, nb::handle v) {
+         each_face(name, v, [&](std::size_t i, const std::string& at, nb::handle u) {
+           d.velocity[i] = vector(at, u);
+         });
+       }},
+      {"heat", "dict[str, dict[str, float]]",
+       "heat through walls, per face: {\"-y\": {\"temperature\": 80}}; keys as of add_solid's surface",
+       [](DomainDesc& d, const std::string& name, nb::handle v) {
+         each_face(name, v, [&](std::size_t i, const std::string& at, nb::handle h) {
+           describe(d.heat[i], surface_heat_keys(), at, h);
+         });
+       }}};
+  return keys;
+}
+
+const Keys<WorldDesc>& world_keys() {
+  const auto heat = [](auto member) {
+    return
+        [set = set_to(member)](WorldDesc& d, const std::string& name, nb::handle v) { set(d.heat, name, v); };
+  };
+  static const Keys<WorldDesc> keys{
+      {"spacing", "float", "distance of particles [m]; halving it makes 8 times as many",
+       set_to(&WorldDesc::spacing)},
+      {"domain", "dict[str, Any] | tuple[Sequence[float], Sequence[float]] | None",
+       "where particles may be: (min, max), a box of walls [m], or a dict with min, max, faces, no_slip, "
+       "friction, velocity, heat; None: unbounded",
+       [](WorldDesc& d, const std::string& name, nb::handle v) {
+         d.domain = {};
+         if (v.is_none()) return;
+         d.domain.bounded = true;
+         if (nb::isinstance<nb::dict>(v)) return describe(d.domain, domain_keys(), name, v);
+         nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
+         if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
+           PyErr_Clear();
+           wrong_type(name + ": expected (min, max), a dict or None, got " + shown(v));
+         }
+         d.domain.min = vector(name + ": min", PySequence_Fast_GET_ITEM(pair.ptr(), 0));
+         d.domain.max = vector(name + ": max", PySequence_Fast_GET_ITEM(pair.ptr(), 1));
+       }},
+      {"gravity", vector_type, "[m/s^2]", set_to(&WorldDesc::gravity)},
+      {"heat_model", "str", "\"none\", \"paper\", \"iwasaki\" or \"enthalpy\"",
+       [](WorldDesc& d, const std::string& name, nb::handle v) {
+         d.heat.model = static_cast<HeatModel>(choice(name, v, {"none", "paper", "iwasaki", "enthalpy"}));
+       }},
+      {"heat_time_scale", "float", "heat runs so many times faster than motion (time lapse)",
+       heat(&HeatDesc::time_scale)},
+      {"heat_max_stages", "int", "stages per super-step of heat", heat(&HeatDesc::max_stages)},
+      {"heat_max_supersteps", "int", "super-steps of heat in a sub-step; a step that needs more is refused",
+       heat(&HeatDesc::max_supersteps)},
+      {"heat_level_tolerance", "float", "temperatures that differ by no more count as level [K]",
+       heat(&HeatDesc::level_tolerance)},
+      {"support_radius", "float", "H [m]; 0: 2.5 spacings", set_to(&WorldDesc::support_radius)},
+      {"sound_speed", "float", "c [m/s]; 0: derived from the depth", set_to(&WorldDesc::sound_speed)},
+      {"artificial_viscosity", "float", "damps acoustic noise; 0.01 to 0.1",
+       set_to(&WorldDesc::artificial_viscosity)},
+      {"tension", "bool", "allows pressures below 0", set_to(&WorldDesc::tension)},
+      {"particle_shifting", "bool", "keeps liquid evenly spread; needs tension",
+       set_to(&WorldDesc::particle_shifting)},
+      {"courant", "float", "sub-steps keep c dt / H at or below this", set_to(&WorldDesc::courant)},
+      {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
+       set_to(&WorldDesc::stray, {"remove", "halt"})},
+      {"max_substeps", "int", "a step that needs more is refused", set_to(&WorldDesc::max_substeps)},
+      {"pieces_interval", "int", "sub-steps between searches for pieces that came apart",
+       set_to(&WorldDesc::pieces_interval)},
+      {"backend", "str", "\"automatic\", \"cpu\" or \"cuda\"", set_to(&WorldDesc::backend, backends)},
+      {"precision", "str", "\"single\" or \"double\"", set_to(&WorldDesc::precision, precisions)},
+      {"device", "int", "CUDA device", set_to(&WorldDesc::device)},
+      {"stream", "int",
+       "a cudaStream_t of the host, such as cupy.cuda.Stream.ptr; 0: the World makes its own",
+       [](WorldDesc& d, const std::string& name, nb::handle v) {
+         d.stream = reinterpret_cast<void*>(static_cast<std::intptr_t>(integer(name, v)));
+       }},
+      {"threads", "int", "CPU threads; 0: one per processor", set_to(&WorldDesc::threads)}};
+  return keys;
+}
+
+struct MaterialInput {
+  MaterialDesc desc;
+  std::optional<std::array<double, 3>> color;
+  nb::object becomes;
+};
+struct FluidInput {
+  FluidDesc desc;
+  nb::object material;
+};
+struct SolidInput {
+  SolidDesc desc;
+  nb::object material;
+};
+struct EmitterInput {
+  EmitterDesc desc;
+  nb::object material;
+};
+struct ProbeInput {
+  ProbeDesc desc;
+  nb::object body;
+};
+
+/// A setter of the description within what a call was given.
+template <class I, class D, class M>
+auto of(D I::*desc, M member) {
+  return [desc, set = set_to(member)](I& input, const std::string& name, nb::handle v) {
+    set(input.*desc, name, v);
+  };
+}
+template <class I>
+auto kept(nb::object I::*member) {
+  return [member](I& input, const std::string&, nb::handle v) { input.*member = nb::borrow(v); };
+}
+
+/// A number, or pairs of (temperature, value).
+auto property(double MaterialDesc::*constant, std::vector<PropertyPoint> MaterialDesc::*table) {
+  return [constant, table](MaterialInput& input, const std::string& name, nb::handle v) {
+    if (!PySequence_Check(v.ptr()) || PyUnicode_Check(v.ptr()))
+      return void(input.desc.*constant = number(name, v));
+    nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
+    (input.desc.*table).clear();
+    for (Py_ssize_t i = 0; rows && i < PySequence_Fast_GET_SIZE(rows.ptr()); ++i) {
+      nb::object row = nb::steal(PySequence_Fast(PySequence_Fast_GET_ITEM(rows.ptr(), i), ""));
+      if (!row || PySequence_Fast_GET_SIZE(row.ptr()) != 2) {
+        PyErr_Clear();
+        wrong_type(name + ": expected a number or pairs of (temperature, value), got " + shown(v));
+      }
+      (input.desc.*table)
+          .push_back({number(name, PySequence_Fast_GET_ITEM(row.ptr(), 0)),
+                      number(name, PySequence_Fast_GET_ITEM(row.ptr(), 1))});
+    }
+    if (!(input.desc.*table).empty()) input.desc.*constant = (input.desc.*table).front().value;
+  };
+}
+
+const Keys<MaterialInput>& material_keys() {
+  using D = MaterialDesc;
+  const auto d = [](auto member) { return of(&MaterialInput::desc, member); };
+  static const Keys<MaterialInput> keys{
+      {"name", "str", "for messages and tables, and to refer to it", d(&D::name)},
+      {"density", "float | Sequence[tuple[float, float]]",
+       "[kg/m^3], or (temperature, value) pairs: buoyancy", property(&D::density, &D::density_points)},
+      {"viscosity", "float | Sequence[tuple[float, float]]", "dynamic [Pa s], or (temperature, value) pairs",
+       property(&D::viscosity, &D::viscosity_points)},
+      {"conductivity", "float | Sequence[tuple[float, float]]", "[W/(m K)], or (temperature, value) pairs",
+       property(&D::conductivity, &D::conductivity_points)},
+      {"heat_capacity", "float | Sequence[tuple[float, float]]", "[J/(kg K)], or (temperature, value) pairs",
+       property(&D::heat_capacity, &D::heat_capacity_points)},
+      {"diffusivity", "float | None", "[m^2/s]; replaces the conductivity", d(&D::diffusivity)},
+      {"melting_point", "float", "[degrees Celsius]; inf: never melts", d(&D::melting_point)},
+      {"latent_heat", "float", "[J/kg]", d(&D::latent_heat)},
+      {"becomes", "Material | str | None", "the liquid that it melts into", kept(&MaterialInput::becomes)},
+      {"freezes", "bool", "whether its liquid freezes onto it", d(&D::freezes)},
+      {"region_half_width", "int", "of shape matching, 0 to 8 spacings; larger is stiffer",
+       d(&D::region_half_width)},
+      {"stiffness", "float", "of shape matching, 0 to 1", d(&D::stiffness)},
+      {"youngs_modulus", "float", "[Pa]; 0: `stiffness` holds", d(&D::youngs_modulus)},
+      {"damping", "float", "share of non-rigid motion removed, 0 to 1", d(&D::damping)},
+      {"friction", "float", "Coulomb coefficient", d(&D::friction)},
+      {"color", "Sequence[float] | None", "red, green, blue in show(), 0 to 1",
+       [](MaterialInput& input, const std::string& name, nb::handle v) {
+         if (v.is_none()) return input.color.reset();
+         const Vec3d c = vector(name, v);
+         for (const double x : {c.x, c.y, c.z})
+           if (!(x >= 0 && x <= 1))
+             refuse(name + ": expected red, green and blue from 0 to 1, got " + shown(v));
+         input.color = {c.x, c.y, c.z};
+       }}};
+  return keys;
+}
+
+const Keys<FluidInput>& fluid_keys() {
+  static const Keys<FluidInput> keys{
+      {"shape", "Shape", "the volume [m]", of(&FluidInput::desc, &FluidDesc::shape)},
+      {"material", "Material | str", "of the liquid", kept(&FluidInput::material)},
+      {"temperature", "float", "[degrees Celsius]", of(&FluidInput::desc, &FluidDesc::temperature)},
+      {"velocity", vector_type, "[m/s]", of(&FluidInput::desc, &FluidDesc::velocity)}};
+  return keys;
+}
+
+const Keys<SolidInput>& solid_keys() {
+  using D = SolidDesc;
+  const auto d = [](auto member) { return of(&SolidInput::desc, member); };
+  static const Keys<SolidInput> keys{
+      {"shape", "Shape", "the volume [m]", d(&D::shape)},
+      {"material", "Material | str", "of the body", kept(&SolidInput::material)},
+      {"name", "str", "empty: body<N>", d(&D::name)},
+      {"temperature", "float", "[degrees Celsius]", d(&D::temperature)},
+      {"velocity", vector_type, "of the centre of mass [m/s]", d(&D::velocity)},
+      {"angular_velocity", vector_type, "about the centre of mass [rad/s]", d(&D::angular_velocity)},
+      {"fixed", "bool", "an obstacle: conducts heat and melts, but never moves", d(&D::fixed)},
+      {"surface", "dict[str, float]",
+       "heat through the dry surface: temperature, flux, convection, emissivity, ambient",
+       [](SolidInput& input, const std::string& name, nb::handle v) {
+         describe(input.desc.surface, surface_heat_keys(), name, v);
+       }},
+      {"heat_source", "float", "heat released in the body [W/m^3]", d(&D::heat_source)},
+      {"carve", "bool", "remove liquid in the body's place; False: refuse the overlap", d(&D::carve)},
+      {"growth", "int", "how far liquid may freeze onto the body [spacings]", d(&D::growth)}};
+  return keys;
+}
+
+const Keys<EmitterInput>& emitter_keys() {
+  using D = EmitterDesc;
+  const auto d = [](auto member) { return of(&EmitterInput::desc, member); };
+  static const Keys<EmitterInput> keys{
+      {"center", vector_type, "end of the pipe [m]", d(&D::center)},
+      {"material", "Material | str", "of the liquid", kept(&EmitterInput::material)},
+      {"name", "str", "empty: emitter<N>", d(&D::name)},
+      {"axis", vector_type, "direction of the stream", d(&D::axis)},
+      {"radius", "float", "[m], at least one spacing", d(&D::radius)},
+      {"speed", "float", "[m/s]", d(&D::speed)},
+      {"temperature", "float", "[degrees Celsius]", d(&D::temperature)},
+      {"start", "float", "begins to emit [s]", d(&D::from)},
+      {"until", "float", "ceases to emit [s]", d(&D::until)},
+      {"max_particles", "int", "most particles that it emits; 0: what start to until needs",
+       d(&D::max_particles)}};
+  return keys;
+}
+
+const Keys<HeatRegionDesc>& region_keys() {
+  using D = HeatRegionDesc;
+  static const Keys<D> keys{{"shape", "Shape", "the volume [m]", set_to(&D::shape)},
+                            {"name", "str", "empty: heat<N>", set_to(&D::name)},
+                            {"temperature", "float | None",
+                             "holds particles inside at this [degrees Celsius]", set_to(&D::temperature)},
+                            {"source", "float", "heat released [W/m^3]", set_to(&D::source)},
+                            {"start", "float", "begins to act [s]", set_to(&D::from)},
+                            {"until", "float", "ceases to act [s]", set_to(&D::until)}};
+  return keys;
+}
+
+const Keys<ProbeInput>& probe_keys() {
+  using D = ProbeDesc;
+  const auto d = [](auto member) { return of(&ProbeInput::desc, member); };
+  static const Keys<ProbeInput> keys{
+      {"points", "numpy.typing.ArrayLike", "where: shape (n, 3) [m]",
+       [](ProbeInput& i, const std::string& name, nb::handle v) { i.desc.points = points(name, v); }},
+      {"fields", "Sequence[str]",
+       "temperature, pressure, density, speed, velocity, liquid_fraction; of force: force, moment, "
+       "contact_force, contact_moment; of flux: mass_flux, volume_flux",
+       [](ProbeInput& i, const std::string& name, nb::handle v) { i.desc.fields = texts(name, v); }},
+      {"name", "str", "empty: probe<N>", d(&D::name)},
+      {"kind", "str", "\"point\", \"level\", \"force\", \"heat\" or \"flux\"",
+       [](ProbeInput& i, const std::string& name, nb::handle v) {
+         i.desc.kind = static_cast<ProbeKind>(choice(name, v, {"point", "level", "force", "heat", "flux"}));
+       }},
+      {"body", "Body | str | None", "of force and heat", kept(&ProbeInput::body)},
+      {"wall", "str | None", "of force and heat: -x, +x, -y, +y, -z or +z",
+       [](ProbeInput& i, const std::string& name, nb::handle v) {
+         i.desc.wall = v.is_none() ? std::nullopt
+                                   : std::optional<int>(static_cast<int>(
+                                         choice(name, v, {"-x", "+x", "-y", "+y", "-z", "+z"})));
+       }},
+      {"normal", vector_type, "of flux: the positive direction", d(&D::normal)},
+      {"radius", "float", "of flux: of a disc [m]", d(&D::radius)},
+      {"every", "float", "interval between samples [s]; 0: every sub-step", d(&D::every)},
+      {"start", "float", "first sample [s]", d(&D::from)},
+      {"until", "float", "last sample [s]", d(&D::until)}};
+  return keys;
+}
+
+template <class I, class D = decltype(I::desc)>
+void take_material(HostWorld& w, I& input, const char* what) {
+  if (!input.material) wrong_type(std::string(what) + ": material is missing");
+  input.desc.material = w.resolve("material", w.materials, input.material, "material");
+}
+
+// ---- Making --------------------------------------------------------------------------------------------
+
+/// A scene that was read, before it is built.
+struct LoadedScene {
+  runner::Scene scene;
+};
+
+template <class F>
+auto with_place(F f) {
+  try {
+    return f();
+  } catch (const runner::Failure& failure) {
+    ErrorCode code = ErrorCode::invalid_argument;
+    if (failure.code() == runner::ExitCode::device) code = ErrorCode::no_device;
+    if (failure.code() == runner::ExitCode::diverged) code = ErrorCode::halted;
+    throw LibraryError({code, failure.what()});
+  }
+}
+
+/// What show() needs to know of a World that was not read from a scene.
+runner::Scene plain_scene(const WorldDesc& desc) {
+  runner::Scene scene;
+  scene.world = desc;
+  return scene;
+}
+
+void init_world(HostWorld* self, const nb::args& args, const nb::kwargs& kwargs) {
+  WorldDesc desc;
+  desc.domain = {};
+  describe(desc, world_keys(), "World", 1, args, kwargs);
+  auto world = World::create(desc);
+  if (!world) throw LibraryError(world.error());
+  new (self) HostWorld(std::move(*world), plain_scene(desc));
+}
+
+void init_scene(HostWorld* self, const LoadedScene& loaded, nb::object backend, nb::object precision,
+                nb::object threads) {
+  runner::MachineOptions machine;
+  machine.backend = static_cast<Backend>(choice("backend", backend, backends));
+  machine.precision = static_cast<Precision>(choice("precision", precision, precisions));
+  machine.threads = static_cast<int>(integer("threads", threads));
+  auto built = with_place([&] {
+    const nb::gil_scoped_release released;
+    runner::Built b = runner::build_world(loaded.scene, machine);
+    runner::add_probes(b.world, loaded.scene);
+    return b;
+  });
+  const auto pieces = expect(built.world.pieces());
+  new (self) HostWorld(std::move(built.world), loaded.scene);
+  for (std::size_t i = 0; i < built.materials.size(); ++i)
+    self->materials.push_back({self->serial(), built.material_ids[i], built.materials[i]});
+  for (std::size_t i = 0; i < loaded.scene.bodies.size(); ++i) {
+    BodyId id{static_cast<std::uint32_t>(i), 0};
+    for (const PieceInfo& piece : pieces)
+      if (piece.body.index == i) id = piece.body;
+    const std::string& name = loaded.scene.bodies[i].desc.name;
+    self->bodies.push_back({self->serial(), id, name.empty() ? "body" + std::to_string(i) : name});
+  }
+}
+
+template <class N>
+void bind_named(nb::module_& m, const char* name, const char* doc) {
+  nb::class_<N>(m, name, doc)
+      .def_ro("name", &N::name, "Its name.")
+      .def_prop_ro(
+          "index", [](const N& n) { return n.id.index; }, "Its position in the World's table, from 0.")
+      .def(
+          "__eq__",
+          [](const N& a, nb::handle b) {
+            return nb::isinstance<N>(b) && nb::cast<const N&>(b).world == a.world &&
+                   nb::cast<const N&>(b).id == a.id;
+          },
+          nb::arg("other").none())
+      .def("__hash__", [](const N& n) { return n.world * 1000003u + n.id.index; })
+      .def("__repr__",
+           [name](const N& n) { return std::string("<meltsim.") + name + " \"" + n.name + "\">"; });
+}
+
+/// A result of the World, computed while other Python threads run.
+template <class F>
+auto away(HostWorld& w, bool changes, F f) {
+  const HostWorld::Use world(w, changes);
+  const nb::gil_scoped_release released;
+  return f(*world);
+}
+
+// ---- Views of the World's own memory ------------------------------------------------------------------------
+
+/// T: 0 = the World's precision, else the type. `columns` 1: of shape (n,).
+nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dtype dtype, bool writable) {
+  HostWorld& w = *s.world;
+  if (s.stage ? !*s.alive : s.generation != w.generation)
+    refuse(s.stage ? "state: the stage has returned; its argument holds until then"
+                   : "state: the World has changed since state(); call state() again");
+  if (data == nullptr) return nb::none();
+  // Keeps the World, and counts: what changes its memory is refused while the array is alive.
+  struct Export {
+    nb::object owner;
+    HostWorld* world;
+  };
+  auto* exported = new Export{s.owner, &w};
+  ++w.exported;
+  nb::capsule owner(exported, [](void* p) noexcept {
+    auto* e = static_cast<Export*>(p);
+    --e->world->exported;
+    delete e;
+  });
+  const std::size_t shape[2] = {static_cast<std::size_t>(s.context.particles), columns};
+  const std::size_t dimensions = columns > 1 ? 2 : 1;
+  if (s.context.backend == Backend::cuda) {
+    nb::ndarray<> array(data, dimensions, shape, owner, nullptr, dtype, nb::device::cuda::value,
+                        w.unguarded().desc().device);
+    return nb::cast(array, nb::rv_policy::reference);
+  }
+  nb::ndarray<nb::numpy> array(data, dimensions, shape, owner, nullptr, dtype, nb::device::cpu::value, 0);
+  nb::object object = nb::cast(array, nb::rv_policy::reference);
+  if (!writable) object.attr("flags").attr("writeable") = false;
+  return object;
+}
+
+nb::dlpack::dtype scalar(const State& s) {
+  return s.context.precision == Precision::double_precision ? nb::dtype<double>() : nb::dtype<float>();
+}
+
+void bind_state(nb::module_& m) {
+  nb::class_<State>(m, "State",
+                    "Views of the World's own memory, in the order of the backend: no copy. NumPy arrays on "
+                    "the CPU; on CUDA "
+                    "arrays with __dlpack__, for cupy.from_dlpack and torch.from_dlpack. From World.state() "
+                    "they are read-only "
+                    "by agreement; what changes the World is refused while one is alive.")
+      .def("__len__", [](const State& s) { return static_cast<std::size_t>(s.context.particles); })
+      .def_prop_ro(
+          "position", [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.stage); },
+          "x, y, z relative to World.resolved.origin [m], rest volume [m^3]; (n, 4)")
+      .def_prop_ro(
+          "velocity", [](State& s) { return state_array(s, s.context.velocity, 4, scalar(s), s.stage); },
+          "[m/s]; the fourth column belongs to the library; (n, 4)")
+      .def_prop_ro(
+          "acceleration",
+          [](State& s) { return state_array(s, s.context.acceleration, 3, scalar(s), s.stage); },
+          "Within a stage: add to it [m/s^2]; (n, 3). None outside.")
+      .def_prop_ro(
+          "id",
+          [](State& s) {
+            return state_array(s, const_cast<std::uint32_t*>(s.context.id), 1, nb::dtype<std::uint32_t>(),
+                               false);
+          },
+          "Stable ids, uint32 (n,)")
+      .def_prop_ro(
+          "tag",
+          [](State& s) {
+            return state_array(s, const_cast<std::uint32_t*>(s.context.tag), 1, nb::dtype<std::uint32_t>(),
+                               false);
+          },
+          "Bits: 0x100 solid, 0x800 removed; low byte: material; uint32 (n,)")
+      .def_prop_ro(
+          "enthalpy",
+          [](State& s) {
+            return state_array(s, const_cast<double*>(s.context.enthalpy), 1, nb::dtype<double>(), false);
+          },
+          "[J], float64 (n,); None where heat is at rest")
+      .def_prop_ro(
+          "dt", [](const State& s) { return s.context.dt; },
+          "Length of the sub-step [s]; 0 outside of stages.")
+      .def_prop_ro(
+          "time", [](const State& s) { return s.context.time; }, "[s]")
+      .def_prop_ro(
+          "stream", [](const State& s) { return reinterpret_cast<std::uintptr_t>(s.context.stream); },
+          "The World's cudaStream_t, for cupy.cuda.ExternalStream and torch.cuda.ExternalStream; 0 on the "
+          "CPU.");
+}
+
+int visit(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (!nb::inst_ready(self)) return 0;
+  for (const auto& stage : nb::inst_ptr<HostWorld>(self)->stages()) Py_VISIT(stage->function.ptr());
+  return 0;
+}
+int forget(PyObject* self) {
+  if (nb::inst_ready(self)) nb::inst_ptr<HostWorld>(self)->clear();
+  return 0;
+}
+PyType_Slot world_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(visit)},
+                             {Py_tp_clear, reinterpret_cast<void*>(forget)},
+                             {0, nullptr}};
+
+}  // namespace
+
+void bind_world(nb::module_& m) {
+  bind_named<Material>(m, "Material", "A substance of a World.");
+  bind_named<Body>(m, "Body", "A body of a World.");
+  bind_named<Emitter>(m, "Emitter", "An emitter of a World.");
+  bind_named<HeatRegion>(m, "HeatRegion", "A heat region of a World.");
+  bind_named<Probe>(m, "Probe", "A probe of a World.");
+  bind_state(m);
+
+  nb::class_<LoadedScene>(m, "Scene", "A scene that was read and not built yet.")
+      .def(nb::new_([](const std::string& source, bool is_text, const std::vector<std::string>& set,
+                       double scale) {
+             return with_place([&] {
+               if (!(scale >= 0.01 && scale <= 100))
+                 refuse("scale: expected a factor from 0.01 to 100, got " + std::to_string(scale));
+               LoadedScene loaded{is_text ? runner::parse_scene(source, "scene", "", set)
+                                          : runner::load_scene(source, set)};
+               runner::apply_resolution(loaded.scene, scale, runner::Quality::balanced);
+               return loaded;
+             });
+           }),
+           "source"_a, "is_text"_a, "set"_a, "scale"_a)
+      .def_prop_ro(
+          "title", [](const LoadedScene& s) { return s.scene.title; }, "Its title.")
+      .def_prop_ro(
+          "end", [](const LoadedScene& s) { return s.scene.time.end; }, "When it ends [s].")
+      .def_prop_ro(
+          "fps", [](const LoadedScene& s) { return s.scene.time.fps; }, "Frames per simulated second.")
+      .def_prop_ro(
+          "warnings", [](const LoadedScene& s) { return s.scene.warnings; }, "What looks like a slip.");
+
+  static const std::string
+      init_sig = signature("__init__", world_keys(), 1, 0, "None"),
+      init_doc = documented("Makes an empty World.", world_keys()),
+      material_sig = signature("add_material", material_keys(), 1, 0, "Material"),
+      material_doc = documented("Adds a substance. Defaults are those of water.", material_keys()),
+      fluid_sig = signature("add_fluid", fluid_keys(), 2, 2, "int"),
+      fluid_doc =
+          documented("Fills a shape with liquid. Returns the number of particles added.", fluid_keys()),
+      solid_sig = signature("add_solid", solid_keys(), 2, 2, "Body"),
+      solid_doc = documented("Adds a body.", solid_keys()),
+      emitter_sig = signature("add_emitter", emitter_keys(), 2, 2, "Emitter"),
+      emitter_doc = documented("Adds a round nozzle.", emitter_keys()),
+      region_sig = signature("add_heat_region", region_keys(), 1, 1, "HeatRegion"),
+      region_doc = documented("Adds a part of space that heats, cools or holds temperatures.", region_keys()),
+      probe_sig = signature("add_probe", probe_keys(), 2, 0, "Probe"),
+      probe_doc =
+          documented("Adds a probe, sampled inside the sub-steps; take_samples() reads it.", probe_keys());
+
+  nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
+      .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
+      .def("__init__", &init_world, nb::sig(init_sig.c_str()), init_doc.c_str())
+      .def("_recorded", [](HostWorld& w) { return w.recorded(); })
+      .def(
+          "add_material",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            MaterialInput input;
+            describe(input, material_keys(), "add_material", 1, args, kwargs);
+            if (input.becomes && !input.becomes.is_none())
+              input.desc.melts_into = w.resolve("becomes", w.materials, input.becomes, "material");
+            for (const Material& known : w.materials)
+              if (known.name == input.desc.name)
+                refuse("name: there is a material \"" + input.desc.name + "\" already");
+            Material material{
+                w.serial(),
+                away(w, true, [&](World& world) { return expect(world.add_material(input.desc)); }),
+                input.desc.name};
+            w.materials.push_back(material);
+            w.scene.output.looks.push_back({input.desc.name, input.color});
+            return material;
+          },
+          nb::sig(material_sig.c_str()), material_doc.c_str())
+      .def(
+          "add_fluid",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            FluidInput input;
+            describe(input, fluid_keys(), "add_fluid", 2, args, kwargs);
+            take_material(w, input, "add_fluid");
+            return away(w, true, [&](World& world) { return expect(world.add_fluid(input.desc)); });
+          },
+          nb::sig(fluid_sig.c_str()), fluid_doc.c_str())
+      .def(
+          "add_solid",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            SolidInput input;
+            describe(input, solid_keys(), "add_solid", 2, args, kwargs);
+            take_material(w, input, "add_solid");
+            if (input.desc.name.empty()) input.desc.name = "body" + std::to_string(w.bodies.size());
+            for (const Body& known : w.bodies)
+              if (known.name == input.desc.name)
+                refuse("name: there is a body \"" + known.name + "\" already");
+            Body body{w.serial(),
+                      away(w, true, [&](World& world) { return expect(world.add_solid(input.desc)); }),
+                      input.desc.name};
+            w.bodies.push_back(body);
+            return body;
+          },
+          nb::sig(solid_sig.c_str()), solid_doc.c_str())
+      .def(
+          "add_emitter",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            EmitterInput input;
+            describe(input, emitter_keys(), "add_emitter", 2, args, kwargs);
+            take_material(w, input, "add_emitter");
+            return Emitter{w.serial(),
+                           away(w, true, [&](World& world) { return expect(world.add_emitter(input.desc)); }),
+                           input.desc.name};
+          },
+          nb::sig(emitter_sig.c_str()), emitter_doc.c_str())
+      .def(
+          "add_heat_region",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            HeatRegionDesc desc;
+            describe(desc, region_keys(), "add_heat_region", 1, args, kwargs);
+            return HeatRegion{
+                w.serial(), away(w, true, [&](World& world) { return expect(world.add_heat_region(desc)); }),
+                desc.name};
+          },
+          nb::sig(region_sig.c_str()), region_doc.c_str())
+      .def(
+          "add_probe",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            ProbeInput input;
+            describe(input, probe_keys(), "add_probe", 2, args, kwargs);
+            if (input.body && !input.body.is_none())
+              input.desc.body = w.resolve("body", w.bodies, input.body, "body");
+            if (input.desc.name.empty()) input.desc.name = "probe" + std::to_string(w.probes.size());
+            Probe probe{w.serial(),
+                        away(w, true, [&](World& world) { return expect(world.add_probe(input.desc)); }),
+                        input.desc.name};
+            w.probes.push_back(probe);
+            return probe;
+          },
+          nb::sig(probe_sig.c_str()), probe_doc.c_str())
+      .def(
+          "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
+          "Allocates and plans for the next step; step() does it if it was not called.")
+      .def(
+          "step", [](HostWorld& w, nb::object seconds) { w.step(number("seconds", seconds)); }, "seconds"_a,
+          "Advances by so many seconds, in sub-steps that keep it stable. Other threads run meanwhile. "
+          "Ctrl-C, or the stop button of a "
+          "notebook, ends it between sub-steps with KeyboardInterrupt: `time` then says how far it came, and "
+          "step() goes on from there.")
+      .def(
+          "synchronize",
+          [](HostWorld& w) {
+            return away(w, false, [](World& world) {
+              StepResult result = world.synchronize();
+              if (!result.error.empty()) throw LibraryError({ErrorCode::out_of_memory, result.error});
+              return result;
+            });
+          },
+          "Waits for all steps and reports on them.")
+      .def(
+          "interrupt", [](HostWorld& w) { w.unguarded().interrupt(); },
+          "Ends the running step(), or the next one, with Error.code \"interrupted\". From any thread.")
+      .def(
+          "stable_dt",
+          [](HostWorld& w) { return away(w, false, [](World& world) { return world.stable_dt(); }); },
+          "Largest sub-step that is stable [s].")
+      .def(
+          "totals",
+          [](HostWorld& w) { return away(w, false, [](World& world) { return expect(world.totals()); }); },
+          "Conserved quantities and extremes.")
+      .def(
+          "ledger",
+          [](HostWorld& w) { return away(w, false, [](World& world) { return expect(world.ledger()); }); },
+          "Conserved quantities, summed by the backend.")
+      .def(
+          "particles",
+          [](HostWorld& w) { return away(w, false, [](World& world) { return expect(world.particles()); }); },
+          "All particles, sorted by id: a copy.")
+      .def(
+          "pieces",
+          [](HostWorld& w) { return away(w, false, [](World& world) { return expect(world.pieces()); }); },
+          "Connected pieces of all bodies.")
+      .def("state", &HostWorld::state,
+           "Views of the World's own memory, without a copy. Waits for all steps.")
+      .def(
+          "state_hash",
+          [](HostWorld& w) {
+            return away(w, false, [](World& world) { return expect(world.state_hash()); });
+          },
+          "Equal states give equal hashes.")
+      .def(
+          "snapshot",
+          [](HostWorld& w) {
+            const auto bytes = away(w, false, [](World& world) { return expect(world.snapshot()); });
+            return nb::bytes(bytes.data(), bytes.size());
+          },
+          "The state, for restore().")
+      .def(
+          "restore",
+          [](HostWorld& w, nb::object snapshot) {
+            if (!PyBytes_Check(snapshot.ptr()))
+              wrong_type("snapshot: expected bytes of snapshot(), got " + shown(snapshot));
+            const auto* data = PyBytes_AS_STRING(snapshot.ptr());
+            const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(snapshot.ptr()));
+            away(w, true, [&](World& world) { expect(world.restore(data, size)); });
+          },
+          "snapshot"_a,
+          "Goes back to a snapshot of a World with the same materials and bodies. On an error the World is "
+          "unchanged.")
+      .def(
+          "take_samples",
+          [](HostWorld& w) {
+            auto all = away(w, false, [](World& world) { return expect(world.take_samples()); });
+            nb::dict result;
+            std::size_t k = 0;
+            for (ProbeSeries& s : all) {
+              nb::dict one;
+              const std::size_t points = s.points, width = s.width, times = s.time.size();
+              one["time"] = array_of<double>(std::move(s.time));
+              one["values"] = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
+              result[(k < w.probes.size() ? w.probes[k].name : "probe" + std::to_string(k)).c_str()] = one;
+              ++k;
+            }
+            return result;
+          },
+          nb::sig("def take_samples(self) -> dict[str, dict[str, numpy.ndarray]]"),
+          "Samples of every probe since the last call, by name: \"time\" (samples,) and \"values\" (samples, "
+          "points, values).")
+      .def(
+          "sample",
+          [](HostWorld& w, nb::object where, nb::object fields) {
+            const auto p = points("points", where);
+            const auto names = texts("fields", fields);
+            auto values = away(w, false, [&](World& world) { return expect(world.sample(p, names)); });
+            return array_of<double>(std::move(values))
+                .attr("reshape")(p.size(), static_cast<int>(sample_columns(names).size()));
+          },
+          nb::sig("def sample(self, points: numpy.typing.ArrayLike, fields: str | Sequence[str]) -> "
+                  "numpy.ndarray"),
+          "Fields at points of shape (n, 3) [m], of the present state: float64 (n, values). NaN where there "
+          "is nothing.")
+      .def(
+          "surface",
+          [](HostWorld& w, nb::object of_what, nb::object cell, nb::object kernel, nb::object smoothing,
+             nb::object closed) {
+            SurfaceDesc desc;
+            if (nb::isinstance<Body>(of_what))
+              desc.of = SurfaceOf::body, desc.body = w.resolve("of", w.bodies, of_what, "body");
+            else desc.of = static_cast<SurfaceOf>(choice("of", of_what, {"liquid", "solids"}));
+            desc.cell = number("cell", cell);
+            desc.kernel = static_cast<SurfaceKernel>(choice("kernel", kernel, {"isotropic", "anisotropic"}));
+            desc.smoothing = static_cast<int>(integer("smoothing", smoothing));
+            desc.closed_at_solids = boolean("closed_at_solids", closed);
+            return away(w, false, [&](World& world) { return expect(world.surface(desc)); });
+          },
+          "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
+          "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a Body as triangles.")
+      .def(
+          "add_stage",
+          [](HostWorld& w, nb::object name, nb::object function, nb::object after, nb::object reads,
+             nb::object writes) {
+            w.add_stage(text("name", name), function, text("after", after), texts("reads", reads),
+                        texts("writes", writes));
+          },
+          "name"_a, "function"_a, nb::kw_only(), "after"_a = "sph.forces",
+          "reads"_a = nb::make_tuple("position", "velocity", "tag"),
+          "writes"_a = nb::make_tuple("acceleration"),
+          "Calls function(state) in every sub-step, after a built-in stage. It adds to state.acceleration; "
+          "its arrays hold until it returns. "
+          "An exception in it ends the step and comes out of step().")
+      .def(
+          "remove_stage", [](HostWorld& w, nb::object name) { w.remove_stage(text("name", name)); }, "name"_a,
+          "Removes a stage of add_stage().")
+      .def(
+          "plan",
+          [](HostWorld& w) { return away(w, true, [](World& world) { return world.plan().to_string(); }); },
+          "The stages of a sub-step, as a table.")
+      .def("record", &HostWorld::record, "Keeps the present state as a frame for show().")
+      .def(
+          "_page",
+          [](HostWorld& w, const std::string& title) {
+            const HostWorld::Use use(w);
+            return w.page(title);
+          },
+          "title"_a)
+      .def_prop_ro(
+          "resolved",
+          [](HostWorld& w) { return away(w, false, [](World& world) { return world.resolved(); }); },
+          "Values that the World derived.")
+      .def_prop_ro(
+          "time", [](HostWorld& w) { return w.unguarded().time(); }, "Simulated time [s].")
+      .def_prop_ro(
+          "steps", [](HostWorld& w) { return w.unguarded().steps(); }, "Sub-steps so far.")
+      .def_prop_ro(
+          "backend", [](HostWorld& w) { return backends[static_cast<std::size_t>(w.unguarded().backend())]; },
+          "\"cpu\" or \"cuda\".")
+      .def_prop_ro(
+          "spacing", [](HostWorld& w) { return w.unguarded().desc().spacing; }, "Distance of particles [m].")
+      .def_prop_ro(
+          "max_substeps", [](HostWorld& w) { return w.unguarded().desc().max_substeps; },
+          "Most sub-steps of one step.")
+      .def_prop_ro(
+          "materials",
+          [](HostWorld& w) {
+            nb::dict d;
+            for (const auto& x : w.materials) d[x.name.c_str()] = nb::cast(x);
+            return d;
+          },
+          nb::sig("def materials(self) -> dict[str, Material]"), "Its materials by name.")
+      .def_prop_ro(
+          "bodies",
+          [](HostWorld& w) {
+            nb::dict d;
+            for (const auto& x : w.bodies) d[x.name.c_str()] = nb::cast(x);
+            return d;
+          },
+          nb::sig("def bodies(self) -> dict[str, Body]"), "Its bodies by name.");
+}
+
+}  // namespace meltsim_python

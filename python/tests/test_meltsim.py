@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The package as a user meets it: exact answers, arrays, errors. Small Worlds: the tests are about the interface."""
+import gc
+import math
+import os
+import signal
+import threading
+import weakref
+
+import numpy as np
+import pytest
+
+import meltsim
+from meltsim import Shape, World
+
+
+def bath(**settings):
+    """A block of ice over warm water: 6 x 6 x 3 cells of liquid, 3^3 of ice."""
+    world = World(0.1, domain=((0, 0, 0), (0.6, 0.8, 0.6)), backend="cpu", threads=1, **settings)
+    world.add_material("water", viscosity=0.2)
+    world.add_material("ice", density=917, melting_point=0, latent_heat=3.34e5, becomes="water", conductivity=2.2, heat_capacity=2100)
+    world.add_fluid(Shape.box((0, 0, 0), (0.6, 0.3, 0.6)), "water", temperature=40)
+    world.add_solid(Shape.box((0.1, 0.4, 0.1), (0.4, 0.7, 0.4)), "ice", name="block", temperature=-10)
+    return world
+
+
+def test_free_fall_follows_the_parabola():
+    # No heat, no contact: leap-frog integrates a constant force exactly. 1e-6: single precision of 1 m.
+    world = World(spacing=0.1, backend="cpu", threads=1, heat_model="none")
+    world.add_material("ice")
+    world.add_solid(Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), "ice", velocity=(1, 2, 0))
+    start = world.pieces()[0].center
+    for _ in range(10):
+        world.step(0.02)
+    piece = world.pieces()[0]
+    t = 0.2
+    assert world.time == pytest.approx(t, rel=1e-12)
+    assert np.allclose(np.subtract(piece.center, start), (t, 2 * t - 0.5 * 9.81 * t * t, 0), atol=2e-6)
+    assert np.allclose(piece.velocity, (1, 2 - 9.81 * t, 0), atol=1e-5)
+
+
+def test_calorimetry_ends_at_the_mean_temperature():
+    # Two halves of one fixed body, 20 and 80 degrees: heat is exchanged, never created, so they end at 50.
+    world = World(spacing=0.1, backend="cpu", threads=1, gravity=(0, 0, 0), heat_time_scale=2e5)
+    world.add_material("copper", density=8960, conductivity=400, heat_capacity=385)
+    world.add_solid(Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), "copper", temperature=20, fixed=True)
+    world.add_solid(Shape.box((0.3, 0, 0), (0.6, 0.3, 0.3)), "copper", temperature=80, fixed=True)
+    before = world.totals()
+    assert before.mass == pytest.approx(8960 * 0.6 * 0.3 * 0.3, rel=1e-6)
+    for _ in range(20):
+        world.step(0.005)
+    after = world.totals()
+    assert after.thermal == pytest.approx(before.thermal, rel=1e-9)
+    assert after.temperature_mean == pytest.approx(50, abs=1e-4)
+    assert after.temperature_max - after.temperature_min < 0.1 * 60
+
+
+def test_a_snapshot_goes_on_with_the_same_bits():
+    world = bath(heat_time_scale=1e4)
+    world.step(0.01)
+    saved = world.snapshot()
+    world.step(0.01)
+    later = world.state_hash()
+    world.restore(saved)
+    assert world.state_hash() != later
+    world.step(0.01)
+    assert world.state_hash() == later
+    other = bath(heat_time_scale=1e4)
+    other.restore(saved)
+    other.step(0.01)
+    assert other.state_hash() == later
+    with pytest.raises(meltsim.Error) as caught:
+        world.restore(saved[:-1])
+    assert caught.value.code == "corrupt_data"
+    assert world.state_hash() == later
+    with pytest.raises(TypeError, match="snapshot: expected bytes"):
+        world.restore("text")
+
+
+def test_particles_are_arrays_that_share_one_copy():
+    world = bath()
+    p = world.particles()
+    assert len(p) == 6 * 6 * 3 + 27 == world.synchronize().fluid + world.synchronize().solid
+    assert p.position.shape == (len(p), 3) and p.position.dtype == np.float64 and p.id.dtype == np.uint32
+    assert p.position.base is not None and np.shares_memory(p.position, p.position)
+    assert p.solid.dtype == bool and p.solid.sum() == 27 and p.liquid.sum() == 108
+    assert set(p.temperature[p.solid]) == {-10.0} and set(p.body[p.solid]) == {0} and set(p.body[p.liquid]) == {-1}
+    assert p.mass[p.solid].sum() == pytest.approx(917 * 0.027, rel=1e-6)
+    y = p.position[:, 1]
+    del p
+    world.step(0.01)
+    del world
+    gc.collect()
+    assert y.min() == pytest.approx(0.05)  # the array keeps what it views
+
+
+def test_state_views_the_memory_of_the_world():
+    world = bath()
+    state = world.state()
+    x = state.position
+    assert x.shape == (135, 4) and x.dtype == np.float32 and not x.flags.writeable
+    assert np.shares_memory(x, state.position) and state.acceleration is None
+    at = x[np.argsort(state.id), :3] + np.asarray(world.resolved.origin, np.float32)
+    assert np.allclose(at, world.particles().position, atol=1e-6)
+    before = world.state_hash()
+    with pytest.raises(meltsim.Error, match=r"array\(s\) of state\(\)"):
+        world.step(0.01)
+    with pytest.raises(meltsim.Error, match=r"array\(s\) of state\(\)"):
+        world.add_fluid(Shape.sphere((0.5, 0.7, 0.5), 0.1), "water")
+    assert world.state_hash() == before and world.time == 0
+    kept = x.copy()
+    del x
+    world.step(0.01)
+    with pytest.raises(meltsim.Error, match="has changed since"):
+        state.position
+    assert not np.array_equal(kept, world.state().position)
+    double = World(spacing=0.1, backend="cpu", precision="double")
+    double.add_material("m")
+    double.add_solid(Shape.box((0, 0, 0), (0.2, 0.2, 0.2)), "m")
+    assert double.state().position.dtype == np.float64
+
+
+def test_a_stage_adds_a_force_and_its_exception_comes_out():
+    world = World(spacing=0.1, backend="cpu", threads=1, gravity=(0, 0, 0), heat_model="none")
+    world.add_material("m")
+    world.add_solid(Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), "m")
+    kept = []
+
+    def wind(state):
+        state.acceleration[:, 0] += 3
+
+    world.add_stage("wind", wind)
+    world.step(0.1)
+    assert world.totals().momentum[0] == pytest.approx(3 * 0.1 * world.totals().mass, rel=1e-5)
+    world.remove_stage("wind")
+    world.add_stage("faulty", lambda state: 1 / 0)
+    time = world.time
+    with pytest.raises(ZeroDivisionError):
+        world.step(0.1)
+    world.remove_stage("faulty")
+    assert world.time < time + 0.1
+    world.add_stage("keeper", lambda state: kept.append(state.position))
+    with pytest.raises(meltsim.Error, match="keeps an array"):
+        world.step(0.1)
+    kept.clear()
+    world.remove_stage("keeper")
+    world.add_stage("nested", lambda state: world.step(0.1))
+    with pytest.raises(meltsim.Error, match="in use"):
+        world.step(0.1)
+    world.remove_stage("nested")
+    world.step(0.01)
+    with pytest.raises(meltsim.Error, match="sph.nothing"):
+        world.add_stage("late", wind, after="sph.nothing")
+
+
+@pytest.mark.parametrize("call, error, text", [
+    (lambda w: w.add_material("oil", densty=900), TypeError, 'did you mean "density"'),
+    (lambda w: w.add_material("oil", density="heavy"), TypeError, "density: expected a number, got 'heavy'"),
+    (lambda w: w.add_material("oil", density=-1), meltsim.Error, "density"),
+    (lambda w: w.add_material("oil", density=math.nan), meltsim.Error, "density"),
+    (lambda w: w.add_material("water"), meltsim.Error, "already"),
+    (lambda w: w.add_fluid(Shape.box((0, 0, 0), (1, 1, 1)), "watr"), meltsim.Error, "there are: water, ice"),
+    (lambda w: w.add_fluid(Shape.box((0, 0, 0), (1, 1, 1))), TypeError, "material is missing"),
+    (lambda w: w.add_fluid("box", "water"), TypeError, "expected a meltsim.Shape"),
+    (lambda w: w.add_solid(Shape.box((0, 0.4, 0), (0.3, 0.7, 0.3)), "ice", velocity=(1, 2)), TypeError, "velocity: expected three numbers"),
+    (lambda w: w.add_solid(Shape.box((0.1, 0.4, 0.1), (0.4, 0.7, 0.4)), "ice", name="block"), meltsim.Error, "already"),
+    (lambda w: w.add_solid(Shape.box((0.5, 0.4, 0.5), (0.6, 0.5, 0.6)), "ice", surface={"flx": 1}), TypeError, 'did you mean "flux"'),
+    (lambda w: w.sample(np.zeros((2, 4)), "temperature"), meltsim.Error, r"got one of shape \(2, 4\)"),
+    (lambda w: w.sample([[0, 0, "a"]], "temperature"), TypeError, "got an array of <U"),
+    (lambda w: w.sample([[0, 0, math.inf]], "temperature"), meltsim.Error, "points"),
+    (lambda w: w.sample([[0, 0, 0]], "heat"), meltsim.Error, "heat"),
+    (lambda w: w.surface("gas"), meltsim.Error, 'expected liquid or solids, got "gas"'),
+    (lambda w: w.step(math.nan), meltsim.Error, "dt"),
+    (lambda w: w.step("fast"), TypeError, "seconds: expected a number"),
+    (lambda w: w.step(-1), meltsim.Error, "dt"),
+    (lambda w: w.run(math.inf), meltsim.Error, "seconds"),
+    (lambda w: World(spacing=0.1, domain=((0, 0), (1, 1))), TypeError, "domain: min: expected three numbers"),
+    (lambda w: World(spacing=0.1, domain={"min": (0, 0, 0), "max": (1, 1, 1), "faces": {"top": "open"}}), meltsim.Error, "expected a face"),
+    (lambda w: World(spacing=0), meltsim.Error, "spacing"),
+    (lambda w: Shape.sphere((0, 0, 0), math.nan), meltsim.Error, "radius|extents|finite"),
+    (lambda w: Shape.mesh(np.zeros((3, 3)), [[0, 1, 2.5]]), TypeError, "integers"),
+    (lambda w: Shape.mesh(np.zeros((3, 3)), [[0, 1, 3]]), meltsim.Error, "3"),
+])
+def test_a_mistake_is_named_and_changes_nothing(call, error, text):
+    world = bath()
+    before = world.state_hash()
+    with pytest.raises(error, match=text):
+        call(world)
+    assert world.state_hash() == before and world.time == 0 and len(world.materials) == 2
+
+
+def test_handles_of_another_world_are_refused():
+    water = bath().materials["water"]
+    world = bath()
+    with pytest.raises(meltsim.Error, match="belongs to another World"):
+        world.add_fluid(Shape.sphere((0.5, 0.7, 0.5), 0.1), water)
+    assert world.materials["water"] == world.materials["water"] != water
+
+
+def test_arrays_of_any_layout_give_the_same_values():
+    world = bath()
+    world.step(0.01)
+    points = np.array([[0.3, 0.1, 0.3], [0.2, 0.2, 0.2], [9, 9, 9]])
+    expected = world.sample(points, ["temperature", "velocity"])
+    assert expected.shape == (3, 4) and np.isnan(expected[2]).all() and expected[0, 0] == pytest.approx(40, abs=1)
+    for same in (np.asfortranarray(points), points[::-1][::-1], points.tolist()):
+        assert np.array_equal(world.sample(same, ["temperature", "velocity"]), expected, equal_nan=True)
+    assert world.sample(points[0], "temperature").shape == (1, 1)
+    assert world.sample(np.zeros((0, 3)), "temperature").shape == (0, 1)
+
+
+def test_probes_come_back_by_name():
+    world = bath()
+    world.add_probe([[0.3, 0.1, 0.3], [0.3, 0.2, 0.3]], ["pressure", "velocity"], name="wall", every=0.01)
+    world.add_probe(kind="force", body="block", fields="force", name="on the block")
+    world.step(0.02)
+    samples = world.take_samples()
+    assert list(samples) == ["wall", "on the block"]
+    assert samples["wall"]["values"].shape == (len(samples["wall"]["time"]), 2, 4)
+    assert samples["on the block"]["values"].shape[1:] == (1, 3)
+
+
+def test_the_surface_of_a_block_has_its_size():
+    mesh = bath().surface("solids", smoothing=0)
+    a, b, c = (mesh.position[mesh.triangles[:, k]] for k in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+    assert mesh.triangles.dtype == np.uint32 and mesh.normal.shape == mesh.position.shape
+    # Three spacings wide, edges rounded by half a spacing: within a quarter.
+    assert volume == pytest.approx(0.027, rel=0.25)
+
+
+def test_a_second_thread_is_refused_while_one_steps():
+    world = bath()
+    inside, leave = threading.Event(), threading.Event()
+
+    def wait(state):
+        inside.set()
+        assert leave.wait(10)
+        world_stage.append(1)
+
+    world_stage = []
+    world.add_stage("wait", wait)
+    stepping = threading.Thread(target=lambda: world.step(1e-5))
+    stepping.start()
+    assert inside.wait(10)
+    for call in (world.totals, world.particles, lambda: world.step(0.1), lambda: world.add_material("oil")):
+        with pytest.raises(meltsim.Error, match="one thread at a time"):
+            call()
+    leave.set()
+    stepping.join()
+    assert world_stage and world.totals().fluid == 108
+
+
+def test_ctrl_c_ends_a_step_and_the_next_goes_on():
+    world = bath()
+    world.prepare()
+    steps = []
+
+    def press(state):
+        steps.append(state.time)
+        if len(steps) == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    world.add_stage("press", press)
+    dt = world.resolved.stable_dt
+    with pytest.raises(KeyboardInterrupt):
+        world.step(8 * dt)
+    assert world.time < 7 * dt
+    world.remove_stage("press")
+    world.step(8 * dt - world.time)  # no interrupt is left over
+    assert world.time == pytest.approx(8 * dt)
+    handler = signal.getsignal(signal.SIGINT)
+    assert handler is signal.default_int_handler
+    world.interrupt()
+    with pytest.raises(meltsim.Error) as caught:
+        world.step(dt)
+    assert caught.value.code == "interrupted"
+
+
+def test_scenes_come_from_names_files_and_dicts(tmp_path):
+    scene = {
+        "meltsim": 1, "title": "Small", "domain": {"min": [0, 0, 0], "max": np.array([0.6, 0.6, 0.6]), "walls": "box"},
+        "particles": {"spacing": 0.1}, "time": {"end": 0.04, "fps": 50},
+        "materials": {"water": {"density": 1000}, "ice": {"density": 917, "melting_point": 0, "latent_heat": 1, "becomes": "water"}},
+        "fluids": [{"shape": {"box": [[0, 0, 0], [0.6, 0.3, 0.6]]}, "material": "water", "temperature": 40}],
+        "bodies": [{"name": "cube", "shape": {"box": [[0.2, 0.3, 0.2], [0.4, 0.5, 0.4]]}, "material": "ice"}],
+        "probes": [{"name": "middle", "at": [0.3, 0.1, 0.3], "fields": ["temperature"]}]}
+    world = World.load(scene, backend="cpu", threads=1)
+    assert list(world.materials) == ["water", "ice"] and list(world.bodies) == ["cube"]
+    seen = []
+    world.run(each=lambda w: seen.append(w.time))
+    assert seen == pytest.approx([0.02, 0.04])
+    page = world.show(tmp_path / "page.html").read_text()
+    assert "<title>" in page and "Small" in page
+    again = World.load(scene, set={"fluids[0].temperature": 60}, backend="cpu")
+    assert again.totals().temperature_max == pytest.approx(60)
+    del scene["bodies"][0]["material"]
+    with pytest.raises(meltsim.Error, match=r"bodies\[0\]"):
+        World.load(scene)
+    with pytest.raises(meltsim.Error, match="ice_block"):
+        World.load("ice_blok")
+    with pytest.raises(meltsim.Error, match="cannot be read"):
+        World.load(tmp_path / "none.yaml")
+    with pytest.raises(TypeError, match="scene: expected"):
+        World.load(3)
+    assert "ice_block" in meltsim.scenes()
+
+
+def test_a_world_in_a_cycle_with_its_stage_is_collected():
+    world = bath()
+    world.add_stage("self", lambda state, w=world: None)
+    gone = weakref.ref(world) if hasattr(world, "__weakref__") else None
+    del world
+    gc.collect()
+    assert gone is None or gone() is None
