@@ -20,6 +20,36 @@ using namespace nb::literals;
 
 namespace meltsim_python {
 
+/// Arguments of any type, which the functions below convert, and results: what stubs and docstrings call them.
+inline bool any_value(nb::handle) { return true; }
+struct Real : nb::object {
+  NB_OBJECT_DEFAULT(Real, nb::object, "float", any_value)
+};
+struct Integer : nb::object {
+  NB_OBJECT_DEFAULT(Integer, nb::object, "int", any_value)
+};
+struct Boolean : nb::object {
+  NB_OBJECT_DEFAULT(Boolean, nb::object, "bool", any_value)
+};
+struct Text : nb::object {
+  NB_OBJECT_DEFAULT(Text, nb::object, "str", any_value)
+};
+struct Texts : nb::object {
+  NB_OBJECT_DEFAULT(Texts, nb::object, "str | Sequence[str]", any_value)
+};
+struct Vector : nb::object {
+  NB_OBJECT_DEFAULT(Vector, nb::object, "Sequence[float]", any_value)
+};
+struct ArrayLike : nb::object {
+  NB_OBJECT_DEFAULT(ArrayLike, nb::object, "numpy.typing.ArrayLike", any_value)
+};
+struct Array : nb::object {
+  NB_OBJECT_DEFAULT(Array, nb::object, "numpy.ndarray", any_value)
+};
+struct Triple : nb::object {
+  NB_OBJECT_DEFAULT(Triple, nb::object, "tuple[float, float, float]", any_value)
+};
+
 /// Becomes meltsim.Error.
 struct LibraryError : std::exception {
   meltsim::Error error;
@@ -59,22 +89,22 @@ std::vector<std::string> texts(const std::string& name, nb::handle value);
 std::vector<meltsim::Vec3d> points(const std::string& name, nb::handle value);
 std::vector<std::uint32_t> triangles(const std::string& name, nb::handle value);
 
-inline nb::object tuple3(const meltsim::Vec3d& v) { return nb::make_tuple(v.x, v.y, v.z); }
+inline Triple tuple3(const meltsim::Vec3d& v) { return nb::borrow<Triple>(nb::make_tuple(v.x, v.y, v.z)); }
 
 /// A NumPy array that keeps `owner` alive. No copy.
 template <class T>
-nb::object array_view(const T* data, std::vector<std::size_t> shape, nb::handle owner, bool writable = true) {
+Array array_view(const T* data, std::vector<std::size_t> shape, nb::handle owner, bool writable = true) {
   static T none{};
   auto* at = const_cast<T*>(data != nullptr ? data : &none);
   nb::ndarray<nb::numpy, T> array(at, shape.size(), shape.data(), owner);
-  nb::object object = nb::cast(array, nb::rv_policy::reference);
+  Array object = nb::borrow<Array>(nb::cast(array, nb::rv_policy::reference));
   if (!writable) object.attr("flags").attr("writeable") = false;
   return object;
 }
 
 /// A NumPy array that owns what was in `values`. No copy.
 template <class T, class V>
-nb::object array_of(std::vector<V>&& values, std::size_t columns = 1) {
+Array array_of(std::vector<V>&& values, std::size_t columns = 1) {
   static_assert(sizeof(V) % sizeof(T) == 0, "items of T");
   auto* kept = new std::vector<V>(std::move(values));
   nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<V>*>(p); });

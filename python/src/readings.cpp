@@ -29,8 +29,7 @@ class Record {
     keys_->push_back(key);
     if constexpr (std::is_same_v<M, meltsim::Vec3d>)
       class_.def_prop_ro(
-          key, [member](const T& t) { return nb::make_tuple((t.*member).x, (t.*member).y, (t.*member).z); },
-          doc);
+          key, [member](const T& t) { return tuple3(t.*member); }, doc);
     else class_.def_ro(key, member, doc);
     return *this;
   }

@@ -29,38 +29,36 @@ void bind_shape(nb::module_& m) {
                     "A part of space [m]. Immutable. `a | b`, `a - b`, `a & b` unite, subtract, intersect.")
       .def_static(
           "box",
-          [](nb::object min, nb::object max) {
-            return valid(Shape::box(vector("min", min), vector("max", max)));
-          },
+          [](Vector min, Vector max) { return valid(Shape::box(vector("min", min), vector("max", max))); },
           "min"_a, "max"_a, "Axis-aligned box between two corners.")
       .def_static(
           "sphere",
-          [](nb::object center, nb::object radius) {
+          [](Vector center, Real radius) {
             return valid(Shape::sphere(vector("center", center), number("radius", radius)));
           },
           "center"_a, "radius"_a, "Ball.")
       .def_static(
           "capsule",
-          [](nb::object a, nb::object b, nb::object radius) {
+          [](Vector a, Vector b, Real radius) {
             return valid(Shape::capsule(vector("a", a), vector("b", b), number("radius", radius)));
           },
           "a"_a, "b"_a, "radius"_a, "All points within `radius` of the segment from `a` to `b`.")
       .def_static(
           "cylinder",
-          [](nb::object a, nb::object b, nb::object radius) {
+          [](Vector a, Vector b, Real radius) {
             return valid(Shape::cylinder(vector("a", a), vector("b", b), number("radius", radius)));
           },
           "a"_a, "b"_a, "radius"_a, "Cylinder with flat ends at `a` and `b`.")
       .def_static(
           "torus",
-          [](nb::object center, nb::object axis, nb::object major, nb::object minor) {
+          [](Vector center, Vector axis, Real major, Real minor) {
             return valid(Shape::torus(vector("center", center), vector("axis", axis),
                                       number("major_radius", major), number("minor_radius", minor)));
           },
           "center"_a, "axis"_a, "major_radius"_a, "minor_radius"_a, "Ring.")
       .def_static(
           "mesh",
-          [](nb::object vertices, nb::object faces) {
+          [](ArrayLike vertices, ArrayLike faces) {
             meltsim::TriangleMesh mesh;
             mesh.vertices = points("vertices", vertices);
             mesh.indices = triangles("triangles", faces);
@@ -70,8 +68,8 @@ void bind_shape(nb::module_& m) {
           "Inside of a triangle mesh: vertices of shape (n, 3) [m] and indices of shape (m, 3), from 0.")
       .def_static(
           "from_file",
-          [](nb::object path) { return valid(Shape::mesh(expect(meltsim::read_mesh(to_text(path))))); },
-          "path"_a, "Inside of the mesh of an OBJ, STL or PLY file.")
+          [](Text path) { return valid(Shape::mesh(expect(meltsim::read_mesh(to_text(path))))); }, "path"_a,
+          "Inside of the mesh of an OBJ, STL or PLY file.")
       .def_static(
           "unite", [](nb::args parts) { return Shape::unite(shapes("unite", parts)); },
           "Points in at least one part.")
@@ -94,7 +92,7 @@ void bind_shape(nb::module_& m) {
           "__sub__", [](const Shape& a, const Shape& b) { return Shape::subtract(a, b); }, nb::is_operator())
       .def(
           "transformed",
-          [](const Shape& s, nb::object offset, nb::object axis, nb::object angle, nb::object scale) {
+          [](const Shape& s, Vector offset, Vector axis, Real angle, Real scale) {
             return valid(s.transformed(vector("offset", offset), vector("axis", axis), number("angle", angle),
                                        number("scale", scale)));
           },
@@ -102,7 +100,7 @@ void bind_shape(nb::module_& m) {
           "scale"_a = 1.0,
           "The shape moved: x -> scale R x + offset, R = rotation about `axis` by `angle` [rad].")
       .def(
-          "contains", [](const Shape& s, nb::object point) { return s.contains(vector("point", point)); },
+          "contains", [](const Shape& s, Vector point) { return s.contains(vector("point", point)); },
           "point"_a, "Whether the point [m] is inside.")
       .def_prop_ro(
           "bounds",

@@ -365,8 +365,7 @@ void init_world(HostWorld* self, const nb::args& args, const nb::kwargs& kwargs)
   new (self) HostWorld(std::move(*world), plain_scene(desc));
 }
 
-void init_scene(HostWorld* self, const LoadedScene& loaded, nb::object backend, nb::object precision,
-                nb::object threads) {
+void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text precision, Integer threads) {
   runner::MachineOptions machine;
   machine.backend = static_cast<Backend>(choice("backend", backend, backends));
   machine.precision = static_cast<Precision>(choice("precision", precision, precisions));
@@ -464,13 +463,15 @@ void bind_state(nb::module_& m) {
       .def("__len__", [](const State& s) { return static_cast<std::size_t>(s.context.particles); })
       .def_prop_ro(
           "position", [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.stage); },
+          nb::sig("def position(self) -> Any"),
           "x, y, z relative to World.resolved.origin [m], rest volume [m^3]; (n, 4)")
       .def_prop_ro(
           "velocity", [](State& s) { return state_array(s, s.context.velocity, 4, scalar(s), s.stage); },
-          "[m/s]; the fourth column belongs to the library; (n, 4)")
+          nb::sig("def velocity(self) -> Any"), "[m/s]; the fourth column belongs to the library; (n, 4)")
       .def_prop_ro(
           "acceleration",
           [](State& s) { return state_array(s, s.context.acceleration, 3, scalar(s), s.stage); },
+          nb::sig("def acceleration(self) -> Any"),
           "Within a stage: add to it [m/s^2]; (n, 3). None outside.")
       .def_prop_ro(
           "id",
@@ -478,20 +479,21 @@ void bind_state(nb::module_& m) {
             return state_array(s, const_cast<std::uint32_t*>(s.context.id), 1, nb::dtype<std::uint32_t>(),
                                false);
           },
-          "Stable ids, uint32 (n,)")
+          nb::sig("def id(self) -> Any"), "Stable ids, uint32 (n,)")
       .def_prop_ro(
           "tag",
           [](State& s) {
             return state_array(s, const_cast<std::uint32_t*>(s.context.tag), 1, nb::dtype<std::uint32_t>(),
                                false);
           },
+          nb::sig("def tag(self) -> Any"),
           "Bits: 0x100 solid, 0x800 removed; low byte: material; uint32 (n,)")
       .def_prop_ro(
           "enthalpy",
           [](State& s) {
             return state_array(s, const_cast<double*>(s.context.enthalpy), 1, nb::dtype<double>(), false);
           },
-          "[J], float64 (n,); None where heat is at rest")
+          nb::sig("def enthalpy(self) -> Any"), "[J], float64 (n,); None where heat is at rest")
       .def_prop_ro(
           "dt", [](const State& s) { return s.context.dt; },
           "Length of the sub-step [s]; 0 outside of stages.")
@@ -656,7 +658,7 @@ void bind_world(nb::module_& m) {
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")
       .def(
-          "step", [](HostWorld& w, nb::object seconds) { w.step(number("seconds", seconds)); }, "seconds"_a,
+          "step", [](HostWorld& w, Real seconds) { w.step(number("seconds", seconds)); }, "seconds"_a,
           "Advances by so many seconds, in sub-steps that keep it stable. Other threads run meanwhile. "
           "Ctrl-C, or the stop button of a "
           "notebook, ends it between sub-steps with KeyboardInterrupt: `time` then says how far it came, and "
@@ -694,7 +696,7 @@ void bind_world(nb::module_& m) {
           "pieces",
           [](HostWorld& w) { return away(w, false, [](World& world) { return expect(world.pieces()); }); },
           "Connected pieces of all bodies.")
-      .def("state", &HostWorld::state,
+      .def("state", &HostWorld::state, nb::sig("def state(self) -> State"),
            "Views of the World's own memory, without a copy. Waits for all steps.")
       .def(
           "state_hash",
@@ -718,7 +720,7 @@ void bind_world(nb::module_& m) {
             const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(snapshot.ptr()));
             away(w, true, [&](World& world) { expect(world.restore(data, size)); });
           },
-          "snapshot"_a,
+          "snapshot"_a, nb::sig("def restore(self, snapshot: bytes) -> None"),
           "Goes back to a snapshot of a World with the same materials and bodies. On an error the World is "
           "unchanged.")
       .def(
@@ -742,7 +744,7 @@ void bind_world(nb::module_& m) {
           "points, values).")
       .def(
           "sample",
-          [](HostWorld& w, nb::object where, nb::object fields) {
+          [](HostWorld& w, ArrayLike where, Texts fields) {
             const auto p = points("points", where);
             const auto names = texts("fields", fields);
             auto values = away(w, false, [&](World& world) { return expect(world.sample(p, names)); });
@@ -755,8 +757,7 @@ void bind_world(nb::module_& m) {
           "is nothing.")
       .def(
           "surface",
-          [](HostWorld& w, nb::object of_what, nb::object cell, nb::object kernel, nb::object smoothing,
-             nb::object closed) {
+          [](HostWorld& w, nb::object of_what, Real cell, Text kernel, Integer smoothing, Boolean closed) {
             SurfaceDesc desc;
             if (nb::isinstance<Body>(of_what))
               desc.of = SurfaceOf::body, desc.body = w.resolve("of", w.bodies, of_what, "body");
@@ -771,8 +772,7 @@ void bind_world(nb::module_& m) {
           "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a Body as triangles.")
       .def(
           "add_stage",
-          [](HostWorld& w, nb::object name, nb::object function, nb::object after, nb::object reads,
-             nb::object writes) {
+          [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes) {
             w.add_stage(text("name", name), function, text("after", after), texts("reads", reads),
                         texts("writes", writes));
           },
@@ -783,7 +783,7 @@ void bind_world(nb::module_& m) {
           "its arrays hold until it returns. "
           "An exception in it ends the step and comes out of step().")
       .def(
-          "remove_stage", [](HostWorld& w, nb::object name) { w.remove_stage(text("name", name)); }, "name"_a,
+          "remove_stage", [](HostWorld& w, Text name) { w.remove_stage(text("name", name)); }, "name"_a,
           "Removes a stage of add_stage().")
       .def(
           "plan",
