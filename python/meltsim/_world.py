@@ -80,7 +80,7 @@ class World(_core.World):
             each: Callable[[World], Any] | None = None) -> _core.StepResult:
         """Steps for so many seconds (default: to the end of the scene) and records a frame for show() `fps` times a second.
 
-        ``each(world)`` is called after every frame; it ends the run by returning False. Raises Error with code "halted" if the
+        ``each(world)`` is called after every frame; it ends the run by returning False. Returns the report on the last frame. Raises Error with code "halted" if the
         simulation diverges.
         """
         from ._error import Error
@@ -95,6 +95,7 @@ class World(_core.World):
         start = self.time
         if self.steps == 0:
             self.record()
+        result = self.synchronize()
         frames = max(1, math.ceil(seconds * fps - 1e-9)) if seconds > 0 else 0
         for k in range(1, frames + 1):
             target = start + min(k / fps, seconds)
@@ -108,7 +109,7 @@ class World(_core.World):
             self.record()
             if each is not None and each(self) is False:
                 break
-        return self.synchronize()
+        return result
 
     def show(self, path: str | os.PathLike[str] | None = None, *, title: str = "", height: int = 640) -> Page | Path:
         """The recorded frames as a page that plays in a browser: within a notebook, elsewhere as a file (default
