@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: Apache-2.0
+ *
+ * meltsim from C99, and from every language that calls C. Handles are opaque; structs begin with their size, so that a host built
+ * against an older header goes on to work; no exception leaves a call. SI units, temperatures in degrees Celsius.
+ *
+ * Every call that can fail returns a meltsim_status. Where it is not MELTSIM_OK, meltsim_error_text() has the text, which names
+ * field, value and fix, and nothing has changed. A World is used by one thread at a time, meltsim_world_interrupt() excepted.
+ * The C++ interface (meltsim.hpp) has more: emitters, heat regions, probes, readings without waiting, custom stages. */
+#ifndef MELTSIM_MELTSIM_H
+#define MELTSIM_MELTSIM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "meltsim/version.hpp"
+
+#if defined(__GNUC__)
+#define MELTSIM_C_API __attribute__((visibility("default")))
+#else
+#define MELTSIM_C_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a call returns: 0, or a kind of error. Values do not change between versions. */
+typedef int32_t meltsim_status;
+enum {
+  MELTSIM_OK = 0,
+  MELTSIM_INVALID_ARGUMENT = 1, /* a description that cannot be simulated; the text names the field */
+  MELTSIM_VERSION_MISMATCH = 2, /* the host was compiled against other headers than the library */
+  MELTSIM_NO_DEVICE = 3,        /* the backend asked for is not built in or has no usable device */
+  MELTSIM_OUT_OF_MEMORY = 4,    /* the text names the bytes needed and free */
+  MELTSIM_CAPACITY = 5,         /* a fixed capacity would be exceeded */
+  MELTSIM_STEP_TOO_LARGE = 6,   /* more sub-steps than allowed; the text names the step that fits */
+  MELTSIM_HALTED = 7,           /* the simulation diverged earlier; the World keeps its last good state */
+  MELTSIM_CORRUPT_DATA = 8,     /* a snapshot whose checksum or structure is wrong */
+  MELTSIM_INTERRUPTED = 9, /* meltsim_world_interrupt() ended a step; sub-steps completed before it count */
+  MELTSIM_INTERNAL = 10    /* a fault of the library or of the device */
+};
+
+/* The text of the last call of this thread that failed; "" before the first. It holds until the next one fails. Never null. */
+MELTSIM_C_API const char* meltsim_error_text(void);
+/* MELTSIM_VERSION_NUMBER of the library that runs. */
+MELTSIM_C_API uint32_t meltsim_version(void);
+
+typedef struct meltsim_world meltsim_world; /* one simulation */
+typedef struct meltsim_shape meltsim_shape; /* a part of space; immutable */
+
+/* An object of one World: a material or a body. {0, 0} is none. */
+typedef struct meltsim_id {
+  uint32_t index;      /* position in the World's table, from 0 */
+  uint32_t generation; /* 0: none */
+} meltsim_id;
+
+/* ---- Shapes --------------------------------------------------------------------------------------------------------------
+ * Each makes a shape in *shape, which meltsim_shape_destroy() frees; a World that samples it keeps nothing of it. Lengths are
+ * in metres, points are three numbers. On an error *shape is null. */
+MELTSIM_C_API meltsim_status meltsim_shape_box(const double min[3], const double max[3],
+                                               meltsim_shape** shape);
+MELTSIM_C_API meltsim_status meltsim_shape_sphere(const double center[3], double radius,
+                                                  meltsim_shape** shape);
+MELTSIM_C_API meltsim_status meltsim_shape_capsule(const double a[3], const double b[3], double radius,
+                                                   meltsim_shape** shape);
+MELTSIM_C_API meltsim_status meltsim_shape_cylinder(const double a[3], const double b[3], double radius,
+                                                    meltsim_shape** shape);
+/* Inside of a triangle mesh: 3 numbers per vertex; 3 indices, from 0, per triangle. */
+MELTSIM_C_API meltsim_status meltsim_shape_mesh(const double* vertices, size_t vertex_count,
+                                                const uint32_t* triangles, size_t triangle_count,
+                                                meltsim_shape** shape);
+/* Inside of the mesh of an OBJ, STL or PLY file. */
+MELTSIM_C_API meltsim_status meltsim_shape_file(const char* path, meltsim_shape** shape);
+/* Points in `a` or in `b`; points in `a` and not in `b`; points in both. */
+MELTSIM_C_API meltsim_status meltsim_shape_unite(const meltsim_shape* a, const meltsim_shape* b,
+                                                 meltsim_shape** shape);
+MELTSIM_C_API meltsim_status meltsim_shape_subtract(const meltsim_shape* a, const meltsim_shape* b,
+                                                    meltsim_shape** shape);
+MELTSIM_C_API meltsim_status meltsim_shape_intersect(const meltsim_shape* a, const meltsim_shape* b,
+                                                     meltsim_shape** shape);
+/* Frees a shape; null does nothing. */
+MELTSIM_C_API void meltsim_shape_destroy(meltsim_shape* shape);
+
+/* ---- Descriptions --------------------------------------------------------------------------------------------------------
+ * meltsim_..._init() sets the size and the defaults, those of the C++ interface. `name` may be null: the default. */
+enum { MELTSIM_BACKEND_AUTOMATIC = 0, MELTSIM_BACKEND_CPU = 1, MELTSIM_BACKEND_CUDA = 2 };
+enum { MELTSIM_FACE_WALL = 0, MELTSIM_FACE_OPEN = 1, MELTSIM_FACE_PERIODIC = 2 };
+enum { MELTSIM_HEAT_NONE = 0, MELTSIM_HEAT_PAPER = 1, MELTSIM_HEAT_IWASAKI = 2, MELTSIM_HEAT_ENTHALPY = 3 };
+enum { MELTSIM_MOTION_FREE = 0, MELTSIM_MOTION_FIXED = 1, MELTSIM_MOTION_KINEMATIC = 2 };
+
+/* A World. */
+typedef struct meltsim_world_desc {
+  uint32_t size;            /* sizeof(meltsim_world_desc) */
+  uint32_t version;         /* MELTSIM_VERSION_NUMBER of the header: leave it as it is */
+  int32_t backend;          /* MELTSIM_BACKEND_... */
+  int32_t double_precision; /* 0: the state is in single precision */
+  int32_t device;           /* CUDA device */
+  int32_t threads;          /* CPU threads; 0: one per processor */
+  double spacing;           /* distance of particles [m] */
+  int32_t bounded;          /* 0: no faces; the next fields then have no effect */
+  int32_t no_slip;          /* liquid sticks to walls */
+  double domain_min[3];     /* lower corner [m] */
+  double domain_max[3];     /* upper corner [m] */
+  int32_t faces[6];         /* MELTSIM_FACE_..., in the order -x, +x, -y, +y, -z, +z */
+  double gravity[3];        /* [m/s^2] */
+  double sound_speed;       /* [m/s]; 0: derived from the depth */
+  int32_t heat_model;       /* MELTSIM_HEAT_... */
+  int32_t max_substeps;     /* a step that needs more is refused */
+  double heat_time_scale;   /* heat runs so many times faster than motion */
+} meltsim_world_desc;
+
+/* A substance. */
+typedef struct meltsim_material_desc {
+  uint32_t size;             /* sizeof(meltsim_material_desc) */
+  int32_t freezes;           /* whether its liquid freezes onto it */
+  const char* name;          /* copied */
+  double density;            /* [kg/m^3] */
+  double viscosity;          /* dynamic [Pa s] */
+  double conductivity;       /* [W/(m K)] */
+  double heat_capacity;      /* [J/(kg K)] */
+  double melting_point;      /* [degrees Celsius]; infinity: never melts */
+  double latent_heat;        /* [J/kg] */
+  meltsim_id melts_into;     /* the liquid that it becomes, or {0, 0} */
+  int32_t region_half_width; /* of shape matching, 0 to 8 spacings */
+  int32_t reserved;          /* 0 */
+  double stiffness;          /* of shape matching, 0 to 1 */
+  double youngs_modulus;     /* [Pa]; 0: `stiffness` holds */
+  double friction;           /* Coulomb coefficient */
+} meltsim_material_desc;
+
+/* Liquid that fills a shape. */
+typedef struct meltsim_fluid_desc {
+  uint32_t size;              /* sizeof(meltsim_fluid_desc) */
+  uint32_t reserved;          /* 0 */
+  const meltsim_shape* shape; /* the volume */
+  meltsim_id material;        /* of the liquid */
+  double temperature;         /* [degrees Celsius] */
+  double velocity[3];         /* [m/s] */
+} meltsim_fluid_desc;
+
+/* A body. */
+typedef struct meltsim_solid_desc {
+  uint32_t size;              /* sizeof(meltsim_solid_desc) */
+  int32_t motion;             /* MELTSIM_MOTION_... */
+  const char* name;           /* copied; null: body<N> */
+  const meltsim_shape* shape; /* the volume */
+  meltsim_id material;        /* of the body */
+  double temperature;         /* [degrees Celsius] */
+  double velocity[3];         /* of the centre of mass [m/s] */
+  double angular_velocity[3]; /* about it [rad/s] */
+  double max_speed;           /* of a kinematic body: the largest that it will have [m/s] */
+} meltsim_solid_desc;
+
+/* How a kinematic body moves from the next step on. */
+typedef struct meltsim_body_motion {
+  uint32_t size;              /* sizeof(meltsim_body_motion) */
+  int32_t has_position;       /* whether `position` holds */
+  int32_t has_orientation;    /* whether `orientation` holds */
+  int32_t teleport;           /* places the body there instead of moving it */
+  double position[3];         /* of its pivot at the end of the next step [m] */
+  double orientation[4];      /* then, relative to the body as built: a unit quaternion w, x, y, z */
+  double velocity[3];         /* of the pivot: of what is not given above, and afterwards [m/s] */
+  double angular_velocity[3]; /* likewise [rad/s] */
+} meltsim_body_motion;
+
+MELTSIM_C_API void meltsim_world_desc_init(meltsim_world_desc* desc);       /* size and defaults */
+MELTSIM_C_API void meltsim_material_desc_init(meltsim_material_desc* desc); /* size and defaults: water */
+MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);       /* size and defaults */
+MELTSIM_C_API void meltsim_solid_desc_init(meltsim_solid_desc* desc);       /* size and defaults */
+MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion);   /* size and defaults: at rest */
+
+/* ---- Worlds -------------------------------------------------------------------------------------------------------------- */
+/* Makes an empty World in *world; on an error *world is null. */
+MELTSIM_C_API meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_world** world);
+/* Frees a World; null does nothing. */
+MELTSIM_C_API void meltsim_world_destroy(meltsim_world* world);
+
+/* Building, also between steps. `id` and `added` may be null. */
+MELTSIM_C_API meltsim_status meltsim_world_add_material(meltsim_world* world,
+                                                        const meltsim_material_desc* desc, meltsim_id* id);
+MELTSIM_C_API meltsim_status meltsim_world_add_fluid(meltsim_world* world, const meltsim_fluid_desc* desc,
+                                                     uint64_t* added);
+MELTSIM_C_API meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid_desc* desc,
+                                                     meltsim_id* id);
+
+/* Allocates and plans for the next step; meltsim_world_step() does it if it was not called. */
+MELTSIM_C_API meltsim_status meltsim_world_prepare(meltsim_world* world);
+/* Enqueues `seconds`, in sub-steps that keep it stable. */
+MELTSIM_C_API meltsim_status meltsim_world_step(meltsim_world* world, double seconds);
+/* Ends the running step, or the next one, with MELTSIM_INTERRUPTED. From any thread or a signal handler. */
+MELTSIM_C_API void meltsim_world_interrupt(meltsim_world* world);
+/* Sets the motion of a kinematic body; without waiting, but for a teleport. */
+MELTSIM_C_API meltsim_status meltsim_world_set_motion(meltsim_world* world, meltsim_id body,
+                                                      const meltsim_body_motion* motion);
+/* Time after all enqueued steps [s]; largest stable sub-step [s]. */
+MELTSIM_C_API double meltsim_world_time(const meltsim_world* world);
+MELTSIM_C_API double meltsim_world_stable_dt(const meltsim_world* world);
+/* MELTSIM_BACKEND_CPU or MELTSIM_BACKEND_CUDA. */
+MELTSIM_C_API int32_t meltsim_world_backend(const meltsim_world* world);
+
+/* Report on the steps since the last report. The caller sets `size`; what lies within it is filled. */
+typedef struct meltsim_report {
+  uint32_t size;    /* sizeof(meltsim_report) */
+  int32_t halted;   /* diverged: the World keeps its last good state; meltsim_error_text() has the reason */
+  uint64_t steps;   /* sub-steps completed */
+  double time;      /* [s] */
+  double max_speed; /* [m/s] */
+  uint64_t fluid;   /* liquid particles */
+  uint64_t solid;   /* solid particles */
+  uint64_t melted;  /* so far */
+  uint64_t frozen;  /* so far */
+  uint64_t removed; /* so far, through open faces */
+} meltsim_report;
+/* Waits for all steps and reports on them. MELTSIM_OK also where the simulation has halted. */
+MELTSIM_C_API meltsim_status meltsim_world_synchronize(meltsim_world* world, meltsim_report* report);
+
+/* Conserved quantities. The caller sets `size`. */
+typedef struct meltsim_totals {
+  uint32_t size;           /* sizeof(meltsim_totals) */
+  uint32_t reserved;       /* 0 */
+  double mass;             /* [kg] */
+  double momentum[3];      /* [kg m/s] */
+  double kinetic;          /* [J] */
+  double potential;        /* [J] */
+  double thermal;          /* latent heat included [J] */
+  double latent;           /* [J] */
+  double heat_in;          /* through surfaces and from sources since the World was created [J] */
+  double temperature_min;  /* [degrees Celsius] */
+  double temperature_mean; /* [degrees Celsius] */
+  double temperature_max;  /* [degrees Celsius] */
+} meltsim_totals;
+/* Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_totals(meltsim_world* world, meltsim_totals* totals);
+
+/* Particles by id. The caller sets `size`, `capacity` and the arrays it wants; others are null. */
+typedef struct meltsim_particles {
+  uint32_t size;           /* sizeof(meltsim_particles) */
+  uint32_t reserved;       /* 0 */
+  uint64_t capacity;       /* particles that each array has room for */
+  uint64_t count;          /* out: particles there are */
+  uint32_t* id;            /* ascending */
+  double* position;        /* 3 per particle [m] */
+  double* velocity;        /* 3 per particle [m/s] */
+  double* temperature;     /* [degrees Celsius] */
+  double* liquid_fraction; /* 0 solid to 1 liquid */
+  uint32_t* tag;           /* bits of meltsim/particle_tag.hpp: 0x100 solid; low byte: material */
+} meltsim_particles;
+/* Waits for all steps. MELTSIM_CAPACITY, with `count` set and no array written, where there are more than `capacity`. */
+MELTSIM_C_API meltsim_status meltsim_world_particles(meltsim_world* world, meltsim_particles* particles);
+
+/* Fields ("temperature", "pressure", ...; one value each) at points, 3 numbers per point: values[point]. "velocity" is its
+ * magnitude. NaN where there is nothing. Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_sample(meltsim_world* world, const double* points,
+                                                  size_t point_count, const char* field, double* values);
+
+/* Copies the state to `buffer`, for meltsim_world_restore(). *bytes is set to the size of the state; where `capacity` is less,
+ * nothing is copied and MELTSIM_CAPACITY is returned. `buffer` may be null if `capacity` is 0. Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_snapshot(meltsim_world* world, void* buffer, size_t capacity,
+                                                    size_t* bytes);
+/* Goes back to a snapshot of a World with the same materials and bodies. */
+MELTSIM_C_API meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, size_t bytes);
+/* Equal states give equal hashes on every backend. */
+MELTSIM_C_API meltsim_status meltsim_world_state_hash(meltsim_world* world, uint64_t* hash);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

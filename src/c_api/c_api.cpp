@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C interface: a user of World. Every call catches, so that no exception reaches C.
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "meltsim/meltsim.h"
+#include "meltsim/world.hpp"
+
+struct meltsim_world {
+  meltsim::World world;
+};
+struct meltsim_shape {
+  meltsim::Shape shape;
+};
+
+namespace {
+
+using meltsim::Error;
+using meltsim::ErrorCode;
+using meltsim::Vec3d;
+
+static_assert(static_cast<int>(ErrorCode::internal) + 1 == MELTSIM_INTERNAL,
+              "codes are those of ErrorCode, and 0 is success");
+
+// A message that cannot be stored is not worth an exception.
+thread_local std::string last_error;
+
+meltsim_status fail(const Error& error) noexcept {
+  try {
+    last_error = error.message;
+  } catch (...) {
+    last_error.clear();
+  }
+  return static_cast<meltsim_status>(error.code) + 1;
+}
+
+struct Refused {
+  Error error;
+};
+[[noreturn]] void refuse(const std::string& message) {
+  throw Refused{{ErrorCode::invalid_argument, message}};
+}
+
+template <class F>
+meltsim_status guarded(F f) noexcept {
+  try {
+    f();
+    return MELTSIM_OK;
+  } catch (const Refused& refused) {
+    return fail(refused.error);
+  } catch (const std::bad_alloc&) {
+    return fail({ErrorCode::out_of_memory, "the host has no memory left for this call"});
+  } catch (...) {
+    return fail({ErrorCode::internal, "an unexpected exception"});
+  }
+}
+
+template <class T>
+T expect(meltsim::Result<T> result) {
+  if (!result) throw Refused{result.error()};
+  return std::move(*result);
+}
+void expect(const meltsim::Status& status) {
+  if (!status) throw Refused{status.error()};
+}
+
+template <class T>
+T& given(T* pointer, const char* name) {
+  if (pointer == nullptr) refuse(std::string(name) + ": is null");
+  return *pointer;
+}
+
+/// The part of a struct that the host knows, over the defaults of the rest.
+template <class D>
+D read(const D* desc, const char* name, const D& defaults) {
+  const std::uint32_t size = given(desc, name).size;
+  if (size < sizeof(std::uint32_t) || size > sizeof(D))
+    refuse(std::string(name) + ".size: " + std::to_string(size) + " is not a size of this struct, at most " +
+           std::to_string(sizeof(D)) + "; call its _init() function, and link the library of the headers");
+  D known = defaults;
+  std::memcpy(&known, desc, size);
+  return known;
+}
+template <class D>
+D defaults_of(void (*init)(D*)) {
+  D d;
+  init(&d);
+  return d;
+}
+
+/// The same for what is written.
+template <class R>
+void write(R* to, const char* name, R result) {
+  const std::uint32_t size = read(to, name, R{}).size;
+  result.size = size;
+  std::memcpy(to, &result, size);
+}
+
+Vec3d vec(const double v[3]) { return {v[0], v[1], v[2]}; }
+Vec3d vec(const double v[3], const char* name) {
+  given(v, name);
+  return vec(v);
+}
+void put(double to[3], const Vec3d& v) { to[0] = v.x, to[1] = v.y, to[2] = v.z; }
+template <class H>
+H handle(meltsim_id id) {
+  return {id.index, id.generation};
+}
+template <class H>
+meltsim_id id_of(H h) {
+  return {h.index, h.generation};
+}
+
+template <class E>
+E option(std::int32_t value, int last, const char* name) {
+  if (value < 0 || value > last)
+    refuse(std::string(name) + ": " + std::to_string(value) + " is not one of 0 to " + std::to_string(last));
+  return static_cast<E>(value);
+}
+
+template <class F>
+meltsim_status make_shape(meltsim_shape** to, F make) {
+  if (to != nullptr) *to = nullptr;
+  return guarded([&] {
+    given(to, "shape");
+    meltsim::Shape shape = make();
+    expect(shape.validate());
+    *to = new meltsim_shape{std::move(shape)};
+  });
+}
+
+meltsim::World& world_of(meltsim_world* world) { return given(world, "world").world; }
+
+}  // namespace
+
+extern "C" {
+
+const char* meltsim_error_text(void) { return last_error.c_str(); }
+uint32_t meltsim_version(void) { return MELTSIM_VERSION_NUMBER; }
+
+meltsim_status meltsim_shape_box(const double min[3], const double max[3], meltsim_shape** shape) {
+  return make_shape(shape, [&] { return meltsim::Shape::box(vec(min, "min"), vec(max, "max")); });
+}
+meltsim_status meltsim_shape_sphere(const double center[3], double radius, meltsim_shape** shape) {
+  return make_shape(shape, [&] { return meltsim::Shape::sphere(vec(center, "center"), radius); });
+}
+meltsim_status meltsim_shape_capsule(const double a[3], const double b[3], double radius,
+                                     meltsim_shape** shape) {
+  return make_shape(shape, [&] { return meltsim::Shape::capsule(vec(a, "a"), vec(b, "b"), radius); });
+}
+meltsim_status meltsim_shape_cylinder(const double a[3], const double b[3], double radius,
+                                      meltsim_shape** shape) {
+  return make_shape(shape, [&] { return meltsim::Shape::cylinder(vec(a, "a"), vec(b, "b"), radius); });
+}
+meltsim_status meltsim_shape_mesh(const double* vertices, size_t vertex_count, const uint32_t* triangles,
+                                  size_t triangle_count, meltsim_shape** shape) {
+  return make_shape(shape, [&] {
+    meltsim::TriangleMesh mesh;
+    if (vertex_count > 0) given(vertices, "vertices");
+    if (triangle_count > 0) given(triangles, "triangles");
+    for (size_t i = 0; i < vertex_count; ++i) mesh.vertices.push_back(vec(vertices + 3 * i));
+    if (triangle_count > 0) mesh.indices.assign(triangles, triangles + 3 * triangle_count);
+    return meltsim::Shape::mesh(std::move(mesh));
+  });
+}
+meltsim_status meltsim_shape_file(const char* path, meltsim_shape** shape) {
+  return make_shape(shape,
+                    [&] { return meltsim::Shape::mesh(expect(meltsim::read_mesh(&given(path, "path")))); });
+}
+meltsim_status meltsim_shape_unite(const meltsim_shape* a, const meltsim_shape* b, meltsim_shape** shape) {
+  return make_shape(shape, [&] { return meltsim::Shape::unite({given(a, "a").shape, given(b, "b").shape}); });
+}
+meltsim_status meltsim_shape_subtract(const meltsim_shape* a, const meltsim_shape* b, meltsim_shape** shape) {
+  return make_shape(shape,
+                    [&] { return meltsim::Shape::subtract(given(a, "a").shape, given(b, "b").shape); });
+}
+meltsim_status meltsim_shape_intersect(const meltsim_shape* a, const meltsim_shape* b,
+                                       meltsim_shape** shape) {
+  return make_shape(shape, [&] {
+    return meltsim::Shape::intersect({given(a, "a").shape, given(b, "b").shape});
+  });
+}
+void meltsim_shape_destroy(meltsim_shape* shape) { delete shape; }
+
+void meltsim_world_desc_init(meltsim_world_desc* desc) {
+  if (desc == nullptr) return;
+  const meltsim::WorldDesc d;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->version = MELTSIM_VERSION_NUMBER;
+  desc->spacing = d.spacing;
+  desc->no_slip = d.domain.no_slip;
+  put(desc->gravity, d.gravity);
+  desc->heat_model = static_cast<int32_t>(d.heat.model);
+  desc->max_substeps = d.max_substeps;
+  desc->heat_time_scale = d.heat.time_scale;
+}
+void meltsim_material_desc_init(meltsim_material_desc* desc) {
+  if (desc == nullptr) return;
+  const meltsim::MaterialDesc d;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->density = d.density;
+  desc->viscosity = d.viscosity;
+  desc->conductivity = d.conductivity;
+  desc->heat_capacity = d.heat_capacity;
+  desc->melting_point = d.melting_point;
+  desc->region_half_width = d.region_half_width;
+  desc->stiffness = d.stiffness;
+  desc->friction = d.friction;
+}
+void meltsim_fluid_desc_init(meltsim_fluid_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->temperature = meltsim::FluidDesc{}.temperature;
+}
+void meltsim_solid_desc_init(meltsim_solid_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->temperature = meltsim::SolidDesc{}.temperature;
+}
+void meltsim_body_motion_init(meltsim_body_motion* motion) {
+  if (motion == nullptr) return;
+  *motion = {};
+  motion->size = sizeof *motion;
+  motion->orientation[0] = 1;
+}
+
+meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_world** world) {
+  if (world != nullptr) *world = nullptr;
+  return guarded([&] {
+    given(world, "world");
+    const meltsim_world_desc c = read(desc, "desc", defaults_of(meltsim_world_desc_init));
+    meltsim::WorldDesc d;
+    d.header_version = c.version;
+    d.backend = option<meltsim::Backend>(c.backend, MELTSIM_BACKEND_CUDA, "backend");
+    d.precision =
+        c.double_precision != 0 ? meltsim::Precision::double_precision : meltsim::Precision::single_precision;
+    d.device = c.device;
+    d.threads = c.threads;
+    d.spacing = c.spacing;
+    d.domain.bounded = c.bounded != 0;
+    d.domain.no_slip = c.no_slip != 0;
+    d.domain.min = vec(c.domain_min);
+    d.domain.max = vec(c.domain_max);
+    for (std::size_t i = 0; i < 6; ++i)
+      d.domain.faces[i] = option<meltsim::Face>(c.faces[i], MELTSIM_FACE_PERIODIC, "faces");
+    d.gravity = vec(c.gravity);
+    d.sound_speed = c.sound_speed;
+    d.heat.model = option<meltsim::HeatModel>(c.heat_model, MELTSIM_HEAT_ENTHALPY, "heat_model");
+    d.heat.time_scale = c.heat_time_scale;
+    d.max_substeps = c.max_substeps;
+    *world = new meltsim_world{expect(meltsim::World::create(d, c.version))};
+  });
+}
+void meltsim_world_destroy(meltsim_world* world) { delete world; }
+
+meltsim_status meltsim_world_add_material(meltsim_world* world, const meltsim_material_desc* desc,
+                                          meltsim_id* id) {
+  return guarded([&] {
+    const meltsim_material_desc c = read(desc, "desc", defaults_of(meltsim_material_desc_init));
+    meltsim::MaterialDesc d;
+    if (c.name != nullptr) d.name = c.name;
+    d.density = c.density;
+    d.viscosity = c.viscosity;
+    d.conductivity = c.conductivity;
+    d.heat_capacity = c.heat_capacity;
+    d.melting_point = c.melting_point;
+    d.latent_heat = c.latent_heat;
+    d.melts_into = handle<meltsim::MaterialId>(c.melts_into);
+    d.freezes = c.freezes != 0;
+    d.region_half_width = c.region_half_width;
+    d.stiffness = c.stiffness;
+    d.youngs_modulus = c.youngs_modulus;
+    d.friction = c.friction;
+    const meltsim::MaterialId made = expect(world_of(world).add_material(d));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+meltsim_status meltsim_world_add_fluid(meltsim_world* world, const meltsim_fluid_desc* desc,
+                                       uint64_t* added) {
+  return guarded([&] {
+    const meltsim_fluid_desc c = read(desc, "desc", defaults_of(meltsim_fluid_desc_init));
+    meltsim::FluidDesc d;
+    d.shape = given(c.shape, "desc.shape").shape;
+    d.material = handle<meltsim::MaterialId>(c.material);
+    d.temperature = c.temperature;
+    d.velocity = vec(c.velocity);
+    const std::uint64_t count = expect(world_of(world).add_fluid(d));
+    if (added != nullptr) *added = count;
+  });
+}
+meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid_desc* desc, meltsim_id* id) {
+  return guarded([&] {
+    const meltsim_solid_desc c = read(desc, "desc", defaults_of(meltsim_solid_desc_init));
+    meltsim::SolidDesc d;
+    if (c.name != nullptr) d.name = c.name;
+    d.shape = given(c.shape, "desc.shape").shape;
+    d.material = handle<meltsim::MaterialId>(c.material);
+    d.temperature = c.temperature;
+    d.velocity = vec(c.velocity);
+    d.angular_velocity = vec(c.angular_velocity);
+    d.motion = option<meltsim::Motion>(c.motion, MELTSIM_MOTION_KINEMATIC, "motion");
+    d.max_speed = c.max_speed;
+    const meltsim::BodyId made = expect(world_of(world).add_solid(d));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+
+meltsim_status meltsim_world_prepare(meltsim_world* world) {
+  return guarded([&] { expect(world_of(world).prepare()); });
+}
+meltsim_status meltsim_world_step(meltsim_world* world, double seconds) {
+  return guarded([&] { expect(world_of(world).step(seconds)); });
+}
+void meltsim_world_interrupt(meltsim_world* world) {
+  if (world != nullptr) world->world.interrupt();
+}
+meltsim_status meltsim_world_set_motion(meltsim_world* world, meltsim_id body,
+                                        const meltsim_body_motion* motion) {
+  return guarded([&] {
+    const meltsim_body_motion c = read(motion, "motion", defaults_of(meltsim_body_motion_init));
+    meltsim::BodyMotion m;
+    if (c.has_position != 0) m.position = vec(c.position);
+    if (c.has_orientation != 0)
+      m.orientation =
+          meltsim::Quat<double>{c.orientation[0], c.orientation[1], c.orientation[2], c.orientation[3]};
+    m.velocity = vec(c.velocity);
+    m.angular_velocity = vec(c.angular_velocity);
+    m.teleport = c.teleport != 0;
+    expect(world_of(world).set_motion(handle<meltsim::BodyId>(body), m));
+  });
+}
+double meltsim_world_time(const meltsim_world* world) { return world != nullptr ? world->world.time() : 0; }
+double meltsim_world_stable_dt(const meltsim_world* world) {
+  return world != nullptr ? world->world.stable_dt() : 0;
+}
+int32_t meltsim_world_backend(const meltsim_world* world) {
+  return world != nullptr ? static_cast<int32_t>(world->world.backend()) : MELTSIM_BACKEND_AUTOMATIC;
+}
+
+meltsim_status meltsim_world_synchronize(meltsim_world* world, meltsim_report* report) {
+  return guarded([&] {
+    read(report, "report", meltsim_report{});
+    const meltsim::StepResult s = world_of(world).synchronize();
+    if (!s.error.empty()) throw Refused{{ErrorCode::out_of_memory, s.error}};
+    if (s.halted) last_error = s.halt_reason;
+    write(report, "report",
+          meltsim_report{0, s.halted, s.steps, s.time, s.max_speed, s.fluid, s.solid, s.melted, s.frozen,
+                         s.removed});
+  });
+}
+meltsim_status meltsim_world_totals(meltsim_world* world, meltsim_totals* totals) {
+  return guarded([&] {
+    read(totals, "totals", meltsim_totals{});
+    const meltsim::Totals t = expect(world_of(world).totals());
+    meltsim_totals c{};
+    c.mass = t.mass;
+    put(c.momentum, t.momentum);
+    c.kinetic = t.kinetic;
+    c.potential = t.potential;
+    c.thermal = t.thermal;
+    c.latent = t.latent;
+    c.heat_in = t.heat_in;
+    c.temperature_min = t.temperature_min;
+    c.temperature_mean = t.temperature_mean;
+    c.temperature_max = t.temperature_max;
+    write(totals, "totals", c);
+  });
+}
+meltsim_status meltsim_world_particles(meltsim_world* world, meltsim_particles* particles) {
+  return guarded([&] {
+    meltsim_particles to = read(particles, "particles", meltsim_particles{});
+    const meltsim::ParticleData p = expect(world_of(world).particles());
+    to.count = p.id.size();
+    write(particles, "particles", to);
+    if (to.count > to.capacity)
+      throw Refused{{ErrorCode::capacity, "particles.capacity: " + std::to_string(to.capacity) +
+                                              ", but there are " + std::to_string(to.count) +
+                                              " particles; raise it"}};
+    const auto copy = [](const auto& from, auto* array) {
+      if (array != nullptr && !from.empty()) std::memcpy(array, from.data(), from.size() * sizeof from[0]);
+    };
+    static_assert(sizeof(Vec3d) == 3 * sizeof(double), "three numbers");
+    copy(p.id, to.id);
+    copy(p.position, to.position);
+    copy(p.velocity, to.velocity);
+    copy(p.temperature, to.temperature);
+    copy(p.liquid_fraction, to.liquid_fraction);
+    copy(p.tag, to.tag);
+  });
+}
+meltsim_status meltsim_world_sample(meltsim_world* world, const double* points, size_t point_count,
+                                    const char* field, double* values) {
+  return guarded([&] {
+    if (point_count > 0) given(points, "points"), given(values, "values");
+    std::vector<Vec3d> at;
+    for (size_t i = 0; i < point_count; ++i) at.push_back(vec(points + 3 * i));
+    const std::vector<double> found = expect(world_of(world).sample(at, std::string(&given(field, "field"))));
+    std::copy(found.begin(), found.end(), values);
+  });
+}
+
+meltsim_status meltsim_world_snapshot(meltsim_world* world, void* buffer, size_t capacity, size_t* bytes) {
+  return guarded([&] {
+    given(bytes, "bytes");
+    const std::vector<std::uint8_t> state = expect(world_of(world).snapshot());
+    *bytes = state.size();
+    if (state.size() > capacity)
+      throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) +
+                                              " bytes, but the state has " + std::to_string(state.size()) +
+                                              "; pass a buffer of that size"}};
+    std::memcpy(&given(static_cast<std::uint8_t*>(buffer), "buffer"), state.data(), state.size());
+  });
+}
+meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, size_t bytes) {
+  return guarded([&] {
+    given(static_cast<const std::uint8_t*>(data), "data");
+    expect(world_of(world).restore(data, bytes));
+  });
+}
+meltsim_status meltsim_world_state_hash(meltsim_world* world, uint64_t* hash) {
+  return guarded([&] {
+    given(hash, "hash");
+    *hash = expect(world_of(world).state_hash());
+  });
+}
+
+}  // extern "C"

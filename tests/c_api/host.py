@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: Apache-2.0
+"""host.py LIBRARY: a host in another language (ctypes) through the C interface: exact answers, and mistakes. Standard library only."""
+import ctypes as c
+import math
+import sys
+
+lib = c.CDLL(sys.argv[1])
+lib.meltsim_error_text.restype = c.c_char_p
+lib.meltsim_world_time.restype = c.c_double
+Vec = c.c_double * 3
+
+
+class Id(c.Structure):
+    _fields_ = [("index", c.c_uint32), ("generation", c.c_uint32)]
+
+
+class WorldDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("version", c.c_uint32), ("backend", c.c_int32), ("double_precision", c.c_int32),
+                ("device", c.c_int32), ("threads", c.c_int32), ("spacing", c.c_double), ("bounded", c.c_int32), ("no_slip", c.c_int32),
+                ("min", Vec), ("max", Vec), ("faces", c.c_int32 * 6), ("gravity", Vec), ("sound_speed", c.c_double),
+                ("heat_model", c.c_int32), ("max_substeps", c.c_int32), ("heat_time_scale", c.c_double)]
+
+
+class MaterialDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("freezes", c.c_int32), ("name", c.c_char_p), ("density", c.c_double), ("rest", c.c_double * 5),
+                ("melts_into", Id), ("more", c.c_double * 4)]
+
+
+class SolidDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("motion", c.c_int32), ("name", c.c_char_p), ("shape", c.c_void_p), ("material", Id),
+                ("temperature", c.c_double), ("velocity", Vec), ("angular_velocity", Vec), ("max_speed", c.c_double)]
+
+
+class Particles(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("capacity", c.c_uint64), ("count", c.c_uint64), ("id", c.c_void_p),
+                ("position", c.POINTER(c.c_double)), ("velocity", c.POINTER(c.c_double)), ("temperature", c.POINTER(c.c_double)),
+                ("liquid_fraction", c.c_void_p), ("tag", c.c_void_p)]
+
+
+def text():
+    return lib.meltsim_error_text().decode()
+
+
+def made(struct, init):
+    value = struct()
+    init(c.byref(value))
+    assert value.size == c.sizeof(struct), (struct.__name__, value.size, c.sizeof(struct))
+    return value
+
+
+def world():
+    desc = made(WorldDesc, lib.meltsim_world_desc_init)
+    desc.spacing, desc.backend, desc.threads, desc.heat_model = 0.1, 1, 1, 0
+    handle = c.c_void_p()
+    assert lib.meltsim_world_create(c.byref(desc), c.byref(handle)) == 0, text()
+    material, ident = made(MaterialDesc, lib.meltsim_material_desc_init), Id()
+    material.name, material.density = b"ice", 917
+    assert lib.meltsim_world_add_material(handle, c.byref(material), c.byref(ident)) == 0, text()
+    shape = c.c_void_p()
+    assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(0.3, 0.3, 0.3), c.byref(shape)) == 0, text()
+    solid = made(SolidDesc, lib.meltsim_solid_desc_init)
+    solid.shape, solid.material, solid.velocity = shape, ident, Vec(1, 2, 0)
+    assert lib.meltsim_world_add_solid(handle, c.byref(solid), None) == 0, text()
+    lib.meltsim_shape_destroy(shape)
+    return handle
+
+
+def particles(handle, room):
+    p = Particles(size=c.sizeof(Particles), capacity=room)
+    position, velocity = (c.c_double * (3 * room))(), (c.c_double * (3 * room))()
+    p.position, p.velocity = position, velocity
+    return lib.meltsim_world_particles(handle, c.byref(p)), p.count, position, velocity
+
+
+def state_hash(handle):
+    value = c.c_uint64()
+    assert lib.meltsim_world_state_hash(handle, c.byref(value)) == 0, text()
+    return value.value
+
+
+step = lambda handle, seconds: lib.meltsim_world_step(handle, c.c_double(seconds))  # noqa: E731
+
+# Free fall: leap-frog integrates a constant force exactly; 2e-6 and 1e-5: single precision of 1 m and of 2 m/s.
+a = world()
+status, count, before, _ = particles(a, 27)
+assert (status, count) == (0, 27), text()
+for _ in range(10):
+    assert step(a, 0.02) == 0, text()
+_, _, after, velocity = particles(a, 27)
+for i in range(27):
+    for k, moved in enumerate((0.2, 2 * 0.2 - 0.5 * 9.81 * 0.04, 0)):
+        assert abs(after[3 * i + k] - before[3 * i + k] - moved) < 2e-6
+    assert abs(velocity[3 * i + 1] - (2 - 9.81 * 0.2)) < 1e-5
+assert abs(lib.meltsim_world_time(a) - 0.2) < 1e-12
+
+# A snapshot goes on with the same bits, in another World too.
+size = c.c_size_t()
+assert lib.meltsim_world_snapshot(a, None, 0, c.byref(size)) == 5 and "capacity" in text()  # MELTSIM_CAPACITY
+buffer = c.create_string_buffer(size.value)
+assert lib.meltsim_world_snapshot(a, buffer, size, c.byref(size)) == 0, text()
+assert step(a, 0.02) == 0
+b = world()
+assert lib.meltsim_world_restore(b, buffer, size) == 0, text()
+assert state_hash(b) != state_hash(a)
+assert step(b, 0.02) == 0
+assert state_hash(b) == state_hash(a)
+
+# Mistakes: a status, a text, nothing changed.
+known = state_hash(a)
+assert lib.meltsim_world_restore(a, buffer, size.value - 1) == 8 and text()  # MELTSIM_CORRUPT_DATA
+assert particles(a, 26)[:2] == (5, 27) and "27" in text()
+assert step(a, math.nan) == 1 and "dt" in text()
+assert step(None, 0.1) == 1 and "world" in text()
+assert lib.meltsim_world_create(None, c.byref(c.c_void_p())) == 1 and "desc: is null" in text()
+wrong = made(WorldDesc, lib.meltsim_world_desc_init)
+wrong.spacing = -1
+handle = c.c_void_p(1)
+assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 1 and "spacing" in text() and handle.value is None
+wrong.spacing, wrong.size = 0.1, 4000
+assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 1 and "size" in text()
+wrong.size, wrong.version = c.sizeof(WorldDesc), 1
+assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 2, text()  # MELTSIM_VERSION_MISMATCH
+wrong.version, wrong.size, wrong.heat_time_scale = lib.meltsim_version(), WorldDesc.heat_time_scale.offset, -1
+assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 0, text()  # an older header: what it lacks has its default
+lib.meltsim_world_destroy(handle)
+bad = made(SolidDesc, lib.meltsim_solid_desc_init)
+assert lib.meltsim_world_add_solid(a, c.byref(bad), None) == 1 and "shape" in text()
+assert lib.meltsim_shape_sphere(Vec(0, 0, 0), c.c_double(math.nan), c.byref(handle)) == 1 and handle.value is None
+lib.meltsim_world_interrupt(a)
+assert step(a, 0.02) == 9  # MELTSIM_INTERRUPTED
+assert state_hash(a) == known
+lib.meltsim_world_destroy(a)
+lib.meltsim_world_destroy(b)
+lib.meltsim_world_destroy(None)
+print("ok")
