@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # From a fresh machine to a test report: installs what is missing, builds everything, runs every test.
 # Arguments go to ctest, e.g.  tests/run_all.sh -R physics
+# MELTSIM_PYTHON=python3 in the environment builds and tests the Python package too, where that Python has nanobind.
 # BUILD_DIR (default build/release) is reused when it exists.
 set -euo pipefail
 # shellcheck source=../cmake/setup_debian.sh
@@ -11,7 +12,7 @@ build=${BUILD_DIR:-$meltsim_root/build/release}
 meltsim_install_packages "${meltsim_build_packages[@]}" "${meltsim_runner_packages[@]}" "${meltsim_test_packages[@]}"
 meltsim_choose_backend
 meltsim_configure "$build" -DCMAKE_BUILD_TYPE=Release "${meltsim_cuda_options[@]}" -- \
-  -DMELTSIM_BUILD_EXAMPLES=ON -DMELTSIM_BUILD_RUNNER=ON -DMELTSIM_BUILD_TESTS=ON
+  -DMELTSIM_BUILD_EXAMPLES=ON -DMELTSIM_BUILD_RUNNER=ON -DMELTSIM_BUILD_TESTS=ON ${MELTSIM_PYTHON:+-DMELTSIM_BUILD_PYTHON=AUTO "-DPython_EXECUTABLE=$MELTSIM_PYTHON"}
 meltsim_build "$build"
 
 meltsim_say "ctest"

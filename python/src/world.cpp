@@ -253,6 +253,16 @@ const Keys<SolidInput>& solid_keys() {
       {"velocity", vector_type, "of the centre of mass [m/s]", d(&D::velocity)},
       {"angular_velocity", vector_type, "about the centre of mass [rad/s]", d(&D::angular_velocity)},
       {"fixed", "bool", "an obstacle: conducts heat and melts, but never moves", d(&D::fixed)},
+      {"motion", "str", "\"free\", \"fixed\" or \"kinematic\": moved by set_motion()",
+       [](SolidInput& input, const std::string& name, nb::handle v) {
+         input.desc.motion = static_cast<Motion>(choice(name, v, {"free", "fixed", "kinematic"}));
+       }},
+      {"pivot", "Sequence[float] | None",
+       "of a kinematic body: the point that set_motion() moves [m]; None: its centre",
+       [](SolidInput& input, const std::string& name, nb::handle v) {
+         input.desc.pivot = v.is_none() ? std::nullopt : std::optional<Vec3d>(vector(name, v));
+       }},
+      {"max_speed", "float", "of a kinematic body: the largest speed it will have [m/s]", d(&D::max_speed)},
       {"surface", "dict[str, float]",
        "heat through the dry surface: temperature, flux, convection, emissivity, ambient",
        [](SolidInput& input, const std::string& name, nb::handle v) {
@@ -328,6 +338,39 @@ template <class I, class D = decltype(I::desc)>
 void take_material(HostWorld& w, I& input, const char* what) {
   if (!input.material) wrong_type(std::string(what) + ": material is missing");
   input.desc.material = w.resolve("material", w.materials, input.material, "material");
+}
+
+struct MotionInput {
+  nb::object body;
+  BodyMotion desc;
+};
+const Keys<MotionInput>& motion_keys() {
+  using D = BodyMotion;
+  const auto d = [](auto member) { return of(&MotionInput::desc, member); };
+  static const Keys<MotionInput> keys{
+      {"body", "Body | str", "a kinematic body", kept(&MotionInput::body)},
+      {"position", "Sequence[float] | None", "of its pivot at the end of the next step [m]",
+       [](MotionInput& i, const std::string& name, nb::handle v) {
+         i.desc.position = v.is_none() ? std::nullopt : std::optional<Vec3d>(vector(name, v));
+       }},
+      {"orientation", "Sequence[float] | None", "at the end of the next step: a unit quaternion (w, x, y, z)",
+       [](MotionInput& i, const std::string& name, nb::handle v) {
+         if (v.is_none()) return i.desc.orientation.reset();
+         nb::object q = nb::steal(PySequence_Fast(v.ptr(), ""));
+         if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4) {
+           PyErr_Clear();
+           wrong_type(name + ": expected four numbers (w, x, y, z), got " + shown(v));
+         }
+         double x[4];
+         for (int k = 0; k < 4; ++k) x[k] = number(name, PySequence_Fast_GET_ITEM(q.ptr(), k));
+         i.desc.orientation = Quat<double>{x[0], x[1], x[2], x[3]};
+       }},
+      {"velocity", vector_type, "of the pivot, where no position is given, and after the next step [m/s]",
+       d(&D::velocity)},
+      {"angular_velocity", vector_type, "about the pivot, likewise [rad/s]", d(&D::angular_velocity)},
+      {"teleport", "bool", "places the body there at once; it must be clear of liquid and bodies",
+       d(&D::teleport)}};
+  return keys;
 }
 
 // ---- Making --------------------------------------------------------------------------------------------
@@ -569,6 +612,11 @@ void bind_world(nb::module_& m) {
       probe_doc =
           documented("Adds a probe, sampled inside the sub-steps; take_samples() reads it.", probe_keys());
 
+  static const std::string motion_sig = signature("set_motion", motion_keys(), 1, 1, "None"),
+                           motion_doc =
+                               documented("Sets how a kinematic body moves in the next step, and then on.",
+                                          motion_keys());
+
   nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
       .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
       .def("__init__", &init_world, nb::sig(init_sig.c_str()), init_doc.c_str())
@@ -654,6 +702,30 @@ void bind_world(nb::module_& m) {
             return probe;
           },
           nb::sig(probe_sig.c_str()), probe_doc.c_str())
+      .def(
+          "set_motion",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            MotionInput input;
+            describe(input, motion_keys(), "set_motion", 1, args, kwargs);
+            if (!input.body) wrong_type("set_motion: body is missing");
+            const BodyId body = w.resolve("body", w.bodies, input.body, "body");
+            away(w, true, [&](World& world) { expect(world.set_motion(body, input.desc)); });
+          },
+          nb::sig(motion_sig.c_str()), motion_doc.c_str())
+      .def(
+          "motion",
+          [](HostWorld& w, nb::object body) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            const BodyMotion now = away(w, false, [&](World& world) { return expect(world.motion(id)); });
+            nb::dict d;
+            if (now.position) d["position"] = tuple3(*now.position);
+            if (const auto& q = now.orientation) d["orientation"] = nb::make_tuple(q->w, q->x, q->y, q->z);
+            d["velocity"] = tuple3(now.velocity);
+            d["angular_velocity"] = tuple3(now.angular_velocity);
+            return d;
+          },
+          "body"_a, nb::sig("def motion(self, body: Body | str) -> dict[str, tuple[float, ...]]"),
+          "Pose and velocities of a kinematic body now, as set_motion() takes them.")
       .def(
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")

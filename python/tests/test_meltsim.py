@@ -153,6 +153,23 @@ def test_a_stage_adds_a_force_and_its_exception_comes_out():
         world.add_stage("late", wind, after="sph.nothing")
 
 
+def test_a_kinematic_body_moves_as_told():
+    world = bath()
+    world.add_material("steel", density=7800)
+    rod = world.add_solid(Shape.box((0.5, 0.5, 0.5), (0.6, 0.7, 0.6)), "steel", motion="kinematic", max_speed=1)
+    start = world.motion(rod)["position"]
+    world.set_motion(rod, position=np.add(start, (0, 0.05, 0)))
+    world.step(0.1)
+    # Positions are relative to an origin in single precision: 1e-6 of a metre.
+    assert np.allclose(world.motion(rod)["position"], np.add(start, (0, 0.05, 0)), atol=1e-6)
+    moved = world.particles()
+    assert np.allclose(moved.position[moved.body == rod.index].mean(axis=0), np.add(start, (0, 0.05, 0)), atol=1e-5)
+    with pytest.raises(meltsim.Error, match="velocity"):
+        world.set_motion(rod, velocity=(math.nan, 0, 0))
+    with pytest.raises(meltsim.Error, match="kinematic"):
+        world.set_motion("block", velocity=(1, 0, 0))
+
+
 @pytest.mark.parametrize("call, error, text", [
     (lambda w: w.add_material("oil", densty=900), TypeError, 'did you mean "density"'),
     (lambda w: w.add_material("oil", density="heavy"), TypeError, "density: expected a number, got 'heavy'"),
