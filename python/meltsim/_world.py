@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _core
+from ._error import Error
 
 
 class Page:
@@ -64,7 +65,10 @@ class World(_core.World):
             raise TypeError(f'set: expected a dict such as {{"particles.spacing": 0.1}}, got {set!r}')
         changes = [f"{path}={json.dumps(value, default=_plain)}" for path, value in (set or {}).items()]
         if isinstance(scene, Mapping):
-            source, is_text = json.dumps(scene, default=_plain, allow_nan=False), True
+            try:
+                source, is_text = json.dumps(scene, default=_plain, allow_nan=False), True
+            except ValueError as error:
+                raise Error('scene: a number is not finite; leave it out, or write "never" for a melting point', "invalid_argument") from error
         elif isinstance(scene, (str, os.PathLike)):
             source, is_text = os.fspath(scene), False
             if source == "-":
@@ -83,8 +87,6 @@ class World(_core.World):
         ``each(world)`` is called after every frame; it ends the run by returning False. Returns the report on the last frame. Raises Error with code "halted" if the
         simulation diverges.
         """
-        from ._error import Error
-
         seconds = self.end - self.time if seconds is None else float(seconds)
         fps = self.fps if fps is None else float(fps)
         if not (math.isfinite(seconds) and seconds >= 0):

@@ -286,6 +286,15 @@ def test_ctrl_c_ends_a_step_and_the_next_goes_on():
     world.remove_stage("press")
     world.step(8 * dt - world.time)  # no interrupt is left over
     assert world.time == pytest.approx(8 * dt)
+    # Pressed when the last sub-step is done: the step counts, and the next one is not interrupted.
+    world.add_stage("late", lambda state: os.kill(os.getpid(), signal.SIGINT), after="topology.neighbours", reads=(), writes=())
+    time = world.time
+    with pytest.raises(KeyboardInterrupt):
+        world.step(0.5 * dt)
+    assert world.time == pytest.approx(time + 0.5 * dt)
+    world.remove_stage("late")
+    world.step(0.5 * dt)
+    assert world.time == pytest.approx(time + dt)
     handler = signal.getsignal(signal.SIGINT)
     assert handler is signal.default_int_handler
     world.interrupt()
@@ -311,6 +320,8 @@ def test_scenes_come_from_names_files_and_dicts(tmp_path):
     assert "<title>" in page and "Small" in page
     again = World.load(scene, set={"fluids[0].temperature": 60}, backend="cpu")
     assert again.totals().temperature_max == pytest.approx(60)
+    with pytest.raises(meltsim.Error, match="not finite"):
+        World.load({**scene, "particles": {"spacing": math.nan}})
     del scene["bodies"][0]["material"]
     with pytest.raises(meltsim.Error, match=r"bodies\[0\]"):
         World.load(scene)
