@@ -5,7 +5,7 @@
  *
  * Every call that can fail returns a meltsim_status. Where it is not MELTSIM_OK, meltsim_error_text() has the text, which names
  * field, value and fix, and nothing has changed. A World is used by one thread at a time, meltsim_world_interrupt() excepted.
- * The C++ interface (meltsim.hpp) has more: emitters, heat regions, probes, readings without waiting, custom stages. */
+ * The C++ interface (meltsim.hpp) has more: probes, surfaces, readings without waiting, custom stages. */
 #ifndef MELTSIM_MELTSIM_H
 #define MELTSIM_MELTSIM_H
 
@@ -88,25 +88,37 @@ enum { MELTSIM_FACE_WALL = 0, MELTSIM_FACE_OPEN = 1, MELTSIM_FACE_PERIODIC = 2 }
 enum { MELTSIM_HEAT_NONE = 0, MELTSIM_HEAT_PAPER = 1, MELTSIM_HEAT_IWASAKI = 2, MELTSIM_HEAT_ENTHALPY = 3 };
 enum { MELTSIM_MOTION_FREE = 0, MELTSIM_MOTION_FIXED = 1, MELTSIM_MOTION_KINEMATIC = 2 };
 
+/* Heat through a surface: the sum of what is set; all 0 insulates. */
+typedef struct meltsim_surface_heat {
+  int32_t has_temperature; /* whether the surface is held at `temperature`; alone */
+  int32_t reserved;        /* 0 */
+  double temperature;      /* [degrees Celsius] */
+  double flux;             /* into the material [W/m^2] */
+  double convection;       /* heat transfer coefficient towards `ambient` [W/(m^2 K)] */
+  double emissivity;       /* of radiation towards surroundings at `ambient`, 0 to 1 */
+  double ambient;          /* temperature of the surroundings [degrees Celsius] */
+} meltsim_surface_heat;
+
 /* A World. */
 typedef struct meltsim_world_desc {
-  uint32_t size;            /* sizeof(meltsim_world_desc) */
-  uint32_t version;         /* MELTSIM_VERSION_NUMBER of the header: leave it as it is */
-  int32_t backend;          /* MELTSIM_BACKEND_... */
-  int32_t double_precision; /* 0: the state is in single precision */
-  int32_t device;           /* CUDA device */
-  int32_t threads;          /* CPU threads; 0: one per processor */
-  double spacing;           /* distance of particles [m] */
-  int32_t bounded;          /* 0: no faces; the next fields then have no effect */
-  int32_t no_slip;          /* liquid sticks to walls */
-  double domain_min[3];     /* lower corner [m] */
-  double domain_max[3];     /* upper corner [m] */
-  int32_t faces[6];         /* MELTSIM_FACE_..., in the order -x, +x, -y, +y, -z, +z */
-  double gravity[3];        /* [m/s^2] */
-  double sound_speed;       /* [m/s]; 0: derived from the depth */
-  int32_t heat_model;       /* MELTSIM_HEAT_... */
-  int32_t max_substeps;     /* a step that needs more is refused */
-  double heat_time_scale;   /* heat runs so many times faster than motion */
+  uint32_t size;                     /* sizeof(meltsim_world_desc) */
+  uint32_t version;                  /* MELTSIM_VERSION_NUMBER of the header: leave it as it is */
+  int32_t backend;                   /* MELTSIM_BACKEND_... */
+  int32_t double_precision;          /* 0: the state is in single precision */
+  int32_t device;                    /* CUDA device */
+  int32_t threads;                   /* CPU threads; 0: one per processor */
+  double spacing;                    /* distance of particles [m] */
+  int32_t bounded;                   /* 0: no faces; the next fields then have no effect */
+  int32_t no_slip;                   /* liquid sticks to walls */
+  double domain_min[3];              /* lower corner [m] */
+  double domain_max[3];              /* upper corner [m] */
+  int32_t faces[6];                  /* MELTSIM_FACE_..., in the order -x, +x, -y, +y, -z, +z */
+  double gravity[3];                 /* [m/s^2] */
+  double sound_speed;                /* [m/s]; 0: derived from the depth */
+  int32_t heat_model;                /* MELTSIM_HEAT_... */
+  int32_t max_substeps;              /* a step that needs more is refused */
+  double heat_time_scale;            /* heat runs so many times faster than motion */
+  meltsim_surface_heat wall_heat[6]; /* through each wall, in the order of `faces` */
 } meltsim_world_desc;
 
 /* A substance. */
@@ -140,16 +152,46 @@ typedef struct meltsim_fluid_desc {
 
 /* A body. */
 typedef struct meltsim_solid_desc {
-  uint32_t size;              /* sizeof(meltsim_solid_desc) */
-  int32_t motion;             /* MELTSIM_MOTION_... */
-  const char* name;           /* copied; null: body<N> */
-  const meltsim_shape* shape; /* the volume */
-  meltsim_id material;        /* of the body */
-  double temperature;         /* [degrees Celsius] */
-  double velocity[3];         /* of the centre of mass [m/s] */
-  double angular_velocity[3]; /* about it [rad/s] */
-  double max_speed;           /* of a kinematic body: the largest that it will have [m/s] */
+  uint32_t size;                /* sizeof(meltsim_solid_desc) */
+  int32_t motion;               /* MELTSIM_MOTION_... */
+  const char* name;             /* copied; null: body<N> */
+  const meltsim_shape* shape;   /* the volume */
+  meltsim_id material;          /* of the body */
+  double temperature;           /* [degrees Celsius] */
+  double velocity[3];           /* of the centre of mass [m/s] */
+  double angular_velocity[3];   /* about it [rad/s] */
+  double max_speed;             /* of a kinematic body: the largest that it will have [m/s] */
+  meltsim_surface_heat surface; /* heat through the dry surface */
+  double heat_source;           /* heat released in the body [W/m^3] */
 } meltsim_solid_desc;
+
+/* A round nozzle that emits liquid at a steady speed. */
+typedef struct meltsim_emitter_desc {
+  uint32_t size;          /* sizeof(meltsim_emitter_desc) */
+  uint32_t reserved;      /* 0 */
+  const char* name;       /* copied; null: emitter<N> */
+  double center[3];       /* end of the pipe [m] */
+  double axis[3];         /* direction of the stream */
+  double radius;          /* [m], at least one spacing */
+  double speed;           /* [m/s] */
+  meltsim_id material;    /* of the liquid */
+  double temperature;     /* [degrees Celsius] */
+  double from;            /* begins to emit [s] */
+  double until;           /* ceases to emit [s] */
+  uint64_t max_particles; /* most that it emits; 0: what from..until needs */
+} meltsim_emitter_desc;
+
+/* A fixed part of space that heats, cools or holds the temperature of the particles inside. */
+typedef struct meltsim_heat_region_desc {
+  uint32_t size;              /* sizeof(meltsim_heat_region_desc) */
+  int32_t has_temperature;    /* whether particles are held at `temperature`; excludes `source` */
+  const char* name;           /* copied; null: heat<N> */
+  const meltsim_shape* shape; /* the volume */
+  double temperature;         /* [degrees Celsius] */
+  double source;              /* heat released [W/m^3] */
+  double from;                /* begins to act [s] */
+  double until;               /* ceases to act [s] */
+} meltsim_heat_region_desc;
 
 /* How a kinematic body moves from the next step on. */
 typedef struct meltsim_body_motion {
@@ -167,7 +209,9 @@ MELTSIM_C_API void meltsim_world_desc_init(meltsim_world_desc* desc);       /* s
 MELTSIM_C_API void meltsim_material_desc_init(meltsim_material_desc* desc); /* size and defaults: water */
 MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);       /* size and defaults */
 MELTSIM_C_API void meltsim_solid_desc_init(meltsim_solid_desc* desc);       /* size and defaults */
-MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion);   /* size and defaults: at rest */
+MELTSIM_C_API void meltsim_emitter_desc_init(meltsim_emitter_desc* desc);   /* size and defaults */
+MELTSIM_C_API void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc); /* size and defaults */
+MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion); /* size and defaults: at rest */
 
 /* ---- Worlds -------------------------------------------------------------------------------------------------------------- */
 /* Makes an empty World in *world; on an error *world is null. */
@@ -182,6 +226,11 @@ MELTSIM_C_API meltsim_status meltsim_world_add_fluid(meltsim_world* world, const
                                                      uint64_t* added);
 MELTSIM_C_API meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid_desc* desc,
                                                      meltsim_id* id);
+MELTSIM_C_API meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
+                                                       meltsim_id* id);
+MELTSIM_C_API meltsim_status meltsim_world_add_heat_region(meltsim_world* world,
+                                                           const meltsim_heat_region_desc* desc,
+                                                           meltsim_id* id);
 
 /* Allocates and plans for the next step; meltsim_world_step() does it if it was not called. */
 MELTSIM_C_API meltsim_status meltsim_world_prepare(meltsim_world* world);

@@ -114,6 +114,16 @@ meltsim_id id_of(H h) {
   return {h.index, h.generation};
 }
 
+meltsim::SurfaceHeatDesc heat_of(const meltsim_surface_heat& c) {
+  meltsim::SurfaceHeatDesc d;
+  if (c.has_temperature != 0) d.temperature = c.temperature;
+  d.flux = c.flux;
+  d.convection = c.convection;
+  d.emissivity = c.emissivity;
+  d.ambient = c.ambient;
+  return d;
+}
+
 template <class E>
 E option(std::int32_t value, int last, const char* name) {
   if (value < 0 || value > last)
@@ -197,6 +207,7 @@ void meltsim_world_desc_init(meltsim_world_desc* desc) {
   desc->heat_model = static_cast<int32_t>(d.heat.model);
   desc->max_substeps = d.max_substeps;
   desc->heat_time_scale = d.heat.time_scale;
+  for (meltsim_surface_heat& heat : desc->wall_heat) heat.ambient = meltsim::SurfaceHeatDesc{}.ambient;
 }
 void meltsim_material_desc_init(meltsim_material_desc* desc) {
   if (desc == nullptr) return;
@@ -223,6 +234,23 @@ void meltsim_solid_desc_init(meltsim_solid_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->temperature = meltsim::SolidDesc{}.temperature;
+  desc->surface.ambient = meltsim::SurfaceHeatDesc{}.ambient;
+}
+void meltsim_emitter_desc_init(meltsim_emitter_desc* desc) {
+  if (desc == nullptr) return;
+  const meltsim::EmitterDesc d;
+  *desc = {};
+  desc->size = sizeof *desc;
+  put(desc->axis, d.axis);
+  desc->speed = d.speed;
+  desc->temperature = d.temperature;
+  desc->until = d.until;
+}
+void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->until = meltsim::HeatRegionDesc{}.until;
 }
 void meltsim_body_motion_init(meltsim_body_motion* motion) {
   if (motion == nullptr) return;
@@ -250,6 +278,7 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
     d.domain.max = vec(c.domain_max);
     for (std::size_t i = 0; i < 6; ++i)
       d.domain.faces[i] = option<meltsim::Face>(c.faces[i], MELTSIM_FACE_PERIODIC, "faces");
+    for (std::size_t i = 0; i < 6; ++i) d.domain.heat[i] = heat_of(c.wall_heat[i]);
     d.gravity = vec(c.gravity);
     d.sound_speed = c.sound_speed;
     d.heat.model = option<meltsim::HeatModel>(c.heat_model, MELTSIM_HEAT_ENTHALPY, "heat_model");
@@ -307,7 +336,44 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
     d.angular_velocity = vec(c.angular_velocity);
     d.motion = option<meltsim::Motion>(c.motion, MELTSIM_MOTION_KINEMATIC, "motion");
     d.max_speed = c.max_speed;
+    d.surface = heat_of(c.surface);
+    d.heat_source = c.heat_source;
     const meltsim::BodyId made = expect(world_of(world).add_solid(d));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+
+meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
+                                         meltsim_id* id) {
+  return guarded([&] {
+    const meltsim_emitter_desc c = read(desc, "desc", defaults_of(meltsim_emitter_desc_init));
+    meltsim::EmitterDesc d;
+    if (c.name != nullptr) d.name = c.name;
+    d.center = vec(c.center);
+    d.axis = vec(c.axis);
+    d.radius = c.radius;
+    d.speed = c.speed;
+    d.material = handle<meltsim::MaterialId>(c.material);
+    d.temperature = c.temperature;
+    d.from = c.from;
+    d.until = c.until;
+    d.max_particles = c.max_particles;
+    const meltsim::EmitterId made = expect(world_of(world).add_emitter(d));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+meltsim_status meltsim_world_add_heat_region(meltsim_world* world, const meltsim_heat_region_desc* desc,
+                                             meltsim_id* id) {
+  return guarded([&] {
+    const meltsim_heat_region_desc c = read(desc, "desc", defaults_of(meltsim_heat_region_desc_init));
+    meltsim::HeatRegionDesc d;
+    if (c.name != nullptr) d.name = c.name;
+    d.shape = given(c.shape, "desc.shape").shape;
+    if (c.has_temperature != 0) d.temperature = c.temperature;
+    d.source = c.source;
+    d.from = c.from;
+    d.until = c.until;
+    const meltsim::HeatRegionId made = expect(world_of(world).add_heat_region(d));
     if (id != nullptr) *id = id_of(made);
   });
 }
