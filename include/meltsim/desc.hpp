@@ -202,5 +202,12 @@ struct EmitterDesc {
   std::uint64_t max_particles = 0;
 };
 
+/// Changes to an emitter: World::set_emitter. What is empty stays as it is.
+struct EmitterSetting {
+  std::optional<bool> on;             ///< false: no further layers come; those in the pipe leave it
+  std::optional<double> speed;        ///< v [m/s], > 0; of the liquid in the pipe, too
+  std::optional<double> temperature;  ///< of layers to come [degrees Celsius]
+};
+
 }  // namespace v0
 }  // namespace meltsim

@@ -88,6 +88,15 @@ class MELTSIM_API World {
   /// invalid_argument (names the field), capacity, out_of_memory.
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
+  // Removing, between steps. Both synchronise, and the next step uploads, as after adding. Memory is kept. What is removed
+  // counts in StepResult::removed.
+  /// Removes a body: all that is solid of it. What has melted off it stays, and its name stays taken. Its handle is then
+  /// refused everywhere, also by a second remove(); probes on it read 0. Errors: invalid_argument, out_of_memory.
+  Status remove(BodyId body);
+  /// Removes the liquid whose particles have their centres in a shape; returns how many. Errors: invalid_argument (the
+  /// shape), out_of_memory.
+  Result<std::uint64_t> remove_liquid(const Shape& shape);
+
   // Steering, between steps. What is set holds from the next step on, on both backends. Unless noted, nothing is uploaded
   // again, no stage is planned anew and nothing waits. On an error nothing changes.
   /// Sets the motion of a kinematic body (SolidDesc::motion). The last one set before a step counts. A motion to another
@@ -100,6 +109,36 @@ class MELTSIM_API World {
   /// Returns pose and velocities of a kinematic body at time(), all fields set; not of a motion set since the last step.
   /// Does not wait unless the World halted. Errors: invalid_argument.
   Result<BodyMotion> motion(BodyId body);
+
+  /// Sets the motion of a free body, all its pieces together, to a velocity of its centre of mass [m/s] and an angular
+  /// velocity about that [rad/s]; what it did beside that motion is gone. If it is faster than anything before, sound is
+  /// made faster as by set_gravity. Other errors: those of prepare(), halted.
+  Status set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity = {});
+  /// Gives a free body, all its pieces together, an impulse at its centre of mass [N s] and an angular impulse about that
+  /// [N m s], at once. The sound speed stays: impulses that make a body faster than a tenth of it compress liquid. A body
+  /// that has melted takes none. Other errors: those of prepare(), halted.
+  Status apply_impulse(BodyId body, Vec3d impulse, Vec3d angular_impulse = {});
+  /// Changes an emitter; part of the state, so snapshots hold it. Layers keep their distance at another speed, and those
+  /// that an emitter leaves out while it is off do not count towards max_particles. Waits if it then emits more until its
+  /// end than there is room for, and, as set_gravity, if its liquid is faster than anything before. Errors:
+  /// invalid_argument (names the field), capacity, out_of_memory, those of prepare(), halted.
+  Status set_emitter(EmitterId emitter, const EmitterSetting& setting);
+
+  // Settings, of the World and not of the state: snapshots do not hold them, and restore() leaves them as they are. desc()
+  // returns them as they are now.
+  /// Sets WorldDesc::gravity [m/s^2]. If it asks for a larger sound speed than any before (not with a WorldDesc::sound_speed), the
+  /// next step plans anew, once, which synchronises; start with the largest gravity to avoid it. Level probes measure
+  /// against the new direction. Errors: invalid_argument.
+  Status set_gravity(Vec3d gravity);
+  /// Sets HeatDesc::time_scale, >= 0; 0 stops heat. Where heat flows, a GPU records its sub-step anew. Errors:
+  /// invalid_argument.
+  Status set_heat_time_scale(double scale);
+  /// Sets the heat of a wall, 0 to 5 in the order of DomainDesc::faces. The next step plans anew, which synchronises, if
+  /// heat from outside thereby begins or ends. Errors: invalid_argument (names the field).
+  Status set_wall_heat(int face, const SurfaceHeatDesc& heat);
+  /// Sets what a heat region does while it acts: it holds `temperature` [degrees Celsius] or, where that is empty, releases
+  /// `source` [W/m^3]. Shape and times stay. Errors: invalid_argument (names the field).
+  Status set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source = 0);
 
   /// Allocates, uploads and plans for the next step. step() calls it if something was added; call it yourself
   /// to keep the first step free of allocation. Synchronises if something was added. Errors: capacity, out_of_memory.
@@ -208,7 +247,7 @@ class MELTSIM_API World {
   Precision precision() const;    ///< of the state
   double time() const;            ///< time after all enqueued steps [s]
   std::uint64_t steps() const;    ///< number of enqueued sub-steps
-  const WorldDesc& desc() const;  ///< as passed to create()
+  const WorldDesc& desc() const;  ///< as passed to create(), but for settings that were changed since
   MaterialDesc material(MaterialId id) const;  ///< as passed to add_material(); a default one for a null id
 
  private:

@@ -80,9 +80,10 @@ template <class T>
 MELTSIM_HD bool strays(const Frame<T>& w, const Produced<T>& p, Vec3<T> v) {
   const T limit2 = w.c.stray_speed * w.c.stray_speed;  // infinite: nothing does
   if (!(dot(v, v) > limit2) || !is_fluid(p.tag)) return false;
-  const Vec3<T> before = xyz(p.velocity), others = p.acceleration - w.c.gravity;
+  const Vec3<T> before = xyz(p.velocity), others = p.acceleration - w.f.clock->gravity;
   constexpr T share2 = T(1e-4);  // a hundredth of gravity
-  return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(w.c.gravity, w.c.gravity);
+  return dot(before, before) <= limit2 &&
+         dot(others, others) <= share2 * dot(w.f.clock->gravity, w.f.clock->gravity);
 }
 
 /// x within the period of periodic axes.

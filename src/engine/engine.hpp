@@ -118,6 +118,14 @@ class Engine {
   virtual WorldStatus download(SceneState& state) = 0;
   virtual void download(DerivedState& derived) = 0;
   virtual void download(LatticeMasks& masks) = 0;
+  /// They hold from the next sub-step on. Does not wait.
+  virtual void surround(const Surroundings& surroundings) = 0;
+  /// Pushes a free body, at once. Does not wait.
+  virtual void push(const PushArguments& push) = 0;
+  /// Liquid that a nozzle holds and that moves at `from` moves at `to`. Does not wait.
+  virtual void respeed(Vec3d from, Vec3d to) = 0;
+  /// What region `row` of the constants does from the next sub-step on; held: temperature. Does not wait.
+  virtual void set_heat_region(std::uint32_t row, bool held, double temperature, double source) = 0;
   /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
   virtual void substep(const SubstepArguments& arguments) = 0;
   /// A flag that ends sub-steps ahead of time, where the backend can: one that was abandoned does not count, nor does

@@ -148,6 +148,27 @@ class EngineImpl final : public Engine {
     return fault_status();
   }
 
+  void surround(const Surroundings& s) override {
+    fill_surroundings(w_, s);
+    readings_.set_gravity(s.gravity);
+  }
+
+  void push(const PushArguments& a) override {
+    if (rolled_back_ || w_.f.push == nullptr || w_.f.vertex_id == nullptr) return;  // it has melted
+    step::push<E, T>(ex_, w_, a);
+    count_anew_ = true;
+  }
+
+  void respeed(Vec3d from, Vec3d to) override {
+    if (rolled_back_ || w_.born == 0) return;
+    step::respeed<E, T>(ex_, w_, from, to);
+    count_anew_ = true;
+  }
+
+  void set_heat_region(std::uint32_t row, bool held, double temperature, double source) override {
+    if (row < w_.c.heat_regions) step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
+  }
+
   void substep(const SubstepArguments& a) override {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)

@@ -15,6 +15,7 @@
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
 #include "meltsim/physics/rigid_motion.hpp"
+#include "meltsim/physics/rigid_push.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
@@ -104,6 +105,12 @@ struct BodyMotionRow {
   std::uint32_t first_site = 0;  ///< that site's number
 };
 
+/// A push on a body, between sub-steps.
+struct PushRow {
+  physics::MassSums sums;
+  physics::RigidPush push;
+};
+
 template <class T>
 struct Clock {
   T dt{}, half_dt{};            ///< of this sub-step [s]
@@ -113,6 +120,10 @@ struct Clock {
   double end = 0;               ///< at its end [s]
   std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
   std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values
+  // What a host may change between sub-steps travels here, since the arguments of step.begin are set anew each time.
+  Vec3<T> gravity{};
+  physics::SurfaceCondition<T> wall_heat[6];  ///< per face
+  std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
 };
 
 /// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
@@ -227,15 +238,12 @@ template <class T>
 struct Constants {
   SphKernel<T> kernel;
   WallBox<T> walls;
-  Vec3<T> gravity{};
   T spacing{};
   T sound_speed{};
   T artificial_viscosity{};
   T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
   T wall_friction{};
-  T volume_rate{};                            ///< 1 / relaxation time of a melted particle's volume [1/s]
-  physics::SurfaceCondition<T> wall_heat[6];  ///< per face
-  std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
+  T volume_rate{};  ///< 1 / relaxation time of a melted particle's volume [1/s]
   physics::WallExchange<T> wall_exchange;
   physics::ConductionShare<T> conduction_share;
   T first_layer{};  ///< share of a plane surface that its first layer serves

@@ -77,6 +77,17 @@ void fill_tree(Frame<T>& w, const SceneConstants& c, const Sizes& n) {
   t.reach = static_cast<T>(c.support * (1 + 1e-5) + 8 * double(std::numeric_limits<T>::epsilon()) * largest);
 }
 
+/// What the host may change between sub-steps.
+template <class T>
+void fill_surroundings(Frame<T>& w, const Surroundings& s) {
+  w.clock.gravity = cast<T>(s.gravity);
+  w.clock.heated_walls = 0;
+  for (std::size_t f = 0; f < 6; ++f) {
+    w.clock.wall_heat[f] = round_condition<T>(s.wall_heat[f]);
+    if (s.wall_heat[f].kind != physics::SurfaceHeat::insulated) w.clock.heated_walls |= 1u << f;
+  }
+}
+
 /// All but views and what changes from sub-step to sub-step.
 template <class E, class T>
 void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
@@ -86,7 +97,6 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   k.sound_speed = static_cast<T>(c.sound_speed);
   k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
   k.lowest_phi = c.tension ? T(0) : T(1);
-  k.gravity = cast<T>(c.gravity);
   k.wall_friction = static_cast<T>(c.domain.friction);
   k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
   k.no_slip = c.domain.no_slip ? 1u : 0u;
@@ -108,10 +118,9 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
       const Face face = c.domain.faces[static_cast<std::size_t>(f)];
       if (face == Face::wall) k.walls.faces |= 1u << f;
       if (face == Face::open) k.open_faces |= 1u << f;
-      k.wall_heat[f] = round_condition<T>(c.wall_heat[static_cast<std::size_t>(f)]);
-      if (k.wall_heat[f].kind != physics::SurfaceHeat::insulated) k.heated_walls |= 1u << f;
       k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
     }
+  fill_surroundings(w, c.surroundings);
   fill_grid(w, c, c.support, n.reach);
   if (n.tree_levels != 0) fill_tree(w, c, n);
   w.max_groups = static_cast<std::uint32_t>(n.groups);

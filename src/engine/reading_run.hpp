@@ -32,11 +32,18 @@ class ReadingRun {
     largest_mass_ = scales.largest_mass;
     size_ = 8 * scales.body_size * scales.spacing;
     sum_bits_ = scales.sum_bits;
-    grid_ = columns_of(c);
-    gravity_ = c.gravity;
+    domain_ = c.domain;
+    spacing_ = c.spacing;
+    set_gravity(c.surroundings.gravity);
     origins_ = body_origins(l);
     origins_sent_ = false;
     bodies_ = l.bodies.size();
+  }
+
+  /// Of readings that are enqueued from now on.
+  void set_gravity(Vec3d gravity) {
+    gravity_ = gravity;
+    grid_ = columns_of(gravity, domain_, spacing_);
   }
 
   /// Enqueues what is asked for. rolled_back: the World halted and `scene` holds its last
@@ -329,29 +336,28 @@ class ReadingRun {
     take(out.piece, p.piece);
   }
 
-  static ColumnGrid columns_of(const SceneConstants& c) {
+  static ColumnGrid columns_of(Vec3d gravity, const DomainDesc& domain, double spacing) {
     ColumnGrid g;
-    const double weight = length(c.gravity);
-    if (weight > 0) g.up = c.gravity * (-1 / weight);
+    const double weight = length(gravity);
+    if (weight > 0) g.up = gravity * (-1 / weight);
     const Vec3d helper = std::fabs(g.up.y) < 0.9 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
     g.a = cross(g.up, helper);
     g.a = g.a * (1 / length(g.a));
     g.b = cross(g.up, g.a);
     g.side =
-        2 * c.spacing;  // as spacings: on the lattice of a scene's beginning every column is as full as any
+        2 * spacing;  // as spacings: on the lattice of a scene's beginning every column is as full as any
     const auto range = [&](Vec3d axis, double& low, double& high) {
       low = infinity;
       high = -infinity;
       for (int k = 0; k < 8; ++k) {
-        const Vec3d p{(k & 1) != 0 ? c.domain.max.x : c.domain.min.x,
-                      (k & 2) != 0 ? c.domain.max.y : c.domain.min.y,
-                      (k & 4) != 0 ? c.domain.max.z : c.domain.min.z};
+        const Vec3d p{(k & 1) != 0 ? domain.max.x : domain.min.x, (k & 2) != 0 ? domain.max.y : domain.min.y,
+                      (k & 4) != 0 ? domain.max.z : domain.min.z};
         low = std::min(low, dot(p, axis));
         high = std::max(high, dot(p, axis));
       }
     };
     g.floor = -infinity;
-    if (c.domain.bounded) {
+    if (domain.bounded) {
       double high_a = 0, high_b = 0, high = 0;
       range(g.a, g.low_a, high_a);
       range(g.b, g.low_b, high_b);
@@ -411,6 +417,8 @@ class ReadingRun {
   std::int32_t sum_bits_ = 40;
   ColumnGrid grid_;
   Vec3d gravity_;
+  DomainDesc domain_;
+  double spacing_ = 0;
 };
 
 }  // namespace core

@@ -45,6 +45,12 @@ struct SceneLattice {
   int max_half_width = 0;
 };
 
+/// What a host may change between sub-steps.
+struct Surroundings {
+  Vec3d gravity;                                                 ///< [m/s^2]
+  std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
+};
+
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
   double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
@@ -53,13 +59,12 @@ struct SceneConstants {
   double stray_speed = infinity;  ///< liquid that falls faster than this is removed [m/s]
   bool tension = false;
   bool one_liquid = false;  ///< no two materials are liquid, now or by melting or emission
-  Vec3d gravity;
+  Surroundings surroundings;
   DomainDesc domain;  ///< relative to the origin
   std::vector<MaterialRow<double>> materials;
   std::vector<physics::MaterialProperties<double>> properties;  ///< per material, or empty
   std::vector<Vec3d> emitter_points;
   double largest_mass = 0;
-  std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
   std::vector<HeatRegionRow<double>> heat_regions;
   std::vector<std::uint32_t> heat_region_cells;
   std::vector<BodyHeat<double>> body_heat;  ///< per body, or empty

@@ -24,6 +24,13 @@ void steer(E& ex, const core::Frame<T>& w, const core::Steered* steered, std::ui
 template <class E, class T>
 void set_off(E& ex, const core::Frame<T>& w, double time, bool places);
 template <class E, class T>
+void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to);
+template <class E, class T>
+void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a);
+template <class E, class T>
+void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool held, double temperature,
+                     double source);
+template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void let_go(E& ex, const core::Frame<T>& w);
@@ -104,12 +111,16 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
   template void stage<Exec, float>(Exec&, const core::Frame<float>&); \
   template void stage<Exec, double>(Exec&, const core::Frame<double>&);
 
-/// What gives bodies new motions, likewise.
-#define MELTSIM_INSTANTIATE_STEERING(Exec)                                                                   \
-  template void steer<Exec, float>(Exec&, const core::Frame<float>&, const core::Steered*, std::uint32_t);   \
-  template void steer<Exec, double>(Exec&, const core::Frame<double>&, const core::Steered*, std::uint32_t); \
-  template void set_off<Exec, float>(Exec&, const core::Frame<float>&, double, bool);                        \
-  template void set_off<Exec, double>(Exec&, const core::Frame<double>&, double, bool);
+/// What steers a World between sub-steps, likewise.
+#define MELTSIM_INSTANTIATE_STEERING(Exec)     \
+  MELTSIM_INSTANTIATE_STEERING_OF(Exec, float) \
+  MELTSIM_INSTANTIATE_STEERING_OF(Exec, double)
+#define MELTSIM_INSTANTIATE_STEERING_OF(Exec, T)                                                             \
+  template void steer<Exec, T>(Exec&, const core::Frame<T>&, const core::Steered*, std::uint32_t);           \
+  template void set_off<Exec, T>(Exec&, const core::Frame<T>&, double, bool);                                \
+  template void push<Exec, T>(Exec&, const core::Frame<T>&, const core::PushArguments&);                     \
+  template void set_heat_region<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, bool, double, double); \
+  template void respeed<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>);
 
 /// All that a reading enqueues, likewise.
 #define MELTSIM_INSTANTIATE_READING(Exec)             \

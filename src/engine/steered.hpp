@@ -17,6 +17,13 @@ struct Steered {
   physics::RigidMotion motion;
 };
 
+/// A push on a free body, or the motion that it is to have.
+struct PushArguments {
+  std::uint32_t body = 0, vertex = 0;  ///< vertex: the body's first
+  bool sets = false;                   ///< velocities, not impulses
+  Vec3<double> linear, angular;        ///< [N s], [N m s]; or [m/s], [rad/s]
+};
+
 /// Most bodies that one launch gives new motions: a kernel's arguments hold no more than 4 KB.
 inline constexpr std::uint32_t most_steered = 8;
 

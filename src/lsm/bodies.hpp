@@ -84,7 +84,7 @@ struct LoadsBody {
       touched += T(1);
     }
     w.f.slip_next[i] = with_w(slips, touched);
-    w.f.acceleration[i] = w.c.gravity + force * (T(1) / w.f.mass[i]);
+    w.f.acceleration[i] = w.f.clock->gravity + force * (T(1) / w.f.mass[i]);
   }
 };
 

@@ -115,7 +115,8 @@ struct LiquidOnWallBody {
     if (((walls.axes >> (r.face / 2)) & 1u) != 0u && dot(walls.from, n) > T(0)) {
       force += n * dot(n, images(i, tag, walls));
       if (liquid)
-        force += n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, w.c.gravity)) * w.f.mass[i];
+        force +=
+            n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, w.f.clock->gravity)) * w.f.mass[i];
     }
     if (liquid && w.c.no_slip != 0u)
       force += physics::wall_viscous_force(
@@ -191,18 +192,19 @@ struct HeatOfWallBody {
     LoadSums s;
     const LoadRow& r = w.probes.loads[row];
     const std::uint32_t tag = w.f.tag[i];
-    if (!counts(w, r, tag) || ((w.c.heated_walls >> r.face) & 1u) == 0u) return s;
+    if (!counts(w, r, tag) || ((w.f.clock->heated_walls >> r.face) & 1u) == 0u) return s;
     if (w.f.heat_boundary == nullptr || w.f.heat_boundary[i].held != 0u) return s;
     const Vec4<T> x = w.f.position[i];
     const T distance = -physics::wall_overlap(w.c.walls, T(0), xyz(x), r.face);
     if (!(distance < w.c.wall_exchange.support)) return s;
     const auto own =
         core::operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], T(1), false);
-    s.amount[0] = static_cast<double>(
-        physics::surface_heat(w.c.wall_heat[r.face], x.w * physics::wall_area(w.c.wall_exchange, distance),
-                              physics::wall_depth(w.c.wall_exchange, distance),
-                              T(1) / core::unmarked(own.resistivity), own.temperature)
-            .rate);
+    s.amount[0] =
+        static_cast<double>(physics::surface_heat(w.f.clock->wall_heat[r.face],
+                                                  x.w * physics::wall_area(w.c.wall_exchange, distance),
+                                                  physics::wall_depth(w.c.wall_exchange, distance),
+                                                  T(1) / core::unmarked(own.resistivity), own.temperature)
+                                .rate);
     return s;
   }
 };

@@ -255,10 +255,11 @@ struct ForcesBody {
                                   const Sum& s) const {
     Vec3<T> force = s.force;
     const auto walls = physics::wall_view(w.c.walls, xyz(x));
-    if (walls.axes != 0u) force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.c.gravity) * mass;
+    if (walls.axes != 0u)
+      force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.f.clock->gravity) * mass;
     if (w.c.no_slip != 0u)
       force += no_slip(xyz(x), v, viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
-    return force * (T(1) / mass) + w.c.gravity;
+    return force * (T(1) / mass) + w.f.clock->gravity;
   }
   /// One particle, where bodies are called one by one.
   MELTSIM_HD void operator()(std::uint64_t i) const { finish(i, part(i, 0, 1)); }

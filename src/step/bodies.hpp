@@ -6,6 +6,7 @@
 #include "engine/lattice.hpp"
 #include "engine/steered.hpp"
 #include "meltsim/physics/emission.hpp"
+#include "spatial/rows.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -40,7 +41,7 @@ struct LetGoBody {
     const Vec3<T> across = x - b.axis * along;
     if (along < b.held || dot(across, across) > reach * reach) return;
     w.f.tag[i] = tag & ~tag_held;
-    w.f.velocity[i] = with_w(b.velocity + physics::converging_velocity(across, dot(w.c.gravity, b.axis),
+    w.f.velocity[i] = with_w(b.velocity + physics::converging_velocity(across, dot(w.clock.gravity, b.axis),
                                                                        length(b.velocity), b.radius),
                              v.w);
   }
@@ -85,6 +86,79 @@ struct SetOffBody {
     const physics::RigidPoint p = core::carried_point(w, v, time);
     w.f.velocity[slot] = with_w(cast<T>(p.velocity), w.f.velocity[slot].w);
     if (places) w.f.position[slot] = with_w(core::wrapped(w, cast<T>(p.position)), w.f.position[slot].w);
+  }
+};
+
+/// Place of the particle at slot i relative to the first vertex of its body [m].
+template <class T>
+MELTSIM_HD Vec3<double> place_in_body(const Frame<T>& w, std::uint64_t i, std::uint32_t vertex) {
+  const std::uint32_t first = w.f.slot_of_id[w.f.vertex_id[vertex]];
+  return cast<double>(spatial::separation(w.grid, xyz(w.f.position[i]), xyz(w.f.position[first])));
+}
+
+template <class T>
+struct MassOfBodyBody {
+  Frame<T> w;
+  core::PushArguments a;
+  MELTSIM_HD physics::MassSums operator()(std::uint64_t i) const {
+    physics::MassSums s;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_solid(tag) && body_of(tag) == a.body + 1u)
+      s.add(static_cast<double>(w.f.mass[i]), place_in_body(w, i, a.vertex));
+    return s;
+  }
+};
+
+template <class T>
+struct MakePushBody {
+  Frame<T> w;
+  core::PushArguments a;
+  MELTSIM_HD void operator()(const physics::MassSums& s) const {
+    physics::RigidPush& p = w.f.push->push;
+    p = physics::push_of(s, a.linear, a.angular);
+    if (!a.sets) return;
+    p.velocity = a.linear;
+    p.angular_velocity = a.angular;
+  }
+};
+
+template <class T>
+struct PushBody {
+  Frame<T> w;
+  core::PushArguments a;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (!is_solid(tag) || body_of(tag) != a.body + 1u) return;
+    const physics::RigidPush& p = w.f.push->push;
+    const Vec3<T> dv =
+        cast<T>(p.velocity + cross(p.angular_velocity, place_in_body(w, i, a.vertex) - p.center));
+    w.f.velocity[i] = with_w(a.sets ? dv : xyz(w.f.velocity[i]) + dv, w.f.velocity[i].w);
+  }
+};
+
+/// Particles that a nozzle holds get its new velocity; the old one, to the last bit, tells them from those of others.
+template <class T>
+struct RespeedBody {
+  Frame<T> w;
+  Vec3<T> from, to;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const Vec4<T> v = w.f.velocity[i];
+    if (is_held(w.f.tag[i]) && v.x == from.x && v.y == from.y && v.z == from.z)
+      w.f.velocity[i] = with_w(to, v.w);
+  }
+};
+
+/// A heat region gets another temperature or source.
+template <class T>
+struct SetHeatRegionBody {
+  core::HeatRegionRow<T>* row;
+  std::uint32_t held;
+  double temperature;
+  T source;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    row->held = held;
+    row->temperature = temperature;
+    row->source = source;
   }
 };
 

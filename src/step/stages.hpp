@@ -46,6 +46,27 @@ void set_off(E& ex, const core::Frame<T>& w, double time, bool places) {
   ex.for_each(w.vertices, SetOffBody<T>{w, time, places});
 }
 
+/// Between sub-steps; not a stage.
+template <class E, class T>
+void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool held, double temperature,
+                     double source) {
+  ex.for_each(
+      1, SetHeatRegionBody<T>{w.f.heat_regions + row, held ? 1u : 0u, temperature, static_cast<T>(source)});
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
+void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a) {
+  ex.reduce(w.particles, MassOfBodyBody<T>{w, a}, &w.f.push->sums, MakePushBody<T>{w, a});
+  ex.for_each(w.particles, PushBody<T>{w, a});
+}
+
+/// Liquid that nozzles hold moves at another velocity from now on; not a stage.
+template <class E, class T>
+void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to) {
+  ex.for_each(w.particles, RespeedBody<T>{w, cast<T>(from), cast<T>(to)});
+}
+
 template <class E, class T>
 void carry(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, CarryBody<T>{w});

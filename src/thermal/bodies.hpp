@@ -50,7 +50,7 @@ struct OperandsBody {
     physics::WallBox<T> walls = w.c.walls;
     const Vec3<T> x = xyz(w.f.position[i]);
     if (w.f.density != nullptr) {
-      walls.faces &= ~w.c.heated_walls;
+      walls.faces &= ~w.f.clock->heated_walls;
       return physics::conduction_share(
           w.c.conduction_share, w.f.heat_share[i] * (T(1) - physics::wall_cover(walls, w.c.kernel, x)));
     }
@@ -59,7 +59,7 @@ struct OperandsBody {
     spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>&, T r2) {
       phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
     });
-    walls.faces &= w.c.heated_walls;
+    walls.faces &= w.f.clock->heated_walls;
     return physics::conduction_share(w.c.conduction_share,
                                      phi / (T(1) - physics::wall_cover(walls, w.c.kernel, x)));
   }
@@ -85,16 +85,16 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
     sum.rate += r.rate;
     sum.conductance += r.conductance;
   };
-  const std::uint32_t walls = w.c.heated_walls;
+  const std::uint32_t walls = w.f.clock->heated_walls;
   if (walls != 0u) {
     const Vec4<T> x = w.f.position[i];
     const T d[6] = {x.x - w.c.walls.min.x, w.c.walls.max.x - x.x, x.y - w.c.walls.min.y,
                     w.c.walls.max.y - x.y, x.z - w.c.walls.min.z, w.c.walls.max.z - x.z};
     for (int face = 0; face < 6; ++face)
       if (((walls >> face) & 1u) != 0u && d[face] < w.c.wall_exchange.support)
-        add(physics::surface_heat(w.c.wall_heat[face], x.w * physics::wall_area(w.c.wall_exchange, d[face]),
-                                  physics::wall_depth(w.c.wall_exchange, d[face]), conductivity,
-                                  temperature));
+        add(physics::surface_heat(
+            w.f.clock->wall_heat[face], x.w * physics::wall_area(w.c.wall_exchange, d[face]),
+            physics::wall_depth(w.c.wall_exchange, d[face]), conductivity, temperature));
   }
   const HeatBoundary<T> b = w.f.heat_boundary[i];
   if (b.area > T(0))

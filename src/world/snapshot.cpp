@@ -17,9 +17,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 7;
+constexpr std::uint32_t format_version = 8;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -194,9 +194,14 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   // 64 bits, so that what follows stays aligned.
   w.value(static_cast<std::uint64_t>((state_.heat_level ? heat_level_bit : 0u) |
                                      (may_melt_ ? may_melt_bit : 0u)));
-  std::vector<std::uint64_t> hashes, layers;
+  std::vector<std::uint64_t> hashes;
+  std::vector<EmitterState> layers;
+  std::vector<std::uint64_t> taken;  // per body: particles that went with it and one; 0: it is there
+  for (const BodyRecord& b : bodies_) taken.push_back(b.gone ? b.taken + 1 : 0);
   for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
-  for (const EmitterRecord& e : emitters_) layers.push_back(e.first_layer);
+  for (const EmitterRecord& e : emitters_)
+    layers.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
+                      e.desc.temperature});
   w.array(hashes);
   w.array(layers);
   w.array(state_.position);
@@ -212,6 +217,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.region_rotation);
   w.array(state_.contact_slip);
   w.array(state_.motion);
+  w.array(taken);
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
@@ -239,7 +245,9 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   Vec3d origin;
   core::SceneState s;
   std::uint64_t flags = 0;
-  std::vector<std::uint64_t> hashes, layers;
+  std::vector<std::uint64_t> hashes;
+  std::vector<EmitterState> layers;
+  std::vector<std::uint64_t> taken;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
         r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
@@ -247,14 +255,14 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) &&
         r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
         r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
-        r.array(s.contact_slip) && r.array(s.motion)) ||
+        r.array(s.contact_slip) && r.array(s.motion) && r.array(taken)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
       s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
       s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
-      hashes.size() != material_count || s.motion.size() != body_count)
+      hashes.size() != material_count || s.motion.size() != body_count || taken.size() != body_count)
     return corrupt("arrays of different length");
   if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
   // First what it belongs to: a snapshot of another scene is not damaged.
@@ -279,14 +287,21 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   if (spacing != desc.spacing)
     return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
                          " m; build the World from the same scene first");
-  if (Status status = check_snapshot(s, origin, new_time, {sound, speed, seen.speed, s.heat_in}); !status)
+  std::uint64_t built = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (taken[b] > bodies_[b].vertices + s.frozen + 1) return corrupt("a body has lost more than it had");
+    built += bodies_[b].vertices - (taken[b] == 0 ? 0 : taken[b] - 1);
+  }
+  if (Status status = check_snapshot(s, built, origin, new_time, {sound, speed, seen.speed, s.heat_in});
+      !status)
     return status;
   // Both are infinite while nothing was seen.
+  if (seen.high >= seen.low && !(finite(seen.min) && finite(seen.max)))
+    return corrupt("a height is not usable");
   if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0)
     return corrupt("a speed or height is not usable");
   for (std::size_t k = 0; k < layers.size(); ++k)
-    if (layers[k] > layers_before(emitters_[k], new_time))
-      return corrupt("a nozzle's first layer is yet to come");
+    if (Status status = check_emitter(k, layers[k], new_time); !status) return status;
   collect_samples();
   drop_samples_from(new_time);
   state_ = std::move(s);
@@ -310,8 +325,13 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   origin_ = origin;
   origin_set_ = true;
   for (std::size_t k = 0; k < layers.size(); ++k) {
-    emitters_[k].first_layer = layers[k];
+    put_emitter(layers[k], emitters_[k]);
     limit_layers(emitters_[k]);
+  }
+  solids_built_ = built;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    bodies_[b].gone = taken[b] != 0;
+    bodies_[b].taken = taken[b] == 0 ? 0 : taken[b] - 1;
   }
   halted_ = false;
   ++restored_;
@@ -322,9 +342,30 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   return {};
 }
 
+void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {
+  e.first_layer = s.first_layer;
+  e.skipped = s.skipped;
+  e.on = s.on != 0;
+  e.desc.from = s.from;
+  e.desc.speed = s.speed;
+  e.desc.temperature = s.temperature;
+}
+
+/// Whether a nozzle can be in that state.
+Status WorldImpl::check_emitter(std::size_t k, const EmitterState& s, double new_time) const {
+  EmitterRecord e = emitters_[k];
+  put_emitter(s, e);
+  if (!std::isfinite(s.from) || !(s.speed > 0 && s.speed < 1e15) || !std::isfinite(s.temperature) ||
+      !(s.temperature >= absolute_zero) || s.on > 1)
+    return corrupt("a nozzle's setting is not usable");
+  if (s.first_layer > layers_before(e, new_time) || s.skipped > layers_before(e, new_time))
+    return corrupt("a nozzle's first layer is yet to come");
+  return {};
+}
+
 /// Every value of a state that is to be taken over: in range, and consistent with each other and with the scene.
-Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double new_time,
-                                 std::initializer_list<double> numbers) const {
+Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built, Vec3d origin,
+                                 double new_time, std::initializer_list<double> numbers) const {
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (!(std::isfinite(new_time) && new_time >= 0)) return corrupt("the time is not usable");
   for (const double v : numbers)
@@ -384,7 +425,7 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, Vec3d origin, double
     }
   if (removed != s.removed || s.strayed > s.removed)
     return corrupt("the number of removed particles is wrong");
-  if (solid + s.melted != solids_built_ + s.frozen) return corrupt("the number of solid particles is wrong");
+  if (solid + s.melted != built + s.frozen) return corrupt("the number of solid particles is wrong");
   for (std::size_t v = 0; v < nv; ++v) {
     const std::uint32_t i = s.vertex_id[v];
     if (s.vertex_state[v] > 2u) return corrupt("the state of a lattice vertex is unknown");

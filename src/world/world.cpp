@@ -62,8 +62,35 @@ Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
   return guarded<Result<EmitterId>>([&] { return impl_->add_emitter(d); });
 }
+Status World::remove(BodyId body) {
+  return guarded<Status>([&] { return impl_->remove_body(body); });
+}
+Result<std::uint64_t> World::remove_liquid(const Shape& shape) {
+  return guarded<Result<std::uint64_t>>([&] { return impl_->remove_liquid(shape); });
+}
 Status World::set_motion(BodyId body, const BodyMotion& motion) {
   return guarded<Status>([&] { return impl_->set_motion(body, motion); });
+}
+Status World::set_gravity(Vec3d gravity) {
+  return guarded<Status>([&] { return impl_->set_gravity(gravity); });
+}
+Status World::set_heat_time_scale(double scale) {
+  return guarded<Status>([&] { return impl_->set_heat_time_scale(scale); });
+}
+Status World::set_wall_heat(int face, const SurfaceHeatDesc& heat) {
+  return guarded<Status>([&] { return impl_->set_wall_heat(face, heat); });
+}
+Status World::set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity) {
+  return guarded<Status>([&] { return impl_->set_velocity(body, velocity, angular_velocity); });
+}
+Status World::apply_impulse(BodyId body, Vec3d impulse, Vec3d angular_impulse) {
+  return guarded<Status>([&] { return impl_->apply_impulse(body, impulse, angular_impulse); });
+}
+Status World::set_emitter(EmitterId emitter, const EmitterSetting& setting) {
+  return guarded<Status>([&] { return impl_->set_emitter(emitter, setting); });
+}
+Status World::set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source) {
+  return guarded<Status>([&] { return impl_->set_heat_region(region, temperature, source); });
 }
 Result<BodyMotion> World::motion(BodyId body) {
   return guarded<Result<BodyMotion>>([&] { return impl_->motion(body); });

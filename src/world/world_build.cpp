@@ -500,7 +500,7 @@ std::uint64_t WorldImpl::layers_due(const EmitterRecord& e, double t) const {
 void WorldImpl::limit_layers(EmitterRecord& e) const {
   e.layers = layers_before(e, e.desc.until);
   if (e.desc.max_particles != 0)
-    e.layers = std::min(e.layers, e.first_layer + e.desc.max_particles / e.points);
+    e.layers = std::min(e.layers, e.first_layer + e.skipped + e.desc.max_particles / e.points);
   e.layers = std::max(e.layers, e.first_layer);
 }
 

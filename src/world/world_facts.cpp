@@ -45,9 +45,10 @@ bool WorldImpl::heat_from_outside() const {
   if (desc.heat.model != HeatModel::enthalpy) return false;
   const auto& walls = desc.domain.heat;
   return std::any_of(heat_regions_.begin(), heat_regions_.end(), [](const auto& r) { return r.acts; }) ||
-         std::any_of(
-             bodies_.begin(), bodies_.end(),
-             [](const BodyRecord& b) { return b.desc.heat_source != 0 || !insulated(b.desc.surface); }) ||
+         std::any_of(bodies_.begin(), bodies_.end(),
+                     [](const BodyRecord& b) {
+                       return !b.gone && (b.desc.heat_source != 0 || !insulated(b.desc.surface));
+                     }) ||
          (desc.domain.bounded &&
           std::any_of(walls.begin(), walls.end(), [](const auto& w) { return !insulated(w); }));
 }
@@ -168,7 +169,7 @@ void WorldImpl::note(const core::WorldStatus& s) {
   if (s.particles == born_) census_.fluid = s.particles - removed > solid;  // else more is on its way
   std::uint64_t built = 0;
   for (const BodyRecord& b : bodies_)
-    if (materials[b.desc.material.index].melts_into) built += b.vertices;
+    if (materials[b.desc.material.index].melts_into) built += b.vertices - b.taken;
   census_.meltable = built + s.frozen - melted;
   if (census_.meltable == 0)
     for (std::size_t b = 0; b < bodies_.size(); ++b)

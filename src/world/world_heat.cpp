@@ -60,8 +60,7 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
 
 /// Conditions and regions as rows: a region becomes a bit per cell of its box.
 void WorldImpl::fill_heat_boundary(core::SceneConstants& c) const {
-  for (std::size_t f = 0; f < 6; ++f)
-    if (desc.domain.bounded) c.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
+  c.surroundings = surroundings();
   const double dx = desc.spacing;
   const Vec3d o = lattice_origin() - origin_;
   for (const HeatRegionRecord& region : heat_regions_) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
-// world_motion.cpp (kinematic bodies), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp
-// (constants, upload), world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals,
-// particles, pieces), world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp, snapshot.cpp, plan.cpp.
+// world_remove.cpp, world_motion.cpp (kinematic bodies), world_steer.cpp (settings, pushes, emitters), world_heat.cpp (regions,
+// surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
+// world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
+// world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
+// snapshot.cpp, plan.cpp.
 #pragma once
 
 #include <array>
@@ -27,7 +29,9 @@ inline namespace v0 {
 struct BodyRecord {
   SolidDesc desc;  ///< `fixed`: no force moves it
   bool kinematic() const { return desc.motion == Motion::kinematic; }
-  double reach = 0;  ///< of a kinematic body: its farthest particle from the pivot [m]
+  bool gone = false;        ///< the host removed it
+  std::uint64_t taken = 0;  ///< particles that went with it
+  double reach = 0;         ///< of its farthest particle as built, from its centre or the pivot [m]
   Vec3d rest_low,
       rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
   std::uint32_t first_vertex = 0, vertices = 0;
@@ -41,6 +45,14 @@ struct EmitterRecord {
   double layer_distance = 0;      ///< [m]
   std::uint32_t held_layers = 0;  ///< layers that the nozzle holds
   double lead = 0;                ///< how far behind the centre a layer begins [m]
+  bool on = true;
+  std::uint64_t skipped = 0;  ///< layers that did not come because it was off
+};
+
+/// What of an emitter a snapshot holds.
+struct EmitterState {
+  std::uint64_t first_layer = 0, skipped = 0, on = 1;
+  double from = 0, speed = 0, temperature = 0;
 };
 
 struct ProbeRecord {
@@ -88,6 +100,17 @@ class WorldImpl final : public Scheduler {
   // world_motion.cpp
   Status set_motion(BodyId id, const BodyMotion& m);
   Result<BodyMotion> motion(BodyId id);
+  // world_steer.cpp
+  Status set_gravity(Vec3d gravity);
+  Status set_heat_time_scale(double scale);
+  Status set_wall_heat(int face, const SurfaceHeatDesc& heat);
+  Status set_velocity(BodyId id, Vec3d velocity, Vec3d angular_velocity);
+  Status apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse);
+  Status set_emitter(EmitterId id, const EmitterSetting& setting);
+  Status set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source);
+  // world_remove.cpp
+  Status remove_body(BodyId id);
+  Result<std::uint64_t> remove_liquid(const Shape& shape);
   // world_prepare.cpp
   Status prepare();
   // world_step.cpp
@@ -142,7 +165,9 @@ class WorldImpl final : public Scheduler {
   std::uint64_t steps = 0;
   std::vector<MaterialDesc> materials;
 
-  bool valid(BodyId id) const { return id.generation == number_ && id.index < bodies_.size(); }
+  bool valid(BodyId id) const {
+    return id.generation == number_ && id.index < bodies_.size() && !bodies_[id.index].gone;
+  }
   bool valid(EmitterId id) const { return id.generation == number_ && id.index < emitters_.size(); }
   bool valid(HeatRegionId id) const { return id.generation == number_ && id.index < heat_regions_.size(); }
   bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
@@ -155,7 +180,13 @@ class WorldImpl final : public Scheduler {
 
  private:
   static std::uint32_t next_number();
+  core::Surroundings surroundings() const;
+  void surround();
+  void see_along(Vec3d gravity);
+  void see_speed(double speed);
   Status check_body(const char* call, BodyId id) const;
+  Status push(const char* call, const core::PushArguments& a);
+  Status check_pushed(const char* call, BodyId id) const;
   Status check_teleport(std::uint32_t body, const physics::RigidPlace& place);
   physics::RigidMotion motion_for(std::uint32_t body, const BodyMotion& m, double dt) const;
   Status plan_motions(double dt);
@@ -266,8 +297,10 @@ class WorldImpl final : public Scheduler {
   void close_up();
   std::uint64_t lattice_hash() const;
   std::uint64_t material_hash(const MaterialDesc& m) const;
-  Status check_snapshot(const core::SceneState& s, Vec3d origin, double time,
+  Status check_snapshot(const core::SceneState& s, std::uint64_t built, Vec3d origin, double time,
                         std::initializer_list<double> numbers) const;
+  static void put_emitter(const EmitterState& s, EmitterRecord& e);
+  Status check_emitter(std::size_t k, const EmitterState& s, double new_time) const;
   Status check_origin(Vec3d origin) const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
@@ -304,7 +337,7 @@ class WorldImpl final : public Scheduler {
   std::optional<core::PointGrid> places_;  ///< positions of `state_` by id, while things are added
   std::vector<std::uint32_t> holes_;       ///< ids whose liquid was displaced before the first step
   core::SceneLattice lattice_;
-  std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of
+  std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of, less what was removed with them
   std::vector<Vec3d> emitter_points_;
   Vec3d origin_;
   bool origin_set_ = false;
@@ -319,6 +352,8 @@ class WorldImpl final : public Scheduler {
   /// What the sound speed was derived from: height and speed of all that was added, as it was added.
   struct Extremes {
     double low = infinity, high = -infinity, speed = 0;
+    /// The box of it, for another gravity [m].
+    Vec3d min{infinity, infinity, infinity}, max{-infinity, -infinity, -infinity};
   } seen_;
   std::size_t seen_particles_ = 0, seen_emitters_ = 0, seen_bodies_ = 0;  ///< they are in it
   double sound_speed_ = 0;

@@ -32,6 +32,8 @@ std::uint32_t WorldImpl::next_number() {
 
 Status WorldImpl::check_body(const char* call, BodyId id) const {
   if (valid(id)) return {};
+  if (id.generation == number_ && id.index < bodies_.size())
+    return invalid(call, ": body: \"", bodies_[id.index].desc.name, "\" was removed; do not use its handle");
   return invalid(call, ": body: no body of this World has index ", id.index, " and generation ",
                  id.generation, "; pass what add_solid() of this World returned");
 }
@@ -192,7 +194,7 @@ Status WorldImpl::plan_motions(double dt) {
   double fastest = 0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyRecord& b = bodies_[i];
-    if (!b.kinematic()) continue;
+    if (!b.kinematic() || b.gone) continue;
     const auto body = static_cast<std::uint32_t>(i);
     const physics::RigidMotion m = motions_[i] ? motion_for(body, *motions_[i], dt) : state_.motion[i];
     if (Status s = check_motion(body, m, dt); !s) return s;

@@ -50,6 +50,8 @@ void WorldImpl::look_at_added() {
   const auto see = [&](Vec3d x) {
     seen_.low = std::min(seen_.low, dot(x, up));
     seen_.high = std::max(seen_.high, dot(x, up));
+    seen_.min = {std::min(seen_.min.x, x.x), std::min(seen_.min.y, x.y), std::min(seen_.min.z, x.z)};
+    seen_.max = {std::max(seen_.max.x, x.x), std::max(seen_.max.y, x.y), std::max(seen_.max.z, x.z)};
   };
   for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
     if (is_removed(state_.tag[i])) continue;
@@ -103,7 +105,6 @@ core::SceneConstants WorldImpl::constants() const {
   c.tension = desc.tension;
   c.one_liquid = one_liquid_;
   c.courant = desc.courant;
-  c.gravity = desc.gravity;
   c.domain = desc.domain;
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
@@ -149,6 +150,7 @@ core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
                             core::field_vertex_site, core::field_vertex_body, core::field_bodies})
       setup.channels |= core::FieldSet{1} << field;
   if ((facts & core::fact_kinematic) != 0) setup.channels |= core::FieldSet{1} << core::field_slot_of_id;
+  if ((facts & core::fact_mobile) != 0) setup.channels |= core::FieldSet{1} << core::field_push;
   if ((facts & core::fact_solid) == 0) setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   return setup;
 }

@@ -244,6 +244,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   }
   core::BodyMotionRow rest;
   physics::RigidMotion motion;
+  for (const Vec3d& p : positions) record.reach = std::max(record.reach, length(p - origin - center));
   if (kinematic) {
     const Vec3d o = lattice_origin() - origin;
     const double dx = desc.spacing;
@@ -257,7 +258,6 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     record.rest_low = record.rest_high = positions.front() - origin - center;
     for (const Vec3d& p : positions) {
       const Vec3d r = p - origin - center;
-      record.reach = std::max(record.reach, length(r));
       record.rest_low = {std::min(record.rest_low.x, r.x), std::min(record.rest_low.y, r.y),
                          std::min(record.rest_low.z, r.z)};
       record.rest_high = {std::max(record.rest_high.x, r.x), std::max(record.rest_high.y, r.y),

@@ -84,7 +84,7 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
 /// Layers whose time comes in [from, until): known to the host, so emission needs no word from the device.
 const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, double until) {
   bursts_.clear();
-  for (const EmitterRecord& e : emitters_) {
+  for (EmitterRecord& e : emitters_) {
     // Behind the last layer the nozzle lets go of those that it holds.
     const std::uint64_t end = std::min(e.layers + e.held_layers, layers_due(e, until));
     const Vec3d axis = core::unit(e.desc.axis);
@@ -92,7 +92,8 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       const auto& row = rows_[e.desc.material.index];
       core::BurstArguments b;
       b.first_point = e.first_point;
-      b.points = layer < e.layers ? e.points : 0;
+      b.points = layer < e.layers && e.on ? e.points : 0;
+      if (layer < e.layers && !e.on) ++e.skipped;
       b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)) - e.lead);
       b.radius = e.desc.radius;
       b.held = (e.held_layers - 0.5) * e.layer_distance;
@@ -107,6 +108,7 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       if (b.points != 0) census_.fluid = true;
       born_ += b.points;
     }
+    if (!e.on) limit_layers(e);
   }
   return bursts_.empty() ? nullptr : &bursts_;
 }

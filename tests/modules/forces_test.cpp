@@ -24,7 +24,7 @@ struct Scene {
   core::SceneState state;
   explicit Scene(std::uint32_t seed = 81) {
     Random random(seed);
-    constants.gravity = {0, -9.81, 0};
+    constants.surroundings.gravity = {0, -9.81, 0};
     constants.spring_dt = 1e-3;  // the step below
     constants.domain.bounded = true;
     constants.domain.max = {1.85, 1.5, 1.5};
@@ -101,12 +101,12 @@ struct Oracle {
       term[i] = std::max(0.0, stiffness * (std::pow(phi[i], 7) - 1)) / (phi[i] * phi[i]);
     }
     for (std::size_t i = 0; i < n; ++i) {
-      force[i] += c.gravity * mass[i];
+      force[i] += c.surroundings.gravity * mass[i];
       if (!solid(i) && c.domain.bounded)
-        force[i] +=
-            cast<double>(physics::floor_push(
-                w.c.walls, w.c.kernel, physics::wall_view(w.c.walls, xyz(w.f.position[i])), w.c.gravity)) *
-            mass[i];
+        force[i] += cast<double>(physics::floor_push(w.c.walls, w.c.kernel,
+                                                     physics::wall_view(w.c.walls, xyz(w.f.position[i])),
+                                                     w.clock.gravity)) *
+                    mass[i];
       if (!solid(i) && c.domain.bounded)
         for (const double d : {x[i].x - c.domain.min.x, c.domain.max.x - x[i].x, x[i].y - c.domain.min.y,
                                c.domain.max.y - x[i].y, x[i].z - c.domain.min.z, c.domain.max.z - x[i].z})
@@ -242,7 +242,7 @@ TYPED_TEST(Forces, SumToZero) {
   using T = TypeParam;
   Scene scene(83);
   scene.constants.domain.bounded = false;
-  scene.constants.gravity = {};
+  scene.constants.surroundings.gravity = {};
   Rig<T> rig;
   rig.upload(scene.constants, {}, scene.state, this->facts);
   rig.run(this->stages, 1e-3);

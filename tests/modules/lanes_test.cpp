@@ -210,7 +210,7 @@ TYPED_TEST(Lanes, FewParticles) {
     Random random(96);
     Cloud c;
     c.bound({0.6, 0.6, 0.6}, 0);
-    c.constants.gravity = {0, -20, 0};
+    c.constants.surroundings.gravity = {0, -20, 0};
     c.scatter(n, random, {0u});
     this->check(c, sph::Company::liquid);
   }

@@ -291,7 +291,7 @@ TYPED_TEST(Neighbours, CountedAheadIsWhoHasAPlace) {
     Cloud c;
     c.bound({2, 2, 2});
     for (int n = 0; n < 100; ++n) c.add({0.3 + 0.1 * (n % 10), 0.3 + 0.1 * (n / 10), 1});
-    if (!good) c.constants.gravity.y = std::numeric_limits<double>::quiet_NaN();
+    if (!good) c.constants.surroundings.gravity.y = std::numeric_limits<double>::quiet_NaN();
     Rig<TypeParam> rig;
     rig.upload(c.constants, {}, c.state, core::fact_particles | core::fact_fluid | core::fact_packed);
     rig.run({"step", "spatial", "sph"}, 1e-6);

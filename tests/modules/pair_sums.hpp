@@ -252,7 +252,7 @@ class AllPairs {
     for (std::size_t i = 0; i < n_; ++i) {
       if (gone(i)) continue;
       Summed& a = sums_.acceleration[i];
-      a.add(c_.gravity);
+      a.add(c_.surroundings.gravity);
       around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
         if ((solid(i) && solid(j)) || r == 0) return;
         double size = 0;
@@ -262,7 +262,7 @@ class AllPairs {
         a.add(force * (1 / mass_[i]), size / mass_[i]);
       });
       if (solid(i)) continue;
-      a.add(cast<double>(physics::floor_push(box, kernel, physics::wall_view(box, x_[i]), c_.gravity)));
+      a.add(cast<double>(physics::floor_push(box, kernel, physics::wall_view(box, x_[i]), c_.surroundings.gravity)));
       if (!c_.domain.no_slip) continue;
       for (int k = 0; k < 6; ++k) {
         const auto along = [k](const Vec3d& v) { return k < 2 ? v.x : k < 4 ? v.y : v.z; };

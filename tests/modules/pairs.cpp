@@ -16,7 +16,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
   core::SceneConstants& c = p.constants;
   c.support = support * dx;
   c.spring_dt = p.dt;
-  c.gravity = {0.5, -9.81, 0.3};
+  c.surroundings.gravity = {0.5, -9.81, 0.3};
   c.one_liquid = kind != Kind::all;
   for (core::MaterialRow<double>& m : c.materials) {
     m.viscosity *= 1000;  // as much as pressure does
@@ -88,7 +88,7 @@ PairScene bodies(double support, bool liquid) {
   core::SceneConstants& c = p.constants;
   c.support = support * dx;
   c.spring_dt = p.dt;
-  c.gravity = {0.5, -9.81, 0.3};
+  c.surroundings.gravity = {0.5, -9.81, 0.3};
   c.one_liquid = true;
   for (core::MaterialRow<double>& m : c.materials) {
     m.conductivity = m.liquid_conductivity = 2.2;

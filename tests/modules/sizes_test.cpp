@@ -108,7 +108,7 @@ TYPED_TEST(EngineSizes, WhatDoesNotFitTheDeviceIsRefusedWithBothNumbers) {
 TYPED_TEST(EngineSizes, ACrowdInOneCellIsSummedAndRefused) {
   for (const double spread : {0.1 * dx, 0.0}) {
     core::SceneConstants c = plain_constants(dx);
-    c.gravity = {0, 0, 0};
+    c.surroundings.gravity = {0, 0, 0};
     core::SceneState s;
     Random random(91);
     for (int n = 0; n < 500; ++n)

@@ -106,6 +106,13 @@ TEST(Steering, FollowsItsMotionExactlyWhateverTheSteps) {
     const BodyMotion now = *w.motion(body);
     EXPECT_LT(distance(*now.position, {1.2, 0.8, 1}), 1e-12);
     EXPECT_EQ(length(now.velocity), 0.0);
+    // On the way it has the velocity of the way: liquid and bodies see that.
+    static_cast<void>(w.synchronize());
+    require(w.set_motion(body, goes_to({1.1, 0.8, 1.2})));
+    require(w.step(0.5));
+    EXPECT_NEAR(w.synchronize().max_speed, std::sqrt(0.1 * 0.1 + 0.2 * 0.2) / 0.5, eps);
+    require(w.set_motion(body, goes_to({1.2, 0.8, 1})));
+    require(w.step(0.5));
     // A velocity alone: it goes on from there, for good.
     require(w.set_motion(body, moves_at({-0.5, 0, 0})));
     for (int k = 0; k < 3; ++k) require(w.step(0.1));
@@ -430,6 +437,437 @@ TEST(Steering, RefusesWhatCannotBeAndChangesNothing) {
   EXPECT_FALSE(w.add_solid(wrong));
 }
 
+/// A warm tank with a block of ice in it, a held region and a heated floor.
+struct Tank {
+  World world;
+  HeatRegionId region;
+};
+struct Settings {
+  Vec3d gravity{0, -9.81, 0};
+  double time_scale = 500, held = 60, source = 0;
+  bool holds = true;
+  SurfaceHeatDesc floor, side;
+};
+Tank make_tank(const Settings& s) {
+  WorldDesc d = steered_desc({1, 1, 1});
+  d.heat.model = HeatModel::enthalpy;
+  d.heat.time_scale = s.time_scale;
+  d.gravity = s.gravity;
+  d.domain.heat[2] = s.floor;
+  d.domain.heat[0] = s.side;
+  World w = make(d);
+  const MaterialId water = *w.add_material({});
+  MaterialDesc ice;
+  ice.name = "ice";
+  ice.density = 917;
+  ice.melts_into = water;
+  ice.melting_point = 0;
+  ice.latent_heat = 3.34e5;
+  SolidDesc b;
+  b.material = *w.add_material(ice);
+  b.shape = Shape::box({0.3, 0.3, 0.3}, {0.7, 0.6, 0.7});
+  b.temperature = -5;
+  require(w.add_solid(b));
+  FluidDesc f;
+  f.material = water;
+  f.shape = Shape::box({0, 0, 0}, {1, 0.5, 1});
+  f.temperature = 30;
+  require(w.add_fluid(f));
+  HeatRegionDesc r;
+  r.shape = Shape::box({0, 0, 0}, {0.2, 1, 1});
+  if (s.holds) r.temperature = s.held;
+  r.source = s.source;
+  const HeatRegionId region = *w.add_heat_region(r);
+  return {std::move(w), region};
+}
+
+// A World whose settings were changed is the World that was built with them and given the state, to the last bit.
+TEST(Steering, ChangedSettingsAreThoseOfAWorldBuiltWithThem) {
+  MELTSIM_NEEDS_BACKEND();
+  Settings cooled;
+  cooled.floor.convection = 200;
+  cooled.floor.ambient = 90;
+  const auto change = [](const std::function<void(Settings&)>& what, Settings s = {}) {
+    what(s);
+    return s;
+  };
+  const struct {
+    const char* name;
+    Settings before, after;
+    std::function<Status(Tank&)> steer;
+  } cases[] = {
+      {"gravity",
+       {},
+       change([](Settings& s) {
+         s.gravity = {3, -8, 1};
+       }),
+       [](Tank& t) {
+         return t.world.set_gravity({3, -8, 1});
+       }},
+      {"time scale",
+       {},
+       change([](Settings& s) { s.time_scale = 900; }),
+       [](Tank& t) { return t.world.set_heat_time_scale(900); }},
+      {"no heat",
+       {},
+       change([](Settings& s) { s.time_scale = 0; }),
+       [](Tank& t) { return t.world.set_heat_time_scale(0); }},
+      {"floor", cooled, change([](Settings& s) { s.floor.ambient = -20; }, cooled),
+       [](Tank& t) {
+         SurfaceHeatDesc h;
+         h.convection = 200;
+         h.ambient = -20;
+         return t.world.set_wall_heat(2, h);
+       }},
+      {"another wall", cooled, change([](Settings& s) { s.side.temperature = 70; }, cooled),
+       [](Tank& t) {
+         SurfaceHeatDesc h;
+         h.temperature = 70;
+         return t.world.set_wall_heat(0, h);
+       }},
+      {"region",
+       {},
+       change([](Settings& s) { s.held = 5; }),
+       [](Tank& t) { return t.world.set_heat_region(t.region, 5.0); }},
+      {"region's source",
+       {},
+       change([](Settings& s) {
+         s.holds = false;
+         s.source = 2e5;
+       }),
+       [](Tank& t) { return t.world.set_heat_region(t.region, std::nullopt, 2e5); }},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    Tank steered = make_tank(c.before), built = make_tank(c.after), left = make_tank(c.before);
+    for (int k = 0; k < 3; ++k) require(steered.world.step(0.01));
+    const std::vector<std::uint8_t> state = *steered.world.snapshot();
+    require(steered.world.step(0.01));
+    require(c.steer(steered));
+    require(steered.world.restore(state.data(), state.size()));
+    require(built.world.restore(state.data(), state.size()));
+    require(left.world.restore(state.data(), state.size()));
+    // And once more without anything that a restore() uploads: it was steered while it ran.
+    Tank running = make_tank(c.before);
+    for (int k = 0; k < 3; ++k) require(running.world.step(0.01));
+    require(c.steer(running));
+    for (int k = 0; k < 4; ++k)
+      for (World* w : {&steered.world, &built.world, &left.world, &running.world}) require(w->step(0.01));
+    EXPECT_EQ(*steered.world.state_hash(), *built.world.state_hash());
+    EXPECT_EQ(*running.world.state_hash(), *built.world.state_hash());
+    EXPECT_NE(*left.world.state_hash(), *built.world.state_hash());
+  }
+}
+
+// Gravity travels with the sub-step: a stone in the void has the velocity sum of g dt, to the rounding of 40 additions;
+// readings weigh it by the gravity of the moment, and no graph is recorded for it.
+TEST(Steering, GravityChangesInEveryStep) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = steered_desc({});
+  d.domain.bounded = false;
+  World w = make(d);
+  SolidDesc s;
+  s.material = *w.add_material(stone());
+  s.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  require(w.add_solid(s));
+  Vec3d v;
+  std::uint64_t graphs = 0;
+  for (int k = 0; k < 40; ++k) {
+    const Vec3d g{std::sin(0.3 * k), std::cos(0.3 * k), 0.1 * k};
+    require(w.set_gravity(g));
+    require(w.step(2e-3));
+    v += g * 2e-3;
+    if (k == 5) graphs = w.plan().graphs;
+  }
+  EXPECT_EQ(w.plan().graphs, graphs);
+  const auto pieces = *w.pieces();
+  EXPECT_LT(distance(pieces.at(0).velocity, v), 1e-12);
+  require(w.set_gravity({0, 0, -2}));
+  EXPECT_NEAR(w.totals()->potential, 27 * 2.0 * 2 * w.totals()->solid_center.z, 1e-9);
+}
+
+// A gravity that would make liquid fall faster than the sound speed was chosen for raises it; a smaller one leaves it.
+TEST(Steering, MoreGravityMakesSoundFaster) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = steered_desc({1, 1, 2});
+  d.sound_speed = 0;
+  d.gravity = {0, -1, 0};
+  World w = make(d);
+  FluidDesc f;
+  f.material = *w.add_material({});
+  f.shape = Shape::box({0, 0, 0}, {1, 0.5, 2});
+  require(w.add_fluid(f));
+  require(w.step(0.01));
+  EXPECT_NEAR(w.resolved().sound_speed, 10 * std::sqrt(2 * 1 * 0.55),
+              1e-9);  // half a spacing above and below centres
+  require(w.set_gravity({0, -4, 0}));
+  require(w.step(0.01));
+  EXPECT_NEAR(w.resolved().sound_speed, 10 * std::sqrt(2 * 4 * 0.55), 1e-9);
+  require(w.set_gravity({0, 0, -4}));
+  require(w.step(0.01));
+  EXPECT_NEAR(w.resolved().sound_speed, 10 * std::sqrt(2 * 4 * 2.05), 1e-9);
+  require(w.set_gravity({0, 0, -1}));
+  require(w.step(0.01));
+  EXPECT_NEAR(w.resolved().sound_speed, 10 * std::sqrt(2 * 4 * 2.05), 1e-9);
+  EXPECT_FALSE(w.synchronize().halted);
+}
+
+TEST(Steering, RefusesSettingsThatCannotBe) {
+  MELTSIM_NEEDS_BACKEND();
+  Tank t = make_tank({}), other = make_tank({});
+  Paddle dry = paddle_in_water();
+  require(t.world.step(0.01));
+  const std::uint64_t hash = *t.world.state_hash();
+  SurfaceHeatDesc hot, wrong;
+  hot.temperature = 50;
+  wrong.emissivity = 2;
+  const struct {
+    const char* names;
+    Status refused;
+  } bad[] = {
+      {"gravity", t.world.set_gravity({0, std::nan(""), 0})},
+      {"time_scale", t.world.set_heat_time_scale(-1)},
+      {"time_scale", t.world.set_heat_time_scale(infinity)},
+      {"face", t.world.set_wall_heat(6, hot)},
+      {"emissivity", t.world.set_wall_heat(2, wrong)},
+      {"heat.model", dry.world.set_wall_heat(2, hot)},
+      {"region", t.world.set_heat_region(other.region, 3.0)},
+      {"temperature", t.world.set_heat_region(t.region, -300.0)},
+      {"source", t.world.set_heat_region(t.region, 3.0, 5.0)},
+      {"source", t.world.set_heat_region(t.region, std::nullopt, std::nan(""))},
+  };
+  for (const auto& b : bad) {
+    ASSERT_FALSE(b.refused) << b.names;
+    EXPECT_EQ(b.refused.error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(b.refused.error().message.find(b.names), std::string::npos) << b.refused.error().message;
+  }
+  EXPECT_EQ(*t.world.state_hash(), hash);
+  EXPECT_EQ(t.world.desc().heat.time_scale, 500);
+}
+
+// A cube of 27 particles of 2 kg, 0.1 m apart: M = 54 kg and, about any axis, I = 2 kg (18 + 18) (0.1 m)^2 = 0.72 kg m^2. An
+// impulse J makes it J/M faster, an angular impulse L turns it L/I faster; to the rounding of double, before and, as no force
+// acts on it, after steps in which shape matching keeps both (exact sums, 1e-8).
+TEST(Steering, ImpulsesMoveAFreeBody) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = steered_desc({});
+  d.domain.bounded = false;
+  d.gravity = {};
+  World w = make(d);
+  SolidDesc s;
+  s.material = *w.add_material(stone());
+  s.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  const BodyId body = *w.add_solid(s);
+  s.shape = Shape::box({1, 0, 0}, {1.3, 0.3, 0.3});
+  const BodyId other = *w.add_solid(s);
+  const auto expect = [&](Vec3d v, Vec3d spin, double tolerance) {
+    const auto pieces = *w.pieces();
+    for (const PieceInfo& p : pieces) {
+      const bool pushed = p.body == body;
+      EXPECT_LT(distance(p.velocity, pushed ? v : Vec3d{}), tolerance);
+      EXPECT_LT(distance(p.angular_velocity, pushed ? spin : Vec3d{}), 10 * tolerance);
+    }
+    EXPECT_EQ(pieces.size(), 2u);
+    EXPECT_TRUE(pieces[0].body == body && pieces[1].body == other);
+  };
+  require(w.apply_impulse(body, {54, -27, 0}, {0, 0, 0.72}));
+  expect({1, -0.5, 0}, {0, 0, 1}, 1e-13);
+  require(w.apply_impulse(body, {0, 27, 5.4}, {0.36, 0, 0}));
+  expect({1, 0, 0.1}, {0.5, 0, 1}, 1e-13);
+  require(w.set_velocity(body, {0, 0.3, 0}, {0, 2, 0}));
+  expect({0, 0.3, 0}, {0, 2, 0}, 1e-13);
+  const Vec3d spun = w.totals()->angular_momentum;
+  for (int k = 0; k < 20; ++k) require(w.step(2e-3));
+  EXPECT_LT(distance(w.pieces()->at(0).velocity, {0, 0.3, 0}), 1e-7);
+  EXPECT_LT(distance(w.totals()->angular_momentum, spun), 1e-7);
+}
+
+TEST(Steering, RefusesPushesOnWhatForcesDoNotMove) {
+  MELTSIM_NEEDS_BACKEND();
+  Paddle a = paddle_in_water();
+  World& w = a.world;
+  SolidDesc s;
+  s.material = *w.add_material([] {
+    MaterialDesc m = stone();
+    m.name = "brick";
+    return m;
+  }());
+  s.shape = Shape::box({0.4, 0.9, 0.4}, {0.8, 1.1, 0.8});
+  const BodyId block = *w.add_solid(s);
+  require(w.step(0.01));
+  const std::uint64_t hash = *w.state_hash();
+  const double nan = std::nan("");
+  for (const Status& r : {w.apply_impulse(a.paddle, {1, 0, 0}), w.set_velocity(a.paddle, {1, 0, 0}),
+                          w.apply_impulse(BodyId{}, {1, 0, 0}), w.apply_impulse(block, {nan, 0, 0}),
+                          w.apply_impulse(block, {}, {0, infinity, 0}), w.set_velocity(block, {0, nan, 0}),
+                          w.set_velocity(block, {}, {1e300, 0, 0}), w.apply_impulse(block, {1e308, 0, 0})}) {
+    ASSERT_FALSE(r);
+    EXPECT_EQ(r.error().code, ErrorCode::invalid_argument) << r.error().message;
+  }
+  EXPECT_EQ(*w.state_hash(), hash);
+}
+
+/// A nozzle in the void: layers of 8 points (R = 1.5 spacings), 8/7.07 spacings apart.
+struct Jet {
+  World world;
+  EmitterId emitter;
+};
+constexpr double layer_distance = 8 * 0.001 / (pi * 0.15 * 0.15);
+Jet jet(std::uint64_t most = 0) {
+  WorldDesc d = steered_desc({});
+  d.domain.bounded = false;
+  d.gravity = {};
+  d.heat.model = HeatModel::enthalpy;
+  World w = make(d);
+  EmitterDesc e;
+  e.material = *w.add_material({});
+  e.axis = {1, 0, 0};
+  e.radius = 0.15;
+  e.speed = 1;
+  e.until = 1;
+  e.max_particles = most;
+  const EmitterId id = *w.add_emitter(e);
+  return {std::move(w), id};
+}
+std::size_t layers_of(World& w) { return w.particles()->id.size() / 8; }
+
+TEST(Steering, EmittersChangeSpeedTemperatureAndStop) {
+  MELTSIM_NEEDS_BACKEND();
+  Jet a = jet();
+  EmitterSetting faster, off, on;
+  faster.speed = 2.5;
+  faster.temperature = 70;
+  off.on = false;
+  on.on = true;
+  const auto steps = [&](Jet& j, int n) {
+    for (int k = 0; k < n; ++k) require(j.world.step(0.01));
+  };
+  steps(a, 30);
+  require(a.world.set_emitter(a.emitter, faster));
+  const std::size_t cold = layers_of(a.world);
+  steps(a, 30);
+  EXPECT_EQ(layers_of(a.world), 1 + static_cast<std::size_t>((0.3 * 1 + 0.3 * 2.5) / layer_distance));
+  const ParticleData p = *a.world.particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    EXPECT_NEAR(p.temperature[i], p.id[i] / 8 < cold ? 20 : 70, 1) << p.id[i];
+    // In the pipe, two spacings long from x = -0.2 on, it moves as the nozzle does.
+    if (is_held(p.tag[i])) {
+      EXPECT_NEAR(p.velocity[i].x, 2.5, 1e-12);
+      const double way = 2.5 * (a.world.time() - 0.3) + 0.3 - double(p.id[i] / 8) * layer_distance;
+      EXPECT_NEAR(p.position[i].x + 2 * layer_distance, way, 1e-9);
+    }
+  }
+  // Off: those in the pipe still leave it. What it leaves out counts towards nothing.
+  require(a.world.set_emitter(a.emitter, off));
+  const std::size_t before = layers_of(a.world);
+  steps(a, 20);
+  EXPECT_EQ(layers_of(a.world), before);
+  const ParticleData left = *a.world.particles();
+  for (const ParticleTag tag : left.tag) EXPECT_FALSE(is_held(tag));
+  require(a.world.set_emitter(a.emitter, on));
+  // In mid-change a snapshot goes on with the same bits, also where the setting was another one.
+  const std::vector<std::uint8_t> state = *a.world.snapshot();
+  Jet b = jet();
+  require(b.world.restore(state.data(), state.size()));
+  steps(a, 15);
+  steps(b, 15);
+  EXPECT_GT(layers_of(a.world), before);
+  EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
+  steps(a, 30);  // its end, 1 s, is past
+  const std::size_t all = layers_of(a.world);
+  steps(a, 10);
+  EXPECT_EQ(layers_of(a.world), all);
+  EXPECT_FALSE(a.world.synchronize().halted);
+
+  Jet c = jet(24);
+  require(c.world.set_emitter(c.emitter, off));
+  steps(c, 50);
+  EXPECT_EQ(layers_of(c.world), 0u);
+  require(c.world.set_emitter(c.emitter, on));
+  steps(c, 50);
+  EXPECT_EQ(layers_of(c.world), 3u);
+}
+
+TEST(Steering, RefusesEmittersThatCannotBe) {
+  MELTSIM_NEEDS_BACKEND();
+  Jet a = jet(), other = jet();
+  require(a.world.step(0.01));
+  EmitterSetting slow, cold, fast;
+  slow.speed = 0;
+  cold.temperature = -300;
+  fast.speed = infinity;
+  for (const Status& r : {a.world.set_emitter(a.emitter, slow), a.world.set_emitter(a.emitter, cold),
+                          a.world.set_emitter(a.emitter, fast), a.world.set_emitter(other.emitter, {}),
+                          a.world.set_emitter(EmitterId{}, {})}) {
+    ASSERT_FALSE(r);
+    EXPECT_EQ(r.error().code, ErrorCode::invalid_argument) << r.error().message;
+  }
+  require(a.world.set_emitter(a.emitter, {}));
+}
+
+// What is removed is gone, what has melted off a body stays, and all goes on, here and in a World that is given the state.
+TEST(Steering, RemovesBodiesAndLiquid) {
+  MELTSIM_NEEDS_BACKEND();
+  Paddle a = paddle_in_water(), b = paddle_in_water();
+  World& w = a.world;
+  require(w.step(0.01));
+  const Totals before = *w.totals();
+  EXPECT_EQ(before.solid, 6u * 4 * 2);
+  const Shape half = Shape::box({0, 0, 0}, {1.2, 1.2, 0.6});
+  const ParticleData p = *w.particles();
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    inside += is_fluid(p.tag[i]) && p.position[i].z <= 0.6 ? 1u : 0u;
+  ASSERT_GT(inside, 300u);
+  EXPECT_EQ(*w.remove_liquid(half), inside);
+  EXPECT_EQ(*w.remove_liquid(half), 0u);
+  EXPECT_FALSE(w.remove_liquid(Shape::box({1, 0, 0}, {0, 1, 1})));
+  require(w.step(0.01));
+  EXPECT_EQ(w.totals()->fluid, before.fluid - inside);
+  require(w.remove(a.paddle));
+  const Status again = w.remove(a.paddle);
+  ASSERT_FALSE(again);
+  EXPECT_NE(again.error().message.find("was removed"), std::string::npos) << again.error().message;
+  EXPECT_FALSE(w.remove(b.paddle));  // of another World
+  EXPECT_FALSE(w.set_motion(a.paddle, {}));
+  for (int k = 0; k < 5; ++k) require(w.step(0.01));
+  const StepResult r = w.synchronize();
+  EXPECT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_EQ(r.solid, 0u);
+  EXPECT_EQ(r.fluid, before.fluid - inside);
+  EXPECT_EQ(r.removed, inside + 48);
+  EXPECT_TRUE(w.pieces()->empty());
+  const std::vector<std::uint8_t> state = *w.snapshot();
+  require(b.world.restore(state.data(), state.size()));
+  EXPECT_FALSE(b.world.remove(b.paddle));  // it is gone there, too
+  for (World* x : {&w, &b.world}) require(x->step(0.01));
+  EXPECT_EQ(*w.state_hash(), *b.world.state_hash());
+}
+
+TEST(Steering, RemovesOneBodyOfTwo) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene s;
+  s.ice_temperature = -0.1;
+  Scene scene = ice_in_water(describe(), s);
+  World& w = scene.world;
+  // Until something has melted, which stays.
+  StepResult r = w.synchronize();
+  for (int k = 0; k < 200 && r.melted == 0; ++k) {
+    require(w.step(0.005));
+    r = w.synchronize();
+  }
+  ASSERT_GT(r.melted, 0u);
+  ASSERT_GT(r.solid, 0u);
+  const auto body = w.pieces()->at(0).body;
+  require(w.remove(body));
+  for (int k = 0; k < 5; ++k) require(w.step(0.005));
+  const StepResult after = w.synchronize();
+  EXPECT_FALSE(after.halted) << after.halt_reason;
+  EXPECT_EQ(after.solid, 0u);
+  EXPECT_EQ(after.fluid, r.fluid);
+  EXPECT_EQ(after.melted, r.melted);
+}
+
 // Into clear air it may jump, and is at rest there.
 TEST(Steering, TeleportsWhereNothingIs) {
   MELTSIM_NEEDS_BACKEND();
@@ -448,6 +886,34 @@ TEST(Steering, TeleportsWhereNothingIs) {
     EXPECT_EQ(length(p.velocity[i]), 0.0);
   }
   EXPECT_FALSE(a.world.synchronize().halted);
+}
+
+// It is elsewhere from the beginning of the step on: a block that lay on it falls freely in that very sub-step, at g dt to
+// the exact sums of shape matching.
+TEST(Steering, ATeleportIsOverBeforeTheStep) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = make(steered_desc({1, 2, 1}));
+  const MaterialId m = *w.add_material(stone());
+  const BodyId plate = kinematic(w, m, Shape::box({0.1, 1, 0.1}, {0.9, 1.2, 0.9}));
+  SolidDesc s;
+  s.material = m;
+  s.shape = Shape::box({0.4, 1.2, 0.4}, {0.7, 1.5, 0.7});
+  const BodyId block = *w.add_solid(s);
+  const auto speed = [&] {
+    const auto pieces = *w.pieces();
+    for (const PieceInfo& p : pieces)
+      if (p.body == block) return p.velocity.y;
+    return 1.0;
+  };
+  for (int k = 0; k < 400; ++k) require(w.step(2.5e-3));
+  const double lying = speed();
+  EXPECT_NEAR(lying, 0, 1e-3);
+  BodyMotion away = goes_to({0.5, 0.5, 0.5});
+  away.teleport = true;
+  require(w.set_motion(plate, away));
+  const double dt = 1e-3;  // one sub-step
+  require(w.step(dt));
+  EXPECT_NEAR(speed(), lying - 9.81 * dt, 1e-9);
 }
 
 // Its speed shortens sub-steps where nothing else does, and makes sound faster where it is said in advance.

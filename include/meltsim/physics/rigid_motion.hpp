@@ -72,10 +72,12 @@ MELTSIM_HD RigidPlace place_at(const RigidMotion& m, double time) {
   return time < m.until ? moved_on(m.first, time - m.from) : moved_on(m.then, time - m.until);
 }
 
-/// Position [m] and velocity [m/s] of the point that was at `rest` [m] from the pivot as built.
+/// A point of a body.
 struct RigidPoint {
-  Vec3<double> position{}, velocity{};
+  Vec3<double> position{};  ///< [m]
+  Vec3<double> velocity{};  ///< [m/s]
 };
+/// The point that was at `rest` [m] from the pivot as built.
 MELTSIM_HD RigidPoint point_of(const RigidPlace& p, Vec3<double> rest) {
   const Vec3<double> arm = rotate(p.orientation, rest);
   return {p.position + arm, p.velocity + cross(p.angular_velocity, arm)};

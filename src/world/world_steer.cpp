@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+// Settings that a host changes between steps: gravity, heat of walls and regions, the time scale of heat. They travel with the
+// next sub-step's parameters.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "engine/text.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "world/nozzle.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+namespace {
+/// That a description with the change would be refused says what is wrong with it.
+Status checked(const char* call, const WorldDesc& desc) {
+  Status s = core::validate(desc);
+  if (!s) return Error{s.error().code, std::string(call) + ": " + s.error().message};
+  return s;
+}
+}  // namespace
+
+core::Surroundings WorldImpl::surroundings() const {
+  core::Surroundings s;
+  s.gravity = desc.gravity;
+  for (std::size_t f = 0; f < 6; ++f)
+    if (desc.domain.bounded) s.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
+  return s;
+}
+
+/// To the engine, which holds the scene; and another plan where the change asks for one.
+void WorldImpl::surround() {
+  if (dirty_) return;  // prepare() does it
+  engine->surround(surroundings());
+  plan_changed_ = plan_changed_ || facts() != facts_;
+}
+
+/// Height of all that was added, along another gravity: that of its box.
+void WorldImpl::see_along(Vec3d gravity) {
+  const double g = length(gravity);
+  if (!(g > 0) || !(seen_.high >= seen_.low)) return;
+  const Vec3d up = gravity * (-1 / g);
+  seen_.low = infinity;
+  seen_.high = -infinity;
+  for (int corner = 0; corner < 8; ++corner) {
+    const double at = dot(up, {corner & 1 ? seen_.min.x : seen_.max.x, corner & 2 ? seen_.min.y : seen_.max.y,
+                               corner & 4 ? seen_.min.z : seen_.max.z});
+    seen_.low = std::min(seen_.low, at);
+    seen_.high = std::max(seen_.high, at);
+  }
+}
+
+Status WorldImpl::set_gravity(Vec3d gravity) {
+  WorldDesc changed = desc;
+  changed.gravity = gravity;
+  if (Status s = checked("set_gravity", changed); !s) return s;
+  const double g = length(gravity), before = length(desc.gravity);
+  // The same direction, to rounding: heights along it stand.
+  const bool turned = !(g > 0 && before > 0 && dot(gravity, desc.gravity) >= g * before * (1 - 1e-12));
+  desc.gravity = gravity;
+  if (steps == 0 && (dirty_ || sound_speed_ == 0)) {
+    added_ = true;  // heights are seen anew
+    return {};
+  }
+  const double sound = sound_speed_;
+  if (turned) see_along(gravity);
+  if (sound > 0) derive_sound_speed();
+  if (turned && std::any_of(probes_.begin(), probes_.end(),
+                            [](const ProbeRecord& p) { return p.desc.kind == ProbeKind::level; }))
+    probes_stale_ = true;
+  if (dirty_) return {};
+  if (sound_speed_ != sound) {
+    plan_changed_ = true;
+    engine->surround(surroundings());
+    return {};
+  }
+  surround();
+  derive_limits();
+  return {};
+}
+
+Status WorldImpl::set_heat_time_scale(double scale) {
+  WorldDesc changed = desc;
+  changed.heat.time_scale = scale;
+  if (Status s = checked("set_heat_time_scale", changed); !s) return s;
+  desc.heat.time_scale = scale;
+  surround();
+  if (std::any_of(probes_.begin(), probes_.end(),
+                  [](const ProbeRecord& p) { return p.desc.kind == ProbeKind::heat; }))
+    probes_stale_ = true;
+  return {};
+}
+
+Status WorldImpl::set_wall_heat(int face, const SurfaceHeatDesc& heat) {
+  if (face < 0 || face > 5)
+    return invalid("set_wall_heat: face: must be 0..5, in the order -x, +x, -y, +y, -z, +z, got ", face);
+  WorldDesc changed = desc;
+  changed.domain.heat[static_cast<std::size_t>(face)] = heat;
+  if (Status s = checked("set_wall_heat", changed); !s) return s;
+  desc.domain.heat[static_cast<std::size_t>(face)] = heat;
+  surround();
+  return {};
+}
+
+Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source) {
+  if (!valid(id))
+    return invalid("set_heat_region: region: no heat region of this World has index ", id.index,
+                   " and generation ", id.generation, "; pass what add_heat_region() of this World returned");
+  HeatRegionRecord& region = heat_regions_[id.index];
+  HeatRegionDesc changed = region.desc;
+  changed.temperature = temperature;
+  changed.source = source;
+  if (Status s = core::validate(changed, desc.heat.model); !s)
+    return Error{s.error().code, "set_heat_region: " + s.error().message};
+  region.desc.temperature = temperature;
+  region.desc.source = source;
+  if (dirty_ || !region.acts) return {};  // rows are made of the description when it begins to act
+  std::uint32_t row = 0;
+  for (std::uint32_t k = 0; k < id.index; ++k) row += heat_regions_[k].acts ? 1u : 0u;
+  engine->set_heat_region(row, temperature.has_value(), temperature.value_or(0), source);
+  return {};
+}
+
+Status WorldImpl::check_pushed(const char* call, BodyId id) const {
+  if (Status s = check_body(call, id); !s) return s;
+  if (bodies_[id.index].desc.fixed)
+    return invalid(call, ": body \"", bodies_[id.index].desc.name,
+                   "\": motion: only a free body can be pushed; ",
+                   bodies_[id.index].kinematic() ? "use set_motion" : "build it with SolidDesc::motion free");
+  return {};
+}
+
+Status WorldImpl::push(const char* call, const core::PushArguments& a) {
+  if (halted_)
+    return Error{ErrorCode::halted,
+                 core::text(call, ": the World halted: ", halt_reason_, "; restore a snapshot to go on")};
+  if (Status s = prepare(); !s) return s;
+  engine->push(a);
+  state_stale_ = true;
+  return {};
+}
+
+Status WorldImpl::set_velocity(BodyId id, Vec3d velocity, Vec3d angular_velocity) {
+  if (Status s = check_pushed("set_velocity", id); !s) return s;
+  const BodyRecord& body = bodies_[id.index];
+  const std::string what = "set_velocity: body \"" + body.desc.name + "\": ";
+  if (!finite(velocity)) return invalid(what, "velocity: must be finite, got ", velocity);
+  if (!finite(angular_velocity))
+    return invalid(what, "angular_velocity: must be finite, got ", angular_velocity);
+  const double fastest = length(velocity) + length(angular_velocity) * body.reach;
+  if (Status s = check_numbers(what, materials[body.desc.material.index],
+                               materials[body.desc.material.index].density, 0, {fastest, 0, 0});
+      !s)
+    return s;
+  if (Status s = push("set_velocity", {id.index, body.first_vertex, true, velocity, angular_velocity}); !s)
+    return s;
+  see_speed(fastest);
+  return {};
+}
+
+/// Something moves as fast: it counts like what was added at that speed.
+void WorldImpl::see_speed(double speed) {
+  if (!(speed > seen_.speed)) return;
+  seen_.speed = speed;
+  const double sound = sound_speed_;
+  if (sound > 0) derive_sound_speed();
+  if (dirty_) return;
+  if (sound_speed_ != sound) plan_changed_ = true;
+  else derive_limits();
+}
+
+Status WorldImpl::apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse) {
+  if (Status s = check_pushed("apply_impulse", id); !s) return s;
+  const BodyRecord& body = bodies_[id.index];
+  const std::string what = "apply_impulse: body \"" + body.desc.name + "\": ";
+  const double density = materials[body.desc.material.index].density;
+  const double particle = density * desc.spacing * desc.spacing * desc.spacing;
+  // All of it on one particle would still be a speed that can be held.
+  const auto check = [&](const char* field, Vec3d v, double by) -> Status {
+    if (!finite(v)) return invalid(what, field, ": must be finite, got ", v);
+    return check_numbers(what + field + ": ", materials[body.desc.material.index], density, 0,
+                         {length(v) / by, 0, 0});
+  };
+  if (Status s = check("impulse", impulse, particle); !s) return s;
+  if (Status s = check("angular_impulse", angular_impulse, particle * desc.spacing); !s) return s;
+  return push("apply_impulse", {id.index, body.first_vertex, false, impulse, angular_impulse});
+}
+
+Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
+  if (!valid(id))
+    return invalid("set_emitter: emitter: no emitter of this World has index ", id.index, " and generation ",
+                   id.generation, "; pass what add_emitter() of this World returned");
+  if (halted_)
+    return Error{ErrorCode::halted, core::text("set_emitter: the World halted: ", halt_reason_,
+                                               "; restore a snapshot to go on")};
+  EmitterRecord r = emitters_[id.index];
+  const double before = r.desc.speed;
+  if (setting.speed) r.desc.speed = *setting.speed;
+  if (setting.temperature) r.desc.temperature = *setting.temperature;
+  const std::string what = "set_emitter: emitter \"" + r.desc.name + "\": ";
+  EmitterDesc asked = r.desc;
+  asked.from =
+      std::min(std::max(asked.from, 0.0), asked.until);  // a changed speed moves where its layers count from
+  if (Status s = core::validate(asked, desc.spacing); !s)
+    return Error{s.error().code, "set_emitter: " + s.error().message};
+  const auto row = material_rows()[r.desc.material.index];
+  const double h = physics::enthalpy_of(row, r.desc.temperature);
+  const Vec3d axis = core::unit(r.desc.axis);
+  if (Status s = check_numbers(what, materials[r.desc.material.index], physics::rest_density(row, h), h,
+                               axis * r.desc.speed);
+      !s)
+    return s;
+  if (setting.on) r.on = *setting.on;
+  if (r.desc.speed != before && time > emitters_[id.index].desc.from) {
+    // The next layer comes when the last one has gone on by the distance of layers.
+    const std::uint64_t next = layers_due(emitters_[id.index], time);
+    const double gone = next == 0 ? r.layer_distance : before * (time - due(emitters_[id.index], next - 1));
+    const double then = time + std::max(0.0, r.layer_distance - gone) / r.desc.speed;
+    r.desc.from = then - double(next) * r.layer_distance / r.desc.speed;
+  }
+  limit_layers(r);
+  constexpr double most_points = 4e9;  // ids are 32 bits
+  if (double(r.layers) * r.points > most_points)
+    return Error{ErrorCode::capacity,
+                 core::text(what, "speed: would emit ", double(r.layers) * r.points,
+                            " particles until its end; shorten it or set max_particles")};
+  if (Status s = prepare(); !s) return s;
+  emitters_[id.index] = r;
+  if (r.desc.speed != before) {
+    engine->respeed(axis * before, axis * r.desc.speed);
+    state_stale_ = true;
+    see_speed(r.desc.speed);
+  }
+  if (born_ + planned_emission() > capacity_) {
+    fetch_state();
+    dirty_ = true;
+  }
+  return {};
+}
+
+}  // namespace v0
+}  // namespace meltsim
