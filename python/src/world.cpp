@@ -727,6 +727,95 @@ void bind_world(nb::module_& m) {
           "body"_a, nb::sig("def motion(self, body: Body | str) -> dict[str, tuple[float, ...]]"),
           "Pose and velocities of a kinematic body now, as set_motion() takes them.")
       .def(
+          "remove",
+          [](HostWorld& w, nb::object body) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            away(w, true, [&](World& world) { expect(world.remove(id)); });
+          },
+          "body"_a, nb::sig("def remove(self, body: Body | str) -> None"),
+          "Removes a body: all that is solid of it. Its name stays taken.")
+      .def(
+          "remove_liquid",
+          [](HostWorld& w, const Shape& shape) {
+            return away(w, true, [&](World& world) { return expect(world.remove_liquid(shape)); });
+          },
+          "shape"_a, "Removes the liquid whose particles have their centres in a shape; returns how many.")
+      .def(
+          "set_velocity",
+          [](HostWorld& w, nb::object body, Vector velocity, Vector angular_velocity) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            const Vec3d v = vector("velocity", velocity), spin = vector("angular_velocity", angular_velocity);
+            away(w, true, [&](World& world) { expect(world.set_velocity(id, v, spin)); });
+          },
+          "body"_a, "velocity"_a, "angular_velocity"_a = nb::make_tuple(0, 0, 0),
+          "Sets the motion of a free body: of its centre of mass [m/s] and about it [rad/s].")
+      .def(
+          "apply_impulse",
+          [](HostWorld& w, nb::object body, Vector impulse, Vector angular_impulse) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            const Vec3d p = vector("impulse", impulse), l = vector("angular_impulse", angular_impulse);
+            away(w, true, [&](World& world) { expect(world.apply_impulse(id, p, l)); });
+          },
+          "body"_a, "impulse"_a, "angular_impulse"_a = nb::make_tuple(0, 0, 0),
+          "Gives a free body an impulse at its centre of mass [N s] and an angular impulse about it [N m s].")
+      .def(
+          "set_emitter",
+          [](HostWorld& w, const Emitter& emitter, nb::object on, nb::object speed, nb::object temperature) {
+            EmitterSetting setting;
+            if (!on.is_none()) setting.on = boolean("on", on);
+            if (!speed.is_none()) setting.speed = number("speed", speed);
+            if (!temperature.is_none()) setting.temperature = number("temperature", temperature);
+            const EmitterId id = w.resolve("emitter", std::vector<Emitter>{}, nb::cast(emitter), "emitter");
+            away(w, true, [&](World& world) { expect(world.set_emitter(id, setting)); });
+          },
+          "emitter"_a, nb::kw_only(), "on"_a = nb::none(), "speed"_a = nb::none(),
+          "temperature"_a = nb::none(),
+          nb::sig("def set_emitter(self, emitter: Emitter, *, on: bool | None = None, speed: float | None = "
+                  "None, temperature: float | None = None) -> None"),
+          "Turns an emitter on or off, changes its speed [m/s] or the temperature of what is to come "
+          "[degrees Celsius].")
+      .def(
+          "set_gravity",
+          [](HostWorld& w, Vector gravity) {
+            const Vec3d g = vector("gravity", gravity);
+            away(w, true, [&](World& world) { expect(world.set_gravity(g)); });
+          },
+          "gravity"_a, "Sets gravity [m/s^2]. Not part of snapshots.")
+      .def(
+          "set_heat_time_scale",
+          [](HostWorld& w, Real scale) {
+            const double x = number("scale", scale);
+            away(w, true, [&](World& world) { expect(world.set_heat_time_scale(x)); });
+          },
+          "scale"_a, "Sets how many times faster than motion heat runs; 0 stops heat. Not part of snapshots.")
+      .def(
+          "set_wall_heat",
+          [](HostWorld& w, Text face, nb::kwargs heat) {
+            const int index = static_cast<int>(choice("face", face, {"-x", "+x", "-y", "+y", "-z", "+z"}));
+            SurfaceHeatDesc desc;
+            describe(desc, surface_heat_keys(), "set_wall_heat", 0,
+                     nb::args(nb::steal<nb::args>(PyTuple_New(0))), heat);
+            away(w, true, [&](World& world) { expect(world.set_wall_heat(index, desc)); });
+          },
+          "face"_a, "heat"_a,
+          nb::sig("def set_wall_heat(self, face: str, *, temperature: float | None = ..., flux: float = ..., "
+                  "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
+          "Sets the heat through a wall, -x to +z; what is not given is 0, and `ambient` 20 degrees.")
+      .def(
+          "set_heat_region",
+          [](HostWorld& w, const HeatRegion& region, nb::object temperature, Real source) {
+            std::optional<double> held;
+            if (!temperature.is_none()) held = number("temperature", temperature);
+            const double released = number("source", source);
+            const HeatRegionId id =
+                w.resolve("region", std::vector<HeatRegion>{}, nb::cast(region), "heat region");
+            away(w, true, [&](World& world) { expect(world.set_heat_region(id, held, released)); });
+          },
+          "region"_a, nb::kw_only(), "temperature"_a = nb::none(), "source"_a = 0.0,
+          nb::sig("def set_heat_region(self, region: HeatRegion, *, temperature: float | None = None, "
+                  "source: float = 0.0) -> None"),
+          "Sets what a heat region does: it holds a temperature [degrees Celsius] or releases heat [W/m^3].")
+      .def(
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")
       .def(

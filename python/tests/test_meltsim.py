@@ -170,6 +170,48 @@ def test_a_kinematic_body_moves_as_told():
         world.set_motion("block", velocity=(1, 0, 0))
 
 
+def test_a_world_is_steered_between_steps():
+    world = World(spacing=0.1, backend="cpu", threads=1, gravity=(0, 0, 0), heat_time_scale=1)
+    world.add_material("ice", density=1000)
+    body = world.add_solid(Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), "ice", name="cube", temperature=20)
+    region = world.add_heat_region(Shape.box((-9, -9, -9), (9, 9, 9)), source=500)
+    mass = world.totals().mass
+    world.apply_impulse(body, (mass, 0, 0))
+    # Single precision of a momentum of 27 kg m/s.
+    assert np.allclose(world.totals().momentum, (mass, 0, 0), atol=1e-4)
+    world.set_velocity("cube", (0, 2, 0))
+    assert np.allclose(world.totals().momentum, (0, 2 * mass, 0), atol=1e-4)
+    world.set_gravity((0, -10, 0))
+    world.step(0.1)
+    assert np.allclose(world.totals().momentum, (0, mass, 0), atol=1e-3)
+    world.set_heat_region(region, source=1000)
+    world.step(0.1)
+    assert world.totals().heat_in == pytest.approx((500 + 1000) * 0.027 * 0.1, rel=1e-5)
+    world.set_heat_time_scale(0)
+    world.step(0.1)
+    assert world.totals().heat_in == pytest.approx(4.05, rel=1e-5)
+    world.remove(body)
+    assert world.totals().solid == 0
+    with pytest.raises(meltsim.Error, match="remove"):
+        world.remove(body)
+    other = bath()
+    assert other.remove_liquid(Shape.box((0, 0, 0), (0.6, 0.1, 0.6))) == 36
+    before = other.state_hash()
+    with pytest.raises(meltsim.Error, match="another World"):
+        other.set_heat_region(region, source=1)
+    with pytest.raises(TypeError, match='did you mean "temperature"'):
+        other.set_wall_heat("-y", temprature=80)
+    with pytest.raises(meltsim.Error, match="gravity"):
+        other.set_gravity((0, math.nan, 0))
+    assert other.state_hash() == before
+    other.set_wall_heat("-y", temperature=80)
+    other.remove("block")
+    tap = other.add_emitter((0.3, 0.7, 0.3), "water", radius=0.1, speed=1, until=1.0)
+    other.set_emitter(tap, on=False)
+    other.step(0.01)
+    assert other.totals().heat_in > 0
+
+
 @pytest.mark.parametrize("call, error, text", [
     (lambda w: w.add_material("oil", densty=900), TypeError, 'did you mean "density"'),
     (lambda w: w.add_material("oil", density="heavy"), TypeError, "density: expected a number, got 'heavy'"),
