@@ -7,7 +7,7 @@
 namespace validation {
 namespace {
 
-constexpr double dx = 0.0625, g = 9.81, cell = dx * dx * dx;
+constexpr double dx = 0.0625, g = 9.81, cell = dx * dx * dx, pi = 3.14159265358979323846;
 
 struct Solid {
   double centre = 0, low = infinity,
@@ -236,6 +236,87 @@ void stratified(const Settings& s, Report& r) {
 }
 void overturn(const Settings& s, Report& r) { layered(s, r, 1000, 2000, true, 8); }
 
+/// A cubic array of spheres in liquid: one sphere, `diameter` spacings wide, in the middle of a periodic cube.
+struct SphereArray {
+  double radius = 0;  ///< of a sphere with the volume of the sampled body [m]
+  double share = 0;   ///< of the volume [-]
+};
+SphereArray sphere_in(Run& run, int diameter, int cells, double density, double viscosity, Vec3d velocity,
+                      bool fixed, Vec3d stream = {}) {
+  const double middle = 0.5 * cells * dx, edge = cells * dx;
+  run.solid("sphere", Shape::sphere({middle, middle, middle}, 0.5 * diameter * dx),
+            run.material("solid", density, 0), velocity, fixed);
+  run.fluid(Shape::box({0, 0, 0}, {edge, edge, edge}), run.material("water", 1000, viscosity), stream);
+  const double volume = solid_of(run.particles()).count * cell;
+  return {std::cbrt(3 * volume / (4 * pi)), volume / (edge * edge * edge)};
+}
+WorldDesc sphere_array(const Settings& s, int cells, double sound_speed) {
+  WorldDesc d = box(s, dx, {cells, cells, cells}, Face::periodic, Face::periodic, Face::periodic);
+  d.tension = true;  // liquid fills the domain
+  d.sound_speed = sound_speed;
+  d.artificial_viscosity = 0;  // its shear stress is no part of the references
+  return d;
+}
+
+// A sphere is set in motion at once. What it keeps of its momentum once sound has spread it over the liquid gives the
+// added mass. Sound stays in the box, so the speed is the mean over ten passages of it.
+void added_mass(const Settings& s, Report& r) {
+  constexpr int cells = 20, diameter = 8;
+  constexpr double ratio = 2.5;
+  const auto launch = [&](double path, const char* name) {
+    WorldDesc d = sphere_array(s, cells, 20);
+    d.gravity = {0, 0, 0};
+    Run run(d, r);
+    const double passage = cells * dx / d.sound_speed, start = path * dx / (11 * passage);
+    const SphereArray a = sphere_in(run, diameter, cells, ratio * 1000, 0, {0, start, 0}, false);
+    double mean = 0;
+    int samples = 0;
+    for (double t = passage; t < 11 * passage; t += 0.1 * passage, ++samples) {
+      if (!run.to(t)) return;
+      mean += solid_of(run.particles()).speed;
+    }
+    mean /= samples;
+    r.relative(std::string("added mass over displaced mass, ") + name, ratio * (start / mean - 1),
+               0.5 * (1 + 2 * a.share) / (1 - a.share), 20, "8 spacings to a diameter");
+  };
+  launch(0.1, "moved by less than 0.1 dx");
+  if (r.error.empty()) launch(2, "moved by less than 2 dx");
+  r.note =
+      "The force on a body that has just begun to move is right. Later the first layer of liquid moves along "
+      "with "
+      "the sphere, whose sampled surface is rough by a spacing; the layers beyond slide past it as in "
+      "potential "
+      "flow.";
+}
+
+// Liquid driven slowly through a cubic array of fixed spheres. Hasimoto: the pressure drop over a cell is, per 6 pi mu R
+// times the mean velocity of the whole volume, 1/(1 - 1.7601 f^(1/3) + f - 1.5593 f^2). The liquid starts at about its
+// final speed; what it still gains or loses is taken off its weight.
+void stokes(const Settings& s, Report& r) {
+  for (const int diameter : {6, 8}) {
+    if (!r.error.empty()) return;
+    const int cells = 3 * diameter;
+    const double edge = cells * dx, whole = edge * edge * edge, width = diameter * dx;
+    const double reynolds = 0.5, speed = 0.05, mu = 1000 * speed * width / reynolds;
+    const auto share_of_drag = [](double f) { return 1 - 1.7601 * std::cbrt(f) + f - 1.5593 * f * f; };
+    const double f = pi / 6 * std::pow(width / edge, 3);
+    WorldDesc d = sphere_array(s, cells, 4);
+    d.gravity = {0, -6 * pi * mu * 0.5 * width * speed / share_of_drag(f) / (1000 * whole), 0};
+    Run run(d, r);
+    const SphereArray a = sphere_in(run, diameter, cells, 1000, mu, {}, true, {0, -speed / (1 - f), 0});
+    // The slowest change of the profile decays at 4 pi^2 nu/L^2: by 1/e^4 in the first part, by as much in the second.
+    const double part = 4 * 1000 * edge * edge / (4 * pi * pi * mu);
+    if (!run.to(part)) return;
+    const double before = -run.totals().momentum.y;
+    if (!run.to(2 * part)) return;
+    const double after = -run.totals().momentum.y, through = 0.5 * (before + after) / (1000 * whole);
+    const double gain = (after - before) / part / (1 - a.share);  // as if the whole volume were liquid
+    r.relative("drag over 6 pi mu R v, " + std::to_string(diameter) + " spacings to a diameter",
+               (1000 * length(d.gravity) * whole - gain) / (6 * pi * mu * a.radius * through),
+               1 / share_of_drag(a.share), 100.0 / diameter, "half a spacing of the radius");
+  }
+}
+
 }  // namespace
 
 std::vector<Case> coupling_cases() {
@@ -253,6 +334,9 @@ std::vector<Case> coupling_cases() {
       {"coupling.stratified", "a light liquid stays on a heavy one", "stability", false, stratified},
       {"coupling.overturn", "a heavy liquid sinks through a light one", "Rayleigh-Taylor instability", true,
        overturn},
+      {"coupling.added_mass", "a sphere set in motion in liquid", "potential flow; Zuber (1964) for an array",
+       false, added_mass},
+      {"coupling.stokes", "slow flow through a cubic array of spheres", "Hasimoto (1959)", false, stokes},
   };
 }
 
