@@ -81,7 +81,7 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   const Json& top = schema().at("properties");
   EXPECT_EQ(words(top.at("domain").at("properties").at("walls").at("oneOf").at(0)), sorted(keys::walls));
   EXPECT_EQ(words(top.at("time").at("properties").at("stepping")), sorted(keys::stepping));
-  EXPECT_EQ(words(defs.at("body").at("properties").at("motion")), sorted(keys::motion));
+  EXPECT_EQ(words(schema().at("$defs").at("body").at("properties").at("motion")), sorted(keys::motion));
   EXPECT_EQ(words(top.at("solver").at("properties").at("neighbour_search")), sorted(keys::neighbour_search));
   EXPECT_EQ(words(top.at("time").at("properties").at("end_when")), sorted(keys::end_when));
   EXPECT_EQ(words(top.at("heat").at("properties").at("model")), sorted(keys::heat_model));

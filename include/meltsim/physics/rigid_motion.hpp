@@ -74,9 +74,10 @@ MELTSIM_HD RigidPlace place_at(const RigidMotion& m, double time) {
 
 /// A point of a body.
 struct RigidPoint {
-  Vec3<double> position{};  ///< [m]
-  Vec3<double> velocity{};  ///< [m/s]
+  Vec3<double> position{};  ///< Where it is [m].
+  Vec3<double> velocity{};  ///< How fast it moves [m/s].
 };
+
 /// The point that was at `rest` [m] from the pivot as built.
 MELTSIM_HD RigidPoint point_of(const RigidPlace& p, Vec3<double> rest) {
   const Vec3<double> arm = rotate(p.orientation, rest);
