@@ -262,7 +262,8 @@ class AllPairs {
         a.add(force * (1 / mass_[i]), size / mass_[i]);
       });
       if (solid(i)) continue;
-      a.add(cast<double>(physics::floor_push(box, kernel, physics::wall_view(box, x_[i]), c_.surroundings.gravity)));
+      a.add(cast<double>(
+          physics::floor_push(box, kernel, physics::wall_view(box, x_[i]), c_.surroundings.gravity)));
       if (!c_.domain.no_slip) continue;
       for (int k = 0; k < 6; ++k) {
         const auto along = [k](const Vec3d& v) { return k < 2 ? v.x : k < 4 ? v.y : v.z; };
