@@ -104,8 +104,7 @@ MELTSIM_HD physics::ImageForce<T> images_of(const core::Frame<T>& w, const Body&
   const auto sums = physics::image_sums(own.walls, w.c.kernel.support2, pair.x_ij, pair.r2, [&](T square) {
     return Body::mirrored_shape(w.c.kernel, std::sqrt(square));
   });
-  const T factor = body.mirrored(own, other, pair.volume);
-  return {factor * sums.all, physics::image_steps(own.walls, pair.x_ij, sums) * factor};
+  return physics::image_force(own.walls, pair.x_ij, sums, body.mirrored(own, other, pair.volume));
 }
 
 /// Part k of the sum of particle i, one neighbour after the other.

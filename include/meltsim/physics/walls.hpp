@@ -153,14 +153,19 @@ struct ImageForce {
   Vec3<T> normal{};  ///< along the normals of the planes [N]
 };
 
+/// Force of the images of j on i: the sum over them of factor weight(r_m^2) x_m, from the sums of their weights.
+template <class T>
+MELTSIM_HD ImageForce<T> image_force(const WallView<T>& v, Vec3<T> x_ij, const ImageSums<T>& s, T factor) {
+  return {factor * s.all, image_steps(v, x_ij, s) * factor};
+}
+
 /// Pressure force of the images of j on i; terms = P_i/phi_i^2 + P_j/phi_j^2 [Pa].
 template <class T>
 MELTSIM_HD ImageForce<T> image_pressure_force(const SphKernel<T>& k, const WallView<T>& v, Vec3<T> x_ij, T r2,
                                               T volume_i, T volume_j, T terms) {
   const auto sums = image_sums(v, k.support2, x_ij, r2,
                                [&](T square) { return kernel_gradient_shape(k, std::sqrt(square)); });
-  const T factor = pressure_factor(volume_i, volume_j, terms, T(0), k.grad_scale);
-  return {factor * sums.all, image_steps(v, x_ij, sums) * factor};
+  return image_force(v, x_ij, sums, pressure_factor(volume_i, volume_j, terms, T(0), k.grad_scale));
 }
 
 /// x_m of the image mirrored in the planes of `mask` (bit a: axis a) [m].
