@@ -44,6 +44,7 @@ Json header_json(const Checkpoint& checkpoint) {
   json["meltable"] = state.meltable;
   if (state.melted_at) json["melted_at"] = *state.melted_at;
   json["wall_s"] = state.wall_s;
+  json["budget"] = {{"substeps", state.substeps}, {"owed", state.owed}};
   json["scene"] = checkpoint.scene;
   return json;
 }
@@ -51,8 +52,8 @@ Json header_json(const Checkpoint& checkpoint) {
 /// Whether numbers and scene are such as this program writes; the sum over the file only says that nothing changed them.
 bool sound(const Checkpoint& checkpoint) {
   const RunState& state = checkpoint.state;
-  for (const double value :
-       {state.time, state.frame_dt, state.wall_s, state.rest.dt, state.rest.end, state.melted_at.value_or(0)})
+  for (const double value : {state.time, state.frame_dt, state.wall_s, state.rest.dt, state.rest.end,
+                             state.melted_at.value_or(0), state.owed})
     if (!(value >= 0 && std::isfinite(value))) return false;
   if (!checkpoint.scene.is_object()) return false;
   const Json time = checkpoint.scene.value("time", Json::object());
@@ -76,6 +77,10 @@ Checkpoint from_header(const Json& json) {
   state.meltable = json.at("meltable").get<std::uint64_t>();
   if (json.contains("melted_at")) state.melted_at = json.at("melted_at").get<double>();
   state.wall_s = json.at("wall_s").get<double>();
+  if (json.contains("budget")) {
+    state.substeps = json.at("budget").at("substeps").get<std::vector<std::uint64_t>>();
+    state.owed = json.at("budget").at("owed").get<double>();
+  }
   checkpoint.scene = json.at("scene");
   return checkpoint;
 }

@@ -23,8 +23,10 @@ struct RunState {
   Batch part;                  ///< sub-steps left of a step that an interrupt cut short; the first of `rest`
   double rest_speed = 0;       ///< [m/s] seen in those before it
   std::uint64_t meltable = 0;  ///< solid particles at the start that can melt
-  std::optional<double> melted_at;  ///< [s] when nothing meltable was left
-  double wall_s = 0;                ///< of all sessions
+  std::optional<double> melted_at;      ///< [s] when nothing meltable was left
+  double wall_s = 0;                    ///< of all sessions
+  std::vector<std::uint64_t> substeps;  ///< of a run under a budget: of each frame after the first
+  double owed = 0;                      ///< [s] of those frames that was not simulated
 };
 
 struct Checkpoint {

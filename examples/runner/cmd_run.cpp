@@ -99,13 +99,21 @@ Chosen choose(const Scene& scene, const RunOptions& options, Log& log) {
   return chosen;
 }
 
-/// A run whose settings were chosen goes on with them.
-void resume_settings(Scene& scene, const RunOptions& options, Log& log) {
-  const std::string file = options.out + "/run.json";
-  if (!exists(file)) return;
+/// Settings that were chosen for the run in a directory; null: none were.
+Json settings_of_run(const std::string& directory) {
+  const std::string file = directory + "/run.json";
+  if (!exists(file)) return {};
   const Json json = Json::parse(read_file(file), nullptr, false);
-  if (!json.is_object() || !json.contains("trade")) return;
-  const Json settings = json["trade"].value("settings", Json::object());
+  if (!json.is_object()) return {};
+  for (const char* part : {"trade", "budget"})
+    if (json.contains(part) && json[part].is_object() && json[part].contains("settings"))
+      return json[part]["settings"];
+  return {};
+}
+
+/// A run whose settings were chosen goes on with them.
+void take_settings(Scene& scene, const Json& settings, Log& log) {
+  if (!settings.is_object()) return;
   const auto number = [&](const char* key) { return settings.value(key, 0.0); };
   const double factor = scene.world.spacing / number("spacing");
   if (!(factor > 0) || !std::isfinite(factor)) return;
@@ -132,9 +140,19 @@ int run_scene(const RunOptions& options, Log& log) {
     chosen = choose(scene, options, log);
     scene = chosen->tuning->with(chosen->choice.knobs);
   }
-  if (options.resume) resume_settings(scene, options, log);
+  std::optional<FrameBudget> budget;
+  if (!options.repeat.empty()) {
+    budget = FrameBudget::repeating(options.repeat);
+    take_settings(scene, budget->settings(), log);
+    scene.time.fps = budget->fps();
+  } else if (options.budget_ms) {
+    budget.emplace(*options.budget_ms);
+    if (!options.resume) budget->choose(scene, options, log);
+    else budget->set_settings(settings_of_run(options.out));
+  }
+  if (options.resume) take_settings(scene, settings_of_run(options.out), log);
   Built built = build_world(scene, options.machine);
-  check_dt(scene, built);
+  if (!budget) check_dt(scene, built);
   for (const std::string& warning : scene.warnings) log.warn(warning);
   log.info("backend: " + backend_text(built.world));
   log.info(particles_text(built, scene));
@@ -146,7 +164,8 @@ int run_scene(const RunOptions& options, Log& log) {
   if (!scene.text.empty()) write_file(directory.file(stdin_scene), scene.text);
   std::optional<TradeWatch> watch;
   if (chosen) watch.emplace(chosen->tuning, chosen->study, chosen->choice, chosen->request, built);
-  return Run(scene, options, built, directory, log, watch ? &*watch : nullptr).execute();
+  return Run(scene, options, built, directory, log, watch ? &*watch : nullptr, budget ? &*budget : nullptr)
+      .execute();
 }
 
 }  // namespace

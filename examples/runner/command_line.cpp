@@ -121,6 +121,9 @@ class CommandLine {
     value(run, "--max-error", "E", "choose the settings for this error, e.g. 3%");
     value(run, "--of", "OBSERVABLE", "of what; by default the scene's first observable");
     value(run, "--time-limit", "S", "seconds for the probes of --max-error; 60 by default");
+    value(run, "--budget", "T",
+          "computing a frame may take so long, e.g. 16ms; what does not fit is not simulated");
+    value(run, "--repeat", "DIR", "take the sub-steps of a run under --budget again, to the bit");
     run->add_flag("--no-cache", typed_.no_cache, "of --max-error: probe anew, and keep nothing");
     run->add_flag("--deterministic", typed_.deterministic, "accepted; runs always repeat bit for bit");
     run->add_flag("--resume", typed_.resume, "continue the run in --out DIR from its checkpoint");
@@ -272,6 +275,8 @@ class CommandLine {
     if (typed_.has("--time-limit"))
       options.time_limit = option_positive("--time-limit", typed_.get("--time-limit"));
     options.cache = !typed_.no_cache;
+    if (typed_.has("--budget")) options.budget_ms = option_milliseconds("--budget", typed_.get("--budget"));
+    if (typed_.has("--repeat")) options.repeat = typed_.get("--repeat");
     check_together(options);
     options.resume_command = resume_command(argc, argv);
     return options;
@@ -316,6 +321,12 @@ class CommandLine {
     if (ends > 1) throw Failure(ExitCode::usage, "--time, --frames, --steps: give one of them");
     if (options.resume && options.overwrite)
       throw Failure(ExitCode::usage, "--resume, --overwrite: give one of them");
+    if (options.budget_ms && options.max_error)
+      throw Failure(ExitCode::usage, "--budget, --max-error: give one of them");
+    if (!options.repeat.empty() && (options.budget_ms || options.max_error || options.resume))
+      throw Failure(ExitCode::usage,
+                    "--repeat: takes settings and sub-steps of another run; leave --budget, --max-error and "
+                    "--resume out");
     if (!options.of.empty() && !options.max_error)
       throw Failure(ExitCode::usage, "--of: needs --max-error E, the error of that observable");
     if (options.resume && options.out.empty()) {

@@ -42,6 +42,22 @@ double option_share(const std::string& option, const std::string& value) {
   return *share;
 }
 
+double option_milliseconds(const std::string& option, const std::string& value) {
+  std::string text = value;
+  double unit = 1;
+  if (text.size() > 2 && text.compare(text.size() - 2, 2, "ms") == 0) {
+    text.resize(text.size() - 2);
+  } else if (text.size() > 1 && text.back() == 's') {
+    text.pop_back();
+    unit = 1000;
+  }
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  const auto number = parse_number(text);
+  if (!number || !std::isfinite(*number) || *number <= 0)
+    bad(option, "a time above 0 like 16ms or 0.016s", value);
+  return *number * unit;
+}
+
 std::uint64_t option_count(const std::string& option, const std::string& value) {
   const auto number = parse_integer(value);
   if (!number || *number < 0) bad(option, "a whole number of 0 or more", value);

@@ -14,6 +14,8 @@ namespace runner {
 double option_positive(const std::string& option, const std::string& value);
 double option_not_negative(const std::string& option, const std::string& value);
 double option_share(const std::string& option, const std::string& value);  ///< "0.03" or "3%"
+double option_milliseconds(const std::string& option,
+                           const std::string& value);  ///< "16ms", "0.016s" or "16"
 std::uint64_t option_count(const std::string& option, const std::string& value);
 std::string option_choice(const std::string& option, const std::string& value,
                           const std::vector<std::string>& names);

@@ -46,6 +46,8 @@ struct RunOptions {
   std::string of;                   ///< which observable; empty: the scene's first
   double time_limit = 60;           ///< [s] of the probes that tell the settings
   bool cache = true;                ///< of what probes came to
+  std::optional<double> budget_ms;  ///< [ms] of computing that a frame may take
+  std::string repeat;               ///< directory of a run under a budget, whose sub-steps are taken again
   std::string resume_command;       ///< the command that continues this run, but for --out
 };
 

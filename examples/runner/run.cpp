@@ -28,13 +28,14 @@ constexpr double slack = 1e-9;
 }  // namespace
 
 Run::Run(const Scene& scene, const RunOptions& options, Built& built, RunDirectory directory, Log& log,
-         TradeWatch* trade)
+         TradeWatch* trade, FrameBudget* budget)
     : scene_(scene),
       options_(options),
       built_(built),
       directory_(std::move(directory)),
       log_(log),
       trade_(trade),
+      budget_(budget),
       time_(scene.time),
       started_(Clock::now()),
       last_checkpoint_(Clock::now()) {}
@@ -61,6 +62,10 @@ int Run::execute() {
 
 void Run::resolve_dt() {
   Scene resolved = scene_;
+  if (budget_ != nullptr) {  // sub-steps are the library's, or shorter where the scene says so
+    resolved_scene_ = scene_json(resolved, built_.world.resolved());
+    return;
+  }
   if (!time_.dt && !time_.adaptive) {
     time_.dt = automatic_dt(built_.world.stable_dt(), 1 / time_.fps);
     resolved.time.dt = time_.dt;
@@ -79,7 +84,7 @@ void Run::begin() {
   recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr, wants_still(), options_.page);
   state_.meltable = built_.meltable;
   write_run_json({});
-  if (time_.adaptive) state_.limits.assign(readings_behind, built_.world.stable_dt());
+  if (time_.adaptive && budget_ == nullptr) state_.limits.assign(readings_behind, built_.world.stable_dt());
   Flight start;
   start.ends_frame = true;
   start.batch.end = state_.time;
@@ -116,7 +121,7 @@ void Run::resume() {
   }
   state_ = checkpoint.state;
   wall_before_ = state_.wall_s;
-  if (time_.adaptive && state_.limits.empty()) {
+  if (time_.adaptive && state_.limits.empty() && budget_ == nullptr) {
     state_.rest = state_.part = {};
     state_.limits.assign(readings_behind, built_.world.stable_dt());
   }
@@ -145,6 +150,7 @@ double Run::frame_start() const { return static_cast<double>(state_.next_frame -
 
 bool Run::at_end() const {
   if (options_.steps && state_.steps >= *options_.steps) return true;
+  if (budget_ != nullptr && state_.next_frame > budget_->frames(planned_frames())) return true;
   return reached(state_.time, end());
 }
 
@@ -158,7 +164,8 @@ Outcome Run::loop() {
       if (at_end()) return Outcome::finished;
     }
     if (!make_room()) return Outcome::diverged;
-    enqueue(next_batch());
+    if (budget_ != nullptr) enqueue_within_budget();
+    else enqueue(next_batch());
     if (!step_error_.empty()) {
       settle_all();
       return Outcome::diverged;
@@ -189,7 +196,7 @@ int Run::open_readings() const {
 
 bool Run::make_room() {
   while (flights_.size() >= readings_behind ||
-         (time_.adaptive && state_.limits.empty() && !flights_.empty())) {
+         (time_.adaptive && budget_ == nullptr && state_.limits.empty() && !flights_.empty())) {
     if (!settle()) return false;
   }
   while (open_readings() + 2 > meltsim::most_readings) {
@@ -258,6 +265,44 @@ void Run::enqueue(const Batch& batch) {
   request(flight);
   flights_.push_back(flight);
   if (flight.ends_frame && recorder_->wants_world(state_.next_frame - 1)) settle_all();
+}
+
+/// A frame: as many sub-steps as its budget allows, or as another run took. Each of the scene's own steps is one call.
+void Run::enqueue_within_budget() {
+  settle_all();  // nothing is under way by now, and how fast things are limits the steps
+  Flight flight;
+  flight.time = state_.time;
+  flight.steps_before = state_.steps;
+  flight.substeps_before = built_.world.steps();
+  flight.next_frame = state_.next_frame;
+  const double frame = 1 / time_.fps, before = built_.world.time();
+  double longest = time_.dt.value_or(frame);
+  if (time_.adaptive) longest = std::min(longest, built_.world.stable_dt(state_.rest_speed));
+  const double end = std::min(state_.time + frame, Run::end());
+  {
+    const Stopwatch watch(times_.stepping);
+    const FrameBudget::Taken taken = budget_->take(built_.world, state_.next_frame, end - state_.time,
+                                                   fixed_frame_dt(state_.time, end, longest));
+    if (!taken.status && taken.status.error().code != meltsim::ErrorCode::interrupted &&
+        taken.status.error().code != meltsim::ErrorCode::halted) {
+      step_error_ = taken.status.error().message;
+      step_error_code_ = taken.status.error().code;
+    }
+    state_.owed += taken.owed;
+  }
+  flight.substeps = built_.world.steps() - flight.substeps_before;
+  flight.steps = 1;
+  flight.batch = {built_.world.time() - before, 1, state_.time + (built_.world.time() - before)};
+  if (flight.substeps > 0) dt_ = flight.batch.dt / static_cast<double>(flight.substeps);
+  if (interrupt_signal() != 0 && flight.substeps == 0) return;
+  state_.substeps.push_back(flight.substeps);
+  state_.time = flight.batch.end;
+  ++state_.steps;
+  flight.ends_frame = true;
+  show_progress(state_.time);
+  request(flight);
+  flights_.push_back(flight);
+  settle_all();
 }
 
 bool Run::step(double dt) {
@@ -330,7 +375,8 @@ bool Run::settle() {
   last_dt_ = flight.steps > 0 ? flight.batch.dt : last_dt_;
   frame_steps_ += static_cast<std::uint64_t>(flight.steps);
   warn_about(last_result_, flight.next_frame);
-  if (time_.adaptive && flight.substeps > 0) {
+  if (budget_ != nullptr) state_.rest_speed = last_result_.max_speed;
+  if (time_.adaptive && budget_ == nullptr && flight.substeps > 0) {
     state_.rest_speed = std::max(state_.rest_speed, last_result_.max_speed);
     if (flight.steps == flight.batch.steps)
       state_.limits.push_back(built_.world.stable_dt(std::exchange(state_.rest_speed, 0)));

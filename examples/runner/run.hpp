@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "frame_budget.hpp"
 #include "log.hpp"
 #include "recorder.hpp"
 #include "stepper.hpp"
@@ -41,8 +42,9 @@ struct OpenFrame {
 class Run {
  public:
   /// `trade`: of a run whose settings were chosen for an error; null: none was asked for.
+  /// `budget`: of a run whose frames have a budget of wall time; null: frames take as long as they take.
   Run(const Scene& scene, const RunOptions& options, Built& built, RunDirectory directory, Log& log,
-      TradeWatch* trade = nullptr);
+      TradeWatch* trade = nullptr, FrameBudget* budget = nullptr);
 
   /// Returns the exit code of the program.
   int execute();
@@ -58,6 +60,7 @@ class Run {
   void choose_frame_dt();
   Batch next_batch();
   void enqueue(const Batch& batch);
+  void enqueue_within_budget();
   bool step(double dt);  ///< false: not a whole one
   void request(Flight& flight);
   bool settle();      ///< the oldest flight; false: diverged
@@ -93,6 +96,7 @@ class Run {
   RunDirectory directory_;
   Log& log_;
   TradeWatch* trade_;
+  FrameBudget* budget_;
   RunState state_;  ///< with the steps that are enqueued
   std::optional<Recorder> recorder_;
   Json resolved_scene_;

@@ -102,6 +102,7 @@ void Run::write_run_json(const Json& final_block_json) {
   json["timings"].update(timings_json());
   const bool ended = final_block_json.is_object() && final_block_json.value("status", "") == "finished";
   if (trade_ != nullptr) json["trade"] = trade_->json(ended);
+  if (budget_ != nullptr) json["budget"] = budget_->json(state_.substeps, state_.owed);
   write_file(directory_.file("run.json"), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -227,6 +228,7 @@ int Run::report(Outcome outcome) {
   }
   if (trade_ != nullptr)
     for (const std::string& line : trade_->report()) log_.info(line);
+  if (budget_ != nullptr) log_.info(budget_->report(state_.owed, state_.time + state_.owed));
   if (options_.page) log_.info("page, for any browser: " + directory_.file("index.html"));
   log_.info(fmt::format("done: {} s simulated in {} steps, {}; results in {}", csv_number(state_.time),
                         state_.steps, duration_text(wall()), directory_.path),

@@ -64,6 +64,19 @@ struct Resolved {
   std::string error;  ///< why the scene cannot be prepared (the error of World::prepare()); empty: it can
 };
 
+/// What a step that may end early came to.
+struct TimedStep {
+  double simulated = 0;  ///< by which time() went on [s]
+  double owed = 0;       ///< rest of dt, which was not simulated [s]; 0: all of dt was
+  std::uint64_t substeps =
+      0;  ///< sub-steps taken; World::step_part() with as many repeats the call to the bit
+  std::uint64_t planned = 0;  ///< sub-steps that all of dt takes
+  double wall_ms = 0;         ///< the call took [ms], with the wait for the device
+  double substep_ms = 0;  ///< running mean over the sub-steps of such calls [ms]; 0: none was measured yet
+  bool over_budget =
+      false;  ///< wall_ms is above what was asked for; with one sub-step: one alone takes longer
+};
+
 class WorldImpl;
 
 /// One simulation. Movable, not copyable. Worlds are independent of each other and may live on different
@@ -153,6 +166,20 @@ class MELTSIM_API World {
   /// Errors: invalid_argument (dt negative, not finite, or above 0 and below 1e-30 s; a motion, see set_motion), step_too_large, halted,
   /// interrupted, and those of prepare().
   Status step(double dt);
+
+  /// Takes the sub-steps of step(dt) one after another until `milliseconds` of wall time are used up, and waits for them. It
+  /// stops ahead of a sub-step that would end too late by the measured cost of those before it: a running mean and two
+  /// deviations. Sub-steps are as long as those of step(dt), however many are taken, so that a short budget makes the
+  /// simulation slower and never less stable. At least one is taken, so that a World goes on whatever the budget;
+  /// TimedStep::over_budget then says that one alone takes longer. What is owed is forgotten: a host that wants to catch up
+  /// asks for it with the next dt. What is not of sub-steps (prepare(), a change of plan) counts towards the budget, but is
+  /// not cut short. Errors: invalid_argument (`milliseconds` not above 0; infinity is allowed; a World whose stream the host
+  /// captures), those of step(); an interrupted one counts up to time(), as there.
+  Result<TimedStep> step_within(double dt, double milliseconds);
+
+  /// Takes the first `substeps` of the sub-steps of step(dt): all of them if there are no more. It repeats a
+  /// step_within(dt, ...) that took as many, on the same backend to the bit. Waits for them. Errors: those of step().
+  Result<TimedStep> step_part(double dt, std::uint64_t substeps);
 
   /// Makes the running step(), or else the next one, return ErrorCode::interrupted before its next sub-step; on the CPU
   /// also within a sub-step, which then does not count. The sub-steps before it count, time() is the time reached, and a

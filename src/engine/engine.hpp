@@ -128,6 +128,14 @@ class Engine {
   virtual void set_heat_region(std::uint32_t row, bool held, double temperature, double source) = 0;
   /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
   virtual void substep(const SubstepArguments& arguments) = 0;
+  /// Whether substep() returns before its work is done.
+  virtual bool runs_ahead() const = 0;
+  /// Notes, under one of two numbers, what is enqueued so far, for wait_for(). Does not wait.
+  virtual void mark(int number) = 0;
+  /// Waits for what was enqueued ahead of that mark; what came after it goes on.
+  virtual void wait_for(int number) = 0;
+  /// Whether the host captures the stream, so that what is enqueued does not run now.
+  virtual bool host_captures() const = 0;
   /// A flag that ends sub-steps ahead of time, where the backend can: one that was abandoned does not count, nor does
   /// anything until the next upload; the state is the one it began with.
   virtual void watch(const std::atomic<bool>* asked) = 0;

@@ -42,6 +42,7 @@ class EngineImpl final : public Engine {
     probes_.release(ex_);
     release();
     readings_.release(ex_);
+    for (void* const mark : marks_) ex_.release_mark(mark);
   }
 
   Backend backend() const override { return E::backend; }
@@ -228,6 +229,16 @@ class EngineImpl final : public Engine {
     if (advances) buffers_.take_spare(w_);
     ex_.pace();
   }
+
+  bool runs_ahead() const override { return !E::in_host_memory; }
+  void mark(int number) override {
+    void*& mark = marks_[number];
+    if (mark == nullptr) mark = ex_.make_mark();
+    ex_.begin_copies();
+    ex_.end_copies(mark);
+  }
+  void wait_for(int number) override { ex_.wait_for_mark(marks_[number]); }
+  bool host_captures() const override { return ex_.host_captures(); }
 
   void watch(const std::atomic<bool>* asked) override { ex_.watch(asked); }
   bool abandoned() const override { return abandoned_; }
@@ -630,6 +641,7 @@ class EngineImpl final : public Engine {
   Scales scales_;
   std::uint64_t last_index_ = 0;
   std::uint64_t reserved_ = 0;  ///< items that verbs may work on
+  void* marks_[2] = {nullptr, nullptr};
   Sampling sampling_;
   bool timed_ = false;  ///< this sub-step
   bool rolled_back_ = false, count_anew_ = true;

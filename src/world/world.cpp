@@ -101,6 +101,12 @@ Status World::prepare() {
 Status World::step(double dt) {
   return guarded<Status>([&] { return impl_->step(dt); });
 }
+Result<TimedStep> World::step_within(double dt, double milliseconds) {
+  return guarded<Result<TimedStep>>([&] { return impl_->step_within(dt, milliseconds); });
+}
+Result<TimedStep> World::step_part(double dt, std::uint64_t substeps) {
+  return guarded<Result<TimedStep>>([&] { return impl_->step_part(dt, substeps); });
+}
 void World::interrupt() noexcept { impl_->interrupt(); }
 StepResult World::synchronize() {
   StepResult r = guarded_report<StepResult>([&] { return impl_->synchronize(); });

@@ -22,6 +22,7 @@
 #include "shape/shape_lattice.hpp"
 #include "world/growth_sites.hpp"
 #include "world/point_grid.hpp"
+#include "world/substep_budget.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -115,6 +116,8 @@ class WorldImpl final : public Scheduler {
   Status prepare();
   // world_step.cpp
   Status step(double dt);
+  Result<TimedStep> step_within(double dt, double milliseconds);
+  Result<TimedStep> step_part(double dt, std::uint64_t substeps);
   void watch() { engine->watch(&interrupted_); }
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
@@ -179,6 +182,9 @@ class WorldImpl final : public Scheduler {
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
 
  private:
+  class Limit;
+  Status step(double dt, Limit* limit, TimedStep* done);
+  Result<TimedStep> limited_step(double dt, double seconds, std::uint64_t substeps);
   static std::uint32_t next_number();
   core::Surroundings surroundings() const;
   void surround();
@@ -388,13 +394,14 @@ class WorldImpl final : public Scheduler {
   double plan_until_ = 0;       ///< end of the step that is being taken [s]
   std::uint32_t capacity_ = 0;  ///< particles that the engine has room for
   core::SearchChoice search_;
-  double spring_dt_ = 0;         ///< what contacts and bodies without a modulus go by [s]
-  double spring_share_ = 1;      ///< of the acoustic step
-  double static_dt_ = infinity;  ///< largest sub-step [s] whatever moves
-  double substep_ = 0;           ///< the last one [s], 0 before the first
-  StepResult carried_;           ///< extremes seen by a synchronize() of the World's own
-  bool changes_phase_ = false;   ///< a material in use melts or freezes
-  double heat_lambda_ = 0;       ///< bound of the heat operator's spectrum [1/s]
+  double spring_dt_ = 0;            ///< what contacts and bodies without a modulus go by [s]
+  double spring_share_ = 1;         ///< of the acoustic step
+  double static_dt_ = infinity;     ///< largest sub-step [s] whatever moves
+  double substep_ = 0;              ///< the last one [s], 0 before the first
+  core::SubstepCost substep_cost_;  ///< by the wall clock, of step_within()
+  StepResult carried_;              ///< extremes seen by a synchronize() of the World's own
+  bool changes_phase_ = false;      ///< a material in use melts or freezes
+  double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   std::vector<ProbeRecord> probes_;

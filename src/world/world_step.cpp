@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A step: its sub-steps, their stages of heat, what is due in them, what they came to.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -147,7 +148,111 @@ Status WorldImpl::check_substeps(double dt) const {
                           largest * desc.max_substeps, " s, or raise max_substeps")};
 }
 
-Status WorldImpl::step(double dt) {
+/// Ends a step ahead of time: after a number of sub-steps, or before one for which there is no time.
+class WorldImpl::Limit {
+ public:
+  Limit(core::Engine& engine, core::SubstepCost& cost, double seconds, std::uint64_t substeps)
+      : engine_(engine), cost_(cost), seconds_(seconds), substeps_(substeps), start_(Clock::now()) {}
+
+  /// Ahead of the first sub-step: the device has nothing else to do then, so that what follows can be measured.
+  void begin() {
+    if (!timed()) return;
+    engine_.mark(0);
+    engine_.wait_for(0);
+    learned_ = waited();
+    batch_ = 1;
+  }
+  /// Whether a sub-step may follow on `taken` ones.
+  bool allows(std::uint64_t taken) {
+    if (taken >= substeps_) return false;
+    if (!timed() || taken < marked_ + batch_) return true;
+    mark(taken);
+    // Of two batches that are under way the first is waited for, while the second one runs.
+    const bool drain = !engine_.runs_ahead() || !cost_.known();
+    while (open_ > (drain ? 0 : 1)) learn();
+    batch_ = core::next_batch(cost_, seconds_ - waited(), ahead());
+    while (batch_ == 0 && open_ != 0) {  // what was thought to be under way may be done
+      learn();
+      batch_ = core::next_batch(cost_, seconds_ - waited(), ahead());
+    }
+    if (batch_ != 0 && !engine_.runs_ahead()) batch_ = 1;
+    return batch_ != 0;
+  }
+  /// Waits for all of them.
+  void end(std::uint64_t taken) {
+    if (!timed()) {
+      engine_.mark(0);
+      engine_.wait_for(0);
+      return;
+    }
+    if (taken > marked_) mark(taken);
+    while (open_ != 0) learn();
+  }
+  double waited() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  bool exceeded() const { return waited() > seconds_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool timed() const { return std::isfinite(seconds_); }
+  std::uint64_t ahead() const { return open_ == 0 ? 0 : open_ == 1 ? size_[first_] : size_[0] + size_[1]; }
+  void mark(std::uint64_t taken) {
+    if (open_ == 2) learn();
+    const int number = (first_ + open_) % 2;
+    size_[number] = taken - marked_;
+    marked_ = taken;
+    ++open_;
+    engine_.mark(number);
+  }
+  void learn() {
+    engine_.wait_for(first_);
+    const double now = waited();
+    cost_.learn(now - learned_, size_[first_]);
+    learned_ = now;
+    first_ = 1 - first_;
+    --open_;
+  }
+
+  core::Engine& engine_;
+  core::SubstepCost& cost_;
+  double seconds_;
+  std::uint64_t substeps_;
+  Clock::time_point start_;
+  double learned_ = 0;                    ///< [s] when the last batch that was waited for was done
+  std::uint64_t marked_ = 0, batch_ = 0;  ///< sub-steps up to the last mark; how many follow
+  std::uint64_t size_[2] = {0, 0};        ///< sub-steps of the two batches that may be open
+  int first_ = 0, open_ = 0;              ///< the older of them; how many are
+};
+
+Result<TimedStep> WorldImpl::step_within(double dt, double milliseconds) {
+  if (!(milliseconds > 0))
+    return invalid("step_within: milliseconds: must be above 0, got ", milliseconds,
+                   "; infinity takes all of dt");
+  if (engine->host_captures())
+    return invalid(
+        "step_within: the World's stream is being captured into a graph, in which no time passes; use "
+        "step_part()");
+  return limited_step(dt, milliseconds / 1000, ~std::uint64_t{0});
+}
+
+Result<TimedStep> WorldImpl::step_part(double dt, std::uint64_t substeps) {
+  return limited_step(dt, infinity, substeps);
+}
+
+Result<TimedStep> WorldImpl::limited_step(double dt, double seconds, std::uint64_t substeps) {
+  Limit limit(*engine, substep_cost_, seconds, substeps);
+  TimedStep done;
+  done.owed = dt;
+  if (Status s = step(dt, &limit, &done); !s) return s.error();
+  done.wall_ms = 1000 * limit.waited();
+  done.substep_ms = 1000 * substep_cost_.mean();
+  done.over_budget = limit.exceeded();
+  return done;
+}
+
+Status WorldImpl::step(double dt) { return step(dt, nullptr, nullptr); }
+
+/// With a limit: as far as that allows, and waits; `done` is what it came to.
+Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   if (!(std::isfinite(dt) && dt >= 0))
     return invalid("step: dt: must be finite and >= 0 s, got ", dt, "; 0 does nothing");
   if (dt == 0) return {};
@@ -188,12 +293,15 @@ Status WorldImpl::step(double dt) {
   if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return not_taken(s);
   substep_ = a.dt;
   const double start = time;
+  if (limit != nullptr) limit->begin();
+  int taken = 0;
   const auto interrupted = [&](int k) {
     return Error{ErrorCode::interrupted,
                  core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
                             dt, " s; the World is good up to there, call step again to go on")};
   };
   for (int k = 0; k < n; ++k) {
+    if (limit != nullptr && !limit->allows(static_cast<std::uint64_t>(k))) break;
     if (interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
     a.time = start + dt * k / n;
     const double end = k + 1 == n ? start + dt : start + dt * (k + 1) / n;
@@ -221,7 +329,14 @@ Status WorldImpl::step(double dt) {
     }
     end_sample(a, end);
     time = end;
+    taken = k + 1;
   }
+  if (limit == nullptr) return {};
+  limit->end(static_cast<std::uint64_t>(taken));
+  done->substeps = static_cast<std::uint64_t>(taken);
+  done->planned = static_cast<std::uint64_t>(n);
+  done->simulated = taken == n ? dt : dt * taken / n;
+  done->owed = dt - done->simulated;
   return {};
 }
 

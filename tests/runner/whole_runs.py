@@ -133,6 +133,37 @@ class WholeRuns(unittest.TestCase):
         self.assertTrue(0 < parts <= wall["all_s"], wall)
         self.assertIs(final["diverged"], False)
 
+    def frames(self, out):
+        folder = Path(self.path(out, "frames"))
+        return {file.name: file.read_bytes() for file in folder.iterdir() if file.suffix == ".ply"}
+
+    def test_a_budget_is_accounted_for_and_repeated_to_the_bit(self):
+        # A hundredth of a millisecond has no room for two sub-steps, a minute has room for all.
+        for name, budget in (("starved", "0.01ms"), ("full", "60s")):
+            said = self.meltsim("run", SCENE, "--backend", "cpu", "--budget", budget, "--out", name, "--time-limit", "3",
+                                "--no-cache").stdout
+            self.assertRegex(said, r"(?m)^chosen for the budget: ")
+            self.assertRegex(said, r"(?m)^budget: \d of 5 frames within .* of 0\.2 s simulated$")
+            run = json.loads(Path(self.path(name, "run.json")).read_text())
+            account, final = run["budget"], run["final"]
+            self.assertEqual(len(account["substeps"]), 5)
+            self.assertEqual(sum(account["substeps"]), final["substeps"])
+            self.assertAlmostEqual(final["time_s"] + account["not_simulated_s"], 0.2, places=12)
+            self.assertTrue(all(math.isfinite(float(value)) for row in table(self.path(name, "stats.csv"))
+                                for value in row.values()))
+            self.meltsim("run", SCENE, "--backend", "cpu", "--threads", "1", "--repeat", name, "--out", name + "2")
+            self.assertEqual(self.frames(name), self.frames(name + "2"))
+            again = json.loads(Path(self.path(name + "2", "run.json")).read_text())
+            self.assertEqual(again["budget"]["substeps"], account["substeps"])
+            self.assertEqual(again["final"]["time_s"], final["time_s"])
+        self.assertEqual(json.loads(Path(self.path("starved", "run.json")).read_text())["budget"]["substeps"], [1] * 5)
+        self.assertEqual(json.loads(Path(self.path("full", "run.json")).read_text())["budget"]["not_simulated_s"], 0)
+        self.assertIn("like 16ms", self.meltsim("run", SCENE, "--budget", "0", code=1).stderr)
+        self.assertIn("give one of them",
+                      self.meltsim("run", SCENE, "--budget", "16", "--max-error", "3%", code=1).stderr)
+        self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "2", "--out", "plain")
+        self.assertIn("not of a run under --budget", self.meltsim("run", SCENE, "--repeat", "plain", code=1).stderr)
+
     def test_the_resolved_scene_runs_again_to_the_same_end(self):
         self.meltsim("run", SCENE, "--backend", "cpu", "--out", "first", "--export", "ply")
         scene = json.loads(Path(self.path("first", "run.json")).read_text())["scene"]

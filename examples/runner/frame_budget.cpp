@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "frame_budget.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "expect.hpp"
+#include "failure.hpp"
+#include "files.hpp"
+#include "trade_watch.hpp"
+
+namespace runner {
+
+namespace trade = meltsim::trade;
+
+namespace {
+
+// Settings are chosen for this share of the budget: costs differ between frames, and a frame that is late is worse than one
+// that is quick.
+constexpr double share_to_plan = 0.8;
+// A frame counts as within its budget up to here.
+constexpr double tolerance = 1.05;
+// Sub-steps of the scene are timed for so long.
+constexpr double timing_ms = 200;
+
+/// What a frame of the scene takes on this machine as it begins [ms].
+double frame_cost(const Scene& scene, const MachineOptions& machine) {
+  Built built = build_world(scene, machine);
+  const double frame = 1 / scene.time.fps;
+  expect(built.world.step_part(frame, 1));  // allocates and records
+  const meltsim::TimedStep timed = expect(built.world.step_within(frame, timing_ms));
+  if (timed.substeps == 0) return 0;
+  const double steps = scene.time.dt ? std::max(1.0, std::ceil(frame / *scene.time.dt - 1e-6)) : 1;
+  const double planned = std::max(static_cast<double>(timed.planned), steps);
+  return timed.wall_ms / static_cast<double>(timed.substeps) * planned;
+}
+
+}  // namespace
+
+FrameBudget FrameBudget::repeating(const std::string& directory) {
+  const std::string file = directory + "/run.json";
+  const Json json = Json::parse(read_file(file), nullptr, false);
+  const auto fail = [&](const std::string& why) {
+    return Failure(ExitCode::usage, fmt::format("--repeat {}: {}", directory, why));
+  };
+  if (!json.is_object() || !json.contains("budget"))
+    throw fail("its run.json is not of a run under --budget; name the directory of one");
+  try {
+    const Json& budget = json.at("budget");
+    FrameBudget again(budget.at("milliseconds").get<double>());
+    again.repeats_ = true;
+    again.substeps_ = budget.at("substeps").get<std::vector<std::uint64_t>>();
+    again.settings_ = budget.value("settings", Json());
+    again.fps_ = json.at("scene").at("time").at("fps").get<double>();
+    return again;
+  } catch (const Json::exception& error) {
+    throw fail(fmt::format("its run.json is damaged: {}", error.what()));
+  }
+}
+
+void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
+  expected_ms_ = frame_cost(scene, options.machine);
+  const auto say = [&](const std::string& what) {
+    log.info("chosen for the budget: " + what);
+    expected_share_ = std::min(1.0, milliseconds_ / expected_ms_);
+    if (expected_share_ < 1)
+      log.warn(fmt::format(
+          "expected: {:.3g} ms of computing a frame, more than the budget of {:g} ms; {:.2g} s of "
+          "every second will not be simulated",
+          expected_ms_, milliseconds_, 1 - expected_share_));
+    else
+      log.info(
+          fmt::format("expected: {:.3g} ms of computing a frame, of {:g} ms", expected_ms_, milliseconds_));
+  };
+  const double wanted = share_to_plan * milliseconds_;
+  if (expected_ms_ <= wanted) return say("the scene's own settings");
+  log.info(
+      fmt::format("the scene's own settings take {:.3g} ms of computing a frame; looking for cheaper ones: "
+                  "probes of at most {:g} s",
+                  expected_ms_, options.time_limit));
+  try {
+    const auto tuning =
+        std::make_shared<Tuning>(scene, options.machine, std::vector<std::string>{}, "--budget");
+    TuneOptions tune;
+    tune.seconds = options.time_limit;
+    tune.cache = options.cache;
+    const trade::Study study = tuning->study(tune);
+    const std::string of = tuning->observables().front().desc.name;
+    const double frames = std::max(1.0, scene.time.end * scene.time.fps);
+    // From the coarsest to the most exact; costs rise.
+    const std::vector<trade::Choice> front = expect(trade::front(study, of, 24));
+    trade::Choice best = front.front();
+    for (const trade::Choice& c : front)
+      if (1000 * c.seconds / frames <= wanted) best = c;
+    scene = tuning->with(best.knobs);
+    settings_ = tuning->settings_json(best.knobs);
+    expected_ms_ = frame_cost(scene, options.machine);
+    say(fmt::format("{}; error of {} {}", tuning->settings_text(best.knobs), of,
+                    error_text(tuning->known(), best.error)));
+  } catch (const Failure& failure) {
+    log.warn(fmt::format("no other settings were found: {}", failure.what()));
+    say("the scene's own settings");
+  }
+}
+
+FrameBudget::Taken FrameBudget::take(meltsim::World& world, std::uint64_t frame, double span, double dt) {
+  const auto index = static_cast<std::size_t>(frame - 1);
+  std::uint64_t again = repeats_ && index < substeps_.size() ? substeps_[index] : 0;
+  Taken taken;
+  double wall = 0, each = 0;
+  const auto steps = static_cast<int>(std::round(span / dt));
+  int whole = 0;
+  for (; whole < steps; ++whole) {
+    const double left = milliseconds_ - wall, before = world.time();
+    if (repeats_ ? again == 0 : whole > 0 && !(left > each)) break;
+    const meltsim::Result<meltsim::TimedStep> r =
+        repeats_ ? world.step_part(dt, again) : world.step_within(dt, left);
+    if (!r) {
+      taken.simulated += world.time() - before;
+      taken.status = r.error();
+      break;
+    }
+    taken.simulated += r->simulated;
+    wall += r->wall_ms;
+    each = r->substep_ms;
+    again -= std::min(again, r->substeps);
+    if (r->owed > 0) break;
+  }
+  taken.owed = whole < steps ? span - taken.simulated : 0;
+  if (!repeats_) wall_ms_.push_back(wall);
+  return taken;
+}
+
+std::uint64_t FrameBudget::frames(std::uint64_t planned) const {
+  return repeats_ ? std::min<std::uint64_t>(planned, substeps_.size()) : planned;
+}
+
+std::string FrameBudget::report(double owed, double end) const {
+  const std::string simulated = fmt::format("{:.4g} of {:.4g} s simulated", end - owed, end);
+  if (repeats_) return fmt::format("repeated: sub-steps as recorded; {}", simulated);
+  const auto within = std::count_if(wall_ms_.begin(), wall_ms_.end(),
+                                    [this](double ms) { return ms <= tolerance * milliseconds_; });
+  const double sum = std::accumulate(wall_ms_.begin(), wall_ms_.end(), 0.0);
+  const double most = wall_ms_.empty() ? 0 : *std::max_element(wall_ms_.begin(), wall_ms_.end());
+  return fmt::format(
+      "budget: {} of {} frames within {:g} ms ({:g} times at most), mean {:.3g} ms, longest {:.3g} ms; {}",
+      within, wall_ms_.size(), milliseconds_, tolerance,
+      sum / std::max<double>(1, static_cast<double>(wall_ms_.size())), most, simulated);
+}
+
+Json FrameBudget::json(const std::vector<std::uint64_t>& substeps, double owed) const {
+  Json json;
+  json["milliseconds"] = milliseconds_;
+  json["repeated"] = repeats_;
+  if (!settings_.is_null()) json["settings"] = settings_;
+  if (!repeats_ && expected_ms_ > 0)
+    json["expected"] = {{"frame_ms", expected_ms_}, {"share", expected_share_}};
+  json["substeps"] = substeps;
+  json["not_simulated_s"] = owed;
+  if (!wall_ms_.empty()) {
+    json["frame_ms"] = wall_ms_;
+    json["frames_within"] = std::count_if(wall_ms_.begin(), wall_ms_.end(),
+                                          [this](double ms) { return ms <= tolerance * milliseconds_; });
+  }
+  return json;
+}
+
+}  // namespace runner
