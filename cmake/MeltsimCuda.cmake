@@ -84,5 +84,5 @@ if(MELTSIM_HAVE_CUDA)
   # Two copies of CUB in one process clash unless each has a namespace of its own.
   target_compile_definitions(meltsim_cuda_options INTERFACE
     $<$<COMPILE_LANGUAGE:CUDA>:THRUST_CUB_WRAPPED_NAMESPACE=meltsim_cub>
-    MELTSIM_CUDA_ARCHITECTURES="${architectures_text}")
+    $<$<COMPILE_LANGUAGE:CUDA>:MELTSIM_CUDA_ARCHITECTURES="${architectures_text}">)
 endif()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 include(GoogleTest)
+include(MeltsimPrecompile)
 
 # meltsim_add_test(<name> SOURCES <files> [PUBLIC] [LABELS <label>] [LIBRARIES <targets>] [TIMEOUT <s>])
 #
@@ -26,6 +27,13 @@ function(meltsim_add_test name)
   endif()
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)  # for "support/..."
   target_link_libraries(${name} PRIVATE meltsim_warnings GTest::gtest GTest::gtest_main ${arg_LIBRARIES})
+  if(arg_PUBLIC)
+    meltsim_compile_quickly(${name} <gtest/gtest.h> <meltsim/meltsim.hpp>)
+  else()
+    # Formulas are inline: without optimisation the tests themselves take minutes.
+    target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
+    meltsim_precompile(${name} <gtest/gtest.h>)
+  endif()
   # Found when CTest runs, not when the program is built: a build machine need not be able to run it.
   gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT} ${labels})

@@ -4,6 +4,7 @@
 if(TARGET meltsim_reader)
   return()
 endif()
+include(MeltsimPrecompile)
 set(reader_dir ${CMAKE_CURRENT_LIST_DIR})
 
 # Built-in scenes are text inside the program: it needs no path at run time.
@@ -62,5 +63,7 @@ target_compile_options(meltsim_reader PRIVATE -Wpedantic -Wshadow)
 # Most of it reads a scene: a fifth less to compile, and nobody waits for it. What packs particles does compute.
 target_compile_options(meltsim_reader PRIVATE $<$<CONFIG:Release>:-O1>)
 foreach(name particle_files show/deflate show/replay show/replay_page)
-  set_property(SOURCE ${reader_dir}/${name}.cpp APPEND PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
+  set_source_files_properties(${reader_dir}/${name}.cpp PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>
+    SKIP_PRECOMPILE_HEADERS ON)
 endforeach()
+meltsim_precompile(meltsim_reader <nlohmann/json.hpp> <yaml-cpp/yaml.h> <fmt/format.h> <meltsim/meltsim.hpp>)

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+# Half of what most files of programs and tests take to compile is the same few headers. CMAKE_DISABLE_PRECOMPILE_HEADERS=ON
+# reads them anew in every file, as a check that each file includes what it uses.
+
+# meltsim_precompile(<target> <header>...): reads the headers once for all files of the target.
+function(meltsim_precompile name)
+  set(headers)
+  foreach(header IN LISTS ARGN)
+    list(APPEND headers "$<$<COMPILE_LANGUAGE:CXX>:${header}$<ANGLE-R>>")
+  endforeach()
+  target_precompile_headers(${name} PRIVATE ${headers})
+endfunction()
+
+# meltsim_compile_quickly(<target> <header>...): likewise, and without optimisation, for programs whose time is spent in the
+# library.
+function(meltsim_compile_quickly name)
+  target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O0>)
+  meltsim_precompile(${name} ${ARGN})
+endfunction()
