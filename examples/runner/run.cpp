@@ -246,6 +246,7 @@ void Run::enqueue(const Batch& batch) {
   flight.steps_before = state_.steps;
   flight.substeps_before = built_.world.steps();
   flight.next_frame = state_.next_frame;
+  const double stepping_before = times_.stepping;
   dt_ = batch.dt;
   bool whole = true;
   while (whole && flight.steps < batch.steps && (flight.steps == 0 || interrupt_signal() == 0)) {
@@ -255,6 +256,7 @@ void Run::enqueue(const Batch& batch) {
     ++state_.steps;
     show_progress(flight.time + batch.dt * flight.steps);
   }
+  flight.enqueuing = times_.stepping - stepping_before;
   flight.substeps = built_.world.steps() - flight.substeps_before;
   const int left = batch.steps - flight.steps;
   whole = left == 0;
@@ -275,7 +277,7 @@ void Run::enqueue_within_budget() {
   flight.steps_before = state_.steps;
   flight.substeps_before = built_.world.steps();
   flight.next_frame = state_.next_frame;
-  const double frame = 1 / time_.fps, before = built_.world.time();
+  const double frame = 1 / time_.fps, before = built_.world.time(), stepping_before = times_.stepping;
   double longest = time_.dt.value_or(frame);
   if (time_.adaptive) longest = std::min(longest, built_.world.stable_dt(state_.rest_speed));
   const double end = std::min(state_.time + frame, Run::end());
@@ -290,6 +292,7 @@ void Run::enqueue_within_budget() {
     }
     state_.owed += taken.owed;
   }
+  flight.enqueuing = times_.stepping - stepping_before;
   flight.substeps = built_.world.steps() - flight.substeps_before;
   flight.steps = 1;
   flight.batch = {built_.world.time() - before, 1, state_.time + (built_.world.time() - before)};
@@ -363,10 +366,12 @@ bool Run::settle() {
   const Flight flight = flights_.front();
   flights_.pop_front();
   meltsim::Reading reading;
+  const double stepping_before = times_.stepping;
   {
     const Stopwatch watch(times_.stepping);
     reading = expect(built_.world.take(flight.ticket));
   }
+  frame_stepping_ += flight.enqueuing + times_.stepping - stepping_before;
   if (reading.result.halted) {
     diverge(flight, reading.result);
     return false;
@@ -391,11 +396,11 @@ void Run::settle_frame(const Flight& flight, meltsim::Reading reading) {
   row.time = flight.batch.end;
   row.dt = frame_steps_ > 0 ? last_dt_ : time_.dt.value_or(built_.world.stable_dt());
   if (frame_steps_ > 0)
-    row.ms_per_step = 1e3 * (times_.stepping - frame_stepping_) / static_cast<double>(frame_steps_);
+    row.ms_per_step = 1e3 * frame_stepping_ / static_cast<double>(frame_steps_);
   last_ms_ = row.ms_per_step;
   if (trade_ != nullptr) trade_->frame(row.time, reading.totals, reading.pieces);
   frame_steps_ = 0;
-  frame_stepping_ = times_.stepping;
+  frame_stepping_ = 0;
   frames_.push_back({recorder_->count(built_, flight.next_frame, row, std::move(reading), state_.meltable),
                      flight.particles});
   recorder_->choose_still(

@@ -27,6 +27,7 @@ struct Flight {
   double time = 0;  ///< [s] at its start
   std::uint64_t steps_before = 0, substeps_before = 0;
   std::uint64_t substeps = 0;  ///< of its own
+  double enqueuing = 0;        ///< wall time that it took [s]; on the CPU the steps themselves
   std::uint64_t next_frame = 0;
   bool ends_frame = false;
   meltsim::ReadTicket ticket;     ///< what steers the run; of a frame with totals and pieces
@@ -112,7 +113,7 @@ class Run {
   double dt_ = 0;       ///< of those that were enqueued last
   std::uint64_t start_steps_ = 0;
   std::uint64_t frame_steps_ = 0;  ///< steps settled since the last frame
-  double frame_stepping_ = 0;      ///< WallTimes::stepping then
+  double frame_stepping_ = 0;      ///< wall time of these steps [s]
   double last_ms_ = 0;             ///< per step, in the last frame
   double start_time_ = 0, wall_before_ = 0;
   bool checkpointed_ = false;
