@@ -144,6 +144,58 @@ struct SurfaceVertexBody {
     return {w.value[node], w.two_fields ? w.solid_value[node] : T(1)};
   }
 
+  struct Crossing {
+    T t;           ///< share of the edge inside
+    bool at_face;  ///< of the domain, not where the set ends
+  };
+  static MELTSIM_HD T pick(Vec3<T> p, std::uint32_t axis) {
+    return axis == 0u ? p.x : axis == 1u ? p.y : p.z;
+  }
+  /// Of the edge from the node at x upwards; `in` and `out` are the values at its ends inside and outside.
+  MELTSIM_HD Crossing crossed(Vec3<T> x, std::uint32_t axis, bool low_in, Values in, Values out) const {
+    // The first of the surfaces that close the set here.
+    T t = T(1);
+    if (!(out.all > T(0))) t = minimum(t, physics::edge_crossing(in.all, out.all));
+    if (!(out.solid > T(0))) t = minimum(t, physics::edge_crossing(in.solid, out.solid));
+    const T low = pick(x, axis), high = low + w.grid.cell;
+    const T from = low_in ? low : high, to = low_in ? high : low;
+    const T face = pick(low_in ? w.clip_max : w.clip_min, axis);
+    if (low_in ? to < face : to > face) return {t, false};
+    const T at = physics::edge_crossing(std::fabs(face - from), face == from ? T(-1) : -std::fabs(to - face));
+    return {minimum(t, at), !(t < at)};
+  }
+
+  /// How far from the low node an edge is crossed, t of it inside [m].
+  MELTSIM_HD T from_low(T t, bool low_in, T further = T(0)) const {
+    const T margin = static_cast<T>(physics::edge_margin);
+    t = clamp(t, margin, T(1) - margin) + further;
+    return (low_in ? t : T(1) - t) * w.grid.cell;
+  }
+
+  /// A vertex p on a face of the domain, of the node n inside. Where that node has vertices on another face, too, one of
+  /// the two is moved into the edge between the faces, which is sharp then: that on the face of the higher axis.
+  MELTSIM_HD Vec3<T> into_edge(Vec3<T> p, std::uint32_t b, Index3 n, std::uint32_t axis) const {
+    const Vec3<T> x = node_position(w, coordinates(w, w.block_key[b]), n);
+    const std::uint32_t node = node_at(w, b, n);
+    for (std::uint32_t other = 0; other < axis; ++other) {
+      const Index3 along = corner_offset(1u << other);
+      T at = T(0);
+      std::uint32_t faces = 0;
+      for (const bool up : {false, true}) {
+        const Index3 beyond = up ? n + along : Index3{n.x - along.x, n.y - along.y, n.z - along.z};
+        const std::uint32_t out = node_at(w, b, beyond);
+        if (is_inside(w, out)) continue;
+        const Vec3<T> low = up ? x : x - Vec3<T>{T(along.x), T(along.y), T(along.z)} * w.grid.cell;
+        const Crossing c = crossed(low, other, up, values(node), values(out));
+        if (!c.at_face) continue;
+        at = pick(low, other) + from_low(c.t, up);
+        ++faces;
+      }
+      if (faces == 1u) (other == 0u ? p.x : p.y) = at;
+    }
+    return p;
+  }
+
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (v >= vertices_of(w)) return;
     const std::uint32_t edge = w.vertex_edge[v], node = edge >> 2, axis = edge & 3u, b = node / w.grid.volume;
@@ -153,28 +205,13 @@ struct SurfaceVertexBody {
     const bool low_in = is_inside(w, node);
     const Values in = values(low_in ? node : far), out = values(low_in ? far : node);
     const Vec3<T> x = node_position(w, coordinates(w, w.block_key[b]), n);
-    const auto pick = [axis](Vec3<T> p) { return axis == 0u ? p.x : axis == 1u ? p.y : p.z; };
-    // The first of the surfaces that close the set here.
-    T t = T(1);
-    if (!(out.all > T(0))) t = minimum(t, physics::edge_crossing(in.all, out.all));
-    if (!(out.solid > T(0))) t = minimum(t, physics::edge_crossing(in.solid, out.solid));
-    const T from = pick(x) + (low_in ? T(0) : w.grid.cell), to = pick(x) + (low_in ? w.grid.cell : T(0));
-    const T face = low_in ? pick(w.clip_max) : pick(w.clip_min);
-    const bool leaves = low_in ? !(to < face) : !(to > face);
-    bool clip = false;
-    if (leaves) {
-      const T at =
-          physics::edge_crossing(std::fabs(face - from), face == from ? T(-1) : -std::fabs(to - face));
-      clip = !(t < at);
-      t = minimum(t, at);
-    }
-    const T margin = static_cast<T>(physics::edge_margin);
-    t = clamp(t, margin, T(1) - margin);
+    const Crossing crossing = crossed(x, axis, low_in, in, out);
+    const bool clip = crossing.at_face;
     // Where the mesh ends in a solid it stays where it is: its interior is not there to smooth against.
     const bool ends = w.overlap > T(0) && !clip && !(out.solid > T(0));
-    if (ends) t = t + w.overlap;
-    const T step = (low_in ? t : T(1) - t) * w.grid.cell;
-    const Vec3<T> p{x.x + T(along.x) * step, x.y + T(along.y) * step, x.z + T(along.z) * step};
+    const T step = from_low(crossing.t, low_in, ends ? w.overlap : T(0));
+    Vec3<T> p{x.x + T(along.x) * step, x.y + T(along.y) * step, x.z + T(along.z) * step};
+    if (clip) p = into_edge(p, b, low_in ? n : n + along, axis);
     w.vertex[v] = with_w(p, clip || ends ? T(1) : T(0));
     w.ring[v] = ring(static_cast<std::uint32_t>(v), axis, b, n, low_in);
   }

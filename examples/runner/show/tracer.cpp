@@ -154,7 +154,9 @@ class Tracer {
         s.color = tank_color;
         return s;
       }
-      s.normal = unit(mesh.normal[a] * w + mesh.normal[b] * hit.u + mesh.normal[c] * hit.v);
+      // Along an axis exactly: on a wall, which is flat up to its edges.
+      const bool on_wall = (flat.x == 0) + (flat.y == 0) + (flat.z == 0) == 2;
+      s.normal = unit(on_wall ? flat : mesh.normal[a] * w + mesh.normal[b] * hit.u + mesh.normal[c] * hit.v);
       temperature = mesh.temperature[a] * w + mesh.temperature[b] * hit.u + mesh.temperature[c] * hit.v;
       body = mesh.body[a];
       if (bvh_.is_paint(hit.primitive))
@@ -244,14 +246,19 @@ class Tracer {
     float distance = 1e30f;
     bool basin = false;
   };
-  Ground ground(const Ray& ray, float down, float most, float lifted) const {
+  /// `inside`: from inside the liquid, which rests on the floor: the film of air below it is not there.
+  Ground ground(const Ray& ray, float down, float most, bool inside) const {
     if (!settings_.has_floor || down >= 0) return {};
-    const float height = dot(ray.from, up_);
+    const float height = dot(ray.from, up_), spacing = inside ? static_cast<float>(settings_.spacing) : 0;
+    const auto meets = [&](float level, float film) {
+      const float to = (level + film - height) / down;
+      return to <= 0 && film > 0 && height >= level ? lift() : to;  // begins in the film
+    };
     if (!settings_.basin.empty()) {
-      const float to = (basin_floor_ + lifted - height) / down;
+      const float to = meets(basin_floor_, 0.05f * spacing);  // the surface is closed at the wall below
       if (to > 0 && to < most && over_basin(ray.from + ray.along * to)) return {to, true};
     }
-    const float to = (floor_ + (settings_.basin.empty() ? lifted : 0) - height) / down;
+    const float to = meets(floor_, settings_.basin.empty() ? 0.7f * spacing : 0);
     if (to > 0 && to < most) return {to, false};
     return {};
   }
@@ -263,9 +270,7 @@ class Tracer {
     Surface s;
     if (met) s = surface(ray, hit);
     const bool inside = met && !s.solid && !s.outside;
-    // Liquid rests on the floor: from inside, the film of air below it is not there.
-    const float film = inside ? 0.7f * static_cast<float>(settings_.spacing) : 0;
-    const Ground found = ground(ray, dot(ray.along, up_), hit.distance, film);
+    const Ground found = ground(ray, dot(ray.along, up_), hit.distance, inside);
     if (found.distance < hit.distance) {
       const Vec3f own =
           floor_color(ray.from + ray.along * found.distance, ray.along, dice, sample, found.basin);
