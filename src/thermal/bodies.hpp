@@ -125,20 +125,13 @@ struct ExchangeSum {
   };
 };
 
-/// Position of a stage in its super-step.
-struct StageOf {
-  bool first, last;
-  bool ends;  ///< the last stage of the last super-step: its operands are not needed any more
-};
-
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
 /// is the same number at both ends; sums are double, so that energy is conserved to rounding in double. The last
 /// stage takes the increment into the state: only its own particle reads an enthalpy.
 template <class T, bool Boundary, bool Periodic>
 struct StageBody {
   Frame<T> w;
-  double mu, nu, mu_tau, gamma_tau;
-  StageOf stage;
+  physics::StageFactors<double> stage;
   static constexpr bool shared = true;
   static constexpr std::uint32_t resident_warps(std::uint32_t) {
     return sizeof(T) != sizeof(float) ? 24u : 48u;  // left alone, a compiler takes 32 registers and spills
@@ -221,16 +214,14 @@ struct StageBody {
       conductance = held ? T(0) : conductance + outside.conductance;
       rate += in;
     }
-    double d = mu_tau * rate;
     if (stage.first) {
       const double capacity = static_cast<double>(mass) * minimum(m.heat_capacity, m.liquid_heat_capacity);
       if (static_cast<double>(conductance) > w.c.heat_bound * capacity)
         add(&w.f.status->heat_bound_exceeded, 1);
-    } else {
-      d += mu * w.f.heat_increment[i];
-      if (nu != 0.0) d += nu * w.f.heat_increment_old[i];
-      if (gamma_tau != 0.0) d += gamma_tau * w.f.heat_rate0[i];
     }
+    double d = physics::next_increment(
+        stage, rate, [&] { return w.f.heat_increment[i]; }, [&] { return w.f.heat_increment_old[i]; },
+        [&] { return w.f.heat_rate0[i]; });
     double enthalpy = w.f.enthalpy[i] + d;
     // No particle is cooled below 0 K: the missing heat did not leave through the boundary, and the account is corrected.
     // Without a boundary only exchange beyond its stage bound leads there, which sets a flag as well.
@@ -239,8 +230,8 @@ struct StageBody {
       add(&w.f.status->cooled_to_zero, 1);
       enthalpy = coldest;
       d = coldest - w.f.enthalpy[i];
-      in += missing / mu_tau;
-      rate += missing / mu_tau;
+      in += missing / stage.rate;
+      rate += missing / stage.rate;
     }
     if (Boundary) w.f.heat_boundary_rate[i] = in;
     if (stage.first && !stage.last) w.f.heat_rate0[i] = rate;
@@ -273,16 +264,15 @@ struct BoundarySumBody {
 template <class T>
 struct AccountBody {
   Frame<T> w;
-  double mu, nu, mu_tau, gamma_tau;
-  bool first, last;
+  physics::StageFactors<double> stage;
   MELTSIM_HD void operator()(std::uint64_t) const {
     core::HeatAccount& a = *w.f.heat_account;
-    double d = mu_tau * a.rate;
-    if (first) a.rate0 = a.rate;
-    else d += mu * a.increment + nu * a.increment_old + gamma_tau * a.rate0;
-    a.increment_old = first ? 0.0 : a.increment;
+    if (stage.first) a.rate0 = a.rate;
+    const double d = physics::next_increment(
+        stage, a.rate, [&] { return a.increment; }, [&] { return a.increment_old; }, [&] { return a.rate0; });
+    a.increment_old = stage.first ? 0.0 : a.increment;
     a.increment = d;
-    if (last) a.step += d;
+    if (stage.last) a.step += d;
   }
 };
 

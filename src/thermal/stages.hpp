@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "engine/super_steps.hpp"
 #include "spatial/strategies.hpp"
 #include "thermal/bodies.hpp"
 
@@ -16,31 +17,22 @@ void boundary(E& ex, const core::Frame<T>& w) {
   static_assert(sizeof(HeatSum) == sizeof(double));
   ex.for_each(w.particles, BoundaryBody<T>{w});
   ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
-  ex.for_each(1, AccountBody<T>{w, 0, 0, 1, 0, true, true});
+  ex.for_each(1, AccountBody<T>{w, physics::stage_factors(1, 1, 1.0, true, true)});
 }
 
 /// heat_supersteps super-steps of heat_stages Runge-Kutta-Legendre stages each.
 template <bool Boundary, bool Periodic, class E, class T>
-void super_steps(E& ex, core::Frame<T>& w) {
-  const int stages = static_cast<int>(w.heat_stages);
-  for (std::uint32_t super = 0; super < w.heat_supersteps; ++super) {
-    for (int j = 1; j <= stages; ++j) {
-      if (ex.asked_to_stop()) return;  // the sub-step will not count
-      physics::HeatStage c = physics::heat_stage(j, stages);
-      if (j == 2) c.nu = 0;  // d_0 = 0 and is not stored
-      const double tau = static_cast<double>(w.heat_dt);
-      const StageOf which{j == 1, j == stages, j == stages && super + 1u == w.heat_supersteps};
-      const StageBody<T, Boundary, Periodic> stage{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, which};
-      spatial::sweep_adding<Periodic>(ex, w.particles, stage);
-      if (Boundary) {
-        ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
-        ex.for_each(1,
-                    AccountBody<T>{w, c.mu, c.nu, c.mu_rate * tau, c.gamma_rate * tau, j == 1, j == stages});
-      }
-      std::swap(w.f.heat_increment, w.f.heat_increment_old);
-      std::swap(w.f.heat_operand, w.f.heat_operand_next);
+void super_steps_of_heat(E& ex, core::Frame<T>& w) {
+  const core::SuperSteps plan{w.heat_stages, w.heat_supersteps, static_cast<double>(w.heat_dt)};
+  core::super_steps(ex, plan, [&](const physics::StageFactors<double>& stage) {
+    spatial::sweep_adding<Periodic>(ex, w.particles, StageBody<T, Boundary, Periodic>{w, stage});
+    if (Boundary) {
+      ex.reduce(w.particles, BoundarySumBody<T>{w}, reinterpret_cast<HeatSum*>(&w.f.heat_account->rate));
+      ex.for_each(1, AccountBody<T>{w, stage});
     }
-  }
+    std::swap(w.f.heat_increment, w.f.heat_increment_old);
+    std::swap(w.f.heat_operand, w.f.heat_operand_next);
+  });
 }
 
 template <class E, class T>
@@ -52,8 +44,8 @@ template <class E, class T>
 void exchange(E& ex, const core::Frame<T>& frame) {
   core::Frame<T> w = frame;
   spatial::with_periods(w, [&](auto periodic) {
-    if (w.f.heat_boundary != nullptr) super_steps<true, periodic()>(ex, w);
-    else super_steps<false, periodic()>(ex, w);
+    if (w.f.heat_boundary != nullptr) super_steps_of_heat<true, periodic()>(ex, w);
+    else super_steps_of_heat<false, periodic()>(ex, w);
   });
 }
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/diffusion.hpp"
 #include "meltsim/trade.hpp"
 #include "trade/measure.hpp"
 #include "world/guarded.hpp"
@@ -131,7 +131,7 @@ double work_of_substep(World& world, double particles, double dt, double diffusi
   if (std::isfinite(resolved.stable_dt) && resolved.stable_dt > 0)
     sweeps = static_cast<double>(resolved.heat_sweeps) * std::sqrt(std::min(1.0, dt / resolved.stable_dt));
   else if (diffusivity > 0)  // 12 / dx^2: the largest eigenvalue of the Laplacian on a lattice
-    sweeps = physics::heat_stage_count(std::min(1e9, dt * 12 * diffusivity / (dx * dx)), false);
+    sweeps = physics::stage_count(std::min(1e9, dt * 12 * diffusivity / (dx * dx)), false);
   return work_of_substep(particles, resolved.support_radius / dx, sweeps, world.backend());
 }
 

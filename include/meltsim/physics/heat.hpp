@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heat: the enthalpy curve, pair exchange, the Runge-Kutta-Legendre stages, and the paper's pair update.
+// Heat: the enthalpy curve, conductivities, and the paper's pair update. Pairs exchange heat and super-steps advance it
+// as diffusion.hpp says.
 //
-// Sources: enthalpy method: Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545. Pair conductance:
-// Cleary & Monaghan (1999), J. Comput. Phys. 148:227, eq. (28) (harmonic mean: the flux is limited by the
-// poorer conductor). Super-time-stepping: Meyer, Balsara & Aslam (2014), J. Comput. Phys. 257:594, RKL1 and
-// RKL2, eqs. (15)-(18). Paper mode: Shao & Yu (2017), eq. (4); Dagenais et al. (2012).
+// Sources: enthalpy method: Voller & Cross (1981), Int. J. Heat Mass Transfer 24:545. Paper mode: Shao & Yu (2017), eq. (4);
+// Dagenais et al. (2012).
 //
 //   symbol  meaning                                         unit
 //   H       enthalpy of a particle                          J       (double: a step may add 1e-8 of it)
@@ -19,6 +18,7 @@
 // changes no number but the tag.
 #pragma once
 
+#include "meltsim/physics/diffusion.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 
@@ -175,75 +175,6 @@ inline ConductionShare<T> make_conduction_share(double support, double spacing) 
 template <class T>
 MELTSIM_HD T pair_conductivity(T resistivity_i, T resistivity_j) {
   return T(2) / (resistivity_i + resistivity_j);
-}
-
-/// g_ij [W/K]: V_i V_j L_ij pair_conductivity(R_i, R_j) with one division; resistivities = R_i + R_j [m K/W]. Symmetric
-/// to the last bit.
-template <class T>
-MELTSIM_HD T pair_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>& l, T resistivities) {
-  const T volumes = (T(2) * volume_i) * volume_j;  // the factor 2 is exact
-  return volumes * l.above * (T(1) / (l.below * resistivities));
-}
-
-/// Coefficients of stage j of s of one super-step, acting on increments d_j = Y_j - Y_0:
-///   d_j = mu d_{j-1} + nu d_{j-2} + mu_rate tau M(Y_{j-1}) + gamma_rate tau M(Y_0).
-/// M uses temperatures of Y and conductivities of Y_0. If conductivities followed Y, a jump where a particle begins
-/// to melt would make M(Y_0) differ from the other stages, and most of the heat of that super-step would be lost.
-struct HeatStage {
-  double mu = 0, nu = 0, mu_rate = 1, gamma_rate = 0;  ///< as in the formula above
-};
-
-/// Coefficients of stage j = 1..s. s = 1: explicit Euler. s even: first-order Runge-Kutta-Legendre (RKL1; R(z) = 1 - z +
-/// z^2/6 for s = 2). s odd: second order (RKL2). Two stages of first order are as accurate as three of second: at
-/// tau lambda up to 6 (tau alpha/dx^2 up to 0.8 on the lattice) the error of the kernel sum exceeds that of time
-/// integration. Numbers are in
-/// docs/design/tried.md.
-/// Scenes with a phase change use RKL1 with any number of stages: the heat capacity jumps, so order beyond the first is
-/// lost, and RKL2 weighs M(Y_0) negatively: heat that flows at first, until melting holds the temperature, would be
-/// subtracted again later.
-inline HeatStage heat_stage(int j, int s) {
-  if (s <= 1) return {};
-  if (s % 2 == 0) {
-    const double w1 = 2.0 / (double(s) * s + s);
-    if (j == 1) return {0, 0, w1, 0};
-    const double mu = (2.0 * j - 1.0) / j;
-    return {mu, 1.0 - mu, mu * w1, 0};
-  }
-  const auto b = [](int i) { return i < 2 ? 1.0 / 3.0 : (double(i) * i + i - 2.0) / (2.0 * i * (i + 1.0)); };
-  const double w1 = 4.0 / (double(s) * s + s - 2.0);
-  if (j == 1) return {0, 0, b(1) * w1, 0};
-  HeatStage c;
-  c.mu = (2.0 * j - 1.0) / j * b(j) / b(j - 1);
-  c.nu = -(j - 1.0) / j * b(j) / b(j - 2);
-  c.mu_rate = c.mu * w1;
-  c.gamma_rate = -(1.0 - b(j - 1)) * c.mu_rate;
-  return c;
-}
-
-/// Largest stable tau lambda of s stages, lambda = 2 max_i sum_j g_ij/C_i (Gershgorin bound of the spectral
-/// radius). Euler: up to 2 a new temperature is a weighted mean of old ones, so it does not overshoot.
-inline double heat_stage_reach(int s) {
-  if (s <= 1) return 2.0;
-  return s % 2 == 0 ? double(s) * s + s : 0.5 * (double(s) * s + s - 2.0);
-}
-
-/// Stages needed for tau lambda: 1, 2, or the smallest odd s >= 5 that suffices; the smallest even s with a phase change.
-inline int heat_stage_count(double tau_lambda, bool changes_phase) {
-  if (tau_lambda <= heat_stage_reach(1)) return 1;
-  if (tau_lambda <= heat_stage_reach(2)) return 2;
-  if (changes_phase) {
-    const int s = static_cast<int>(std::ceil(0.5 * (std::sqrt(1.0 + 4.0 * tau_lambda) - 1.0)));
-    return s + s % 2;
-  }
-  const int s = static_cast<int>(std::ceil(0.5 * (std::sqrt(9.0 + 8.0 * tau_lambda) - 1.0)));
-  return s < 5 ? 5 : s | 1;
-}
-
-/// Largest number of stages that heat_stage_count returns up to a given limit >= 2.
-inline int heat_most_stages(int given, bool changes_phase) {
-  return given == 2 || (given % 2 == 0) == changes_phase ? given
-         : given == 3 && changes_phase                   ? 2
-                                                         : given - 1;
 }
 
 /// Paper mode, eq. (4): the backward Euler step of the isolated pair (i, j), seen from i.
