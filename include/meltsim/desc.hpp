@@ -105,6 +105,7 @@ struct WorldDesc {
   HeatDesc heat;  ///< heat and melting
 
   NeighbourSearch neighbour_search = NeighbourSearch::automatic;  ///< how neighbours are found
+  Viscosity viscosity = Viscosity::automatic;                     ///< how viscosity enters a sub-step
   double courant = 0.4;         ///< sub-steps keep c dt / H at or below this, (0, 0.6]
   Stray stray = Stray::remove;  ///< what happens to liquid that falls out of the scene
   int max_substeps = 64;        ///< a step that needs more is refused, >= 1

@@ -24,17 +24,18 @@ struct StepResult {
   std::string halt_reason;        ///< names step, particle, body and stage
   std::uint64_t halt_step = 0;    ///< the sub-step that diverged
   bool courant_exceeded = false;  ///< a particle moved further than 0.4 H in one sub-step
-  bool heat_bound_exceeded = false;  ///< heat was exchanged faster than its stages allow; raise max_stages
-  bool modulus_unreachable = false;  ///< a body is softer than its youngs_modulus
-  bool body_stiffened = false;       ///< a body is stiffer than described: softer, it would gain energy
-  bool cooled_to_zero = false;       ///< a particle that would have cooled below 0 K was held there
-  bool emitter_exhausted = false;    ///< an emitter reached its max_particles
-  std::uint64_t removed = 0;         ///< particles that left through open faces so far
-  std::uint64_t strayed = 0;         ///< liquid particles that fell out of the scene so far (Stray::remove)
-  std::uint64_t melted = 0;          ///< particles that melted so far; a particle that freezes may melt again
-  std::uint64_t frozen = 0;          ///< particles that froze so far
-  std::uint64_t fluid = 0;           ///< live liquid particles
-  std::uint64_t solid = 0;           ///< live solid particles
+  bool heat_bound_exceeded = false;     ///< heat was exchanged faster than its stages allow; raise max_stages
+  bool viscous_bound_exceeded = false;  ///< momentum diffused faster than its stages allow: liquid is crowded
+  bool modulus_unreachable = false;     ///< a body is softer than its youngs_modulus
+  bool body_stiffened = false;          ///< a body is stiffer than described: softer, it would gain energy
+  bool cooled_to_zero = false;          ///< a particle that would have cooled below 0 K was held there
+  bool emitter_exhausted = false;       ///< an emitter reached its max_particles
+  std::uint64_t removed = 0;            ///< particles that left through open faces so far
+  std::uint64_t strayed = 0;  ///< liquid particles that fell out of the scene so far (Stray::remove)
+  std::uint64_t melted = 0;   ///< particles that melted so far; a particle that freezes may melt again
+  std::uint64_t frozen = 0;   ///< particles that froze so far
+  std::uint64_t fluid = 0;    ///< live liquid particles
+  std::uint64_t solid = 0;    ///< live solid particles
   /// Why this report is incomplete: synchronize() itself cannot fail, but the host may run out of memory while it makes
   /// the report. Empty: the report is complete.
   std::string error;

@@ -34,6 +34,15 @@ enum class NeighbourSearch {
   tree
 };
 
+/// How the viscosity of liquids enters a sub-step.
+enum class Viscosity {
+  automatic,  ///< implicit where it would limit the sub-step more than anything else does, else explicit
+  explicit_,  ///< one force per sub-step: the sub-step is at most viscous_dt of physics/integrate.hpp
+  /// Velocity diffuses in Runge-Kutta-Legendre stages: viscosity does not limit the sub-step, whose cost grows as the square
+  /// root of the viscosity instead (physics/viscous_diffusion.hpp).
+  implicit
+};
+
 inline constexpr double infinity = std::numeric_limits<double>::infinity();  ///< "no limit"
 /// "Not given": the library derives the value and reports it (World::resolved()).
 inline constexpr double automatic = 0.0;

@@ -54,6 +54,11 @@ struct Resolved {
   int heat_supersteps = 0;  ///< super-steps in that sub-step, at most HeatDesc::max_supersteps
   std::int64_t heat_sweeps =
       0;  ///< heat_stages times heat_supersteps: sweeps over all neighbours for heat in that sub-step
+  Viscosity viscosity = Viscosity::explicit_;  ///< how it enters a sub-step: explicit_ or implicit
+  double viscous_dt =
+      infinity;            ///< largest sub-step that explicit viscosity would allow [s]; infinity without any
+  int viscous_stages = 0;  ///< stages of a super-step of implicit viscosity at stable_dt; 0: it is explicit
+  int viscous_supersteps = 0;  ///< super-steps in that sub-step: 1 but for more than 64 stages
   /// Share of the specified diffusivity that the heat model delivers at that sub-step, for the best
   /// conductor: 1 for HeatModel::enthalpy; below 1 for HeatModel::paper, the less the longer the step (its
   /// energy drift shows in Totals::thermal).

@@ -39,6 +39,9 @@ struct SubstepArguments {
   double heat_dt = 0;        ///< of one super-step, time-scaled
   int heat_stages = 0, heat_supersteps = 0;
   double heat_bound = 0;
+  double viscous_dt = 0;  ///< of one super-step of viscosity
+  int viscous_stages = 0, viscous_supersteps = 0;
+  double viscous_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
   const std::vector<Steered>* steered = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes

@@ -204,6 +204,10 @@ class EngineImpl final : public Engine {
     w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
     w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
     w_.c.heat_bound = a.heat_bound;
+    w_.viscous_dt = a.viscous_dt;
+    w_.viscous_stages = static_cast<std::uint32_t>(a.viscous_stages);
+    w_.viscous_supersteps = static_cast<std::uint32_t>(a.viscous_supersteps);
+    w_.viscous_bound = a.viscous_bound;
     // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
     // body. A modulus may be stiffer than springs are.
     const double modulus = std::min(1 / a.dt, 1.5 * scales_.largest_modulus_rate * a.dt);
@@ -586,6 +590,8 @@ class EngineImpl final : public Engine {
             bits(a.heat_bound),
             static_cast<std::uint64_t>(a.heat_stages),
             static_cast<std::uint64_t>(a.heat_supersteps),
+            bits(a.viscous_dt),
+            static_cast<std::uint64_t>(a.viscous_stages),
             (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
   }
 

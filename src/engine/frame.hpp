@@ -304,7 +304,11 @@ struct Frame {
   std::uint32_t burst_first = 0;
   T heat_dt{};  ///< thermal.*: super-step, time-scaled [s]
   std::uint32_t heat_stages = 0, heat_supersteps = 0;
-  SumUnits sum_units;  ///< lsm.balance
+  std::uint32_t viscous_stages = 0, viscous_supersteps = 0;  ///< sph.diffuse; 0: explicit
+  double viscous_dt = 0;                                     ///< of a super-step [s]
+  double viscous_bound = 0;  ///< largest exchange over mass that the stages allow [1/s]
+  bool inviscid = false;     ///< sph.diffuse takes viscosity in place of this stage
+  SumUnits sum_units;        ///< lsm.balance
 };
 
 /// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the

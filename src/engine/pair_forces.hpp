@@ -10,10 +10,21 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// mu of liquid particle i [Pa s].
+/// mu of liquid particle i [Pa s]; 0 where sph.diffuse takes viscosity in place of the caller.
 template <class T>
 MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<T>& m) {
+  if (w.inviscid) return T(0);
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
+}
+
+/// visit(conductance, velocity) of every no-slip wall within reach of a liquid particle at x.
+template <class T, class Visit>
+MELTSIM_HD void for_each_sticky_wall(const Frame<T>& w, Vec3<T> x, T mu, T volume, const Visit& visit) {
+  const auto& b = w.c.walls;
+  const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
+  for (int k = 0; k < 6; ++k)
+    if (((b.faces >> k) & 1u) != 0u && d[k] < b.support)
+      visit(physics::wall_viscous_factor(w.c.wall_exchange, mu, volume, d[k]), w.c.wall_velocity[k]);
 }
 
 template <class T>
@@ -107,12 +118,13 @@ struct LiquidOnSolid {
       while (first < n && body.skips(slots[first])) ++first;
       MaterialRow<T> liquid;
       if (first < n) liquid = body.w.f.materials[material_of(body.w.f.tag[slots[first]])];
+      const T mu = body.w.inviscid ? T(0) : liquid.viscosity;
       const T of_solid = liquid.tait_stiffness * own.tau;
       v.load(body.w.f.velocity, slots, n);
       spatial::in_lanes(n, [&](std::size_t, std::size_t k) {
         volume[k] = sign_bit(v.w[k]) != 0u ? T(0) : volume[k];
         v.w[k] += of_solid;
-        of.x[k] = liquid.viscosity;
+        of.x[k] = mu;
         of.y[k] = liquid.density;
       });
     }

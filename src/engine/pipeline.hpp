@@ -108,10 +108,11 @@ enum Fact : std::uint32_t {
   fact_sorted = 1u << 16,  ///< particles are sorted by a key
   fact_sparse = 1u << 17,  ///< grid; the domain is unbounded or mostly empty
   fact_tree = 1u << 18,    ///< tree
-  // Of the host's wishes, not of the scene: no channel hangs on it.
+  // What the check below need not go through: stages beside the others, whose channels nothing else reads.
   fact_probes = 1u << 19,     ///< points or levels are sampled
   fact_loads = 1u << 20,      ///< forces, heat or fluxes are
   fact_kinematic = 1u << 21,  ///< bodies that the host moves
+  fact_implicit = 1u << 22,   ///< viscosity is implicit
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -132,10 +133,10 @@ struct StageInfo {
 
 #define F(field) (FieldSet{1} << field_##field)
 /// Channels that stages which may touch them only read; their producer names them among what it writes.
-inline constexpr FieldSet read_where_there = F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) |
-                                             F(density) | F(group_key) | F(group_begin) | F(tree_box) |
-                                             F(piece) | F(contact_normal) | F(body_motion) |
-                                             F(carried_position) | F(carried_velocity);
+inline constexpr FieldSet read_where_there =
+    F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) | F(density) | F(group_key) |
+    F(group_begin) | F(tree_box) | F(piece) | F(contact_normal) | F(body_motion) | F(carried_position) |
+    F(carried_velocity) | F(liquid_bits) | F(shape_velocity);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \
@@ -200,7 +201,8 @@ constexpr bool pipeline_is_fed(std::uint32_t search) {
   constexpr FieldSet before = fed_before_stages();
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts)
     if (consistent(facts) &&
-        first_unfed_stage(facts | search | fact_probes | fact_loads | fact_kinematic, before) >= 0)
+        first_unfed_stage(facts | search | fact_probes | fact_loads | fact_kinematic | fact_implicit,
+                          before) >= 0)
       return false;
   return true;
 }

@@ -153,6 +153,8 @@ struct WorldStatus {
   std::int64_t cooled_to_zero = 0;  ///< particle-stages held at 0 K
   std::int64_t heat_bound_exceeded =
       0;  ///< particle-stages that exchanged faster than the stage count allows
+  std::int64_t viscous_bound_exceeded =
+      0;  ///< particles that exchanged momentum faster than the stage count allows
   /// Bits of HeatIdle: while one is set, kernels of heat do nothing. thermal.level sets the first, so that heat ends in a
   /// sub-step that follows from the state, whenever the host learns of it.
   std::uint32_t heat_idle = 0;

@@ -29,6 +29,7 @@ struct StatusBody {
     s.max_speed = s.max_density = 0;
     s.courant_exceeded = 0u;
     s.heat_bound_exceeded = 0;
+    s.viscous_bound_exceeded = 0;
   }
 };
 

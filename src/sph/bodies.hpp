@@ -257,7 +257,7 @@ struct ForcesBody {
     const auto walls = physics::wall_view(w.c.walls, xyz(x));
     if (walls.axes != 0u)
       force += physics::floor_push(w.c.walls, w.c.kernel, walls, w.f.clock->gravity) * mass;
-    if (w.c.no_slip != 0u)
+    if (w.c.no_slip != 0u && !w.inviscid)
       force += no_slip(xyz(x), v, viscosity_of(w, i, w.f.materials[material_of(tag)]), x.w);
     return force * (T(1) / mass) + w.f.clock->gravity;
   }
@@ -265,12 +265,9 @@ struct ForcesBody {
   MELTSIM_HD void operator()(std::uint64_t i) const { finish(i, part(i, 0, 1)); }
   /// Traction of every wall within reach, each with its own velocity.
   MELTSIM_HD Vec3<T> no_slip(Vec3<T> x, Vec3<T> v, T mu, T volume) const {
-    const auto& b = w.c.walls;
-    const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
     Vec3<T> force{};
-    for (int k = 0; k < 6; ++k)
-      if (((b.faces >> k) & 1u) != 0u && d[k] < b.support)
-        force += physics::wall_viscous_force(w.c.wall_exchange, mu, volume, d[k], w.c.wall_velocity[k] - v);
+    core::for_each_sticky_wall(w, x, mu, volume,
+                               [&](T factor, Vec3<T> velocity) { force += (velocity - v) * factor; });
     return force;
   }
 };

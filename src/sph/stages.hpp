@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <utility>
+
+#include "engine/super_steps.hpp"
 #include "spatial/strategies.hpp"
 #include "sph/advance_bodies.hpp"
 #include "sph/bodies.hpp"
+#include "sph/diffuse_bodies.hpp"
 #include "sph/shift_bodies.hpp"
 
 namespace meltsim {
@@ -26,8 +30,18 @@ void forces_of(E& ex, const core::Frame<T>& w) {
   spatial::sweep<Periodic>(ex, w.particles, ForcesBody<T, company, Periodic>{w});
 }
 
+/// The frame of a stage that leaves viscosity to sph.diffuse, where the scene has that.
+template <class T>
+core::Frame<T> without_viscosity(const core::Frame<T>& frame) {
+  core::Frame<T> w = frame;
+  w.inviscid = w.viscous_stages != 0u;
+  if (w.inviscid) w.f.viscosity = nullptr;
+  return w;
+}
+
 template <class E, class T>
-void forces(E& ex, const core::Frame<T>& w) {
+void forces(E& ex, const core::Frame<T>& frame) {
+  const core::Frame<T> w = without_viscosity(frame);
   spatial::with_periods(w, [&](auto periodic) {
     switch (company_of(w)) {
       case Company::liquid:
@@ -55,9 +69,27 @@ void wetted(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
-void reaction(E& ex, const core::Frame<T>& w) {
+void reaction(E& ex, const core::Frame<T>& frame) {
+  const core::Frame<T> w = without_viscosity(frame);
   spatial::with_periods(w, [&](auto periodic) {
     spatial::sweep_listed<periodic()>(ex, w.particles, w.f.wetted, ReactionBody<T, periodic()>{{w}});
+  });
+}
+
+/// Velocity from the beginning of the sub-step to its end, as an acceleration: viscosity in viscous_supersteps super-steps of
+/// viscous_stages stages, and what the stages before gave.
+template <class E, class T>
+void diffuse(E& ex, const core::Frame<T>& frame) {
+  core::Frame<T> w = frame;
+  ex.for_each(w.particles, ViscousOperandsBody<T>{w});
+  const core::SuperSteps plan{w.viscous_stages, w.viscous_supersteps, w.viscous_dt};
+  spatial::with_periods(w, [&](auto periodic) {
+    core::super_steps(ex, plan, [&](const physics::StageFactors<double>& stage) {
+      spatial::sweep_adding<periodic()>(ex, w.particles,
+                                        ViscousStageBody<T, periodic()>{w, stage.template as<T>()});
+      std::swap(w.f.velocity_increment, w.f.velocity_increment_old);
+      std::swap(w.f.viscous_operand, w.f.viscous_operand_next);
+    });
   });
 }
 

@@ -234,6 +234,7 @@ struct ClearBody {
     s.max_speed = s.max_density = 0;
     s.courant_exceeded = 0u;
     s.heat_bound_exceeded = 0;
+    s.viscous_bound_exceeded = 0;
     s.cooled_to_zero = 0;
   }
 };

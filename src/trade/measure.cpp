@@ -129,7 +129,9 @@ double work_of_substep(World& world, double particles, double dt, double diffusi
   // The number of stages grows with the root of the step.
   double sweeps = 0;
   if (std::isfinite(resolved.stable_dt) && resolved.stable_dt > 0)
-    sweeps = static_cast<double>(resolved.heat_sweeps) * std::sqrt(std::min(1.0, dt / resolved.stable_dt));
+    sweeps = static_cast<double>(resolved.heat_sweeps +
+                                 std::int64_t{resolved.viscous_stages} * resolved.viscous_supersteps) *
+             std::sqrt(std::min(1.0, dt / resolved.stable_dt));
   else if (diffusivity > 0)  // 12 / dx^2: the largest eigenvalue of the Laplacian on a lattice
     sweeps = physics::stage_count(std::min(1e9, dt * 12 * diffusivity / (dx * dx)), false);
   return work_of_substep(particles, resolved.support_radius / dx, sweeps, world.backend());

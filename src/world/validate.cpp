@@ -150,6 +150,10 @@ Status validate(const WorldDesc& d) {
   if (d.heat.max_supersteps < 1 || d.heat.max_supersteps > 1000000)
     return invalid("heat.max_supersteps: must be in 1..1000000, got ", d.heat.max_supersteps,
                    "; the default is 64");
+  if (d.viscosity != Viscosity::automatic && d.viscosity != Viscosity::explicit_ &&
+      d.viscosity != Viscosity::implicit)
+    return invalid("viscosity: is no Viscosity, got ", static_cast<int>(d.viscosity),
+                   "; automatic is the default");
   if (d.stray != Stray::remove && d.stray != Stray::halt)
     return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
   if (Status s = at_least("heat.level_tolerance", d.heat.level_tolerance, 0, "K",

@@ -148,6 +148,7 @@ void WorldImpl::update_state() {
   carried_.max_density_ratio = std::max(carried_.max_density_ratio, s.max_density);
   carried_.courant_exceeded = carried_.courant_exceeded || s.courant_exceeded != 0;
   carried_.heat_bound_exceeded = carried_.heat_bound_exceeded || s.heat_bound_exceeded != 0;
+  carried_.viscous_bound_exceeded = carried_.viscous_bound_exceeded || s.viscous_bound_exceeded != 0;
   note_halt(s, engine->fault());
 }
 

@@ -216,6 +216,7 @@ std::uint32_t WorldImpl::facts() const {
   for (std::size_t m = 0; m < materials.size(); ++m)
     if (liquid_used_[m] != 0u && !materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
+  if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   if ((f & core::fact_heat_enthalpy) != 0 && (f & core::fact_heat_boundary) == 0 && !host_heats() &&
       !emitting() && desc.heat.level_tolerance > 0)

@@ -233,6 +233,7 @@ class WorldImpl final : public Scheduler {
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();
+  void limit_viscosity(double laplacian_sum);
   void derive_limits();
   double least_spring() const;
   double least_modulus_rate() const;
@@ -276,6 +277,8 @@ class WorldImpl final : public Scheduler {
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   double substeps_of(double dt) const;
   Status check_substeps(double dt) const;
+  void viscous_plan(double dt, core::SubstepArguments& a) const;
+  Status check_viscous_work(double dt, int supersteps) const;
   Status check_heat_work(double dt, double supersteps) const;
   double due(const EmitterRecord& e, std::uint64_t layer) const;
   std::uint64_t layers_before(const EmitterRecord& e, double t) const;
@@ -402,6 +405,9 @@ class WorldImpl final : public Scheduler {
   StepResult carried_;              ///< extremes seen by a synchronize() of the World's own
   bool changes_phase_ = false;      ///< a material in use melts or freezes
   double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
+  double viscous_dt_ = infinity;    ///< what explicit viscosity would allow [s]
+  double viscous_lambda_ = 0;       ///< bound of the viscous operator's spectrum [1/s]
+  bool diffuses_ = false;           ///< viscosity is implicit
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   std::vector<ProbeRecord> probes_;

@@ -10,6 +10,7 @@
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 #include "world/density_range.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
@@ -177,8 +178,8 @@ Status WorldImpl::prepare() {
   find_materials();
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
-  facts_ = facts();
   derive_limits();
+  facts_ = facts();
   fit_regions();
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
@@ -207,6 +208,7 @@ Status WorldImpl::adapt() {
   weigh_materials();
   const bool outside = heat_from_outside() || host_heats();
   if (outside) state_.heat_level = false;
+  derive_limits();
   const std::uint32_t wanted = facts(), had = facts_;
   core::EngineSetup setup = setup_of(wanted);
   setup.heat_flows_again = outside;
@@ -242,6 +244,35 @@ Status WorldImpl::follow_plan(double dt) {
   return changed ? adapt() : Status{};
 }
 
+/// Whether viscosity is implicit, and the limits that follow: of the sub-step, or of what a stage may exchange.
+void WorldImpl::limit_viscosity(double laplacian_sum) {
+  viscous_dt_ = infinity;
+  viscous_lambda_ = 0;
+  if (any_liquid()) {
+    double lightest_body = infinity;
+    for (const BodyRecord& b : bodies_)
+      if (!b.desc.fixed) lightest_body = std::min(lightest_body, materials[b.desc.material.index].density);
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      const double mu = largest_viscosity(materials[i]), density = core::least_density(materials[i]);
+      if (liquid_used_[i] == 0u || !(mu > 0)) continue;
+      viscous_dt_ = std::min(viscous_dt_, physics::viscous_dt(mu / density, laplacian_sum));
+      double least = std::min(density, lightest_body);
+      viscous_lambda_ = std::max(viscous_lambda_, physics::viscous_lambda(mu, least, laplacian_sum));
+      // Beside a liquid that is lighter, or more viscous: the pair's viscosity is the harmonic mean.
+      for (std::size_t j = 0; j < materials.size(); ++j)
+        if (liquid_used_[j] != 0u)
+          viscous_lambda_ = std::max(
+              viscous_lambda_,
+              physics::viscous_lambda(physics::pair_viscosity(mu, largest_viscosity(materials[j])),
+                                      std::min(density, core::least_density(materials[j])), laplacian_sum));
+    }
+  }
+  diffuses_ =
+      std::isfinite(viscous_dt_) && (desc.viscosity == Viscosity::implicit ||
+                                     (desc.viscosity == Viscosity::automatic && viscous_dt_ < static_dt_));
+  if (!diffuses_) static_dt_ = std::min(static_dt_, viscous_dt_);
+}
+
 /// What step() needs of the scene, worked out once: it must not search or allocate per step.
 void WorldImpl::derive_limits() {
   static_dt_ = infinity;
@@ -269,13 +300,8 @@ void WorldImpl::derive_limits() {
   }
   if (fluid) {
     static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
-    for (std::size_t i = 0; i < materials.size(); ++i) {
-      const MaterialDesc& m = materials[i];
-      if (liquid_used_[i] != 0u && largest_viscosity(m) > 0)
-        static_dt_ =
-            std::min(static_dt_, physics::viscous_dt(largest_viscosity(m) / core::least_density(m), sum));
-    }
   }
+  limit_viscosity(sum);
   rows_ = material_rows();
   std::vector<core::MaterialRow<double>> present;
   for (std::size_t i = 0; i < rows_.size(); ++i)

@@ -10,6 +10,7 @@
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/shape_matching.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 #include "world/nozzle.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
@@ -47,17 +48,41 @@ void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_
   stages = supersteps = 1;
   if ((facts_ & core::fact_heat_enthalpy) == 0) return;
   const double reach = tau * heat_lambda_;
-  const int most = physics::heat_most_stages(desc.heat.max_stages, changes_phase_);
+  const int most = physics::most_stages(desc.heat.max_stages, changes_phase_);
   constexpr double countable = 1e12;  // stages for more are beyond an integer
-  const bool one = reach <= countable && physics::heat_stage_count(reach, changes_phase_) <= most;
+  const bool one = reach <= countable && physics::stage_count(reach, changes_phase_) <= most;
   // check_heat_work() refuses more than there may be.
   if (!one)
     supersteps = static_cast<int>(
-        std::min(std::ceil(reach / physics::heat_stage_reach(most)), double(most_supersteps) + 1));
-  stages =
-      supersteps > most_supersteps ? most : physics::heat_stage_count(reach / supersteps, changes_phase_);
+        std::min(std::ceil(reach / physics::stage_reach(most)), double(most_supersteps) + 1));
+  stages = supersteps > most_supersteps ? most : physics::stage_count(reach / supersteps, changes_phase_);
   heat_dt = tau / supersteps;
-  bound = physics::heat_stage_reach(stages) / (2 * heat_dt);
+  bound = physics::stage_reach(stages) / (2 * heat_dt);
+}
+
+void WorldImpl::viscous_plan(double dt, core::SubstepArguments& a) const {
+  a.viscous_stages = a.viscous_supersteps = 0;
+  a.viscous_dt = dt;
+  a.viscous_bound = infinity;
+  if ((facts_ & core::fact_implicit) == 0) return;
+  const physics::ViscousStages v = physics::viscous_stages(dt * viscous_lambda_);
+  a.viscous_stages = v.stages;
+  // check_viscous_work() refuses more than max_substeps.
+  a.viscous_supersteps = static_cast<int>(std::min(v.supersteps, 1e9));
+  a.viscous_dt = dt / v.supersteps;
+  a.viscous_bound = physics::stage_reach(v.stages) / a.viscous_dt;
+}
+
+/// Refuses what would take longer than anybody waits for, as of heat.
+Status WorldImpl::check_viscous_work(double dt, int supersteps) const {
+  if (supersteps <= desc.max_substeps) return {};
+  return Error{
+      ErrorCode::step_too_large,
+      core::text("step: dt: viscosity needs ", supersteps, " super-steps of ", physics::most_viscous_stages,
+                 " stages in every sub-step of ", dt, " s, more than max_substeps ", desc.max_substeps,
+                 "; step by at most ", 0.999 * dt * desc.max_substeps / supersteps,
+                 " s, raise max_substeps, or use a larger spacing; viscosities far from those of real "
+                 "liquids have this effect, too")};
 }
 
 std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
@@ -121,8 +146,8 @@ bool WorldImpl::exhausted(const EmitterRecord& e) const { return layers_before(e
 Status WorldImpl::check_heat_work(double dt, double supersteps) const {
   if (supersteps <= desc.heat.max_supersteps) return {};
   const double tau = dt * desc.heat.time_scale * thermal_interval_;
-  const int most = physics::heat_most_stages(desc.heat.max_stages, changes_phase_);
-  const double needed = std::ceil(tau * heat_lambda_ / physics::heat_stage_reach(most));
+  const int most = physics::most_stages(desc.heat.max_stages, changes_phase_);
+  const double needed = std::ceil(tau * heat_lambda_ / physics::stage_reach(most));
   return Error{
       ErrorCode::step_too_large,
       core::text(
@@ -291,6 +316,8 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   a.dt = dt / n;
   heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
   if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return not_taken(s);
+  viscous_plan(a.dt, a);
+  if (Status s = check_viscous_work(a.dt, a.viscous_supersteps); !s) return not_taken(s);
   substep_ = a.dt;
   const double start = time;
   if (limit != nullptr) limit->begin();
@@ -400,6 +427,7 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
   r.max_density_ratio = std::max(r.max_density_ratio, more.max_density_ratio);
   r.courant_exceeded = r.courant_exceeded || more.courant_exceeded;
   r.heat_bound_exceeded = r.heat_bound_exceeded || more.heat_bound_exceeded;
+  r.viscous_bound_exceeded = r.viscous_bound_exceeded || more.viscous_bound_exceeded;
   r.cooled_to_zero = r.cooled_to_zero || more.cooled_to_zero;
   r.body_stiffened = r.body_stiffened || more.body_stiffened;
   r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
@@ -420,6 +448,7 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.max_density_ratio = s.max_density;
   r.courant_exceeded = s.courant_exceeded != 0;
   r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
+  r.viscous_bound_exceeded = s.viscous_bound_exceeded != 0;
   r.cooled_to_zero = s.cooled_to_zero != 0;
   r.emitter_exhausted = at.emitter_exhausted;
   r.melted = static_cast<std::uint64_t>(s.melted);
@@ -506,6 +535,14 @@ Resolved WorldImpl::resolved() {
   double heat_dt = 0, bound = 0;
   if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, r.heat_supersteps, heat_dt, bound);
   r.heat_sweeps = std::int64_t{r.heat_stages} * r.heat_supersteps;
+  r.viscosity = (facts_ & core::fact_implicit) != 0 ? Viscosity::implicit : Viscosity::explicit_;
+  r.viscous_dt = viscous_dt_;
+  if (std::isfinite(r.stable_dt)) {
+    core::SubstepArguments a;
+    viscous_plan(r.stable_dt, a);
+    r.viscous_stages = a.viscous_stages;
+    r.viscous_supersteps = a.viscous_supersteps;
+  }
   if (std::isfinite(r.stable_dt)) r.heat_efficiency = heat_efficiency(r.stable_dt);
   return r;
 }

@@ -144,7 +144,7 @@ class Lanes : public testing::Test {
       w.f.heat_operand[i] = {static_cast<T>(i % 2 == 0 ? 0.0 : random.uniform(-20, 20)),
                              i % 5 == 0 ? core::marked(r) : r};
     }
-    const thermal::StageBody<T, false, Periodic> body{w, 0, 0, 1, 0, {true, true, true}};
+    const thermal::StageBody<T, false, Periodic> body{w, physics::stage_factors(1, 1, 1.0, true, true)};
     for (std::size_t i = 0; i < w.particles; ++i) {
       if (is_removed(w.f.tag[i])) continue;
       const auto a = body.part(i, 0, 1), b = spatial::sum_in_lanes<Periodic>(w, body, i);

@@ -36,7 +36,8 @@ void mesh_of(WorldImpl& world, std::vector<float>& surface, std::vector<std::uin
 }
 
 template <class T>
-Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing, NeighbourSearch search) {
+Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing, NeighbourSearch search,
+            bool viscous) {
   const double dx = 0.1;
   WorldImpl world;
   world.desc.backend = Backend::cpu;
@@ -53,7 +54,7 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
   world.desc.neighbour_search = search;
   world.engine = std::move(engine);
   MaterialDesc water, ice;
-  water.viscosity = 0.2;
+  water.viscosity = viscous ? 1e5 : 0.2;  // two super-steps
   const auto water_id = world.add_material(water);
   ice.name = "ice";
   ice.density = 917;
@@ -97,6 +98,7 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
     EXPECT_TRUE(s) << s.error().message;
   }
   EXPECT_EQ(world.resolved().neighbour_search, search);
+  EXPECT_EQ(world.resolved().viscous_supersteps, viscous ? 2 : 0);
   const StepResult r = world.synchronize();
   EXPECT_FALSE(r.halted) << r.halt_reason;
   EXPECT_EQ(r.removed > 0, !freezing);
@@ -116,12 +118,12 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
 }
 
 template <class T>
-void expect_any_order(HeatModel model, bool freezing = false,
-                      NeighbourSearch search = NeighbourSearch::grid) {
-  const Outcome forward = run<T>(Rig<T>(Order::forward).engine, model, freezing, search);
+void expect_any_order(HeatModel model, bool freezing = false, NeighbourSearch search = NeighbourSearch::grid,
+                      bool viscous = false) {
+  const Outcome forward = run<T>(Rig<T>(Order::forward).engine, model, freezing, search, viscous);
   EXPECT_GT(freezing ? forward.frozen : forward.melted, 10u);
   for (const Order order : {Order::reversed, Order::shuffled}) {
-    const Outcome other = run<T>(Rig<T>(order).engine, model, freezing, search);
+    const Outcome other = run<T>(Rig<T>(order).engine, model, freezing, search, viscous);
     EXPECT_EQ(other.hash, forward.hash);
     EXPECT_EQ(other.melted, forward.melted);
     EXPECT_EQ(other.density, forward.density);
@@ -133,12 +135,15 @@ void expect_any_order(HeatModel model, bool freezing = false,
   WorldDesc desc;
   desc.threads = 3;
   if (sizeof(T) == 8) desc.precision = Precision::double_precision;
-  EXPECT_EQ(run<T>(*core::make_cpu_engine(desc), model, freezing, search).hash, forward.hash);
+  EXPECT_EQ(run<T>(*core::make_cpu_engine(desc), model, freezing, search, viscous).hash, forward.hash);
 }
 
 TEST(Order, ChangesNoBitInSinglePrecision) { expect_any_order<float>(HeatModel::enthalpy); }
 TEST(Order, ChangesNoBitInDoublePrecision) { expect_any_order<double>(HeatModel::enthalpy); }
 TEST(Order, ChangesNoBitWhereLiquidFreezes) { expect_any_order<float>(HeatModel::enthalpy, true); }
+TEST(Order, ChangesNoBitWithImplicitViscosity) {
+  expect_any_order<float>(HeatModel::enthalpy, true, NeighbourSearch::grid, true);
+}
 TEST(Order, ChangesNoBitWithATree) {
   expect_any_order<float>(HeatModel::enthalpy, false, NeighbourSearch::tree);
 }

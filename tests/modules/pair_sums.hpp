@@ -57,17 +57,36 @@ struct Summed {
 /// Per id.
 struct PairSums {
   std::vector<std::uint32_t> beside;
-  std::vector<Summed> density, term, acceleration, shift, heat, iwasaki, paper;
+  /// diffused: acceleration where viscosity comes in one stage of sph.diffuse.
+  std::vector<Summed> density, term, acceleration, diffused, shift, heat, iwasaki, paper;
   explicit PairSums(std::size_t n = 0)
-      : beside(n), density(n), term(n), acceleration(n), shift(n), heat(n), iwasaki(n), paper(n) {}
+      : beside(n),
+        density(n),
+        term(n),
+        acceleration(n),
+        diffused(n),
+        shift(n),
+        heat(n),
+        iwasaki(n),
+        paper(n) {}
 };
 
-enum Quantity { of_density, of_term, of_acceleration, of_shift, of_heat, of_iwasaki, of_paper, quantities };
-inline constexpr const char* quantity_names[] = {"density", "pressure term", "acceleration", "shift",
-                                                 "heat",    "iwasaki",       "paper"};
+enum Quantity {
+  of_density,
+  of_term,
+  of_acceleration,
+  of_diffused,
+  of_shift,
+  of_heat,
+  of_iwasaki,
+  of_paper,
+  quantities
+};
+inline constexpr const char* quantity_names[] = {"density", "pressure term", "acceleration", "diffused",
+                                                 "shift",   "heat",          "iwasaki",      "paper"};
 inline std::vector<Summed>& quantity(PairSums& s, int q) {
-  std::vector<Summed>* all[] = {&s.density, &s.term,    &s.acceleration, &s.shift,
-                                &s.heat,    &s.iwasaki, &s.paper};
+  std::vector<Summed>* all[] = {&s.density, &s.term, &s.acceleration, &s.diffused,
+                                &s.shift,   &s.heat, &s.iwasaki,      &s.paper};
   return *all[q];
 }
 
@@ -99,6 +118,8 @@ class AllPairs {
     densities();
     accelerations();
     if ((scene.facts & core::fact_contact) != 0) contacts();
+    // One stage from the beginning of the sub-step is the explicit force.
+    if ((scene.facts & core::fact_fluid) != 0) sums_.diffused = sums_.acceleration;
     if ((scene.facts & core::fact_shifting) != 0) shifts();
     heat();
     classify();

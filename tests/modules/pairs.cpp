@@ -180,6 +180,9 @@ struct Run {
     a.heat_dt = scene.heat_dt;
     a.heat_stages = a.heat_supersteps = 1;
     a.heat_bound = 1e30;
+    a.viscous_dt = scene.dt;
+    a.viscous_stages = a.viscous_supersteps = (facts & core::fact_implicit) != 0 ? 1 : 0;
+    a.viscous_bound = 1e30;
     for (int k = 0; k < core::stage_count; ++k)
       for (const char* wanted : stages)
         if (core::runs(core::stage_table[static_cast<std::size_t>(k)], setup.facts))
@@ -201,8 +204,21 @@ template <class T>
 PairSums sums_of(const PairEngine& how, const PairScene& scene) {
   Run<T> run{how, scene, {}, {}};
   PairSums sums(run.n);
+  const auto note_accelerations = [&](std::vector<Summed>& to) {
+    for (std::size_t i = 0; i < run.n; ++i) {
+      if (is_removed(scene.state.tag[i])) continue;
+      const Vec3d v0 = cast<double>(cast<T>(scene.state.velocity[i])), v1 = run.after.velocity[i];
+      to[i].add((v1 - v0) * (1 / scene.dt), (length(v0) + length(v1)) / scene.dt);
+    }
+  };
+  if ((scene.facts & core::fact_fluid) != 0) {
+    run(core::fact_implicit, {"step.begin", "spatial", "sph", "lsm", "step.integrate"});
+    if (testing::Test::HasFatalFailure()) return sums;
+    note_accelerations(sums.diffused);
+  }
   run(0, {"step.begin", "spatial", "sph", "lsm", "step.integrate"});
   if (testing::Test::HasFatalFailure()) return sums;
+  note_accelerations(sums.acceleration);
   const auto drifted = [&](Vec3d x, Vec3d v) {
     return cast<double>(physics::drift(cast<T>(x), cast<T>(v), static_cast<T>(0.5 * scene.dt)));
   };
@@ -213,7 +229,6 @@ PairSums sums_of(const PairEngine& how, const PairScene& scene) {
       sums.density[i].add({run.derived.density[i], 0, 0}, 0);
       sums.term[i].add({run.derived.pressure_term[i], 0, 0}, 0);
     }
-    sums.acceleration[i].add((v1 - v0) * (1 / scene.dt), (length(v0) + length(v1)) / scene.dt);
     const Vec3d x = drifted(scene.state.position[i], v0), rest = v1 * (0.5 * scene.dt);
     if ((scene.facts & core::fact_shifting) != 0)
       sums.shift[i].add(run.after.position[i] - x - rest, length(x) + length(run.after.position[i]));

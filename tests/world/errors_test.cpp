@@ -37,6 +37,8 @@ TEST(Errors, WorldDescriptions) {
   }
   expect_error(with([](WorldDesc& d) { d.gravity.y = nan; }), "gravity");
   expect_error(with([](WorldDesc& d) { d.particle_shifting = true; }), "needs tension");
+  expect_error(with([](WorldDesc& d) { d.viscosity = static_cast<Viscosity>(7); }),
+               "viscosity: is no Viscosity, got 7; automatic is the default");
   expect_error(with([](WorldDesc& d) { d.support_radius = 1.4 * d.spacing; }), "1.5");
   expect_error(with([](WorldDesc& d) { d.support_radius = 6.01 * d.spacing; }), "1.5..6 spacings");
   for (const double spacing : {0.1, 0.2, 0.3, 0.7})

@@ -127,7 +127,9 @@ TEST(Plan, AMaterialThatNothingIsMadeOfCostsNothing) {
 TEST(Plan, WhatMeltsIntoAThickLiquidOrIsEmittedCounts) {
   MELTSIM_NEEDS_BACKEND();
   const auto dt_with = [](double viscosity, double temperature, bool emit) {
-    auto w = World::create(describe());
+    WorldDesc d = describe();
+    d.viscosity = Viscosity::explicit_;  // which shows in the step
+    auto w = World::create(d);
     EXPECT_TRUE(w);
     MaterialDesc lava, stone;
     lava.name = "lava";

@@ -257,11 +257,16 @@ inline T floor_push_scale(double support, double spacing) {
   return static_cast<T>(missing * spacing * spacing * spacing / (2 * half_space_share(k, 0.5 * spacing)));
 }
 
-/// Traction of one no-slip wall at a distance d [N]: mu V I(d)/d (v_wall - v), wall_exchange.hpp.
+/// Conductance of one no-slip wall at a distance d [kg/s]: mu V I(d)/d, wall_exchange.hpp.
+template <class T>
+MELTSIM_HD T wall_viscous_factor(const WallExchange<T>& e, T mu, T volume, T distance) {
+  return mu * volume * wall_area(e, distance) / wall_depth(e, distance);
+}
+/// Traction of that wall [N].
 template <class T>
 MELTSIM_HD Vec3<T> wall_viscous_force(const WallExchange<T>& e, T mu, T volume, T distance,
                                       Vec3<T> v_wall_minus_v) {
-  return v_wall_minus_v * (mu * volume * wall_area(e, distance) / wall_depth(e, distance));
+  return v_wall_minus_v * wall_viscous_factor(e, mu, volume, distance);
 }
 
 /// Keeps a particle at least a tenth of a spacing inside walls: a safeguard for spray that hits a wall without pressure

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of implicit viscosity: velocity diffuses in super-steps, from the beginning of the sub-step to its end.
+#pragma once
+
+#include "engine/pair_forces.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
+#include "spatial/lanes.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+using core::Frame;
+
+/// Resistivity of a particle of a body that no liquid touches: nothing comes of its sum, which is not made.
+inline constexpr double resistivity_of_dry = 2 * physics::resistivity_of_solid;
+
+/// What shape matching adds to the velocity of a particle of a body that can move, per second.
+template <class T>
+MELTSIM_HD Vec3<T> shape_acceleration(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
+  if (!is_solid(tag) || w.f.shape_velocity == nullptr) return {};
+  return w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]] * (T(1) / w.f.clock->dt);
+}
+
+/// Velocity and resistivity of every particle; the acceleration of wetted bodies takes shape matching in until the end.
+template <class T>
+struct ViscousOperandsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    T resistivity = static_cast<T>(resistivity_of_dry);
+    if (is_fluid(tag)) {
+      resistivity = T(1) / core::viscosity_of(w, i, w.f.materials[material_of(tag)]);
+    } else if (is_solid(tag)) {
+      const bool moves = (tag & tag_fixed) == 0u && w.f.liquid_bits != nullptr;
+      if (!moves || spatial::any_marked(w, i, w.f.liquid_bits))
+        resistivity = static_cast<T>(physics::resistivity_of_solid);
+      if (moves && resistivity > static_cast<T>(resistivity_of_dry))
+        w.f.acceleration[i] += shape_acceleration(w, i, tag);
+    }
+    // Both buffers: what keeps its velocity is not written again.
+    w.f.viscous_operand[i] = w.f.viscous_operand_next[i] = with_w(xyz(w.f.velocity[i]), resistivity);
+  }
+};
+
+/// What neighbours give a particle [N], and its conductance [kg/s].
+template <class T>
+struct ViscousSum {
+  Vec3<T> force{};
+  T conductance{};
+  MELTSIM_HD void add(const ViscousSum& o) {
+    force += o.force;
+    conductance += o.conductance;
+  }
+  struct Lanes {
+    spatial::LaneVectorSum<T> force;
+    spatial::LaneSum<T> conductance;
+    ViscousSum at(std::size_t l) const { return {force.at(l), conductance.at(l)}; }
+    void put(std::size_t l, const ViscousSum& s) {
+      force.put(l, s.force);
+      conductance.put(l, s.conductance);
+    }
+    ViscousSum total() const { return {force.total(), conductance.total()}; }
+  };
+};
+
+/// Stage j of a super-step: the increment of the velocity. The last stage of the last super-step turns the whole increment
+/// into the acceleration that step.integrate takes.
+template <class T, bool Periodic>
+struct ViscousStageBody {
+  Frame<T> w;
+  physics::StageFactors<T> stage;
+  static constexpr bool shared = true;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) {
+    return sizeof(T) != sizeof(float) ? 0u : 36u;
+  }
+  using Sum = ViscousSum<T>;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    return spatial::sum_part<Periodic>(w, *this, i, k, parts);
+  }
+
+  // One pair (spatial/sweep.hpp): velocity, and resistivity in w.
+  using Stored = Vec4<T>;
+  struct Own {
+    Vec4<T> operand;
+    T volume;
+  };
+  MELTSIM_HD bool takes_part(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_fluid(tag)) return !is_held(tag);
+    return is_solid(tag) && (tag & tag_fixed) == 0u && w.f.liquid_bits != nullptr &&
+           w.f.viscous_operand[i].w > static_cast<T>(resistivity_of_dry);
+  }
+  MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.viscous_operand[i], w.f.position[i].w}; }
+  MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const { return w.f.viscous_operand[j]; }
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
+  template <class Along>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
+                      Along) const {
+    const T g = physics::viscous_conductance(
+        own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
+        own.operand.w, other.w);
+    sum.force += (xyz(other) - xyz(own.operand)) * g;
+    sum.conductance += g;
+  }
+  struct Lanes {
+    spatial::LaneVectors<T> operand;
+    Stored at(std::size_t k) const { return operand.at(k); }
+    void load(const ViscousStageBody& body, const Own&, std::uint64_t, const std::uint32_t* slots,
+              std::uint32_t n, const T*) {
+      operand.load(body.w.f.viscous_operand, slots, n);
+    }
+  };
+  template <class Add>
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
+    if (!takes_part(i)) return;
+    const std::uint32_t tag = w.f.tag[i];
+    const Vec4<T> operand = w.f.viscous_operand[i];
+    const Vec4<T> x = w.f.position[i];
+    const T mass = w.f.mass[i];
+    Vec3<T> force = s.force;
+    T walls = 0;
+    if (is_fluid(tag) && w.c.no_slip != 0u)
+      core::for_each_sticky_wall(w, xyz(x), T(1) / operand.w, x.w, [&](T factor, Vec3<T> velocity) {
+        force += (velocity - xyz(operand)) * factor;
+        walls += factor;
+      });
+    if (stage.first &&
+        static_cast<double>(T(2) * s.conductance + walls) > w.viscous_bound * static_cast<double>(mass))
+      add(&w.f.status->viscous_bound_exceeded, 1);
+    const Vec3<T> rate = force * (T(1) / mass) + w.f.acceleration[i];
+    const Vec3<T> d = physics::next_increment(
+        stage, rate, [&] { return w.f.velocity_increment[i]; }, [&] { return w.f.velocity_increment_old[i]; },
+        [] { return Vec3<T>{}; });
+    // Beyond the first super-step the increments are those since the one before.
+    const Vec3<T> whole = stage.begins ? d : w.f.velocity_gained[i] + d;
+    if (stage.ends) {
+      w.f.acceleration[i] = whole * (T(1) / w.f.clock->dt) - shape_acceleration(w, i, tag);
+      return;
+    }
+    if (stage.last) w.f.velocity_gained[i] = whole;
+    w.f.velocity_increment_old[i] = d;
+    w.f.viscous_operand_next[i] = with_w(xyz(w.f.velocity[i]) + whole, operand.w);
+  }
+};
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim

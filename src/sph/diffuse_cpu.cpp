@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// Implicit viscosity for the CPU executor: apart, as it takes long to compile.
+#include "engine/stage_functions.hpp"
+#include "exec/exec_cpu.hpp"
+#include "sph/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace sph {
+
+MELTSIM_INSTANTIATE(core::CpuExec, diffuse)
+
+}  // namespace sph
+}  // namespace v0
+}  // namespace meltsim
