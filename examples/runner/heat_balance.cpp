@@ -90,6 +90,7 @@ std::string heat_sources_text(const Scene& scene) {
   };
   if (std::any_of(scene.world.domain.heat.begin(), scene.world.domain.heat.end(), acts))
     names.push_back("walls");
+  if (acts(scene.world.heat.free_surface)) names.push_back("the liquid's free surface");
   for (const SceneBody& body : scene.bodies) {
     if (acts(body.desc.surface)) names.push_back(fmt::format("the surface of \"{}\"", body.desc.name));
     if (body.desc.heat_source != 0) names.push_back(fmt::format("the source in \"{}\"", body.desc.name));

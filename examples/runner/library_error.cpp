@@ -107,7 +107,7 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
     named.path = section;
     places.push_back(place(named, section + "." + field, key, scene.where));
   };
-  for (const char* field : {"time_scale", "max_stages", "max_supersteps", "level_tolerance"})
+  for (const char* field : {"time_scale", "max_stages", "max_supersteps", "level_tolerance", "free_surface"})
     add_dotted(scene.heat, "heat", field, field);
   for (const char* field : {"min", "max", "friction", "velocity"})
     add_dotted(scene.domain, "domain", field, field);

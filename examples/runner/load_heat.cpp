@@ -78,6 +78,7 @@ void load_heat(const Node& node, Scene& scene) {
   if (const auto value = node.find("max_stages")) heat.max_stages = value->small_integer();
   if (const auto value = node.find("max_supersteps")) heat.max_supersteps = value->small_integer();
   if (const auto value = node.find("level_tolerance")) heat.level_tolerance = value->number("K");
+  if (const auto surface = node.find("free_surface")) heat.free_surface = load_surface(*surface);
   if (const auto walls = node.find("walls")) {
     walls->allow_keys(keys::faces);
     for (const auto& [key, value] : walls->entries())

@@ -395,8 +395,7 @@ void Run::settle_frame(const Flight& flight, meltsim::Reading reading) {
   row.step = flight.steps_before + static_cast<std::uint64_t>(flight.steps);
   row.time = flight.batch.end;
   row.dt = frame_steps_ > 0 ? last_dt_ : time_.dt.value_or(built_.world.stable_dt());
-  if (frame_steps_ > 0)
-    row.ms_per_step = 1e3 * frame_stepping_ / static_cast<double>(frame_steps_);
+  if (frame_steps_ > 0) row.ms_per_step = 1e3 * frame_stepping_ / static_cast<double>(frame_steps_);
   last_ms_ = row.ms_per_step;
   if (trade_ != nullptr) trade_->frame(row.time, reading.totals, reading.pieces);
   frame_steps_ = 0;

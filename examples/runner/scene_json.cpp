@@ -89,6 +89,8 @@ Json heat_json(const Scene& scene) {
                {"max_stages", heat.max_stages},
                {"max_supersteps", heat.max_supersteps},
                {"level_tolerance", heat.level_tolerance}};
+  if (const Json surface = surface_json(heat.free_surface); !surface.is_null())
+    json["free_surface"] = surface;
   for (std::size_t i = 0; i < 6; ++i) {
     const Json wall = surface_json(scene.world.domain.heat[i]);
     if (!wall.is_null()) json["walls"][face_keys[i]] = wall;

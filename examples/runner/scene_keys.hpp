@@ -19,8 +19,8 @@ inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
 inline const List solver{
     "gravity",          "sound_speed", "artificial_viscosity", "tension",         "particle_shifting",
     "neighbour_search", "courant",     "max_substeps",         "pieces_interval", "stray"};
-inline const List heat{"model",           "time_scale", "max_stages", "max_supersteps",
-                       "level_tolerance", "walls",      "regions"};
+inline const List heat{"model",           "time_scale",   "max_stages", "max_supersteps",
+                       "level_tolerance", "free_surface", "walls",      "regions"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
 inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",

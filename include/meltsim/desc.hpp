@@ -76,6 +76,9 @@ struct HeatDesc {
   /// units in the last place of a temperature never become smaller: in single precision 1e-4 K at 1000 degrees.
   /// 0: temperatures count as level only if they are equal when the scene is built.
   double level_tolerance = 1e-4;
+  /// Heat through the free surface of liquids: what no wall, solid or other liquid covers. A layer of liquid thinner than two
+  /// spacings counts about one of its sides.
+  SurfaceHeatDesc free_surface;
 };
 
 /// A World. 0 means that the value is derived where a field says automatic.

@@ -154,6 +154,9 @@ class MELTSIM_API World {
   /// Sets the heat of a wall, 0 to 5 in the order of DomainDesc::faces. The next step plans anew, which synchronises, if
   /// heat from outside thereby begins or ends. Errors: invalid_argument (names the field).
   Status set_wall_heat(int face, const SurfaceHeatDesc& heat);
+  /// Sets the heat through the free surface of liquids (HeatDesc::free_surface); likewise. Errors: invalid_argument (names
+  /// the field).
+  Status set_free_surface_heat(const SurfaceHeatDesc& heat);
   /// Sets what a heat region does while it acts: it holds `temperature` [degrees Celsius] or, where that is empty, releases
   /// `source` [W/m^3]. Shape and times stay. Errors: invalid_argument (names the field).
   Status set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source = 0);

@@ -117,6 +117,11 @@ const Keys<WorldDesc>& world_keys() {
        heat(&HeatDesc::max_supersteps)},
       {"heat_level_tolerance", "float", "temperatures that differ by no more count as level [K]",
        heat(&HeatDesc::level_tolerance)},
+      {"heat_free_surface", "dict[str, float]",
+       "heat through the liquid's free surface; keys as of add_solid's surface",
+       [](WorldDesc& d, const std::string& name, nb::handle v) {
+         describe(d.heat.free_surface, surface_heat_keys(), name, v);
+       }},
       {"support_radius", "float", "H [m]; 0: 2.5 spacings", set_to(&WorldDesc::support_radius)},
       {"sound_speed", "float", "c [m/s]; 0: derived from the depth", set_to(&WorldDesc::sound_speed)},
       {"artificial_viscosity", "float", "damps acoustic noise; 0.01 to 0.1",
@@ -801,6 +806,18 @@ void bind_world(nb::module_& m) {
           nb::sig("def set_wall_heat(self, face: str, *, temperature: float | None = ..., flux: float = ..., "
                   "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
           "Sets the heat through a wall, -x to +z; what is not given is 0, and `ambient` 20 degrees.")
+      .def(
+          "set_free_surface_heat",
+          [](HostWorld& w, nb::kwargs heat) {
+            SurfaceHeatDesc desc;
+            describe(desc, surface_heat_keys(), "set_free_surface_heat", 0,
+                     nb::args(nb::steal<nb::args>(PyTuple_New(0))), heat);
+            away(w, true, [&](World& world) { expect(world.set_free_surface_heat(desc)); });
+          },
+          "heat"_a,
+          nb::sig("def set_free_surface_heat(self, *, temperature: float | None = ..., flux: float = ..., "
+                  "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
+          "Sets the heat through the liquid's free surface; what is not given is 0, and `ambient` 20 degrees.")
       .def(
           "set_heat_region",
           [](HostWorld& w, const HeatRegion& region, nb::object temperature, Real source) {

@@ -124,6 +124,7 @@ struct Clock {
   Vec3<T> gravity{};
   physics::SurfaceCondition<T> wall_heat[6];  ///< per face
   std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
+  physics::SurfaceCondition<T> free_surface;  ///< of liquids
 };
 
 /// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.

@@ -49,6 +49,7 @@ struct SceneLattice {
 struct Surroundings {
   Vec3d gravity;                                                 ///< [m/s^2]
   std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
+  physics::SurfaceCondition<double> free_surface;                ///< of liquids
 };
 
 /// Constants in double; each engine rounds them once.

@@ -97,9 +97,12 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
             physics::wall_depth(w.c.wall_exchange, d[face]), conductivity, temperature));
   }
   const HeatBoundary<T> b = w.f.heat_boundary[i];
-  if (b.area > T(0))
-    add(physics::surface_heat(w.f.body_heat[body_of(w.f.tag[i]) - 1u].surface, b.area, b.depth, conductivity,
-                              temperature));
+  if (b.area > T(0)) {
+    const std::uint32_t tag = w.f.tag[i];
+    add(physics::surface_heat(
+        is_solid(tag) ? w.f.body_heat[body_of(tag) - 1u].surface : w.f.clock->free_surface, b.area, b.depth,
+        conductivity, temperature));
+  }
   sum.rate += b.source;
   return sum;
 }
@@ -276,7 +279,7 @@ struct AccountBody {
   }
 };
 
-/// Dry surface, sources and held temperatures of this sub-step. A held particle is set to its temperature
+/// Dry and free surface, sources and held temperatures of this sub-step. A held particle is set to its temperature
 /// here.
 template <class T>
 struct BoundaryBody {
@@ -298,6 +301,10 @@ struct BoundaryBody {
         b.area = s.area;
         b.depth = s.depth;
       }
+    } else if (is_fluid(tag) && w.f.clock->free_surface.kind != physics::SurfaceHeat::insulated) {
+      const auto s = free_surface(i);
+      b.area = s.area;
+      b.depth = s.depth;
     }
     for (std::uint32_t r = 0; r < w.c.heat_regions; ++r) {
       const core::HeatRegionRow<T>& region = w.f.heat_regions[r];
@@ -332,6 +339,16 @@ struct BoundaryBody {
         physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(G), live, w.c.first_layer);
     s.area *= physics::dry_share(own, everything);
     return s;
+  }
+  /// Free surface of a particle of liquid. What sph.density summed is in heat_share until thermal.operands makes a share of it.
+  MELTSIM_HD physics::ParticleSurface<T> free_surface(std::uint64_t i) const {
+    const Vec4<T> x = w.f.position[i];
+    Vec3<T> G = physics::walls_part(w.c.wall_exchange, physics::wall_view(w.c.walls, xyz(x)));
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+      G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2));
+    });
+    return physics::free_surface(w.c.wall_exchange, x.w, length(G), w.f.heat_share[i],
+                                 x.w * physics::kernel_value(w.c.kernel, T(0)), w.c.first_layer);
   }
   MELTSIM_HD bool inside(const core::HeatRegionRow<T>& r, Vec3<T> x) const {
     const auto cell = [&](T d, std::int32_t n) {  // -1 and n stand for all that is outside

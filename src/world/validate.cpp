@@ -160,6 +160,7 @@ Status validate(const WorldDesc& d) {
                           "0 lets heat flow however small differences are");
       !s)
     return s;
+  if (Status s = validate(d.heat.free_surface, d.heat.model, "heat.free_surface."); !s) return s;
   if (Status s = validate(d.domain, support); !s) return s;
   const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
   for (std::size_t f = 0; f < 6; ++f) {

@@ -80,6 +80,9 @@ Status World::set_heat_time_scale(double scale) {
 Status World::set_wall_heat(int face, const SurfaceHeatDesc& heat) {
   return guarded<Status>([&] { return impl_->set_wall_heat(face, heat); });
 }
+Status World::set_free_surface_heat(const SurfaceHeatDesc& heat) {
+  return guarded<Status>([&] { return impl_->set_free_surface_heat(heat); });
+}
 Status World::set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity) {
   return guarded<Status>([&] { return impl_->set_velocity(body, velocity, angular_velocity); });
 }

@@ -44,7 +44,8 @@ bool WorldImpl::acts(const HeatRegionRecord& r, double from, double until) {
 bool WorldImpl::heat_from_outside() const {
   if (desc.heat.model != HeatModel::enthalpy) return false;
   const auto& walls = desc.domain.heat;
-  return std::any_of(heat_regions_.begin(), heat_regions_.end(), [](const auto& r) { return r.acts; }) ||
+  return !insulated(desc.heat.free_surface) ||
+         std::any_of(heat_regions_.begin(), heat_regions_.end(), [](const auto& r) { return r.acts; }) ||
          std::any_of(bodies_.begin(), bodies_.end(),
                      [](const BodyRecord& b) {
                        return !b.gone && (b.desc.heat_source != 0 || !insulated(b.desc.surface));

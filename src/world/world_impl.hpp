@@ -105,6 +105,7 @@ class WorldImpl final : public Scheduler {
   Status set_gravity(Vec3d gravity);
   Status set_heat_time_scale(double scale);
   Status set_wall_heat(int face, const SurfaceHeatDesc& heat);
+  Status set_free_surface_heat(const SurfaceHeatDesc& heat);
   Status set_velocity(BodyId id, Vec3d velocity, Vec3d angular_velocity);
   Status apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse);
   Status set_emitter(EmitterId id, const EmitterSetting& setting);

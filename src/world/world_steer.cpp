@@ -28,6 +28,7 @@ Status checked(const char* call, const WorldDesc& desc) {
 core::Surroundings WorldImpl::surroundings() const {
   core::Surroundings s;
   s.gravity = desc.gravity;
+  s.free_surface = core::condition_of(desc.heat.free_surface);
   for (std::size_t f = 0; f < 6; ++f)
     if (desc.domain.bounded) s.wall_heat[f] = core::condition_of(desc.domain.heat[f]);
   return s;
@@ -103,6 +104,15 @@ Status WorldImpl::set_wall_heat(int face, const SurfaceHeatDesc& heat) {
   changed.domain.heat[static_cast<std::size_t>(face)] = heat;
   if (Status s = checked("set_wall_heat", changed); !s) return s;
   desc.domain.heat[static_cast<std::size_t>(face)] = heat;
+  surround();
+  return {};
+}
+
+Status WorldImpl::set_free_surface_heat(const SurfaceHeatDesc& heat) {
+  WorldDesc changed = desc;
+  changed.heat.free_surface = heat;
+  if (Status s = checked("set_free_surface_heat", changed); !s) return s;
+  desc.heat.free_surface = heat;
   surround();
   return {};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Heat through walls and through the dry surface of solids.
+// Heat through walls, the dry surface of solids and the free surface of liquids.
 //
 // Sources: Newton's law of cooling and the Stefan-Boltzmann law, e.g. Incropera & DeWitt (2007), Fundamentals
 // of Heat and Mass Transfer, secs. 1.2, 3.1 (resistances in series), 13.3 (large grey surroundings).
@@ -20,6 +20,7 @@
 #pragma once
 
 #include "meltsim/physics/wall_exchange.hpp"
+#include "meltsim/physics/walls.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -113,6 +114,34 @@ MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volum
   s.depth = maximum(e.half_spacing + slope * dx * dx * (plane - G), e.smallest_distance);
   s.area = volume * G / first_layer * edge_factor<T>(live);
   return s;
+}
+
+/// Part of G (below) of a particle of liquid that walls stand for [1/m]: what lies beyond a plane would have contributed a
+/// vector that points inwards, of the size wall_area.
+template <class T>
+MELTSIM_HD Vec3<T> walls_part(const WallExchange<T>& e, const WallView<T>& v) {
+  const auto part = [&](std::uint32_t bit, T from) {
+    if ((v.axes & bit) == 0u) return T(0);
+    const T size = wall_area(e, std::fabs(from));
+    return from < T(0) ? -size : size;
+  };
+  return {part(1u, v.from.x), part(2u, v.from.y), part(4u, v.from.z)};
+}
+
+/// Free surface that a particle of liquid represents.
+///   G_i = sum_j V_j L_ij x_ij over all particles, and the walls' part [1/m]: points outwards, |G| is I(dx/2) beneath a plane.
+/// What pairs contribute cancels, so the sum of V G beneath a surface is its area whether its particles lie as in a lattice or
+/// have moved together, as at rest they do until the sum of the kernel is 1 for the uppermost, too. Within a liquid in motion
+/// |G| is up to 0.3 of I(dx/2): the share rises from 0 there to 1 at 0.5. phi = sum_j V_j W_ij; where less than half is
+/// full around a particle it represents at least a share of the surface of a ball of its volume, 4.84 dx^2, all of it
+/// where it is alone: W(0) V = `own`. Depth: dx/2. first_layer as in particle_surface. Ours.
+template <class T>
+MELTSIM_HD ParticleSurface<T> free_surface(const WallExchange<T>& e, T volume, T G, T phi, T own,
+                                           T first_layer) {
+  const T plane = wall_area(e, e.half_spacing), dx = T(2) * e.half_spacing;
+  const T share = clamp((G - T(0.3) * plane) / (T(0.2) * plane), T(0), T(1));
+  const T lonely = clamp((T(0.5) - phi) / (T(0.5) - own), T(0), T(1));
+  return {maximum(volume * G / first_layer * share, lonely * T(4.84) * volume / dx), e.half_spacing};
 }
 
 /// Dry share of the surface of a particle [-]: the kernel sum missing around it, divided by the sum that its body
