@@ -229,7 +229,8 @@ TEST(ImplicitViscosity, EnergyFalls) {
     for (int k = 1; k <= 30; ++k) {
       require(l.world.step(dt));
       const double now = l.world.totals()->kinetic;
-      ASSERT_LE(now, energy) << sigma << ", step " << k;
+      // What is left in the end is the rounding of single velocities: (1e-7)^2 of the first.
+      ASSERT_LE(now, energy + 1e-13 * start) << sigma << ", step " << k;
       energy = now;
     }
     if (sigma < 1) {
