@@ -111,7 +111,7 @@ physics::RigidMotion WorldImpl::motion_for(std::uint32_t body, const BodyMotion&
   if (m.orientation) {
     const Quat<double>& q = r.first.orientation;
     r.first.angular_velocity =
-        physics::rotation_vector(physics::product(*m.orientation, {q.w, -q.x, -q.y, -q.z})) * (1 / dt);
+        physics::rotation_vector(physics::composed(*m.orientation, {q.w, -q.x, -q.y, -q.z})) * (1 / dt);
   }
   r.then = physics::moved_on(r.first, dt);
   if (m.position) r.then.position = *m.position - origin_;

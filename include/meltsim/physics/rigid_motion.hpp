@@ -38,7 +38,7 @@ struct RigidMotion {
 };
 
 /// a after b.
-MELTSIM_HD Quat<double> product(const Quat<double>& a, const Quat<double>& b) {
+MELTSIM_HD Quat<double> composed(const Quat<double>& a, const Quat<double>& b) {
   return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
           a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
@@ -63,7 +63,7 @@ MELTSIM_HD Vec3<double> rotation_vector(Quat<double> q) {
 MELTSIM_HD RigidPlace moved_on(const RigidPlace& p, double t) {
   const Vec3<double> angle = p.angular_velocity * t;
   const bool turns = angle.x != 0 || angle.y != 0 || angle.z != 0;
-  return {p.position + p.velocity * t, turns ? product(rotation_by(angle), p.orientation) : p.orientation,
+  return {p.position + p.velocity * t, turns ? composed(rotation_by(angle), p.orientation) : p.orientation,
           p.velocity, p.angular_velocity};
 }
 
