@@ -15,7 +15,10 @@ MELTSIM_INSTANTIATE(core::CudaExec, contact)
 MELTSIM_INSTANTIATE(core::CudaExec, regions)
 MELTSIM_INSTANTIATE(core::CudaExec, goals)
 MELTSIM_INSTANTIATE(core::CudaExec, balance)
+MELTSIM_INSTANTIATE(core::CudaExec, rigid_shape)
+MELTSIM_INSTANTIATE(core::CudaExec, rigid)
 MELTSIM_INSTANTIATE(core::CudaExec, commit)
+MELTSIM_INSTANTIATE(core::CudaExec, rigid_commit)
 
 }  // namespace lsm
 }  // namespace v0

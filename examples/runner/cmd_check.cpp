@@ -94,7 +94,9 @@ class Check {
     const SceneBody& body = scene_.bodies.at(piece.body.index);
     return fmt::format("\"{}\": {} particles of {}, {:.6g} kg, {:g} C{}", piece.name,
                        count_text(piece.particles), body.material, piece.mass, body.desc.temperature,
-                       body.desc.fixed ? ", fixed" : "");
+                       body.desc.fixed                              ? ", fixed"
+                       : body.desc.motion == meltsim::Motion::rigid ? ", rigid"
+                                                                    : "");
   }
 
   void print_bodies() {

@@ -60,7 +60,7 @@ inline const List walls{"box", "open", "none"};
 inline const List face{"wall", "open", "periodic"};
 inline const List neighbour_search{"auto", "grid", "verlet", "tree"};
 inline const List stepping{"fixed", "adaptive"};
-inline const List motion{"free", "fixed", "kinematic"};  ///< in the order of meltsim::Motion
+inline const List motion{"free", "fixed", "kinematic", "rigid"};  ///< in the order of meltsim::Motion
 inline const List end_when{"time", "melted"};
 inline const List stray{"remove", "halt"};
 inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};

@@ -126,9 +126,12 @@ struct FluidDesc {
 
 /// What moves a body.
 enum class Motion {
-  free,      ///< forces on it
-  fixed,     ///< nothing
-  kinematic  ///< the host (World::set_motion), whatever forces act on it; liquid and other bodies give way to it
+  free,       ///< forces on it
+  fixed,      ///< nothing
+  kinematic,  ///< the host (World::set_motion), whatever forces act on it; liquid and other bodies give way to it
+  /// Forces on it, as a rigid body: six degrees of freedom per connected piece. It costs less than a free body, and stiffness,
+  /// damping and region_half_width of its material do not matter.
+  rigid
 };
 
 /// How a kinematic body moves: World::set_motion.

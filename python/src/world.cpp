@@ -258,9 +258,9 @@ const Keys<SolidInput>& solid_keys() {
       {"velocity", vector_type, "of the centre of mass [m/s]", d(&D::velocity)},
       {"angular_velocity", vector_type, "about the centre of mass [rad/s]", d(&D::angular_velocity)},
       {"fixed", "bool", "an obstacle: conducts heat and melts, but never moves", d(&D::fixed)},
-      {"motion", "str", "\"free\", \"fixed\" or \"kinematic\": moved by set_motion()",
+      {"motion", "str", "\"free\", \"fixed\", \"kinematic\": moved by set_motion(), or \"rigid\": free, but nothing deforms it",
        [](SolidInput& input, const std::string& name, nb::handle v) {
-         input.desc.motion = static_cast<Motion>(choice(name, v, {"free", "fixed", "kinematic"}));
+         input.desc.motion = static_cast<Motion>(choice(name, v, {"free", "fixed", "kinematic", "rigid"}));
        }},
       {"pivot", "Sequence[float] | None",
        "of a kinematic body: the point that set_motion() moves [m]; None: its centre",

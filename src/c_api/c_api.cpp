@@ -334,7 +334,7 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
     d.temperature = c.temperature;
     d.velocity = vec(c.velocity);
     d.angular_velocity = vec(c.angular_velocity);
-    d.motion = option<meltsim::Motion>(c.motion, MELTSIM_MOTION_KINEMATIC, "motion");
+    d.motion = option<meltsim::Motion>(c.motion, MELTSIM_MOTION_RIGID, "motion");
     d.max_speed = c.max_speed;
     d.surface = heat_of(c.surface);
     d.heat_source = c.heat_source;

@@ -74,6 +74,13 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
   return r;
 }
 
+/// Whether a particle goes where its body does: of a kinematic or a rigid one.
+template <class T>
+MELTSIM_HD bool is_driven(const Frame<T>& w, std::uint32_t tag) {
+  return w.f.carried_position != nullptr && is_solid(tag) &&
+         ((tag & tag_kinematic) != 0u || w.f.bodies[body_of(tag) - 1u].motion == body_rigid);
+}
+
 /// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity acts on it.
 /// Where liquid diverges, other forces make it that fast.
 template <class T>
@@ -125,7 +132,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   } else {
     end.check = look(w, i, p, v);
     const bool held = is_solid(tag) && (tag & tag_fixed) != 0u;
-    const bool carried = held && (tag & tag_kinematic) != 0u && w.f.carried_position != nullptr;
+    const bool carried = is_driven(w, tag);
     end.moved = end.check.bad == 0u && (!held || carried);
     if (end.moved && carried) {
       const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];

@@ -107,6 +107,7 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
       q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
     put(ex, w.f.region_rotation, q);
   }
+  put(ex, wanted(field_rigid_rotation, w.f.rigid_rotation), s.region_rotation);
   if (wanted(field_contact_slip, w.f.contact_slip) != nullptr) {
     std::vector<Vec3<T>> slip;
     for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
@@ -148,6 +149,13 @@ void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
     for (std::size_t v = 0; v < q.size(); ++v)
       s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
                               static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
+  }
+  if (w.f.rigid_rotation != nullptr) {
+    const auto q = fetch(ex, w.f.rigid_rotation, w.vertices);
+    const auto body = fetch(ex, w.f.vertex_body, w.vertices);
+    const auto rows = fetch(ex, w.f.bodies, s.motion.size());
+    for (std::size_t v = 0; v < q.size(); ++v)
+      if (rows[body[v]].motion == body_rigid) s.region_rotation[v] = q[v];
   }
   if (w.f.body_motion != nullptr) {
     const auto rows = fetch(ex, w.f.body_motion, s.motion.size());

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "engine/piece_sums.hpp"
+#include "engine/rigid_sums.hpp"
 #include "engine/search_types.hpp"
 #include "engine/world_status.hpp"
 #include "meltsim/particle_tag.hpp"
@@ -29,6 +30,7 @@ namespace core {
 using physics::MaterialProperties;
 using physics::MaterialRow;
 using physics::RegionFit;
+using physics::RigidPieceStep;
 using physics::SphKernel;
 using physics::WallBox;
 
@@ -93,11 +95,12 @@ struct BodyHeat {
 struct BodyRow {
   std::uint32_t stride_y = 0, stride_z = 0;  ///< sites per step in y, z (x: 1)
   std::int32_t region_half_width = 0;        ///< w
-  std::uint32_t fixed = 0;                   ///< 0: it is free; body_fixed or body_kinematic
+  std::uint32_t motion = 0;                  ///< one of those below
 };
-inline constexpr std::uint32_t body_fixed = 1, body_kinematic = 2;
+inline constexpr std::uint32_t body_free = 0, body_fixed = 1, body_kinematic = 2, body_rigid = 3;
 
-/// The motion of a kinematic body, and where its lattice is relative to the pivot.
+/// The motion of a kinematic body, and where its lattice is relative to the pivot. Of a rigid body only first_site and
+/// spacing.
 struct BodyMotionRow {
   physics::RigidMotion motion;   ///< positions in stored coordinates
   Vec3<double> low{};            ///< of site (0, 0, 0) of the body's box from the pivot, as built [m]

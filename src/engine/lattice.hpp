@@ -96,19 +96,25 @@ MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, std::uint32_
 /// Whether a vertex moves with a kinematic body.
 template <class T>
 MELTSIM_HD bool is_carried(const Frame<T>& w, std::uint64_t v) {
-  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].fixed == body_kinematic;
+  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].motion == body_kinematic;
+}
+
+/// Steps of a vertex from site (0, 0, 0) of its body's box.
+template <class T>
+MELTSIM_HD Vec3<double> steps_in_box(const Frame<T>& w, std::uint64_t v, std::uint32_t body) {
+  const BodyRow b = w.f.bodies[body];
+  const std::uint32_t site = w.f.vertex_site[v] - w.f.body_motion[body].first_site, layer = site % b.stride_z;
+  return {static_cast<double>(layer % b.stride_y), static_cast<double>(layer / b.stride_y),
+          static_cast<double>(site / b.stride_z)};
 }
 
 /// Position (stored coordinates, not wrapped) and velocity of a vertex of a kinematic body at a time [s].
 template <class T>
 MELTSIM_HD physics::RigidPoint carried_point(const Frame<T>& w, std::uint64_t v, double time) {
   const std::uint32_t body = w.f.vertex_body[v];
-  const BodyRow b = w.f.bodies[body];
   const BodyMotionRow& row = w.f.body_motion[body];
-  const std::uint32_t site = w.f.vertex_site[v] - row.first_site, layer = site % b.stride_z;
-  const Vec3<double> steps{static_cast<double>(layer % b.stride_y), static_cast<double>(layer / b.stride_y),
-                           static_cast<double>(site / b.stride_z)};
-  return physics::point_of(physics::place_at(row.motion, time), row.low + steps * row.spacing);
+  return physics::point_of(physics::place_at(row.motion, time),
+                           row.low + steps_in_box(w, v, body) * row.spacing);
 }
 
 /// Orientation of a kinematic body at a time [s].
@@ -121,7 +127,7 @@ MELTSIM_HD Quat<T> carried_rotation(const Frame<T>& w, std::uint32_t body, doubl
 /// Rotation of the lattice about a vertex at the beginning of the sub-step.
 template <class T>
 MELTSIM_HD Quat<T> turn_of(const Frame<T>& w, std::uint64_t v) {
-  if (w.f.body_motion != nullptr && w.f.bodies[w.f.vertex_body[v]].fixed == body_kinematic)
+  if (w.f.body_motion != nullptr && w.f.bodies[w.f.vertex_body[v]].motion == body_kinematic)
     return carried_rotation(w, w.f.vertex_body[v], w.f.clock->time);
   return w.f.region_rotation[v];
 }

@@ -113,6 +113,9 @@ enum Fact : std::uint32_t {
   fact_loads = 1u << 20,      ///< forces, heat or fluxes are
   fact_kinematic = 1u << 21,  ///< bodies that the host moves
   fact_implicit = 1u << 22,   ///< viscosity is implicit
+  // Of those that can move, at least one:
+  fact_lattice = 1u << 23,  ///< free bodies, which shape matching moves
+  fact_rigid = 1u << 24,    ///< rigid bodies
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -197,21 +200,25 @@ constexpr int first_unfed_stage(std::uint32_t facts, FieldSet available) {
   return -1;
 }
 
-constexpr bool pipeline_is_fed(std::uint32_t search) {
+/// mobile: what can move where something can.
+constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
   constexpr FieldSet before = fed_before_stages();
-  for (std::uint32_t facts = 0; facts < fact_packed; ++facts)
-    if (consistent(facts) &&
-        first_unfed_stage(facts | search | fact_probes | fact_loads | fact_kinematic | fact_implicit,
-                          before) >= 0)
-      return false;
+  for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
+    if (!consistent(facts)) continue;
+    const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
+    constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit;
+    if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
+  }
   return true;
 }
 // Each alone: compilers bound the work of one constant expression.
-static_assert(pipeline_is_fed(search_facts[0]),
+static_assert(pipeline_is_fed(search_facts[0], fact_lattice | fact_rigid),
               "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[1]),
+static_assert(pipeline_is_fed(search_facts[1], fact_lattice),
               "a stage reads a channel that no earlier stage of that scene produced");
-static_assert(pipeline_is_fed(search_facts[2]),
+static_assert(pipeline_is_fed(search_facts[1], fact_rigid),
+              "a stage reads a channel that no earlier stage of that scene produced");
+static_assert(pipeline_is_fed(search_facts[2], fact_lattice | fact_rigid),
               "a stage reads a channel that no earlier stage of that scene produced");
 static_assert(sizeof search_facts / sizeof *search_facts == 3);
 

@@ -26,7 +26,7 @@ struct SceneState {
   std::vector<std::uint32_t> tag, vertex_of_id;
   // per vertex
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
-  std::vector<Quat<double>> region_rotation;
+  std::vector<Quat<double>> region_rotation;  ///< of rigid bodies' vertices what rigid_rotation holds
   std::vector<Vec3d> contact_slip;
   std::vector<physics::RigidMotion> motion;  ///< per body; of those that are not kinematic nothing
   std::uint64_t melted = 0, frozen = 0, removed = 0,

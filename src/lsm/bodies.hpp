@@ -293,7 +293,7 @@ struct CommitBody {
   }
   MELTSIM_HD void operator()(std::uint64_t v) const { (*this)(v, read(v)); }
   MELTSIM_HD void operator()(std::uint64_t v, const Item& item) const {
-    if (item.members == 0u || w.f.bodies[item.body].fixed != 0u) return;
+    if (item.members == 0u || w.f.bodies[item.body].motion != core::body_free) return;
     w.f.region_rotation[v] = item.rotation;
     const Vec4<T> slip = w.f.slip_next[w.f.slot_of_id[item.id]];
     w.f.contact_slip[v] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};

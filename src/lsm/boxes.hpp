@@ -15,17 +15,17 @@ using core::BodyRow;
 using core::Frame;
 using core::none;
 
-/// A vertex that shape matching moves: live and of a body that is not fixed.
+/// A vertex that shape matching moves: live and of a free body.
 template <class T>
 MELTSIM_HD bool moves(const Frame<T>& w, std::uint64_t v) {
-  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].fixed == 0u;
+  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].motion == core::body_free;
 }
 
 /// Whether rows and planes about v are summed.
 template <class T>
 MELTSIM_HD bool has_boxes(const Frame<T>& w, std::uint64_t v) {
   const BodyRow& b = w.f.bodies[w.f.vertex_body[v]];
-  return b.fixed == 0u && b.region_half_width >= w.row_width;
+  return b.motion == core::body_free && b.region_half_width >= w.row_width;
 }
 
 /// Whether v moves and its region is summed by planes. After lsm.gather.

@@ -15,7 +15,10 @@ MELTSIM_INSTANTIATE(core::CpuExec, contact)
 MELTSIM_INSTANTIATE(core::CpuExec, regions)
 MELTSIM_INSTANTIATE(core::CpuExec, goals)
 MELTSIM_INSTANTIATE(core::CpuExec, balance)
+MELTSIM_INSTANTIATE(core::CpuExec, rigid_shape)
+MELTSIM_INSTANTIATE(core::CpuExec, rigid)
 MELTSIM_INSTANTIATE(core::CpuExec, commit)
+MELTSIM_INSTANTIATE(core::CpuExec, rigid_commit)
 
 }  // namespace lsm
 }  // namespace v0

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "lsm/rigid_bodies.hpp"
 #include "lsm/rows.hpp"
 
 namespace meltsim {
@@ -54,6 +55,32 @@ template <class E, class T>
 void balance(E& ex, const core::Frame<T>& w) {
   ex.sum_by_row(w.vertices, PieceSumsBody<T>{w}, w.f.piece_sums);
   ex.for_each(w.vertices, BalanceBody<T>{w});
+}
+
+/// Motion of every rigid piece from the forces so far.
+template <class E, class T>
+void step_rigid(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, ClearRigidBody<T>{w});
+  ex.sum_by_row(w.vertices, RigidSumsBody<T>{w}, w.f.rigid_sums);
+  ex.for_each(w.vertices, RigidStepBody<T>{w});
+}
+
+template <class E, class T>
+void rigid_shape(E& ex, const core::Frame<T>& w) {
+  step_rigid(ex, w);
+  ex.for_each(w.vertices, RigidShapeBody<T>{w});
+}
+
+/// Once all forces are known.
+template <class E, class T>
+void rigid(E& ex, const core::Frame<T>& w) {
+  step_rigid(ex, w);
+  ex.for_each(w.vertices, RigidPlaceBody<T>{w});
+}
+
+template <class E, class T>
+void rigid_commit(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, RigidCommitBody<T>{w});
 }
 
 template <class E, class T>

@@ -174,11 +174,13 @@ struct CarryBody {
   }
 };
 
-/// Velocity v of particle i after a kick by acceleration a; all force stages have finished.
+/// Velocity v of particle i after a kick by acceleration a; all force stages have finished. That of a rigid body's is what
+/// the body as a whole gives it.
 /// Channels that the plan does not hold are null.
 template <class T>
 MELTSIM_HD Vec3<T> kicked(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> v, Vec3<T> a) {
   if (((tag & tag_fixed) != 0u && is_solid(tag)) || is_held(tag)) return v;
+  if (core::is_driven(w, tag)) return w.f.carried_velocity[w.f.vertex_of_id[w.f.id[i]]];
   if (w.f.acceleration != nullptr) v = physics::kick(v, a, w.f.clock->dt);
   if (w.f.shape_velocity != nullptr && is_solid(tag)) v += w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]];
   return v;

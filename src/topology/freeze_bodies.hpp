@@ -45,9 +45,10 @@ template <class T>
 MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t n, const BodyRow& b, const Quat<T>& carried,
                                  int dx, int dy, int dz) {
   const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
-  if (b.fixed == core::body_kinematic) return physics::site_offset(carried, q);
-  return b.fixed != 0u || w.f.region_rotation == nullptr ? q
-                                                         : physics::site_offset(w.f.region_rotation[n], q);
+  if (b.motion == core::body_kinematic) return physics::site_offset(carried, q);
+  return b.motion == core::body_fixed || w.f.region_rotation == nullptr
+             ? q
+             : physics::site_offset(w.f.region_rotation[n], q);
 }
 
 template <class T>
@@ -70,7 +71,7 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
     s.donor = live_at(w, v, b, face_step(k, 0), face_step(k, 1), face_step(k, 2));
   if (s.donor == none) return s;
   Quat<T> carried;
-  if (b.fixed == core::body_kinematic)
+  if (b.motion == core::body_kinematic)
     carried = core::carried_rotation(w, w.f.vertex_body[v], w.f.clock->end);
   // Relative to the donor: a lattice may lie across a periodic face.
   const Vec3<T> origin = vertex_place(w, s.donor);
@@ -209,6 +210,7 @@ struct JoinBody {
     w.f.vertex_id[v] = id;
     w.f.vertex_piece[v] = w.f.vertex_piece[s.donor];
     if (w.f.region_rotation != nullptr) w.f.region_rotation[v] = w.f.region_rotation[s.donor];
+    if (w.f.rigid_rotation != nullptr) w.f.rigid_rotation[v] = w.f.rigid_rotation[s.donor];
   }
 };
 template <class T>

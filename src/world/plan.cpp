@@ -195,7 +195,7 @@ namespace {
 /// Switching a module off is saying that the scene does not need it: facts go, stages and channels follow.
 std::uint32_t facts_of_module(const std::string& module) {
   if (module == "sph") return core::fact_fluid | core::fact_melt | core::fact_freeze;
-  if (module == "lsm") return core::fact_mobile | core::fact_contact;
+  if (module == "lsm") return core::fact_mobile | core::fact_contact | core::fact_lattice | core::fact_rigid;
   if (module == "thermal")
     return core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki |
            core::fact_heat_boundary | core::fact_levels;

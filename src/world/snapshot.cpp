@@ -9,6 +9,7 @@
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
+#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {
@@ -112,7 +113,7 @@ std::uint64_t WorldImpl::lattice_hash() const {
   h.add(lattice_.vertex_coordinates);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const core::BodyRow& row = lattice_.bodies[b];
-    for (const std::uint32_t v : {row.stride_y, row.stride_z, row.fixed, bodies_[b].desc.material.index})
+    for (const std::uint32_t v : {row.stride_y, row.stride_z, row.motion, bodies_[b].desc.material.index})
       h.add(&v, sizeof v);
   }
   return h.value();
@@ -380,6 +381,10 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
   const Vec3d low = desc.domain.min - origin, high = desc.domain.max - origin;
   // Rounded to single precision, a coordinate at a wall may be this far beyond it.
   const double slack = 1e-2 * desc.spacing;
+  // A corner of a rigid body that hits a wall does not give way, and the wall's spring is soft.
+  const auto is_rigid = [this](std::uint32_t t) {
+    return is_solid(t) && body_of(t) != 0u && bodies_[body_of(t) - 1u].rigid();
+  };
   for (std::size_t i = 0; i < n; ++i) {
     if (!(s.mass[i] > 1 / largest && s.mass[i] < largest) ||
         !(s.volume[i] > 1 / largest && s.volume[i] < largest) || !std::isfinite(s.enthalpy[i]))
@@ -401,7 +406,8 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
     const Vec3d x = s.position[i];
     const double beyond[] = {low.x - x.x, x.x - high.x, low.y - x.y, x.y - high.y, low.z - x.z, x.z - high.z};
     for (std::size_t face = 0; face < 6 && desc.domain.bounded; ++face)
-      if (beyond[face] > slack && (is_fluid(tag) || desc.domain.faces[face] != Face::open))
+      if (beyond[face] > (is_rigid(tag) ? core::support_of(desc) : slack) &&
+          (is_fluid(tag) || desc.domain.faces[face] != Face::open))
         return corrupt("a particle is outside the domain");
     if (!is_solid(tag)) {
       if (materials[material_of(tag)].melts_into) return corrupt("a liquid particle is of a solid material");

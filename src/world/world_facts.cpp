@@ -191,12 +191,13 @@ std::uint32_t WorldImpl::facts() const {
   const bool fluid = census_.fluid || emitting();
   const bool heat = heat_reason().empty(), model = desc.heat.model != HeatModel::none;
   bool freezing_body = false;
-  int bodies = 0, mobile = 0, kinematic = 0;
+  int bodies = 0, mobile = 0, kinematic = 0, rigid = 0;
   for (std::size_t b = 0; b < census_.live.size(); ++b) {
     if (census_.live[b] == 0u) continue;
     ++bodies;
     if (!bodies_[b].desc.fixed) ++mobile;
     if (bodies_[b].kinematic()) ++kinematic;
+    if (bodies_[b].rigid()) ++rigid;
     freezing_body = freezing_body || materials[bodies_[b].desc.material.index].freezes;
   }
   // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
@@ -207,6 +208,8 @@ std::uint32_t WorldImpl::facts() const {
   if (fluid || melts) f |= core::fact_fluid;
   if (bodies > 0) f |= core::fact_solid;
   if (mobile > 0) f |= core::fact_mobile;
+  if (mobile > rigid) f |= core::fact_lattice;
+  if (rigid > 0) f |= core::fact_rigid;
   if (kinematic > 0) f |= core::fact_kinematic;
   if (mobile > 0 && (bodies > 1 || melts || census_.apart)) f |= core::fact_contact;
   if (melts) f |= core::fact_melt;

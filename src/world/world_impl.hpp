@@ -30,6 +30,7 @@ inline namespace v0 {
 struct BodyRecord {
   SolidDesc desc;  ///< `fixed`: no force moves it
   bool kinematic() const { return desc.motion == Motion::kinematic; }
+  bool rigid() const { return desc.motion == Motion::rigid; }
   bool gone = false;        ///< the host removed it
   std::uint64_t taken = 0;  ///< particles that went with it
   double reach = 0;         ///< of its farthest particle as built, from its centre or the pivot [m]

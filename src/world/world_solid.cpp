@@ -61,11 +61,12 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   SolidDesc s = given;
   const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
   const std::string what = "body \"" + name + "\": ";
-  if (s.fixed && s.motion == Motion::kinematic)
-    return invalid(what, "fixed: a kinematic body moves; drop fixed, or use motion fixed");
+  if (s.fixed && (s.motion == Motion::kinematic || s.motion == Motion::rigid))
+    return invalid(what, "fixed: a ", s.motion == Motion::rigid ? "rigid" : "kinematic",
+                   " body moves; drop fixed, or use motion fixed");
   if (s.fixed) s.motion = Motion::fixed;
-  s.fixed = s.motion != Motion::free;
-  const bool kinematic = s.motion == Motion::kinematic;
+  s.fixed = s.motion == Motion::fixed || s.motion == Motion::kinematic;
+  const bool kinematic = s.motion == Motion::kinematic, rigid = s.motion == Motion::rigid;
   if (!kinematic && (s.pivot || s.max_speed != 0))
     return invalid(what, s.pivot ? "pivot" : "max_speed",
                    ": only of kinematic bodies; set motion to kinematic");
@@ -82,7 +83,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
   if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
   const int wide = materials[s.material.index].region_half_width, most = most_half_width();
-  if (!s.fixed && wide > most)
+  if (s.motion == Motion::free && wide > most)
     return invalid(what, "material: \"", materials[s.material.index].name, "\" has a region_half_width of ",
                    wide, ", and its regions would reach across half of a periodic axis; use at most ", most,
                    " here, or a longer domain");
@@ -173,8 +174,11 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   core::BodyRow row;
   row.stride_y = static_cast<std::uint32_t>(nx);
   row.stride_z = static_cast<std::uint32_t>(nx * ny);
-  row.region_half_width = m.region_half_width;
-  row.fixed = kinematic ? core::body_kinematic : s.fixed ? core::body_fixed : 0u;
+  row.region_half_width = rigid ? 0 : m.region_half_width;
+  row.motion = kinematic ? core::body_kinematic
+               : rigid   ? core::body_rigid
+               : s.fixed ? core::body_fixed
+                         : core::body_free;
   lattice_.site_vertex.resize(base + nx * ny * nz, none);
   record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
   record.vertices = static_cast<std::uint32_t>(points.size());
@@ -245,11 +249,11 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   core::BodyMotionRow rest;
   physics::RigidMotion motion;
   for (const Vec3d& p : positions) record.reach = std::max(record.reach, length(p - origin - center));
+  rest.first_site = static_cast<std::uint32_t>(base);
+  rest.spacing = desc.spacing;
   if (kinematic) {
     const Vec3d o = lattice_origin() - origin;
     const double dx = desc.spacing;
-    rest.first_site = static_cast<std::uint32_t>(base);
-    rest.spacing = dx;
     rest.low = Vec3d{o.x + (box.low[0] - pad + 0.5) * dx, o.y + (box.low[1] - pad + 0.5) * dx,
                      o.z + (box.low[2] - pad + 0.5) * dx} -
                center;
@@ -269,7 +273,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   motions_.push_back({});
   solids_built_ += points.size();
   lattice_.bodies.push_back(row);
-  lattice_.max_half_width = std::max(lattice_.max_half_width, m.region_half_width);
+  lattice_.max_half_width = std::max(lattice_.max_half_width, row.region_half_width);
   bodies_.push_back(std::move(record));
   settle_at(origin);
   return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), number_};

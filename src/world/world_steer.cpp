@@ -139,9 +139,10 @@ Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& 
 Status WorldImpl::check_pushed(const char* call, BodyId id) const {
   if (Status s = check_body(call, id); !s) return s;
   if (bodies_[id.index].desc.fixed)
-    return invalid(call, ": body \"", bodies_[id.index].desc.name,
-                   "\": motion: only a free body can be pushed; ",
-                   bodies_[id.index].kinematic() ? "use set_motion" : "build it with SolidDesc::motion free");
+    return invalid(
+        call, ": body \"", bodies_[id.index].desc.name,
+        "\": motion: only a free or rigid body can be pushed; ",
+        bodies_[id.index].kinematic() ? "use set_motion" : "build it with SolidDesc::motion free or rigid");
   return {};
 }
 

@@ -95,7 +95,9 @@ Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
 bool WorldImpl::regions_fit() const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const MaterialDesc& m = materials[bodies_[b].desc.material.index];
-    if (!bodies_[b].desc.fixed && lattice_.bodies[b].region_half_width != half_width_of(m)) return false;
+    if (!bodies_[b].desc.fixed && !bodies_[b].rigid() &&
+        lattice_.bodies[b].region_half_width != half_width_of(m))
+      return false;
   }
   return true;
 }
@@ -104,7 +106,7 @@ void WorldImpl::fit_regions() {
   lattice_.max_half_width = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const MaterialDesc& m = materials[bodies_[b].desc.material.index];
-    const int w = bodies_[b].desc.fixed ? m.region_half_width : half_width_of(m);
+    const int w = bodies_[b].rigid() ? 0 : bodies_[b].desc.fixed ? m.region_half_width : half_width_of(m);
     lattice_.bodies[b].region_half_width = w;
     lattice_.max_half_width = std::max(lattice_.max_half_width, w);
   }
@@ -126,7 +128,8 @@ bool WorldImpl::modulus_out_of_reach() const {
   if ((facts_ & core::fact_mobile) == 0) return false;
   for (const BodyRecord& b : bodies_) {
     const MaterialDesc& m = materials[b.desc.material.index];
-    if (!b.desc.fixed && m.youngs_modulus > 0 && modulus_rate_of(m) < asked_modulus_rate(m) * (1 - 1e-9))
+    if (!b.desc.fixed && !b.rigid() && m.youngs_modulus > 0 &&
+        modulus_rate_of(m) < asked_modulus_rate(m) * (1 - 1e-9))
       return true;
   }
   return false;
@@ -135,7 +138,7 @@ bool WorldImpl::modulus_out_of_reach() const {
 bool WorldImpl::stiffened_by_liquid() const {
   if ((facts_ & core::fact_mobile) == 0) return false;
   for (const BodyRecord& b : bodies_)
-    if (!b.desc.fixed &&
+    if (!b.desc.fixed && !b.rigid() &&
         asked_modulus_rate(materials[b.desc.material.index]) < least_modulus_rate() * (1 - 1e-9))
       return true;
   return false;

@@ -320,13 +320,18 @@ class Sequence {
     if (chance(0.2)) s.angular_velocity = or_extreme(random_.vector(2));
     s.fixed = chance(0.25);
     if (s.fixed) s.velocity = s.angular_velocity = {};
+    else if (chance(0.3)) s.motion = Motion::rigid;
     if (chance(0.2)) s.surface = surface_heat();
     if (chance(0.1)) s.heat_source = or_extreme(random_.uniform(-1e5, 1e6));
     if (chance(0.15)) s.growth = static_cast<int>(random_.below(3));
     if (wild_ && chance(0.03)) s.growth = pick({-1, 1 << 30, 1000});
     s.carve = chance(0.8);
-    note("add_solid T ", s.temperature, s.fixed ? " fixed" : "", " growth ", s.growth, " source ",
-         s.heat_source, " v ", s.velocity.x, ",", s.velocity.y, ",", s.velocity.z);
+    note("add_solid T ", s.temperature,
+         s.fixed                     ? " fixed"
+         : s.motion == Motion::rigid ? " rigid"
+                                     : "",
+         " growth ", s.growth, " source ", s.heat_source, " v ", s.velocity.x, ",", s.velocity.y, ",",
+         s.velocity.z);
     refusable_ = true;
     const auto id = guarded_call("add_solid", [&] { return world_->add_solid(s); });
     refusable_ = false;

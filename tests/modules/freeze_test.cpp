@@ -12,7 +12,8 @@ namespace {
 using namespace modules_test;
 
 constexpr std::uint32_t facts = core::fact_particles | core::fact_fluid | core::fact_solid |
-                                core::fact_mobile | core::fact_contact | core::fact_melt | core::fact_freeze;
+                                core::fact_mobile | core::fact_lattice | core::fact_contact |
+                                core::fact_melt | core::fact_freeze;
 constexpr std::uint32_t water = 0, brine = 2;
 constexpr double dx = 0.2;
 
@@ -126,10 +127,10 @@ TEST(Freezing, AParticleThatSeveralSitesWantGoesToTheSmallestVertex) {
 
 TEST(Freezing, AFixedBodyStopsWhatFreezesOntoIt) {
   Plate p;
-  p.lattice.bodies[0].fixed = 1;
+  p.lattice.bodies[0].motion = core::body_fixed;
   for (std::uint32_t& t : p.state.tag) t |= tag_fixed;
   const std::uint32_t id = p.add(2, 2, {0.1, 0, 0});
-  p.freeze(facts & ~(core::fact_mobile | core::fact_contact));
+  p.freeze(facts & ~(core::fact_mobile | core::fact_lattice | core::fact_contact));
   EXPECT_EQ(p.state.tag[id], p.state.tag[0]);
   EXPECT_EQ(length(p.state.velocity[id]), 0.0);
   EXPECT_NEAR(length(p.state.position[id] - Vec3d{0.5, 0.5, 0.3}), 0, 1e-15);

@@ -63,7 +63,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     const double h = random.below(3) == 0 ? random.uniform(-1000, 0) : random.uniform(-30000, 30000);
     p.state.enthalpy[i] = h * p.state.mass[i];
   }
-  if (solids) p.facts |= core::fact_solid | core::fact_mobile;
+  if (solids) p.facts |= core::fact_solid | core::fact_mobile | core::fact_lattice;
   return p;
 }
 
@@ -118,7 +118,7 @@ PairScene bodies(double support, bool liquid) {
                    0u, random.vector(1));
   for (std::size_t i = 0; i < p.state.position.size(); ++i)
     p.state.enthalpy[i] = 4000 * random.uniform(-5, 5) * p.state.mass[i];
-  p.facts |= core::fact_solid | core::fact_mobile | core::fact_contact;
+  p.facts |= core::fact_solid | core::fact_mobile | core::fact_lattice | core::fact_contact;
   if (!liquid) p.facts &= ~core::fact_fluid;
   return p;
 }

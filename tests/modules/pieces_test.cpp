@@ -9,7 +9,7 @@ namespace {
 using namespace modules_test;
 
 constexpr std::uint32_t facts = core::fact_particles | core::fact_fluid | core::fact_solid |
-                                core::fact_mobile | core::fact_contact | core::fact_melt;
+                                core::fact_mobile | core::fact_lattice | core::fact_contact | core::fact_melt;
 
 /// Uploads, searches once, and compares.
 void search(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s) {

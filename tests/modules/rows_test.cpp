@@ -16,7 +16,8 @@ namespace {
 
 constexpr double dx = 0.2;
 constexpr double dt = 1e-3;
-constexpr std::uint32_t facts = core::fact_particles | core::fact_solid | core::fact_mobile;
+constexpr std::uint32_t facts =
+    core::fact_particles | core::fact_solid | core::fact_mobile | core::fact_lattice;
 
 struct Bodies {
   core::SceneConstants constants = plain_constants(dx);
@@ -30,7 +31,7 @@ struct Bodies {
   }
   void add(const std::vector<Vec3i>& points, int w, bool fixed = false) {
     add_body(lattice, state, constants, points, w);
-    lattice.bodies.back().fixed = fixed ? 1u : 0u;
+    lattice.bodies.back().motion = fixed ? core::body_fixed : core::body_free;
   }
   /// A fifth of a spacing off their places, masses that differ by a factor of ten; at 20 m/s what defects say
   /// weighs as much as what places say: 20 m/s dt = dx/10.
@@ -102,7 +103,7 @@ Found compare(const Rig<T>& rig, const Bodies& b) {
   std::vector<double> share(n);
   std::vector<physics::RegionFit<double>> fit(n);
   const auto moves = [&](std::uint32_t i) {
-    return w.f.vertex_state[i] == 1u && b.lattice.bodies[b.lattice.vertex_body[i]].fixed == 0u;
+    return w.f.vertex_state[i] == 1u && b.lattice.bodies[b.lattice.vertex_body[i]].motion == core::body_free;
   };
   for (std::uint32_t i = 0; i < n; ++i) {
     if (!moves(i)) continue;

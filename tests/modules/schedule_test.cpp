@@ -110,7 +110,7 @@ TEST(Schedule, WaterIsAChainMeltingIsNot) {
   for (int s = 0; s < stage_count; ++s) EXPECT_LE(one.track[static_cast<std::size_t>(s)], 0) << s;
 
   const std::uint32_t melting =
-      water | fact_solid | fact_mobile | fact_contact | fact_melt | fact_heat_enthalpy;
+      water | fact_solid | fact_mobile | fact_lattice | fact_contact | fact_melt | fact_heat_enthalpy;
   const Schedule many = make_schedule(stages_of(melting));
   const auto before = ended_before(many);
   const auto apart = [&](int a, int b) {
@@ -128,7 +128,8 @@ TEST(Schedule, WaterIsAChainMeltingIsNot) {
 
 // Shape matching waits for memory: beside sums it takes a few threads and goes first, with all that it waits for.
 TEST(Schedule, ShapeMatchingStepsAsideForSums) {
-  const std::uint32_t solids = fact_particles | fact_packed | fact_solid | fact_mobile | fact_contact;
+  const std::uint32_t solids =
+      fact_particles | fact_packed | fact_solid | fact_mobile | fact_lattice | fact_contact;
   const std::uint32_t melting = solids | fact_fluid | fact_melt | fact_heat_enthalpy;
   const std::uint64_t chain = stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
                               stage_bit(stage_lsm_goals) | stage_bit(stage_lsm_balance);

@@ -34,7 +34,7 @@ double moved_in_a_step(const std::vector<Vec3i>& points, int half_width, const Q
   }
   const std::vector<Vec3d> before = s.position;
   Rig<T> rig;
-  rig.upload(c, l, s, core::fact_particles | core::fact_solid | core::fact_mobile);
+  rig.upload(c, l, s, core::fact_particles | core::fact_solid | core::fact_mobile | core::fact_lattice);
   rig.run({"spatial", "lsm.gather", "lsm.loads", "lsm.regions", "lsm.goals", "lsm.balance", "step"}, 1e-3);
   core::SceneState after = s;
   rig.engine->download(after);

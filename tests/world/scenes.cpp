@@ -60,6 +60,7 @@ Scene ice_in_water(WorldDesc desc, const IceScene& s) {
     block.temperature = s.ice_temperature;
     block.growth = s.growth;
     block.fixed = s.fixed;
+    block.motion = s.motion;
     const auto added = scene.world.add_solid(block);
     EXPECT_TRUE(added) << added.error().message;
   }

@@ -35,6 +35,7 @@ struct IceScene {
   bool freezes = false;
   int growth = 0;
   bool fixed = false;
+  Motion motion = Motion::free;
   double latent_heat = 3.34e5;
 };
 
