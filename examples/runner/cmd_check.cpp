@@ -129,6 +129,25 @@ class Check {
       }
     }
     line("liquid", text);
+    print_stages(resolved);
+  }
+
+  /// Where viscosity would limit the sub-step.
+  void print_stages(const meltsim::Resolved& r) {
+    if (r.viscosity == meltsim::Viscosity::implicit) {
+      const std::string of = fmt::format("{} stage{}", r.viscous_stages, r.viscous_stages == 1 ? "" : "s");
+      line("viscosity",
+           fmt::format("implicit, {} per sub-step; explicit, sub-steps would be at most {:.3g} s",
+                       r.viscous_supersteps == 1 ? of : fmt::format("{} times {}", r.viscous_supersteps, of),
+                       r.viscous_dt));
+      if (r.viscous_supersteps > 2)
+        warn(
+            fmt::format("viscosity takes {} sweeps over all neighbours per sub-step; a larger "
+                        "particles.spacing takes fewer",
+                        r.viscous_stages * r.viscous_supersteps));
+    } else if (r.viscous_dt <= r.stable_dt) {
+      line("viscosity", fmt::format("explicit: limits sub-steps to {:.3g} s", r.viscous_dt));
+    }
   }
 
   void print_time() {

@@ -97,8 +97,8 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
     places.push_back(place(named, field, field, scene.where));
   };
   add(scene.particles, "particles", "spacing");
-  for (const char* field : {"gravity", "sound_speed", "artificial_viscosity", "particle_shifting", "courant",
-                            "max_substeps", "pieces_interval"}) {
+  for (const char* field : {"gravity", "sound_speed", "artificial_viscosity", "particle_shifting",
+                            "viscosity", "courant", "max_substeps", "pieces_interval"}) {
     add(scene.solver, "solver", field);
   }
   const auto add_dotted = [&](const Source& source, const std::string& section, const char* field,

@@ -121,6 +121,11 @@ void load_solver(const Node& node, Scene& scene) {
     if (search == "grid" || search == "verlet") world.neighbour_search = meltsim::NeighbourSearch::grid;
     if (search == "tree") world.neighbour_search = meltsim::NeighbourSearch::tree;
   }
+  if (const auto value = node.find("viscosity")) {
+    const std::string how = value->choice(keys::viscosity);
+    if (how == "explicit") world.viscosity = meltsim::Viscosity::explicit_;
+    if (how == "implicit") world.viscosity = meltsim::Viscosity::implicit;
+  }
   if (const auto value = node.find("courant")) world.courant = value->positive("Courant number");
   if (const auto value = node.find("max_substeps")) world.max_substeps = value->small_integer();
   if (const auto value = node.find("pieces_interval")) world.pieces_interval = value->small_integer();

@@ -86,6 +86,9 @@ Json run_json(const Scene& scene, const Json& resolved_scene, const RunOptions& 
                                              {"stiffness", s.stiffness},
                                              {"youngs_modulus", s.youngs_modulus}};
   }
+  json["viscosity"] = {{"implicit", resolved.viscosity == meltsim::Viscosity::implicit},
+                       {"stages", resolved.viscous_stages},
+                       {"supersteps", resolved.viscous_supersteps}};
   json["heat"] = {{"stages", resolved.heat_stages}, {"efficiency", resolved.heat_efficiency}};
   json["plan"] = plan_json(plan);
   json["timings_ms"] = timings_json(plan);

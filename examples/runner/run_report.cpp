@@ -37,6 +37,8 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
   if (result.heat_bound_exceeded) {
     log_.warn("heat was exchanged faster than its stage bound allows; raise heat.max_stages or lower dt");
   }
+  if (result.viscous_bound_exceeded)
+    log_.warn("momentum diffused faster than the stages of viscosity allow: liquid is crowded; lower dt");
   if (result.modulus_unreachable) warn_about_stiffness();
   if (result.body_stiffened)
     log_.warn(

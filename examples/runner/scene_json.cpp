@@ -56,6 +56,7 @@ Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resol
   json["tension"] = world.tension;
   json["particle_shifting"] = world.particle_shifting;
   json["neighbour_search"] = name_of(resolved.neighbour_search);
+  json["viscosity"] = keys::viscosity.at(static_cast<std::size_t>(world.viscosity));
   json["courant"] = world.courant;
   json["max_substeps"] = world.max_substeps;
   json["pieces_interval"] = world.pieces_interval;

@@ -16,9 +16,17 @@ inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
-inline const List solver{
-    "gravity",          "sound_speed", "artificial_viscosity", "tension",         "particle_shifting",
-    "neighbour_search", "courant",     "max_substeps",         "pieces_interval", "stray"};
+inline const List solver{"gravity",
+                         "sound_speed",
+                         "artificial_viscosity",
+                         "tension",
+                         "particle_shifting",
+                         "neighbour_search",
+                         "viscosity",
+                         "courant",
+                         "max_substeps",
+                         "pieces_interval",
+                         "stray"};
 inline const List heat{"model",           "time_scale",   "max_stages", "max_supersteps",
                        "level_tolerance", "free_surface", "walls",      "regions"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
@@ -59,6 +67,7 @@ inline const List ellipsoid{"center", "radii"};
 inline const List walls{"box", "open", "none"};
 inline const List face{"wall", "open", "periodic"};
 inline const List neighbour_search{"auto", "grid", "verlet", "tree"};
+inline const List viscosity{"auto", "explicit", "implicit"};  ///< in the order of meltsim::Viscosity
 inline const List stepping{"fixed", "adaptive"};
 inline const List motion{"free", "fixed", "kinematic", "rigid"};  ///< in the order of meltsim::Motion
 inline const List end_when{"time", "melted"};

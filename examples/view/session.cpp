@@ -74,7 +74,7 @@ void Session::advance(double seconds, double budget, double elapsed) {
   if (stopped()) return;
   const Clock::time_point start = Clock::now();
   const double before = time();
-  result_.courant_exceeded = result_.heat_bound_exceeded = false;
+  result_.courant_exceeded = result_.heat_bound_exceeded = result_.viscous_bound_exceeded = false;
   owed_ += seconds;
   while (true) {
     const double dt = choose_dt(), left = budget - seconds_since(start);
@@ -120,6 +120,7 @@ void Session::wait() {
   result_ = built_->world.synchronize();
   result_.courant_exceeded |= before.courant_exceeded;
   result_.heat_bound_exceeded |= before.heat_bound_exceeded;
+  result_.viscous_bound_exceeded |= before.viscous_bound_exceeded;
   if (result_.time <= 1 / scene_.time.fps) squeezed_ = std::max(squeezed_, result_.max_density_ratio);
 }
 
@@ -141,6 +142,7 @@ std::string Session::warning() const {
                                                  squeezed_));
   say(result_.courant_exceeded, "something moves too far in one sub-step: take a shorter time step");
   say(result_.heat_bound_exceeded, "heat is faster than its sub-step: take a shorter time step");
+  say(result_.viscous_bound_exceeded, "liquid is too crowded for its viscosity: take a shorter time step");
   say(result_.emitter_exhausted, "an emitter has reached its max_particles");
   return text;
 }

@@ -95,6 +95,8 @@ void bind_readings(nb::module_& m) {
            "A particle moved further than 0.4 H in one sub-step.")
       .add("heat_bound_exceeded", &StepResult::heat_bound_exceeded,
            "Heat was exchanged faster than its stages allow.")
+      .add("viscous_bound_exceeded", &StepResult::viscous_bound_exceeded,
+           "Momentum diffused faster than its stages allow.")
       .add("modulus_unreachable", &StepResult::modulus_unreachable,
            "A body is softer than its youngs_modulus.")
       .add("body_stiffened", &StepResult::body_stiffened, "A body is stiffer than described.")
@@ -178,6 +180,10 @@ void bind_readings(nb::module_& m) {
       .add("stable_dt", &Resolved::stable_dt, "Largest sub-step [s].")
       .add("heat_stages", &Resolved::heat_stages, "Stages of a super-step of heat; 0: no heat.")
       .add("heat_supersteps", &Resolved::heat_supersteps, "Super-steps in a sub-step.")
+      .add("viscous_dt", &Resolved::viscous_dt, "Largest sub-step that explicit viscosity would allow [s].")
+      .add("viscous_stages", &Resolved::viscous_stages,
+           "Stages of a super-step of implicit viscosity; 0: it is explicit.")
+      .add("viscous_supersteps", &Resolved::viscous_supersteps, "Its super-steps in a sub-step.")
       .add("origin", &Resolved::origin, "Positions of State are relative to it [m].");
 
   nb::class_<ParticleData>(

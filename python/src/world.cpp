@@ -129,6 +129,8 @@ const Keys<WorldDesc>& world_keys() {
       {"tension", "bool", "allows pressures below 0", set_to(&WorldDesc::tension)},
       {"particle_shifting", "bool", "keeps liquid evenly spread; needs tension",
        set_to(&WorldDesc::particle_shifting)},
+      {"viscosity", "str", "how viscosity enters a sub-step: \"automatic\", \"explicit\" or \"implicit\"",
+       set_to(&WorldDesc::viscosity, {"automatic", "explicit", "implicit"})},
       {"courant", "float", "sub-steps keep c dt / H at or below this", set_to(&WorldDesc::courant)},
       {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
        set_to(&WorldDesc::stray, {"remove", "halt"})},

@@ -83,6 +83,7 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   EXPECT_EQ(words(top.at("time").at("properties").at("stepping")), sorted(keys::stepping));
   EXPECT_EQ(words(schema().at("$defs").at("body").at("properties").at("motion")), sorted(keys::motion));
   EXPECT_EQ(words(top.at("solver").at("properties").at("neighbour_search")), sorted(keys::neighbour_search));
+  EXPECT_EQ(words(top.at("solver").at("properties").at("viscosity")), sorted(keys::viscosity));
   EXPECT_EQ(words(top.at("time").at("properties").at("end_when")), sorted(keys::end_when));
   EXPECT_EQ(words(top.at("heat").at("properties").at("model")), sorted(keys::heat_model));
   EXPECT_EQ(words(top.at("solver").at("properties").at("stray")), sorted(keys::stray));

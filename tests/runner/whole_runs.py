@@ -423,6 +423,21 @@ class WholeRuns(unittest.TestCase):
             self.assertEqual(run["final"]["strayed"], strayed)
             self.assertEqual("liquid falls out of the scene" in said, strayed > 0, said)
 
+    def test_viscosity_is_implicit_where_it_would_limit_the_step(self):
+        """Water of 1e4 Pa s; its own 1e-3 does not limit the step."""
+        thick = ["--backend", "cpu", "--set", "materials.water.viscosity=1e4", "--set", "solver.max_substeps=10000"]
+        for how, implicit in (("auto", True), ("explicit", False), ("implicit", True)):
+            self.meltsim("run", SCENE, *thick, "--out", how, "--steps", "2", "--export", "none", "--set",
+                         "solver.viscosity=" + how)
+            run = json.loads(Path(self.path(how, "run.json")).read_text())
+            self.assertEqual(run["scene"]["solver"]["viscosity"], how)
+            self.assertEqual(run["viscosity"]["implicit"], implicit)
+            self.assertEqual(run["viscosity"]["stages"] > 0, implicit)
+        self.assertIn("\nviscosity   implicit, ", self.meltsim("check", SCENE, *thick).stdout)
+        self.assertIn("\nviscosity   explicit: limits sub-steps to ",
+                      self.meltsim("check", SCENE, *thick, "--set", "solver.viscosity=explicit").stdout)
+        self.assertNotIn("\nviscosity ", self.meltsim("check", SCENE, "--backend", "cpu").stdout)
+
     def test_super_steps_of_heat_are_bounded(self):
         options = ["--set", "heat.time_scale=1e8", "--set", "heat.max_stages=2", "--set", "heat.max_supersteps=1"]
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options, code=2).stderr
