@@ -260,7 +260,9 @@ const Keys<SolidInput>& solid_keys() {
       {"velocity", vector_type, "of the centre of mass [m/s]", d(&D::velocity)},
       {"angular_velocity", vector_type, "about the centre of mass [rad/s]", d(&D::angular_velocity)},
       {"fixed", "bool", "an obstacle: conducts heat and melts, but never moves", d(&D::fixed)},
-      {"motion", "str", "\"free\", \"fixed\", \"kinematic\": moved by set_motion(), or \"rigid\": free, but nothing deforms it",
+      {"motion", "str",
+       "\"free\", \"fixed\", \"kinematic\": moved by set_motion(), or \"rigid\": free, but nothing deforms "
+       "it",
        [](SolidInput& input, const std::string& name, nb::handle v) {
          input.desc.motion = static_cast<Motion>(choice(name, v, {"free", "fixed", "kinematic", "rigid"}));
        }},
@@ -819,7 +821,8 @@ void bind_world(nb::module_& m) {
           "heat"_a,
           nb::sig("def set_free_surface_heat(self, *, temperature: float | None = ..., flux: float = ..., "
                   "convection: float = ..., emissivity: float = ..., ambient: float = ...) -> None"),
-          "Sets the heat through the liquid's free surface; what is not given is 0, and `ambient` 20 degrees.")
+          "Sets the heat through the liquid's free surface; what is not given is 0, and `ambient` 20 "
+          "degrees.")
       .def(
           "set_heat_region",
           [](HostWorld& w, const HeatRegion& region, nb::object temperature, Real source) {
