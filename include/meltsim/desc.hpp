@@ -92,11 +92,13 @@ struct WorldDesc {
   /// that number, at most 16, and at most what the system grants are started; results do not depend on it.
   int threads = 0;
 
-  double spacing = 0.2;        ///< dx [m], > 0
+  double spacing = 0.2;        ///< dx [m], 1e-6..1e4 in single precision, 1e-9..1e9 in double
   double support_radius = 0;   ///< H [m], 1.5..6 dx; costs grow as its cube; automatic = 2.5 dx
   DomainDesc domain;           ///< where particles may be
   Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
-  double sound_speed = 0;  ///< c [m/s]; automatic = 10 sqrt(2 g depth) of what was added; rises when more is
+  /// c [m/s]; automatic = 10 sqrt(2 g depth) of what was added; rises when more is. Below sqrt(2 g depth) what falls
+  /// passes through liquid, and the World halts.
+  double sound_speed = 0;
   double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0: damps acoustic noise; 0.01..0.1
   /// Allows pressures below 0. For liquid that fills its domain; at a free surface liquid would form clumps.
   bool tension = false;

@@ -21,7 +21,9 @@ struct PropertyPoint {
 /// melting and lattice fields.
 struct MaterialDesc {
   std::string name = "water";   ///< for messages and tables
-  double density = 1000;        ///< rest density rho0 [kg/m^3], > 0; validated for 100..10000
+  /// Rest density rho0 [kg/m^3], > 0; validated for 100..10000. Of a solid at most 4 times that of the liquid it melts into,
+  /// unless heat stands still.
+  double density = 1000;
   double viscosity = 1e-3;      ///< dynamic viscosity mu [Pa s], >= 0
   double conductivity = 0.6;    ///< k [W/(m K)], > 0
   double heat_capacity = 4186;  ///< c [J/(kg K)], > 0
@@ -44,7 +46,8 @@ struct MaterialDesc {
 
   int region_half_width = 2;  ///< w, half-width of regions in spacings, 0..8; 0: free particles
   /// alpha of shape matching, (0, 1]: E = density stiffness w(w+1)/3 (dx/dt_s)^2, where dt_s = courant H / c (less if a body
-  /// may stand on one of less than a quarter of its density) does not depend on the sub-step. At the default H and Courant
+  /// may stand on one of less than a quarter of its density, or lie in liquid of more than twice its density) does not depend
+  /// on the sub-step. At the default H and Courant
   /// number dx/dt_s = c: sound is about as fast in the body as in the liquid; a larger sound_speed makes it stiffer.
   double stiffness = 1.0;
   /// Young's modulus E [Pa], >= 0; 0: `stiffness` holds. A value above 0 replaces `stiffness`. Regions are widened from
@@ -52,7 +55,8 @@ struct MaterialDesc {
   /// speeds). If width 8 does not suffice, E > 24 density (spacing/dt)^2, the body gets that limit,
   /// StepResult::modulus_unreachable is set, and Resolved::stiffness holds the value delivered. The cost of regions grows
   /// as (2w+1)^3; a larger sound_speed, and so a shorter sub-step, is the cheaper way to a stiff body.
-  /// In a scene with liquid, a movable body has at least E = density c^2/2 and half-width 1, whatever the values here:
+  /// In a scene with liquid, a movable body has at least half-width 1 and E = density c^2/2, or (density of the liquid - 1.5 density)
+  /// c^2 if that is more, whatever the values here:
   /// the coupling does no work on a body that keeps its shape, and a softer body would gain energy. If that
   /// raises E, StepResult::body_stiffened is set. A smaller sound_speed lowers that bound.
   double youngs_modulus = 0;

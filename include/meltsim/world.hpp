@@ -149,7 +149,7 @@ class MELTSIM_API World {
   /// against the new direction. Errors: invalid_argument.
   Status set_gravity(Vec3d gravity);
   /// Sets HeatDesc::time_scale, >= 0; 0 stops heat. Where heat flows, a GPU records its sub-step anew. Errors:
-  /// invalid_argument.
+  /// invalid_argument (also of a solid more than 4 times as dense as its melt).
   Status set_heat_time_scale(double scale);
   /// Sets the heat of a wall, 0 to 5 in the order of DomainDesc::faces. The next step plans anew, which synchronises, if
   /// heat from outside thereby begins or ends. Errors: invalid_argument (names the field).

@@ -112,6 +112,14 @@ Status validate(const WorldDesc& d) {
   if (!(std::isfinite(d.support_radius) && d.support_radius >= 0))
     return invalid("support_radius: must be finite and >= 0 m, got ", d.support_radius,
                    "; 0 means 2.5 spacings");
+  // Squares of volumes and eighth powers of lengths are computed.
+  const bool single_spacing = d.precision == Precision::single_precision;
+  const double smallest = single_spacing ? 1e-6 : 1e-9, largest = single_spacing ? 1e4 : 1e9;
+  if (!(d.spacing >= smallest * (1 - 1e-9) && d.spacing <= largest * (1 + 1e-9)))
+    return invalid("spacing: must be in ", smallest, "..", largest, " m in ",
+                   single_spacing ? "single" : "double", " precision, got ", d.spacing,
+                   "; use another unit of length",
+                   single_spacing ? ", or precision double for 1e-9..1e9 m" : "");
   const double support = support_of(d), ratio = support / d.spacing;
   if (!(ratio >= 1.5 * (1 - 1e-9) && ratio <= 6 * (1 + 1e-9)))  // 6 x 0.2 m is above 6 spacings of 0.2 m
     return invalid("support_radius: must be 1.5..6 spacings, got ", ratio,

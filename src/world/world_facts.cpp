@@ -102,10 +102,18 @@ std::string WorldImpl::heat_reason() const {
 void WorldImpl::find_materials() {
   liquid_used_.assign(materials.size(), 0);
   solid_used_.assign(materials.size(), 0);
-  for (const std::uint32_t tag : state_.tag)
+  densest_added_ = 0;
+  const auto added = [this](std::size_t m) {
+    densest_added_ = std::max(densest_added_, core::largest_density(materials[m]));
+  };
+  for (const std::uint32_t tag : state_.tag) {
     ((tag & tag_solid) != 0u ? solid_used_ : liquid_used_)[material_of(tag)] = 1;
-  for (const EmitterRecord& e : emitters_)
+    if ((tag & tag_solid) == 0u && body_of(tag) == 0) added(material_of(tag));  // melt keeps its body
+  }
+  for (const EmitterRecord& e : emitters_) {
     if (emits(e)) liquid_used_[e.desc.material.index] = 1;
+    added(e.desc.material.index);
+  }
   for (const BodyRecord& b : bodies_) solid_used_[b.desc.material.index] = 1;
   weigh_materials();
 }
@@ -116,7 +124,8 @@ void WorldImpl::weigh_materials() {
     const MaterialId liquid = materials[b.desc.material.index].melts_into;
     if (liquid && may_melt_) liquid_used_[liquid.index] = 1;
   }
-  double lightest = infinity, densest_liquid = 0;
+  double lightest = infinity;
+  double densest_liquid = 0;
   int liquids = 0;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     if (!used(m)) continue;

@@ -231,14 +231,15 @@ class WorldImpl final : public Scheduler {
   std::size_t freezes_into(std::size_t material) const;
   Status check_freezing(const MaterialDesc& m);
   Status check_curves() const;
+  Status check_expansion(const MaterialDesc& m, double time_scale) const;
   void derive_sound_speed();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();
   void limit_viscosity(double laplacian_sum);
   void derive_limits();
-  double least_spring() const;
-  double least_modulus_rate() const;
+  double least_spring(const MaterialDesc& m) const;
+  double least_modulus_rate(const MaterialDesc& m) const;
   int most_half_width() const;
   int widest_half_width(const MaterialDesc& m) const;
   double asked_modulus_rate(const MaterialDesc& m) const;
@@ -376,7 +377,9 @@ class WorldImpl final : public Scheduler {
       liquid_used_before_;   ///< for a step that is refused; kept so that no step allocates
   bool may_melt_ = false;    ///< something could melt at some time since the scene was built
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
-  double contrast_ = 1;      ///< physics::contrast_factor of what is in the scene
+  double densest_added_ =
+      0;                 ///< of liquid that was added or is emitted, not of what melted [kg/m^3]; 0: none
+  double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
   /// What of the scene its stages follow from. Never more than there is, but what the device has done since is known only
   /// once the host has heard of it: then a stage runs that has nothing to do.

@@ -5,6 +5,7 @@
 
 #include "engine/pipeline.hpp"
 #include "engine/text.hpp"
+#include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
@@ -85,7 +86,10 @@ void WorldImpl::derive_sound_speed() {
   double low = seen_.low;
   if (desc.domain.bounded && seen_.high >= low) {
     // What stands above a floor may fall to it.
-    const double floor = g > 0 ? dot(desc.domain.min, desc.gravity * (-1.0 / g)) : 0;
+    const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+    const Vec3d a = desc.domain.min, b = desc.domain.max;  // the lowest corner, however gravity is tilted
+    const double floor = std::min(a.x * up.x, b.x * up.x) + std::min(a.y * up.y, b.y * up.y) +
+                         std::min(a.z * up.z, b.z * up.z);
     if (std::isfinite(floor) && floor < low) low = floor;
   }
   const double depth = seen_.high >= low ? seen_.high - low + desc.spacing : 0;
@@ -286,7 +290,7 @@ void WorldImpl::derive_limits() {
     heaviest = std::max(heaviest, materials[b.desc.material.index].density);
   }
   const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
-  spring_share_ = physics::spring_dt(1.0, lightest, heaviest);
+  spring_share_ = physics::spring_dt(1.0, lightest, heaviest, any_liquid() ? densest_added_ : 0.0);
   spring_dt_ = acoustic * spring_share_;
   const bool fluid = any_liquid();
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
@@ -300,6 +304,9 @@ void WorldImpl::derive_limits() {
   }
   if (fluid) {
     static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
+    const double drag =
+        physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
+    if (mobile && drag > 0) static_dt_ = std::min(static_dt_, physics::drag_dt(drag, lightest, sum));
   }
   limit_viscosity(sum);
   rows_ = material_rows();

@@ -89,6 +89,8 @@ Status WorldImpl::set_heat_time_scale(double scale) {
   WorldDesc changed = desc;
   changed.heat.time_scale = scale;
   if (Status s = checked("set_heat_time_scale", changed); !s) return s;
+  for (const MaterialDesc& m : materials)
+    if (Status s = check_expansion(m, scale); !s) return s;
   desc.heat.time_scale = scale;
   surround();
   if (std::any_of(probes_.begin(), probes_.end(),

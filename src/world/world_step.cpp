@@ -170,7 +170,7 @@ Status WorldImpl::check_substeps(double dt) const {
   return Error{ErrorCode::step_too_large,
                core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
                           " s, more than max_substeps ", desc.max_substeps, "; step by at most ",
-                          largest * desc.max_substeps, " s, or raise max_substeps")};
+                          0.999 * largest * desc.max_substeps, " s, or raise max_substeps")};
 }
 
 /// Ends a step ahead of time: after a number of sub-steps, or before one for which there is no time.

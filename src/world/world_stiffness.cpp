@@ -14,14 +14,14 @@ namespace meltsim {
 inline namespace v0 {
 
 /// Least E dt_s^2/(rho dx^2) of a body in liquid: of lengths alone, so that no sound speed makes it overflow.
-double WorldImpl::least_spring() const {
+double WorldImpl::least_spring(const MaterialDesc& m) const {
   const double share = desc.courant * core::support_of(desc) / desc.spacing * spring_share_;
-  return physics::least_modulus * share * share;
+  return physics::least_modulus_of(m.density, densest_added_) * share * share;
 }
 
 /// Least E/(rho dx^2) that liquid leaves a body [1/s^2].
-double WorldImpl::least_modulus_rate() const {
-  return any_liquid() ? least_spring() / (spring_dt_ * spring_dt_) : 0;
+double WorldImpl::least_modulus_rate(const MaterialDesc& m) const {
+  return any_liquid() ? least_spring(m) / (spring_dt_ * spring_dt_) : 0;
 }
 
 /// How wide regions may be: between any two members the nearest image across periodic faces is the one that is meant, also
@@ -40,8 +40,8 @@ int WorldImpl::most_half_width() const {
 int WorldImpl::widest_half_width(const MaterialDesc& m) const {
   if (m.youngs_modulus > 0) return most_half_width();
   const double share = desc.courant * core::support_of(desc) / desc.spacing;
-  return physics::modulus_half_width(physics::least_modulus * share * share, std::max(1, m.region_half_width),
-                                     most_half_width(), 1.0);
+  return physics::modulus_half_width(physics::most_least_spring * share * share,
+                                     std::max(1, m.region_half_width), most_half_width(), 1.0);
 }
 
 double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
@@ -52,7 +52,7 @@ double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
 /// What is delivered of a youngs_modulus: what was asked for, within what liquid bears and what the widest regions carry at
 /// the largest sub-step.
 double WorldImpl::modulus_rate_of(const MaterialDesc& m) const {
-  const double asked = std::max(asked_modulus_rate(m), least_modulus_rate());
+  const double asked = std::max(asked_modulus_rate(m), least_modulus_rate(m));
   if (!std::isfinite(static_dt_)) return asked;
   return std::min(asked, physics::region_wave_speed2(most_half_width()) / (static_dt_ * static_dt_));
 }
@@ -60,14 +60,15 @@ double WorldImpl::modulus_rate_of(const MaterialDesc& m) const {
 /// Likewise of a stiffness: alpha at the step that springs go by.
 double WorldImpl::stiffness_in_liquid(const MaterialDesc& m) const {
   if (!any_liquid()) return m.stiffness;
-  return std::min(1.0, std::max(m.stiffness, least_spring() / physics::region_wave_speed2(half_width_of(m))));
+  return std::min(1.0,
+                  std::max(m.stiffness, least_spring(m) / physics::region_wave_speed2(half_width_of(m))));
 }
 
 int WorldImpl::half_width_of(const MaterialDesc& m) const {
   const int asked = any_liquid() ? std::max(1, m.region_half_width) : m.region_half_width;
   if (!std::isfinite(static_dt_)) return asked;
   if (!(m.youngs_modulus > 0))  // as wide as what liquid asks for needs
-    return any_liquid() ? physics::modulus_half_width(least_spring(), asked, most_half_width(), 1.0) : asked;
+    return any_liquid() ? physics::modulus_half_width(least_spring(m), asked, most_half_width(), 1.0) : asked;
   return physics::modulus_half_width(modulus_rate_of(m), asked, most_half_width(), static_dt_);
 }
 
@@ -137,10 +138,11 @@ bool WorldImpl::modulus_out_of_reach() const {
 
 bool WorldImpl::stiffened_by_liquid() const {
   if ((facts_ & core::fact_mobile) == 0) return false;
-  for (const BodyRecord& b : bodies_)
-    if (!b.desc.fixed && !b.rigid() &&
-        asked_modulus_rate(materials[b.desc.material.index]) < least_modulus_rate() * (1 - 1e-9))
+  for (const BodyRecord& b : bodies_) {
+    const MaterialDesc& m = materials[b.desc.material.index];
+    if (!b.desc.fixed && !b.rigid() && asked_modulus_rate(m) < least_modulus_rate(m) * (1 - 1e-9))
       return true;
+  }
   return false;
 }
 

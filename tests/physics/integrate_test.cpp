@@ -63,8 +63,14 @@ TEST(Integrate, LargestSteps) {
   EXPECT_DOUBLE_EQ(force_dt(0.4, 0.9, 10.0), 0.12);
   EXPECT_EQ(support_factor(2.5), 1.0);
   EXPECT_EQ(support_factor(2.0), 0.7);
-  EXPECT_EQ(spring_dt(2.0, 250, 1000), 2.0);
-  EXPECT_DOUBLE_EQ(spring_dt(2.0, 100, 10000), 0.4);
+  EXPECT_EQ(spring_dt(2.0, 250, 1000, 0), 2.0);
+  EXPECT_DOUBLE_EQ(spring_dt(2.0, 100, 10000, 0), 0.4);
+  // In liquid: nothing down to half its density, and steps that meet there; then the power 0.6, or the pile if that is less.
+  EXPECT_EQ(spring_dt(2.0, 500, 500, 1000), 2.0);
+  EXPECT_NEAR(spring_dt(2.0, 499.999, 500, 1000), 2.0, 1e-5);
+  EXPECT_NEAR(spring_dt(2.0, 5, 5, 1000), 2.0 * std::pow(0.01, 0.6), 1e-12);
+  EXPECT_DOUBLE_EQ(spring_dt(2.0, 100, 10000, 500), 0.4);
+  EXPECT_DOUBLE_EQ(drag_dt(0.01, 0.5, 200.0), 0.5);
 }
 
 /// A mode of a body under shape matching (shape_matching.hpp): x'' = -(alpha l) x - damping l x', dt_s = 1.

@@ -43,6 +43,16 @@ MELTSIM_HD T solid_term(T phi) {
 /// on a change of its shape, so a softer body gains energy (docs/design/steps.md).
 inline constexpr double least_modulus = 0.5;
 
+/// The same of a body of this density [kg/m^3]. What presses on it is the liquid: in liquid of more than twice its density E is
+/// at least (rho_liquid - 1.5 rho) c^2, about as stiff as at the default stiffness.
+inline double least_modulus_of(double body_density, double densest_liquid) {
+  const double excess = densest_liquid / body_density - 1;
+  return excess > 1 ? least_modulus * (2 * excess - 1) : least_modulus;
+}
+
+/// What least_modulus_of times (spring_dt/acoustic step)^2 is at most: widths of regions follow from it.
+inline constexpr double most_least_spring = 2.0;
+
 /// Operands of one liquid-solid pair: i is the liquid particle, k the solid one, for the force on either.
 template <class T>
 struct CouplingPair {

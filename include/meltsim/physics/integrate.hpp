@@ -5,6 +5,8 @@
 // After a step positions and velocities belong to the same time; one force evaluation; symplectic for constant dt.
 #pragma once
 
+#include <algorithm>
+
 #include "meltsim/physics/math.hpp"
 
 namespace meltsim {
@@ -44,9 +46,17 @@ inline double contrast_factor(double lightest, double densest_liquid) {
 /// shorter if a heavy body may stand on a light one. The spring between them has the mass of the lighter body and the load
 /// of the heavier: with c ten times the speed of a fall through the scene, the acoustic step would let a standing body press
 /// a contact in by up to 0.025 spacings times the ratio of densities; this limits it to a tenth of a spacing.
-inline double spring_dt(double acoustic, double lightest_body, double heaviest_body) {
-  const double bearable = 4 * lightest_body;
-  return heaviest_body > bearable ? acoustic * std::sqrt(bearable / heaviest_body) : acoustic;
+///
+/// It is shorter, too, if a body has less than half the density of liquid that it may lie in: liquid is then the spring, of
+/// stiffness rho_l c^2, and the body alone the mass, so that its period goes as sqrt(rho_b/rho_l) dx/c. Ours, from trials: with
+/// (2 rho_b/rho_l)^0.6 cubes of 27 particles and 1e-4 to 0.5 of the density stay whole at the bottom of a tank; with the
+/// power 0.5 those of 0.001 to 0.1 do not at courant 0.6; with the power 1/4 that holds between liquids they halt at 0.1.
+inline double spring_dt(double acoustic, double lightest_body, double heaviest_body, double densest_liquid) {
+  const double bearable = 4 * lightest_body, floating = 2 * lightest_body;
+  double share = 1;
+  if (heaviest_body > bearable) share = std::sqrt(bearable / heaviest_body);
+  if (densest_liquid > floating) share = std::min(share, std::pow(floating / densest_liquid, 0.6));
+  return acoustic * share;
 }
 
 /// Factor on the acoustic step for a short support: few neighbours react more strongly to each other's displacements,
@@ -56,6 +66,12 @@ inline double support_factor(double support_in_spacings) { return support_in_spa
 /// Largest sub-step [s] from viscosity: explicit diffusion of momentum, 1 / (nu sum_j V_j L_ij).
 inline double viscous_dt(double kinematic_viscosity, double laplacian_sum) {
   return 1.0 / (kinematic_viscosity * laplacian_sum);
+}
+
+/// Largest sub-step [s] in which liquid of this dynamic viscosity [Pa s] drags a body along: as viscous_dt, with the density
+/// of the body and the neighbours that lie on one side of its face.
+inline double drag_dt(double viscosity, double body_density, double laplacian_sum) {
+  return viscous_dt(viscosity / body_density, 0.5 * laplacian_sum);
 }
 
 }  // namespace physics
