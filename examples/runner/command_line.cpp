@@ -21,8 +21,8 @@ namespace runner {
 
 namespace {
 
-const std::vector<std::string> command_names{"run",      "check",  "list", "new",  "info",
-                                             "validate", "render", "plot", "trade"};
+const std::vector<std::string> command_names{"run",      "check",  "list", "new",   "info",
+                                             "validate", "render", "plot", "trade", "stress"};
 
 /// Options that `render` has and `run` does not.
 const std::vector<std::string> render_only{"--renderer", "--look", "--pictures", "--size", "--samples"};
@@ -47,7 +47,8 @@ class CommandLine {
     app_.require_subcommand(1);
     app_.set_version_flag("--version", "meltsim " + meltsim::build_info().version);
     app_.footer(
-        "Exit codes: 0 ok, 1 usage (validate: a case fails), 2 scene error, 3 diverged (state saved), 4 "
+        "Exit codes: 0 ok, 1 usage (validate, stress: something fails), 2 scene error, 3 diverged (state "
+        "saved), 4 "
         "device or memory, 5 files, 130 and 143 interrupted (state saved).");
     add_run();
     add_check();
@@ -58,6 +59,7 @@ class CommandLine {
     add_validate();
     add_render();
     add_trade();
+    add_stress();
     CLI::App* plot = app_.add_subcommand("plot", "draw the plots of a run (needs gnuplot)");
     plot->add_option("DIR", typed_.argument, "directory of a run")->required();
   }
@@ -183,6 +185,23 @@ class CommandLine {
     validate->add_flag("--list", typed_.list, "list the cases instead of running them");
   }
 
+  void add_stress() {
+    CLI::App* stress =
+        app_.add_subcommand("stress", "say what holds at the extremes: small tanks, one extreme each");
+    value(stress, "--backend", "auto|cuda|cpu", "where to compute; auto takes all that are usable");
+    value(stress, "--precision", "single|double", "numbers of the simulation; both by default");
+    stress
+        ->add_option("--filter", typed_.filter,
+                     "run the cells whose \"axis: value\" has this in it; may be repeated")
+        ->type_name("PART")
+        ->expected(1)
+        ->allow_extra_args(false)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    value(stress, "--out", "DIR", "write stability.csv and stability.svg there");
+    stress->add_flag("--long", typed_.long_cases, "also the cells that take minutes");
+    stress->add_flag("--list", typed_.list, "list the cells instead of running them");
+  }
+
   /// CLI11 knows what was not expected; the user also wants to know what was meant.
   std::string explain(const CLI::ParseError& error) {
     const CLI::App* command = app_.get_subcommands().empty() ? &app_ : app_.get_subcommands().front();
@@ -247,6 +266,18 @@ class CommandLine {
     options.machine = machine_options();
     options.filters = typed_.filter;
     options.long_cases = typed_.long_cases;
+    options.list = typed_.list;
+    options.out = out_directory();
+    return options;
+  }
+
+  StressOptions stress_options() const {
+    StressOptions options;
+    const MachineOptions machine = machine_options();
+    if (machine.backend != meltsim::Backend::automatic) options.backends = {machine.backend};
+    if (typed_.has("--precision")) options.precisions = {machine.precision};
+    options.filters = typed_.filter;
+    options.long_cells = typed_.long_cases;
     options.list = typed_.list;
     options.out = out_directory();
     return options;
@@ -359,6 +390,7 @@ class CommandLine {
     if (name == "info") return cmd_info();
     if (name == "validate") return cmd_validate(validate_options());
     if (name == "trade") return cmd_trade(trade_options());
+    if (name == "stress") return cmd_stress(stress_options());
     if (name == "render") return cmd_render(render_options(argc, argv));
     return cmd_plot(typed_.argument);
   }

@@ -18,6 +18,8 @@ int cmd_info();
 int cmd_validate(const ValidateOptions& options);
 int cmd_render(const RenderOptions& options);
 int cmd_trade(const TradeOptions& options);
+/// 0 when every cell holds, is clamped or is refused, else 1.
+int cmd_stress(const StressOptions& options);
 int cmd_plot(const std::string& directory);
 
 /// Reads the scene and applies --set, --scale and --quality.

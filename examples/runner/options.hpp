@@ -82,4 +82,14 @@ struct ValidateOptions {
   std::string out;  ///< empty = nothing is written
 };
 
+/// `stress`: which cells, where to compute them, and where to write.
+struct StressOptions {
+  std::vector<meltsim::Backend> backends;  ///< empty: those that are usable
+  std::vector<meltsim::Precision> precisions{meltsim::Precision::single_precision,
+                                             meltsim::Precision::double_precision};
+  std::vector<std::string> filters;  ///< parts of "axis: value"
+  bool long_cells = false, list = false;
+  std::string out;  ///< empty = nothing is written
+};
+
 }  // namespace runner
