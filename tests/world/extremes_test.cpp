@@ -66,7 +66,9 @@ TEST(Extremes, LightBodiesRiseFromTheBottom) {
       ASSERT_FALSE(r.halted) << ratio << ": " << r.halt_reason;
       fastest = length(w->pieces()->front().velocity);
       EXPECT_LT(fastest, 6.3) << ratio << ", E " << modulus;
-      if (ratio >= 0.01) EXPECT_GT(w->pieces()->front().center.y, y) << ratio << ", E " << modulus;
+      if (ratio >= 0.01) {
+        EXPECT_GT(w->pieces()->front().center.y, y) << ratio << ", E " << modulus;
+      }
       EXPECT_EQ(r.body_stiffened, modulus > 0);
       const Totals now = *w->totals();
       EXPECT_LT(now.kinetic + now.potential, before + 1e-3 * std::fabs(before)) << ratio;

@@ -204,6 +204,7 @@ class Cell {
     };
     flag(r.courant_exceeded, "courant_exceeded");
     flag(r.heat_bound_exceeded, "heat_bound_exceeded");
+    flag(r.viscous_bound_exceeded, "viscous_bound_exceeded");
     flag(r.modulus_unreachable, "modulus_unreachable");
     flag(r.body_stiffened, "body_stiffened");
     flag(r.cooled_to_zero, "cooled_to_zero");
