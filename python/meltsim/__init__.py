@@ -7,10 +7,10 @@
 >>> world.show()
 """
 from ._core import (Body, Emitter, HeatRegion, Ledger, Material, Particles, Piece, Probe, Resolved, Shape, State, StepResult, Surface,
-                    Totals, build_info, scenes)
+                    TimedStep, Totals, build_info, scenes)
 from ._error import Error
 from ._world import Page, World
 
 __version__ = build_info()["version"]
 __all__ = ["Body", "Emitter", "Error", "HeatRegion", "Ledger", "Material", "Page", "Particles", "Piece", "Probe", "Resolved", "Shape",
-           "State", "StepResult", "Surface", "Totals", "World", "build_info", "scenes"]
+           "State", "StepResult", "Surface", "TimedStep", "Totals", "World", "build_info", "scenes"]

@@ -76,7 +76,7 @@ HostWorld::Use::Use(HostWorld& world, bool changes) : host_(world) {
   if (changes) ++host_.generation;
 }
 
-void HostWorld::step(double seconds) {
+void HostWorld::advance(const std::function<meltsim::Status(meltsim::World&)>& steps) {
   const Use world(*this, true);
   fault_ = nullptr;
   bool late = false;
@@ -85,13 +85,13 @@ void HostWorld::step(double seconds) {
     const InterruptScope scope(*world);
     {
       const nb::gil_scoped_release released;
-      status = world->step(seconds);
+      status = steps(*world);
     }
     // An interrupt that came after the last sub-step of a step before.
     if (!status && status.error().code == meltsim::ErrorCode::interrupted && stale_interrupt_ &&
         !was_interrupted && !fault_) {
       const nb::gil_scoped_release released;
-      status = world->step(seconds);
+      status = steps(*world);
     }
     stale_interrupt_ = false;
     late = (was_interrupted || fault_) && status;

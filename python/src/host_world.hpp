@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -54,7 +55,11 @@ class HostWorld {
     HostWorld& host_;
   };
 
-  void step(double seconds);
+  void step(double seconds) {
+    advance([seconds](meltsim::World& world) { return world.step(seconds); });
+  }
+  /// Takes steps while other Python threads run; Ctrl-C and what a stage raises end them.
+  void advance(const std::function<meltsim::Status(meltsim::World&)>& steps);
   nb::object state();
   void add_stage(const std::string& name, nb::object function, const std::string& after,
                  std::vector<std::string> reads, std::vector<std::string> writes);

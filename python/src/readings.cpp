@@ -109,6 +109,14 @@ void bind_readings(nb::module_& m) {
       .add("frozen", &StepResult::frozen, "Particles that froze so far.")
       .add("fluid", &StepResult::fluid, "Live liquid particles.")
       .add("solid", &StepResult::solid, "Live solid particles.");
+  Record<TimedStep>(m, "TimedStep", "What a step that may end early came to.")
+      .add("simulated", &TimedStep::simulated, "By which `time` went on [s].")
+      .add("owed", &TimedStep::owed, "What was not simulated [s].")
+      .add("substeps", &TimedStep::substeps, "Taken; step_part() with as many repeats the call to the bit.")
+      .add("planned", &TimedStep::planned, "Sub-steps that all of it takes.")
+      .add("wall_ms", &TimedStep::wall_ms, "The call took [ms].")
+      .add("substep_ms", &TimedStep::substep_ms, "Running mean [ms]; 0: none was measured yet.")
+      .add("over_budget", &TimedStep::over_budget, "It took longer than was asked for.");
   Record<Totals>(m, "Totals", "Conserved quantities and extremes, summed on the host.")
       .add("fluid", &Totals::fluid, "Liquid particles.")
       .add("solid", &Totals::solid, "Solid particles.")

@@ -467,6 +467,19 @@ auto away(HostWorld& w, bool changes, F f) {
   return f(*world);
 }
 
+/// A step that may end early.
+template <class F>
+TimedStep timed(HostWorld& w, F steps) {
+  TimedStep taken;
+  w.advance([&](World& world) -> Status {
+    auto result = steps(world);
+    if (!result) return result.error();
+    taken = *result;
+    return {};
+  });
+  return taken;
+}
+
 // ---- Views of the World's own memory ------------------------------------------------------------------------
 
 /// T: 0 = the World's precision, else the type. `columns` 1: of shape (n,).
@@ -846,6 +859,26 @@ void bind_world(nb::module_& m) {
           "Ctrl-C, or the stop button of a "
           "notebook, ends it between sub-steps with KeyboardInterrupt: `time` then says how far it came, and "
           "step() goes on from there.")
+      .def(
+          "step_within",
+          [](HostWorld& w, Real seconds, Real milliseconds) {
+            const double dt = number("seconds", seconds), budget = number("milliseconds", milliseconds);
+            return timed(w, [&](World& world) { return world.step_within(dt, budget); });
+          },
+          "seconds"_a, "milliseconds"_a,
+          "As step(), but ends when so much wall time is used up; says how far it came and what it owes. "
+          "At least one sub-step is taken.")
+      .def(
+          "step_part",
+          [](HostWorld& w, Real seconds, Integer substeps) {
+            const double dt = number("seconds", seconds);
+            const std::int64_t count = integer("substeps", substeps);
+            if (count < 0) refuse("substeps: must be 0 or more, got " + std::to_string(count));
+            return timed(
+                w, [&](World& world) { return world.step_part(dt, static_cast<std::uint64_t>(count)); });
+          },
+          "seconds"_a, "substeps"_a,
+          "Takes the first sub-steps of step(): repeats a step_within() that took as many, to the bit.")
       .def(
           "synchronize",
           [](HostWorld& w) {

@@ -400,3 +400,32 @@ def test_a_world_in_a_cycle_with_its_stage_is_collected():
     del world
     gc.collect()
     assert gone is None or gone() is None
+
+
+def test_steps_within_a_budget_and_again():
+    one, other = bath(), bath()
+    taken = one.step_within(0.05, 1e9)
+    assert taken.owed == 0 and taken.substeps == taken.planned and not taken.over_budget
+    assert other.step_part(0.05, taken.substeps).substeps == taken.substeps
+    assert one.state_hash() == other.state_hash()
+    starved = one.step_within(0.05, 1e-9)
+    assert starved.substeps == 1 and starved.over_budget
+    assert starved.simulated + starved.owed == pytest.approx(0.05)
+    with pytest.raises(meltsim.Error, match="milliseconds"):
+        one.step_within(0.05, 0)
+    with pytest.raises(meltsim.Error, match="substeps"):
+        one.step_part(0.05, -1)
+
+
+def test_the_sun_warms_a_pool():
+    world = World(spacing=0.1, domain=((0, 0, 0), (0.6, 0.8, 0.6)), heat_time_scale=1e4,
+                  heat_free_surface={"flux": 800})
+    world.add_material("water")
+    world.add_fluid(Shape.box((0, 0, 0), (0.6, 0.3, 0.6)), "water", temperature=60)
+    world.step(0.01)
+    # 0.36 m^2, a sixth of which is along walls: docs/runner.md has the errors of the area.
+    assert world.totals().heat_in / (800 * 0.36 * 0.01 * 1e4) == pytest.approx(1, abs=0.1)
+    world.set_free_surface_heat()
+    before = world.totals().heat_in
+    world.step(0.01)
+    assert world.totals().heat_in == before
