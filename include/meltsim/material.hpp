@@ -20,7 +20,7 @@ struct PropertyPoint {
 /// A substance. The same description serves liquids and solids: a solid ignores the viscosity, a liquid the
 /// melting and lattice fields.
 struct MaterialDesc {
-  std::string name = "water";   ///< for messages and tables
+  std::string name = "water";  ///< for messages and tables
   /// Rest density rho0 [kg/m^3], > 0; validated for 100..10000. Of a solid at most 4 times that of the liquid it melts into,
   /// unless heat stands still.
   double density = 1000;

@@ -86,7 +86,12 @@ MELTSIM_C_API void meltsim_shape_destroy(meltsim_shape* shape);
 enum { MELTSIM_BACKEND_AUTOMATIC = 0, MELTSIM_BACKEND_CPU = 1, MELTSIM_BACKEND_CUDA = 2 };
 enum { MELTSIM_FACE_WALL = 0, MELTSIM_FACE_OPEN = 1, MELTSIM_FACE_PERIODIC = 2 };
 enum { MELTSIM_HEAT_NONE = 0, MELTSIM_HEAT_PAPER = 1, MELTSIM_HEAT_IWASAKI = 2, MELTSIM_HEAT_ENTHALPY = 3 };
-enum { MELTSIM_MOTION_FREE = 0, MELTSIM_MOTION_FIXED = 1, MELTSIM_MOTION_KINEMATIC = 2, MELTSIM_MOTION_RIGID = 3 };
+enum {
+  MELTSIM_MOTION_FREE = 0,
+  MELTSIM_MOTION_FIXED = 1,
+  MELTSIM_MOTION_KINEMATIC = 2,
+  MELTSIM_MOTION_RIGID = 3
+};
 
 /* Heat through a surface: the sum of what is set; all 0 insulates. */
 typedef struct meltsim_surface_heat {
