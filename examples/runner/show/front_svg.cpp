@@ -6,22 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "show/svg_text.hpp"
+
 namespace runner {
 
 namespace {
 
 constexpr double width = 640, height = 420, left = 80, right = 20, top = 44, bottom = 56;
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '<'   ? "&lt;"
-           : c == '>' ? "&gt;"
-           : c == '&' ? "&amp;"
-           : c == '"' ? "&quot;"
-                      : std::string(1, c);
-  return out;
-}
 
 /// Decades of one axis.
 struct Axis {
@@ -59,7 +50,7 @@ std::string front_svg(const std::string& title, const std::string& cost, const s
       "font-family=\"Helvetica,Arial,sans-serif\" font-size=\"12\" fill=\"#333\">\n"
       "<rect width=\"{0}\" height=\"{1}\" fill=\"#fff\"/>\n<text x=\"{2}\" y=\"24\" "
       "font-size=\"15\">{3}</text>\n",
-      width, height, left, escaped(title));
+      width, height, left, svg_escaped(title));
   const auto ticks = [&](const Axis& axis, bool horizontal) {
     for (double decade = std::floor(axis.low); decade <= axis.high; ++decade)
       for (const double digit : {1.0, 2.0, 5.0}) {
@@ -81,10 +72,10 @@ std::string front_svg(const std::string& title, const std::string& cost, const s
   ticks(across, true);
   ticks(up, false);
   svg += fmt::format("<text x=\"{:.0f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
-                     (left + width - right) / 2, height - 14, escaped(cost));
+                     (left + width - right) / 2, height - 14, svg_escaped(cost));
   svg +=
       fmt::format("<text transform=\"translate(18 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                  (top + height - bottom) / 2, escaped(error));
+                  (top + height - bottom) / 2, svg_escaped(error));
   double legend = top + 14;
   for (const FrontSeries& s : series) {
     std::string path;
@@ -101,7 +92,7 @@ std::string front_svg(const std::string& title, const std::string& cost, const s
     svg += fmt::format(
         "<rect x=\"{0}\" y=\"{1:.0f}\" width=\"10\" height=\"10\" fill=\"{2}\"/><text x=\"{3}\" "
         "y=\"{4:.0f}\">{5}</text>\n",
-        width - right - 200, legend - 9, s.color, width - right - 184, legend, escaped(s.title));
+        width - right - 200, legend - 9, s.color, width - right - 184, legend, svg_escaped(s.title));
     legend += 18;
   }
   return svg + "</svg>\n";
