@@ -10,6 +10,8 @@ namespace sampling {
 
 MELTSIM_INSTANTIATE(core::CudaExec, probes)
 MELTSIM_INSTANTIATE(core::CudaExec, loads)
+MELTSIM_INSTANTIATE(core::CudaExec, forces)
+MELTSIM_INSTANTIATE(core::CudaExec, forces_commit)
 template void at_once<core::CudaExec, float>(core::CudaExec&, const core::Frame<float>&,
                                              const core::SampleRoom&);
 template void at_once<core::CudaExec, double>(core::CudaExec&, const core::Frame<double>&,

@@ -133,7 +133,23 @@ enum class Motion {
   kinematic,  ///< the host (World::set_motion), whatever forces act on it; liquid and other bodies give way to it
   /// Forces on it, as a rigid body: six degrees of freedom per connected piece. It costs less than a free body, and stiffness,
   /// damping and region_half_width of its material do not matter.
-  rigid
+  rigid,
+  /// A rigid body of the host's own physics engine: pose and twist come from there (World::set_proxy), what acts on it here goes
+  /// back (World::watch_forces, Reading::forces). In between it moves as a rigid body of SolidDesc::mass and inertia.
+  proxy
+};
+
+/// Where a proxy is and how it moves, as the host has it: World::set_proxy.
+struct ProxyState {
+  Vec3d position;            ///< of its centre of mass [m]
+  Quat<double> orientation;  ///< relative to the body as built: a unit quaternion
+  Vec3d velocity;            ///< of its centre of mass [m/s]
+  Vec3d angular_velocity;    ///< [rad/s]
+  /// What forces that only the host knows (its joints, motors and contacts) give it beside gravity [m/s^2]: of a body that rests
+  /// on a floor of the host's, minus gravity. It acts until the next state.
+  Vec3d acceleration;
+  /// Puts the body there at once. Otherwise it gets there within the next step, beside its motion.
+  bool teleport = false;
 };
 
 /// How a kinematic body moves: World::set_motion.
@@ -167,8 +183,14 @@ struct SolidDesc {
       Motion::free;  ///< a kinematic body begins with `velocity` and `angular_velocity`, about its pivot
   /// Of a kinematic body: the point of the body as built that BodyMotion::position is of [m]; empty = centre of its
   /// particles.
+  /// Of a proxy: its centre of mass as built [m], which ProxyState::position is of; empty likewise.
   std::optional<Vec3d> pivot;
-  /// Of a kinematic body: the largest speed that any point of it will have [m/s]. The sound speed is at least ten times as
+  /// Of a proxy: its mass [kg], > 0. Its particles weigh as much together, whatever the density of its material.
+  double mass = 0;
+  /// Of a proxy: inertia about the centre of mass, in the axes of the World as built [kg m^2]; all 0 = that of the mass spread
+  /// evenly over the shape. Symmetric and positive; no principal moment may exceed the sum of the other two.
+  Mat3<double> inertia{};
+  /// Of a kinematic body or proxy: the largest speed that any point of it will have [m/s]. The sound speed is at least ten times as
   /// large; motions above half the sound speed are refused.
   double max_speed = 0;
   /// Heat through the dry surface of the body: the part that no liquid, wall or other body covers.

@@ -113,12 +113,41 @@ struct PieceInfo {
   double submerged_fraction = 0;
 };
 
+/// An impulse and its moment.
+struct Impulse {
+  Vec3d linear;   ///< [N s]
+  Vec3d angular;  ///< [N m s]
+};
+
+/// What acted on a watched body (World::watch_forces), summed over the sub-steps since the last reading of it. Angular
+/// impulses are about its centre of mass, as that moves; of kinematic bodies about the pivot. The sums are of integers, so
+/// they do not depend on the order of particles or threads. Gravity is left out.
+struct BodyForces {
+  BodyId body;         ///< the body
+  double seconds = 0;  ///< that they cover [s]; divide by it for a mean force
+  Impulse total;       ///< pressure, viscosity and contact
+  Impulse pressure;    ///< of liquid, images in walls included
+  /// Of liquid. Of bodies that can move it is the rest of the total. Of fixed and kinematic ones it is that of the velocities at
+  /// the beginning of sub-steps, also where viscosity is implicit.
+  Impulse viscosity;
+  Impulse contact;  ///< of bodies and walls that it touches
+  double heat = 0;  ///< that its particles received [J], by conduction, through surfaces and from sources
+  /// Of a proxy or kinematic body at the time of the reading: centre of mass, or pivot [m]. Of others the centre of mass in the
+  /// middle of the last sub-step.
+  Vec3d position;
+  Quat<double>
+      orientation;  ///< of a proxy or kinematic body, relative to the body as built; of others see PieceInfo
+  Vec3d velocity;   ///< of a proxy or kinematic body, likewise [m/s]
+  Vec3d angular_velocity;  ///< of a proxy or kinematic body, likewise [rad/s]
+};
+
 /// What World::request() reads, in any combination. StepResult is always read.
 struct ReadRequest {
   bool totals = false;     ///< Reading::totals and Reading::ledger
   bool pieces = false;     ///< Reading::pieces
   bool particles = false;  ///< Reading::particles
   bool probes = false;     ///< Reading::probes
+  bool forces = false;     ///< Reading::forces, which begin anew with it
 };
 
 /// Particles in single precision, sorted by id, without removed particles. Arrays are parallel.
@@ -146,6 +175,8 @@ struct Reading {
   std::uint64_t pieces_left_out = 0;  ///< number of pieces beyond these
   ParticleFrame particles;            ///< ReadRequest::particles
   std::vector<ProbeSeries> probes;    ///< ReadRequest::probes: samples not taken before
+  std::vector<BodyForces>
+      forces;  ///< ReadRequest::forces: of watched bodies, in the order in which they were added
 };
 
 /// Identifies an open reading. Tickets are unique within a process; a default one is null.

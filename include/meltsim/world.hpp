@@ -128,6 +128,20 @@ class MELTSIM_API World {
   /// Does not wait unless the World halted. Errors: invalid_argument.
   Result<BodyMotion> motion(BodyId body);
 
+  /// Sets pose and twist of a proxy (Motion::proxy) as the host has them at time(). The last ones set before a step count.
+  /// Velocities hold at once; the gap between the host's pose and its own the proxy closes at constant rates within the next
+  /// step. Without a new state it moves on as a rigid body. step() refuses, with invalid_argument, a motion that would be
+  /// faster than half the sound speed or a pose beyond a wall; a teleport is checked as by set_motion. Errors:
+  /// invalid_argument (names the field).
+  Status set_proxy(BodyId body, const ProxyState& state);
+  /// Returns pose and twist of a proxy at time(); not of a state set since the last step. Synchronises; Reading::forces has
+  /// them without waiting. Errors: invalid_argument.
+  Result<ProxyState> proxy(BodyId body);
+  /// Begins, or ends, to sum up what acts on a body (Reading::forces, take_forces()). Proxies are always watched. Costs a search
+  /// over the neighbours of the particles of watched bodies in every sub-step, and nothing where none is watched. A change
+  /// synchronises, and the next step uploads. Errors: invalid_argument, out_of_memory.
+  Status watch_forces(BodyId body, bool on = true);
+
   /// Sets the motion of a free body, all its pieces together, to a velocity of its centre of mass [m/s] and an angular
   /// velocity about that [rad/s]; what it did beside that motion is gone. If it is faster than anything before, sound is
   /// made faster as by set_gravity. Other errors: those of prepare(), halted.
@@ -230,6 +244,8 @@ class MELTSIM_API World {
   Result<ParticleData> particles();         ///< all particles, sorted by id
   Result<std::vector<PieceInfo>> pieces();  ///< connected pieces of all bodies
   Result<LatticeData> lattice();            ///< index arrays of all bodies
+  /// What acted on every watched body since the last take_forces() or request() of forces.
+  Result<std::vector<BodyForces>> take_forces();
   /// Hash of the State channels in order of id: equal states give equal hashes on every backend.
   Result<std::uint64_t> state_hash();
 

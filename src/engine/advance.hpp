@@ -74,11 +74,11 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
   return r;
 }
 
-/// Whether a particle goes where its body does: of a kinematic or a rigid one.
+/// Whether a particle goes where its body does: of a kinematic or a rigid one, or a proxy.
 template <class T>
 MELTSIM_HD bool is_driven(const Frame<T>& w, std::uint32_t tag) {
   return w.f.carried_position != nullptr && is_solid(tag) &&
-         ((tag & tag_kinematic) != 0u || w.f.bodies[body_of(tag) - 1u].motion == body_rigid);
+         ((tag & tag_kinematic) != 0u || moves_rigidly(w.f.bodies[body_of(tag) - 1u]));
 }
 
 /// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity acts on it.

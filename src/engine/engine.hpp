@@ -72,6 +72,7 @@ struct LatticeMasks {
 /// What a reading is of.
 struct ReadParts {
   bool sums = false, pieces = false, particles = false;
+  bool forces = false;                          ///< what acted on bodies; begins anew with it
   bool clears = false;                          ///< extremes begin anew, as synchronize() has it
   std::uint64_t first_sample = 0, samples = 0;  ///< values of probes
 };
@@ -95,6 +96,7 @@ struct StateReading {
   std::uint32_t piece_count = 0;
   std::vector<PieceReading> pieces;  ///< by label
   ParticleFrame particles;
+  std::vector<ForcesRow> forces;  ///< per body
   std::vector<double> samples;
 };
 

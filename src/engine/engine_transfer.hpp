@@ -120,6 +120,7 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
     for (std::size_t b = 0; b < rows.size(); ++b) rows[b].motion = s.motion[b];
     put(ex, w.f.body_motion, rows);
   }
+  put(ex, wanted(field_body_forces, w.f.body_forces), s.forces);
 }
 
 /// The status that a state begins with.
@@ -155,12 +156,13 @@ void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
     const auto body = fetch(ex, w.f.vertex_body, w.vertices);
     const auto rows = fetch(ex, w.f.bodies, s.motion.size());
     for (std::size_t v = 0; v < q.size(); ++v)
-      if (rows[body[v]].motion == body_rigid) s.region_rotation[v] = q[v];
+      if (moves_rigidly(rows[body[v]])) s.region_rotation[v] = q[v];
   }
   if (w.f.body_motion != nullptr) {
     const auto rows = fetch(ex, w.f.body_motion, s.motion.size());
     for (std::size_t b = 0; b < rows.size(); ++b) s.motion[b] = rows[b].motion;
   }
+  if (w.f.body_forces != nullptr) s.forces = fetch(ex, w.f.body_forces, s.motion.size());
   if (w.f.contact_slip != nullptr) {
     const auto slip = fetch(ex, w.f.contact_slip, w.vertices);
     s.contact_slip.resize(slip.size());

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "engine/force_sums.hpp"
 #include "engine/piece_sums.hpp"
 #include "engine/rigid_sums.hpp"
 #include "engine/search_types.hpp"
@@ -15,6 +16,7 @@
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/proxy.hpp"
 #include "meltsim/physics/rigid_motion.hpp"
 #include "meltsim/physics/rigid_push.hpp"
 #include "meltsim/physics/sampling.hpp"
@@ -96,16 +98,22 @@ struct BodyRow {
   std::uint32_t stride_y = 0, stride_z = 0;  ///< sites per step in y, z (x: 1)
   std::int32_t region_half_width = 0;        ///< w
   std::uint32_t motion = 0;                  ///< one of those below
+  std::uint32_t watched = 0;                 ///< 1: what acts on it is summed (channel body_forces)
 };
-inline constexpr std::uint32_t body_free = 0, body_fixed = 1, body_kinematic = 2, body_rigid = 3;
+inline constexpr std::uint32_t body_free = 0, body_fixed = 1, body_kinematic = 2, body_rigid = 3,
+                               body_proxy = 4;
+/// Whether a body moves as a whole by the sums over its pieces.
+MELTSIM_HD bool moves_rigidly(const BodyRow& b) { return b.motion == body_rigid || b.motion == body_proxy; }
 
-/// The motion of a kinematic body, and where its lattice is relative to the pivot. Of a rigid body only first_site and
-/// spacing.
+/// The motion of a kinematic body or proxy, and where its lattice is relative to the pivot. Of a rigid body only
+/// first_site and spacing.
 struct BodyMotionRow {
-  physics::RigidMotion motion;   ///< positions in stored coordinates
+  physics::RigidMotion motion;   ///< positions in stored coordinates; of a proxy: physics/proxy.hpp
   Vec3<double> low{};            ///< of site (0, 0, 0) of the body's box from the pivot, as built [m]
   double spacing = 0;            ///< in double, as `low` [m]
   std::uint32_t first_site = 0;  ///< that site's number
+  double mass = 0;               ///< of a proxy [kg]
+  Mat3<double> inertia{};        ///< of a proxy, about its centre of mass in the lattice as built [kg m^2]
 };
 
 /// A push on a body, between sub-steps.
@@ -289,6 +297,7 @@ struct Frame {
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
   std::uint32_t vertices = 0;
+  std::uint32_t bodies = 0;  ///< that were added, removed ones included
   std::uint32_t region_words = 0;
   std::int32_t row_width = 0;  ///< half-width from which regions are summed by rows and planes
   std::uint32_t key_bits = 64;

@@ -127,6 +127,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   w.max_groups = static_cast<std::uint32_t>(n.groups);
   w.cells = static_cast<std::uint32_t>(n.cells);
   w.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
+  w.bodies = static_cast<std::uint32_t>(l.bodies.size());
   w.capacity = n.count[static_cast<int>(Owner::particle)];
   w.one_liquid = c.one_liquid;
   w.region_words = words_for(l.max_half_width);

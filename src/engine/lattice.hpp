@@ -117,6 +117,14 @@ MELTSIM_HD physics::RigidPoint carried_point(const Frame<T>& w, std::uint64_t v,
                            row.low + steps_in_box(w, v, body) * row.spacing);
 }
 
+/// The same of a vertex of a proxy, at the beginning of a sub-step.
+template <class T>
+MELTSIM_HD physics::RigidPoint proxy_point(const Frame<T>& w, std::uint64_t v) {
+  const std::uint32_t body = w.f.vertex_body[v];
+  const BodyMotionRow& row = w.f.body_motion[body];
+  return physics::point_of(row.motion.first, row.low + steps_in_box(w, v, body) * row.spacing);
+}
+
 /// Orientation of a kinematic body at a time [s].
 template <class T>
 MELTSIM_HD Quat<T> carried_rotation(const Frame<T>& w, std::uint32_t body, double time) {

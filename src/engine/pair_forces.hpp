@@ -131,6 +131,19 @@ struct LiquidOnSolid {
   };
 };
 
+/// Its part without viscosity, artificial viscosity included.
+template <class T>
+struct PressureOnSolid : LiquidOnSolid<T> {
+  using Base = LiquidOnSolid<T>;
+  template <class Along>
+  MELTSIM_HD void add(typename Base::Sum& sum, const typename Base::Own& own, const typename Base::Stored& i,
+                      const spatial::Pair<T>& pair, Along) const {
+    const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms,    T(0),
+                                     i.density,   -pair.x_ij, i.v - own.v};
+    sum.force += -physics::coupling_force(this->w.c.kernel, T(0), this->w.c.sound_speed, p, pair.r2);
+  }
+};
+
 /// Slip of a solid particle along its contacts [m].
 template <class T>
 MELTSIM_HD Vec3<T> slip_of(const Frame<T>& w, std::uint64_t i) {

@@ -115,7 +115,9 @@ enum Fact : std::uint32_t {
   fact_implicit = 1u << 22,   ///< viscosity is implicit
   // Of those that can move, at least one:
   fact_lattice = 1u << 23,  ///< free bodies, which shape matching moves
-  fact_rigid = 1u << 24,    ///< rigid bodies
+  fact_rigid = 1u << 24,    ///< rigid bodies and proxies
+  // Beside the others again:
+  fact_forces = 1u << 25,  ///< what acts on bodies is summed
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -206,7 +208,7 @@ constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts)) continue;
     const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
-    constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit;
+    constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces;
     if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
   }
   return true;

@@ -130,6 +130,12 @@ struct PackedParticles {
   }
 };
 
+/// What acted on a body, and how it moves where the host moves it or has to move with it.
+struct ForcesRow {
+  BodyForceTotals totals;
+  physics::RigidMotion motion;
+};
+
 template <class T>
 struct ReadingFrame {
   Frame<T> s;                     ///< the scene
@@ -153,6 +159,7 @@ struct ReadingFrame {
   Column* columns = nullptr;
   LevelSums* levels = nullptr;  ///< column by column, then of 2x2, of 4x4, ...
   PackedParticles p;
+  ForcesRow* forces = nullptr;  ///< per body
 };
 
 }  // namespace core

@@ -59,10 +59,12 @@ class ReadingRun {
     s.counts = lattice && (parts.sums || parts.pieces);
     s.parts.pieces = parts.pieces && lattice && scene.f.vertex_site != nullptr && scene.f.bodies != nullptr;
     s.parts.sums = parts.sums || s.parts.pieces;
+    s.parts.forces = parts.forces && scene.f.body_forces != nullptr;
     s.born = scene.born;
     s.rows = s.parts.pieces ? std::min<std::uint32_t>(scene.vertices, most_pieces) : 0;
     s.rows_sent = std::min(
         s.rows, std::max<std::uint32_t>({256, static_cast<std::uint32_t>(2 * bodies_), 2 * last_pieces_}));
+    s.bodies = bodies_;
     if (Status fits = fit(ex, s, scene.vertices); !fits) return fits;
     ReadingFrame<T> w = frame_of(s, scene);
     w.rolled_back = rolled_back ? 1u : 0u;
@@ -74,6 +76,7 @@ class ReadingRun {
     if (s.parts.sums) reading::sums<E, T>(ex, w);
     if (s.counts) reading::count_pieces<E, T>(ex, w);
     if (s.parts.pieces) reading::pieces<E, T>(ex, w);
+    if (s.parts.forces) reading::forces<E, T>(ex, w);
     if (s.parts.particles) reading::pack<E, T>(ex, w);
     if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
     const Layout host = layout(s, s.rows_sent);
@@ -84,6 +87,7 @@ class ReadingRun {
     bring(host.head, w.head, sizeof(ReadingHead));
     bring(host.rows, w.rows, s.rows_sent * sizeof(PieceRow));
     bring(host.totals, w.totals, s.rows_sent * sizeof(PieceTotals));
+    bring(host.forces, w.forces, s.parts.forces ? bodies_ * sizeof(ForcesRow) : 0);
     bring(host.particles, w.p.position, s.parts.particles ? s.born * PackedParticles::bytes : 0);
     bring(host.end, scene.probes.values + parts.first_sample, parts.samples * sizeof(double));
     ex.end_copies(s.mark);
@@ -117,6 +121,10 @@ class ReadingRun {
     out.extents = head.extents;
     out.piece_count = s.counts ? head.pieces : 0;
     if (s.parts.pieces) unpack_pieces(ex, s, head, out);
+    if (s.parts.forces) {
+      const auto* rows = reinterpret_cast<const ForcesRow*>(s.host + layout(s, s.rows_sent).forces);
+      out.forces.assign(rows, rows + s.bodies);
+    }
     if (s.parts.particles) unpack_particles(s, out.particles);
     const auto* samples = reinterpret_cast<const double*>(s.host + layout(s, s.rows_sent).end);
     out.samples.assign(samples, samples + s.parts.samples);
@@ -150,6 +158,7 @@ class ReadingRun {
     ReadParts parts;
     bool open = false, counts = false, marked = false;
     std::uint32_t born = 0, rows = 0, rows_sent = 0;
+    std::uint64_t bodies = 0;  ///< that there were
     unsigned char *device = nullptr, *host = nullptr;
     std::uint64_t device_bytes = 0, host_bytes = 0;
     void* mark = nullptr;
@@ -158,7 +167,7 @@ class ReadingRun {
 
   /// Where the parts of a slot begin [bytes].
   struct Layout {
-    std::uint64_t head = 0, rows = 0, totals = 0, particles = 0, end = 0;
+    std::uint64_t head = 0, rows = 0, totals = 0, forces = 0, particles = 0, end = 0;
   };
   /// Generous, as intervals between readings have some more or fewer samples.
   static std::uint64_t sample_room(std::uint64_t samples) {
@@ -169,7 +178,8 @@ class ReadingRun {
     Layout l;
     l.rows = padded(sizeof(ReadingHead));
     l.totals = l.rows + padded(rows * sizeof(PieceRow));
-    l.particles = l.totals + padded(rows * sizeof(PieceTotals));
+    l.forces = l.totals + padded(rows * sizeof(PieceTotals));
+    l.particles = l.forces + (s.parts.forces ? padded(s.bodies * sizeof(ForcesRow)) : 0);
     l.end = l.particles + (s.parts.particles ? padded(s.born * PackedParticles::bytes) : 0);
     return l;
   }
@@ -247,6 +257,7 @@ class ReadingRun {
     w.head = reinterpret_cast<ReadingHead*>(s.device + l.head);
     w.rows = reinterpret_cast<PieceRow*>(s.device + l.rows);
     w.totals = reinterpret_cast<PieceTotals*>(s.device + l.totals);
+    w.forces = reinterpret_cast<ForcesRow*>(s.device + l.forces);
     if (s.counts) {
       const Scratch c = scratch_layout(scene.vertices);
       w.body_origin = reinterpret_cast<const std::uint32_t*>(scratch_ + c.origins);

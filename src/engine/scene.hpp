@@ -28,7 +28,9 @@ struct SceneState {
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
   std::vector<Quat<double>> region_rotation;  ///< of rigid bodies' vertices what rigid_rotation holds
   std::vector<Vec3d> contact_slip;
-  std::vector<physics::RigidMotion> motion;  ///< per body; of those that are not kinematic nothing
+  std::vector<physics::RigidMotion>
+      motion;                           ///< per body; of those that are neither kinematic nor proxies nothing
+  std::vector<BodyForceTotals> forces;  ///< per body; no part of a snapshot
   std::uint64_t melted = 0, frozen = 0, removed = 0,
                 strayed = 0;  ///< before the last upload; removed: strayed, too
   double heat_in = 0;         ///< likewise [J]

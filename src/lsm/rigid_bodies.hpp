@@ -13,10 +13,10 @@ namespace lsm {
 using core::Frame;
 using core::none;
 
-/// Whether a vertex is of a rigid body.
+/// Whether a vertex is of a rigid body or a proxy.
 template <class T>
 MELTSIM_HD bool of_rigid(const Frame<T>& w, std::uint64_t v) {
-  return w.f.bodies[w.f.vertex_body[v]].motion == core::body_rigid;
+  return core::moves_rigidly(w.f.bodies[w.f.vertex_body[v]]);
 }
 /// Whether it holds a particle of one.
 template <class T>
@@ -84,8 +84,37 @@ struct RigidStepBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!of_rigid(w, v) || w.f.vertex_piece[v] != v) return;
-    w.f.rigid_step[v] = physics::rigid_step(core::rigid_sums_of(w.f.rigid_sums[v], w.sum_units),
-                                            w.f.rigid_rotation[v], static_cast<double>(w.f.clock->dt));
+    const physics::RigidPieceSums sums = core::rigid_sums_of(w.f.rigid_sums[v], w.sum_units);
+    const double dt = static_cast<double>(w.f.clock->dt);
+    if (w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy)
+      w.f.rigid_step[v] = step_of_proxy(v, sums, dt);
+    else w.f.rigid_step[v] = physics::rigid_step(sums, w.f.rigid_rotation[v], dt);
+  }
+  /// Of what acts on its particles; mass and inertia are the host's.
+  MELTSIM_HD physics::RigidPieceStep step_of_proxy(std::uint64_t v, const physics::RigidPieceSums& sums,
+                                                   double dt) const {
+    const std::uint32_t body = w.f.vertex_body[v];
+    const core::BodyMotionRow& row = w.f.body_motion[body];
+    const Vec3<double> gravity = cast<double>(w.f.clock->gravity);
+    // Places of the sums are from the particle of the label; the centre of mass in the middle of the sub-step from there.
+    Vec3<double> center = row.motion.first.position + row.motion.first.velocity * (0.5 * dt) -
+                          origin_of(w, static_cast<std::uint32_t>(v));
+    const Vec3<double> rest = -(row.low + core::steps_in_box(w, v, body) * row.spacing);
+    if (w.grid.periodic != 0u) {
+      const Vec3<double> near = rotate(row.motion.first.orientation, rest),
+                         period = cast<double>(w.grid.period);
+      center = {nearest_image(center.x, near.x, period.x), nearest_image(center.y, near.y, period.y),
+                nearest_image(center.z, near.z, period.z)};
+    }
+    const Vec3<double> kick = sums.kicked_momentum - sums.momentum, turn = sums.kicked_spin - sums.spin;
+    // Gravity acts on particles, too; on their centre, which need not be the host's.
+    const Vec3<double> impulse = kick - gravity * (sums.mass * dt);
+    const Vec3<double> angular = turn - cross(sums.first, gravity * dt) - cross(center, impulse);
+    physics::RigidPieceStep step = physics::proxy_step(row.mass, row.inertia, rest, row.motion, impulse,
+                                                       angular, gravity, w.f.clock->time, dt);
+    // From the beginning of the sub-step to the particle of the label in its middle.
+    step.center += center - row.motion.first.velocity * (0.5 * dt);
+    return step;
   }
 };
 
@@ -124,8 +153,12 @@ struct RigidCommitBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!of_rigid(w, v)) return;
+    const std::uint32_t body = w.f.vertex_body[v];
     const physics::RigidPieceStep& step = w.f.rigid_step[w.f.vertex_piece[v]];
     if (!(step.mass > 0)) return;
+    if (w.f.bodies[body].motion == core::body_proxy && w.f.vertex_piece[v] == v)
+      w.f.body_motion[body].motion = physics::proxy_after(w.f.body_motion[body].motion, step, w.f.clock->time,
+                                                          static_cast<double>(w.f.clock->dt));
     const Quat<double> q = step.rotation;
     w.f.rigid_rotation[v] = q;
     w.f.region_rotation[v] = {static_cast<T>(q.w), static_cast<T>(q.x), static_cast<T>(q.y),

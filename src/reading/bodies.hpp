@@ -33,6 +33,21 @@ struct StatusBody {
   }
 };
 
+/// Copies what acted on a body since the last time, and resets it.
+template <class T>
+struct TakeForcesBody {
+  ReadingFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t b) const {
+    core::BodyForceTotals& t = w.s.f.body_forces[b];
+    core::ForcesRow& to = w.forces[b];
+    to.totals = t;
+    if (w.s.f.body_motion != nullptr) to.motion = w.s.f.body_motion[b].motion;
+    core::BodyForceTotals none;
+    none.center = t.center;
+    t = none;
+  }
+};
+
 /// Temperature of the particle at slot i [degrees C].
 template <class T>
 MELTSIM_HD double temperature_at(const core::Frame<T>& w, std::uint64_t i) {

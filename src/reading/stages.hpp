@@ -61,6 +61,12 @@ void pieces(E& ex, const core::ReadingFrame<T>& w) {
   ex.sum_by_row(w.s.vertices, PieceTotalsBody<T>{w}, w.totals);
 }
 
+/// Copies what acted on bodies and begins anew.
+template <class E, class T>
+void forces(E& ex, const core::ReadingFrame<T>& w) {
+  ex.for_each(w.s.bodies, TakeForcesBody<T>{w});
+}
+
 /// Particles in single precision, by id.
 template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w) {

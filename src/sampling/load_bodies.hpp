@@ -56,8 +56,34 @@ struct LiquidOnBodyBody {
   }
 };
 
-/// The force on a body of the bodies and walls that it touches: lsm.loads without gravity, and lsm.contact. Of one that is
-/// held, the negatives of what those that touch it get.
+/// The force on solid particle i of the bodies and walls that it touches: lsm.loads without gravity, and lsm.contact. Of one
+/// that is held, the negatives of what those that touch it get.
+template <bool Periodic, class T>
+MELTSIM_HD Vec3<T> contact_force_on(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
+  const Vec3<T> x = xyz(w.f.position[i]);
+  const bool held = (tag & tag_fixed) != 0u;
+  Vec3<T> force{};
+  if (!held) {
+    const Vec3<T> v = xyz(w.f.velocity[i]), slip = core::slip_of(w, i);
+    for (int face = 0; face < 6; ++face)
+      force += core::wall_contact(w, i, tag, x, v, slip, face).response.force;
+  }
+  if (w.f.piece == nullptr || (tag & tag_surface) == 0u) return force;
+  const core::Toucher<T> own = core::toucher(w, i);
+  spatial::sweep_part<Periodic>(
+      w, i, 0u, 1u, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
+        const std::uint32_t tag_j = w.f.tag[j];
+        if (!is_solid(tag_j) || body_of(tag_j) == body_of(tag)) return;
+        if (!held) {
+          force += core::pair_contact(w, own, j, x_ij, r2).response.force;
+        } else if ((tag_j & (tag_fixed | tag_surface)) == tag_surface) {
+          force += -core::pair_contact(w, core::toucher(w, j), static_cast<std::uint32_t>(i), -x_ij, r2)
+                        .response.force;
+        }
+      });
+  return force;
+}
+
 template <class T, bool Periodic>
 struct ContactOnBodyBody {
   Frame<T> w;
@@ -67,29 +93,8 @@ struct ContactOnBodyBody {
     const LoadRow& r = w.probes.loads[row];
     const std::uint32_t tag = w.f.tag[i];
     if (!counts(w, r, tag) || !belongs(r, tag)) return s;
-    const Vec3<T> x = xyz(w.f.position[i]);
-    const bool held = (tag & tag_fixed) != 0u;
-    Vec3<T> force{};
-    if (!held) {
-      const Vec3<T> v = xyz(w.f.velocity[i]), slip = core::slip_of(w, i);
-      for (int face = 0; face < 6; ++face)
-        force += core::wall_contact(w, i, tag, x, v, slip, face).response.force;
-    }
-    if (w.f.piece != nullptr && (tag & tag_surface) != 0u) {
-      const core::Toucher<T> own = core::toucher(w, i);
-      spatial::sweep_part<Periodic>(
-          w, i, 0u, 1u, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
-            const std::uint32_t tag_j = w.f.tag[j];
-            if (!is_solid(tag_j) || body_of(tag_j) == r.body) return;
-            if (!held) {
-              force += core::pair_contact(w, own, j, x_ij, r2).response.force;
-            } else if ((tag_j & (tag_fixed | tag_surface)) == tag_surface) {
-              force += -core::pair_contact(w, core::toucher(w, j), static_cast<std::uint32_t>(i), -x_ij, r2)
-                            .response.force;
-            }
-          });
-    }
-    s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, x), cast<double>(force));
+    s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, xyz(w.f.position[i])),
+          cast<double>(contact_force_on<Periodic>(w, i, tag)));
     return s;
   }
 };

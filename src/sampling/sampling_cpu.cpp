@@ -10,6 +10,8 @@ namespace sampling {
 
 MELTSIM_INSTANTIATE(core::CpuExec, probes)
 MELTSIM_INSTANTIATE(core::CpuExec, loads)
+MELTSIM_INSTANTIATE(core::CpuExec, forces)
+MELTSIM_INSTANTIATE(core::CpuExec, forces_commit)
 template void at_once<core::CpuExec, float>(core::CpuExec&, const core::Frame<float>&,
                                             const core::SampleRoom&);
 template void at_once<core::CpuExec, double>(core::CpuExec&, const core::Frame<double>&,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sampling/bodies.hpp"
+#include "sampling/force_bodies.hpp"
 #include "sampling/load_bodies.hpp"
 
 namespace meltsim {
@@ -43,6 +44,21 @@ void loads(E& ex, const core::Frame<T>& w) {
   sums(core::LoadKind::heat_of_body, [&](std::uint32_t row) { return HeatOfBodyBody<T>{w, row}; });
   sums(core::LoadKind::heat_of_wall, [&](std::uint32_t row) { return HeatOfWallBody<T>{w, row}; });
   sums(core::LoadKind::flux, [&](std::uint32_t row) { return FluxBody<T>{w, row}; });
+}
+
+/// What acts on the bodies that the host watches: one pass over the particles for all of them, with a search only at theirs.
+template <class E, class T>
+void forces(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.bodies, ClearForcesBody<T>{w});
+  spatial::with_periods(
+      w, [&](auto periodic) { ex.sum_by_row(w.particles, ForcesBody<T, periodic()>{w}, w.f.force_sums); });
+  if (w.f.enthalpy != nullptr)
+    ex.sum_by_row(2 * std::uint64_t{w.particles}, HeatGainedBody<T>{w}, w.f.heat_sums);
+}
+
+template <class E, class T>
+void forces_commit(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.bodies, AddForcesBody<T>{w});
 }
 
 /// Between sub-steps, for World::sample: sorts particles by cell, then averages; not a stage. w.grid: cells of H.

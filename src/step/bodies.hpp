@@ -69,21 +69,29 @@ struct EmitBody {
 /// Bodies get new motions, ahead of a sub-step.
 struct SteerBody {
   core::BodyMotionRow* rows;
+  const core::BodyRow* bodies;
   std::uint32_t body[core::most_steered];
+  std::uint32_t jumps;  ///< bit per entry
   physics::RigidMotion motion[core::most_steered];
-  MELTSIM_HD void operator()(std::uint64_t k) const { rows[body[k]].motion = motion[k]; }
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    physics::RigidMotion& m = rows[body[k]].motion;
+    if (bodies[body[k]].motion == core::body_proxy)
+      m = physics::proxy_set(m, motion[k], ((jumps >> k) & 1u) != 0u);
+    else m = motion[k];
+  }
 };
 
-/// Particles of kinematic bodies get the velocities of the motions that begin now; places: and positions.
+/// Particles of kinematic bodies and proxies get the velocities of the motions that begin now; places: and positions.
 template <class T>
 struct SetOffBody {
   Frame<T> w;
   double time;
   bool places;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    if (!core::is_carried(w, v)) return;
+    const bool proxy = w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy;
+    if (!proxy && !core::is_carried(w, v)) return;
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
-    const physics::RigidPoint p = core::carried_point(w, v, time);
+    const physics::RigidPoint p = proxy ? core::proxy_point(w, v) : core::carried_point(w, v, time);
     w.f.velocity[slot] = with_w(cast<T>(p.velocity), w.f.velocity[slot].w);
     if (places) w.f.position[slot] = with_w(core::wrapped(w, cast<T>(p.position)), w.f.position[slot].w);
   }

@@ -165,7 +165,7 @@ Result<std::uint64_t> WorldImpl::state_hash() {
     h.add(&state_.contact_slip[v], sizeof(Vec3d));
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b)
-    if (bodies_[b].kinematic()) h.add(&state_.motion[b], sizeof(physics::RigidMotion));
+    if (bodies_[b].kinematic() || bodies_[b].proxy()) h.add(&state_.motion[b], sizeof(physics::RigidMotion));
   return h.value();
 }
 
@@ -322,6 +322,8 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   seen_emitters_ = emitters_.size();
   seen_bodies_ = bodies_.size();
   for (auto& m : motions_) m.reset();
+  for (auto& p : proxies_) p.reset();
+  state_.forces.assign(bodies_.size(), {});
   added_ = !(sound > 0);
   origin_ = origin;
   origin_set_ = true;

@@ -71,6 +71,18 @@ Result<std::uint64_t> World::remove_liquid(const Shape& shape) {
 Status World::set_motion(BodyId body, const BodyMotion& motion) {
   return guarded<Status>([&] { return impl_->set_motion(body, motion); });
 }
+Status World::set_proxy(BodyId body, const ProxyState& state) {
+  return guarded<Status>([&] { return impl_->set_proxy(body, state); });
+}
+Result<ProxyState> World::proxy(BodyId body) {
+  return guarded<Result<ProxyState>>([&] { return impl_->proxy(body); });
+}
+Status World::watch_forces(BodyId body, bool on) {
+  return guarded<Status>([&] { return impl_->watch_forces(body, on); });
+}
+Result<std::vector<BodyForces>> World::take_forces() {
+  return guarded<Result<std::vector<BodyForces>>>([&] { return impl_->take_forces(); });
+}
 Status World::set_gravity(Vec3d gravity) {
   return guarded<Status>([&] { return impl_->set_gravity(gravity); });
 }

@@ -134,6 +134,8 @@ void WorldImpl::weigh_materials() {
     densest_liquid = std::max(densest_liquid, core::largest_density(materials[m]));
     ++liquids;
   }
+  for (const BodyRecord& b : bodies_)
+    if (b.proxy()) lightest = std::min(lightest, b.density);
   one_liquid_ = liquids <= 1;
   contrast_ = densest_liquid > 0 ? physics::contrast_factor(lightest, densest_liquid) : 1.0;
 }
@@ -199,7 +201,7 @@ std::uint32_t WorldImpl::facts() const {
   std::uint32_t f = 0;
   const bool fluid = census_.fluid || emitting();
   const bool heat = heat_reason().empty(), model = desc.heat.model != HeatModel::none;
-  bool freezing_body = false;
+  bool freezing_body = false, watched = false;
   int bodies = 0, mobile = 0, kinematic = 0, rigid = 0;
   for (std::size_t b = 0; b < census_.live.size(); ++b) {
     if (census_.live[b] == 0u) continue;
@@ -207,6 +209,7 @@ std::uint32_t WorldImpl::facts() const {
     if (!bodies_[b].desc.fixed) ++mobile;
     if (bodies_[b].kinematic()) ++kinematic;
     if (bodies_[b].rigid()) ++rigid;
+    watched = watched || bodies_[b].watched;
     freezing_body = freezing_body || materials[bodies_[b].desc.material.index].freezes;
   }
   // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
@@ -220,6 +223,7 @@ std::uint32_t WorldImpl::facts() const {
   if (mobile > rigid) f |= core::fact_lattice;
   if (rigid > 0) f |= core::fact_rigid;
   if (kinematic > 0) f |= core::fact_kinematic;
+  if (watched) f |= core::fact_forces;
   if (mobile > 0 && (bodies > 1 || melts || census_.apart)) f |= core::fact_contact;
   if (melts) f |= core::fact_melt;
   if (freezes) f |= core::fact_freeze;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
-// world_remove.cpp, world_motion.cpp (kinematic bodies), world_steer.cpp (settings, pushes, emitters), world_heat.cpp (regions,
+// world_remove.cpp, world_motion.cpp (kinematic bodies), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp (settings, pushes, emitters), world_heat.cpp (regions,
 // surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
 // world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
@@ -30,7 +30,10 @@ inline namespace v0 {
 struct BodyRecord {
   SolidDesc desc;  ///< `fixed`: no force moves it
   bool kinematic() const { return desc.motion == Motion::kinematic; }
-  bool rigid() const { return desc.motion == Motion::rigid; }
+  bool proxy() const { return desc.motion == Motion::proxy; }
+  bool rigid() const { return desc.motion == Motion::rigid || proxy(); }  ///< moves as a whole
+  bool watched = false;                                                   ///< what acts on it is summed
+  double density = 0;       ///< of its particles [kg/m^3]; a proxy's is not its material's
   bool gone = false;        ///< the host removed it
   std::uint64_t taken = 0;  ///< particles that went with it
   double reach = 0;         ///< of its farthest particle as built, from its centre or the pivot [m]
@@ -102,6 +105,11 @@ class WorldImpl final : public Scheduler {
   // world_motion.cpp
   Status set_motion(BodyId id, const BodyMotion& m);
   Result<BodyMotion> motion(BodyId id);
+  // world_proxy.cpp
+  Status set_proxy(BodyId id, const ProxyState& state);
+  Result<ProxyState> proxy(BodyId id);
+  Status watch_forces(BodyId id, bool on);
+  Result<std::vector<BodyForces>> take_forces();
   // world_steer.cpp
   Status set_gravity(Vec3d gravity);
   Status set_heat_time_scale(double scale);
@@ -201,6 +209,12 @@ class WorldImpl final : public Scheduler {
   Status check_motion(std::uint32_t body, const physics::RigidMotion& m, double dt) const;
   Status inside_walls(std::uint32_t body, const physics::RigidPlace& place) const;
   double motion_dt() const;
+  Status check_proxy(const SolidDesc& s, const std::string& what) const;
+  Status make_proxy(const std::string& what, const std::vector<Vec3i>& points,
+                    const std::vector<Vec3d>& positions, Vec3d center, SolidDesc& s) const;
+  physics::RigidMotion motion_for(const ProxyState& state, double dt) const;
+  std::vector<BodyForces> forces_of(const core::StateReading& s, Vec3d origin, double at) const;
+  void place_forces();
   Vec3d rest_of(std::uint32_t body, std::uint32_t vertex) const;
   std::uint32_t facts() const;
   void find_materials();
@@ -340,6 +354,7 @@ class WorldImpl final : public Scheduler {
       next_number();  ///< of this World in the process: tells its handles from those of others
   std::vector<BodyRecord> bodies_;
   std::vector<std::optional<BodyMotion>> motions_;  ///< per body: set since the last step
+  std::vector<std::optional<ProxyState>> proxies_;  ///< per body: set since the last step
   std::vector<core::Steered> steered_;              ///< the same, for the step that is being taken
   double carried_speed_ = 0;                        ///< of the fastest kinematic body in that step [m/s]
   std::unordered_set<std::string> body_names_;

@@ -52,8 +52,8 @@ Status WorldImpl::set_motion(BodyId id, const BodyMotion& m) {
   const BodyRecord& body = bodies_[id.index];
   const std::string what = "set_motion: body \"" + body.desc.name + "\": ";
   if (!body.kinematic())
-    return invalid(what,
-                   "motion: only a kinematic body can be moved; build it with SolidDesc::motion kinematic");
+    return invalid(what, "motion: only a kinematic body can be moved; ",
+                   body.proxy() ? "use set_proxy" : "build it with SolidDesc::motion kinematic");
   if (m.position && !finite(*m.position)) return invalid(what, "position: must be finite, got ", *m.position);
   if (!finite(m.velocity)) return invalid(what, "velocity: must be finite, got ", m.velocity);
   if (!finite(m.angular_velocity))
@@ -145,8 +145,9 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
   for (std::uint32_t v = b.first_vertex; v < b.first_vertex + b.vertices; ++v) {
     const Vec3d x = physics::point_of(place, rest_of(body, v)).position;
     if (beyond(x))
-      return invalid("set_motion: body \"", b.desc.name, "\": ", "position: would reach through a wall at ",
-                     x + origin_, "; keep it within the domain ", desc.domain.min, " to ", desc.domain.max);
+      return invalid(b.proxy() ? "set_proxy" : "set_motion", ": body \"", b.desc.name,
+                     "\": ", "position: would reach through a wall at ", x + origin_,
+                     "; keep it within the domain ", desc.domain.min, " to ", desc.domain.max);
   }
   return {};
 }
@@ -163,7 +164,7 @@ Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& 
     if (is_removed(tag) || (is_solid(tag) && body_of(tag) == body + 1u)) continue;
     if (own.near(state_.position[i], [](std::uint32_t) { return true; }))
       return invalid(
-          "set_motion: body \"", b.desc.name, "\": teleport: ",
+          b.proxy() ? "set_proxy" : "set_motion", ": body \"", b.desc.name, "\": teleport: ",
           is_solid(tag) ? "body \"" + bodies_[body_of(tag) - 1u].desc.name + "\"" : std::string("liquid"),
           " is in the way at ", state_.position[i] + origin_,
           "; choose a clear place, or move there without teleport");
@@ -180,10 +181,12 @@ Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m
   if (speed > most &&
       (any_liquid() || std::any_of(bodies_.begin(), bodies_.end(),
                                    [](const BodyRecord& other) { return !other.desc.fixed; })))
-    return invalid("set_motion: body \"", b.desc.name, "\": velocity: would move at ", speed,
-                   " m/s, more than half the sound speed of ", sound_speed_,
-                   " m/s; move it less in a step, or build it with max_speed of at least ", speed, " m/s");
-  if (!(dot(now.velocity, now.velocity) > 0) && !(dot(now.angular_velocity, now.angular_velocity) > 0))
+    return invalid(b.proxy() ? "set_proxy" : "set_motion", ": body \"", b.desc.name,
+                   "\": velocity: would move at ", speed, " m/s, more than half the sound speed of ",
+                   sound_speed_, " m/s; move it less in a step, or build it with max_speed of at least ",
+                   speed, " m/s");
+  if (!b.proxy() && !(dot(now.velocity, now.velocity) > 0) &&
+      !(dot(now.angular_velocity, now.angular_velocity) > 0))
     return {};
   return inside_walls(body, physics::place_at(m, time + dt));
 }
@@ -194,8 +197,14 @@ Status WorldImpl::plan_motions(double dt) {
   double fastest = 0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyRecord& b = bodies_[i];
-    if (!b.kinematic() || b.gone) continue;
     const auto body = static_cast<std::uint32_t>(i);
+    if (b.proxy() && !b.gone && proxies_[i]) {
+      const physics::RigidMotion m = motion_for(*proxies_[i], dt);
+      if (Status s = check_motion(body, m, 0); !s) return s;
+      steered_.push_back({body, proxies_[i]->teleport, m});
+      fastest = std::max(fastest, length(m.first.velocity) + length(m.first.angular_velocity) * b.reach);
+    }
+    if (!b.kinematic() || b.gone) continue;
     const physics::RigidMotion m = motions_[i] ? motion_for(body, *motions_[i], dt) : state_.motion[i];
     if (Status s = check_motion(body, m, dt); !s) return s;
     if (motions_[i]) steered_.push_back({body, motions_[i]->teleport, m});

@@ -126,6 +126,8 @@ core::SceneConstants WorldImpl::constants() const {
     if (used(m))
       c.largest_mass =
           std::max(c.largest_mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
+  for (const BodyRecord& b : bodies_)
+    c.largest_mass = std::max(c.largest_mass, b.density * desc.spacing * desc.spacing * desc.spacing);
   return c;
 }
 
@@ -185,6 +187,7 @@ Status WorldImpl::prepare() {
   derive_limits();
   facts_ = facts();
   fit_regions();
+  place_forces();
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
@@ -255,7 +258,7 @@ void WorldImpl::limit_viscosity(double laplacian_sum) {
   if (any_liquid()) {
     double lightest_body = infinity;
     for (const BodyRecord& b : bodies_)
-      if (!b.desc.fixed) lightest_body = std::min(lightest_body, materials[b.desc.material.index].density);
+      if (!b.desc.fixed) lightest_body = std::min(lightest_body, b.density);
     for (std::size_t i = 0; i < materials.size(); ++i) {
       const double mu = largest_viscosity(materials[i]), density = core::least_density(materials[i]);
       if (liquid_used_[i] == 0u || !(mu > 0)) continue;
@@ -286,8 +289,8 @@ void WorldImpl::derive_limits() {
   double lightest = infinity, heaviest = 0;
   for (const BodyRecord& b : bodies_) {
     if (b.desc.fixed) continue;
-    lightest = std::min(lightest, materials[b.desc.material.index].density);
-    heaviest = std::max(heaviest, materials[b.desc.material.index].density);
+    lightest = std::min(lightest, b.density);
+    heaviest = std::max(heaviest, b.density);
   }
   const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
   spring_share_ = physics::spring_dt(1.0, lightest, heaviest, any_liquid() ? densest_added_ : 0.0);
@@ -323,6 +326,11 @@ void WorldImpl::derive_limits() {
       heat_lambda_ = std::max(heat_lambda_, 2 * heat_margin * k * sum / (i.density * capacity));
     }
   }
+  // Particles of a proxy that are lighter than its material store less heat.
+  double lighter = 1;
+  for (const BodyRecord& b : bodies_)
+    lighter = std::max(lighter, materials[b.desc.material.index].density / b.density);
+  heat_lambda_ *= lighter;
   if (!heat_from_outside()) return;
   // A surface takes more than the neighbours it stands for gave, where a particle is as close as it gets.
   const auto e = physics::make_wall_exchange<double>(support, desc.spacing);
@@ -331,7 +339,7 @@ void WorldImpl::derive_limits() {
   for (const auto& i : present)
     fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
                                     (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
-  heat_lambda_ += fastest;
+  heat_lambda_ += fastest * lighter;
 }
 
 }  // namespace v0

@@ -23,6 +23,9 @@ Status WorldImpl::remove_body(BodyId id) {
   solids_built_ -= body.taken;
   state_.removed += body.taken;
   motions_[id.index].reset();
+  proxies_[id.index].reset();
+  body.watched = false;
+  lattice_.bodies[id.index].watched = 0;
   dirty_ = measure_ = true;
   return {};
 }

@@ -184,6 +184,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     parts.sums = what.totals;
     parts.pieces = what.pieces;
     parts.particles = what.particles;
+    parts.forces = what.forces;
     parts.clears = true;
     if (what.probes) {
       parts.first_sample = first_of_region();
@@ -193,6 +194,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     if (Status asked = engine->request(slot, parts); !asked) return asked.error();
     r.carried = take_carried();
     r.at = now();
+    state_stale_ = state_stale_ || what.forces;  // the device begins anew
   }
   if (what.probes) r.samples = hand_over_samples();  // what comes now goes elsewhere
   r.ticket.value = next_ticket();
@@ -248,6 +250,7 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
     r.pieces = pieces_of(s, open.at.origin);
     r.pieces_left_out = s.piece_count - s.pieces.size();
   }
+  if (open.what.forces) r.forces = forces_of(s, open.at.origin, r.time);
   if (open.what.particles) {
     r.particles = std::move(s.particles);
     r.particles.origin = open.at.origin;

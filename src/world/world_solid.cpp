@@ -61,15 +61,19 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   SolidDesc s = given;
   const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
   const std::string what = "body \"" + name + "\": ";
-  if (s.fixed && (s.motion == Motion::kinematic || s.motion == Motion::rigid))
-    return invalid(what, "fixed: a ", s.motion == Motion::rigid ? "rigid" : "kinematic",
-                   " body moves; drop fixed, or use motion fixed");
+  const bool proxy = s.motion == Motion::proxy;
+  if (s.fixed && (s.motion == Motion::kinematic || s.motion == Motion::rigid || proxy))
+    return invalid(what, "fixed: a ",
+                   proxy                       ? "proxy"
+                   : s.motion == Motion::rigid ? "rigid body"
+                                               : "kinematic body",
+                   " moves; drop fixed, or use motion fixed");
   if (s.fixed) s.motion = Motion::fixed;
   s.fixed = s.motion == Motion::fixed || s.motion == Motion::kinematic;
-  const bool kinematic = s.motion == Motion::kinematic, rigid = s.motion == Motion::rigid;
-  if (!kinematic && (s.pivot || s.max_speed != 0))
+  const bool kinematic = s.motion == Motion::kinematic, rigid = s.motion == Motion::rigid || proxy;
+  if (!kinematic && !proxy && (s.pivot || s.max_speed != 0))
     return invalid(what, s.pivot ? "pivot" : "max_speed",
-                   ": only of kinematic bodies; set motion to kinematic");
+                   ": only of kinematic bodies and proxies; set motion to kinematic or proxy");
   if (!(std::isfinite(s.max_speed) && s.max_speed >= 0))
     return invalid(what, "max_speed: must be finite and >= 0 m/s, got ", s.max_speed);
   if (s.pivot && !finite(*s.pivot)) return invalid(what, "pivot: must be finite, got ", *s.pivot);
@@ -82,6 +86,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   if (!finite(s.angular_velocity))
     return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
   if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
+  if (Status st = check_proxy(s, what); !st) return st.error();
   const int wide = materials[s.material.index].region_half_width, most = most_half_width();
   if (s.motion == Motion::free && wide > most)
     return invalid(what, "material: \"", materials[s.material.index].name, "\" has a region_half_width of ",
@@ -148,15 +153,21 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   }
   const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
   if (s.pivot) center = *s.pivot - origin;
+  if (proxy)
+    if (Status st = make_proxy(what, points, positions, center + origin, s); !st) return st.error();
+  const double density =
+      proxy ? s.mass / (double(positions.size()) * desc.spacing * desc.spacing * desc.spacing) : m.density;
   double fastest = length(s.velocity);
   for (const Vec3d& p : positions)
     fastest = std::max(fastest, length(s.velocity + cross(s.angular_velocity, p - origin - center)));
-  if (Status st = check_numbers(what, m, m.density, h, {fastest, 0, 0}); !st) return st.error();
-  if (kinematic) s.max_speed = std::max(s.max_speed, fastest);
+  if (Status st = check_numbers(what, m, density, h, {fastest, 0, 0}); !st) return st.error();
+  if (kinematic || proxy) s.max_speed = std::max(s.max_speed, fastest);
   // From here on nothing fails.
   if (state_.motion.capacity() == bodies_.size()) state_.motion.reserve(2 * bodies_.size() + 1);
   if (lattice_.rests.capacity() == bodies_.size()) lattice_.rests.reserve(2 * bodies_.size() + 1);
   if (motions_.capacity() == bodies_.size()) motions_.reserve(2 * bodies_.size() + 1);
+  if (proxies_.capacity() == bodies_.size()) proxies_.reserve(2 * bodies_.size() + 1);
+  if (state_.forces.capacity() == bodies_.size()) state_.forces.reserve(2 * bodies_.size() + 1);
   reserve(points.size(), points.size() + free.size(), nx * ny * nz);
   if (lattice_.bodies.size() == lattice_.bodies.capacity()) lattice_.bodies.reserve(2 * bodies_.size() + 1);
   if (bodies_.size() == bodies_.capacity()) bodies_.reserve(2 * bodies_.size() + 1);
@@ -165,6 +176,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   BodyRecord record;
   record.desc = s;
   record.desc.name = name;
+  record.density = density;
+  record.watched = proxy;
   if (holes_.capacity() - holes_.size() < displaced.size())
     holes_.reserve(2 * holes_.size() + displaced.size());
   body_names_.insert(name);
@@ -176,9 +189,11 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   row.stride_z = static_cast<std::uint32_t>(nx * ny);
   row.region_half_width = rigid ? 0 : m.region_half_width;
   row.motion = kinematic ? core::body_kinematic
+               : proxy   ? core::body_proxy
                : rigid   ? core::body_rigid
                : s.fixed ? core::body_fixed
                          : core::body_free;
+  row.watched = proxy ? 1u : 0u;
   lattice_.site_vertex.resize(base + nx * ny * nz, none);
   record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
   record.vertices = static_cast<std::uint32_t>(points.size());
@@ -206,7 +221,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     lattice_.vertex_site.push_back(site);
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
     lattice_.vertex_coordinates.push_back(p);
-    append(x, s.velocity + cross(s.angular_velocity, x - center), m.density, h, tag,
+    append(x, s.velocity + cross(s.angular_velocity, x - center), density, h, tag,
            record.first_vertex + static_cast<std::uint32_t>(k));
     state_.vertex_state.push_back(1u);
     state_.vertex_piece.push_back(none);
@@ -251,7 +266,9 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   for (const Vec3d& p : positions) record.reach = std::max(record.reach, length(p - origin - center));
   rest.first_site = static_cast<std::uint32_t>(base);
   rest.spacing = desc.spacing;
-  if (kinematic) {
+  rest.mass = s.mass;
+  rest.inertia = s.inertia;
+  if (kinematic || proxy) {
     const Vec3d o = lattice_origin() - origin;
     const double dx = desc.spacing;
     rest.low = Vec3d{o.x + (box.low[0] - pad + 0.5) * dx, o.y + (box.low[1] - pad + 0.5) * dx,
@@ -268,9 +285,12 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
                           std::max(record.rest_high.z, r.z)};
     }
   }
+  if (proxy) motion.then = {};  // no gap to close, no acceleration by the host
   lattice_.rests.push_back(rest);
   state_.motion.push_back(motion);
   motions_.push_back({});
+  proxies_.push_back({});
+  state_.forces.push_back({});
   solids_built_ += points.size();
   lattice_.bodies.push_back(row);
   lattice_.max_half_width = std::max(lattice_.max_half_width, row.region_half_width);

@@ -140,6 +140,9 @@ Status WorldImpl::set_heat_region(HeatRegionId id, const std::optional<double>& 
 
 Status WorldImpl::check_pushed(const char* call, BodyId id) const {
   if (Status s = check_body(call, id); !s) return s;
+  if (bodies_[id.index].proxy())
+    return invalid(call, ": body \"", bodies_[id.index].desc.name,
+                   "\": motion: a proxy moves as its host says; use set_proxy");
   if (bodies_[id.index].desc.fixed)
     return invalid(
         call, ": body \"", bodies_[id.index].desc.name,

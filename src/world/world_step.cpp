@@ -338,8 +338,9 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
     if (k == 0 && !steered_.empty()) {
       a.steered = &steered_;
       for (const core::Steered& s : steered_) {
-        state_.motion[s.body] = s.motion;
+        if (bodies_[s.body].kinematic()) state_.motion[s.body] = s.motion;  // the device moves proxies
         motions_[s.body].reset();
+        proxies_[s.body].reset();
       }
     }
     a.stages = stage_bits(a.index);
