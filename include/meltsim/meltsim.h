@@ -5,7 +5,7 @@
  *
  * Every call that can fail returns a meltsim_status. Where it is not MELTSIM_OK, meltsim_error_text() has the text, which names
  * field, value and fix, and nothing has changed. A World is used by one thread at a time, meltsim_world_interrupt() excepted.
- * The C++ interface (meltsim.hpp) has more: probes, surfaces, readings without waiting, custom stages. */
+ * The C++ interface (meltsim.hpp) has more: probes, surfaces, custom stages. */
 #ifndef MELTSIM_MELTSIM_H
 #define MELTSIM_MELTSIM_H
 
@@ -45,8 +45,9 @@ MELTSIM_C_API const char* meltsim_error_text(void);
 /* MELTSIM_VERSION_NUMBER of the library that runs. */
 MELTSIM_C_API uint32_t meltsim_version(void);
 
-typedef struct meltsim_world meltsim_world; /* one simulation */
-typedef struct meltsim_shape meltsim_shape; /* a part of space; immutable */
+typedef struct meltsim_world meltsim_world;     /* one simulation */
+typedef struct meltsim_shape meltsim_shape;     /* a part of space; immutable */
+typedef struct meltsim_reading meltsim_reading; /* what was read of a World */
 
 /* An object of one World: a material or a body. {0, 0} is none. */
 typedef struct meltsim_id {
@@ -90,7 +91,8 @@ enum {
   MELTSIM_MOTION_FREE = 0,
   MELTSIM_MOTION_FIXED = 1,
   MELTSIM_MOTION_KINEMATIC = 2,
-  MELTSIM_MOTION_RIGID = 3
+  MELTSIM_MOTION_RIGID = 3,
+  MELTSIM_MOTION_PROXY = 4 /* a rigid body of the host's physics engine: meltsim_world_set_proxy() */
 };
 
 /* Heat through a surface: the sum of what is set; all 0 insulates. */
@@ -165,9 +167,14 @@ typedef struct meltsim_solid_desc {
   double temperature;           /* [degrees Celsius] */
   double velocity[3];           /* of the centre of mass [m/s] */
   double angular_velocity[3];   /* about it [rad/s] */
-  double max_speed;             /* of a kinematic body: the largest that it will have [m/s] */
+  double max_speed;             /* of a kinematic body or proxy: the largest that it will have [m/s] */
   meltsim_surface_heat surface; /* heat through the dry surface */
   double heat_source;           /* heat released in the body [W/m^3] */
+  int32_t has_pivot;            /* whether `pivot` holds; 0: the centre of its particles */
+  int32_t reserved;             /* 0 */
+  double pivot[3];   /* of a kinematic body or proxy: the point that positions are of, as built [m] */
+  double mass;       /* of a proxy, above 0 [kg] */
+  double inertia[9]; /* of a proxy, about its pivot, row by row [kg m^2]; all 0: of the shape */
 } meltsim_solid_desc;
 
 /* A round nozzle that emits liquid at a steady speed. */
@@ -210,6 +217,29 @@ typedef struct meltsim_body_motion {
   double angular_velocity[3]; /* likewise [rad/s] */
 } meltsim_body_motion;
 
+/* Where a proxy is and how it moves, as the host has it. */
+typedef struct meltsim_proxy_state {
+  uint32_t size;              /* sizeof(meltsim_proxy_state) */
+  int32_t teleport;           /* puts the proxy there at once instead of within the next step */
+  double position[3];         /* of its centre of mass [m] */
+  double orientation[4];      /* relative to the body as built: a unit quaternion w, x, y, z */
+  double velocity[3];         /* of the centre of mass [m/s] */
+  double angular_velocity[3]; /* [rad/s] */
+  double acceleration[3];     /* by forces that only the host knows, beside gravity [m/s^2] */
+} meltsim_proxy_state;
+
+/* Changes to an emitter: those whose has_... is set. */
+typedef struct meltsim_emitter_setting {
+  uint32_t size;           /* sizeof(meltsim_emitter_setting) */
+  int32_t has_on;          /* whether `on` holds */
+  int32_t has_speed;       /* whether `speed` holds */
+  int32_t has_temperature; /* whether `temperature` holds */
+  int32_t on;              /* 0: no further layers come */
+  int32_t reserved;        /* 0 */
+  double speed;            /* [m/s], of the liquid in the pipe, too */
+  double temperature;      /* of layers to come [degrees Celsius] */
+} meltsim_emitter_setting;
+
 MELTSIM_C_API void meltsim_world_desc_init(meltsim_world_desc* desc);       /* size and defaults */
 MELTSIM_C_API void meltsim_material_desc_init(meltsim_material_desc* desc); /* size and defaults: water */
 MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);       /* size and defaults */
@@ -217,6 +247,8 @@ MELTSIM_C_API void meltsim_solid_desc_init(meltsim_solid_desc* desc);       /* s
 MELTSIM_C_API void meltsim_emitter_desc_init(meltsim_emitter_desc* desc);   /* size and defaults */
 MELTSIM_C_API void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc); /* size and defaults */
 MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion); /* size and defaults: at rest */
+MELTSIM_C_API void meltsim_proxy_state_init(meltsim_proxy_state* state);  /* likewise */
+MELTSIM_C_API void meltsim_emitter_setting_init(meltsim_emitter_setting* setting); /* size; changes nothing */
 
 /* ---- Worlds -------------------------------------------------------------------------------------------------------------- */
 /* Makes an empty World in *world; on an error *world is null. */
@@ -246,6 +278,46 @@ MELTSIM_C_API void meltsim_world_interrupt(meltsim_world* world);
 /* Sets the motion of a kinematic body; without waiting, but for a teleport. */
 MELTSIM_C_API meltsim_status meltsim_world_set_motion(meltsim_world* world, meltsim_id body,
                                                       const meltsim_body_motion* motion);
+/* Pose and velocities of a kinematic body now. The caller sets `size`. */
+MELTSIM_C_API meltsim_status meltsim_world_motion(meltsim_world* world, meltsim_id body,
+                                                  meltsim_body_motion* motion);
+/* Sets pose and twist of a proxy as the host has them now. */
+MELTSIM_C_API meltsim_status meltsim_world_set_proxy(meltsim_world* world, meltsim_id body,
+                                                     const meltsim_proxy_state* state);
+/* Those of a proxy now. Waits for all steps. The caller sets `size`. */
+MELTSIM_C_API meltsim_status meltsim_world_proxy(meltsim_world* world, meltsim_id body,
+                                                 meltsim_proxy_state* state);
+/* Begins (on not 0) or ends to sum up what acts on a body. Proxies are always watched. */
+MELTSIM_C_API meltsim_status meltsim_world_watch_forces(meltsim_world* world, meltsim_id body, int32_t on);
+
+/* Steering: what is set holds from the next step on. */
+MELTSIM_C_API meltsim_status meltsim_world_set_gravity(meltsim_world* world,
+                                                       const double gravity[3]); /* [m/s^2] */
+/* Of a free or rigid body: velocity of its centre [m/s], angular velocity about it [rad/s]; impulse [N s], angular impulse
+ * [N m s]. Null: 0. */
+MELTSIM_C_API meltsim_status meltsim_world_set_velocity(meltsim_world* world, meltsim_id body,
+                                                        const double velocity[3],
+                                                        const double angular_velocity[3]);
+MELTSIM_C_API meltsim_status meltsim_world_apply_impulse(meltsim_world* world, meltsim_id body,
+                                                         const double impulse[3],
+                                                         const double angular_impulse[3]);
+/* Heat through a wall, 0 to 5 in the order of `faces`; through the free surface of liquids. */
+MELTSIM_C_API meltsim_status meltsim_world_set_wall_heat(meltsim_world* world, int32_t face,
+                                                         const meltsim_surface_heat* heat);
+MELTSIM_C_API meltsim_status meltsim_world_set_free_surface_heat(meltsim_world* world,
+                                                                 const meltsim_surface_heat* heat);
+/* A region holds `temperature`, or, where that is null, releases `source` [W/m^3]. */
+MELTSIM_C_API meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id region,
+                                                           const double* temperature, double source);
+MELTSIM_C_API meltsim_status meltsim_world_set_heat_time_scale(meltsim_world* world,
+                                                               double scale); /* 0 stops heat */
+MELTSIM_C_API meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitter,
+                                                       const meltsim_emitter_setting* setting);
+/* Takes out all that is solid of a body; liquid whose particles have their centres in a shape. `removed` may be null. */
+MELTSIM_C_API meltsim_status meltsim_world_remove(meltsim_world* world, meltsim_id body);
+MELTSIM_C_API meltsim_status meltsim_world_remove_liquid(meltsim_world* world, const meltsim_shape* shape,
+                                                         uint64_t* removed);
+
 /* Time after all enqueued steps [s]; largest stable sub-step [s]. */
 MELTSIM_C_API double meltsim_world_time(const meltsim_world* world);
 MELTSIM_C_API double meltsim_world_stable_dt(const meltsim_world* world);
@@ -285,6 +357,50 @@ typedef struct meltsim_totals {
 } meltsim_totals;
 /* Waits for all steps. */
 MELTSIM_C_API meltsim_status meltsim_world_totals(meltsim_world* world, meltsim_totals* totals);
+
+/* What acted on a watched body since it was last read: impulses [N s] and angular impulses [N m s] about its centre of mass, of a
+ * kinematic body about the pivot. */
+typedef struct meltsim_body_forces {
+  meltsim_id body;             /* the body */
+  double seconds;              /* that they cover */
+  double impulse[3];           /* pressure, viscosity and contact */
+  double angular_impulse[3];   /* likewise */
+  double pressure[3];          /* impulse by the pressure of liquid */
+  double pressure_angular[3];  /* its moment */
+  double viscosity[3];         /* impulse by its viscosity */
+  double viscosity_angular[3]; /* its moment */
+  double contact[3];           /* impulse by bodies and walls that it touches */
+  double contact_angular[3];   /* its moment */
+  double heat;                 /* that it received [J] */
+  double position[3];          /* of its centre of mass, or the pivot [m] */
+  double orientation[4];       /* of a proxy or kinematic body: w, x, y, z */
+  double velocity[3];          /* of a proxy or kinematic body [m/s] */
+  double angular_velocity[3];  /* of a proxy or kinematic body [rad/s] */
+} meltsim_body_forces;
+/* What acted on every watched body; the sums begin anew. `struct_size` is sizeof(meltsim_body_forces). *count is set to how many
+ * there are; where `capacity` is less, nothing else is done and MELTSIM_CAPACITY is returned. Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_take_forces(meltsim_world* world, meltsim_body_forces* forces,
+                                                       size_t struct_size, size_t capacity, size_t* count);
+
+/* Reading without waiting: a request is enqueued behind the steps so far, and its values are those of then. At most 4 are open. */
+enum { MELTSIM_READ_TOTALS = 1, MELTSIM_READ_FORCES = 2 };
+/* parts: a sum of MELTSIM_READ_...; forces begin anew with it. */
+MELTSIM_C_API meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket);
+/* Whether meltsim_world_take() would return at once. */
+MELTSIM_C_API meltsim_status meltsim_world_ready(meltsim_world* world, uint64_t ticket, int32_t* ready);
+/* Waits for that reading, not for steps behind it, and closes the ticket. Free it with meltsim_reading_destroy(). */
+MELTSIM_C_API meltsim_status meltsim_world_take(meltsim_world* world, uint64_t ticket,
+                                                meltsim_reading** reading);
+/* The report that meltsim_world_synchronize() would have given then. */
+MELTSIM_C_API meltsim_status meltsim_reading_report(const meltsim_reading* reading, meltsim_report* report);
+/* Conserved quantities, if they were asked for. */
+MELTSIM_C_API meltsim_status meltsim_reading_totals(const meltsim_reading* reading, meltsim_totals* totals);
+/* What acted on watched bodies, if that was asked for; as meltsim_world_take_forces(). */
+MELTSIM_C_API meltsim_status meltsim_reading_forces(const meltsim_reading* reading,
+                                                    meltsim_body_forces* forces, size_t struct_size,
+                                                    size_t capacity, size_t* count);
+/* Frees a reading; null does nothing. */
+MELTSIM_C_API void meltsim_reading_destroy(meltsim_reading* reading);
 
 /* Particles by id. The caller sets `size`, `capacity` and the arrays it wants; others are null. */
 typedef struct meltsim_particles {

@@ -82,6 +82,24 @@ struct TimedStep {
       false;  ///< wall_ms is above what was asked for; with one sub-step: one alone takes longer
 };
 
+/// Particles by id, in single precision, in the memory of the backend: what a renderer draws from. Arrays are parallel, with
+/// `count` entries. Ids of removed particles have tag_removed; of their other values nothing is said.
+struct RenderView {
+  Backend backend = Backend::cpu;          ///< whose memory the pointers are of
+  void* stream = nullptr;                  ///< cudaStream_t; null on the CPU
+  std::uint64_t count = 0;                 ///< ids so far
+  Vec3d origin;                            ///< positions are relative to it [m]
+  float radius = 0;                        ///< half a spacing [m]
+  const Vec3f* position = nullptr;         ///< [m]
+  const Vec3f* velocity = nullptr;         ///< [m/s]
+  const float* temperature = nullptr;      ///< [degrees Celsius]
+  const float* liquid_fraction = nullptr;  ///< 0 solid .. 1 liquid: share of the latent heat taken up
+  const float* density = nullptr;          ///< [kg/m^3]; of the last sub-step; 0 before the first
+  const float* pressure = nullptr;         ///< [Pa]; of the same sub-step; 0 for solids
+  const ParticleTag* tag = nullptr;        ///< material, body and kind (particle_tag.hpp)
+  const std::uint32_t* piece = nullptr;    ///< label of the connected piece, 0 for liquid
+};
+
 class WorldImpl;
 
 /// One simulation. Movable, not copyable. Worlds are independent of each other and may live on different
@@ -246,6 +264,7 @@ class MELTSIM_API World {
   Result<LatticeData> lattice();            ///< index arrays of all bodies
   /// What acted on every watched body since the last take_forces() or request() of forces.
   Result<std::vector<BodyForces>> take_forces();
+  std::uint64_t watched_bodies() const;  ///< how many take_forces() reports on; does not wait
   /// Hash of the State channels in order of id: equal states give equal hashes on every backend.
   Result<std::uint64_t> state_hash();
 
@@ -289,6 +308,11 @@ class MELTSIM_API World {
   /// next call that is not const. `dt` is 0, `acceleration` null. Of a World that halted it is the last good state once
   /// synchronize() has reported that. Does what prepare() does if something was added. Errors: as prepare().
   Result<StageContext> device_state();
+  /// Packs the particles as the steps enqueued so far leave them by id, and returns where. On CUDA nothing waits: what the host
+  /// enqueues on its `stream` runs behind that. The arrays stay what they are while steps are taken, until the next
+  /// render_view(); a host reads them on that stream, or waits. The first call allocates 48 bytes per particle that there is room
+  /// for. Of a World that halted as device_state(). Errors: out_of_memory, those of prepare().
+  Result<RenderView> render_view();
 
   // None of these synchronises, but plan() and resolved() call prepare() if something was added.
   Plan plan();                    ///< stages, channels, memory; empty if the host is out of memory

@@ -261,17 +261,37 @@ const Keys<SolidInput>& solid_keys() {
       {"angular_velocity", vector_type, "about the centre of mass [rad/s]", d(&D::angular_velocity)},
       {"fixed", "bool", "an obstacle: conducts heat and melts, but never moves", d(&D::fixed)},
       {"motion", "str",
-       "\"free\", \"fixed\", \"kinematic\": moved by set_motion(), or \"rigid\": free, but nothing deforms "
-       "it",
+       "\"free\", \"fixed\", \"kinematic\": moved by set_motion(), \"rigid\": free, but nothing deforms "
+       "it, or \"proxy\": a rigid body of your physics engine, see set_proxy()",
        [](SolidInput& input, const std::string& name, nb::handle v) {
-         input.desc.motion = static_cast<Motion>(choice(name, v, {"free", "fixed", "kinematic", "rigid"}));
+         input.desc.motion =
+             static_cast<Motion>(choice(name, v, {"free", "fixed", "kinematic", "rigid", "proxy"}));
        }},
       {"pivot", "Sequence[float] | None",
-       "of a kinematic body: the point that set_motion() moves [m]; None: its centre",
+       "of a kinematic body or proxy: the point that positions are of [m]; None: its centre",
        [](SolidInput& input, const std::string& name, nb::handle v) {
          input.desc.pivot = v.is_none() ? std::nullopt : std::optional<Vec3d>(vector(name, v));
        }},
-      {"max_speed", "float", "of a kinematic body: the largest speed it will have [m/s]", d(&D::max_speed)},
+      {"max_speed", "float", "of a kinematic body or proxy: the largest speed it will have [m/s]",
+       d(&D::max_speed)},
+      {"mass", "float", "of a proxy, above 0 [kg]", d(&D::mass)},
+      {"inertia", "Sequence[Sequence[float]] | None",
+       "of a proxy, about its pivot as built, 3 x 3 [kg m^2]; None: of its mass spread over the shape",
+       [](SolidInput& input, const std::string& name, nb::handle v) {
+         input.desc.inertia = {};
+         if (v.is_none()) return;
+         nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
+         if (!rows || PySequence_Fast_GET_SIZE(rows.ptr()) != 3) {
+           PyErr_Clear();
+           wrong_type(name + ": expected three rows of three numbers, got " + shown(v));
+         }
+         for (int k = 0; k < 3; ++k) {
+           const Vec3d row = vector(name, PySequence_Fast_GET_ITEM(rows.ptr(), k));
+           input.desc.inertia.m[k][0] = row.x;
+           input.desc.inertia.m[k][1] = row.y;
+           input.desc.inertia.m[k][2] = row.z;
+         }
+       }},
       {"surface", "dict[str, float]",
        "heat through the dry surface: temperature, flux, convection, emissivity, ambient",
        [](SolidInput& input, const std::string& name, nb::handle v) {
@@ -349,10 +369,45 @@ void take_material(HostWorld& w, I& input, const char* what) {
   input.desc.material = w.resolve("material", w.materials, input.material, "material");
 }
 
+Quat<double> quaternion(const std::string& name, nb::handle v) {
+  nb::object q = nb::steal(PySequence_Fast(v.ptr(), ""));
+  if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4) {
+    PyErr_Clear();
+    wrong_type(name + ": expected four numbers (w, x, y, z), got " + shown(v));
+  }
+  double x[4];
+  for (int k = 0; k < 4; ++k) x[k] = number(name, PySequence_Fast_GET_ITEM(q.ptr(), k));
+  return {x[0], x[1], x[2], x[3]};
+}
+
+nb::tuple tuple4(const Quat<double>& q) { return nb::make_tuple(q.w, q.x, q.y, q.z); }
+
 struct MotionInput {
   nb::object body;
   BodyMotion desc;
 };
+struct ProxyInput {
+  nb::object body;
+  ProxyState desc;
+};
+const Keys<ProxyInput>& proxy_keys() {
+  using D = ProxyState;
+  const auto d = [](auto member) { return of(&ProxyInput::desc, member); };
+  static const Keys<ProxyInput> keys{
+      {"body", "Body | str", "a proxy", kept(&ProxyInput::body)},
+      {"position", vector_type, "of its centre of mass now [m]", d(&D::position)},
+      {"orientation", "Sequence[float]", "now, relative to the body as built: a unit quaternion (w, x, y, z)",
+       [](ProxyInput& i, const std::string& name, nb::handle v) {
+         i.desc.orientation = quaternion(name, v);
+       }},
+      {"velocity", vector_type, "of the centre of mass [m/s]", d(&D::velocity)},
+      {"angular_velocity", vector_type, "[rad/s]", d(&D::angular_velocity)},
+      {"acceleration", vector_type, "by forces that only the host knows, beside gravity [m/s^2]",
+       d(&D::acceleration)},
+      {"teleport", "bool", "puts it there at once instead of within the next step", d(&D::teleport)}};
+  return keys;
+}
+
 const Keys<MotionInput>& motion_keys() {
   using D = BodyMotion;
   const auto d = [](auto member) { return of(&MotionInput::desc, member); };
@@ -365,14 +420,7 @@ const Keys<MotionInput>& motion_keys() {
       {"orientation", "Sequence[float] | None", "at the end of the next step: a unit quaternion (w, x, y, z)",
        [](MotionInput& i, const std::string& name, nb::handle v) {
          if (v.is_none()) return i.desc.orientation.reset();
-         nb::object q = nb::steal(PySequence_Fast(v.ptr(), ""));
-         if (!q || PySequence_Fast_GET_SIZE(q.ptr()) != 4) {
-           PyErr_Clear();
-           wrong_type(name + ": expected four numbers (w, x, y, z), got " + shown(v));
-         }
-         double x[4];
-         for (int k = 0; k < 4; ++k) x[k] = number(name, PySequence_Fast_GET_ITEM(q.ptr(), k));
-         i.desc.orientation = Quat<double>{x[0], x[1], x[2], x[3]};
+         i.desc.orientation = quaternion(name, v);
        }},
       {"velocity", vector_type, "of the pivot, where no position is given, and after the next step [m/s]",
        d(&D::velocity)},
@@ -634,10 +682,15 @@ void bind_world(nb::module_& m) {
       probe_doc =
           documented("Adds a probe, sampled inside the sub-steps; take_samples() reads it.", probe_keys());
 
-  static const std::string motion_sig = signature("set_motion", motion_keys(), 1, 1, "None"),
-                           motion_doc =
-                               documented("Sets how a kinematic body moves in the next step, and then on.",
-                                          motion_keys());
+  static const std::string
+      motion_sig = signature("set_motion", motion_keys(), 1, 1, "None"),
+      proxy_sig = signature("set_proxy", proxy_keys(), 1, 1, "None"),
+      proxy_doc = documented(
+          "Sets pose and twist of a proxy as your physics engine has them now. Step, then "
+          "give its body the impulses of take_forces().",
+          proxy_keys()),
+      motion_doc =
+          documented("Sets how a kinematic body moves in the next step, and then on.", motion_keys());
 
   nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
       .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
@@ -748,6 +801,72 @@ void bind_world(nb::module_& m) {
           },
           "body"_a, nb::sig("def motion(self, body: Body | str) -> dict[str, tuple[float, ...]]"),
           "Pose and velocities of a kinematic body now, as set_motion() takes them.")
+      .def(
+          "set_proxy",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            ProxyInput input;
+            describe(input, proxy_keys(), "set_proxy", 1, args, kwargs);
+            if (!input.body) wrong_type("set_proxy: body is missing");
+            const BodyId body = w.resolve("body", w.bodies, input.body, "body");
+            away(w, true, [&](World& world) { expect(world.set_proxy(body, input.desc)); });
+          },
+          nb::sig(proxy_sig.c_str()), proxy_doc.c_str())
+      .def(
+          "proxy",
+          [](HostWorld& w, nb::object body) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            const ProxyState now = away(w, false, [&](World& world) { return expect(world.proxy(id)); });
+            nb::dict d;
+            d["position"] = tuple3(now.position);
+            d["orientation"] = tuple4(now.orientation);
+            d["velocity"] = tuple3(now.velocity);
+            d["angular_velocity"] = tuple3(now.angular_velocity);
+            d["acceleration"] = tuple3(now.acceleration);
+            return d;
+          },
+          "body"_a, nb::sig("def proxy(self, body: Body | str) -> dict[str, tuple[float, ...]]"),
+          "Pose and twist of a proxy now, as set_proxy() takes them. Waits.")
+      .def(
+          "watch_forces",
+          [](HostWorld& w, nb::object body, bool on) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            away(w, true, [&](World& world) { expect(world.watch_forces(id, on)); });
+          },
+          "body"_a, "on"_a = true,
+          nb::sig("def watch_forces(self, body: Body | str, on: bool = True) -> None"),
+          "Begins, or ends, to sum up what acts on a body. Proxies are always watched.")
+      .def(
+          "take_forces",
+          [](HostWorld& w) {
+            const auto all = away(w, false, [](World& world) { return expect(world.take_forces()); });
+            nb::dict bodies;
+            for (const BodyForces& f : all) {
+              nb::dict d;
+              d["seconds"] = f.seconds;
+              d["impulse"] = tuple3(f.total.linear);
+              d["angular_impulse"] = tuple3(f.total.angular);
+              d["pressure"] = tuple3(f.pressure.linear);
+              d["pressure_angular"] = tuple3(f.pressure.angular);
+              d["viscosity"] = tuple3(f.viscosity.linear);
+              d["viscosity_angular"] = tuple3(f.viscosity.angular);
+              d["contact"] = tuple3(f.contact.linear);
+              d["contact_angular"] = tuple3(f.contact.angular);
+              d["heat"] = f.heat;
+              d["position"] = tuple3(f.position);
+              d["orientation"] = tuple4(f.orientation);
+              d["velocity"] = tuple3(f.velocity);
+              d["angular_velocity"] = tuple3(f.angular_velocity);
+              for (const Body& body : w.bodies)
+                if (body.id.index == f.body.index) bodies[body.name.c_str()] = d;
+            }
+            return bodies;
+          },
+          nb::sig("def take_forces(self) -> dict[str, dict[str, float | tuple[float, ...]]]"),
+          "What acted on every watched body since the last call, by its name: impulses [N s] and angular "
+          "impulses "
+          "[N m s] about its centre of mass (of kinematic bodies the pivot) in all and by pressure, "
+          "viscosity and "
+          "contact, heat received [J], and the seconds that they cover. Gravity is left out. Waits.")
       .def(
           "remove",
           [](HostWorld& w, nb::object body) {

@@ -170,6 +170,45 @@ def test_a_kinematic_body_moves_as_told():
         world.set_motion("block", velocity=(1, 0, 0))
 
 
+def test_a_proxy_answers_its_host():
+    world = World(spacing=0.1, backend="cpu", threads=1)
+    world.add_material("wood", density=500)
+    # As a cube of 0.3 m has it about its centre: m a^2 / 6.
+    inertia = np.eye(3) * 12 * 0.09 / 6
+    ball = world.add_solid(Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), "wood", name="ball", motion="proxy", mass=12, inertia=inertia, max_speed=2)
+    world.set_proxy(ball, position=(0.15, 0.15, 0.15), velocity=(0, 1, 0), acceleration=(0, 9.81, 0))
+    world.step(0.1)
+    # It is held against gravity by what its host adds; nothing acts on it here. Single precision: 1e-6.
+    forces = world.take_forces()["ball"]
+    assert math.isclose(forces["seconds"], 0.1, rel_tol=1e-6)
+    assert np.allclose(forces["impulse"], 0, atol=1e-5)
+    assert np.allclose(world.proxy(ball)["velocity"], (0, 1, 0), atol=1e-6)
+    assert np.allclose(forces["position"], (0.15, 0.25, 0.15), atol=1e-6)
+    with pytest.raises(meltsim.Error, match="mass"):
+        world.add_solid(Shape.box((1, 1, 1), (1.3, 1.3, 1.3)), "wood", motion="proxy")
+    with pytest.raises(meltsim.Error, match="velocity"):
+        world.set_proxy(ball, position=(0, 0, 0), velocity=(math.nan, 0, 0))
+    with pytest.raises(meltsim.Error, match="always watched"):
+        world.watch_forces(ball, False)
+    with pytest.raises(meltsim.Error, match="set_proxy"):
+        world.set_velocity(ball, (1, 0, 0))
+
+
+def test_forces_on_a_body_are_its_weight():
+    world = World(spacing=0.1, backend="cpu", threads=1, domain=((0, 0, 0), (1, 1, 1)))
+    world.add_material("stone", density=2000)
+    block = world.add_solid(Shape.box((0.3, 0, 0.3), (0.6, 0.3, 0.6)), "stone", name="block", motion="rigid")
+    world.watch_forces(block)
+    for _ in range(100):
+        world.step(0.01)
+    world.take_forces()
+    for _ in range(50):
+        world.step(0.01)
+    forces = world.take_forces()["block"]
+    # At rest on the floor: its weight, to what is left of a first bounce.
+    assert math.isclose(forces["contact"][1] / forces["seconds"], 2000 * 0.027 * 9.81, rel_tol=0.01)
+
+
 def test_a_rigid_body_keeps_its_shape():
     world = World(spacing=0.1, backend="cpu", threads=1, gravity=(0, 0, 0))
     world.add_material("stone", density=2000)

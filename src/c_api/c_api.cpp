@@ -2,7 +2,9 @@
 // The C interface: a user of World. Every call catches, so that no exception reaches C.
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <new>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,9 @@ struct meltsim_world {
 };
 struct meltsim_shape {
   meltsim::Shape shape;
+};
+struct meltsim_reading {
+  meltsim::Reading reading;
 };
 
 namespace {
@@ -142,6 +147,64 @@ meltsim_status make_shape(meltsim_shape** to, F make) {
   });
 }
 
+meltsim_report report_of(const meltsim::StepResult& s) {
+  return {0, s.halted, s.steps, s.time, s.max_speed, s.fluid, s.solid, s.melted, s.frozen, s.removed};
+}
+
+meltsim_totals totals_of(const meltsim::Totals& t) {
+  meltsim_totals c{};
+  c.mass = t.mass;
+  put(c.momentum, t.momentum);
+  c.kinetic = t.kinetic;
+  c.potential = t.potential;
+  c.thermal = t.thermal;
+  c.latent = t.latent;
+  c.heat_in = t.heat_in;
+  c.temperature_min = t.temperature_min;
+  c.temperature_mean = t.temperature_mean;
+  c.temperature_max = t.temperature_max;
+  return c;
+}
+
+void put(double to[4], const meltsim::Quat<double>& q) { to[0] = q.w, to[1] = q.x, to[2] = q.y, to[3] = q.z; }
+meltsim::Quat<double> quat(const double q[4]) { return {q[0], q[1], q[2], q[3]}; }
+
+/// What there is room for has been asked before anything was taken.
+void check_room(const void* forces, size_t struct_size, size_t capacity, size_t count) {
+  if (struct_size == 0 || struct_size > sizeof(meltsim_body_forces))
+    refuse("struct_size: " + std::to_string(struct_size) + " is not a size of meltsim_body_forces, at most " +
+           std::to_string(sizeof(meltsim_body_forces)) + "; pass sizeof(meltsim_body_forces)");
+  if (count > capacity)
+    throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) + ", but " +
+                                            std::to_string(count) + " bodies are watched; raise it"}};
+  if (count > 0) given(static_cast<const char*>(forces), "forces");
+}
+
+void put_forces(const std::vector<meltsim::BodyForces>& all, meltsim_body_forces* forces,
+                size_t struct_size) {
+  auto* to = reinterpret_cast<unsigned char*>(forces);
+  for (const meltsim::BodyForces& f : all) {
+    meltsim_body_forces c{};
+    c.body = id_of(f.body);
+    c.seconds = f.seconds;
+    put(c.impulse, f.total.linear);
+    put(c.angular_impulse, f.total.angular);
+    put(c.pressure, f.pressure.linear);
+    put(c.pressure_angular, f.pressure.angular);
+    put(c.viscosity, f.viscosity.linear);
+    put(c.viscosity_angular, f.viscosity.angular);
+    put(c.contact, f.contact.linear);
+    put(c.contact_angular, f.contact.angular);
+    c.heat = f.heat;
+    put(c.position, f.position);
+    put(c.orientation, f.orientation);
+    put(c.velocity, f.velocity);
+    put(c.angular_velocity, f.angular_velocity);
+    std::memcpy(to, &c, struct_size);
+    to += struct_size;
+  }
+}
+
 meltsim::World& world_of(meltsim_world* world) { return given(world, "world").world; }
 
 }  // namespace
@@ -259,6 +322,18 @@ void meltsim_body_motion_init(meltsim_body_motion* motion) {
   motion->orientation[0] = 1;
 }
 
+void meltsim_proxy_state_init(meltsim_proxy_state* state) {
+  if (state == nullptr) return;
+  *state = {};
+  state->size = sizeof *state;
+  state->orientation[0] = 1;
+}
+void meltsim_emitter_setting_init(meltsim_emitter_setting* setting) {
+  if (setting == nullptr) return;
+  *setting = {};
+  setting->size = sizeof *setting;
+}
+
 meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_world** world) {
   if (world != nullptr) *world = nullptr;
   return guarded([&] {
@@ -334,7 +409,10 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
     d.temperature = c.temperature;
     d.velocity = vec(c.velocity);
     d.angular_velocity = vec(c.angular_velocity);
-    d.motion = option<meltsim::Motion>(c.motion, MELTSIM_MOTION_RIGID, "motion");
+    d.motion = option<meltsim::Motion>(c.motion, MELTSIM_MOTION_PROXY, "motion");
+    if (c.has_pivot != 0) d.pivot = vec(c.pivot);
+    d.mass = c.mass;
+    for (int i = 0; i < 9; ++i) d.inertia.m[i / 3][i % 3] = c.inertia[i];
     d.max_speed = c.max_speed;
     d.surface = heat_of(c.surface);
     d.heat_source = c.heat_source;
@@ -402,6 +480,107 @@ meltsim_status meltsim_world_set_motion(meltsim_world* world, meltsim_id body,
     expect(world_of(world).set_motion(handle<meltsim::BodyId>(body), m));
   });
 }
+meltsim_status meltsim_world_motion(meltsim_world* world, meltsim_id body, meltsim_body_motion* motion) {
+  return guarded([&] {
+    meltsim_body_motion c = read(motion, "motion", defaults_of(meltsim_body_motion_init));
+    const meltsim::BodyMotion m = expect(world_of(world).motion(handle<meltsim::BodyId>(body)));
+    c.has_position = c.has_orientation = 1;
+    c.teleport = 0;
+    put(c.position, *m.position);
+    put(c.orientation, *m.orientation);
+    put(c.velocity, m.velocity);
+    put(c.angular_velocity, m.angular_velocity);
+    write(motion, "motion", c);
+  });
+}
+meltsim_status meltsim_world_set_proxy(meltsim_world* world, meltsim_id body,
+                                       const meltsim_proxy_state* state) {
+  return guarded([&] {
+    const meltsim_proxy_state c = read(state, "state", defaults_of(meltsim_proxy_state_init));
+    meltsim::ProxyState s;
+    s.position = vec(c.position);
+    s.orientation = quat(c.orientation);
+    s.velocity = vec(c.velocity);
+    s.angular_velocity = vec(c.angular_velocity);
+    s.acceleration = vec(c.acceleration);
+    s.teleport = c.teleport != 0;
+    expect(world_of(world).set_proxy(handle<meltsim::BodyId>(body), s));
+  });
+}
+meltsim_status meltsim_world_proxy(meltsim_world* world, meltsim_id body, meltsim_proxy_state* state) {
+  return guarded([&] {
+    meltsim_proxy_state c = read(state, "state", defaults_of(meltsim_proxy_state_init));
+    const meltsim::ProxyState s = expect(world_of(world).proxy(handle<meltsim::BodyId>(body)));
+    c.teleport = 0;
+    put(c.position, s.position);
+    put(c.orientation, s.orientation);
+    put(c.velocity, s.velocity);
+    put(c.angular_velocity, s.angular_velocity);
+    put(c.acceleration, s.acceleration);
+    write(state, "state", c);
+  });
+}
+meltsim_status meltsim_world_watch_forces(meltsim_world* world, meltsim_id body, int32_t on) {
+  return guarded([&] { expect(world_of(world).watch_forces(handle<meltsim::BodyId>(body), on != 0)); });
+}
+meltsim_status meltsim_world_set_gravity(meltsim_world* world, const double gravity[3]) {
+  return guarded([&] { expect(world_of(world).set_gravity(vec(gravity, "gravity"))); });
+}
+meltsim_status meltsim_world_set_velocity(meltsim_world* world, meltsim_id body, const double velocity[3],
+                                          const double angular_velocity[3]) {
+  return guarded([&] {
+    const auto or_zero = [](const double* v) { return v != nullptr ? vec(v) : Vec3d{}; };
+    expect(world_of(world).set_velocity(handle<meltsim::BodyId>(body), or_zero(velocity),
+                                        or_zero(angular_velocity)));
+  });
+}
+meltsim_status meltsim_world_apply_impulse(meltsim_world* world, meltsim_id body, const double impulse[3],
+                                           const double angular_impulse[3]) {
+  return guarded([&] {
+    const auto or_zero = [](const double* v) { return v != nullptr ? vec(v) : Vec3d{}; };
+    expect(world_of(world).apply_impulse(handle<meltsim::BodyId>(body), or_zero(impulse),
+                                         or_zero(angular_impulse)));
+  });
+}
+meltsim_status meltsim_world_set_wall_heat(meltsim_world* world, int32_t face,
+                                           const meltsim_surface_heat* heat) {
+  return guarded([&] { expect(world_of(world).set_wall_heat(face, heat_of(given(heat, "heat")))); });
+}
+meltsim_status meltsim_world_set_free_surface_heat(meltsim_world* world, const meltsim_surface_heat* heat) {
+  return guarded([&] { expect(world_of(world).set_free_surface_heat(heat_of(given(heat, "heat")))); });
+}
+meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id region,
+                                             const double* temperature, double source) {
+  return guarded([&] {
+    std::optional<double> held;
+    if (temperature != nullptr) held = *temperature;
+    expect(world_of(world).set_heat_region(handle<meltsim::HeatRegionId>(region), held, source));
+  });
+}
+meltsim_status meltsim_world_set_heat_time_scale(meltsim_world* world, double scale) {
+  return guarded([&] { expect(world_of(world).set_heat_time_scale(scale)); });
+}
+meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitter,
+                                         const meltsim_emitter_setting* setting) {
+  return guarded([&] {
+    const meltsim_emitter_setting c = read(setting, "setting", defaults_of(meltsim_emitter_setting_init));
+    meltsim::EmitterSetting s;
+    if (c.has_on != 0) s.on = c.on != 0;
+    if (c.has_speed != 0) s.speed = c.speed;
+    if (c.has_temperature != 0) s.temperature = c.temperature;
+    expect(world_of(world).set_emitter(handle<meltsim::EmitterId>(emitter), s));
+  });
+}
+meltsim_status meltsim_world_remove(meltsim_world* world, meltsim_id body) {
+  return guarded([&] { expect(world_of(world).remove(handle<meltsim::BodyId>(body))); });
+}
+meltsim_status meltsim_world_remove_liquid(meltsim_world* world, const meltsim_shape* shape,
+                                           uint64_t* removed) {
+  return guarded([&] {
+    const std::uint64_t n = expect(world_of(world).remove_liquid(given(shape, "shape").shape));
+    if (removed != nullptr) *removed = n;
+  });
+}
 double meltsim_world_time(const meltsim_world* world) { return world != nullptr ? world->world.time() : 0; }
 double meltsim_world_stable_dt(const meltsim_world* world) {
   return world != nullptr ? world->world.stable_dt() : 0;
@@ -416,29 +595,75 @@ meltsim_status meltsim_world_synchronize(meltsim_world* world, meltsim_report* r
     const meltsim::StepResult s = world_of(world).synchronize();
     if (!s.error.empty()) throw Refused{{ErrorCode::out_of_memory, s.error}};
     if (s.halted) last_error = s.halt_reason;
-    write(report, "report",
-          meltsim_report{0, s.halted, s.steps, s.time, s.max_speed, s.fluid, s.solid, s.melted, s.frozen,
-                         s.removed});
+    write(report, "report", report_of(s));
   });
 }
 meltsim_status meltsim_world_totals(meltsim_world* world, meltsim_totals* totals) {
   return guarded([&] {
     read(totals, "totals", meltsim_totals{});
     const meltsim::Totals t = expect(world_of(world).totals());
-    meltsim_totals c{};
-    c.mass = t.mass;
-    put(c.momentum, t.momentum);
-    c.kinetic = t.kinetic;
-    c.potential = t.potential;
-    c.thermal = t.thermal;
-    c.latent = t.latent;
-    c.heat_in = t.heat_in;
-    c.temperature_min = t.temperature_min;
-    c.temperature_mean = t.temperature_mean;
-    c.temperature_max = t.temperature_max;
-    write(totals, "totals", c);
+    write(totals, "totals", totals_of(t));
   });
 }
+meltsim_status meltsim_world_take_forces(meltsim_world* world, meltsim_body_forces* forces,
+                                         size_t struct_size, size_t capacity, size_t* count) {
+  return guarded([&] {
+    given(count, "count");
+    const size_t there = world_of(world).watched_bodies();
+    *count = there;
+    check_room(forces, struct_size, capacity, there);
+    put_forces(expect(world_of(world).take_forces()), forces, struct_size);
+  });
+}
+
+meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket) {
+  return guarded([&] {
+    given(ticket, "ticket");
+    if ((parts & ~static_cast<uint32_t>(MELTSIM_READ_TOTALS | MELTSIM_READ_FORCES)) != 0)
+      refuse("parts: " + std::to_string(parts) + " is no sum of MELTSIM_READ_...");
+    meltsim::ReadRequest what;
+    what.totals = (parts & MELTSIM_READ_TOTALS) != 0;
+    what.forces = (parts & MELTSIM_READ_FORCES) != 0;
+    *ticket = expect(world_of(world).request(what)).value;
+  });
+}
+meltsim_status meltsim_world_ready(meltsim_world* world, uint64_t ticket, int32_t* ready) {
+  return guarded([&] {
+    given(ready, "ready");
+    *ready = expect(world_of(world).ready({ticket})) ? 1 : 0;
+  });
+}
+meltsim_status meltsim_world_take(meltsim_world* world, uint64_t ticket, meltsim_reading** reading) {
+  if (reading != nullptr) *reading = nullptr;
+  return guarded([&] {
+    given(reading, "reading");
+    auto made = std::make_unique<meltsim_reading>();
+    made->reading = expect(world_of(world).take({ticket}));
+    *reading = made.release();
+  });
+}
+meltsim_status meltsim_reading_report(const meltsim_reading* reading, meltsim_report* report) {
+  return guarded([&] {
+    const meltsim::StepResult& s = given(reading, "reading").reading.result;
+    if (s.halted) last_error = s.halt_reason;
+    write(report, "report", report_of(s));
+  });
+}
+meltsim_status meltsim_reading_totals(const meltsim_reading* reading, meltsim_totals* totals) {
+  return guarded([&] { write(totals, "totals", totals_of(given(reading, "reading").reading.totals)); });
+}
+meltsim_status meltsim_reading_forces(const meltsim_reading* reading, meltsim_body_forces* forces,
+                                      size_t struct_size, size_t capacity, size_t* count) {
+  return guarded([&] {
+    const auto& all = given(reading, "reading").reading.forces;
+    given(count, "count");
+    *count = all.size();
+    check_room(forces, struct_size, capacity, all.size());
+    put_forces(all, forces, struct_size);
+  });
+}
+void meltsim_reading_destroy(meltsim_reading* reading) { delete reading; }
+
 meltsim_status meltsim_world_particles(meltsim_world* world, meltsim_particles* particles) {
   return guarded([&] {
     meltsim_particles to = read(particles, "particles", meltsim_particles{});

@@ -153,6 +153,9 @@ class Engine {
   virtual Result<bool> ready(int slot) = 0;
   /// Waits for that reading. Of a World that had halted: goes back to the last good state, and reads that.
   virtual Status take(int slot, StateReading& reading) = 0;
+  /// Enqueues particles by id; they stay until the next call. Waits only for memory where more than before is needed. Error:
+  /// out_of_memory.
+  virtual Status pack(PackedParticles& to) = 0;
   /// Frees a slot whose reading is not taken.
   virtual void drop(int slot) = 0;
   /// Device fault since the last call, empty if none.

@@ -272,6 +272,10 @@ class EngineImpl final : public Engine {
     return settled;
   }
 
+  Status pack(PackedParticles& to) override {
+    return readings_.pack(ex_, w_, rolled_back_, w_.f.density != nullptr && last_index_ != 0, to);
+  }
+
   void drop(int slot) override {
     readings_.wait(ex_, slot);
     readings_.close(slot);

@@ -95,6 +95,33 @@ class ReadingRun {
     return {};
   }
 
+  /// Enqueues particles by id, in a buffer of their own.
+  Status pack(E& ex, const Frame<T>& scene, bool rolled_back, bool has_density, PackedParticles& to) {
+    const std::uint64_t bytes = scene.capacity * PackedParticles::bytes;
+    if (bytes > packed_bytes_) {
+      ex.synchronize();
+      if (packed_ != nullptr) ex.release(packed_);
+      packed_bytes_ = 0;
+      packed_ = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
+      if (packed_ == nullptr)
+        return Error{ErrorCode::out_of_memory,
+                     text("render_view: ", double(bytes) / 1e9,
+                          " GB of device memory are not there; use fewer particles")};
+      packed_bytes_ = bytes;
+    }
+    to = PackedParticles::at(packed_, scene.born);
+    if (scene.born == 0) return {};
+    ReadingFrame<T> w;
+    w.s = scene;
+    w.rolled_back = rolled_back ? 1u : 0u;
+    w.has_density = has_density ? 1u : 0u;
+    w.p = to;
+    ex.set_guard(!rolled_back && scene.f.status != nullptr ? &scene.f.status->halted : nullptr);
+    reading::pack<E, T>(ex, w);
+    if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
+    return {};
+  }
+
   bool is_open(int slot) const { return slots_[static_cast<std::size_t>(slot)].open; }
   bool ready(E& ex, int slot) const { return ex.reached(slots_[static_cast<std::size_t>(slot)].mark); }
   /// Waits for what was requested; the head.
@@ -139,12 +166,13 @@ class ReadingRun {
       s = Slot{};
     }
     if (scratch_ != nullptr) ex.release(scratch_);
-    scratch_ = nullptr;
-    scratch_bytes_ = 0;
+    if (packed_ != nullptr) ex.release(packed_);
+    scratch_ = packed_ = nullptr;
+    scratch_bytes_ = packed_bytes_ = 0;
   }
   /// On the device.
   std::uint64_t bytes() const {
-    std::uint64_t n = scratch_bytes_;
+    std::uint64_t n = scratch_bytes_ + packed_bytes_;
     for (const Slot& s : slots_) n += s.device_bytes;
     return n;
   }
@@ -417,9 +445,9 @@ class ReadingRun {
     return p.x + std::int64_t{p.y} * b.stride_y + std::int64_t{p.z} * b.stride_z;
   }
 
-  std::array<Slot, most_readings + 1> slots_;  // the last one for reads that wait
-  unsigned char* scratch_ = nullptr;
-  std::uint64_t scratch_bytes_ = 0;
+  std::array<Slot, most_readings + 1> slots_;             // the last one for reads that wait
+  unsigned char *scratch_ = nullptr, *packed_ = nullptr;  ///< packed_: of pack()
+  std::uint64_t scratch_bytes_ = 0, packed_bytes_ = 0;
   std::uint32_t last_pieces_ = 0;
   std::uint64_t bodies_ = 0;
   std::vector<std::uint32_t> origins_;

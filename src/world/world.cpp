@@ -80,6 +80,10 @@ Result<ProxyState> World::proxy(BodyId body) {
 Status World::watch_forces(BodyId body, bool on) {
   return guarded<Status>([&] { return impl_->watch_forces(body, on); });
 }
+std::uint64_t World::watched_bodies() const { return impl_->watched_bodies(); }
+Result<RenderView> World::render_view() {
+  return guarded<Result<RenderView>>([&] { return impl_->render_view(); });
+}
 Result<std::vector<BodyForces>> World::take_forces() {
   return guarded<Result<std::vector<BodyForces>>>([&] { return impl_->take_forces(); });
 }

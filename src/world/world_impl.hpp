@@ -110,6 +110,7 @@ class WorldImpl final : public Scheduler {
   Result<ProxyState> proxy(BodyId id);
   Status watch_forces(BodyId id, bool on);
   Result<std::vector<BodyForces>> take_forces();
+  std::uint64_t watched_bodies() const;
   // world_steer.cpp
   Status set_gravity(Vec3d gravity);
   Status set_heat_time_scale(double scale);
@@ -140,6 +141,7 @@ class WorldImpl final : public Scheduler {
   Result<Ledger> ledger();
   Result<ParticleData> particles();
   Result<StageContext> device_state();
+  Result<RenderView> render_view();
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
   // world_request.cpp

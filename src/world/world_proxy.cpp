@@ -186,6 +186,11 @@ void WorldImpl::place_forces() {
   }
 }
 
+std::uint64_t WorldImpl::watched_bodies() const {
+  return static_cast<std::uint64_t>(
+      std::count_if(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) { return b.watched; }));
+}
+
 Result<std::vector<BodyForces>> WorldImpl::take_forces() {
   core::ReadParts parts;
   parts.forces = true;

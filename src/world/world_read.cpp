@@ -65,6 +65,29 @@ Result<StageContext> WorldImpl::device_state() {
   return c;
 }
 
+Result<RenderView> WorldImpl::render_view() {
+  if (Status s = prepare(); !s) return s.error();
+  RenderView v;
+  v.backend = engine->backend();
+  v.origin = origin_;
+  v.radius = static_cast<float>(0.5 * desc.spacing);
+  if ((facts_ & core::fact_particles) == 0) return v;
+  core::PackedParticles p;
+  if (Status s = engine->pack(p); !s) return s.error();
+  const StageContext c = engine->context();
+  v.stream = c.stream;
+  v.count = c.particles;
+  v.position = p.position;
+  v.velocity = p.velocity;
+  v.temperature = p.temperature;
+  v.liquid_fraction = p.fraction;
+  v.density = p.density;
+  v.pressure = p.pressure;
+  v.tag = p.tag;
+  v.piece = p.piece;
+  return v;
+}
+
 namespace {
 
 /// arrayN and arrayR of a scene whose plan keeps none on the backend: the same bodies, run here.

@@ -33,7 +33,23 @@ class MaterialDesc(c.Structure):
 
 class SolidDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("motion", c.c_int32), ("name", c.c_char_p), ("shape", c.c_void_p), ("material", Id),
-                ("temperature", c.c_double), ("velocity", Vec), ("angular_velocity", Vec), ("max_speed", c.c_double), ("surface", SurfaceHeat), ("heat_source", c.c_double)]
+                ("temperature", c.c_double), ("velocity", Vec), ("angular_velocity", Vec), ("max_speed", c.c_double), ("surface", SurfaceHeat), ("heat_source", c.c_double),
+                ("has_pivot", c.c_int32), ("reserved", c.c_int32), ("pivot", Vec), ("mass", c.c_double), ("inertia", c.c_double * 9)]
+
+
+class ProxyState(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("teleport", c.c_int32), ("position", Vec), ("orientation", c.c_double * 4), ("velocity", Vec),
+                ("angular_velocity", Vec), ("acceleration", Vec)]
+
+
+class BodyForces(c.Structure):
+    _fields_ = [("body", Id), ("seconds", c.c_double), ("impulse", Vec), ("angular_impulse", Vec), ("parts", Vec * 6), ("heat", c.c_double),
+                ("position", Vec), ("orientation", c.c_double * 4), ("velocity", Vec), ("angular_velocity", Vec)]
+
+
+class EmitterSetting(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("has_on", c.c_int32), ("has_speed", c.c_int32), ("has_temperature", c.c_int32), ("on", c.c_int32),
+                ("reserved", c.c_int32), ("speed", c.c_double), ("temperature", c.c_double)]
 
 
 class EmitterDesc(c.Structure):
@@ -69,7 +85,7 @@ def made(struct, init):
     return value
 
 
-def world(heat_model=0, **body):
+def world(heat_model=0, ident_of=None, **body):
     desc = made(WorldDesc, lib.meltsim_world_desc_init)
     desc.spacing, desc.backend, desc.threads, desc.heat_model = 0.1, 1, 1, heat_model
     handle = c.c_void_p()
@@ -83,7 +99,7 @@ def world(heat_model=0, **body):
     solid.shape, solid.material, solid.velocity = shape, ident, Vec(1, 2, 0)
     for key, value in body.items():
         setattr(solid, key, value)
-    assert lib.meltsim_world_add_solid(handle, c.byref(solid), None) == 0, text()
+    assert lib.meltsim_world_add_solid(handle, c.byref(solid), ident_of) == 0, text()
     lib.meltsim_shape_destroy(shape)
     return handle
 
@@ -157,6 +173,50 @@ for _ in range(10):
 assert lib.meltsim_world_totals(tap, c.byref(totals)) == 0
 assert abs(totals.mass - 125.66) < 13, totals.mass  # one layer of a spacing: 13 kg
 lib.meltsim_world_destroy(tap)
+
+# A proxy in free fall: nothing acts on it, and its host says where it is. An impulse on a rigid body moves it by J/m.
+hull = Id()
+p = world(ident_of=c.byref(hull), motion=4, mass=5, max_speed=5)
+state, forces, n = made(ProxyState, lib.meltsim_proxy_state_init), (BodyForces * 1)(), c.c_size_t()
+state.position, state.velocity = Vec(0.15, 0.15, 0.15), Vec(0, 1, 0)
+assert lib.meltsim_world_set_proxy(p, hull, c.byref(state)) == 0, text()
+assert step(p, 0.01) == 0, text()
+ticket, ready, reading = c.c_uint64(), c.c_int32(), c.c_void_p()
+assert lib.meltsim_world_request(p, 3, c.byref(ticket)) == 0, text()
+assert step(p, 0.01) == 0, text()
+assert lib.meltsim_world_ready(p, ticket, c.byref(ready)) == 0 and ready.value == 1, text()
+assert lib.meltsim_world_take(p, ticket, c.byref(reading)) == 0, text()
+assert lib.meltsim_reading_forces(reading, forces, c.sizeof(BodyForces), 0, c.byref(n)) == 5 and n.value == 1  # MELTSIM_CAPACITY
+assert lib.meltsim_reading_forces(reading, forces, c.sizeof(BodyForces), 1, c.byref(n)) == 0, text()
+assert abs(forces[0].seconds - 0.01) < 1e-9 and max(map(abs, forces[0].impulse)) < 1e-5 and forces[0].body.index == hull.index
+assert abs(forces[0].velocity[1] - (1 - 9.81 * 0.01)) < 1e-6
+totals = Totals(size=c.sizeof(Totals))
+assert lib.meltsim_reading_totals(reading, c.byref(totals)) == 0 and abs(totals.mass - 5) < 1e-4, totals.mass
+lib.meltsim_reading_destroy(reading)
+assert lib.meltsim_world_take(p, ticket, c.byref(reading)) == 1 and "ticket" in text() and reading.value is None
+assert lib.meltsim_world_take_forces(p, None, c.sizeof(BodyForces), 0, c.byref(n)) == 5 and n.value == 1
+assert lib.meltsim_world_take_forces(p, forces, c.sizeof(BodyForces), 1, c.byref(n)) == 0, text()
+assert abs(forces[0].seconds - 0.01) < 1e-9, "what did not fit was not lost"
+assert lib.meltsim_world_take_forces(p, forces, 9999, 1, c.byref(n)) == 1 and "struct_size" in text()
+assert lib.meltsim_world_proxy(p, hull, c.byref(state)) == 0 and abs(state.velocity[1] - (1 - 9.81 * 0.02)) < 1e-6, text()
+state.velocity = Vec(math.nan, 0, 0)
+assert lib.meltsim_world_set_proxy(p, hull, c.byref(state)) == 1 and "velocity" in text()
+assert lib.meltsim_world_watch_forces(p, hull, 0) == 1 and "always watched" in text()
+assert lib.meltsim_world_apply_impulse(p, hull, Vec(1, 0, 0), None) == 1 and "set_proxy" in text()
+lib.meltsim_world_destroy(p)
+r = world(ident_of=c.byref(hull), motion=3)
+assert lib.meltsim_world_set_gravity(r, Vec(0, 0, 0)) == 0, text()
+assert lib.meltsim_world_apply_impulse(r, hull, Vec(0, 0, 917 * 0.027), None) == 0, text()
+assert step(r, 0.01) == 0, text()
+velocity = particles(r, 27)[3]
+assert abs(velocity[2] - 1) < 1e-5 and abs(velocity[1] - 2) < 1e-5, list(velocity)[:3]
+assert lib.meltsim_world_set_velocity(r, hull, Vec(0, 0, 0), None) == 0, text()
+assert lib.meltsim_world_set_wall_heat(r, 9, c.byref(SurfaceHeat())) == 1 and "face" in text()
+assert lib.meltsim_world_set_heat_time_scale(r, c.c_double(-1)) == 1 and "time_scale" in text()
+assert lib.meltsim_world_set_emitter(r, Id(0, 1), c.byref(made(EmitterSetting, lib.meltsim_emitter_setting_init))) == 1 and "emitter" in text()
+assert lib.meltsim_world_remove(r, hull) == 0, text()
+assert lib.meltsim_world_remove(r, hull) == 1 and "removed" in text()
+lib.meltsim_world_destroy(r)
 
 # Mistakes: a status, a text, nothing changed.
 known = state_hash(a)

@@ -461,5 +461,38 @@ TEST_F(Reading, OfNothing) {
   EXPECT_TRUE(w.pieces()->empty());
 }
 
+// What a renderer draws from has the values of a frame that is read, to the last bit, and stays while steps are taken. On a GPU
+// the host cannot look at it: there only the call is tried.
+TEST(RenderView, HasTheValuesOfAReading) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  auto empty = World::create(describe());
+  ASSERT_TRUE(empty);
+  EXPECT_EQ(empty->render_view()->count, 0u);
+  for (int k = 0; k < 5; ++k) require(s.world.step(0.005));
+  ReadRequest what;
+  what.particles = true;
+  const auto ticket = s.world.request(what);
+  ASSERT_TRUE(ticket);
+  const auto view = s.world.render_view();
+  ASSERT_TRUE(view) << view.error().message;
+  for (int k = 0; k < 5; ++k) require(s.world.step(0.005));
+  const ParticleFrame p = s.world.take(*ticket)->particles;
+  ASSERT_EQ(view->count, p.id.size());
+  EXPECT_FLOAT_EQ(view->radius, float(0.5 * s.world.desc().spacing));
+  EXPECT_EQ(length(view->origin - p.origin), 0);
+  if (view->backend == Backend::cuda) return;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    EXPECT_EQ(view->position[i].x, p.position[i].x);
+    EXPECT_EQ(view->velocity[i].y, p.velocity[i].y);
+    EXPECT_EQ(view->temperature[i], p.temperature[i]);
+    EXPECT_EQ(view->liquid_fraction[i], p.liquid_fraction[i]);
+    EXPECT_EQ(view->density[i], p.density[i]);
+    EXPECT_EQ(view->pressure[i], p.pressure[i]);
+    EXPECT_EQ(view->tag[i], p.tag[i]);
+    EXPECT_EQ(view->piece[i], p.piece[i]);
+  }
+}
+
 }  // namespace
 }  // namespace meltsim_test
