@@ -100,6 +100,9 @@ struct RenderView {
   const std::uint32_t* piece = nullptr;    ///< label of the connected piece, 0 for liquid
 };
 
+/// States of a World that may be saved at a time in the backend's memory.
+inline constexpr int most_saved_states = 16;
+
 class WorldImpl;
 
 /// One simulation. Movable, not copyable. Worlds are independent of each other and may live on different
@@ -273,6 +276,18 @@ class MELTSIM_API World {
   /// Replaces the state by a snapshot of a World with the same materials and layout of bodies, on any backend. On
   /// error the World is unchanged. Synchronises. Errors: corrupt_data, invalid_argument, version_mismatch, out_of_memory.
   Status restore(const void* data, std::size_t bytes);
+
+  // Rolling back: states in the backend's memory, for hosts that repeat steps. They hold what a snapshot holds.
+  /// Saves the state under a number from 0 to most_saved_states - 1, in place of what was saved there. Waits for the steps
+  /// enqueued; nothing is copied to the host. Takes about as much memory as the World, kept for the next time. Errors:
+  /// invalid_argument (the number), out_of_memory, halted, those of prepare().
+  Status save_state(int slot);
+  /// Goes back to a saved state, to the bit, also of a World that halted since. Does not wait, but for samples of probes and
+  /// readings that are open. Probes, settings and forces on bodies are as after restore(), but that forces go back to
+  /// what they were. A saved state is lost when something is added or removed, restore() is called, or the plan changes (heat begins
+  /// or ends, the last solid has melted, emitters begin or end): keep a snapshot for that. Errors: invalid_argument (names what is
+  /// wrong with the number), out_of_memory.
+  Status load_state(int slot);
 
   /// Returns and forgets the samples of every probe since the last call, in the order of the probes. A sub-step that halted
   /// the World has none. Synchronises. step() synchronises to move samples to the host once 0.25 to 8 MB are pending.

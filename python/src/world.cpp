@@ -802,6 +802,22 @@ void bind_world(nb::module_& m) {
           "body"_a, nb::sig("def motion(self, body: Body | str) -> dict[str, tuple[float, ...]]"),
           "Pose and velocities of a kinematic body now, as set_motion() takes them.")
       .def(
+          "save_state",
+          [](HostWorld& w, int slot) {
+            away(w, true, [&](World& world) { expect(world.save_state(slot)); });
+          },
+          "slot"_a = 0, nb::sig("def save_state(self, slot: int = 0) -> None"),
+          "Saves the state in the backend's memory under a number from 0 to 15.")
+      .def(
+          "load_state",
+          [](HostWorld& w, int slot) {
+            away(w, true, [&](World& world) { expect(world.load_state(slot)); });
+          },
+          "slot"_a = 0, nb::sig("def load_state(self, slot: int = 0) -> None"),
+          "Goes back to a state of save_state(), to the bit. Lost when something is added, removed or "
+          "restored, or "
+          "stages begin or end; snapshot() is not.")
+      .def(
           "set_proxy",
           [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
             ProxyInput input;

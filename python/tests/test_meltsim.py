@@ -77,6 +77,21 @@ def test_a_snapshot_goes_on_with_the_same_bits():
         world.restore("text")
 
 
+def test_a_saved_state_is_gone_back_to():
+    world = bath()
+    world.save_state(1)
+    before = world.state_hash()
+    world.step(0.01)
+    assert world.state_hash() != before
+    world.load_state(1)
+    assert world.state_hash() == before
+    with pytest.raises(meltsim.Error, match="nothing is saved"):
+        world.load_state(2)
+    world.add_material("lead", density=11000)
+    with pytest.raises(meltsim.Error, match="is lost"):
+        world.load_state(1)
+
+
 def test_particles_are_arrays_that_share_one_copy():
     world = bath()
     p = world.particles()

@@ -715,6 +715,12 @@ meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, siz
     expect(world_of(world).restore(data, bytes));
   });
 }
+meltsim_status meltsim_world_save_state(meltsim_world* world, int32_t slot) {
+  return guarded([&] { expect(world_of(world).save_state(slot)); });
+}
+meltsim_status meltsim_world_load_state(meltsim_world* world, int32_t slot) {
+  return guarded([&] { expect(world_of(world).load_state(slot)); });
+}
 meltsim_status meltsim_world_state_hash(meltsim_world* world, uint64_t* hash) {
   return guarded([&] {
     given(hash, "hash");

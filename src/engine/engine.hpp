@@ -158,6 +158,12 @@ class Engine {
   virtual Status pack(PackedParticles& to) = 0;
   /// Frees a slot whose reading is not taken.
   virtual void drop(int slot) = 0;
+  /// Waits. Copies all that a state is to memory of the backend, under a number below most_saved_states; the status says whether
+  /// the World has halted, and nothing is copied then. Error: out_of_memory.
+  virtual Result<WorldStatus> save(int slot) = 0;
+  /// Enqueues the copy back; only between a save() and the next upload() or adapt().
+  virtual void load(int slot) = 0;
+  virtual void forget_saved() = 0;
   /// Device fault since the last call, empty if none.
   virtual std::string fault() = 0;
   virtual std::uint64_t channel_bytes(int field) const = 0;

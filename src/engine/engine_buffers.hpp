@@ -132,6 +132,23 @@ class EngineBuffers {
     link(w);
   }
 
+  /// What save() takes [bytes].
+  std::uint64_t saved_bytes() const {
+    std::uint64_t total = 0;
+    for (int i = 0; i < field_count; ++i)
+      if (is_saved(i)) total += padded(bytes_[i]) + padded(bytes_before_[i]);
+    return total;
+  }
+  /// Enqueues a copy of all that outlasts a sub-step. Both buffers of the state: what emitters will fill lies ready in either.
+  void save(E& ex, unsigned char* to) const {
+    each_saved(
+        [&](void* buffer, std::uint64_t bytes, std::uint64_t at) { copy(ex, bytes, buffer, to + at); });
+  }
+  void load(E& ex, const unsigned char* from) const {
+    each_saved(
+        [&](void* buffer, std::uint64_t bytes, std::uint64_t at) { copy(ex, bytes, from + at, buffer); });
+  }
+
   /// To the state that the sub-step that halted began with. Sub-steps after it have turned buffers over, and done nothing
   /// else. Where sph.advance made it, velocities are there in the new order only: those before, whose order ids before
   /// say.
@@ -150,6 +167,28 @@ class EngineBuffers {
   }
 
  private:
+  /// All but what every sub-step makes anew and nothing reads behind it.
+  static bool is_saved(int i) {
+    return i != field_neighbour_words && i != field_sort_key && i != field_sort_key_alt &&
+           i != field_sort_slot && i != field_sort_slot_alt;
+  }
+  static std::uint64_t padded(std::uint64_t bytes) { return (bytes + 255) / 256 * 256; }
+  template <class Visit>
+  void each_saved(const Visit& visit) const {
+    std::uint64_t at = 0;
+    for (int i = 0; i < field_count; ++i) {
+      if (!is_saved(i)) continue;
+      if (bytes_[i] != 0) visit(now_[i], bytes_[i], at);
+      at += padded(bytes_[i]);
+      if (bytes_before_[i] != 0) visit(before_[i], bytes_before_[i], at);
+      at += padded(bytes_before_[i]);
+    }
+  }
+  static void copy(E& ex, std::uint64_t bytes, const void* from, void* to) {
+    ex.copy(bytes / sizeof(std::uint32_t), static_cast<const std::uint32_t*>(from),
+            static_cast<std::uint32_t*>(to));
+  }
+
   void give_back(E& ex, int i) {
     if (now_[i] != nullptr) ex.release(now_[i]);
     if (before_[i] != nullptr) ex.release(before_[i]);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -41,6 +42,7 @@ class EngineImpl final : public Engine {
     ex_.synchronize();
     probes_.release(ex_);
     release();
+    drop_saved();
     readings_.release(ex_);
     for (void* const mark : marks_) ex_.release_mark(mark);
   }
@@ -49,7 +51,9 @@ class EngineImpl final : public Engine {
   std::string device_name() const override { return device_; }
   std::uint64_t channel_bytes(int field) const override { return buffers_.bytes(field); }
   std::uint64_t scratch_bytes() const override {
-    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes() + readings_.bytes();
+    std::uint64_t saved = 0;
+    for (const Saved& s : saved_) saved += s.bytes;
+    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes() + readings_.bytes() + saved;
   }
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
@@ -276,6 +280,43 @@ class EngineImpl final : public Engine {
     return readings_.pack(ex_, w_, rolled_back_, w_.f.density != nullptr && last_index_ != 0, to);
   }
 
+  Result<WorldStatus> save(int slot) override {
+    Saved& s = saved_[static_cast<std::size_t>(slot)];
+    const WorldStatus status = last_good();
+    if (status.halted != 0) return status;
+    const std::uint64_t bytes = buffers_.saved_bytes();
+    if (bytes != s.bytes) {
+      if (s.memory != nullptr) ex_.release(s.memory);
+      s = {};
+      if (bytes != 0 && bytes <= ex_.free_bytes())
+        s.memory = static_cast<unsigned char*>(ex_.allocate(bytes));
+      if (bytes != 0 && s.memory == nullptr)
+        return Error{ErrorCode::out_of_memory, text("save_state: ", double(bytes) / 1e9,
+                                                    " GB of memory are not there; save fewer states")};
+      s.bytes = bytes;
+    }
+    s.born = w_.born;
+    s.last_index = last_index_;
+    unguarded([&] { buffers_.save(ex_, s.memory); });
+    return status;
+  }
+
+  void load(int slot) override {
+    const Saved& s = saved_[static_cast<std::size_t>(slot)];
+    settle_readings();
+    w_.born = s.born;
+    use_slots(slots_for(w_.born));
+    last_index_ = s.last_index;
+    rolled_back_ = abandoned_ = false;
+    count_anew_ = true;
+    if (w_.f.status != nullptr) unguarded([&] { buffers_.load(ex_, s.memory); });
+  }
+
+  void forget_saved() override {
+    ex_.synchronize();
+    drop_saved();
+  }
+
   void drop(int slot) override {
     readings_.wait(ex_, slot);
     readings_.close(slot);
@@ -357,6 +398,19 @@ class EngineImpl final : public Engine {
   }
 
  private:
+  /// A copy of the buffers.
+  struct Saved {
+    unsigned char* memory = nullptr;
+    std::uint64_t bytes = 0, last_index = 0;
+    std::uint32_t born = 0;
+  };
+  void drop_saved() {
+    for (Saved& s : saved_) {
+      if (s.memory != nullptr) ex_.release(s.memory);
+      s = {};
+    }
+  }
+
   /// What melted in the last sub-step leaves its regions at the beginning of the next, where that has the stage.
   void settle_regions() {
     if (w_.f.plane_changed != nullptr && w_.f.region_mask != nullptr && w_.f.neighbour_mask != nullptr)
@@ -651,6 +705,7 @@ class EngineImpl final : public Engine {
   Scales scales_;
   std::uint64_t last_index_ = 0;
   std::uint64_t reserved_ = 0;  ///< items that verbs may work on
+  std::array<Saved, most_saved_states> saved_;
   void* marks_[2] = {nullptr, nullptr};
   Sampling sampling_;
   bool timed_ = false;  ///< this sub-step

@@ -163,6 +163,12 @@ Result<LatticeData> World::lattice() {
 Result<std::uint64_t> World::state_hash() {
   return guarded<Result<std::uint64_t>>([&] { return impl_->state_hash(); });
 }
+Status World::save_state(int slot) {
+  return guarded<Status>([&] { return impl_->save_state(slot); });
+}
+Status World::load_state(int slot) {
+  return guarded<Status>([&] { return impl_->load_state(slot); });
+}
 Result<std::vector<std::uint8_t>> World::snapshot() {
   return guarded<Result<std::vector<std::uint8_t>>>([&] { return impl_->snapshot(); });
 }

@@ -4,7 +4,7 @@
 // surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
 // world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
-// snapshot.cpp, plan.cpp.
+// snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.
 #pragma once
 
 #include <array>
@@ -157,6 +157,9 @@ class WorldImpl final : public Scheduler {
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   Result<SurfaceView> surface_view(const SurfaceDesc& d,
                                    SurfaceMesh* mesh);  ///< mesh: null where it is not wanted
+  // world_saved.cpp
+  Status save_state(int slot);
+  Status load_state(int slot);
   // snapshot.cpp
   Result<std::uint64_t> state_hash();
   Result<std::vector<std::uint8_t>> snapshot();
@@ -457,6 +460,19 @@ class WorldImpl final : public Scheduler {
     bool of_nothing = false;     ///< the World was empty: `carried` is all there is
   };
   std::array<OpenReading, most_readings> readings_;  ///< the engine's slots of the same number
+  /// What the host has to a state in the backend's memory.
+  struct SavedState {
+    std::uint64_t layout = 0;  ///< layout_ then; 0: none
+    double time = 0, substep = 0, last_max_speed = 0, plan_until = 0;
+    std::uint64_t steps = 0, born = 0, noted_step = 0;
+    bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false;
+    std::vector<EmitterRecord> emitters;
+    std::vector<physics::RigidMotion> motion;
+    Census census;
+  };
+  Status check_slot(const char* call, int slot) const;
+  std::array<SavedState, most_saved_states> saved_;
+  std::uint64_t layout_ = 0;    ///< of the engine's memory: how often it was made anew or changed
   std::uint64_t restored_ = 0;  ///< how often another state has come in place of this one
 };
 

@@ -188,6 +188,9 @@ Status WorldImpl::prepare() {
   facts_ = facts();
   fit_regions();
   place_forces();
+  ++layout_;  // states saved before are of another layout
+  if (std::any_of(saved_.begin(), saved_.end(), [](const SavedState& s) { return s.layout != 0; }))
+    engine->forget_saved();
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
@@ -232,6 +235,7 @@ Status WorldImpl::adapt() {
     plan_changed_ = false;
     return {};
   }
+  ++layout_;
   if (Status s = engine->adapt(constants(), lattice_, state_, setup); !s) {
     facts_ = had;
     derive_limits();

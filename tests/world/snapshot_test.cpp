@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <random>
+#include <string>
 
 #include "scenes.hpp"
 
@@ -54,6 +55,182 @@ TEST(Snapshot, ASnapshotOfAnotherSceneIsRefusedByName) {
   const Status s = a.world.restore(bytes.data(), bytes.size());
   ASSERT_FALSE(s);
   EXPECT_NE(s.error().message.find("lattice vertices"), std::string::npos) << s.error().message;
+}
+
+/// A tank in which everything is that a state may hold: ice that melts and freezes, a nozzle, a body that the host moves, a proxy.
+struct Everything {
+  World world;
+  BodyId paddle, hull;
+};
+Everything everything() {
+  IceScene scene;
+  scene.freezes = true;
+  Scene s = ice_in_water(describe(), scene);
+  Everything e{std::move(s.world), {}, {}};
+  MaterialDesc steel;
+  steel.name = "steel";
+  const MaterialId material = *e.world.add_material(steel);
+  SolidDesc b;
+  b.material = material;
+  b.shape = Shape::box({0.2, 0.2, 0.2}, {0.6, 0.6, 0.6});
+  b.motion = Motion::kinematic;
+  b.max_speed = 1;
+  e.paddle = *e.world.add_solid(b);
+  b.shape = Shape::box({1.6, 1.0, 1.6}, {2.0, 1.4, 2.0});
+  b.motion = Motion::proxy;
+  b.mass = 30;
+  e.hull = *e.world.add_solid(b);
+  EmitterDesc n;
+  n.center = {1.2, 2.0, 0.4};
+  n.radius = 0.25;
+  n.material = s.water;
+  n.temperature = 60;
+  n.max_particles = 2000;
+  require(e.world.add_emitter(n));
+  return e;
+}
+void go_on(Everything& e, int steps) {
+  for (int k = 0; k < steps; ++k) {
+    BodyMotion m;
+    m.velocity = {k % 20 < 10 ? 0.5 : -0.5, 0, 0};
+    require(e.world.set_motion(e.paddle, m));
+    require(e.world.step(0.005));
+  }
+}
+
+// Bits: what is gone back to goes on as it did, as often as one likes, in any order, and with as much emitted.
+TEST(Saved, GoingBackRepeatsTheBits) {
+  MELTSIM_NEEDS_BACKEND();
+  Everything e = everything();
+  go_on(e, 20);
+  require(e.world.save_state(3));
+  const auto at_first = *e.world.state_hash();
+  const StepResult first = e.world.synchronize();
+  go_on(e, 20);
+  require(e.world.save_state(0));
+  const auto at_second = *e.world.state_hash();
+  go_on(e, 20);
+  const auto at_end = *e.world.state_hash();
+  const StepResult end = e.world.synchronize();
+  const ProxyState hull = *e.world.proxy(e.hull);
+  EXPECT_GT(end.fluid, first.fluid) << "the nozzle emits";
+  EXPECT_GT(end.melted + end.frozen, first.melted + first.frozen) << "something changes phase";
+  for (int again = 0; again < 2; ++again) {
+    require(e.world.load_state(3));
+    EXPECT_EQ(e.world.steps(), first.steps);
+    EXPECT_EQ(e.world.time(), first.time);
+    EXPECT_EQ(*e.world.state_hash(), at_first);
+    go_on(e, 20);
+    EXPECT_EQ(*e.world.state_hash(), at_second);
+    require(e.world.load_state(0));
+    require(e.world.load_state(0));
+    go_on(e, 20);
+    EXPECT_EQ(*e.world.state_hash(), at_end);
+    EXPECT_EQ(e.world.synchronize().fluid, end.fluid);
+    EXPECT_EQ(length(e.world.proxy(e.hull)->position - hull.position), 0);
+  }
+}
+
+// Liquid alone takes the steps that put a state elsewhere (sph.advance) on a GPU.
+TEST(Saved, OfLiquidAlone) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.domain.bounded = true;
+  d.domain.max = {1, 1, 1};
+  d.heat.model = HeatModel::none;
+  World w = *World::create(d);
+  FluidDesc f;
+  f.material = *w.add_material({});
+  f.shape = Shape::box({0, 0, 0}, {0.5, 0.6, 1});
+  require(w.add_fluid(f));
+  const auto run = [&](int n) {
+    for (int k = 0; k < n; ++k) require(w.step(0.003));
+  };
+  run(7);
+  require(w.save_state(1));
+  run(10);
+  const auto hash = *w.state_hash();
+  for (int again = 0; again < 3; ++again) {
+    require(w.load_state(1));
+    run(10);
+    EXPECT_EQ(*w.state_hash(), hash);
+  }
+}
+
+// A World that halted goes on from the state before. Nothing is saved of one that has, whoever knows of it.
+TEST(Saved, AWorldThatHaltedGoesBack) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.heat.model = HeatModel::none;
+  d.sound_speed = 20;
+  World w = *World::create(d);
+  SolidDesc b;
+  b.material = *w.add_material({});
+  b.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  const BodyId id = *w.add_solid(b);
+  require(w.step(0.01));
+  require(w.save_state(0));
+  require(w.step(0.01));
+  const auto hash = *w.state_hash();
+  require(w.apply_impulse(id, {27.0 * 1e5, 0, 0}));  // 1e5 m/s: across its neighbourhood in a sub-step
+  require(w.step(0.01));
+  const Status late = w.save_state(1);
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().code, ErrorCode::halted);
+  EXPECT_TRUE(w.synchronize().halted);
+  EXPECT_FALSE(w.step(0.01));
+  EXPECT_FALSE(w.load_state(1)) << "nothing was saved";
+  require(w.load_state(0));
+  EXPECT_FALSE(w.synchronize().halted);
+  require(w.step(0.01));
+  EXPECT_EQ(*w.state_hash(), hash);
+}
+
+TEST(Saved, WhatIsLostOrWasNeverThereIsRefusedByName) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  const auto refused = [](const Status& r, const std::string& part) {
+    ASSERT_FALSE(r) << part;
+    EXPECT_EQ(r.error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(r.error().message.find(part), std::string::npos) << r.error().message;
+  };
+  refused(s.world.save_state(-1), "slot: must be 0 to 15");
+  refused(s.world.load_state(most_saved_states), "slot: must be 0 to 15");
+  refused(s.world.load_state(0), "nothing is saved");
+  require(s.world.save_state(0));
+  require(s.world.step(0.005));
+  MaterialDesc m;
+  m.name = "other";
+  require(s.world.add_material(m));
+  const auto hash = *s.world.state_hash();
+  refused(s.world.load_state(0), "is lost");
+  require(s.world.prepare());
+  refused(s.world.load_state(0), "is lost");
+  EXPECT_EQ(*s.world.state_hash(), hash);
+  require(s.world.save_state(0));
+  require(s.world.step(0.005));
+  require(s.world.load_state(0));
+  EXPECT_EQ(*s.world.state_hash(), hash);
+}
+
+// A reading that is open keeps its values, whatever is gone back to.
+TEST(Saved, OpenReadingsKeepTheirValues) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  require(s.world.save_state(0));
+  for (int k = 0; k < 5; ++k) require(s.world.step(0.005));
+  ReadRequest what;
+  what.totals = true;
+  const std::uint64_t then = s.world.steps();
+  const auto ticket = s.world.request(what);
+  ASSERT_TRUE(ticket);
+  require(s.world.load_state(0));
+  const auto reading = s.world.take(*ticket);
+  ASSERT_TRUE(reading);
+  EXPECT_EQ(reading->step, then);
+  EXPECT_EQ(s.world.steps(), 0u);
 }
 
 }  // namespace

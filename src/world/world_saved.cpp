@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// States that are saved in the backend's memory, and going back to them.
+#include <utility>
+
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+Status WorldImpl::check_slot(const char* call, int slot) const {
+  if (slot >= 0 && slot < most_saved_states) return {};
+  return invalid(call, ": slot: must be 0 to ", most_saved_states - 1, ", got ", slot);
+}
+
+Status WorldImpl::save_state(int slot) {
+  if (Status s = check_slot("save_state", slot); !s) return s;
+  const auto halted = [this] {
+    return Error{ErrorCode::halted,
+                 "save_state: the World halted: " + halt_reason_ + "; go back to a state saved before"};
+  };
+  if (halted_) return halted();
+  if (Status s = prepare(); !s) return s;
+  SavedState v;
+  v.layout = layout_;
+  v.time = time;
+  v.substep = substep_;
+  v.last_max_speed = last_max_speed_;
+  v.plan_until = plan_until_;
+  v.steps = steps;
+  v.born = born_;
+  v.noted_step = noted_step_;
+  v.heat_level = state_.heat_level;
+  v.may_melt = may_melt_;
+  v.was_emitting = was_emitting_;
+  v.plan_changed = plan_changed_;
+  v.emitters = emitters_;
+  v.motion = state_.motion;
+  v.census = census_;
+  SavedState& to = saved_[static_cast<std::size_t>(slot)];
+  to = {};
+  const auto status = engine->save(slot);
+  if (!status) return status.error();
+  note_halt(*status, engine->fault());
+  if (halted_) return halted();
+  to = std::move(v);
+  return {};
+}
+
+Status WorldImpl::load_state(int slot) {
+  if (Status s = check_slot("load_state", slot); !s) return s;
+  const SavedState& v = saved_[static_cast<std::size_t>(slot)];
+  if (v.layout == 0)
+    return invalid("load_state: slot: nothing is saved under ", slot, "; call save_state() first");
+  if (dirty_ || v.layout != layout_)
+    return invalid(
+        "load_state: slot: what was saved under ", slot,
+        " is lost, since something was added, removed or restored, or the plan changed; save again, or "
+        "restore a snapshot");
+  auto emitters = v.emitters;  // from here on nothing fails
+  auto motion = v.motion;
+  Census census = v.census;
+  collect_samples();
+  drop_samples_from(v.time);
+  engine->load(slot);
+  time = v.time;
+  steps = v.steps;
+  substep_ = v.substep;
+  last_max_speed_ = v.last_max_speed;
+  plan_until_ = v.plan_until;
+  born_ = v.born;
+  noted_step_ = v.noted_step;
+  state_.heat_level = v.heat_level;
+  may_melt_ = v.may_melt;
+  was_emitting_ = v.was_emitting;
+  plan_changed_ = v.plan_changed;
+  emitters_ = std::move(emitters);
+  state_.motion = std::move(motion);
+  census_ = std::move(census);
+  for (auto& m : motions_) m.reset();
+  for (auto& p : proxies_) p.reset();
+  halted_ = false;
+  halt_step_ = 0;
+  halt_reason_.clear();
+  carried_ = {};
+  places_.reset();
+  holes_.clear();
+  state_stale_ = true;
+  ++restored_;
+  return {};
+}
+
+}  // namespace v0
+}  // namespace meltsim
