@@ -86,7 +86,8 @@ struct RigidStepBody {
     if (!of_rigid(w, v) || w.f.vertex_piece[v] != v) return;
     const physics::RigidPieceSums sums = core::rigid_sums_of(w.f.rigid_sums[v], w.sum_units);
     const double dt = static_cast<double>(w.f.clock->dt);
-    if (w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy)
+    // A site that holds nothing has no piece, and so no step of a proxy.
+    if (w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy && sums.mass > 0)
       w.f.rigid_step[v] = step_of_proxy(v, sums, dt);
     else w.f.rigid_step[v] = physics::rigid_step(sums, w.f.rigid_rotation[v], dt);
   }

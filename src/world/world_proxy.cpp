@@ -73,6 +73,9 @@ Status WorldImpl::check_proxy(const SolidDesc& s, const std::string& what) const
         what, "material: \"", materials[s.material.index].name,
         "\" can melt, and the host would not know of it; use motion rigid, or a material that does "
         "not melt");
+  if (s.growth != 0)
+    return invalid(what, "growth: a proxy has the mass that its host gives it and does not grow, got ",
+                   s.growth, "; leave it out, or use motion rigid");
   if (is_zero(s.inertia)) return {};
   const double size = trace(s.inertia);
   if (!std::isfinite(size) || !(size > 0)) return invalid(what, "inertia: must be finite and positive");

@@ -321,6 +321,10 @@ class Sequence {
     s.fixed = chance(0.25);
     if (s.fixed) s.velocity = s.angular_velocity = {};
     else if (chance(0.3)) s.motion = Motion::rigid;
+    else if (chance(0.2)) {
+      s.motion = Motion::proxy;
+      s.mass = or_extreme(random_.uniform(0.1, 5) * 1000 * 27 * dx_ * dx_ * dx_);
+    }
     if (chance(0.2)) s.surface = surface_heat();
     if (chance(0.1)) s.heat_source = or_extreme(random_.uniform(-1e5, 1e6));
     if (chance(0.15)) s.growth = static_cast<int>(random_.below(3));
@@ -329,6 +333,7 @@ class Sequence {
     note("add_solid T ", s.temperature,
          s.fixed                     ? " fixed"
          : s.motion == Motion::rigid ? " rigid"
+         : s.motion == Motion::proxy ? " proxy"
                                      : "",
          " growth ", s.growth, " source ", s.heat_source, " v ", s.velocity.x, ",", s.velocity.y, ",",
          s.velocity.z);
@@ -586,6 +591,49 @@ class Sequence {
     expect(after && *after == *hash, "restored with another hash");
     halted_ = false;
   }
+  void save_and_go_back() {
+    const int slot =
+        wild_ && chance(0.05) ? pick({-1, most_saved_states, 1 << 30}) : static_cast<int>(random_.below(4));
+    note("save, load ", slot);
+    const auto hash = world_->state_hash();
+    refusable_ = halted_;
+    const Status saved = guarded_call("save_state", [&] { return world_->save_state(slot); });
+    refusable_ = false;
+    if (!saved && saved.error().code == ErrorCode::halted) synchronize();
+    if (!saved || !hash) return;
+    step();
+    if (chance(0.3)) step();
+    const Status back = world_->load_state(slot);
+    if (!back) return expect(back.error().message.find("is lost") != std::string::npos, back.error().message);
+    const auto after = world_->state_hash();
+    expect(after && *after == *hash, "gone back to another hash");
+    halted_ = false;
+  }
+  void feel() {
+    if (bodies_.empty()) return;
+    const BodyId id = bodies_[random_.below(static_cast<std::uint32_t>(bodies_.size()))];
+    const bool on = chance(0.7);
+    note("watch_forces ", on);
+    refusable_ = true;  // a proxy is always watched
+    (void)guarded_call("watch_forces", [&] { return world_->watch_forces(id, on); });
+    if (const auto now = world_->proxy(id)) {
+      ProxyState s = *now;
+      s.position = or_extreme(s.position + random_.vector(0.1 * dx_));
+      s.velocity = or_extreme(random_.vector(1));
+      s.angular_velocity = or_extreme(random_.vector(1));
+      s.teleport = chance(0.2);
+      (void)guarded_call("set_proxy", [&] { return world_->set_proxy(id, s); });
+      step();
+    }
+    refusable_ = false;
+    const auto forces = world_->take_forces();
+    expect(forces || halted_, "take_forces failed: " + (forces ? "" : forces.error().message));
+    if (!forces) return;
+    for (const BodyForces& f : *forces)
+      expect(finite(f.seconds) && finite(length(f.total.linear)) && finite(length(f.total.angular)) &&
+                 finite(length(f.pressure.linear)) && finite(length(f.contact.angular)) && finite(f.heat),
+             "a force that is no number");
+  }
   void schedule() {
     Scheduler& s = world_->scheduler();
     note("schedule");
@@ -625,7 +673,9 @@ class Sequence {
     else if (what < 0.70) step_some();
     else if (what < 0.78) read_totals();
     else if (what < 0.88) read_other();
-    else if (what < 0.95) snapshot_and_restore();
+    else if (what < 0.91) snapshot_and_restore();
+    else if (what < 0.935) save_and_go_back();
+    else if (what < 0.95) feel();
     else if (what < 0.98) schedule();
     else {
       note("prepare");

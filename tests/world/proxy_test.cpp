@@ -549,6 +549,9 @@ TEST(Proxy, BadInputIsRefusedByName) {
   s.mass = -1;
   refused(w.add_solid(s), "mass: a proxy needs");
   s.mass = 10;
+  s.growth = 1;
+  refused(w.add_solid(s), "growth: a proxy");
+  s.growth = 0;
   s.inertia.m[0][1] = 1;
   refused(w.add_solid(s), "inertia: must be");
   s.inertia = {};
