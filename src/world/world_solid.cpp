@@ -187,7 +187,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   core::BodyRow row;
   row.stride_y = static_cast<std::uint32_t>(nx);
   row.stride_z = static_cast<std::uint32_t>(nx * ny);
-  row.region_half_width = rigid ? 0 : m.region_half_width;
+  row.region_half_width = rigid ? 0 : std::min(m.region_half_width, most_half_width());
   row.motion = kinematic ? core::body_kinematic
                : proxy   ? core::body_proxy
                : rigid   ? core::body_rigid

@@ -107,7 +107,10 @@ void WorldImpl::fit_regions() {
   lattice_.max_half_width = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const MaterialDesc& m = materials[bodies_[b].desc.material.index];
-    const int w = bodies_[b].rigid() ? 0 : bodies_[b].desc.fixed ? m.region_half_width : half_width_of(m);
+    // Sites around a body are no more than the domain allows (widest_half_width).
+    const int w = bodies_[b].rigid()      ? 0
+                  : bodies_[b].desc.fixed ? std::min(m.region_half_width, most_half_width())
+                                          : half_width_of(m);
     lattice_.bodies[b].region_half_width = w;
     lattice_.max_half_width = std::max(lattice_.max_half_width, w);
   }

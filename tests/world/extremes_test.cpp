@@ -157,6 +157,39 @@ TEST(Extremes, SpacingsThatPrecisionCannotHoldAreRefused) {
   for (const double bad : {1e-12, 1e12}) EXPECT_NE(refused(bad, Precision::double_precision), "") << bad;
 }
 
+// Across 8 spacings of a periodic axis regions are at most 3 wide. A fixed body whose material asks for 8 read sites
+// outside the lattice, a crash, as soon as a free body made the World build regions.
+TEST(Extremes, FixedBodiesOfWideRegionsFitAPeriodicAxis) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.domain.bounded = true;
+  d.domain.max = {1.6, 1.6, 8.0};
+  d.domain.faces[0] = d.domain.faces[1] = Face::periodic;
+  Result<World> w = World::create(d);
+  require(w);
+  MaterialDesc wide, narrow;
+  wide.name = "wide";
+  wide.region_half_width = 8;
+  wide.youngs_modulus = 1e5;  // room around the body is then as wide as the domain allows
+  narrow.name = "narrow";
+  const Result<MaterialId> of_fixed = w->add_material(wide), of_free = w->add_material(narrow);
+  require(of_fixed);
+  require(of_free);
+  SolidDesc block;
+  block.material = *of_fixed;  // the first in the lattice: nothing is before its sites
+  block.motion = Motion::fixed;
+  block.shape = Shape::box({0.2, 0.2, 0.2}, {1.4, 0.8, 3.8});
+  require(w->add_solid(block));
+  block.material = *of_free;
+  block.motion = Motion::free;
+  block.shape = Shape::box({0.2, 0.2, 4.2}, {1.4, 0.8, 4.8});
+  require(w->add_solid(block));
+  const auto totals = w->totals();
+  require(totals);
+  require(w->step(1e-4));
+  EXPECT_FALSE(w->synchronize().halted);
+}
+
 // Twelve sound speeds, so that the digits of the message are rounded both ways.
 TEST(Extremes, TheStepThatIsAdvisedIsTaken) {
   MELTSIM_NEEDS_BACKEND();
