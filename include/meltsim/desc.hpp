@@ -148,7 +148,8 @@ struct ProxyState {
   /// What forces that only the host knows (its joints, motors and contacts) give it beside gravity [m/s^2]: of a body that rests
   /// on a floor of the host's, minus gravity. It acts until the next state.
   Vec3d acceleration;
-  /// Puts the body there at once. Otherwise it gets there within the next step, beside its motion.
+  /// Puts the body there at once. Otherwise it gets there within the next step, beside its motion, at a tenth of the sound speed
+  /// at most: from farther away it takes as many steps, each with its state.
   bool teleport = false;
 };
 

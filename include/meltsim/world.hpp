@@ -151,7 +151,7 @@ class MELTSIM_API World {
 
   /// Sets pose and twist of a proxy (Motion::proxy) as the host has them at time(). The last ones set before a step count.
   /// Velocities hold at once; the gap between the host's pose and its own the proxy closes at constant rates within the next
-  /// step. Without a new state it moves on as a rigid body. step() refuses, with invalid_argument, a motion that would be
+  /// step, none of its points faster than at a tenth of the sound speed. Without a new state it moves on as a rigid body. step() refuses, with invalid_argument, a motion that would be
   /// faster than half the sound speed or a pose beyond a wall; a teleport is checked as by set_motion. Errors:
   /// invalid_argument (names the field).
   Status set_proxy(BodyId body, const ProxyState& state);

@@ -15,6 +15,7 @@ struct Steered {
   std::uint32_t body = 0;
   bool jumps = false;  ///< it is elsewhere from the beginning of the sub-step on
   physics::RigidMotion motion;
+  double reach = 0, most = 0;  ///< of a proxy: as proxy_set() takes them [m, m/s]
 };
 
 /// A push on a free body, or the motion that it is to have.

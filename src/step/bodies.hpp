@@ -73,10 +73,11 @@ struct SteerBody {
   std::uint32_t body[core::most_steered];
   std::uint32_t jumps;  ///< bit per entry
   physics::RigidMotion motion[core::most_steered];
+  double reach[core::most_steered], most[core::most_steered];
   MELTSIM_HD void operator()(std::uint64_t k) const {
     physics::RigidMotion& m = rows[body[k]].motion;
     if (bodies[body[k]].motion == core::body_proxy)
-      m = physics::proxy_set(m, motion[k], ((jumps >> k) & 1u) != 0u);
+      m = physics::proxy_set(m, motion[k], ((jumps >> k) & 1u) != 0u, reach[k], most[k]);
     else m = motion[k];
   }
 };

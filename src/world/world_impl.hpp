@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
-// world_remove.cpp, world_motion.cpp (kinematic bodies), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp (settings, pushes, emitters), world_heat.cpp (regions,
-// surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
+// world_remove.cpp, world_motion.cpp (kinematic bodies), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
+// (settings, pushes, emitters), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
 // world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
 // snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.

@@ -201,13 +201,14 @@ Status WorldImpl::plan_motions(double dt) {
     if (b.proxy() && !b.gone && proxies_[i]) {
       const physics::RigidMotion m = motion_for(*proxies_[i], dt);
       if (Status s = check_motion(body, m, 0); !s) return s;
-      steered_.push_back({body, proxies_[i]->teleport, m});
+      steered_.push_back(
+          {body, proxies_[i]->teleport, m, b.reach, physics::largest_closing_mach * sound_speed_});
       fastest = std::max(fastest, length(m.first.velocity) + length(m.first.angular_velocity) * b.reach);
     }
     if (!b.kinematic() || b.gone) continue;
     const physics::RigidMotion m = motions_[i] ? motion_for(body, *motions_[i], dt) : state_.motion[i];
     if (Status s = check_motion(body, m, dt); !s) return s;
-    if (motions_[i]) steered_.push_back({body, motions_[i]->teleport, m});
+    if (motions_[i]) steered_.push_back({body, motions_[i]->teleport, m, 0, 0});
     const physics::RigidPlace now = physics::place_at(m, time);
     fastest = std::max(fastest, length(now.velocity) + length(now.angular_velocity) * b.reach);
   }

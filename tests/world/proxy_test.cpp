@@ -515,6 +515,29 @@ TEST(Proxy, FollowsThePoseOfItsHost) {
   EXPECT_LT(length(w.pieces()->at(0).center - now.position), 1e-12);
 }
 
+// A host's pose 1.5 m away, set without teleport: the proxy comes at a tenth of the sound speed, as steps and states go on.
+// Without that bound it crosses the tank in a step of 20 ms, at 75 m/s. 1e-12 m: rounding.
+TEST(Proxy, GetsToAFarPoseNoFasterThanLiquidMoves) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = tank({4, 4, 4}, 0.1, Precision::double_precision);
+  d.gravity = {};
+  World w = make(d);
+  const BodyId id = proxy(w, Shape::box({1, 1, 1}, {1.4, 1.4, 1.4}), 50);
+  require(w.prepare());
+  const double most = 0.1 * w.resolved().sound_speed * 0.02;
+  ASSERT_LT(most, 0.4);
+  ProxyState s = *w.proxy(id);
+  const double begin = s.position.x;
+  s.position.x += 1.5;
+  for (int k = 1; k < 4; ++k) {
+    require(w.set_proxy(id, s));
+    run(w, 1, 0.02);
+    const ProxyState now = *w.proxy(id);
+    EXPECT_NEAR(now.position.x, begin + k * most, 1e-12);
+    EXPECT_EQ(length(now.velocity), 0);
+  }
+}
+
 // A state that is restored goes on with the same bits, the motion of the proxy included.
 TEST(Proxy, IsPartOfASnapshot) {
   MELTSIM_NEEDS_BACKEND();

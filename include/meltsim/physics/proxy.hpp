@@ -21,7 +21,8 @@
 //
 // A host that adds J/M, L and its own forces to its body gets v' and w'. Its pose differs from x', R' by what its
 // integrator differs in, and by what its own contacts do; that gap is closed at constant rates over its next step. The
-// rates move the body and are no part of its velocity.
+// rates move the body and are no part of its velocity. They move no point of it faster than a tenth of the sound speed,
+// which is what liquid itself moves at most at; what is left of the gap then waits for the next state.
 //
 // RigidMotion holds the state of a proxy as: first = x, R, v, w; then.velocity, then.angular_velocity = dx, dr, until
 // `until`; then.position = a.
@@ -32,6 +33,9 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
+
+/// What the speed at which a gap is closed is at most, over the sound speed [-].
+inline constexpr double largest_closing_mach = 0.1;
 
 /// The share of a sub-step of dt from `time` in which the gap to the host's pose is still closed [s].
 MELTSIM_HD double closing_time(const RigidMotion& m, double time, double dt) {
@@ -83,8 +87,10 @@ MELTSIM_HD RigidMotion proxy_after(const RigidMotion& m, const RigidPieceStep& s
 }
 
 /// The motion from now on, as the host has it: its pose and twist in first, its acceleration in then.position, the end of
-/// its step in until. jumps: the proxy is there at once.
-MELTSIM_HD RigidMotion proxy_set(const RigidMotion& now, const RigidMotion& host, bool jumps) {
+/// its step in until. jumps: the proxy is there at once. Otherwise no point within `reach` [m] of its centre closes the gap
+/// faster than at `most` [m/s].
+MELTSIM_HD RigidMotion proxy_set(const RigidMotion& now, const RigidMotion& host, bool jumps, double reach,
+                                 double most) {
   RigidMotion m = host;
   m.then.velocity = m.then.angular_velocity = {};
   m.then.orientation = {};
@@ -93,9 +99,12 @@ MELTSIM_HD RigidMotion proxy_set(const RigidMotion& now, const RigidMotion& host
   m.first.orientation = now.first.orientation;
   const double dt = host.until - host.from;
   if (!(dt > 0)) return m;
-  m.then.velocity = (host.first.position - now.first.position) * (1 / dt);
-  m.then.angular_velocity =
-      rotation_vector(composed(host.first.orientation, inverse(now.first.orientation))) * (1 / dt);
+  const Vec3<double> gap = host.first.position - now.first.position;
+  const Vec3<double> turn = rotation_vector(composed(host.first.orientation, inverse(now.first.orientation)));
+  const double way = length(gap) + length(turn) * reach;
+  const double share = way > most * dt ? most * dt / way : 1.0;
+  m.then.velocity = gap * (share / dt);
+  m.then.angular_velocity = turn * (share / dt);
   return m;
 }
 
