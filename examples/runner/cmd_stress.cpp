@@ -10,7 +10,6 @@
 #include "commands.hpp"
 #include "failure.hpp"
 #include "files.hpp"
-#include "run_directory.hpp"
 #include "show/map_svg.hpp"
 #include "stress/setup.hpp"
 
@@ -104,7 +103,7 @@ class Stress {
   }
 
   void write() {
-    const RunDirectory directory = named_run_directory(options_.out);
+    make_directories(options_.out);
     std::string csv =
         "axis,value,backend,precision,verdict,note,energy_gain,max_speed,particles,substeps,time,wall_s\n";
     std::vector<MapRow> rows;
@@ -126,14 +125,14 @@ class Stress {
     }
     std::vector<std::string> names;
     for (const Column& column : columns_) names.push_back(column.name());
-    write_file(directory.file("stability.csv"), csv);
-    write_file(directory.file("stability.svg"), map_svg("What holds at the extremes", names,
+    write_file(options_.out + "/stability.csv", csv);
+    write_file(options_.out + "/stability.svg", map_svg("What holds at the extremes", names,
                                                         {{"holds", "#2e9e4f"},
                                                          {"clamped, with a flag", "#8fc93a"},
                                                          {"refused, with the fix", "#4a7fd6"},
                                                          {"fails", "#d1392b"}},
                                                         rows));
-    fmt::print("wrote {0}/stability.csv and {0}/stability.svg\n", directory.path);
+    fmt::print("wrote {0}/stability.csv and {0}/stability.svg\n", options_.out);
   }
 
   const StressOptions& options_;
@@ -156,7 +155,8 @@ int cmd_stress(const StressOptions& options) {
   }
   if (cells.empty())
     throw Failure(ExitCode::usage, "--filter: no cell has that in its name; see meltsim stress --list");
-  if (!options.out.empty()) refuse_existing(options.out);
+  if (exists(options.out))
+    throw Failure(ExitCode::io, options.out + ": exists already; name another directory");
   return Stress(options, std::move(cells)).run();
 }
 

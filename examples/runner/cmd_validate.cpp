@@ -55,9 +55,7 @@ ValidationMachine machine_of(const ValidateOptions& options, const validation::S
 void make_directory(const std::string& out) {
   if (exists(out + "/validation.json"))
     throw Failure(ExitCode::io, out + ": holds a validation already, which is kept; choose another --out");
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) throw Failure(ExitCode::io, fmt::format("{}: cannot be made: {}", out, error.message()));
+  make_directories(out);
 }
 
 void write_results(const std::string& out, const ValidationMachine& machine,

@@ -106,6 +106,12 @@ std::string read_file(const std::string& path) {
   return content.str();
 }
 
+void make_directories(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error) throw Failure(ExitCode::io, fmt::format("{}: cannot be made: {}", path, error.message()));
+}
+
 bool exists(const std::string& path) {
   std::error_code error;
   return std::filesystem::exists(path, error);

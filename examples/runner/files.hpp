@@ -39,5 +39,7 @@ OpenFile replace_file(const std::string& path, const std::string& content);
 int open_new(const std::string& path);
 std::string read_file(const std::string& path);
 bool exists(const std::string& path);
+/// Makes a directory and those above it; nothing where it is there already.
+void make_directories(const std::string& path);
 
 }  // namespace runner

@@ -97,7 +97,8 @@ struct WorldDesc {
   DomainDesc domain;           ///< where particles may be
   Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
   /// c [m/s]; automatic = 10 sqrt(2 g depth) of what was added; rises when more is. Below sqrt(2 g depth) what falls
-  /// passes through liquid, and the World halts.
+  /// passes through liquid: step() and prepare() refuse that where a bounded domain has a floor, unless the liquid's
+  /// viscosity keeps it slower (g depth^2 / (2 nu)).
   double sound_speed = 0;
   double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0: damps acoustic noise; 0.01..0.1
   /// Allows pressures below 0. For liquid that fills its domain; at a free surface liquid would form clumps.

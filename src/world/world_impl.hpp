@@ -251,7 +251,9 @@ class WorldImpl final : public Scheduler {
   Status check_freezing(const MaterialDesc& m);
   Status check_curves() const;
   Status check_expansion(const MaterialDesc& m, double time_scale) const;
+  double fall_height() const;
   void derive_sound_speed();
+  Status check_sound_speed() const;
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();

@@ -30,6 +30,12 @@ double largest_viscosity(const MaterialDesc& m) {
   return mu;
 }
 
+double least_viscosity(const MaterialDesc& m) {
+  double mu = m.viscosity_points.empty() ? m.viscosity : infinity;
+  for (const PropertyPoint& p : m.viscosity_points) mu = std::min(mu, p.value);
+  return mu;
+}
+
 double largest_conductivity(const core::MaterialRow<double>& m) {
   double k = std::max(m.conductivity, m.liquid_conductivity);
   if (m.tables == nullptr) return k;
@@ -75,6 +81,21 @@ void WorldImpl::look_at_added() {
   derive_sound_speed();
 }
 
+/// How far what was added may fall [m]: to the lowest corner of a bounded domain, however gravity is tilted, else to the lowest
+/// place where something was added.
+double WorldImpl::fall_height() const {
+  const double g = length(desc.gravity);
+  double low = seen_.low;
+  if (desc.domain.bounded && seen_.high >= low) {
+    const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+    const Vec3d a = desc.domain.min, b = desc.domain.max;
+    const double floor = std::min(a.x * up.x, b.x * up.x) + std::min(a.y * up.y, b.y * up.y) +
+                         std::min(a.z * up.z, b.z * up.z);
+    if (std::isfinite(floor) && floor < low) low = floor;
+  }
+  return seen_.high >= low ? seen_.high - low : 0;
+}
+
 /// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Once the
 /// simulation runs it only rises, as pressures depend on it.
 void WorldImpl::derive_sound_speed() {
@@ -82,20 +103,37 @@ void WorldImpl::derive_sound_speed() {
     sound_speed_ = desc.sound_speed;
     return;
   }
-  const double g = length(desc.gravity);
-  double low = seen_.low;
-  if (desc.domain.bounded && seen_.high >= low) {
-    // What stands above a floor may fall to it.
-    const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
-    const Vec3d a = desc.domain.min, b = desc.domain.max;  // the lowest corner, however gravity is tilted
-    const double floor = std::min(a.x * up.x, b.x * up.x) + std::min(a.y * up.y, b.y * up.y) +
-                         std::min(a.z * up.z, b.z * up.z);
-    if (std::isfinite(floor) && floor < low) low = floor;
-  }
-  const double depth = seen_.high >= low ? seen_.high - low + desc.spacing : 0;
-  double c = physics::sound_speed_for(seen_.speed, g, depth);
+  const double depth = seen_.high >= seen_.low ? fall_height() + desc.spacing : 0;
+  double c = physics::sound_speed_for(seen_.speed, length(desc.gravity), depth);
   if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
+}
+
+/// Refuses a sound speed that what falls onto the floor of the domain outruns: it would pass through liquid, in sub-steps that
+/// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
+/// below, how far things fall is not known.
+Status WorldImpl::check_sound_speed() const {
+  if (desc.sound_speed <= 0 || !desc.domain.bounded || !any_liquid()) return {};
+  const Vec3d pull = desc.gravity;
+  const auto& faces = desc.domain.faces;
+  const double along[3] = {pull.x, pull.y, pull.z};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (along[axis] != 0 && faces[2 * axis + (along[axis] > 0 ? 1 : 0)] != Face::wall) return {};
+  const double g = length(pull), height = fall_height();
+  double speed = std::sqrt(seen_.speed * seen_.speed + 2 * g * height);
+  if (std::none_of(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) { return !b.desc.fixed; })) {
+    double creep = 0;  // of a layer of that height on a slope
+    for (std::size_t i = 0; i < materials.size(); ++i)
+      if (liquid_used_[i] != 0u)
+        creep = std::max(
+            creep, physics::creep_speed(g, height, least_viscosity(materials[i]) / materials[i].density));
+    speed = std::min(speed, seen_.speed + creep);
+  }
+  if (desc.sound_speed >= speed) return {};
+  return core::invalid("sound_speed: ", desc.sound_speed, " m/s is slower than what falls ", height, " m, ",
+                       speed, " m/s: it would pass through liquid; use ", 10 * speed,
+                       ", or 0 to derive it (at least ", speed,
+                       ", with liquid squeezed to part of its volume)");
 }
 
 core::SceneConstants WorldImpl::constants() const {
@@ -182,6 +220,7 @@ Status WorldImpl::prepare() {
   noted_step_ = steps + 1;
   search_ = core::choose_search(desc, core::support_of(desc), capacity);
   find_materials();
+  if (Status s = check_sound_speed(); !s) return s;
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
   derive_limits();

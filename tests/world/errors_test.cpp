@@ -283,6 +283,52 @@ TEST(Errors, CoordinatesThatASingleCannotHoldAreRefusedOrShifted) {
   expect_error(far->add_fluid(f), "double");
 }
 
+/// A tank of water, 1 m, whose liquid falls 0.6 m onto the floor: 3.43 m/s.
+Result<World> falling_water(double sound_speed, double viscosity, bool stone, Face floor) {
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.sound_speed = sound_speed;
+  d.domain.bounded = true;
+  d.domain.max = {1, 1, 1};
+  d.domain.faces[2] = floor;
+  auto w = World::create(d);
+  require(w);
+  MaterialDesc m;
+  m.name = "water";
+  m.viscosity = viscosity;
+  FluidDesc f;
+  f.material = *w->add_material(m);
+  f.shape = Shape::box({0, 0, 0}, {1, 0.6, 1});
+  require(w->add_fluid(f));
+  if (!stone) return w;
+  SolidDesc b;
+  b.shape = Shape::box({0.4, 0.6, 0.4}, {0.6, 0.8, 0.6});
+  MaterialDesc rock;
+  rock.name = "rock";
+  b.material = *w->add_material(rock);
+  require(w->add_solid(b));
+  return w;
+}
+
+TEST(Errors, SoundSlowerThanTheFallIsRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  // Particles of the highest layer fall 0.55 m: sqrt(2 * 9.81 * 0.55) = 3.285 m/s.
+  auto w = falling_water(3.0, 1e-3, false, Face::wall);
+  const auto before = *w->state_hash();
+  expect_error(w->prepare(), "sound_speed: 3 m/s is slower than what falls 0.55 m, 3.28");
+  expect_error(w->step(1e-3), "use 32.8");
+  EXPECT_EQ(*w->state_hash(), before);
+  EXPECT_EQ(w->time(), 0.0);
+  EXPECT_TRUE(falling_water(3.3, 1e-3, false, Face::wall)->prepare());
+  EXPECT_TRUE(falling_water(0, 1e-3, false, Face::wall)->prepare());
+  // 9.81 * 0.55^2 / (2 nu): nu 0.5 m^2/s keeps it below 3 m/s (2.97), 0.49 does not (3.03); a stone on top falls all the same.
+  EXPECT_TRUE(falling_water(3.0, 500, false, Face::wall)->prepare());
+  expect_error(falling_water(3.0, 490, false, Face::wall)->prepare(), "0.55 m, 3.02");
+  expect_error(falling_water(3.0, 500, true, Face::wall)->prepare(), "0.75 m, 3.83");
+  // What leaves through the floor hits nothing.
+  EXPECT_TRUE(falling_water(3.0, 1e-3, false, Face::open)->prepare());
+}
+
 TEST(Errors, DivergenceKeepsTheLastGoodStateAndNamesTheParticle) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();

@@ -39,6 +39,11 @@ inline double sound_speed_for(double speed, double gravity, double depth) {
   return 10.0 * std::sqrt(speed * speed + 2.0 * gravity * depth);
 }
 
+/// Largest speed [m/s] of a layer of `depth` [m] that creeps down a wall along gravity, g h^2 / (2 nu) (Nusselt 1916; nu [m^2/s]).
+inline double creep_speed(double gravity, double depth, double kinematic_viscosity) {
+  return gravity * depth * depth / (2 * kinematic_viscosity);
+}
+
 /// Tait equation with exponent 7 [Pa]; stiffness = rho0 c^2 / 7 [Pa]. For phi below `lowest` the pressure is that at
 /// `lowest`. 1: no tension, for free surfaces, where phi is small because neighbours are missing; 0: tension,
 /// for liquid that fills its domain.
