@@ -2,6 +2,7 @@
 // The sampling stage for the CUDA executor.
 #include "engine/stage_functions.hpp"
 #include "exec/exec_cuda.cuh"
+#include "exec/exec_cuda_scan.cuh"
 #include "sampling/stages.hpp"
 
 namespace meltsim {
@@ -12,6 +13,8 @@ MELTSIM_INSTANTIATE(core::CudaExec, probes)
 MELTSIM_INSTANTIATE(core::CudaExec, loads)
 MELTSIM_INSTANTIATE(core::CudaExec, forces)
 MELTSIM_INSTANTIATE(core::CudaExec, forces_commit)
+MELTSIM_INSTANTIATE(core::CudaExec, touches)
+MELTSIM_INSTANTIATE(core::CudaExec, events)
 template void at_once<core::CudaExec, float>(core::CudaExec&, const core::Frame<float>&,
                                              const core::SampleRoom&);
 template void at_once<core::CudaExec, double>(core::CudaExec&, const core::Frame<double>&,

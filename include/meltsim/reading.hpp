@@ -2,6 +2,7 @@
 // What a host reads from a World, also while its steps run.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -141,6 +142,54 @@ struct BodyForces {
   Vec3d angular_velocity;  ///< of a proxy or kinematic body, likewise [rad/s]
 };
 
+/// What an event is: World::watch_events.
+enum class EventKind : std::uint32_t {
+  melted,         ///< a particle of a body became liquid
+  frozen,         ///< a liquid particle became part of a body
+  split,          ///< a piece came off a body, or off a piece of one
+  contact_begun,  ///< a body that can move touches another body or a wall
+  contact_ended,  ///< they touch no more
+  gone,           ///< nothing solid is left of a body; not of one that World::remove() took out
+  left            ///< a particle left the scene: through an open face, or as Stray::remove has it
+};
+inline constexpr int event_kinds = 7;  ///< kinds there are
+/// The bit of a kind in EventWatch::kinds.
+constexpr std::uint32_t event_bit(EventKind kind) { return 1u << static_cast<std::uint32_t>(kind); }
+inline constexpr std::uint32_t all_events = (1u << event_kinds) - 1u;  ///< every kind
+inline constexpr std::uint32_t no_particle = 0xffffffffu;  ///< Event::particle that there is none of
+
+/// Which events a World keeps until the host takes them.
+struct EventWatch {
+  std::uint32_t capacity =
+      4096;  ///< of the ring, 1 to 1,048,576; 72 bytes each. What comes on top of a full one pushes the oldest out
+  std::uint32_t kinds = all_events;  ///< sum of event_bit() of those wanted
+};
+
+/// Something that happened in a sub-step. A resting body touches what it lies on in every sub-step, one that bounces begins and
+/// ends a contact with every bounce.
+struct Event {
+  EventKind kind = EventKind::melted;  ///< what happened
+  std::uint64_t step = 0;              ///< the sub-step, from 1
+  double time = 0;                     ///< at its end [s]
+  Vec3d position;                      ///< of `particle` then [m]
+  /// Of melted, frozen and left that particle; of contacts the one with the smallest id among those that touch (or did, in the
+  /// sub-step before); of split one of the new piece; of gone the last one.
+  std::uint32_t particle = no_particle;
+  BodyId body;              ///< null: of liquid that left
+  BodyId other;             ///< of a contact of two bodies the one that was added later; else null
+  int wall = -1;            ///< of a contact with a wall 0 to 5, in the order of DomainDesc::faces; else -1
+  std::uint32_t piece = 0;  ///< of split: label of the new piece (PieceInfo::piece); else 0
+  std::uint32_t from = 0;   ///< of split: label of what it came off; else 0
+};
+
+/// Events in order of their sub-steps; those of one in an order that depends neither on threads nor on the backend: particles by id,
+/// pieces by label, contacts by body.
+struct Events {
+  std::vector<Event> events;                        ///< those that the ring held
+  std::uint64_t lost = 0;                           ///< older ones that it had no room for
+  std::array<std::uint64_t, event_kinds> counts{};  ///< of every kind, lost ones included
+};
+
 /// What World::request() reads, in any combination. StepResult is always read.
 struct ReadRequest {
   bool totals = false;     ///< Reading::totals and Reading::ledger
@@ -148,6 +197,7 @@ struct ReadRequest {
   bool particles = false;  ///< Reading::particles
   bool probes = false;     ///< Reading::probes
   bool forces = false;     ///< Reading::forces, which begin anew with it
+  bool events = false;     ///< Reading::events, likewise; World::watch_events() comes first
 };
 
 /// Particles in single precision, sorted by id, without removed particles. Arrays are parallel.
@@ -176,7 +226,8 @@ struct Reading {
   ParticleFrame particles;            ///< ReadRequest::particles
   std::vector<ProbeSeries> probes;    ///< ReadRequest::probes: samples not taken before
   std::vector<BodyForces>
-      forces;  ///< ReadRequest::forces: of watched bodies, in the order in which they were added
+      forces;     ///< ReadRequest::forces: of watched bodies, in the order in which they were added
+  Events events;  ///< ReadRequest::events: since the last reading of them
 };
 
 /// Identifies an open reading. Tickets are unique within a process; a default one is null.

@@ -163,6 +163,15 @@ class MELTSIM_API World {
   /// synchronises, and the next step uploads. Errors: invalid_argument, out_of_memory.
   Status watch_forces(BodyId body, bool on = true);
 
+  /// Begins to note events (meltsim/reading.hpp), in place of what was watched before. Contacts that there are then are reported
+  /// as begun in the next sub-step, also after restore(). Costs a few passes over ids, vertices and pairs of bodies in every
+  /// sub-step; no stage and no memory where nothing is watched. Synchronises, and the next step uploads; events that were not taken
+  /// are dropped. Errors: invalid_argument (capacity, kinds), capacity (contacts among more than 1,024 bodies; then add_solid()
+  /// returns it, too), out_of_memory.
+  Status watch_events(const EventWatch& what = {});
+  /// Ends that. Without a watch it does nothing. Errors: out_of_memory.
+  Status stop_events();
+
   /// Sets the motion of a free body, all its pieces together, to a velocity of its centre of mass [m/s] and an angular
   /// velocity about that [rad/s]; what it did beside that motion is gone. If it is faster than anything before, sound is
   /// made faster as by set_gravity. Other errors: those of prepare(), halted.
@@ -268,6 +277,8 @@ class MELTSIM_API World {
   /// What acted on every watched body since the last take_forces() or request() of forces.
   Result<std::vector<BodyForces>> take_forces();
   std::uint64_t watched_bodies() const;  ///< how many take_forces() reports on; does not wait
+  /// Events since the last take_events() or request() of events; they need watch_events(). Errors also: invalid_argument.
+  Result<Events> take_events();
   /// Hash of the State channels in order of id: equal states give equal hashes on every backend.
   Result<std::uint64_t> state_hash();
 
@@ -283,8 +294,8 @@ class MELTSIM_API World {
   /// invalid_argument (the number), out_of_memory, halted, those of prepare().
   Status save_state(int slot);
   /// Goes back to a saved state, to the bit, also of a World that halted since. Does not wait, but for samples of probes and
-  /// readings that are open. Probes, settings and forces on bodies are as after restore(), but that forces go back to
-  /// what they were. A saved state is lost when something is added or removed, restore() is called, or the plan changes (heat begins
+  /// readings that are open. Probes, settings and forces on bodies are as after restore(), but that forces, events and
+  /// contacts go back to what they were. A saved state is lost when something is added or removed, restore() is called, or the plan changes (heat begins
   /// or ends, the last solid has melted, emitters begin or end): keep a snapshot for that. Errors: invalid_argument (names what is
   /// wrong with the number), out_of_memory.
   Status load_state(int slot);

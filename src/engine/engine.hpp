@@ -73,6 +73,7 @@ struct LatticeMasks {
 struct ReadParts {
   bool sums = false, pieces = false, particles = false;
   bool forces = false;                          ///< what acted on bodies; begins anew with it
+  bool events = false;                          ///< begin anew with it
   bool clears = false;                          ///< extremes begin anew, as synchronize() has it
   std::uint64_t first_sample = 0, samples = 0;  ///< values of probes
 };
@@ -97,6 +98,8 @@ struct StateReading {
   std::vector<PieceReading> pieces;  ///< by label
   ParticleFrame particles;
   std::vector<ForcesRow> forces;  ///< per body
+  EventHead event_head;
+  std::vector<EventRow> events;  ///< in the order in which they came
   std::vector<double> samples;
 };
 

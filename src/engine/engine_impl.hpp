@@ -87,7 +87,8 @@ class EngineImpl final : public Engine {
     if (needed > available) return out_of_memory(needed, available);
     if (!buffers_.allocate(ex_, setup.channels, n)) return out_of_memory(needed, available);
     reserved_ =
-        std::max(n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)]);
+        std::max({n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)],
+                  n.count[static_cast<int>(Owner::event_item)]});
     if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
     if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
     buffers_.link(w_);
@@ -102,8 +103,7 @@ class EngineImpl final : public Engine {
     count_anew_ = true;
     last_index_ = 0;
     w_.solids = w_.vertices != 0 || std::any_of(state.tag.begin(), state.tag.end(), is_solid);
-    // Sorted orders ask by id, liquid that freezes is found by it.
-    w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
+    w_.slots_of_all = asks_by_id(setup.facts);
     ex_.set_guard(nullptr);
     step::reindex<E, T>(ex_, w_);
     if (w_.vertices != 0 && w_.f.vertex_site != nullptr && w_.f.site_vertex != nullptr)
@@ -130,7 +130,7 @@ class EngineImpl final : public Engine {
     buffers_.link(w_);
     scales_ = scales_of(c, l);
     fill_constants<E>(w_, c, l, n);
-    w_.slots_of_all = (setup.facts & fact_packed) == 0 || (setup.facts & fact_freeze) != 0;
+    w_.slots_of_all = asks_by_id(setup.facts);
     put_tables(ex_, w_, c);
     put_lattice(ex_, w_, l, state, grown);
     const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
@@ -431,6 +431,11 @@ class EngineImpl final : public Engine {
                                                "region_half_width"};
   }
 
+  /// Sorted orders ask by id, liquid that freezes is found by it, and events go through ids.
+  static bool asks_by_id(std::uint32_t facts) {
+    return (facts & fact_packed) == 0 || (facts & (fact_freeze | fact_events)) != 0;
+  }
+
   static Error captured(const char* call) {
     return Error{ErrorCode::invalid_argument,
                  std::string(call) +
@@ -528,6 +533,7 @@ class EngineImpl final : public Engine {
     put(ex_, w_.f.slot_of_id, particles.id);
     put_tables(ex_, w_, c);
     put_lattice(ex_, w_, l, s, ~FieldSet{0});
+    put_events(ex_, w_, particles.tag, s);
     put_status(ex_, w_, s);
   }
 

@@ -105,6 +105,10 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   set(Owner::emitter_point, c.emitter_points.size());
   set(Owner::heat_region, c.heat_regions.size());
   set(Owner::heat_region_word, c.heat_region_cells.size());
+  const std::uint64_t touch = touch_entries(l.bodies.size(), c.event_kinds);
+  set(Owner::touch_entry, touch);
+  set(Owner::event_item, c.event_kinds != 0u ? s.particle_capacity + l.vertex_site.size() + touch : 0);
+  set(Owner::event, c.event_capacity);
   set(Owner::world, 1);
   return n;
 }

@@ -123,6 +123,17 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
   put(ex, wanted(field_body_forces, w.f.body_forces), s.forces);
 }
 
+/// What events are compared with, and those that the host has not taken.
+template <class E, class T>
+void put_events(E& ex, const Frame<T>& w, const std::vector<std::uint32_t>& tags, const SceneState& s) {
+  if (w.f.event_head == nullptr) return;
+  put(ex, w.f.seen_tag, tags);
+  put(ex, w.f.seen_piece, s.vertex_piece);
+  put(ex, w.f.seen_touch, s.touched);
+  put(ex, w.f.events, s.events);
+  ex.upload(w.f.event_head, &s.event_head, sizeof s.event_head);
+}
+
 /// The status that a state begins with.
 template <class E, class T>
 void put_status(E& ex, const Frame<T>& w, const SceneState& s) {
@@ -197,6 +208,12 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.tag[k] = tag[i];
   }
   download_lattice(ex, w, s);
+  if (w.f.event_head != nullptr) {
+    s.event_head = fetch(ex, w.f.event_head, 1).front();
+    s.events = fetch(ex, w.f.events, w.event_capacity);
+    s.touched = fetch(ex, w.f.seen_touch, w.touch_entries);
+    s.touched_bodies = w.bodies;
+  }
   if (w.f.status != nullptr) {
     WorldStatus status;
     ex.download(&status, w.f.status, sizeof status);

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "engine/event_rows.hpp"
 #include "engine/force_sums.hpp"
 #include "engine/piece_sums.hpp"
 #include "engine/rigid_sums.hpp"
@@ -322,6 +323,8 @@ struct Frame {
   double viscous_bound = 0;  ///< largest exchange over mass that the stages allow [1/s]
   bool inviscid = false;     ///< sph.diffuse takes viscosity in place of this stage
   SumUnits sum_units;        ///< lsm.balance
+  std::uint32_t event_kinds = 0, event_capacity = 0;  ///< bit per EventKind; rows of the ring
+  std::uint64_t touch_entries = 0;                    ///< of the table of contacts
 };
 
 /// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the

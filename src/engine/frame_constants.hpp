@@ -132,6 +132,9 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   w.one_liquid = c.one_liquid;
   w.region_words = words_for(l.max_half_width);
   w.row_width = least_row_width(as_gpu<E>, w.vertices);
+  w.event_kinds = c.event_kinds;
+  w.event_capacity = c.event_capacity;
+  w.touch_entries = n.count[static_cast<int>(Owner::touch_entry)];
 }
 
 }  // namespace core

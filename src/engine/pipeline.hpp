@@ -65,6 +65,9 @@ enum class Owner {
   emitter_point,
   heat_region,
   heat_region_word,
+  touch_entry,
+  event_item,
+  event,
   world
 };
 enum class Lifetime { State, Static, Derived, Scratch };
@@ -118,6 +121,7 @@ enum Fact : std::uint32_t {
   fact_rigid = 1u << 24,    ///< rigid bodies and proxies
   // Beside the others again:
   fact_forces = 1u << 25,  ///< what acts on bodies is summed
+  fact_events = 1u << 26,  ///< events are noted
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -208,7 +212,8 @@ constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts)) continue;
     const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
-    constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces;
+    constexpr std::uint32_t host =
+        fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces | fact_events;
     if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
   }
   return true;

@@ -160,6 +160,8 @@ struct ReadingFrame {
   LevelSums* levels = nullptr;  ///< column by column, then of 2x2, of 4x4, ...
   PackedParticles p;
   ForcesRow* forces = nullptr;  ///< per body
+  EventHead* event_head = nullptr;
+  EventRow* events = nullptr;  ///< the ring
 };
 
 }  // namespace core

@@ -60,6 +60,8 @@ class ReadingRun {
     s.parts.pieces = parts.pieces && lattice && scene.f.vertex_site != nullptr && scene.f.bodies != nullptr;
     s.parts.sums = parts.sums || s.parts.pieces;
     s.parts.forces = parts.forces && scene.f.body_forces != nullptr;
+    s.parts.events = parts.events && scene.f.event_head != nullptr;
+    s.events = s.parts.events ? scene.event_capacity : 0;
     s.born = scene.born;
     s.rows = s.parts.pieces ? std::min<std::uint32_t>(scene.vertices, most_pieces) : 0;
     s.rows_sent = std::min(
@@ -77,6 +79,7 @@ class ReadingRun {
     if (s.counts) reading::count_pieces<E, T>(ex, w);
     if (s.parts.pieces) reading::pieces<E, T>(ex, w);
     if (s.parts.forces) reading::forces<E, T>(ex, w);
+    if (s.parts.events) reading::events<E, T>(ex, w);
     if (s.parts.particles) reading::pack<E, T>(ex, w);
     if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
     const Layout host = layout(s, s.rows_sent);
@@ -88,6 +91,7 @@ class ReadingRun {
     bring(host.rows, w.rows, s.rows_sent * sizeof(PieceRow));
     bring(host.totals, w.totals, s.rows_sent * sizeof(PieceTotals));
     bring(host.forces, w.forces, s.parts.forces ? bodies_ * sizeof(ForcesRow) : 0);
+    bring(host.events, w.event_head, s.parts.events ? event_bytes(s) : 0);
     bring(host.particles, w.p.position, s.parts.particles ? s.born * PackedParticles::bytes : 0);
     bring(host.end, scene.probes.values + parts.first_sample, parts.samples * sizeof(double));
     ex.end_copies(s.mark);
@@ -152,6 +156,7 @@ class ReadingRun {
       const auto* rows = reinterpret_cast<const ForcesRow*>(s.host + layout(s, s.rows_sent).forces);
       out.forces.assign(rows, rows + s.bodies);
     }
+    if (s.parts.events) unpack_events(s, out);
     if (s.parts.particles) unpack_particles(s, out.particles);
     const auto* samples = reinterpret_cast<const double*>(s.host + layout(s, s.rows_sent).end);
     out.samples.assign(samples, samples + s.parts.samples);
@@ -187,6 +192,7 @@ class ReadingRun {
     bool open = false, counts = false, marked = false;
     std::uint32_t born = 0, rows = 0, rows_sent = 0;
     std::uint64_t bodies = 0;  ///< that there were
+    std::uint64_t events = 0;  ///< rows of the ring
     unsigned char *device = nullptr, *host = nullptr;
     std::uint64_t device_bytes = 0, host_bytes = 0;
     void* mark = nullptr;
@@ -195,7 +201,7 @@ class ReadingRun {
 
   /// Where the parts of a slot begin [bytes].
   struct Layout {
-    std::uint64_t head = 0, rows = 0, totals = 0, forces = 0, particles = 0, end = 0;
+    std::uint64_t head = 0, rows = 0, totals = 0, forces = 0, events = 0, particles = 0, end = 0;
   };
   /// Generous, as intervals between readings have some more or fewer samples.
   static std::uint64_t sample_room(std::uint64_t samples) {
@@ -207,10 +213,13 @@ class ReadingRun {
     l.rows = padded(sizeof(ReadingHead));
     l.totals = l.rows + padded(rows * sizeof(PieceRow));
     l.forces = l.totals + padded(rows * sizeof(PieceTotals));
-    l.particles = l.forces + (s.parts.forces ? padded(s.bodies * sizeof(ForcesRow)) : 0);
+    l.events = l.forces + (s.parts.forces ? padded(s.bodies * sizeof(ForcesRow)) : 0);
+    l.particles = l.events + (s.parts.events ? padded(event_bytes(s)) : 0);
     l.end = l.particles + (s.parts.particles ? padded(s.born * PackedParticles::bytes) : 0);
     return l;
   }
+
+  static std::uint64_t event_bytes(const Slot& s) { return sizeof(EventHead) + s.events * sizeof(EventRow); }
 
   /// Working space that all slots share: on the device one reading is worked out after the other.
   struct Scratch {
@@ -286,6 +295,8 @@ class ReadingRun {
     w.rows = reinterpret_cast<PieceRow*>(s.device + l.rows);
     w.totals = reinterpret_cast<PieceTotals*>(s.device + l.totals);
     w.forces = reinterpret_cast<ForcesRow*>(s.device + l.forces);
+    w.event_head = reinterpret_cast<EventHead*>(s.device + l.events);
+    w.events = reinterpret_cast<EventRow*>(w.event_head + 1);
     if (s.counts) {
       const Scratch c = scratch_layout(scene.vertices);
       w.body_origin = reinterpret_cast<const std::uint32_t*>(scratch_ + c.origins);
@@ -316,6 +327,16 @@ class ReadingRun {
       totals = more_totals.data();
     }
     for (std::uint32_t k = 0; k < n; ++k) out.pieces.push_back(piece_of(rows[k], totals[k], head.units));
+  }
+
+  void unpack_events(const Slot& s, StateReading& out) const {
+    const auto* head = reinterpret_cast<const EventHead*>(s.host + layout(s, s.rows_sent).events);
+    const auto* rows = reinterpret_cast<const EventRow*>(head + 1);
+    out.event_head = *head;
+    const std::uint64_t n = std::min(head->written, s.events);
+    out.events.reserve(n);
+    for (std::uint64_t k = head->written - n; k < head->written; ++k)
+      out.events.push_back(rows[k % s.events]);
   }
 
   static PieceReading piece_of(const PieceRow& row, const PieceTotals& t, const PieceUnits& units) {

@@ -31,6 +31,11 @@ struct SceneState {
   std::vector<physics::RigidMotion>
       motion;                           ///< per body; of those that are neither kinematic nor proxies nothing
   std::vector<BodyForceTotals> forces;  ///< per body; no part of a snapshot
+  // Where events are watched; no part of a snapshot.
+  std::vector<std::uint32_t> touched;  ///< the table of contacts
+  std::size_t touched_bodies = 0;      ///< its rows
+  EventHead event_head;
+  std::vector<EventRow> events;  ///< the ring
   std::uint64_t melted = 0, frozen = 0, removed = 0,
                 strayed = 0;  ///< before the last upload; removed: strayed, too
   double heat_in = 0;         ///< likewise [J]
@@ -70,7 +75,8 @@ struct SceneConstants {
   double largest_mass = 0;
   std::vector<HeatRegionRow<double>> heat_regions;
   std::vector<std::uint32_t> heat_region_cells;
-  std::vector<BodyHeat<double>> body_heat;  ///< per body, or empty
+  std::vector<BodyHeat<double>> body_heat;            ///< per body, or empty
+  std::uint32_t event_kinds = 0, event_capacity = 0;  ///< 0: events are not watched
 };
 
 /// Cells along one axis of a bounded domain.

@@ -91,6 +91,8 @@ template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w);
 template <class E, class T>
 void forces(E& ex, const core::ReadingFrame<T>& w);
+template <class E, class T>
+void events(E& ex, const core::ReadingFrame<T>& w);
 }  // namespace reading
 
 namespace core {
@@ -131,6 +133,7 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
   MELTSIM_INSTANTIATE_FOR_READING(Exec, count_pieces) \
   MELTSIM_INSTANTIATE_FOR_READING(Exec, pieces)       \
   MELTSIM_INSTANTIATE_FOR_READING(Exec, forces)       \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, events)       \
   MELTSIM_INSTANTIATE_FOR_READING(Exec, pack)
 #define MELTSIM_INSTANTIATE_FOR_READING(Exec, part)                         \
   template void part<Exec, float>(Exec&, const core::ReadingFrame<float>&); \

@@ -48,6 +48,25 @@ struct TakeForcesBody {
   }
 };
 
+/// Copies a row of the ring of events.
+template <class T>
+struct TakeEventBody {
+  ReadingFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    if (k < w.s.f.event_head->written) w.events[k] = w.s.f.events[k];
+  }
+};
+
+/// Copies how many events there were since the last time, and begins anew.
+template <class T>
+struct TakeEventHeadBody {
+  ReadingFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    *w.event_head = *w.s.f.event_head;
+    *w.s.f.event_head = core::EventHead{};
+  }
+};
+
 /// Temperature of the particle at slot i [degrees C].
 template <class T>
 MELTSIM_HD double temperature_at(const core::Frame<T>& w, std::uint64_t i) {

@@ -67,6 +67,13 @@ void forces(E& ex, const core::ReadingFrame<T>& w) {
   ex.for_each(w.s.bodies, TakeForcesBody<T>{w});
 }
 
+/// Copies events and begins anew.
+template <class E, class T>
+void events(E& ex, const core::ReadingFrame<T>& w) {
+  ex.for_each(w.s.event_capacity, TakeEventBody<T>{w});
+  ex.for_each(1, TakeEventHeadBody<T>{w});
+}
+
 /// Particles in single precision, by id.
 template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w) {

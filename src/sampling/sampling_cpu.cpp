@@ -12,6 +12,8 @@ MELTSIM_INSTANTIATE(core::CpuExec, probes)
 MELTSIM_INSTANTIATE(core::CpuExec, loads)
 MELTSIM_INSTANTIATE(core::CpuExec, forces)
 MELTSIM_INSTANTIATE(core::CpuExec, forces_commit)
+MELTSIM_INSTANTIATE(core::CpuExec, touches)
+MELTSIM_INSTANTIATE(core::CpuExec, events)
 template void at_once<core::CpuExec, float>(core::CpuExec&, const core::Frame<float>&,
                                             const core::SampleRoom&);
 template void at_once<core::CpuExec, double>(core::CpuExec&, const core::Frame<double>&,

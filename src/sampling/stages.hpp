@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sampling/bodies.hpp"
+#include "sampling/event_bodies.hpp"
 #include "sampling/force_bodies.hpp"
 #include "sampling/load_bodies.hpp"
 
@@ -59,6 +60,29 @@ void forces(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void forces_commit(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.bodies, AddForcesBody<T>{w});
+}
+
+/// Which bodies touch, while the neighbours are known.
+template <class E, class T>
+void touches(E& ex, const core::Frame<T>& w) {
+  if (w.touch_entries == 0u) return;
+  ex.fill(w.touch_entries, core::none, w.f.touch);
+  spatial::with_periods(w, [&](auto periodic) { ex.accumulate(w.particles, TouchBody<T, periodic()>{w}); });
+}
+
+/// What has changed in this sub-step, at its end. Most have no event: what writes them is guarded then.
+template <class E, class T>
+void events(E& ex, const core::Frame<T>& w) {
+  ex.fill(w.vertices, core::none, w.f.new_piece);
+  ex.accumulate(std::uint64_t{w.particles} + w.vertices, NoticeBody<T>{w});
+  ex.accumulate(event_items(w), CountEventsBody<T>{w});
+  ex.for_each(1, BeginEventsBody<T>{w});
+  ex.set_guard(&w.f.event_head->idle);
+  ex.scan(event_items(w), EventRankBody<T>{w}, w.f.event_place);
+  ex.accumulate(event_items(w), WriteEventBody<T>{w});
+  ex.for_each(1, EndEventsBody<T>{w});
+  ex.set_guard(&w.f.status->halted);
+  ex.for_each(event_items(w), SeenBody<T>{w});
 }
 
 /// Between sub-steps, for World::sample: sorts particles by cell, then averages; not a stage. w.grid: cells of H.

@@ -324,6 +324,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   for (auto& m : motions_) m.reset();
   for (auto& p : proxies_) p.reset();
   state_.forces.assign(bodies_.size(), {});
+  forget_events();
   added_ = !(sound > 0);
   origin_ = origin;
   origin_set_ = true;

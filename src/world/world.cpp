@@ -80,6 +80,15 @@ Result<ProxyState> World::proxy(BodyId body) {
 Status World::watch_forces(BodyId body, bool on) {
   return guarded<Status>([&] { return impl_->watch_forces(body, on); });
 }
+Status World::watch_events(const EventWatch& what) {
+  return guarded<Status>([&] { return impl_->watch_events(what); });
+}
+Status World::stop_events() {
+  return guarded<Status>([&] { return impl_->stop_events(); });
+}
+Result<Events> World::take_events() {
+  return guarded<Result<Events>>([&] { return impl_->take_events(); });
+}
 std::uint64_t World::watched_bodies() const { return impl_->watched_bodies(); }
 Result<RenderView> World::render_view() {
   return guarded<Result<RenderView>>([&] { return impl_->render_view(); });

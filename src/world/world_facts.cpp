@@ -224,6 +224,7 @@ std::uint32_t WorldImpl::facts() const {
   if (rigid > 0) f |= core::fact_rigid;
   if (kinematic > 0) f |= core::fact_kinematic;
   if (watched) f |= core::fact_forces;
+  if (event_watch_) f |= core::fact_events;
   if (mobile > 0 && (bodies > 1 || melts || census_.apart)) f |= core::fact_contact;
   if (melts) f |= core::fact_melt;
   if (freezes) f |= core::fact_freeze;

@@ -111,6 +111,10 @@ class WorldImpl final : public Scheduler {
   Status watch_forces(BodyId id, bool on);
   Result<std::vector<BodyForces>> take_forces();
   std::uint64_t watched_bodies() const;
+  // world_events.cpp
+  Status watch_events(const EventWatch& what);
+  Status stop_events();
+  Result<Events> take_events();
   // world_steer.cpp
   Status set_gravity(Vec3d gravity);
   Status set_heat_time_scale(double scale);
@@ -220,6 +224,11 @@ class WorldImpl final : public Scheduler {
   physics::RigidMotion motion_for(const ProxyState& state, double dt) const;
   std::vector<BodyForces> forces_of(const core::StateReading& s, Vec3d origin, double at) const;
   void place_forces();
+  static Status check_touching(std::uint32_t kinds, std::size_t bodies, const char* call);
+  Events events_of(const core::StateReading& s, Vec3d origin) const;
+  void forget_events();
+  void fit_events();
+  void forget_live(std::uint32_t body);
   Vec3d rest_of(std::uint32_t body, std::uint32_t vertex) const;
   std::uint32_t facts() const;
   void find_materials();
@@ -362,8 +371,9 @@ class WorldImpl final : public Scheduler {
   std::vector<BodyRecord> bodies_;
   std::vector<std::optional<BodyMotion>> motions_;  ///< per body: set since the last step
   std::vector<std::optional<ProxyState>> proxies_;  ///< per body: set since the last step
-  std::vector<core::Steered> steered_;              ///< the same, for the step that is being taken
-  double carried_speed_ = 0;                        ///< of the fastest kinematic body in that step [m/s]
+  std::optional<EventWatch> event_watch_;
+  std::vector<core::Steered> steered_;  ///< the same, for the step that is being taken
+  double carried_speed_ = 0;            ///< of the fastest kinematic body in that step [m/s]
   std::unordered_set<std::string> body_names_;
   std::vector<EmitterRecord> emitters_;
   std::vector<HeatRegionRecord> heat_regions_;

@@ -166,6 +166,10 @@ core::SceneConstants WorldImpl::constants() const {
           std::max(c.largest_mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
   for (const BodyRecord& b : bodies_)
     c.largest_mass = std::max(c.largest_mass, b.density * desc.spacing * desc.spacing * desc.spacing);
+  if (event_watch_) {
+    c.event_kinds = event_watch_->kinds;
+    c.event_capacity = event_watch_->capacity;
+  }
   return c;
 }
 
@@ -227,6 +231,7 @@ Status WorldImpl::prepare() {
   facts_ = facts();
   fit_regions();
   place_forces();
+  fit_events();
   ++layout_;  // states saved before are of another layout
   if (std::any_of(saved_.begin(), saved_.end(), [](const SavedState& s) { return s.layout != 0; }))
     engine->forget_saved();

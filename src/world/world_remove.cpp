@@ -25,6 +25,7 @@ Status WorldImpl::remove_body(BodyId id) {
   motions_[id.index].reset();
   proxies_[id.index].reset();
   body.watched = false;
+  forget_live(id.index);
   lattice_.bodies[id.index].watched = 0;
   dirty_ = measure_ = true;
   return {};

@@ -171,6 +171,8 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     return Error{ErrorCode::capacity, core::text("request: ", most_readings,
                                                  " readings are open, which is as many as there may be; "
                                                  "take() one first")};
+  if (what.events && !event_watch_)
+    return invalid("request: events: they are not watched; call watch_events() before the steps");
   if (Status ready = ready_to_read(); !ready) return ready.error();
   OpenReading r;
   r.what = what;
@@ -185,6 +187,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     parts.pieces = what.pieces;
     parts.particles = what.particles;
     parts.forces = what.forces;
+    parts.events = what.events;
     parts.clears = true;
     if (what.probes) {
       parts.first_sample = first_of_region();
@@ -194,7 +197,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     if (Status asked = engine->request(slot, parts); !asked) return asked.error();
     r.carried = take_carried();
     r.at = now();
-    state_stale_ = state_stale_ || what.forces;  // the device begins anew
+    state_stale_ = state_stale_ || what.forces || what.events;  // the device begins anew
   }
   if (what.probes) r.samples = hand_over_samples();  // what comes now goes elsewhere
   r.ticket.value = next_ticket();
@@ -251,6 +254,7 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
     r.pieces_left_out = s.piece_count - s.pieces.size();
   }
   if (open.what.forces) r.forces = forces_of(s, open.at.origin, r.time);
+  if (open.what.events) r.events = events_of(s, open.at.origin);
   if (open.what.particles) {
     r.particles = std::move(s.particles);
     r.particles.origin = open.at.origin;

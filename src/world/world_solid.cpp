@@ -162,6 +162,9 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     fastest = std::max(fastest, length(s.velocity + cross(s.angular_velocity, p - origin - center)));
   if (Status st = check_numbers(what, m, density, h, {fastest, 0, 0}); !st) return st.error();
   if (kinematic || proxy) s.max_speed = std::max(s.max_speed, fastest);
+  if (event_watch_)
+    if (Status st = check_touching(event_watch_->kinds, bodies_.size() + 1, "add_solid"); !st)
+      return st.error();
   // From here on nothing fails.
   if (state_.motion.capacity() == bodies_.size()) state_.motion.reserve(2 * bodies_.size() + 1);
   if (lattice_.rests.capacity() == bodies_.size()) lattice_.rests.reserve(2 * bodies_.size() + 1);
