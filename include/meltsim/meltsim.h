@@ -290,6 +290,23 @@ MELTSIM_C_API meltsim_status meltsim_world_proxy(meltsim_world* world, meltsim_i
 /* Begins (on not 0) or ends to sum up what acts on a body. Proxies are always watched. */
 MELTSIM_C_API meltsim_status meltsim_world_watch_forces(meltsim_world* world, meltsim_id body, int32_t on);
 
+/* Kinds of events, a bit each. */
+enum {
+  MELTSIM_EVENT_MELTED = 1,        /* a particle of a body became liquid */
+  MELTSIM_EVENT_FROZEN = 2,        /* a liquid particle became part of a body */
+  MELTSIM_EVENT_SPLIT = 4,         /* a piece came off a body, or off a piece of one */
+  MELTSIM_EVENT_CONTACT_BEGUN = 8, /* a body that can move touches another body or a wall */
+  MELTSIM_EVENT_CONTACT_ENDED = 16,
+  MELTSIM_EVENT_GONE = 32, /* nothing solid is left of a body */
+  MELTSIM_EVENT_LEFT = 64, /* a particle left the scene */
+  MELTSIM_EVENT_ALL = 127
+};
+/* Begins to note events of the kinds in a sum of MELTSIM_EVENT_..., in a ring of `capacity` events (1 to 1,048,576). */
+MELTSIM_C_API meltsim_status meltsim_world_watch_events(meltsim_world* world, uint32_t capacity,
+                                                        uint32_t kinds);
+/* Ends that. */
+MELTSIM_C_API meltsim_status meltsim_world_stop_events(meltsim_world* world);
+
 /* Steering: what is set holds from the next step on. */
 MELTSIM_C_API meltsim_status meltsim_world_set_gravity(meltsim_world* world,
                                                        const double gravity[3]); /* [m/s^2] */
@@ -382,9 +399,30 @@ typedef struct meltsim_body_forces {
 MELTSIM_C_API meltsim_status meltsim_world_take_forces(meltsim_world* world, meltsim_body_forces* forces,
                                                        size_t struct_size, size_t capacity, size_t* count);
 
+/* Something that happened in a sub-step. */
+typedef struct meltsim_event {
+  uint32_t kind;      /* one of MELTSIM_EVENT_... */
+  int32_t wall;       /* of a contact with a wall 0 to 5, in the order of `faces`; else -1 */
+  uint64_t step;      /* the sub-step, from 1 */
+  double time;        /* at its end [s] */
+  double position[3]; /* of `particle` then [m] */
+  uint32_t particle;  /* id: the one that melted, froze or left; of contacts one that touches; of split one of the new piece */
+  uint32_t piece;     /* of split: label of the new piece; else 0 */
+  uint32_t from;      /* of split: label of what it came off; else 0 */
+  uint32_t reserved;  /* 0 */
+  meltsim_id body;    /* {0, 0}: of liquid that left */
+  meltsim_id other;   /* of a contact of two bodies the one that was added later; else {0, 0} */
+} meltsim_event;
+/* Events since they were last read, in the order in which they came. `struct_size` is sizeof(meltsim_event). `events` has room for as
+ * many as the ring; for fewer nothing is done but that *count is set to that number, and MELTSIM_CAPACITY is returned. *count is set
+ * to how many there are, *lost (may be null) to how many older ones the ring had no room for. Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_take_events(meltsim_world* world, meltsim_event* events,
+                                                       size_t struct_size, size_t capacity, size_t* count,
+                                                       uint64_t* lost);
+
 /* Reading without waiting: a request is enqueued behind the steps so far, and its values are those of then. At most 4 are open. */
-enum { MELTSIM_READ_TOTALS = 1, MELTSIM_READ_FORCES = 2 };
-/* parts: a sum of MELTSIM_READ_...; forces begin anew with it. */
+enum { MELTSIM_READ_TOTALS = 1, MELTSIM_READ_FORCES = 2, MELTSIM_READ_EVENTS = 4 };
+/* parts: a sum of MELTSIM_READ_...; forces and events begin anew with it. */
 MELTSIM_C_API meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket);
 /* Whether meltsim_world_take() would return at once. */
 MELTSIM_C_API meltsim_status meltsim_world_ready(meltsim_world* world, uint64_t ticket, int32_t* ready);
@@ -399,6 +437,11 @@ MELTSIM_C_API meltsim_status meltsim_reading_totals(const meltsim_reading* readi
 MELTSIM_C_API meltsim_status meltsim_reading_forces(const meltsim_reading* reading,
                                                     meltsim_body_forces* forces, size_t struct_size,
                                                     size_t capacity, size_t* count);
+/* Events, if they were asked for. *count is set to how many there are; where `capacity` is less, nothing else is done and
+ * MELTSIM_CAPACITY is returned. */
+MELTSIM_C_API meltsim_status meltsim_reading_events(const meltsim_reading* reading, meltsim_event* events,
+                                                    size_t struct_size, size_t capacity, size_t* count,
+                                                    uint64_t* lost);
 /* Frees a reading; null does nothing. */
 MELTSIM_C_API void meltsim_reading_destroy(meltsim_reading* reading);
 

@@ -17,6 +17,9 @@ namespace {
 
 const char* const vector_type = "Sequence[float]";
 const std::vector<std::string> backends{"automatic", "cpu", "cuda"}, precisions{"single", "double"};
+const std::vector<std::string> face_names{"-x", "+x", "-y", "+y", "-z", "+z"};
+const std::vector<std::string> event_names{"melted",        "frozen", "split", "contact_begun",
+                                           "contact_ended", "gone",   "left"};
 
 const Keys<SurfaceHeatDesc>& surface_heat_keys() {
   static const Keys<SurfaceHeatDesc> keys{
@@ -883,6 +886,70 @@ void bind_world(nb::module_& m) {
           "[N m s] about its centre of mass (of kinematic bodies the pivot) in all and by pressure, "
           "viscosity and "
           "contact, heat received [J], and the seconds that they cover. Gravity is left out. Waits.")
+      .def(
+          "watch_events",
+          [](HostWorld& w, Integer capacity, nb::object kinds) {
+            EventWatch what;
+            const std::int64_t rows = integer("capacity", capacity);
+            if (rows < 0 || rows > 0xffffffffLL)
+              refuse("capacity: must be 1 to 1048576 events, got " + std::to_string(rows));
+            what.capacity = static_cast<std::uint32_t>(rows);
+            if (!kinds.is_none()) {
+              what.kinds = 0;
+              for (const std::string& kind : texts("kinds", nb::cast<Texts>(kinds)))
+                what.kinds |= 1u << choice("kinds", nb::cast(kind), event_names);
+            }
+            away(w, true, [&](World& world) { expect(world.watch_events(what)); });
+          },
+          "capacity"_a = 4096, "kinds"_a = nb::none(),
+          nb::sig("def watch_events(self, capacity: int = 4096, kinds: Sequence[str] | None = None) -> None"),
+          "Begins to note events, in a ring of so many. Kinds, all of them by default: \"melted\", "
+          "\"frozen\", "
+          "\"split\", \"contact_begun\", \"contact_ended\", \"gone\", \"left\".")
+      .def(
+          "stop_events",
+          [](HostWorld& w) { away(w, true, [](World& world) { expect(world.stop_events()); }); },
+          "Ends watch_events().")
+      .def(
+          "take_events",
+          [](HostWorld& w) {
+            const Events all = away(w, false, [](World& world) { return expect(world.take_events()); });
+            const auto name_of = [&w](BodyId id) -> nb::object {
+              for (const Body& body : w.bodies)
+                if (id && body.id.index == id.index) return nb::cast(body.name);
+              return nb::none();
+            };
+            nb::list events;
+            for (const Event& e : all.events) {
+              nb::dict d;
+              d["kind"] = event_names[static_cast<std::size_t>(e.kind)];
+              d["step"] = e.step;
+              d["time"] = e.time;
+              d["position"] = tuple3(e.position);
+              d["particle"] = e.particle;
+              d["body"] = name_of(e.body);
+              d["other"] = name_of(e.other);
+              d["wall"] = e.wall < 0 ? nb::object(nb::none())
+                                     : nb::cast(face_names[static_cast<std::size_t>(e.wall)]);
+              d["piece"] = e.piece;
+              d["from"] = e.from;
+              events.append(d);
+            }
+            nb::dict counts, result;
+            for (std::size_t k = 0; k < all.counts.size(); ++k)
+              counts[event_names[k].c_str()] = all.counts[k];
+            result["events"] = events;
+            result["lost"] = all.lost;
+            result["counts"] = counts;
+            return result;
+          },
+          nb::sig("def take_events(self) -> dict[str, Any]"),
+          "Events since the last call: \"events\", a list of dicts with kind, step, time [s], position [m], "
+          "particle "
+          "(id), body and other (names or None), wall (\"-x\" to \"+z\" or None), piece and from (labels of "
+          "a split); "
+          "\"lost\", how many older ones the ring had no room for; \"counts\" by kind, lost ones included. "
+          "Waits.")
       .def(
           "remove",
           [](HostWorld& w, nb::object body) {

@@ -209,6 +209,30 @@ def test_a_proxy_answers_its_host():
         world.set_velocity(ball, (1, 0, 0))
 
 
+def test_events_say_what_melted_and_what_touches():
+    world = bath(heat_time_scale=2e5)
+    with pytest.raises(meltsim.Error, match="watch_events"):
+        world.take_events()
+    with pytest.raises(meltsim.Error, match="capacity"):
+        world.watch_events(0)
+    with pytest.raises(meltsim.Error, match="kinds"):
+        world.watch_events(kinds=["burst"])
+    world.watch_events()
+    solid = world.totals().solid
+    for _ in range(30):
+        world.step(0.02)
+    taken = world.take_events()
+    # Exactly the drop in solid particles, and the end of the body once.
+    assert taken["counts"]["melted"] == solid - world.totals().solid > 0
+    assert taken["lost"] == 0 and len(taken["events"]) == sum(taken["counts"].values())
+    melted = [e for e in taken["events"] if e["kind"] == "melted"]
+    assert {e["body"] for e in melted} == {"block"} and all(e["wall"] is None for e in melted)
+    assert [e["step"] for e in melted] == sorted(e["step"] for e in melted)
+    world.stop_events()
+    world.watch_events(8, ["contact_begun"])
+    assert world.take_events()["events"] == []
+
+
 def test_forces_on_a_body_are_its_weight():
     world = World(spacing=0.1, backend="cpu", threads=1, domain=((0, 0, 0), (1, 1, 1)))
     world.add_material("stone", density=2000)

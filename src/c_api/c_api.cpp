@@ -13,6 +13,7 @@
 
 struct meltsim_world {
   meltsim::World world;
+  std::uint32_t event_capacity = 0;  // of the ring
 };
 struct meltsim_shape {
   meltsim::Shape shape;
@@ -169,16 +170,48 @@ meltsim_totals totals_of(const meltsim::Totals& t) {
 void put(double to[4], const meltsim::Quat<double>& q) { to[0] = q.w, to[1] = q.x, to[2] = q.y, to[3] = q.z; }
 meltsim::Quat<double> quat(const double q[4]) { return {q[0], q[1], q[2], q[3]}; }
 
-/// What there is room for has been asked before anything was taken.
-void check_room(const void* forces, size_t struct_size, size_t capacity, size_t count) {
-  if (struct_size == 0 || struct_size > sizeof(meltsim_body_forces))
-    refuse("struct_size: " + std::to_string(struct_size) + " is not a size of meltsim_body_forces, at most " +
-           std::to_string(sizeof(meltsim_body_forces)) + "; pass sizeof(meltsim_body_forces)");
+/// Structs of the caller's size, one after another, that there is room for.
+template <class C>
+void check_room(const C* to, const char* name, const char* type, size_t struct_size, size_t capacity,
+                size_t count) {
+  if (struct_size == 0 || struct_size > sizeof(C))
+    refuse("struct_size: " + std::to_string(struct_size) + " is not a size of " + type + ", at most " +
+           std::to_string(sizeof(C)) + "; pass sizeof(" + type + ")");
   if (count > capacity)
-    throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) + ", but " +
-                                            std::to_string(count) + " bodies are watched; raise it"}};
-  if (count > 0) given(static_cast<const char*>(forces), "forces");
+    throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) + ", but there may be " +
+                                            std::to_string(count) + " " + name + "; raise it"}};
+  if (count > 0) given(to, name);
 }
+
+void check_room(const meltsim_body_forces* forces, size_t struct_size, size_t capacity, size_t count) {
+  check_room(forces, "forces", "meltsim_body_forces", struct_size, capacity, count);
+}
+void check_room(const meltsim_event* events, size_t struct_size, size_t capacity, size_t count) {
+  check_room(events, "events", "meltsim_event", struct_size, capacity, count);
+}
+
+void put_events(const meltsim::Events& all, meltsim_event* events, size_t struct_size, uint64_t* lost) {
+  auto* to = reinterpret_cast<unsigned char*>(events);
+  for (const meltsim::Event& e : all.events) {
+    meltsim_event c{};
+    c.kind = meltsim::event_bit(e.kind);
+    c.wall = e.wall;
+    c.step = e.step;
+    c.time = e.time;
+    put(c.position, e.position);
+    c.particle = e.particle;
+    c.piece = e.piece;
+    c.from = e.from;
+    c.body = id_of(e.body);
+    c.other = id_of(e.other);
+    std::memcpy(to, &c, struct_size);
+    to += struct_size;
+  }
+  if (lost != nullptr) *lost = all.lost;
+}
+static_assert(MELTSIM_EVENT_ALL == meltsim::all_events &&
+                  MELTSIM_EVENT_LEFT == meltsim::event_bit(meltsim::EventKind::left),
+              "bits are those of EventKind");
 
 void put_forces(const std::vector<meltsim::BodyForces>& all, meltsim_body_forces* forces,
                 size_t struct_size) {
@@ -523,6 +556,18 @@ meltsim_status meltsim_world_proxy(meltsim_world* world, meltsim_id body, meltsi
 meltsim_status meltsim_world_watch_forces(meltsim_world* world, meltsim_id body, int32_t on) {
   return guarded([&] { expect(world_of(world).watch_forces(handle<meltsim::BodyId>(body), on != 0)); });
 }
+meltsim_status meltsim_world_watch_events(meltsim_world* world, uint32_t capacity, uint32_t kinds) {
+  return guarded([&] {
+    expect(world_of(world).watch_events({capacity, kinds}));
+    world->event_capacity = capacity;
+  });
+}
+meltsim_status meltsim_world_stop_events(meltsim_world* world) {
+  return guarded([&] {
+    expect(world_of(world).stop_events());
+    world->event_capacity = 0;
+  });
+}
 meltsim_status meltsim_world_set_gravity(meltsim_world* world, const double gravity[3]) {
   return guarded([&] { expect(world_of(world).set_gravity(vec(gravity, "gravity"))); });
 }
@@ -616,14 +661,28 @@ meltsim_status meltsim_world_take_forces(meltsim_world* world, meltsim_body_forc
   });
 }
 
+meltsim_status meltsim_world_take_events(meltsim_world* world, meltsim_event* events, size_t struct_size,
+                                         size_t capacity, size_t* count, uint64_t* lost) {
+  return guarded([&] {
+    meltsim::World& w = world_of(world);
+    given(count, "count") = world->event_capacity;
+    check_room(events, struct_size, capacity, world->event_capacity);
+    const meltsim::Events all = expect(w.take_events());
+    *count = all.events.size();
+    put_events(all, events, struct_size, lost);
+  });
+}
+
 meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket) {
   return guarded([&] {
     given(ticket, "ticket");
-    if ((parts & ~static_cast<uint32_t>(MELTSIM_READ_TOTALS | MELTSIM_READ_FORCES)) != 0)
+    if ((parts & ~static_cast<uint32_t>(MELTSIM_READ_TOTALS | MELTSIM_READ_FORCES | MELTSIM_READ_EVENTS)) !=
+        0)
       refuse("parts: " + std::to_string(parts) + " is no sum of MELTSIM_READ_...");
     meltsim::ReadRequest what;
     what.totals = (parts & MELTSIM_READ_TOTALS) != 0;
     what.forces = (parts & MELTSIM_READ_FORCES) != 0;
+    what.events = (parts & MELTSIM_READ_EVENTS) != 0;
     *ticket = expect(world_of(world).request(what)).value;
   });
 }
@@ -660,6 +719,15 @@ meltsim_status meltsim_reading_forces(const meltsim_reading* reading, meltsim_bo
     *count = all.size();
     check_room(forces, struct_size, capacity, all.size());
     put_forces(all, forces, struct_size);
+  });
+}
+meltsim_status meltsim_reading_events(const meltsim_reading* reading, meltsim_event* events,
+                                      size_t struct_size, size_t capacity, size_t* count, uint64_t* lost) {
+  return guarded([&] {
+    const meltsim::Events& all = given(reading, "reading").reading.events;
+    given(count, "count") = all.events.size();
+    check_room(events, struct_size, capacity, all.events.size());
+    put_events(all, events, struct_size, lost);
   });
 }
 void meltsim_reading_destroy(meltsim_reading* reading) { delete reading; }

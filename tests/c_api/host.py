@@ -47,6 +47,11 @@ class BodyForces(c.Structure):
                 ("position", Vec), ("orientation", c.c_double * 4), ("velocity", Vec), ("angular_velocity", Vec)]
 
 
+class Event(c.Structure):
+    _fields_ = [("kind", c.c_uint32), ("wall", c.c_int32), ("step", c.c_uint64), ("time", c.c_double), ("position", Vec),
+                ("particle", c.c_uint32), ("piece", c.c_uint32), ("from_", c.c_uint32), ("reserved", c.c_uint32), ("body", Id), ("other", Id)]
+
+
 class EmitterSetting(c.Structure):
     _fields_ = [("size", c.c_uint32), ("has_on", c.c_int32), ("has_speed", c.c_int32), ("has_temperature", c.c_int32), ("on", c.c_int32),
                 ("reserved", c.c_int32), ("speed", c.c_double), ("temperature", c.c_double)]
@@ -223,6 +228,34 @@ assert lib.meltsim_world_save_state(r, 16) == 1 and "slot" in text()
 assert lib.meltsim_world_remove(r, hull) == 0, text()
 assert lib.meltsim_world_remove(r, hull) == 1 and "removed" in text()
 lib.meltsim_world_destroy(r)
+
+# Events: a body that falls on a floor 0.3 m below begins one contact, with wall 2, after sqrt(2 h/g) = 0.247 s.
+box, material, solid, shape = c.c_void_p(), made(MaterialDesc, lib.meltsim_material_desc_init), made(SolidDesc, lib.meltsim_solid_desc_init), c.c_void_p()
+desc = made(WorldDesc, lib.meltsim_world_desc_init)
+desc.spacing, desc.backend, desc.bounded, desc.max = 0.1, 1, 1, Vec(1, 1, 1)
+assert lib.meltsim_world_create(c.byref(desc), c.byref(box)) == 0, text()
+events, n, lost = (Event * 16)(), c.c_size_t(), c.c_uint64(9)
+assert lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 1 and "watch_events" in text()
+assert lib.meltsim_world_add_material(box, c.byref(material), c.byref(ident)) == 0, text()
+assert lib.meltsim_shape_box(Vec(0.3, 0.3, 0.3), Vec(0.6, 0.6, 0.6), c.byref(shape)) == 0, text()
+solid.shape, solid.material = shape, ident
+assert lib.meltsim_world_add_solid(box, c.byref(solid), None) == 0, text()
+lib.meltsim_shape_destroy(shape)
+assert lib.meltsim_world_watch_events(box, 0, 127) == 1 and "capacity" in text()
+assert lib.meltsim_world_watch_events(box, 16, 8) == 0, text()
+for _ in range(12):
+    assert step(box, 0.02) == 0, text()
+assert lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), c.byref(lost)) == 0 and (n.value, lost.value) == (0, 0), text()
+assert step(box, 0.02) == 0 and lib.meltsim_world_request(box, 4, c.byref(ticket)) == 0 and step(box, 0.02) == 0, text()
+assert lib.meltsim_world_take(box, ticket, c.byref(reading)) == 0, text()
+assert lib.meltsim_reading_events(reading, None, c.sizeof(Event), 0, c.byref(n), None) == 5 and n.value == 1
+assert lib.meltsim_reading_events(reading, events, c.sizeof(Event), 16, c.byref(n), c.byref(lost)) == 0 and n.value == 1, text()
+assert (events[0].kind, events[0].wall, events[0].other.generation) == (8, 2, 0) and abs(events[0].time - 0.2473) < 0.01, events[0].time
+lib.meltsim_reading_destroy(reading)
+assert lib.meltsim_world_take_events(box, events, c.sizeof(Event), 15, c.byref(n), None) == 5 and n.value == 16
+assert lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 0 and n.value == 0, text()
+assert lib.meltsim_world_stop_events(box) == 0 and lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 1
+lib.meltsim_world_destroy(box)
 
 # Mistakes: a status, a text, nothing changed.
 known = state_hash(a)
