@@ -406,13 +406,12 @@ typedef struct meltsim_event {
   uint64_t step;      /* the sub-step, from 1 */
   double time;        /* at its end [s] */
   double position[3]; /* of `particle` then [m] */
-  uint32_t
-      particle; /* id: the one that melted, froze or left; of contacts one that touches; of split one of the new piece */
-  uint32_t piece;    /* of split: label of the new piece; else 0 */
-  uint32_t from;     /* of split: label of what it came off; else 0 */
-  uint32_t reserved; /* 0 */
-  meltsim_id body;   /* {0, 0}: of liquid that left */
-  meltsim_id other;  /* of a contact of two bodies the one that was added later; else {0, 0} */
+  uint32_t particle;  /* id: of contacts of one that touches, of split of one of the new piece */
+  uint32_t piece;     /* of split: label of the new piece; else 0 */
+  uint32_t from;      /* of split: label of what it came off; else 0 */
+  uint32_t reserved;  /* 0 */
+  meltsim_id body;    /* {0, 0}: of liquid that left */
+  meltsim_id other;   /* of a contact of two bodies the one that was added later; else {0, 0} */
 } meltsim_event;
 /* Events since they were last read, in the order in which they came. `struct_size` is sizeof(meltsim_event). `events` has room for as
  * many as the ring; for fewer nothing is done but that *count is set to that number, and MELTSIM_CAPACITY is returned. *count is set
