@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "meltsim/material.hpp"
 #include "meltsim/shape.hpp"
@@ -81,6 +82,14 @@ struct HeatDesc {
   SurfaceHeatDesc free_surface;
 };
 
+/// Species of a World: what is dissolved in liquids, and bodies that dissolve (MaterialDesc::dissolves_in).
+struct SoluteDesc {
+  double time_scale =
+      1;  ///< species diffuse and dissolve this many times faster than motion, >= 0; 0 stops them
+  /// Most sweeps over all neighbours per species in a sub-step of motion, 1..1000000; a step that needs more is refused.
+  int max_supersteps = 64;
+};
+
 /// A World. 0 means that the value is derived where a field says automatic.
 struct WorldDesc {
   std::uint32_t header_version = MELTSIM_VERSION_NUMBER;  ///< version of these headers: leave it as it is
@@ -108,7 +117,8 @@ struct WorldDesc {
   /// tension, because below a free surface it stirs the liquid. Liquid then moves with its velocity plus the shift:
   /// displacements show the flow, while ParticleData::velocity has more noise and higher peaks.
   bool particle_shifting = false;
-  HeatDesc heat;  ///< heat and melting
+  HeatDesc heat;      ///< heat and melting
+  SoluteDesc solute;  ///< dissolving and mixing
 
   NeighbourSearch neighbour_search = NeighbourSearch::automatic;  ///< how neighbours are found
   Viscosity viscosity = Viscosity::automatic;                     ///< how viscosity enters a sub-step
@@ -125,6 +135,8 @@ struct FluidDesc {
   MaterialId material;      ///< of the liquid
   double temperature = 20;  ///< [degrees Celsius]
   Vec3d velocity;           ///< [m/s]
+  std::vector<MassFraction>
+      fractions;  ///< what is dissolved in it: species whose solvent `material` is; empty = nothing
 };
 
 /// What moves a body.
@@ -233,6 +245,7 @@ struct EmitterDesc {
   double until = infinity;  ///< ceases to emit [s]
   /// Most particles that it emits in all; it then stops and sets StepResult::emitter_exhausted. 0: what from..until needs.
   std::uint64_t max_particles = 0;
+  std::vector<MassFraction> fractions;  ///< what is dissolved in the liquid, as FluidDesc::fractions
 };
 
 /// Changes to an emitter: World::set_emitter. What is empty stays as it is.

@@ -17,6 +17,15 @@ struct PropertyPoint {
   double value = 0;        ///< [unit of the property]
 };
 
+/// Most species of a World: materials that dissolve in another.
+inline constexpr int most_species = 3;
+
+/// How much of a species a liquid holds.
+struct MassFraction {
+  MaterialId material;  ///< of the species: one with `dissolves_in`
+  double value = 0;     ///< mass of it per mass of the mixture, 0..MaterialDesc::solubility
+};
+
 /// A substance. The same description serves liquids and solids: a solid ignores the viscosity, a liquid the
 /// melting and lattice fields.
 struct MaterialDesc {
@@ -24,7 +33,8 @@ struct MaterialDesc {
   /// Rest density rho0 [kg/m^3], > 0; validated for 100..10000. Of a solid at most 4 times that of the liquid it melts into,
   /// unless heat stands still.
   double density = 1000;
-  double viscosity = 1e-3;      ///< dynamic viscosity mu [Pa s], >= 0
+  /// Dynamic viscosity mu [Pa s], >= 0. Of a species: what it counts in a mixture, ln mu = sum of w_k ln mu_k.
+  double viscosity = 1e-3;
   double conductivity = 0.6;    ///< k [W/(m K)], > 0
   double heat_capacity = 4186;  ///< c [J/(kg K)], > 0
   /// Thermal diffusivity K [m^2/s], >= 0 (the paper's K). If set, k = K rho c replaces `conductivity`; 0 insulates.
@@ -43,6 +53,22 @@ struct MaterialDesc {
   /// Whether its liquid freezes onto it below the melting point: liquid that has released its latent heat joins a
   /// free site of the lattice of a body of this material.
   bool freezes = false;
+
+  // A species: a body of it dissolves, or, where solubility is 1, it is a liquid that mixes with any amount of its solvent.
+  // What is dissolved is a content of the solvent's particles (FluidDesc::fractions), which diffuses between them. Needs
+  // `diffusivity_in`; excludes melts_into. At most most_species materials of a World.
+  /// The solvent, a liquid that nothing freezes from; null = it does not dissolve. A body of it has the heat capacity of the
+  /// solvent, and so has what is dissolved.
+  MaterialId dissolves_in;
+  /// w_s: mass fraction of the saturated solution, (0, 1]; below 1 for bodies, which dissolve down to it. Sugar in water 0.67.
+  double solubility = 1;
+  double diffusivity_in = 0;  ///< D in the solvent [m^2/s], > 0. Salt in water 1.6e-9, sugar 5e-10.
+  /// Heat that a body takes up as it dissolves [J/kg]; negative: it gives heat off. Needs HeatModel::enthalpy, else it has no
+  /// effect. Salt in water 6.7e4.
+  double heat_of_solution = 0;
+  /// k [m/s], > 0: where the layer of liquid at a dissolving body is thinner than the spacing, a body of the material loses
+  /// k rho (w_s - w) per area and time to liquid of content w beside it, whatever D is. Empty: diffusion over one spacing.
+  std::optional<double> transfer_coefficient;
 
   int region_half_width = 2;  ///< w, half-width of regions in spacings, 0..8; 0: free particles
   /// alpha of shape matching, (0, 1]: E = density stiffness w(w+1)/3 (dx/dt_s)^2, where dt_s = courant H / c (less if a body

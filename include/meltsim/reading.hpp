@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "meltsim/handle.hpp"
+#include "meltsim/material.hpp"
 #include "meltsim/particle_tag.hpp"
 #include "meltsim/probe.hpp"
 #include "meltsim/types.hpp"
@@ -27,16 +28,17 @@ struct StepResult {
   bool courant_exceeded = false;  ///< a particle moved further than 0.4 H in one sub-step
   bool heat_bound_exceeded = false;     ///< heat was exchanged faster than its stages allow; raise max_stages
   bool viscous_bound_exceeded = false;  ///< momentum diffused faster than its stages allow: liquid is crowded
-  bool modulus_unreachable = false;     ///< a body is softer than its youngs_modulus
-  bool body_stiffened = false;          ///< a body is stiffer than described: softer, it would gain energy
-  bool cooled_to_zero = false;          ///< a particle that would have cooled below 0 K was held there
-  bool emitter_exhausted = false;       ///< an emitter reached its max_particles
-  std::uint64_t removed = 0;            ///< particles that left through open faces so far
-  std::uint64_t strayed = 0;  ///< liquid particles that fell out of the scene so far (Stray::remove)
-  std::uint64_t melted = 0;   ///< particles that melted so far; a particle that freezes may melt again
-  std::uint64_t frozen = 0;   ///< particles that froze so far
-  std::uint64_t fluid = 0;    ///< live liquid particles
-  std::uint64_t solid = 0;    ///< live solid particles
+  bool solute_bound_exceeded = false;  ///< a species diffused faster than its sweeps allow: liquid is crowded
+  bool modulus_unreachable = false;    ///< a body is softer than its youngs_modulus
+  bool body_stiffened = false;         ///< a body is stiffer than described: softer, it would gain energy
+  bool cooled_to_zero = false;         ///< a particle that would have cooled below 0 K was held there
+  bool emitter_exhausted = false;      ///< an emitter reached its max_particles
+  std::uint64_t removed = 0;           ///< particles that left through open faces so far
+  std::uint64_t strayed = 0;           ///< liquid particles that fell out of the scene so far (Stray::remove)
+  std::uint64_t melted = 0;  ///< particles that melted so far; a particle that freezes may melt again
+  std::uint64_t frozen = 0;  ///< particles that froze so far
+  std::uint64_t fluid = 0;   ///< live liquid particles
+  std::uint64_t solid = 0;   ///< live solid particles
   /// Why this report is incomplete: synchronize() itself cannot fail, but the host may run out of memory while it makes
   /// the report. Empty: the report is complete.
   std::string error;
@@ -72,7 +74,12 @@ struct Ledger {
   double kinetic = 0, potential = 0;   ///< [J]
   double thermal = 0, latent = 0;      ///< [J]; thermal includes latent
   double heat_in = 0;                  ///< heat that entered since the World was created [J]
-  double max_speed = 0;                ///< [m/s]
+  /// Of every species, in the order in which its materials were added: all of it, dissolved or not [kg].
+  std::array<double, most_species> solute{};
+  /// Heat that what is dissolved now has taken up (MaterialDesc::heat_of_solution) [J]: thermal and solution together change by
+  /// heat_in alone.
+  double solution = 0;
+  double max_speed = 0;                                  ///< [m/s]
   double density_error_mean = 0, density_error_max = 0;  ///< rho/rho0 - 1 over liquid with rho > rho0
   double courant = 0;                                    ///< (c + max_speed) dt / H of that sub-step
 };
@@ -91,6 +98,11 @@ struct ParticleData {
   std::vector<double> pressure;  ///< [Pa]; of the same sub-step; 0 for solids
   std::vector<ParticleTag> tag;  ///< material, body and kind (particle_tag.hpp)
   std::vector<std::uint32_t> piece;  ///< label of the connected piece, 0 for liquid
+  std::vector<MaterialId>
+      species;  ///< materials that dissolve in another, in the order in which they were added
+  /// Per species: mass fraction of every particle, 0..1; an array as long as the others. Particles of a dissolving body hold
+  /// the liquid that has come in, too.
+  std::vector<std::vector<double>> fractions;
 };
 
 /// One connected piece of a body. An intact body is one piece.
@@ -212,6 +224,9 @@ struct ParticleFrame {
   std::vector<float> pressure;         ///< [Pa]; of the same sub-step; 0 for solids
   std::vector<ParticleTag> tag;        ///< material, body and kind (particle_tag.hpp)
   std::vector<std::uint32_t> piece;    ///< label of the connected piece, 0 for liquid
+  std::vector<MaterialId>
+      species;  ///< materials that dissolve in another, in the order in which they were added
+  std::vector<std::vector<float>> fractions;  ///< per species: mass fraction of every particle, 0..1
 };
 
 /// The values that a request asked for, as they were at the request. The rest is empty.

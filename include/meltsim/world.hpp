@@ -59,6 +59,8 @@ struct Resolved {
       infinity;            ///< largest sub-step that explicit viscosity would allow [s]; infinity without any
   int viscous_stages = 0;  ///< stages of a super-step of implicit viscosity at stable_dt; 0: it is explicit
   int viscous_supersteps = 0;  ///< super-steps in that sub-step: 1 but for more than 64 stages
+  int solute_supersteps =
+      0;  ///< sweeps per species in that sub-step, at most SoluteDesc::max_supersteps; 0: no species
   /// Share of the specified diffusivity that the heat model delivers at that sub-step, for the best
   /// conductor: 1 for HeatModel::enthalpy; below 1 for HeatModel::paper, the less the longer the step (its
   /// energy drift shows in Totals::thermal).

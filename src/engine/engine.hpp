@@ -2,6 +2,7 @@
 // Engine: the one interface both backends implement. A World talks to this and to nothing below it.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <string>
@@ -28,6 +29,7 @@ struct BurstArguments {
   double radius = 0;  ///< of the nozzle [m]
   double held = 0;    ///< what is farther from the centre than this is let go [m]
   double enthalpy = 0, mass = 0, volume = 0;
+  std::array<double, most_species> solute{};  ///< of every particle [kg]
   std::uint32_t tag = 0;
 };
 
@@ -42,6 +44,9 @@ struct SubstepArguments {
   double viscous_dt = 0;  ///< of one super-step of viscosity
   int viscous_stages = 0, viscous_supersteps = 0;
   double viscous_bound = 0;
+  double solute_dt = 0;  ///< of one sweep, time-scaled
+  int solute_supersteps = 0;
+  double solute_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
   const std::vector<Steered>* steered = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
@@ -93,6 +98,7 @@ struct PieceReading {
 struct StateReading {
   WorldStatus status;
   LedgerSums sums;  ///< about the stored origin
+  ContentSums contents;
   ExtentSums extents;
   std::uint32_t piece_count = 0;
   std::vector<PieceReading> pieces;  ///< by label

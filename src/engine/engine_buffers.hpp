@@ -104,6 +104,7 @@ class EngineBuffers {
     w.before.position = static_cast<Vec4<T>*>(before_[field_position]);
     w.before.velocity = static_cast<Vec4<T>*>(before_[field_velocity]);
     w.before.enthalpy = static_cast<double*>(before_[field_enthalpy]);
+    w.before.solute = static_cast<double*>(before_[field_solute]);
     w.before.mass = static_cast<T*>(before_[field_mass]);
     w.before.tag = static_cast<std::uint32_t*>(before_[field_tag]);
     w.before.id = static_cast<std::uint32_t*>(before_[field_id]);
@@ -162,7 +163,8 @@ class EngineBuffers {
     if (is(now_[field_velocity], s.halt_velocity) != (s.halt_advanced == 0))
       std::swap(now_[field_velocity], before_[field_velocity]);
     if (!is(now_[field_id], s.halt_id))
-      for (const int i : {field_enthalpy, field_mass, field_tag, field_id}) std::swap(now_[i], before_[i]);
+      for (const int i : {field_enthalpy, field_solute, field_mass, field_tag, field_id})
+        std::swap(now_[i], before_[i]);
     link(w);
   }
 

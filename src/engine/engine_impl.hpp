@@ -212,6 +212,9 @@ class EngineImpl final : public Engine {
     w_.viscous_stages = static_cast<std::uint32_t>(a.viscous_stages);
     w_.viscous_supersteps = static_cast<std::uint32_t>(a.viscous_supersteps);
     w_.viscous_bound = a.viscous_bound;
+    w_.solute_dt = a.solute_dt;
+    w_.solute_supersteps = static_cast<std::uint32_t>(a.solute_supersteps);
+    w_.solute_bound = a.solute_bound;
     // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
     // body. A modulus may be stiffer than springs are.
     const double modulus = std::min(1 / a.dt, 1.5 * scales_.largest_modulus_rate * a.dt);
@@ -523,7 +526,7 @@ class EngineImpl final : public Engine {
   /// Particles that are to come lie ready in every buffer that may hold the state.
   void put_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
     const std::size_t capacity = w_.capacity;
-    const ParticleArrays<T> particles(s, capacity);
+    const ParticleArrays<T> particles(s, capacity, c.species.size());
     put_particles(ex_, w_, particles);
     if (capacity > s.position.size()) {
       buffers_.turn(w_);
@@ -563,6 +566,7 @@ class EngineImpl final : public Engine {
     w_.burst.enthalpy = b.enthalpy;
     w_.burst.mass = static_cast<T>(b.mass);
     w_.burst.volume = static_cast<T>(b.volume);
+    std::copy(b.solute.begin(), b.solute.end(), w_.burst.solute);
     w_.burst.tag = b.tag;
     w_.burst_first = w_.born;
     if (w_.particles != 0) step::let_go<E, T>(ex_, w_);
@@ -656,6 +660,8 @@ class EngineImpl final : public Engine {
             static_cast<std::uint64_t>(a.heat_supersteps),
             bits(a.viscous_dt),
             static_cast<std::uint64_t>(a.viscous_stages),
+            bits(a.solute_dt),
+            static_cast<std::uint64_t>(a.solute_supersteps),
             (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
   }
 

@@ -33,7 +33,8 @@ template <class E>
 inline constexpr bool as_gpu = E::lists || !sums_by_lanes;
 
 inline bool double_buffered(int field) {
-  return field_table[field].owner == Owner::particle && field_table[field].lifetime == Lifetime::State;
+  const FieldInfo& f = field_table[static_cast<std::size_t>(field)];
+  return (f.owner == Owner::particle || f.owner == Owner::particle_species) && f.lifetime == Lifetime::State;
 }
 
 inline bool is_periodic(const SceneConstants& c, int axis) {
@@ -83,6 +84,7 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   n.spare_position = fuses && (s.facts & fact_fluid) != 0 && (s.facts & not_advancing) == 0 &&
                      l.vertex_site.empty();  // what was solid keeps sph.advance away
   set(Owner::particle, s.particle_capacity);
+  set(Owner::particle_species, s.particle_capacity * c.species.size());
   set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
   set(Owner::particle_bits, s.particle_capacity / 32 + 2);
   set(Owner::particle_words, most_words<E>(c, s.particle_capacity, n.rows));
@@ -101,6 +103,7 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   set(Owner::site_words, l.site_vertex.empty() ? 0 : l.site_vertex.size() / 32 + 2);
   set(Owner::body, l.bodies.size());
   set(Owner::material, c.materials.size());
+  set(Owner::species, c.species.size());
   set(Owner::property, c.properties.size());
   set(Owner::emitter_point, c.emitter_points.size());
   set(Owner::heat_region, c.heat_regions.size());

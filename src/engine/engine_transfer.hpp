@@ -2,6 +2,8 @@
 // A scene to the backend, a state from it.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -32,12 +34,14 @@ struct ParticleArrays {
   std::vector<Vec4<T>> position, velocity;
   std::vector<T> mass;
   std::vector<double> enthalpy;
+  std::vector<double> solute;  ///< an array of `capacity` per species
   std::vector<std::uint32_t> tag, id;
-  ParticleArrays(const SceneState& s, std::size_t capacity)
+  ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species)
       : position(capacity, Vec4<T>{0, 0, 0, 1}),
         velocity(capacity),
         mass(capacity, T(1)),
         enthalpy(capacity, 0.0),
+        solute(capacity * species, 0.0),
         tag(capacity, tag_removed),
         id(capacity) {
     for (std::size_t i = 0; i < capacity; ++i) id[i] = static_cast<std::uint32_t>(i);
@@ -48,6 +52,9 @@ struct ParticleArrays {
       enthalpy[i] = s.enthalpy[i];
       tag[i] = s.tag[i];
     }
+    for (std::size_t k = 0; k < species; ++k)
+      std::copy(s.solute[k].begin(), s.solute[k].end(),
+                solute.begin() + static_cast<std::ptrdiff_t>(k * capacity));
   }
 };
 
@@ -58,6 +65,7 @@ void put_particles(E& ex, const Frame<T>& w, const ParticleArrays<T>& a) {
   put(ex, w.f.velocity, a.velocity);
   put(ex, w.f.enthalpy, a.enthalpy);
   put(ex, w.f.enthalpy_of_id, a.enthalpy);  // slots are ids as yet
+  put(ex, w.f.solute, a.solute);
   put(ex, w.f.mass, a.mass);
   put(ex, w.f.tag, a.tag);
   put(ex, w.f.id, a.id);
@@ -76,6 +84,9 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
   std::vector<MaterialProperties<T>> properties;
   for (const MaterialProperties<double>& p : c.properties) properties.push_back(round_properties<T>(p));
   put(ex, w.f.properties, properties);
+  std::vector<SpeciesRow<T>> species;
+  for (const SpeciesRow<double>& s : c.species) species.push_back(round_row<T>(s));
+  put(ex, w.f.species, species);
   std::vector<Vec4<T>> points;
   for (const Vec3d& p : c.emitter_points) points.push_back(with_w(cast<T>(p), T(0)));
   put(ex, w.f.emitter_points, points);
@@ -190,6 +201,12 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
   const auto enthalpy = fetch(ex, moved ? w.f.enthalpy : w.f.enthalpy_of_id, slots);
   const auto mass = fetch(ex, w.f.mass, slots);
   const auto tag = fetch(ex, w.f.tag, slots), id = fetch(ex, w.f.id, slots);
+  for (std::uint32_t k = 0; k < w.species && w.f.solute != nullptr; ++k) {
+    const auto solute = fetch(ex, w.f.solute + k * w.capacity, slots);
+    s.solute[k].resize(n);
+    for (std::size_t i = 0; i < slots; ++i)
+      if (id[i] < n) s.solute[k][id[i]] = solute[i];
+  }
   s.position.resize(n);
   s.velocity.resize(n);
   s.enthalpy.resize(n);

@@ -11,6 +11,7 @@
 #include "engine/rigid_sums.hpp"
 #include "engine/search_types.hpp"
 #include "engine/world_status.hpp"
+#include "meltsim/material.hpp"
 #include "meltsim/particle_tag.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
@@ -22,6 +23,7 @@
 #include "meltsim/physics/rigid_push.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "meltsim/physics/shape_matching.hpp"
+#include "meltsim/physics/solute.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
@@ -34,6 +36,7 @@ using physics::MaterialProperties;
 using physics::MaterialRow;
 using physics::RegionFit;
 using physics::RigidPieceStep;
+using physics::SpeciesRow;
 using physics::SphKernel;
 using physics::WallBox;
 
@@ -139,12 +142,13 @@ struct Clock {
   physics::SurfaceCondition<T> free_surface;  ///< of liquids
 };
 
-/// The double-buffered channels (owner particle, lifetime State): the copy that holds the last good state.
+/// The double-buffered channels (owner particle or particle_species, lifetime State): the copy that holds the last good state.
 template <class T>
 struct PreviousViews {
   const Vec4<T>* position = nullptr;
   const Vec4<T>* velocity = nullptr;
   const double* enthalpy = nullptr;
+  const double* solute = nullptr;
   const T* mass = nullptr;
   const std::uint32_t* tag = nullptr;
   const std::uint32_t* id = nullptr;
@@ -280,6 +284,7 @@ struct Burst {
   Vec3<T> velocity{}, axis{};
   T radius{}, held{};
   double enthalpy = 0;
+  double solute[most_species] = {};  ///< of every particle [kg]
   T mass{}, volume{};
   std::uint32_t tag = 0;
 };
@@ -298,7 +303,8 @@ struct Frame {
   std::uint32_t cells = 0;       ///< where they are counted one by one; else 0
   std::uint32_t max_groups = 0;  ///< upper bound of occupied cells
   std::uint32_t vertices = 0;
-  std::uint32_t bodies = 0;  ///< that were added, removed ones included
+  std::uint32_t bodies = 0;   ///< that were added, removed ones included
+  std::uint32_t species = 0;  ///< arrays of `solute`, each `capacity` long
   std::uint32_t region_words = 0;
   std::int32_t row_width = 0;  ///< half-width from which regions are summed by rows and planes
   std::uint32_t key_bits = 64;
@@ -322,10 +328,19 @@ struct Frame {
   double viscous_dt = 0;                                     ///< of a super-step [s]
   double viscous_bound = 0;  ///< largest exchange over mass that the stages allow [1/s]
   bool inviscid = false;     ///< sph.diffuse takes viscosity in place of this stage
-  SumUnits sum_units;        ///< lsm.balance
+  double solute_dt = 0;      ///< species.exchange: of one sweep, time-scaled [s]
+  std::uint32_t solute_supersteps = 0;
+  double solute_bound = 0;  ///< largest exchange over mass at which contents are weighted means [1/s]
+  SumUnits sum_units;       ///< lsm.balance
   std::uint32_t event_kinds = 0, event_capacity = 0;  ///< bit per EventKind; rows of the ring
   std::uint64_t touch_entries = 0;                    ///< of the table of contacts
 };
+
+/// Content of species k of the particle at slot i [kg].
+template <class T>
+MELTSIM_HD double& solute_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i) {
+  return w.f.solute[k * w.capacity + i];
+}
 
 /// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the
 /// label of its piece, whose sums are taken about it.

@@ -43,6 +43,7 @@ constexpr FieldSet whole(FieldSet set) {
 
 enum class Owner {
   particle,
+  particle_species,
   particle_list,
   particle_bits,
   particle_words,
@@ -61,6 +62,7 @@ enum class Owner {
   site_words,
   body,
   material,
+  species,
   property,
   emitter_point,
   heat_region,
@@ -120,8 +122,9 @@ enum Fact : std::uint32_t {
   fact_lattice = 1u << 23,  ///< free bodies, which shape matching moves
   fact_rigid = 1u << 24,    ///< rigid bodies and proxies
   // Beside the others again:
-  fact_forces = 1u << 25,  ///< what acts on bodies is summed
-  fact_events = 1u << 26,  ///< events are noted
+  fact_forces = 1u << 25,   ///< what acts on bodies is summed
+  fact_events = 1u << 26,   ///< events are noted
+  fact_species = 1u << 27,  ///< something is dissolved, or dissolves
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -213,7 +216,7 @@ constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
     if (!consistent(facts)) continue;
     const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
     constexpr std::uint32_t host =
-        fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces | fact_events;
+        fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces | fact_events | fact_species;
     if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
   }
   return true;

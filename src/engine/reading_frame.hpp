@@ -59,6 +59,7 @@ struct PieceRow {
 struct ReadingHead {
   WorldStatus status;
   LedgerSums sums;
+  ContentSums contents;  ///< where there are species
   ExtentSums extents;
   PieceUnits units;
   std::uint32_t pieces = 0;    ///< how many there are, whether or not there is room for them
@@ -110,9 +111,12 @@ struct PackedParticles {
   Vec3<float>*position = nullptr, *velocity = nullptr;
   float *temperature = nullptr, *fraction = nullptr, *density = nullptr, *pressure = nullptr;
   std::uint32_t *tag = nullptr, *piece = nullptr;
-  static constexpr std::uint64_t bytes =
-      2 * sizeof(Vec3<float>) + 4 * sizeof(float) + 2 * sizeof(std::uint32_t);
-  static PackedParticles at(unsigned char* base, std::uint64_t n) {
+  float* solute[most_species] = {};  ///< mass fractions, of the species that there are
+  /// Of a particle.
+  static constexpr std::uint64_t bytes(std::uint64_t species) {
+    return 2 * sizeof(Vec3<float>) + (4 + species) * sizeof(float) + 2 * sizeof(std::uint32_t);
+  }
+  static PackedParticles at(unsigned char* base, std::uint64_t n, std::uint32_t species) {
     PackedParticles p;
     const auto place = [&base, n](auto*& to) {
       to = reinterpret_cast<std::remove_reference_t<decltype(to)>>(base);
@@ -126,6 +130,7 @@ struct PackedParticles {
     place(p.pressure);
     place(p.tag);
     place(p.piece);
+    for (std::uint32_t k = 0; k < species; ++k) place(p.solute[k]);
     return p;
   }
 };

@@ -63,6 +63,7 @@ class ReadingRun {
     s.parts.events = parts.events && scene.f.event_head != nullptr;
     s.events = s.parts.events ? scene.event_capacity : 0;
     s.born = scene.born;
+    s.species = scene.species;
     s.rows = s.parts.pieces ? std::min<std::uint32_t>(scene.vertices, most_pieces) : 0;
     s.rows_sent = std::min(
         s.rows, std::max<std::uint32_t>({256, static_cast<std::uint32_t>(2 * bodies_), 2 * last_pieces_}));
@@ -92,7 +93,7 @@ class ReadingRun {
     bring(host.totals, w.totals, s.rows_sent * sizeof(PieceTotals));
     bring(host.forces, w.forces, s.parts.forces ? bodies_ * sizeof(ForcesRow) : 0);
     bring(host.events, w.event_head, s.parts.events ? event_bytes(s) : 0);
-    bring(host.particles, w.p.position, s.parts.particles ? s.born * PackedParticles::bytes : 0);
+    bring(host.particles, w.p.position, s.parts.particles ? s.born * PackedParticles::bytes(s.species) : 0);
     bring(host.end, scene.probes.values + parts.first_sample, parts.samples * sizeof(double));
     ex.end_copies(s.mark);
     s.open = true;
@@ -101,7 +102,7 @@ class ReadingRun {
 
   /// Enqueues particles by id, in a buffer of their own.
   Status pack(E& ex, const Frame<T>& scene, bool rolled_back, bool has_density, PackedParticles& to) {
-    const std::uint64_t bytes = scene.capacity * PackedParticles::bytes;
+    const std::uint64_t bytes = scene.capacity * PackedParticles::bytes(scene.species);
     if (bytes > packed_bytes_) {
       ex.synchronize();
       if (packed_ != nullptr) ex.release(packed_);
@@ -113,7 +114,7 @@ class ReadingRun {
                           " GB of device memory are not there; use fewer particles")};
       packed_bytes_ = bytes;
     }
-    to = PackedParticles::at(packed_, scene.born);
+    to = PackedParticles::at(packed_, scene.born, scene.species);
     if (scene.born == 0) return {};
     ReadingFrame<T> w;
     w.s = scene;
@@ -149,6 +150,7 @@ class ReadingRun {
     const ReadingHead& head = *reinterpret_cast<const ReadingHead*>(s.host);
     out.status = head.status;
     out.sums = head.sums;
+    if (s.species != 0 && s.parts.sums) out.contents = head.contents;
     out.extents = head.extents;
     out.piece_count = s.counts ? head.pieces : 0;
     if (s.parts.pieces) unpack_pieces(ex, s, head, out);
@@ -190,7 +192,7 @@ class ReadingRun {
   struct Slot {
     ReadParts parts;
     bool open = false, counts = false, marked = false;
-    std::uint32_t born = 0, rows = 0, rows_sent = 0;
+    std::uint32_t born = 0, species = 0, rows = 0, rows_sent = 0;
     std::uint64_t bodies = 0;  ///< that there were
     std::uint64_t events = 0;  ///< rows of the ring
     unsigned char *device = nullptr, *host = nullptr;
@@ -215,7 +217,7 @@ class ReadingRun {
     l.forces = l.totals + padded(rows * sizeof(PieceTotals));
     l.events = l.forces + (s.parts.forces ? padded(s.bodies * sizeof(ForcesRow)) : 0);
     l.particles = l.events + (s.parts.events ? padded(event_bytes(s)) : 0);
-    l.end = l.particles + (s.parts.particles ? padded(s.born * PackedParticles::bytes) : 0);
+    l.end = l.particles + (s.parts.particles ? padded(s.born * PackedParticles::bytes(s.species)) : 0);
     return l;
   }
 
@@ -305,7 +307,7 @@ class ReadingRun {
       w.columns = reinterpret_cast<Column*>(scratch_ + c.columns);
       w.levels = reinterpret_cast<LevelSums*>(scratch_ + c.levels);
     }
-    if (s.parts.particles) w.p = PackedParticles::at(s.device + l.particles, s.born);
+    if (s.parts.particles) w.p = PackedParticles::at(s.device + l.particles, s.born, s.species);
     return w;
   }
 
@@ -375,7 +377,8 @@ class ReadingRun {
   }
 
   static void unpack_particles(const Slot& s, ParticleFrame& out) {
-    const PackedParticles p = PackedParticles::at(s.host + layout(s, s.rows_sent).particles, s.born);
+    const PackedParticles p =
+        PackedParticles::at(s.host + layout(s, s.rows_sent).particles, s.born, s.species);
     std::uint32_t live = 0;
     for (std::uint32_t i = 0; i < s.born; ++i) live += is_removed(p.tag[i]) ? 0u : 1u;
     out.id.reserve(live);
@@ -394,6 +397,8 @@ class ReadingRun {
     take(out.pressure, p.pressure);
     take(out.tag, p.tag);
     take(out.piece, p.piece);
+    out.fractions.resize(s.species);
+    for (std::uint32_t k = 0; k < s.species; ++k) take(out.fractions[k], p.solute[k]);
   }
 
   static ColumnGrid columns_of(Vec3d gravity, const DomainDesc& domain, double spacing) {

@@ -33,6 +33,13 @@ MaterialProperties<T> round_properties(const MaterialProperties<double>& p) {
 }
 
 template <class T>
+SpeciesRow<T> round_row(const SpeciesRow<double>& s) {
+  return {s.solute,           s.solvent,        s.solubility,
+          s.volume,           s.solvent_volume, s.diffusivity,
+          s.heat_of_solution, s.log_viscosity,  static_cast<T>(s.surface_resistivity)};
+}
+
+template <class T>
 MaterialRow<T> round_row(const MaterialRow<double>& m) {
   MaterialRow<T> r;
   r.density = static_cast<T>(m.density);

@@ -22,7 +22,8 @@ struct SceneState {
   // per id
   std::vector<Vec3d> position;  ///< relative to the origin
   std::vector<Vec3d> velocity;
-  std::vector<double> enthalpy, mass, volume;  ///< volume: what position.w holds
+  std::vector<double> enthalpy, mass, volume;            ///< volume: what position.w holds
+  std::array<std::vector<double>, most_species> solute;  ///< of the species that there are [kg]
   std::vector<std::uint32_t> tag, vertex_of_id;
   // per vertex
   std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
@@ -71,6 +72,7 @@ struct SceneConstants {
   DomainDesc domain;  ///< relative to the origin
   std::vector<MaterialRow<double>> materials;
   std::vector<physics::MaterialProperties<double>> properties;  ///< per material, or empty
+  std::vector<SpeciesRow<double>> species;  ///< none where nothing is dissolved or dissolves
   std::vector<Vec3d> emitter_points;
   double largest_mass = 0;
   std::vector<HeatRegionRow<double>> heat_regions;

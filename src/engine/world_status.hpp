@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "meltsim/material.hpp"
 #include "meltsim/physics/math.hpp"
 
 namespace meltsim {
@@ -43,6 +44,16 @@ struct LedgerSums {
     a.potential += b.potential;
     a.thermal += b.thermal;
     a.latent += b.latent;
+    return a;
+  }
+};
+
+/// The same of species: contents [kg], heat that what is dissolved has taken up [J].
+struct ContentSums {
+  double solute[most_species] = {}, solution = 0;
+  MELTSIM_HD static ContentSums combine(ContentSums a, const ContentSums& b) {
+    for (int k = 0; k < most_species; ++k) a.solute[k] += b.solute[k];
+    a.solution += b.solution;
     return a;
   }
 };
@@ -155,6 +166,8 @@ struct WorldStatus {
       0;  ///< particle-stages that exchanged faster than the stage count allows
   std::int64_t viscous_bound_exceeded =
       0;  ///< particles that exchanged momentum faster than the stage count allows
+  std::int64_t solute_bound_exceeded =
+      0;  ///< particles that exchanged a species faster than its sweeps allow
   /// Bits of HeatIdle: while one is set, kernels of heat do nothing. thermal.level sets the first, so that heat ends in a
   /// sub-step that follows from the state, whenever the host learns of it.
   std::uint32_t heat_idle = 0;

@@ -30,6 +30,7 @@ struct StatusBody {
     s.courant_exceeded = 0u;
     s.heat_bound_exceeded = 0;
     s.viscous_bound_exceeded = 0;
+    s.solute_bound_exceeded = 0;
   }
 };
 
@@ -92,6 +93,27 @@ struct LedgerBody {
     s.potential = physics::potential_energy(mass, w.gravity, x);
     s.thermal = enthalpy;
     s.latent = physics::latent_energy(w.s.f.materials[material_of(tag)], mass, enthalpy);
+    return s;
+  }
+};
+
+/// What a particle holds of species.
+template <class T>
+struct ContentsBody {
+  ReadingFrame<T> w;
+  MELTSIM_HD core::ContentSums operator()(std::uint64_t i) const {
+    core::ContentSums s;
+    const std::uint32_t tag = w.s.f.tag[i];
+    if (is_removed(tag)) return s;
+    const auto mass = static_cast<double>(w.s.f.mass[i]);
+    for (std::uint32_t k = 0; k < w.s.species; ++k) {
+      const auto& species = w.s.f.species[k];
+      const double content = core::solute_at(w.s, k, i);
+      const bool of_body = is_solid(tag) && material_of(tag) == species.solute;
+      s.solute[k] = content;
+      s.solution +=
+          species.heat_of_solution * (content - physics::undissolved(species, content, mass, of_body));
+    }
     return s;
   }
 };
@@ -466,6 +488,8 @@ struct PackBody {
     const Vec4<T> x = w.s.f.position[i];
     w.p.position[id] = cast<float>(xyz(x));
     w.p.velocity[id] = cast<float>(xyz(w.s.f.velocity[i]));
+    for (std::uint32_t k = 0; k < w.s.species && w.s.f.solute != nullptr; ++k)
+      w.p.solute[k][id] = static_cast<float>(core::solute_at(w.s, k, i) / static_cast<double>(w.s.f.mass[i]));
     if (is_removed(tag)) return;
     const auto& m = w.s.f.materials[material_of(tag)];
     const auto mass = static_cast<double>(w.s.f.mass[i]);

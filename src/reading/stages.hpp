@@ -19,6 +19,7 @@ template <class E, class T>
 void sums(E& ex, const core::ReadingFrame<T>& w) {
   ex.reduce(w.s.particles, LedgerBody<T>{w}, &w.head->sums);
   ex.reduce(w.s.particles, ExtentsBody<T>{w}, &w.head->extents);
+  if (w.s.species != 0u) ex.reduce(w.s.particles, ContentsBody<T>{w}, &w.head->contents);
 }
 
 /// How many pieces there are, and the row of each, in order of their labels. Needs the results of sums(),

@@ -40,6 +40,21 @@ struct KeysBody {
   }
 };
 
+/// What a particle holds, from where it was. Its volume at rest, from that of as much solvent [m^3].
+template <class T>
+MELTSIM_HD T carry_contents(const Frame<T>& w, std::uint64_t i, std::uint32_t from, T mass,
+                            T solvent_volume) {
+  double dissolved = 0, volume = 0;
+  for (std::uint32_t k = 0; k < w.species; ++k) {
+    const double content = w.before.solute[k * w.capacity + from];
+    core::solute_at(w, k, i) = content;
+    dissolved += content;
+    volume += physics::dissolved_volume(w.f.species[k], content);
+  }
+  const double share = 1.0 - dissolved / static_cast<double>(mass);
+  return static_cast<T>(static_cast<double>(solvent_volume) * share + volume);
+}
+
 /// State of slot i from where it was, drifted half a step.
 template <class T>
 MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, std::uint32_t id) {
@@ -53,12 +68,12 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   if (has_enthalpy) enthalpy = w.before.enthalpy[from];
   else if (m.tables != nullptr) enthalpy = w.f.enthalpy_of_id[id];
   const Vec3<T> moved = is_removed(tag) ? xyz(x) : physics::drift(xyz(x), xyz(v), w.f.clock->half_dt);
+  T at_rest = T(0);
+  if (!is_solid(tag)) at_rest = mass / physics::rest_density(m, enthalpy / static_cast<double>(mass));
+  if (w.f.solute != nullptr) at_rest = carry_contents(w, i, from, mass, at_rest);
   // The volume of a melted particle relaxes to that of its liquid within some acoustic times.
-  const T volume = is_solid(tag)
-                       ? x.w
-                       : physics::relaxed_volume(
-                             x.w, mass / physics::rest_density(m, enthalpy / static_cast<double>(mass)),
-                             w.f.clock->dt * w.c.volume_rate);
+  const T volume =
+      is_solid(tag) ? x.w : physics::relaxed_volume(x.w, at_rest, w.f.clock->dt * w.c.volume_rate);
   w.f.position[i] = with_w(moved, volume);
   w.f.velocity[i] = v;
   if (has_enthalpy) w.f.enthalpy[i] = enthalpy;

@@ -104,15 +104,22 @@ struct DensityBody {
   }
 };
 
-/// mu of every liquid particle, where it depends on temperature.
+/// mu of every liquid particle, where it depends on temperature or contents.
 template <class T>
 struct ViscosityBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
     if (!is_fluid(tag)) return;
-    w.f.viscosity[i] = physics::viscosity_at(w.f.materials[material_of(tag)],
-                                             w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]));
+    const T mu = physics::viscosity_at(w.f.materials[material_of(tag)],
+                                       w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]));
+    w.f.viscosity[i] = w.f.solute == nullptr ? mu : of_mixture(i, mu);
+  }
+  MELTSIM_HD T of_mixture(std::uint64_t i, T solvent) const {
+    physics::MixtureViscosity mixture;
+    for (std::uint32_t k = 0; k < w.species; ++k)
+      mixture.add(w.f.species[k], core::solute_at(w, k, i) / static_cast<double>(w.f.mass[i]));
+    return static_cast<T>(mixture.with(static_cast<double>(solvent)));
   }
 };
 

@@ -60,6 +60,8 @@ struct EmitBody {
     w.f.velocity[slot] = with_w(b.velocity, T(0));
     if (w.f.enthalpy != nullptr) w.f.enthalpy[slot] = b.enthalpy;
     else w.f.enthalpy_of_id[id] = b.enthalpy;
+    if (w.f.solute != nullptr)
+      for (std::uint32_t s = 0; s < w.species; ++s) core::solute_at(w, s, slot) = b.solute[s];
     w.f.mass[slot] = b.mass;
     w.f.tag[slot] = b.tag | tag_held;
     if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
@@ -246,6 +248,7 @@ struct ClearBody {
     s.courant_exceeded = 0u;
     s.heat_bound_exceeded = 0;
     s.viscous_bound_exceeded = 0;
+    s.solute_bound_exceeded = 0;
     s.cooled_to_zero = 0;
   }
 };

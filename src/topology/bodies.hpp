@@ -24,11 +24,18 @@ MELTSIM_HD bool was_born(const Frame<T>& w, std::uint32_t v) {
   return w.f.vertex_pick != nullptr && w.f.vertex_pick[v] != none;
 }
 
-/// A surface particle of liquid fraction 1 leaves the lattice. Mass, momentum and enthalpy do not change, only
-/// the tag.
+/// A surface particle of liquid fraction 1, or of a species whose content is down to saturation, leaves the lattice. Mass,
+/// momentum, enthalpy and contents do not change, only the tag.
 template <class T>
 struct MeltBody {
   Frame<T> w;
+  MELTSIM_HD bool dissolved(std::uint32_t material, std::uint32_t slot) const {
+    for (std::uint32_t k = 0; k < w.species; ++k)
+      if (w.f.species[k].solute == material)
+        return physics::is_dissolved(w.f.species[k], core::solute_at(w, k, slot),
+                                     static_cast<double>(w.f.mass[slot]));
+    return false;
+  }
   struct Item {
     std::uint32_t state = 0, id = 0;
   };
@@ -47,8 +54,9 @@ struct MeltBody {
     const std::uint32_t slot = w.f.slot_of_id[item.id];
     const std::uint32_t tag = w.f.tag[slot];
     const physics::MaterialRow<T>& m = w.f.materials[material_of(tag)];
-    if (!physics::melts(m, (tag & tag_surface) != 0u,
-                        w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
+    const bool surface = (tag & tag_surface) != 0u;
+    if (!physics::melts(m, surface, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])) &&
+        !(surface && w.species != 0u && dissolved(material_of(tag), slot)))
       return;
     w.f.vertex_state[v] = vertex_died;
     w.f.tag[slot] =

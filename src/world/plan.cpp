@@ -18,11 +18,9 @@ using core::invalid;
 std::string WorldImpl::reason_of_change(const core::StageInfo& info) const {
   const std::string module = info.module;
   const auto any_body = [this](const auto& is) { return std::any_of(bodies_.begin(), bodies_.end(), is); };
-  const auto melts = [this](const BodyRecord& b) {
-    return bool(materials[b.desc.material.index].melts_into);
-  };
+  const auto melts = [this](const BodyRecord& b) { return leaves_lattice(b.desc.material.index); };
   if (module == "topology" && census_.meltable == 0 && any_body(melts))
-    return "everything that can melt has melted";
+    return "everything that can melt or dissolve has";
   if ((info.need & core::fact_fluid) != 0 && (facts_ & core::fact_fluid) == 0 && census_.removed != 0)
     return "all liquid has left";
   if ((info.need & core::fact_mobile) != 0 && (facts_ & core::fact_mobile) == 0 &&
@@ -200,6 +198,7 @@ std::uint32_t facts_of_module(const std::string& module) {
     return core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki |
            core::fact_heat_boundary | core::fact_levels;
   if (module == "topology") return core::fact_melt | core::fact_freeze;
+  if (module == "species") return core::fact_species;
   return 0;
 }
 }  // namespace
@@ -210,7 +209,8 @@ Status WorldImpl::enable(const std::string& module, bool on) {
 
 Status WorldImpl::switch_module(const std::string& module, bool on) {
   if (facts_of_module(module) == 0)
-    return invalid("enable: module \"", module, "\" cannot be switched; sph, lsm, thermal and topology can");
+    return invalid("enable: module \"", module,
+                   "\" cannot be switched; sph, lsm, thermal, species and topology can");
   fetch_state();
   const auto found = std::find(disabled_modules_.begin(), disabled_modules_.end(), module);
   if (!on && found == disabled_modules_.end()) disabled_modules_.push_back(module);

@@ -18,9 +18,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 8;
+constexpr std::uint32_t format_version = 9;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -127,9 +127,10 @@ std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
     v += 0.0;  // -0 is 0
     h.add(&v, sizeof v);
   };
-  for (const double v :
-       {m.density, m.heat_capacity, m.latent_heat, m.melting_point, m.freezes ? 1.0 : 0.0,
-        m.melts_into ? double(m.melts_into.index) : -1.0, desc.heat.model == HeatModel::enthalpy ? 1.0 : 0.0})
+  for (const double v : {m.density, m.heat_capacity, m.latent_heat, m.melting_point, m.freezes ? 1.0 : 0.0,
+                         m.melts_into ? double(m.melts_into.index) : -1.0,
+                         m.dissolves_in ? double(m.dissolves_in.index) : -1.0, m.solubility,
+                         m.heat_of_solution, desc.heat.model == HeatModel::enthalpy ? 1.0 : 0.0})
     number(v);
   for (const auto* points : {&m.heat_capacity_points, &m.density_points}) {
     number(double(points->size()));
@@ -147,6 +148,7 @@ Result<std::uint64_t> WorldImpl::state_hash() {
   h.add(state_.position);
   h.add(state_.velocity);
   h.add(state_.enthalpy);
+  for (const auto& content : state_.solute) h.add(content);
   h.add(state_.mass);
   h.add(state_.volume);
   h.add(state_.tag);
@@ -208,6 +210,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.position);
   w.array(state_.velocity);
   w.array(state_.enthalpy);
+  for (const auto& content : state_.solute) w.array(content);
   w.array(state_.mass);
   w.array(state_.volume);
   w.array(state_.tag);
@@ -253,10 +256,11 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
         r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
         r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
-        r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.mass) &&
-        r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
-        r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
-        r.array(s.contact_slip) && r.array(s.motion) && r.array(taken)) ||
+        r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.solute[0]) &&
+        r.array(s.solute[1]) && r.array(s.solute[2]) && r.array(s.mass) && r.array(s.volume) &&
+        r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) && r.array(s.vertex_state) &&
+        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.contact_slip) &&
+        r.array(s.motion) && r.array(taken)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
@@ -265,6 +269,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
       s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
       hashes.size() != material_count || s.motion.size() != body_count || taken.size() != body_count)
     return corrupt("arrays of different length");
+  static_assert(most_species == 3);
   if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
   // First what it belongs to: a snapshot of another scene is not damaged.
   const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
@@ -279,6 +284,8 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
           "\" has another density, heat capacity, latent heat or melting point, or melts into "
           "something else, than in the World that wrote it (or heat.model differs); build the World from the "
           "same scene first");
+  for (std::size_t k = 0; k < s.solute.size(); ++k)
+    if (s.solute[k].size() != (k < species_.size() ? n : 0)) return corrupt("contents of different length");
   if (body_count != bodies_.size()) return mismatch("bodies", bodies_.size(), body_count);
   if (layers.size() != emitters_.size()) return mismatch("emitters", emitters_.size(), layers.size());
   if (nv != lattice_.vertex_site.size()) return mismatch("lattice vertices", lattice_.vertex_site.size(), nv);
@@ -392,6 +399,10 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
     if (!(s.mass[i] > 1 / largest && s.mass[i] < largest) ||
         !(s.volume[i] > 1 / largest && s.volume[i] < largest) || !std::isfinite(s.enthalpy[i]))
       return corrupt("a mass, volume or enthalpy is not usable");
+    for (std::size_t k = 0; k < species_.size(); ++k)
+      // Contents stay within 0 and the mass but for rounding, and for liquid so crowded that a flag is raised.
+      if (!(s.solute[k][i] >= -s.mass[i] && s.solute[k][i] <= 2 * s.mass[i]))
+        return corrupt("a content is not usable");
     if (!(dot(s.velocity[i], s.velocity[i]) < largest)) return corrupt("a velocity is not usable");
     const std::uint32_t tag = s.tag[i], body = body_of(tag);
     if (material_of(tag) >= materials.size() || body > bodies_.size() || (tag & ~known_tag_bits) != 0u)
@@ -413,7 +424,7 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
           (is_fluid(tag) || desc.domain.faces[face] != Face::open))
         return corrupt("a particle is outside the domain");
     if (!is_solid(tag)) {
-      if (materials[material_of(tag)].melts_into) return corrupt("a liquid particle is of a solid material");
+      if (leaves_lattice(material_of(tag))) return corrupt("a liquid particle is of a solid material");
       continue;
     }
     ++solid;

@@ -2,6 +2,7 @@
 #include "world/validate.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "engine/text.hpp"
 #include "meltsim/physics/property_table.hpp"
@@ -91,6 +92,45 @@ Status validate_points(const std::string& field, const std::vector<PropertyPoint
   return {};
 }
 
+/// What of a species can be checked without the others.
+Status validate_species(const MaterialDesc& m, const std::string& p) {
+  if (!m.dissolves_in) {
+    if (m.diffusivity_in != 0)
+      return invalid(p, "dissolves_in: diffusivity_in (", m.diffusivity_in,
+                     " m^2/s) is given, but no liquid; name the solvent, or leave diffusivity_in out");
+    if (m.transfer_coefficient)
+      return invalid(p, "dissolves_in: transfer_coefficient (", *m.transfer_coefficient,
+                     " m/s) is given, but no liquid; name the solvent, or leave transfer_coefficient out");
+    return {};
+  }
+  if (m.melts_into)
+    return invalid(p, "dissolves_in: it melts (melts_into) already; a material does one of the two");
+  if (!(m.solubility > 0 && m.solubility <= 1))
+    return invalid(p, "solubility: must be in (0, 1] kg per kg of solution, got ", m.solubility,
+                   "; sugar is 0.67, 1 mixes in any ratio");
+  if (!(std::isfinite(m.diffusivity_in) && m.diffusivity_in > 0))
+    return invalid(p, "diffusivity_in: must be finite and > 0 m^2/s, got ", m.diffusivity_in,
+                   m.diffusivity_in == 0 ? ": is missing" : "", "; salt in water is 1.6e-9, sugar 5e-10");
+  if (Status s = measurable(p + "diffusivity_in", m.diffusivity_in, "m^2/s"); !s) return s;
+  if (!std::isfinite(m.heat_of_solution))
+    return invalid(p, "heat_of_solution: must be finite J/kg, got ", m.heat_of_solution,
+                   "; salt is 6.7e4, 0 is none");
+  if (Status s = measurable(p + "heat_of_solution", m.heat_of_solution, "J/kg"); !s) return s;
+  if (m.transfer_coefficient) {
+    if (Status s = above(p + "transfer_coefficient", *m.transfer_coefficient, 0, "m/s",
+                         "leave it out for diffusion over one spacing");
+        !s)
+      return s;
+    if (Status s = measurable(p + "transfer_coefficient", *m.transfer_coefficient, "m/s"); !s) return s;
+  }
+  for (const auto& [name, points] :
+       {std::pair{"viscosity_points", &m.viscosity_points}, std::pair{"density_points", &m.density_points},
+        std::pair{"heat_capacity_points", &m.heat_capacity_points}})
+    if (!points->empty())
+      return invalid(p, name, ": of a species (dissolves_in) this is a constant; leave the points out");
+  return {};
+}
+
 }  // namespace
 
 double support_of(const WorldDesc& d) { return d.support_radius == 0 ? 2.5 * d.spacing : d.support_radius; }
@@ -157,6 +197,12 @@ Status validate(const WorldDesc& d) {
     return invalid("heat.max_stages: must be in 2..1024, got ", d.heat.max_stages, "; the default is 64");
   if (d.heat.max_supersteps < 1 || d.heat.max_supersteps > 1000000)
     return invalid("heat.max_supersteps: must be in 1..1000000, got ", d.heat.max_supersteps,
+                   "; the default is 64");
+  if (Status s = at_least("solute.time_scale", d.solute.time_scale, 0, "", "1 is real time, 0 stops species");
+      !s)
+    return s;
+  if (d.solute.max_supersteps < 1 || d.solute.max_supersteps > 1000000)
+    return invalid("solute.max_supersteps: must be in 1..1000000, got ", d.solute.max_supersteps,
                    "; the default is 64");
   if (d.viscosity != Viscosity::automatic && d.viscosity != Viscosity::explicit_ &&
       d.viscosity != Viscosity::implicit)
@@ -244,6 +290,7 @@ Status validate(const MaterialDesc& m) {
   if (!std::isfinite(m.melting_point) && m.melts_into)
     return invalid(p, "melting_point: a material that melts_into a liquid needs a finite melting point, got ",
                    m.melting_point, "; ice is 0");
+  if (Status s = validate_species(m, p); !s) return s;
   if (m.region_half_width < 0 || m.region_half_width > 8)
     return invalid(p, "region_half_width: must be in 0..8, got ", m.region_half_width, "; 2 is the default");
   if (!(m.stiffness > 0 && m.stiffness <= 1))

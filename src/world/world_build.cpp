@@ -8,7 +8,6 @@
 #include "exec/threads.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "shape/shape_limits.hpp"
-#include "world/density_range.hpp"
 #include "world/growth_sites.hpp"
 #include "world/nozzle.hpp"
 #include "world/validate.hpp"
@@ -62,15 +61,26 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
     if (!valid(m.melts_into))
       return invalid(p, "melts_into: no such material in this World; add the liquid first and pass its id");
     const MaterialDesc& liquid = materials[m.melts_into.index];
+    if (liquid.dissolves_in)
+      return invalid(p, "melts_into: \"", liquid.name, "\" is a species, no liquid of its own; melt into \"",
+                     materials[liquid.dissolves_in.index].name, "\", which it dissolves in");
     if (liquid.melts_into)
       return invalid(p, "melts_into: \"", liquid.name, "\" melts itself (at ", liquid.melting_point,
                      "); name a liquid that does not");
     if (Status s = check_expansion(m, desc.heat.time_scale); !s) return s.error();
   }
   if (Status s = check_freezing(m); !s) return s.error();
+  if (Status s = check_species(m); !s) return s.error();
   fetch_state();
+  species_.reserve(most_species);
+  if (m.dissolves_in) state_.solute[species_.size()].assign(state_.position.size(), 0.0);
   materials.push_back(m);
+  if (m.dissolves_in) species_.push_back(static_cast<std::uint32_t>(materials.size() - 1));
   const auto take_back = [this] {
+    if (materials.back().dissolves_in) {
+      species_.pop_back();
+      state_.solute[species_.size()].clear();
+    }
     materials.pop_back();
     properties_ = material_properties();
   };
@@ -94,7 +104,7 @@ Status WorldImpl::check_expansion(const MaterialDesc& m, double time_scale) cons
   constexpr double most = 4;
   if (!m.melts_into || desc.heat.model == HeatModel::none || time_scale == 0) return {};
   const MaterialDesc& liquid = materials[m.melts_into.index];
-  const double ratio = m.density / core::least_density(liquid);
+  const double ratio = m.density / least_density(m.melts_into.index);
   if (ratio <= most * (1 + 1e-9)) return {};
   return invalid("material \"", m.name, "\": density: ", m.density, " kg/m^3 is ", ratio, " times that of \"",
                  liquid.name,
@@ -137,6 +147,10 @@ Status WorldImpl::check_freezing(const MaterialDesc& m) {
   if (!m.freezes) return {};
   const std::string p = "material \"" + m.name + "\": freezes: ";
   if (!m.melts_into) return invalid(p, "a material that freezes must name its liquid in melts_into");
+  for (const std::uint32_t k : species_)
+    if (materials[k].dissolves_in == m.melts_into)
+      return invalid(p, "\"", materials[k].name, "\" dissolves in \"", materials[m.melts_into.index].name,
+                     "\", and a solution cannot freeze; use another liquid, or leave one of the two out");
   for (const MaterialDesc& other : materials)
     if (other.freezes && other.melts_into == m.melts_into)
       return invalid(p, "\"", materials[m.melts_into.index].name, "\" already freezes into \"", other.name,
@@ -158,6 +172,7 @@ Status WorldImpl::check_freezing(const MaterialDesc& m) {
 void WorldImpl::update_state() {
   if (!state_stale_) return;
   const core::WorldStatus s = engine->download(state_);
+  fill_contents();
   state_stale_ = false;
   places_.reset();
   // An upload begins with a clean status: what this one says is kept for synchronize().
@@ -166,6 +181,7 @@ void WorldImpl::update_state() {
   carried_.courant_exceeded = carried_.courant_exceeded || s.courant_exceeded != 0;
   carried_.heat_bound_exceeded = carried_.heat_bound_exceeded || s.heat_bound_exceeded != 0;
   carried_.viscous_bound_exceeded = carried_.viscous_bound_exceeded || s.viscous_bound_exceeded != 0;
+  carried_.solute_bound_exceeded = carried_.solute_bound_exceeded || s.solute_bound_exceeded != 0;
   note_halt(s, engine->fault());
 }
 
@@ -306,6 +322,7 @@ void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t
   make_room(state_.mass, particles);
   make_room(state_.volume, particles);
   make_room(state_.enthalpy, particles);
+  for (std::size_t k = 0; k < species_.size(); ++k) make_room(state_.solute[k], particles);
   make_room(state_.tag, particles);
   make_room(state_.vertex_of_id, particles);
   make_room(state_.vertex_id, vertices);
@@ -320,7 +337,7 @@ void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t
 }
 
 void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
-                       std::uint32_t tag, std::uint32_t vertex) {
+                       std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) {
   double mass = density * desc.spacing * desc.spacing * desc.spacing;
   double volume = mass / density;
   round_to_precision(mass);
@@ -336,6 +353,7 @@ void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double sp
   state_.mass.push_back(mass);
   state_.volume.push_back(volume);
   state_.enthalpy.push_back(specific_enthalpy * mass);
+  for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k].push_back(fractions[k] * mass);
   state_.tag.push_back(tag);
   state_.vertex_of_id.push_back(vertex);
 }
@@ -371,6 +389,7 @@ void WorldImpl::close_up() {
     state_.mass[to] = state_.mass[i];
     state_.volume[to] = state_.volume[i];
     state_.enthalpy[to] = state_.enthalpy[i];
+    for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k][to] = state_.solute[k][i];
     state_.tag[to] = state_.tag[i];
     state_.vertex_of_id[to] = state_.vertex_of_id[i];
     if (state_.vertex_of_id[to] != none)
@@ -382,6 +401,7 @@ void WorldImpl::close_up() {
   state_.mass.resize(to);
   state_.volume.resize(to);
   state_.enthalpy.resize(to);
+  for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k].resize(to);
   state_.tag.resize(to);
   state_.vertex_of_id.resize(to);
 }
@@ -392,6 +412,8 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (materials[f.material.index].melts_into)
     return invalid("fluid: material: \"", materials[f.material.index].name,
                    "\" is a solid (it melts); fill with the liquid it becomes");
+  Contents contents{};
+  if (Status s = check_fractions("fluid: ", f.material, f.fractions, contents); !s) return s.error();
   if (Status s = core::validate_state("fluid: ", f.temperature, f.velocity); !s) return s.error();
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
@@ -401,7 +423,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   const core::PointGrid& taken = places();  // as it is before this liquid
   const auto is_there = [this](std::uint32_t id) { return !is_removed(state_.tag[id]); };
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
-  const double density = physics::rest_density(material_rows()[f.material.index], h);
+  const double density = mixed_density(physics::rest_density(material_rows()[f.material.index], h), contents);
   if (Status s = check_numbers("fluid: ", materials[f.material.index], density, h, f.velocity); !s)
     return s.error();
   const std::size_t before = state_.position.size();
@@ -409,7 +431,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin;
     if (taken.near(x, is_there)) continue;
-    append(x, f.velocity, density, h, f.material.index, none);
+    append(x, f.velocity, density, h, f.material.index, none, contents);
   }
   const std::uint64_t added = state_.position.size() - before;
   if (added == 0)
@@ -428,6 +450,8 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
     return invalid(what, "material: no such material in this World; pass an id from add_material");
   if (materials[e.material.index].melts_into)
     return invalid(what, "material: \"", materials[e.material.index].name, "\" is a solid; emit a liquid");
+  Contents contents{};
+  if (Status s = check_fractions(what, e.material, e.fractions, contents); !s) return s.error();
   if (Status s = core::validate(r.desc, desc.spacing); !s) return s.error();
   if (desc.domain.bounded) {
     const Vec3d lo = desc.domain.min, hi = desc.domain.max, c = e.center;
@@ -436,7 +460,8 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   }
   const auto row = material_rows()[e.material.index];
   const double h = physics::enthalpy_of(row, e.temperature);
-  if (Status s = check_numbers(what, materials[e.material.index], physics::rest_density(row, h), h,
+  if (Status s = check_numbers(what, materials[e.material.index],
+                               mixed_density(physics::rest_density(row, h), contents), h,
                                core::unit(e.axis) * e.speed);
       !s)
     return s.error();
@@ -461,6 +486,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   if (room_behind(e, disc, r.held_layers * layer.distance)) r.lead = r.held_layers * layer.distance;
   Vec3d origin;
   if (Status s = origin_for({e.center}, what.c_str(), origin); !s) return s.error();
+  r.contents = contents;
   r.points = static_cast<std::uint32_t>(disc.size());
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
   if (e.max_particles != 0 && e.max_particles < r.points)

@@ -8,7 +8,6 @@
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
-#include "world/density_range.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
@@ -83,7 +82,7 @@ bool WorldImpl::temperatures_level() const {
 std::string WorldImpl::heat_reason() const {
   if (desc.heat.model == HeatModel::none) return "heat.model is none";
   if (desc.heat.time_scale == 0) return "heat.time_scale is 0";
-  if (heat_from_outside() || host_heats()) return {};
+  if (heat_from_outside() || host_heats() || solution_heats()) return {};
   if (state_.heat_level) {
     const double next = next_region();
     return core::text("temperatures are level to ", desc.heat.level_tolerance, " K and ",
@@ -103,9 +102,7 @@ void WorldImpl::find_materials() {
   liquid_used_.assign(materials.size(), 0);
   solid_used_.assign(materials.size(), 0);
   densest_added_ = 0;
-  const auto added = [this](std::size_t m) {
-    densest_added_ = std::max(densest_added_, core::largest_density(materials[m]));
-  };
+  const auto added = [this](std::size_t m) { densest_added_ = std::max(densest_added_, largest_density(m)); };
   for (const std::uint32_t tag : state_.tag) {
     ((tag & tag_solid) != 0u ? solid_used_ : liquid_used_)[material_of(tag)] = 1;
     if ((tag & tag_solid) == 0u && body_of(tag) == 0) added(material_of(tag));  // melt keeps its body
@@ -121,7 +118,8 @@ void WorldImpl::find_materials() {
 /// Adds what can come to be by melting, and looks at what there is.
 void WorldImpl::weigh_materials() {
   for (const BodyRecord& b : bodies_) {
-    const MaterialId liquid = materials[b.desc.material.index].melts_into;
+    const MaterialDesc& m = materials[b.desc.material.index];
+    const MaterialId liquid = m.melts_into ? m.melts_into : m.dissolves_in;
     if (liquid && may_melt_) liquid_used_[liquid.index] = 1;
   }
   double lightest = infinity;
@@ -129,9 +127,9 @@ void WorldImpl::weigh_materials() {
   int liquids = 0;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     if (!used(m)) continue;
-    lightest = std::min(lightest, core::least_density(materials[m]));
+    lightest = std::min(lightest, least_density(m));
     if (liquid_used_[m] == 0u) continue;
-    densest_liquid = std::max(densest_liquid, core::largest_density(materials[m]));
+    densest_liquid = std::max(densest_liquid, largest_density(m));
     ++liquids;
   }
   for (const BodyRecord& b : bodies_)
@@ -157,8 +155,9 @@ void WorldImpl::take_census() {
     }
     if (!is_solid(tag)) continue;
     c.live[body_of(tag) - 1] = 1;
-    if (m.melts == 0u) continue;
+    if (!leaves_lattice(material_of(tag))) continue;
     ++c.meltable;
+    if (m.melts == 0u) continue;
     c.molten = c.molten || physics::liquid_fraction(m, h) >= 1.0;
   }
   // A body whose shape already consists of several pieces.
@@ -181,11 +180,11 @@ void WorldImpl::note(const core::WorldStatus& s) {
   if (s.particles == born_) census_.fluid = s.particles - removed > solid;  // else more is on its way
   std::uint64_t built = 0;
   for (const BodyRecord& b : bodies_)
-    if (materials[b.desc.material.index].melts_into) built += b.vertices - b.taken;
+    if (leaves_lattice(b.desc.material.index)) built += b.vertices - b.taken;
   census_.meltable = built + s.frozen - melted;
   if (census_.meltable == 0)
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-      if (materials[bodies_[b].desc.material.index].melts_into) census_.live[b] = 0;
+      if (leaves_lattice(bodies_[b].desc.material.index)) census_.live[b] = 0;
   if ((s.heat_idle & core::idle_level) != 0u && !state_.heat_level) {
     state_.heat_level = true;
     census_.molten = (s.heat_pending & core::pending_melt) != 0u;
@@ -214,7 +213,7 @@ std::uint32_t WorldImpl::facts() const {
   }
   // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
   const bool freezes = freezing_body && model && (heat || census_.supercooled);
-  bool melts = freezes || (census_.meltable != 0 && model && (heat || census_.molten));
+  bool melts = freezes || (census_.meltable != 0 && ((model && (heat || census_.molten)) || dissolves()));
   melts = melts || (census_.unsettled && (facts_ & core::fact_melt) != 0);
   if (capacity_ != 0) f |= core::fact_particles;
   if (fluid || melts) f |= core::fact_fluid;
@@ -233,11 +232,15 @@ std::uint32_t WorldImpl::facts() const {
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
   for (std::size_t m = 0; m < materials.size(); ++m)
     if (liquid_used_[m] != 0u && !materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
+  for (const std::uint32_t k : species_)
+    if (species_used_ && materials[k].viscosity != materials[materials[k].dissolves_in.index].viscosity)
+      f |= core::fact_viscosity;
+  if (species_used_ && desc.solute.time_scale > 0 && (f & core::fact_fluid) != 0) f |= core::fact_species;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
   if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
   if ((f & core::fact_heat_enthalpy) != 0 && (f & core::fact_heat_boundary) == 0 && !host_heats() &&
-      !emitting() && desc.heat.level_tolerance > 0)
+      !solution_heats() && !emitting() && desc.heat.level_tolerance > 0)
     f |= core::fact_levels;
   f &= ~disabled_facts_;
   if ((f & core::fact_particles) == 0) return f;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
 // world_remove.cpp, world_motion.cpp (kinematic bodies), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
-// (settings, pushes, emitters), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
+// (settings, pushes, emitters), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables),
+// world_species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
 // world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
 // snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.
@@ -44,6 +45,7 @@ struct BodyRecord {
 
 struct EmitterRecord {
   EmitterDesc desc;
+  std::array<double, most_species> contents{};  ///< mass fractions, per species
   std::uint32_t first_point = 0, points = 0;
   std::uint64_t first_layer = 0;  ///< that came after it was added; layers are counted from EmitterDesc::from
   std::uint64_t layers = 0;       ///< one past the last
@@ -196,6 +198,9 @@ class WorldImpl final : public Scheduler {
   /// Rows in double, all values derived.
   std::vector<core::MaterialRow<double>> material_rows() const;
   std::vector<physics::MaterialProperties<double>> material_properties() const;
+  /// Materials that dissolve in another, in the order in which they were added.
+  const std::vector<std::uint32_t>& species() const { return species_; }
+  std::vector<MaterialId> species_ids() const;
   /// Brings `state` up to date with the engine, and takes note of what the status says.
   void fetch_state();
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
@@ -257,6 +262,25 @@ class WorldImpl final : public Scheduler {
   bool heat_from_outside() const;
   void fill_heat_boundary(core::SceneConstants& c) const;
   std::size_t freezes_into(std::size_t material) const;
+  // world_species.cpp
+  using Contents = std::array<double, most_species>;
+  std::vector<core::SpeciesRow<double>> species_rows() const;
+  std::size_t species_of(std::size_t material) const;
+  bool leaves_lattice(std::size_t material) const;
+  Status check_species(const MaterialDesc& m) const;
+  Status check_fractions(const std::string& what, MaterialId liquid,
+                         const std::vector<MassFraction>& fractions, Contents& contents) const;
+  double mixed_density(double solvent, const Contents& fractions) const;
+  double least_density(std::size_t material) const;
+  double largest_density(std::size_t material) const;
+  double extreme_volume(std::size_t material, double of_solvent, double sign) const;
+  bool species_present() const;
+  bool solution_heats() const;
+  bool dissolves() const;
+  void fill_contents();
+  void limit_solute(double laplacian_sum);
+  void solute_plan(double dt, core::SubstepArguments& a) const;
+  Status check_solute_work(double dt, const core::SubstepArguments& a) const;
   Status check_freezing(const MaterialDesc& m);
   Status check_curves() const;
   Status check_expansion(const MaterialDesc& m, double time_scale) const;
@@ -332,7 +356,7 @@ class WorldImpl final : public Scheduler {
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
   void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
-              std::uint32_t vertex);
+              std::uint32_t vertex, const Contents& fractions);
   void drop_fluid(std::uint32_t id);
   const core::PointGrid& places();
   void update_state();
@@ -365,6 +389,9 @@ class WorldImpl final : public Scheduler {
   void drop_samples_from(double time);
   Vec3d up() const;
 
+  std::vector<std::uint32_t> species_;  ///< material indices
+  bool species_used_ = false;           ///< something is dissolved or dissolves, or will be emitted so
+  double solute_lambda_ = 0;            ///< twice the largest exchange over mass [1/s]
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::uint32_t number_ =
       next_number();  ///< of this World in the process: tells its handles from those of others

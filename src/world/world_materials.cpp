@@ -65,6 +65,14 @@ std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties(
     const MaterialDesc& m = freezes ? materials[freezes_into(i)] : materials[i];  // whose curve it has
     const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
     physics::MaterialProperties<double> p;
+    if (m.dissolves_in) {  // its heat capacity is the solvent's
+      const MaterialDesc& solvent = materials[m.dissolves_in.index];
+      p.conductivity = table(m.conductivity_points);
+      if (!solvent.heat_capacity_points.empty())
+        p.curve = physics::make_enthalpy_curve(capacity_table(solvent));
+      all.push_back(p);
+      continue;
+    }
     p.conductivity = table(m.conductivity_points);
     p.liquid_conductivity = table(l.conductivity_points);
     p.viscosity = table(materials[i].viscosity_points);
@@ -94,12 +102,16 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     r.conductivity = conductivity_of(m);
     r.diffusivity = physics::diffusivity_of(conductivity_of(own), own.density, own.heat_capacity);
     r.liquid_conductivity = conductivity_of(l);
-    r.heat_capacity = least(m.heat_capacity_points, m.heat_capacity);
-    r.liquid_heat_capacity = least(l.heat_capacity_points, l.heat_capacity);
+    const MaterialDesc& c = own.dissolves_in ? materials[own.dissolves_in.index] : m;
+    r.heat_capacity = least(c.heat_capacity_points, c.heat_capacity);
+    r.liquid_heat_capacity =
+        own.dissolves_in ? r.heat_capacity : least(l.heat_capacity_points, l.heat_capacity);
     r.melts = own.melts_into ? 1u : 0u;
     r.freezes = freezes ? 1u : 0u;
     r.plateau = r.melts | r.freezes;
-    r.liquid = own.melts_into ? own.melts_into.index : static_cast<std::uint32_t>(i);
+    r.liquid = own.melts_into     ? own.melts_into.index
+               : own.dissolves_in ? own.dissolves_in.index
+                                  : static_cast<std::uint32_t>(i);
     r.solid = static_cast<std::uint32_t>(freezes ? freezes_into(i) : i);
     if (r.plateau != 0u) {
       // The models without enthalpy know no latent heat.

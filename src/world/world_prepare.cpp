@@ -12,7 +12,6 @@
 #include "meltsim/physics/phase_change.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
-#include "world/density_range.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
@@ -153,6 +152,9 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain.max = desc.domain.max - origin_;
   c.materials = material_rows();
   fit_rows(c.materials);
+  if (desc.heat.model == HeatModel::none)  // a body that dissolves may run the stage that melts
+    for (core::MaterialRow<double>& row : c.materials) row.melts = 0;
+  if (species_used_) c.species = species_rows();
   // Tables of materials that nothing is made of stay on the host.
   if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
         return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
@@ -211,8 +213,9 @@ Status WorldImpl::prepare() {
   look_at_added();
   regions_act(time, std::max(time, plan_until_));
   was_emitting_ = emitting();
+  species_used_ = species_present();
   if (measure_) state_.heat_level = temperatures_level();
-  if (heat_from_outside() || host_heats()) state_.heat_level = false;
+  if (heat_from_outside() || host_heats() || solution_heats()) state_.heat_level = false;
   take_census();
   const std::uint64_t capacity = state_.position.size() + planned_emission();
   if (capacity >= core::none)
@@ -260,7 +263,7 @@ Status WorldImpl::adapt() {
   plan_changed_ = true;  // until it is done
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
-  const bool outside = heat_from_outside() || host_heats();
+  const bool outside = heat_from_outside() || host_heats() || solution_heats();
   if (outside) state_.heat_level = false;
   derive_limits();
   const std::uint32_t wanted = facts(), had = facts_;
@@ -308,7 +311,10 @@ void WorldImpl::limit_viscosity(double laplacian_sum) {
     for (const BodyRecord& b : bodies_)
       if (!b.desc.fixed) lightest_body = std::min(lightest_body, b.density);
     for (std::size_t i = 0; i < materials.size(); ++i) {
-      const double mu = largest_viscosity(materials[i]), density = core::least_density(materials[i]);
+      double mu = largest_viscosity(materials[i]);
+      for (const std::uint32_t k : species_)
+        if (species_used_ && materials[k].dissolves_in.index == i) mu = std::max(mu, materials[k].viscosity);
+      const double density = least_density(i);
       if (liquid_used_[i] == 0u || !(mu > 0)) continue;
       viscous_dt_ = std::min(viscous_dt_, physics::viscous_dt(mu / density, laplacian_sum));
       double least = std::min(density, lightest_body);
@@ -316,10 +322,10 @@ void WorldImpl::limit_viscosity(double laplacian_sum) {
       // Beside a liquid that is lighter, or more viscous: the pair's viscosity is the harmonic mean.
       for (std::size_t j = 0; j < materials.size(); ++j)
         if (liquid_used_[j] != 0u)
-          viscous_lambda_ = std::max(
-              viscous_lambda_,
-              physics::viscous_lambda(physics::pair_viscosity(mu, largest_viscosity(materials[j])),
-                                      std::min(density, core::least_density(materials[j])), laplacian_sum));
+          viscous_lambda_ =
+              std::max(viscous_lambda_,
+                       physics::viscous_lambda(physics::pair_viscosity(mu, largest_viscosity(materials[j])),
+                                               std::min(density, least_density(j)), laplacian_sum));
     }
   }
   diffuses_ =
@@ -360,6 +366,7 @@ void WorldImpl::derive_limits() {
     if (mobile && drag > 0) static_dt_ = std::min(static_dt_, physics::drag_dt(drag, lightest, sum));
   }
   limit_viscosity(sum);
+  limit_solute(sum);
   rows_ = material_rows();
   std::vector<core::MaterialRow<double>> present;
   for (std::size_t i = 0; i < rows_.size(); ++i)

@@ -73,6 +73,11 @@ Status WorldImpl::check_proxy(const SolidDesc& s, const std::string& what) const
         what, "material: \"", materials[s.material.index].name,
         "\" can melt, and the host would not know of it; use motion rigid, or a material that does "
         "not melt");
+  if (materials[s.material.index].dissolves_in)
+    return invalid(
+        what, "material: \"", materials[s.material.index].name,
+        "\" dissolves, and the host would not know of it; use motion rigid, or a material that does "
+        "not dissolve");
   if (s.growth != 0)
     return invalid(what, "growth: a proxy has the mass that its host gives it and does not grow, got ",
                    s.growth, "; leave it out, or use motion rigid");

@@ -25,9 +25,14 @@ Result<ParticleData> WorldImpl::particles() {
   const auto with_room = [n = state_.position.size()](auto&... all) { (all.reserve(n), ...); };
   with_room(d.id, d.position, d.velocity, d.mass, d.temperature, d.enthalpy, d.liquid_fraction, d.density,
             d.pressure, d.tag, d.piece);
+  d.species = species_ids();
+  d.fractions.resize(species_.size());
+  for (auto& f : d.fractions) f.reserve(state_.position.size());
   for (std::size_t i = 0; i < state_.position.size(); ++i) {
     const std::uint32_t tag = state_.tag[i];
     if (is_removed(tag)) continue;
+    for (std::size_t k = 0; k < species_.size(); ++k)
+      d.fractions[k].push_back(state_.solute[k][i] / state_.mass[i]);
     const auto& m = rows[material_of(tag)];
     const double h = state_.enthalpy[i] / state_.mass[i];
     d.id.push_back(static_cast<std::uint32_t>(i));

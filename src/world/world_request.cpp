@@ -2,6 +2,7 @@
 // Readings: what the engine brings of the state, as a host gets it; at once, or later.
 #include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <utility>
 
 #include "engine/text.hpp"
@@ -96,6 +97,8 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.thermal = s.sums.thermal;
   l.latent = s.sums.latent;
   l.heat_in = now.heat_in;
+  std::copy(std::begin(s.contents.solute), std::end(s.contents.solute), l.solute.begin());
+  l.solution = s.contents.solution;
   if (now.ledger_step == 0) {  // no sub-step since the upload
     l.max_speed = s.extents.speed;
     return l;
@@ -257,6 +260,8 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
   if (open.what.events) r.events = events_of(s, open.at.origin);
   if (open.what.particles) {
     r.particles = std::move(s.particles);
+    r.particles.species = species_ids();
+    r.particles.fractions.resize(species_.size(), std::vector<float>(r.particles.id.size(), 0.0F));
     r.particles.origin = open.at.origin;
   }
   return r;

@@ -83,6 +83,11 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     return invalid(what, "material: no such material in this World; pass an id from add_material");
   const MaterialDesc& m = materials[s.material.index];
   if (Status st = core::validate_state(what.c_str(), s.temperature, s.velocity); !st) return st.error();
+  if (m.dissolves_in && !(m.solubility < 1))
+    return invalid(what, "material: \"", m.name, "\" mixes with \"", materials[m.dissolves_in.index].name,
+                   "\" in any ratio (solubility 1), so that nothing holds a body of it together; fill with "
+                   "fluid, or set "
+                   "solubility below 1");
   if (!finite(s.angular_velocity))
     return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
   if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
@@ -165,6 +170,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   if (event_watch_)
     if (Status st = check_touching(event_watch_->kinds, bodies_.size() + 1, "add_solid"); !st)
       return st.error();
+  Contents pure{};
+  if (m.dissolves_in) pure[species_of(s.material.index)] = 1;
   // From here on nothing fails.
   if (state_.motion.capacity() == bodies_.size()) state_.motion.reserve(2 * bodies_.size() + 1);
   if (lattice_.rests.capacity() == bodies_.size()) lattice_.rests.reserve(2 * bodies_.size() + 1);
@@ -225,7 +232,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
     lattice_.vertex_coordinates.push_back(p);
     append(x, s.velocity + cross(s.angular_velocity, x - center), density, h, tag,
-           record.first_vertex + static_cast<std::uint32_t>(k));
+           record.first_vertex + static_cast<std::uint32_t>(k), pure);
     state_.vertex_state.push_back(1u);
     state_.vertex_piece.push_back(none);
     state_.region_rotation.push_back({});

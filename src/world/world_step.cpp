@@ -124,9 +124,11 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.radius = e.desc.radius;
       b.held = (e.held_layers - 0.5) * e.layer_distance;
       b.velocity = axis * e.desc.speed;
-      b.mass = physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)) * desc.spacing *
-               desc.spacing * desc.spacing;
+      b.mass = mixed_density(physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)),
+                             e.contents) *
+               desc.spacing * desc.spacing * desc.spacing;
       round_to_precision(b.mass);
+      for (std::size_t k = 0; k < species_.size(); ++k) b.solute[k] = e.contents[k] * b.mass;
       b.volume = desc.spacing * desc.spacing * desc.spacing;
       b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
       b.tag = e.desc.material.index;
@@ -318,6 +320,8 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return not_taken(s);
   viscous_plan(a.dt, a);
   if (Status s = check_viscous_work(a.dt, a.viscous_supersteps); !s) return not_taken(s);
+  solute_plan(a.dt, a);
+  if (Status s = check_solute_work(a.dt, a); !s) return not_taken(s);
   substep_ = a.dt;
   const double start = time;
   if (limit != nullptr) limit->begin();
@@ -429,6 +433,7 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
   r.courant_exceeded = r.courant_exceeded || more.courant_exceeded;
   r.heat_bound_exceeded = r.heat_bound_exceeded || more.heat_bound_exceeded;
   r.viscous_bound_exceeded = r.viscous_bound_exceeded || more.viscous_bound_exceeded;
+  r.solute_bound_exceeded = r.solute_bound_exceeded || more.solute_bound_exceeded;
   r.cooled_to_zero = r.cooled_to_zero || more.cooled_to_zero;
   r.body_stiffened = r.body_stiffened || more.body_stiffened;
   r.modulus_unreachable = r.modulus_unreachable || more.modulus_unreachable;
@@ -450,6 +455,7 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.courant_exceeded = s.courant_exceeded != 0;
   r.heat_bound_exceeded = s.heat_bound_exceeded != 0;
   r.viscous_bound_exceeded = s.viscous_bound_exceeded != 0;
+  r.solute_bound_exceeded = s.solute_bound_exceeded != 0;
   r.cooled_to_zero = s.cooled_to_zero != 0;
   r.emitter_exhausted = at.emitter_exhausted;
   r.melted = static_cast<std::uint64_t>(s.melted);
@@ -543,6 +549,8 @@ Resolved WorldImpl::resolved() {
     viscous_plan(r.stable_dt, a);
     r.viscous_stages = a.viscous_stages;
     r.viscous_supersteps = a.viscous_supersteps;
+    solute_plan(r.stable_dt, a);
+    r.solute_supersteps = a.solute_supersteps;
   }
   if (std::isfinite(r.stable_dt)) r.heat_efficiency = heat_efficiency(r.stable_dt);
   return r;

@@ -23,7 +23,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "reading"}  # they meet only in the channels of fields.def
+MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "reading", "species"}  # they meet only in the channels of fields.def
 SHARED = {"engine", "exec", "spatial"}                                # every module may use these
 # What the rooms that hold no module may include; under src/.
 ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "trade": {"trade", "world"}, "c_api": {"c_api"}, "engine": {"engine", "exec", "spatial"},

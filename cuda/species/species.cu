@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stage of species for the CUDA executor.
+#include "engine/stage_functions.hpp"
+#include "exec/exec_cuda.cuh"
+#include "species/stages.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace species {
+
+MELTSIM_INSTANTIATE(core::CudaExec, exchange)
+
+}  // namespace species
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Species: what dissolves in a liquid and diffuses in it. Pairs exchange it as diffusion.hpp says.
+//
+// Sources: diffusion by Fick's law with the mass fraction as potential (mass-averaged frame: two particles exchange equal masses,
+// so that their masses stay constant): Bird, Stewart & Lightfoot, Transport Phenomena, 2nd ed. (2002), table 17.8-2.
+// Dissolving is the enthalpy method of melting (Voller & Cross 1981) with the content in place of the enthalpy. Viscosity of a
+// mixture: Arrhenius (1887), Z. Phys. Chem. 1:285.
+//
+//   symbol  meaning                                         unit
+//   S       content of a particle                           kg      (double: a step may change it by 1e-9 of itself)
+//   m       mass of the particle, constant                  kg
+//   w       S / m                                           -
+//   w_s     mass fraction of the saturated solution         -
+//   u       w of liquid, min(w, w_s) of a body              -
+//   R       1/(rho D), rho of the solution                  m s/kg
+//   g_ij    V_i V_j L_ij 2 / (R_i + R_j)                    kg/s    bitwise symmetric in i, j
+//   dS_i/dt sum_j g_ij (u_j - u_i)                          kg/s    antisymmetric: the species is conserved
+//   V0      S/rho_s + (m - S)/rho_w: volume at rest         m^3
+//   q       (S - w_s m)/(1 - w_s): what is not dissolved    kg
+//
+// A particle of a body is a plateau: it gives its species off at w_s until its content is down to w_s. It then leaves the
+// lattice, and no number changes but its tag.
+//
+// Time: explicit steps, of which a new w is a weighted mean of old ones while tau sum_j g_ij/m_i <= 1: no content leaves the
+// range of those around it. Runge-Kutta-Legendre stages of first order would not keep that: two of them weigh the particle's
+// own value by 1 - q + q^2/6 plus what comes back by way of neighbours, q = tau sum_j g_ij/m_i, which is below 0 from
+// q = 1.3 on (on a chain of particles, for which their monotony is proven, half of q^2/6 comes back; among 60 neighbours a
+// sixtieth). Species diffuse so slowly that one step is enough in nearly all scenes.
+//
+// Deviations: volumes of solvent and solute add up. The heat capacity is the solvent's whatever the content, and diffusion
+// carries no enthalpy. w_s and D do not depend on temperature, so that a solution never holds more than saturation and nothing
+// precipitates. Species do not hinder each other.
+#pragma once
+
+#include "meltsim/physics/diffusion.hpp"
+#include "meltsim/physics/math.hpp"
+#include "meltsim/physics/sph_kernels.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// A species, as formulas need it.
+template <class T>
+struct SpeciesRow {
+  std::uint32_t solute{}, solvent{};  ///< material indices
+  double solubility{};                ///< w_s
+  double volume{};                    ///< 1/rho_s [m^3/kg]
+  double solvent_volume{};            ///< 1/rho_w [m^3/kg], at the solvent's nominal density
+  double diffusivity{};               ///< D [m^2/s]
+  double heat_of_solution{};          ///< [J/kg]; 0 where heat is not computed
+  double log_viscosity{};             ///< ln mu of the species [mu: Pa s]; -infinity of one without viscosity
+  T surface_resistivity{};  ///< R_i + R_j of a pair of body and liquid where a transfer coefficient is given [m s/kg]; else 0
+};
+
+/// Volume at rest [m^3] of what is not solvent, per mass of it 1/rho_s.
+template <class T>
+MELTSIM_HD double dissolved_volume(const SpeciesRow<T>& s, double content) {
+  return content * s.volume;
+}
+
+/// 1/rho [m^3/kg] of a solution of mass fraction w, at the solvent's nominal density.
+template <class T>
+MELTSIM_HD double solution_volume(const SpeciesRow<T>& s, double w) {
+  return s.solvent_volume + w * (s.volume - s.solvent_volume);
+}
+
+/// u: what drives the exchange [-].
+template <class T>
+MELTSIM_HD double solute_potential(const SpeciesRow<T>& s, double w, bool solid) {
+  return solid ? minimum(w, s.solubility) : w;
+}
+
+/// 1/(rho D) [m s/kg] of liquid of mass fraction w; of a body that of its saturated solution, through which it loses what it
+/// loses.
+template <class T>
+MELTSIM_HD double solute_resistivity(const SpeciesRow<T>& s, double w, bool solid) {
+  return solution_volume(s, solid ? s.solubility : w) / s.diffusivity;
+}
+
+/// Whether a particle of a body has given off what it can: its content is down to saturation.
+template <class T>
+MELTSIM_HD bool is_dissolved(const SpeciesRow<T>& s, double content, double mass) {
+  return content <= s.solubility * mass;
+}
+
+/// q [kg]: what of a particle is not dissolved; of a body of saturated solution around crystals.
+template <class T>
+MELTSIM_HD double undissolved(const SpeciesRow<T>& s, double content, double mass, bool solid) {
+  const double above = content - s.solubility * mass;
+  return solid && above > 0.0 ? above / (1.0 - s.solubility) : 0.0;
+}
+
+/// Viscosity of a mixture, species by species: ln mu = sum_k w_k ln mu_k, the solvent's share the rest.
+struct MixtureViscosity {
+  double logarithm = 0, rest = 1;  ///< sum so far; mass fraction that is left for the solvent
+  /// Adds a species of mass fraction w.
+  template <class T>
+  MELTSIM_HD void add(const SpeciesRow<T>& s, double w) {
+    if (!(w > 0.0)) return;
+    logarithm += w * s.log_viscosity;
+    rest -= w;
+  }
+  /// mu [Pa s] in a solvent of this viscosity; the very same where nothing is dissolved.
+  MELTSIM_HD double with(double solvent) const {
+    if (rest == 1.0) return solvent;
+    return std::exp(logarithm) * (rest > 0.0 ? std::pow(solvent, rest) : 1.0);
+  }
+};
+
+/// R_i + R_j [m s/kg] of a pair of body and liquid with which a plane face of a body, on the lattice of spacing dx, loses
+/// k rho (w_s - w) per area to liquid of content w (host). k: transfer coefficient [m/s]; rho of the saturated solution.
+/// The sum over all pairs across a plane, per area: sum over layers n >= 1 of n q_n a/dx, a = 2/(R_i + R_j), q_n dx^2 the sum of
+/// V L over the plane n spacings away.
+inline double surface_resistivity(double k, double density, double support, double spacing) {
+  const auto kernel = make_kernel<double>(support, spacing);
+  const double volume = spacing * spacing * spacing;
+  const int n = static_cast<int>(support / spacing) + 1;
+  double crossing = 0;
+  for (int x = 1; x <= n; ++x)
+    for (int y = -n; y <= n; ++y)
+      for (int z = -n; z <= n; ++z) {
+        const double r2 = spacing * spacing * double(x * x + y * y + z * z);
+        crossing += x * kernel_laplacian(kernel, std::sqrt(r2), r2) * volume * spacing * spacing;
+      }
+  return 2 * crossing / (density * k * spacing);
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim

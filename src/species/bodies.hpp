@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of species: liquid of the solvent and bodies of the species exchange it; everything else keeps out.
+#pragma once
+
+#include "engine/frame.hpp"
+#include "engine/heat_operand.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "spatial/lanes.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace species {
+
+using core::Frame;
+using core::HeatOperand;
+using core::SpeciesRow;
+
+/// Whether a particle can hold a species.
+template <class T>
+MELTSIM_HD bool holds(const SpeciesRow<T>& s, std::uint32_t tag) {
+  return is_solid(tag) ? material_of(tag) == s.solute : is_fluid(tag) && material_of(tag) == s.solvent;
+}
+
+/// What drives species k at slot i [-].
+template <class T>
+MELTSIM_HD T potential_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i, std::uint32_t tag) {
+  const double fraction = core::solute_at(w, k, i) / static_cast<double>(w.f.mass[i]);
+  return static_cast<T>(physics::solute_potential(w.f.species[k], fraction, is_solid(tag)));
+}
+
+/// Potential and resistivity of every particle. Along surfaces the sum over neighbours lacks those beyond: the resistivity is
+/// corrected as that of heat is, with walls and everything that cannot hold the species counted as empty.
+template <class T>
+struct OperandsBody {
+  Frame<T> w;
+  std::uint32_t k;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const SpeciesRow<T> s = w.f.species[k];
+    const std::uint32_t tag = w.f.tag[i];
+    if (!holds(s, tag)) {
+      w.f.solute_operand[i] = {T(0), physics::resistivity_of(T(0))};
+      return;
+    }
+    const bool solid = is_solid(tag);
+    HeatOperand<T> own{potential_at(w, k, i, tag), T(0)};
+    if (solid && s.surface_resistivity > T(0)) {
+      own.resistivity = core::marked(s.surface_resistivity);
+    } else {
+      T phi = 0;
+      spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+        if (holds(s, w.f.tag[j])) phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+      });
+      const double fraction = core::solute_at(w, k, i) / static_cast<double>(w.f.mass[i]);
+      own.resistivity = physics::conduction_share(w.c.conduction_share, phi) *
+                        static_cast<T>(physics::solute_resistivity(s, fraction, solid));
+    }
+    w.f.solute_operand[i] = own;
+  }
+};
+
+/// What neighbours give a particle [kg/s], and its conductance [kg/s].
+template <class T>
+struct ExchangeSum {
+  double rate = 0;
+  T conductance{};
+  MELTSIM_HD void add(const ExchangeSum& o) {
+    rate += o.rate;
+    conductance += o.conductance;
+  }
+  struct Lanes {
+    spatial::LaneSum<double> rate;
+    spatial::LaneSum<T> conductance;
+    ExchangeSum at(std::size_t l) const { return {rate.at(l), conductance.at(l)}; }
+    void put(std::size_t l, const ExchangeSum& s) {
+      rate.put(l, s.rate);
+      conductance.put(l, s.conductance);
+    }
+    ExchangeSum total() const { return {rate.total(), conductance.total()}; }
+  };
+};
+
+/// One explicit step of species k. What each pair exchanges is the same number at both ends; sums are double, so that the
+/// species is conserved to rounding in double. Only its own particle reads a content, so it is changed in place.
+template <class T, bool Periodic>
+struct ExchangeBody {
+  Frame<T> w;
+  std::uint32_t k;
+  double dt;    ///< [s]
+  bool begins;  ///< the first of the sub-step
+  static constexpr bool shared = true;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) {
+    return sizeof(T) != sizeof(float) ? 24u : 48u;
+  }
+  using Sum = ExchangeSum<T>;
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t part, std::uint32_t parts) const {
+    return spatial::sum_part<Periodic>(w, *this, i, part, parts);
+  }
+
+  // One pair (spatial/sweep.hpp).
+  struct Own {
+    HeatOperand<T> operand;
+    T volume;
+  };
+  struct Stored {
+    T potential, resistivities;  ///< of the neighbour; of both ends
+  };
+  MELTSIM_HD bool takes_part(std::uint64_t i) const { return holds(w.f.species[k], w.f.tag[i]); }
+  MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.solute_operand[i], w.f.position[i].w}; }
+  MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
+    const HeatOperand<T> other = w.f.solute_operand[j];
+    return {other.temperature, own.operand.resistivity + other.resistivity};
+  }
+  /// A body's resistivity that is marked is that of the whole pair.
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const {
+    return {s.potential, core::unmarked(s.resistivities)};
+  }
+  template <class Along>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
+                      Along) const {
+    const T g = physics::pair_conductance(
+        own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
+        other.resistivities);
+    sum.rate += static_cast<double>(g * (other.potential - own.operand.temperature));
+    sum.conductance += g;
+  }
+  struct Lanes {
+    spatial::LanePairs<T> pairs;
+    Stored at(std::size_t n) const { return {pairs.first[n], pairs.second[n]}; }
+    void load(const ExchangeBody& body, const Own& own, std::uint64_t, const std::uint32_t* slots,
+              std::uint32_t n, const T*) {
+      pairs.load(body.w.f.solute_operand, slots, n);
+      T* const resistivity = pairs.second;
+      spatial::in_lanes(n, [&](std::size_t, std::size_t l) { resistivity[l] += own.operand.resistivity; });
+    }
+  };
+  template <class Add>
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& sum, const Add& add) const {
+    if (!takes_part(i)) return;
+    const std::uint32_t tag = w.f.tag[i];
+    const auto mass = static_cast<double>(w.f.mass[i]);
+    if (begins && static_cast<double>(sum.conductance) > w.solute_bound * mass)
+      add(&w.f.status->solute_bound_exceeded, 1);
+    const SpeciesRow<T>& s = w.f.species[k];
+    double& content = core::solute_at(w, k, i);
+    const double before = content, after = before + sum.rate * dt;
+    content = after;
+    if (s.heat_of_solution != 0.0 && is_solid(tag))
+      w.f.enthalpy[i] += s.heat_of_solution * (physics::undissolved(s, after, mass, true) -
+                                               physics::undissolved(s, before, mass, true));
+  }
+};
+
+/// Potentials of contents as they are now, for the next step.
+template <class T>
+struct PotentialBody {
+  Frame<T> w;
+  std::uint32_t k;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    if (holds(w.f.species[k], tag)) w.f.solute_operand[i].temperature = potential_at(w, k, i, tag);
+  }
+};
+
+}  // namespace species
+}  // namespace v0
+}  // namespace meltsim

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Species: plateau, mixture, and the face of a body, against sums made here.
+#include "meltsim/physics/solute.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace {
+
+using namespace meltsim;
+using namespace meltsim::physics;
+
+SpeciesRow<double> sugar() {
+  SpeciesRow<double> s;
+  s.solubility = 0.6;
+  s.volume = 1 / 1600.0;
+  s.solvent_volume = 1 / 1000.0;
+  s.diffusivity = 5e-10;
+  s.log_viscosity = std::log(0.2);
+  return s;
+}
+
+// A body drives at saturation until its content is down to it; liquid drives with what it holds. No jump between the two.
+TEST(Solute, ABodyIsAPlateauAtSaturation) {
+  const auto s = sugar();
+  EXPECT_EQ(solute_potential(s, 1.0, true), 0.6);
+  EXPECT_EQ(solute_potential(s, 0.61, true), 0.6);
+  EXPECT_EQ(solute_potential(s, 0.6, true), solute_potential(s, 0.6, false));
+  EXPECT_EQ(solute_potential(s, 0.3, true), 0.3);
+  EXPECT_EQ(solute_potential(s, 0.3, false), 0.3);
+  EXPECT_FALSE(is_dissolved(s, 0.61 * 2.0, 2.0));
+  EXPECT_TRUE(is_dissolved(s, 0.6 * 2.0, 2.0));
+}
+
+// Crystals in saturated solution: q + w_s (m - q) = S, all of it at w = 1 and none at w_s.
+TEST(Solute, WhatIsNotDissolvedIsInSaturatedSolution) {
+  const auto s = sugar();
+  constexpr double m = 3;
+  for (const double w : {1.0, 0.9, 0.7, 0.6}) {
+    const double q = undissolved(s, w * m, m, true);
+    EXPECT_NEAR(q + 0.6 * (m - q), w * m, 1e-14);
+  }
+  EXPECT_NEAR(undissolved(s, m, m, true), m, 1e-14);
+  EXPECT_EQ(undissolved(s, 0.5 * m, m, true), 0);
+  EXPECT_EQ(undissolved(s, 0.9 * m, m, false), 0);
+}
+
+TEST(Solute, VolumesAddUpAndResistivityIsThatOfTheSolution) {
+  const auto s = sugar();
+  EXPECT_NEAR(solution_volume(s, 0.25), 0.75 / 1000 + 0.25 / 1600, 1e-18);
+  EXPECT_NEAR(dissolved_volume(s, 3.2), 0.002, 1e-15);
+  const double density = 1 / (0.75 / 1000 + 0.25 / 1600);
+  EXPECT_NEAR(solute_resistivity(s, 0.25, false) * density * 5e-10, 1, 1e-14);
+  EXPECT_EQ(solute_resistivity(s, 0.9, true), solute_resistivity(s, 0.6, false));
+}
+
+TEST(Solute, LogarithmsOfViscositiesAddUpByMass) {
+  auto milk = sugar();
+  milk.log_viscosity = std::log(2e-3);
+  MixtureViscosity mixture;
+  mixture.add(sugar(), 0.3);
+  mixture.add(milk, 0.2);
+  EXPECT_NEAR(mixture.with(1e-3), std::pow(0.2, 0.3) * std::pow(2e-3, 0.2) * std::pow(1e-3, 0.5), 1e-15);
+  EXPECT_EQ(MixtureViscosity{}.with(1.2345e-3), 1.2345e-3);  // the solvent alone, to the bit
+  // Without viscosity of its own a species takes all of it away; nothing of it none.
+  auto gas = sugar();
+  gas.log_viscosity = -std::numeric_limits<double>::infinity();
+  MixtureViscosity thin;
+  thin.add(gas, 0.0);
+  EXPECT_EQ(thin.with(1e-3), 1e-3);
+  thin.add(gas, 0.1);
+  EXPECT_EQ(thin.with(1e-3), 0);
+  EXPECT_EQ(thin.with(0), 0);
+  // All of it is the species: the solvent's viscosity is no matter.
+  MixtureViscosity pure;
+  pure.add(milk, 1.0);
+  EXPECT_NEAR(pure.with(0), 2e-3, 1e-18);
+}
+
+// The pairs across a plane, particle by particle: a column of the lattice on one side, all within H on the other.
+TEST(Solute, AFaceOfABodyLosesWhatTheTransferCoefficientSays) {
+  constexpr double dx = 0.02, k = 3e-5, density = 1200;
+  for (const double support : {2.0 * dx, 2.5 * dx, 4.0 * dx}) {
+    const auto kernel = make_kernel<double>(support, dx);
+    const double r = surface_resistivity(k, density, support, dx), volume = dx * dx * dx;
+    double rate = 0;
+    for (int a = 0; a < 6; ++a)
+      for (int x = 1; x < 6; ++x)
+        for (int y = -6; y <= 6; ++y)
+          for (int z = -6; z <= 6; ++z) {
+            const double r2 = dx * dx * double((a + x) * (a + x) + y * y + z * z);
+            rate += pair_conductance(volume, volume, laplacian_quotient(kernel, std::sqrt(r2), r2), r);
+          }
+    EXPECT_NEAR(rate / (k * density * dx * dx), 1, 1e-12) << support / dx;
+  }
+}
+
+}  // namespace
