@@ -19,8 +19,12 @@ std::string WorldImpl::reason_of_change(const core::StageInfo& info) const {
   const std::string module = info.module;
   const auto any_body = [this](const auto& is) { return std::any_of(bodies_.begin(), bodies_.end(), is); };
   const auto melts = [this](const BodyRecord& b) { return leaves_lattice(b.desc.material.index); };
+  const auto dissolves = [this](const BodyRecord& b) {
+    return bool(materials[b.desc.material.index].dissolves_in);
+  };
   if (module == "topology" && census_.meltable == 0 && any_body(melts))
-    return "everything that can melt or dissolve has";
+    return any_body(dissolves) ? "everything that can melt or dissolve has"
+                               : "everything that can melt has melted";
   if ((info.need & core::fact_fluid) != 0 && (facts_ & core::fact_fluid) == 0 && census_.removed != 0)
     return "all liquid has left";
   if ((info.need & core::fact_mobile) != 0 && (facts_ & core::fact_mobile) == 0 &&
