@@ -8,6 +8,7 @@
 #include "reading/stages.hpp"
 #include "sampling/stages.hpp"
 #include "spatial/stages.hpp"
+#include "species/stages.hpp"
 #include "sph/stages.hpp"
 #include "step/stages.hpp"
 #include "surface/stages.hpp"
