@@ -19,6 +19,10 @@ template void at_once<core::CudaExec, float>(core::CudaExec&, const core::Frame<
                                              const core::SampleRoom&);
 template void at_once<core::CudaExec, double>(core::CudaExec&, const core::Frame<double>&,
                                               const core::SampleRoom&);
+template void follow_rays<core::CudaExec, float>(core::CudaExec&, const core::Frame<float>&,
+                                                 const core::SampleRoom&, const core::RayRoom&);
+template void follow_rays<core::CudaExec, double>(core::CudaExec&, const core::Frame<double>&,
+                                                  const core::SampleRoom&, const core::RayRoom&);
 
 }  // namespace sampling
 }  // namespace v0

@@ -5,7 +5,7 @@
  *
  * Every call that can fail returns a meltsim_status. Where it is not MELTSIM_OK, meltsim_error_text() has the text, which names
  * field, value and fix, and nothing has changed. A World is used by one thread at a time, meltsim_world_interrupt() excepted.
- * The C++ interface (meltsim.hpp) has more: probes, surfaces, custom stages. */
+ * The C++ interface (meltsim.hpp) has more: custom stages, timings, lattices. */
 #ifndef MELTSIM_MELTSIM_H
 #define MELTSIM_MELTSIM_H
 
@@ -48,6 +48,7 @@ MELTSIM_C_API uint32_t meltsim_version(void);
 typedef struct meltsim_world meltsim_world;     /* one simulation */
 typedef struct meltsim_shape meltsim_shape;     /* a part of space; immutable */
 typedef struct meltsim_reading meltsim_reading; /* what was read of a World */
+typedef struct meltsim_surface meltsim_surface; /* a mesh */
 
 /* An object of one World: a material or a body. {0, 0} is none. */
 typedef struct meltsim_id {
@@ -240,6 +241,60 @@ typedef struct meltsim_emitter_setting {
   double temperature;      /* of layers to come [degrees Celsius] */
 } meltsim_emitter_setting;
 
+/* A probe: samples inside the sub-steps. */
+enum {
+  MELTSIM_PROBE_POINT = 0, /* averages at points */
+  MELTSIM_PROBE_LEVEL = 1, /* height of the liquid above points [m] */
+  MELTSIM_PROBE_FORCE = 2, /* on a body or wall */
+  MELTSIM_PROBE_HEAT = 3,  /* into a body or through a wall [W] */
+  MELTSIM_PROBE_FLUX = 4   /* of liquid through a disc or rectangle */
+};
+typedef struct meltsim_probe_desc {
+  uint32_t size;        /* sizeof(meltsim_probe_desc) */
+  int32_t kind;         /* one of MELTSIM_PROBE_... */
+  const char* name;     /* null: "probe<N>" */
+  const double* points; /* 3 numbers per point [m] */
+  uint64_t point_count; /* how many points */
+  const char* const*
+      fields; /* "temperature", "pressure", "velocity", ...; "force", ...; "mass_flux", ... (probe.hpp) */
+  uint64_t field_count; /* how many fields */
+  meltsim_id body;      /* force and heat: the body; {0, 0}: the wall */
+  int32_t wall;         /* force and heat without a body: 0 to 5, in the order of `faces`; -1: none */
+  int32_t reserved;     /* 0 */
+  double normal[3];     /* flux: the positive direction */
+  double radius;        /* flux: of a disc [m]; 0: a rectangle */
+  double along[3];      /* flux: direction of a side of the rectangle */
+  double side[2];       /* flux: its sides [m] */
+  double every;         /* interval between samples [s]; 0: every sub-step */
+  double from;          /* first time that is due [s] */
+  double until;         /* last time that may be due [s] */
+} meltsim_probe_desc;
+
+/* Whose surface, and how fine. */
+enum { MELTSIM_SURFACE_LIQUID = 0, MELTSIM_SURFACE_SOLIDS = 1, MELTSIM_SURFACE_BODY = 2 };
+typedef struct meltsim_surface_desc {
+  uint32_t size;            /* sizeof(meltsim_surface_desc) */
+  int32_t of;               /* one of MELTSIM_SURFACE_... */
+  meltsim_id body;          /* of MELTSIM_SURFACE_BODY: which */
+  double cell;              /* edge of the cells [m]; 0: half a spacing */
+  int32_t anisotropic;      /* not 0: ellipsoids, smoother and several times the cost */
+  int32_t smoothing;        /* passes over the mesh, 0 to 100 */
+  int32_t closed_at_solids; /* not 0: the liquid's mesh covers what touches solids, too */
+  int32_t reserved;         /* 0 */
+} meltsim_surface_desc;
+
+/* What colours a render view has. */
+enum { MELTSIM_COLOR_NOTHING = 0, MELTSIM_COLOR_MATERIAL = 1, MELTSIM_COLOR_TEMPERATURE = 2 };
+typedef struct meltsim_render_desc {
+  uint32_t size; /* sizeof(meltsim_render_desc) */
+  int32_t color; /* one of MELTSIM_COLOR_... */
+  const uint32_t*
+      colors; /* the table: red in the lowest byte, then green, blue, opacity; null: a palette, a ramp */
+  uint64_t color_count; /* at most 256 */
+  double coldest;       /* temperature of the first colour [degrees Celsius] */
+  double hottest;       /* of the last one */
+} meltsim_render_desc;
+
 MELTSIM_C_API void meltsim_world_desc_init(meltsim_world_desc* desc);       /* size and defaults */
 MELTSIM_C_API void meltsim_material_desc_init(meltsim_material_desc* desc); /* size and defaults: water */
 MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);       /* size and defaults */
@@ -249,6 +304,9 @@ MELTSIM_C_API void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc)
 MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion); /* size and defaults: at rest */
 MELTSIM_C_API void meltsim_proxy_state_init(meltsim_proxy_state* state);  /* likewise */
 MELTSIM_C_API void meltsim_emitter_setting_init(meltsim_emitter_setting* setting); /* size; changes nothing */
+MELTSIM_C_API void meltsim_probe_desc_init(meltsim_probe_desc* desc);              /* size and defaults */
+MELTSIM_C_API void meltsim_surface_desc_init(meltsim_surface_desc* desc);          /* size and defaults */
+MELTSIM_C_API void meltsim_render_desc_init(meltsim_render_desc* desc); /* size and defaults: no colours */
 
 /* ---- Worlds -------------------------------------------------------------------------------------------------------------- */
 /* Makes an empty World in *world; on an error *world is null. */
@@ -268,6 +326,8 @@ MELTSIM_C_API meltsim_status meltsim_world_add_emitter(meltsim_world* world, con
 MELTSIM_C_API meltsim_status meltsim_world_add_heat_region(meltsim_world* world,
                                                            const meltsim_heat_region_desc* desc,
                                                            meltsim_id* id);
+MELTSIM_C_API meltsim_status meltsim_world_add_probe(meltsim_world* world, const meltsim_probe_desc* desc,
+                                                     meltsim_id* id);
 
 /* Allocates and plans for the next step; meltsim_world_step() does it if it was not called. */
 MELTSIM_C_API meltsim_status meltsim_world_prepare(meltsim_world* world);
@@ -421,8 +481,15 @@ MELTSIM_C_API meltsim_status meltsim_world_take_events(meltsim_world* world, mel
                                                        uint64_t* lost);
 
 /* Reading without waiting: a request is enqueued behind the steps so far, and its values are those of then. At most 4 are open. */
-enum { MELTSIM_READ_TOTALS = 1, MELTSIM_READ_FORCES = 2, MELTSIM_READ_EVENTS = 4 };
-/* parts: a sum of MELTSIM_READ_...; forces and events begin anew with it. */
+enum {
+  MELTSIM_READ_TOTALS = 1,
+  MELTSIM_READ_FORCES = 2,
+  MELTSIM_READ_EVENTS = 4,
+  MELTSIM_READ_PIECES = 8,
+  MELTSIM_READ_PARTICLES = 16,
+  MELTSIM_READ_PROBES = 32
+};
+/* parts: a sum of MELTSIM_READ_...; forces, events and samples of probes begin anew with it. */
 MELTSIM_C_API meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket);
 /* Whether meltsim_world_take() would return at once. */
 MELTSIM_C_API meltsim_status meltsim_world_ready(meltsim_world* world, uint64_t ticket, int32_t* ready);
@@ -442,6 +509,58 @@ MELTSIM_C_API meltsim_status meltsim_reading_forces(const meltsim_reading* readi
 MELTSIM_C_API meltsim_status meltsim_reading_events(const meltsim_reading* reading, meltsim_event* events,
                                                     size_t struct_size, size_t capacity, size_t* count,
                                                     uint64_t* lost);
+/* One connected piece of a body. */
+typedef struct meltsim_piece {
+  meltsim_id body;            /* the body that it is or was part of */
+  uint32_t piece;             /* label */
+  uint32_t reserved;          /* 0 */
+  uint64_t particles;         /* number of its particles */
+  double mass;                /* [kg] */
+  double center[3];           /* of mass [m] */
+  double velocity[3];         /* of the centre [m/s] */
+  double orientation[4];      /* rotation since it was built: w, x, y, z */
+  double angular_velocity[3]; /* [rad/s] */
+  double inertia[9];          /* about the centre, row by row [kg m^2] */
+  double min[3];              /* of its bounds [m] */
+  double max[3];              /* of its bounds [m] */
+  double temperature_mean;    /* weighted by mass [degrees Celsius] */
+  double submerged_fraction;  /* share of its volume below the level of the liquid */
+} meltsim_piece;
+/* Pieces, if they were asked for; as meltsim_reading_events(). */
+MELTSIM_C_API meltsim_status meltsim_reading_pieces(const meltsim_reading* reading, meltsim_piece* pieces,
+                                                    size_t struct_size, size_t capacity, size_t* count);
+/* Particles by id in single precision: parallel arrays of the reading's, which hold until it is freed. The caller sets `size`. */
+typedef struct meltsim_particle_frame {
+  uint32_t size;                /* sizeof(meltsim_particle_frame) */
+  uint32_t reserved;            /* 0 */
+  uint64_t count;               /* particles; without removed ones */
+  double origin[3];             /* positions are relative to it [m] */
+  const uint32_t* id;           /* ascending */
+  const float* position;        /* 3 per particle [m] */
+  const float* velocity;        /* 3 per particle [m/s] */
+  const float* temperature;     /* [degrees Celsius] */
+  const float* liquid_fraction; /* 0 solid to 1 liquid */
+  const float* density;         /* [kg/m^3]; 0 before the first sub-step */
+  const float* pressure;        /* [Pa]; 0 for solids */
+  const uint32_t* tag;          /* as meltsim_particles */
+  const uint32_t* piece;        /* label of the piece, 0 for liquid */
+} meltsim_particle_frame;
+/* Particles, if they were asked for. */
+MELTSIM_C_API meltsim_status meltsim_reading_particles(const meltsim_reading* reading,
+                                                       meltsim_particle_frame* particles);
+/* Samples of a probe, in the order in which probes were added: arrays of the reading's. The caller sets `size`. */
+typedef struct meltsim_probe_series {
+  uint32_t size;        /* sizeof(meltsim_probe_series) */
+  uint32_t points;      /* of the probe; 1 of force, heat and flux */
+  uint32_t width;       /* values per point */
+  uint32_t reserved;    /* 0 */
+  uint64_t samples;     /* since they were last read */
+  const double* time;   /* per sample [s] */
+  const double* values; /* [sample][point][value], in the order of the fields */
+} meltsim_probe_series;
+/* Series number `index`; MELTSIM_INVALID_ARGUMENT where there are not so many, or they were not asked for. */
+MELTSIM_C_API meltsim_status meltsim_reading_probe(const meltsim_reading* reading, size_t index,
+                                                   meltsim_probe_series* series);
 /* Frees a reading; null does nothing. */
 MELTSIM_C_API void meltsim_reading_destroy(meltsim_reading* reading);
 
@@ -465,6 +584,82 @@ MELTSIM_C_API meltsim_status meltsim_world_particles(meltsim_world* world, melts
  * magnitude. NaN where there is nothing. Waits for all steps. */
 MELTSIM_C_API meltsim_status meltsim_world_sample(meltsim_world* world, const double* points,
                                                   size_t point_count, const char* field, double* values);
+
+/* Rays against liquid, bodies and walls. */
+typedef struct meltsim_ray {
+  double origin[3];    /* [m] */
+  double direction[3]; /* of any length but 0 */
+  double length;       /* how far it looks [m]; > 0, may be infinite */
+} meltsim_ray;
+enum { MELTSIM_RAY_LIQUID = 1, MELTSIM_RAY_BODIES = 2, MELTSIM_RAY_WALLS = 4, MELTSIM_RAY_ALL = 7 };
+/* Where a ray ends. */
+typedef struct meltsim_ray_hit {
+  uint32_t what;     /* 0 nothing, 1 liquid, 2 a body, 3 a wall */
+  int32_t wall;      /* 0 to 5, in the order of `faces`; -1 but for a wall */
+  double distance;   /* from its origin [m]; infinite: nothing */
+  double point[3];   /* [m] */
+  double normal[3];  /* outward: a unit vector */
+  meltsim_id body;   /* {0, 0} but for a body */
+  uint32_t particle; /* id of the nearest one of what is there; 0xffffffff: none */
+  uint32_t reserved; /* 0 */
+} meltsim_ray_hit;
+/* Where rays first meet what is sought, a sum of MELTSIM_RAY_...; hits[ray]. `struct_size` is sizeof(meltsim_ray_hit). Waits for all
+ * steps. */
+MELTSIM_C_API meltsim_status meltsim_world_cast_rays(meltsim_world* world, const meltsim_ray* rays,
+                                                     size_t ray_count, uint32_t sought, meltsim_ray_hit* hits,
+                                                     size_t struct_size);
+/* Liquid within a shape: particles and their volume at rest [m^3]; either may be null. Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_liquid_in(meltsim_world* world, const meltsim_shape* shape,
+                                                     uint64_t* particles, double* volume);
+/* Bodies within a shape, and how many of their particles each; as meltsim_reading_events(). `particles` may be null. Waits. */
+MELTSIM_C_API meltsim_status meltsim_world_bodies_in(meltsim_world* world, const meltsim_shape* shape,
+                                                     meltsim_id* bodies, uint64_t* particles, size_t capacity,
+                                                     size_t* count);
+
+/* Makes a surface in *surface, which meltsim_surface_destroy() frees. Waits for all steps. On an error *surface is null. */
+MELTSIM_C_API meltsim_status meltsim_world_surface(meltsim_world* world, const meltsim_surface_desc* desc,
+                                                   meltsim_surface** surface);
+/* Arrays of a surface, which hold until it is freed. The caller sets `size`. */
+typedef struct meltsim_mesh {
+  uint32_t size;                /* sizeof(meltsim_mesh) */
+  uint32_t reserved;            /* 0 */
+  uint64_t vertices;            /* number of vertices */
+  uint64_t triangles;           /* number of triangles */
+  double origin[3];             /* add it to positions [m] */
+  const float* position;        /* 3 per vertex [m] */
+  const float* normal;          /* 3 per vertex: a unit vector, outward */
+  const float* temperature;     /* per vertex [degrees Celsius] */
+  const float* liquid_fraction; /* per vertex, 0 to 1 */
+  const uint32_t* body;         /* per vertex: 0 liquid, else index + 1 */
+  const uint32_t* material;     /* per vertex: index */
+  const uint32_t* triangle;     /* 3 vertices per triangle, counter-clockwise from outside */
+} meltsim_mesh;
+MELTSIM_C_API meltsim_status meltsim_surface_mesh(const meltsim_surface* surface, meltsim_mesh* mesh);
+/* Frees a surface; null does nothing. */
+MELTSIM_C_API void meltsim_surface_destroy(meltsim_surface* surface);
+
+/* Particles by id in single precision in the memory of the backend: what a renderer draws from. The caller sets `size`. */
+typedef struct meltsim_render_view {
+  uint32_t size;                /* sizeof(meltsim_render_view) */
+  int32_t backend;              /* MELTSIM_BACKEND_CUDA: the pointers are into the device's memory */
+  void* stream;                 /* cudaStream_t; null on the CPU */
+  uint64_t count;               /* ids so far; 0x800 in `tag`: removed */
+  double origin[3];             /* positions are relative to it [m] */
+  double radius;                /* half a spacing [m] */
+  const float* position;        /* 3 per particle [m] */
+  const float* velocity;        /* 3 per particle [m/s] */
+  const float* temperature;     /* [degrees Celsius] */
+  const float* liquid_fraction; /* 0 solid to 1 liquid */
+  const float* density;         /* [kg/m^3] */
+  const float* pressure;        /* [Pa] */
+  const uint32_t* tag;          /* as meltsim_particles */
+  const uint32_t* piece;        /* label of the piece, 0 for liquid */
+  const uint32_t* color; /* red in the lowest byte, then green, blue, opacity; null: none were asked for */
+} meltsim_render_view;
+/* Packs the particles as the steps so far leave them. On CUDA nothing waits: use the arrays on `stream`. They stay until the next
+ * call. `desc` may be null: no colours. */
+MELTSIM_C_API meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_render_desc* desc,
+                                                       meltsim_render_view* view);
 
 /* Copies the state to `buffer`, for meltsim_world_restore(). *bytes is set to the size of the state; where `capacity` is less,
  * nothing is copied and MELTSIM_CAPACITY is returned. `buffer` may be null if `capacity` is 0. Waits for all steps. */

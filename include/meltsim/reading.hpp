@@ -245,6 +245,19 @@ struct Reading {
   Events events;  ///< ReadRequest::events: since the last reading of them
 };
 
+/// What the colour of a particle follows from: World::render_view.
+enum class ColorBy : std::uint32_t { nothing, material, temperature };
+
+/// What World::render_view packs beside the values of particles.
+struct RenderDesc {
+  ColorBy color = ColorBy::nothing;  ///< nothing: RenderView::color is null
+  /// The table, at most 256 colours: red in the lowest byte, then green, blue and opacity. By material an entry per MaterialId::index,
+  /// by temperature even steps from `coldest` to `hottest`. Empty: a palette; a ramp from blue over yellow to red.
+  std::vector<std::uint32_t> colors;
+  double coldest = 0;    ///< [degrees Celsius]
+  double hottest = 100;  ///< [degrees Celsius]; above `coldest`
+};
+
 /// Identifies an open reading. Tickets are unique within a process; a default one is null.
 struct ReadTicket {
   std::uint64_t value = 0;  ///< 0 = null

@@ -11,6 +11,7 @@
 #include "meltsim/desc.hpp"
 #include "meltsim/export.hpp"
 #include "meltsim/probe.hpp"
+#include "meltsim/query.hpp"
 #include "meltsim/reading.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
@@ -100,6 +101,8 @@ struct RenderView {
   const float* pressure = nullptr;         ///< [Pa]; of the same sub-step; 0 for solids
   const ParticleTag* tag = nullptr;        ///< material, body and kind (particle_tag.hpp)
   const std::uint32_t* piece = nullptr;    ///< label of the connected piece, 0 for liquid
+  /// Red in the lowest byte, then green, blue, opacity; 0 of removed particles. Null if no colours were asked for.
+  const std::uint32_t* color = nullptr;
 };
 
 /// States of a World that may be saved at a time in the backend's memory.
@@ -320,6 +323,17 @@ class MELTSIM_API World {
   /// The same for one field, with one value per point: here "velocity" is the magnitude of the mean velocity.
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points, const std::string& field);
 
+  /// Where rays first meet what is sought (a sum of ray_liquid, ray_bodies, ray_walls), in the present state; in their order. The surface of
+  /// liquid is where half of the space is liquid, that of a body where half is solid, half a spacing outside its outermost
+  /// particles: exact on flat faces to a few hundredths of a spacing, edges are rounded by about half a spacing. Rays do not wrap
+  /// around periodic axes, and see at least 65,000 spacings far within what there is. Synchronises; on the backend: all particles are sorted by cell,
+  /// then every ray is followed in steps of a quarter of a spacing where there are particles. Errors: invalid_argument (names the field;
+  /// no ray), capacity (more than 1,048,576 rays), out_of_memory, those of prepare().
+  Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought = ray_all);
+  /// Which bodies and how much liquid have particles with centres in a shape. Synchronises; on the host: copies all particles to it (once
+  /// per step) and goes through them. Errors: invalid_argument (the shape), out_of_memory.
+  Result<Overlap> overlap(const Shape& shape);
+
   /// Returns the surface of the liquid, of all solids or of one body as a closed mesh, without vertices if there
   /// are no such particles. Changes no state. Working space is kept for the next call. Synchronises.
   /// Errors: invalid_argument (names the field), capacity,
@@ -339,8 +353,9 @@ class MELTSIM_API World {
   /// Packs the particles as the steps enqueued so far leave them by id, and returns where. On CUDA nothing waits: what the host
   /// enqueues on its `stream` runs behind that. The arrays stay what they are while steps are taken, until the next
   /// render_view(); a host reads them on that stream, or waits. The first call allocates 48 bytes per particle that there is room
-  /// for. Of a World that halted as device_state(). Errors: out_of_memory, those of prepare().
-  Result<RenderView> render_view();
+  /// for, with colours 52. Other colours than those of the call before wait once. Of a World that halted as device_state(). Errors:
+  /// invalid_argument (names the field), out_of_memory, those of prepare().
+  Result<RenderView> render_view(const RenderDesc& desc = {});
 
   // None of these synchronises, but plan() and resolved() call prepare() if something was added.
   Plan plan();                    ///< stages, channels, memory; empty if the host is out of memory

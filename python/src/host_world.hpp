@@ -81,6 +81,8 @@ class HostWorld {
   std::vector<Probe> probes;
   runner::Scene scene;
   std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive
+  std::atomic<int> packed{0};                ///< of render_view() that are
+  std::atomic<std::uint64_t> packs{0};       ///< calls of render_view()
   std::atomic<std::uint64_t> generation{0};  ///< of the state: views of another one have expired
   std::vector<std::unique_ptr<Stage>>& stages() { return stages_; }
 
@@ -106,6 +108,14 @@ struct State {
   std::uint64_t generation = 0;
   bool stage = false;
   std::shared_ptr<bool> alive = std::make_shared<bool>(true);
+};
+
+/// Particles by id, as render_view() packed them.
+struct RenderPack {
+  meltsim::RenderView view;
+  nb::object owner;  ///< the World
+  HostWorld* world = nullptr;
+  std::uint64_t pack = 0;  ///< which call it is of
 };
 
 template <class Tag>

@@ -533,28 +533,26 @@ TimedStep timed(HostWorld& w, F steps) {
 
 // ---- Views of the World's own memory ------------------------------------------------------------------------
 
-/// T: 0 = the World's precision, else the type. `columns` 1: of shape (n,).
-nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dtype dtype, bool writable) {
-  HostWorld& w = *s.world;
-  if (s.stage ? !*s.alive : s.generation != w.generation)
-    refuse(s.stage ? "state: the stage has returned; its argument holds until then"
-                   : "state: the World has changed since state(); call state() again");
+/// An array of the World's own memory. It keeps the World, and counts: what changes that memory is refused while the array is
+/// alive. `columns` 1: of shape (n,).
+nb::object exported_array(const nb::object& of, HostWorld& w, std::atomic<int>& counter, Backend backend,
+                          void* data, std::uint64_t rows, std::size_t columns, nb::dlpack::dtype dtype,
+                          bool writable) {
   if (data == nullptr) return nb::none();
-  // Keeps the World, and counts: what changes its memory is refused while the array is alive.
   struct Export {
     nb::object owner;
-    HostWorld* world;
+    std::atomic<int>* counter;
   };
-  auto* exported = new Export{s.owner, &w};
-  ++w.exported;
+  auto* exported = new Export{of, &counter};
+  ++counter;
   nb::capsule owner(exported, [](void* p) noexcept {
     auto* e = static_cast<Export*>(p);
-    --e->world->exported;
+    --*e->counter;
     delete e;
   });
-  const std::size_t shape[2] = {static_cast<std::size_t>(s.context.particles), columns};
+  const std::size_t shape[2] = {static_cast<std::size_t>(rows), columns};
   const std::size_t dimensions = columns > 1 ? 2 : 1;
-  if (s.context.backend == Backend::cuda) {
+  if (backend == Backend::cuda) {
     nb::ndarray<> array(data, dimensions, shape, owner, nullptr, dtype, nb::device::cuda::value,
                         w.unguarded().desc().device);
     return nb::cast(array, nb::rv_policy::reference);
@@ -563,6 +561,67 @@ nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dt
   nb::object object = nb::cast(array, nb::rv_policy::reference);
   if (!writable) object.attr("flags").attr("writeable") = false;
   return object;
+}
+
+/// T: 0 = the World's precision, else the type.
+nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dtype dtype, bool writable) {
+  HostWorld& w = *s.world;
+  if (s.stage ? !*s.alive : s.generation != w.generation)
+    refuse(s.stage ? "state: the stage has returned; its argument holds until then"
+                   : "state: the World has changed since state(); call state() again");
+  return exported_array(s.owner, w, w.exported, s.context.backend, data, s.context.particles, columns, dtype,
+                        writable);
+}
+
+/// A member of a render pack.
+template <class V>
+auto pack_array(const V* RenderView::*member) {
+  return [member](RenderPack& p) {
+    constexpr std::size_t columns = std::is_same_v<V, Vec3f> ? 3 : 1;
+    using Item = std::conditional_t<std::is_same_v<V, Vec3f>, float, V>;
+    if (p.pack != p.world->packs)
+      refuse(
+          "render_view: there is a later one, which has taken the place of this; use that, or keep a copy");
+    auto* data = const_cast<V*>(p.view.*member);
+    return exported_array(p.owner, *p.world, p.world->packed, p.view.backend, data, p.view.count, columns,
+                          nb::dtype<Item>(), false);
+  };
+}
+
+void bind_pack(nb::module_& m) {
+  nb::class_<RenderPack>(
+      m, "RenderPack",
+      "Particles by id in single precision, packed in the memory of the backend: no copy. NumPy "
+      "arrays on the CPU; on CUDA arrays with __dlpack__. They stay while the World steps, until the "
+      "next render_view(), which is refused while one is alive.")
+      .def("__len__", [](const RenderPack& p) { return static_cast<std::size_t>(p.view.count); })
+      .def_prop_ro(
+          "origin", [](const RenderPack& p) { return tuple3(p.view.origin); },
+          "Positions are relative to it [m].")
+      .def_prop_ro(
+          "radius", [](const RenderPack& p) { return p.view.radius; }, "Half a spacing [m].")
+      .def_prop_ro("position", pack_array(&RenderView::position), nb::sig("def position(self) -> Any"),
+                   "[m], float32 (n, 3)")
+      .def_prop_ro("velocity", pack_array(&RenderView::velocity), nb::sig("def velocity(self) -> Any"),
+                   "[m/s], float32 (n, 3)")
+      .def_prop_ro("temperature", pack_array(&RenderView::temperature),
+                   nb::sig("def temperature(self) -> Any"), "[degrees Celsius], float32 (n,)")
+      .def_prop_ro("liquid_fraction", pack_array(&RenderView::liquid_fraction),
+                   nb::sig("def liquid_fraction(self) -> Any"), "0 solid to 1 liquid, float32 (n,)")
+      .def_prop_ro("density", pack_array(&RenderView::density), nb::sig("def density(self) -> Any"),
+                   "[kg/m^3], float32 (n,)")
+      .def_prop_ro("pressure", pack_array(&RenderView::pressure), nb::sig("def pressure(self) -> Any"),
+                   "[Pa], float32 (n,)")
+      .def_prop_ro("tag", pack_array(&RenderView::tag), nb::sig("def tag(self) -> Any"),
+                   "Bits: 0x100 solid, 0x800 removed; low byte: material; uint32 (n,)")
+      .def_prop_ro("piece", pack_array(&RenderView::piece), nb::sig("def piece(self) -> Any"),
+                   "Label of the piece, 0 for liquid; uint32 (n,)")
+      .def_prop_ro(
+          "color", pack_array(&RenderView::color), nb::sig("def color(self) -> Any"),
+          "Red in the lowest byte, then green, blue, opacity; uint32 (n,). None if none were asked for.")
+      .def_prop_ro(
+          "stream", [](const RenderPack& p) { return reinterpret_cast<std::uintptr_t>(p.view.stream); },
+          "The World's cudaStream_t; 0 on the CPU.");
 }
 
 nb::dlpack::dtype scalar(const State& s) {
@@ -644,6 +703,7 @@ void bind_world(nb::module_& m) {
   bind_named<HeatRegion>(m, "HeatRegion", "A heat region of a World.");
   bind_named<Probe>(m, "Probe", "A probe of a World.");
   bind_state(m);
+  bind_pack(m);
 
   nb::class_<LoadedScene>(m, "Scene", "A scene that was read and not built yet.")
       .def(nb::new_([](const std::string& source, bool is_text, const std::vector<std::string>& set,
@@ -1188,6 +1248,111 @@ void bind_world(nb::module_& m) {
           },
           "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
           "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a Body as triangles.")
+      .def(
+          "render_view",
+          [](HostWorld& w, nb::object color, Real coldest, Real hottest, nb::object colors) {
+            RenderDesc desc;
+            if (!color.is_none())
+              desc.color = static_cast<ColorBy>(1 + choice("color", color, {"material", "temperature"}));
+            desc.coldest = number("coldest", coldest);
+            desc.hottest = number("hottest", hottest);
+            if (!colors.is_none())
+              for (nb::handle one : colors) {
+                const std::int64_t c = integer("colors", one);
+                if (c < 0 || c > 0xffffffffLL)
+                  refuse("colors: expected numbers of 32 bits, got " + std::to_string(c));
+                desc.colors.push_back(static_cast<std::uint32_t>(c));
+              }
+            if (w.packed > 0)
+              refuse("render_view: " + std::to_string(w.packed) +
+                     " array(s) of the one before still view its memory; delete them first, or keep a copy "
+                     "(array.copy())");
+            auto pack = std::make_unique<RenderPack>();
+            const HostWorld::Use world(w);
+            {
+              const nb::gil_scoped_release released;
+              pack->view = expect(world->render_view(desc));
+              world->synchronize();  // arrays are used on streams that the World has no part in
+            }
+            pack->owner = nb::find(&w);
+            pack->world = &w;
+            pack->pack = ++w.packs;
+            return nb::cast(pack.release(), nb::rv_policy::take_ownership);
+          },
+          nb::kw_only(), "color"_a = nb::none(), "coldest"_a = 0.0, "hottest"_a = 100.0,
+          "colors"_a = nb::none(),
+          nb::sig("def render_view(self, *, color: str | None = None, coldest: float = 0.0, hottest: float = "
+                  "100.0, "
+                  "colors: Sequence[int] | None = None) -> RenderPack"),
+          "Packs particles by id for a renderer. color: \"material\" (an entry of colors each) or "
+          "\"temperature\" (even "
+          "steps from coldest to hottest [degrees Celsius]); colors: red in the lowest byte, then green, "
+          "blue, opacity; "
+          "None: a palette, a ramp. Waits for all steps.")
+      .def(
+          "cast_rays",
+          [](HostWorld& w, ArrayLike origins, ArrayLike directions, nb::object length, Texts of) {
+            const auto from = points("origins", origins), along = points("directions", directions);
+            if (from.size() != along.size())
+              refuse("directions: expected as many as origins, " + std::to_string(from.size()) + ", got " +
+                     std::to_string(along.size()));
+            const double reach = length.is_none() ? infinity : number("length", length);
+            std::uint32_t sought = 0;
+            for (const std::string& what : texts("of", of))
+              sought |= 1u << choice("of", nb::cast(what), {"liquid", "bodies", "walls"});
+            std::vector<Ray> rays;
+            for (std::size_t k = 0; k < from.size(); ++k) rays.push_back({from[k], along[k], reach});
+            const auto hits =
+                away(w, false, [&](World& world) { return expect(world.cast_rays(rays, sought)); });
+            std::vector<std::int32_t> what, body, wall;
+            std::vector<double> distance;
+            std::vector<Vec3d> point, normal;
+            for (const RayHit& h : hits) {
+              what.push_back(static_cast<std::int32_t>(h.what));
+              body.push_back(h.body ? static_cast<std::int32_t>(h.body.index) : -1);
+              wall.push_back(h.wall);
+              distance.push_back(h.distance);
+              point.push_back(h.point);
+              normal.push_back(h.normal);
+            }
+            nb::dict d;
+            d["what"] = array_of<std::int32_t>(std::move(what));
+            d["distance"] = array_of<double>(std::move(distance));
+            d["point"] = array_of<double>(std::move(point), 3);
+            d["normal"] = array_of<double>(std::move(normal), 3);
+            d["body"] = array_of<std::int32_t>(std::move(body));
+            d["wall"] = array_of<std::int32_t>(std::move(wall));
+            return d;
+          },
+          "origins"_a, "directions"_a, nb::kw_only(), "length"_a = nb::none(),
+          "of"_a = nb::make_tuple("liquid", "bodies", "walls"),
+          nb::sig("def cast_rays(self, origins: numpy.typing.ArrayLike, directions: numpy.typing.ArrayLike, "
+                  "*, length: "
+                  "float | None = None, of: str | Sequence[str] = (\"liquid\", \"bodies\", \"walls\")) -> "
+                  "dict[str, "
+                  "numpy.ndarray]"),
+          "Where rays from origins along directions, (n, 3) each, first meet liquid, bodies or walls: "
+          "\"what\" (0 nothing, 1 "
+          "liquid, 2 a body, 3 a wall), \"distance\" [m], \"point\" and \"normal\" (n, 3), \"body\" (index "
+          "in the order "
+          "of adding, or -1), \"wall\" (0 to 5 for -x to +z, or -1). Waits.")
+      .def(
+          "overlap",
+          [](HostWorld& w, const Shape& shape) {
+            const Overlap o = away(w, false, [&](World& world) { return expect(world.overlap(shape)); });
+            nb::dict d, bodies;
+            for (const BodyOverlap& b : o.bodies)
+              for (const Body& body : w.bodies)
+                if (body.id.index == b.body.index) bodies[body.name.c_str()] = b.particles;
+            d["liquid"] = o.liquid;
+            d["liquid_volume"] = o.liquid_volume;
+            d["bodies"] = bodies;
+            return d;
+          },
+          "shape"_a, nb::sig("def overlap(self, shape: Shape) -> dict[str, Any]"),
+          "What has its centre in a shape: \"liquid\", particles; \"liquid_volume\" at rest [m^3]; "
+          "\"bodies\", particles by "
+          "name. Waits, and copies all particles.")
       .def(
           "add_stage",
           [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes) {

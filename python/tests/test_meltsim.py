@@ -233,6 +233,56 @@ def test_events_say_what_melted_and_what_touches():
     assert world.take_events()["events"] == []
 
 
+def test_rays_and_shapes_find_what_is_there():
+    world = bath()
+    origins = [(0.25, 0.79, 0.25), (0.5, 0.79, 0.5), (0.5, 0.79, 0.5)]
+    directions = [(0, -1, 0), (0, -5, 0), (0, 1, 0)]
+    hits = world.cast_rays(origins, directions)
+    assert hits["what"].tolist() == [2, 1, 3] and hits["body"].tolist() == [0, -1, -1] and hits["wall"].tolist() == [-1, -1, 3]
+    # The block ends at 0.7 m, the water at 0.3 m, the domain at 0.8 m. 0.01 m: a tenth of a spacing.
+    assert np.allclose(hits["point"][:, 1], [0.7, 0.3, 0.8], atol=0.01)
+    assert np.allclose(hits["normal"], [(0, 1, 0), (0, 1, 0), (0, -1, 0)], atol=0.05)
+    assert np.allclose(hits["distance"], [0.09, 0.49, 0.01], atol=0.01)
+    below = world.cast_rays(origins, directions, of="walls", length=0.5)
+    assert below["what"].tolist() == [0, 0, 3] and below["distance"][0] == np.inf
+    with pytest.raises(meltsim.Error, match=r"rays\[1\]: direction"):
+        world.cast_rays(origins[:2], [(0, 1, 0), (0, 0, 0)])
+    with pytest.raises(meltsim.Error, match="rays"):
+        world.cast_rays(np.zeros((0, 3)), np.zeros((0, 3)))
+    with pytest.raises(meltsim.Error, match="as many"):
+        world.cast_rays(origins, directions[:2])
+    with pytest.raises(meltsim.Error, match="of"):
+        world.cast_rays(origins, directions, of=["air"])
+    found = world.overlap(Shape.box((0, 0, 0), (0.6, 0.55, 0.6)))
+    assert found["liquid"] == 108 and found["bodies"] == {"block": 18}
+    assert found["liquid_volume"] == pytest.approx(0.108, rel=1e-5)
+
+
+def test_a_render_pack_is_drawn_from_while_the_world_steps():
+    world = bath()
+    pack = world.render_view()
+    assert len(pack) == 135 and pack.color is None and pack.radius == pytest.approx(0.05)
+    at = pack.position
+    assert at.shape == (135, 3) and at.dtype == np.float32 and not at.flags.writeable
+    assert np.allclose(at + np.asarray(pack.origin), world.particles().position, atol=1e-6)
+    kept = at.copy()
+    world.step(0.01)
+    assert np.array_equal(at, kept)  # it stays while the World steps
+    with pytest.raises(meltsim.Error, match=r"array\(s\) of the one before"):
+        world.render_view()
+    del at
+    later = world.render_view(color="temperature", coldest=-10, hottest=40, colors=range(256))
+    assert later.color.dtype == np.uint32 and np.allclose(later.color, np.clip((later.temperature + 10) * 256 / 50, 0, 255), atol=1)
+    assert not np.array_equal(later.position, kept)
+    with pytest.raises(meltsim.Error, match="later one"):
+        pack.position
+    materials = world.render_view(color="material", colors=[1, 2])
+    assert set(materials.color[materials.temperature > 0]) == {1} and set(materials.color[materials.temperature < 0]) == {2}
+    for mistake, text in ((dict(color="mood"), "color"), (dict(color="temperature", hottest=0), "hottest"), (dict(color="material", colors=[-1]), "colors")):
+        with pytest.raises(meltsim.Error, match=text):
+            world.render_view(**mistake)
+
+
 def test_forces_on_a_body_are_its_weight():
     world = World(spacing=0.1, backend="cpu", threads=1, domain=((0, 0, 0), (1, 1, 1)))
     world.add_material("stone", density=2000)

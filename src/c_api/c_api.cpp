@@ -21,6 +21,9 @@ struct meltsim_shape {
 struct meltsim_reading {
   meltsim::Reading reading;
 };
+struct meltsim_surface {
+  meltsim::SurfaceMesh mesh;
+};
 
 namespace {
 
@@ -238,6 +241,34 @@ void put_forces(const std::vector<meltsim::BodyForces>& all, meltsim_body_forces
   }
 }
 
+meltsim_piece piece_of(const meltsim::PieceInfo& p) {
+  meltsim_piece c{};
+  c.body = id_of(p.body);
+  c.piece = p.piece;
+  c.particles = p.particles;
+  c.mass = p.mass;
+  put(c.center, p.center);
+  put(c.velocity, p.velocity);
+  put(c.orientation, p.orientation);
+  put(c.angular_velocity, p.angular_velocity);
+  for (int k = 0; k < 9; ++k) c.inertia[k] = p.inertia.m[k / 3][k % 3];
+  put(c.min, p.bounds.min);
+  put(c.max, p.bounds.max);
+  c.temperature_mean = p.temperature_mean;
+  c.submerged_fraction = p.submerged_fraction;
+  return c;
+}
+
+/// The numbers of an array of vectors.
+template <class V>
+const float* numbers(const V* vectors) {
+  static_assert(sizeof(V) == 3 * sizeof(float), "three numbers");
+  return reinterpret_cast<const float*>(vectors);
+}
+static_assert(MELTSIM_RAY_ALL == meltsim::ray_all && MELTSIM_RAY_BODIES == meltsim::ray_bodies &&
+                  MELTSIM_RAY_WALLS == meltsim::ray_walls,
+              "bits are those of query.hpp");
+
 meltsim::World& world_of(meltsim_world* world) { return given(world, "world").world; }
 
 }  // namespace
@@ -367,6 +398,26 @@ void meltsim_emitter_setting_init(meltsim_emitter_setting* setting) {
   setting->size = sizeof *setting;
 }
 
+void meltsim_probe_desc_init(meltsim_probe_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->wall = -1;
+  desc->until = meltsim::ProbeDesc{}.until;
+}
+void meltsim_surface_desc_init(meltsim_surface_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->smoothing = meltsim::SurfaceDesc{}.smoothing;
+}
+void meltsim_render_desc_init(meltsim_render_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->hottest = meltsim::RenderDesc{}.hottest;
+}
+
 meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_world** world) {
   if (world != nullptr) *world = nullptr;
   return guarded([&] {
@@ -485,6 +536,32 @@ meltsim_status meltsim_world_add_heat_region(meltsim_world* world, const meltsim
     d.from = c.from;
     d.until = c.until;
     const meltsim::HeatRegionId made = expect(world_of(world).add_heat_region(d));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+
+meltsim_status meltsim_world_add_probe(meltsim_world* world, const meltsim_probe_desc* desc, meltsim_id* id) {
+  return guarded([&] {
+    const meltsim_probe_desc c = read(desc, "desc", defaults_of(meltsim_probe_desc_init));
+    meltsim::ProbeDesc d;
+    if (c.name != nullptr) d.name = c.name;
+    d.kind = option<meltsim::ProbeKind>(c.kind, 4, "desc.kind");
+    if (c.point_count > 0) given(c.points, "desc.points");
+    for (uint64_t k = 0; k < c.point_count; ++k) d.points.push_back(vec(c.points + 3 * k));
+    if (c.field_count > 0) given(c.fields, "desc.fields");
+    for (uint64_t k = 0; k < c.field_count; ++k)
+      d.fields.emplace_back(&given(c.fields[k], "desc.fields: an entry"));
+    d.body = handle<meltsim::BodyId>(c.body);
+    if (c.wall != -1) d.wall = c.wall;
+    d.normal = vec(c.normal);
+    d.radius = c.radius;
+    d.along = vec(c.along);
+    d.size[0] = c.side[0];
+    d.size[1] = c.side[1];
+    d.every = c.every;
+    d.from = c.from;
+    d.until = c.until;
+    const meltsim::ProbeId made = expect(world_of(world).add_probe(d));
     if (id != nullptr) *id = id_of(made);
   });
 }
@@ -676,13 +753,16 @@ meltsim_status meltsim_world_take_events(meltsim_world* world, meltsim_event* ev
 meltsim_status meltsim_world_request(meltsim_world* world, uint32_t parts, uint64_t* ticket) {
   return guarded([&] {
     given(ticket, "ticket");
-    if ((parts & ~static_cast<uint32_t>(MELTSIM_READ_TOTALS | MELTSIM_READ_FORCES | MELTSIM_READ_EVENTS)) !=
-        0)
-      refuse("parts: " + std::to_string(parts) + " is no sum of MELTSIM_READ_...");
+    constexpr uint32_t known = MELTSIM_READ_TOTALS | MELTSIM_READ_FORCES | MELTSIM_READ_EVENTS |
+                               MELTSIM_READ_PIECES | MELTSIM_READ_PARTICLES | MELTSIM_READ_PROBES;
+    if ((parts & ~known) != 0) refuse("parts: " + std::to_string(parts) + " is no sum of MELTSIM_READ_...");
     meltsim::ReadRequest what;
     what.totals = (parts & MELTSIM_READ_TOTALS) != 0;
     what.forces = (parts & MELTSIM_READ_FORCES) != 0;
     what.events = (parts & MELTSIM_READ_EVENTS) != 0;
+    what.pieces = (parts & MELTSIM_READ_PIECES) != 0;
+    what.particles = (parts & MELTSIM_READ_PARTICLES) != 0;
+    what.probes = (parts & MELTSIM_READ_PROBES) != 0;
     *ticket = expect(world_of(world).request(what)).value;
   });
 }
@@ -730,6 +810,55 @@ meltsim_status meltsim_reading_events(const meltsim_reading* reading, meltsim_ev
     put_events(all, events, struct_size, lost);
   });
 }
+meltsim_status meltsim_reading_pieces(const meltsim_reading* reading, meltsim_piece* pieces,
+                                      size_t struct_size, size_t capacity, size_t* count) {
+  return guarded([&] {
+    const auto& all = given(reading, "reading").reading.pieces;
+    given(count, "count") = all.size();
+    check_room(pieces, "pieces", "meltsim_piece", struct_size, capacity, all.size());
+    auto* to = reinterpret_cast<unsigned char*>(pieces);
+    for (const meltsim::PieceInfo& p : all) {
+      const meltsim_piece c = piece_of(p);
+      std::memcpy(to, &c, struct_size);
+      to += struct_size;
+    }
+  });
+}
+meltsim_status meltsim_reading_particles(const meltsim_reading* reading, meltsim_particle_frame* particles) {
+  return guarded([&] {
+    const meltsim::ParticleFrame& p = given(reading, "reading").reading.particles;
+    meltsim_particle_frame c{};
+    c.count = p.id.size();
+    put(c.origin, p.origin);
+    c.id = p.id.data();
+    c.position = numbers(p.position.data());
+    c.velocity = numbers(p.velocity.data());
+    c.temperature = p.temperature.data();
+    c.liquid_fraction = p.liquid_fraction.data();
+    c.density = p.density.data();
+    c.pressure = p.pressure.data();
+    c.tag = p.tag.data();
+    c.piece = p.piece.data();
+    write(particles, "particles", c);
+  });
+}
+meltsim_status meltsim_reading_probe(const meltsim_reading* reading, size_t index,
+                                     meltsim_probe_series* series) {
+  return guarded([&] {
+    const auto& all = given(reading, "reading").reading.probes;
+    if (index >= all.size())
+      refuse("index: " + std::to_string(index) + ", but the reading has " + std::to_string(all.size()) +
+             " series; ask for MELTSIM_READ_PROBES");
+    const meltsim::ProbeSeries& s = all[index];
+    meltsim_probe_series c{};
+    c.points = s.points;
+    c.width = s.width;
+    c.samples = s.time.size();
+    c.time = s.time.data();
+    c.values = s.values.data();
+    write(series, "series", c);
+  });
+}
 void meltsim_reading_destroy(meltsim_reading* reading) { delete reading; }
 
 meltsim_status meltsim_world_particles(meltsim_world* world, meltsim_particles* particles) {
@@ -762,6 +891,120 @@ meltsim_status meltsim_world_sample(meltsim_world* world, const double* points, 
     for (size_t i = 0; i < point_count; ++i) at.push_back(vec(points + 3 * i));
     const std::vector<double> found = expect(world_of(world).sample(at, std::string(&given(field, "field"))));
     std::copy(found.begin(), found.end(), values);
+  });
+}
+
+meltsim_status meltsim_world_cast_rays(meltsim_world* world, const meltsim_ray* rays, size_t ray_count,
+                                       uint32_t sought, meltsim_ray_hit* hits, size_t struct_size) {
+  return guarded([&] {
+    if (ray_count > 0) given(rays, "rays");
+    check_room(hits, "hits", "meltsim_ray_hit", struct_size, ray_count, ray_count);
+    std::vector<meltsim::Ray> all;
+    for (size_t k = 0; k < ray_count; ++k)
+      all.push_back({vec(rays[k].origin), vec(rays[k].direction), rays[k].length});
+    auto* to = reinterpret_cast<unsigned char*>(hits);
+    for (const meltsim::RayHit& h : expect(world_of(world).cast_rays(all, sought))) {
+      meltsim_ray_hit c{};
+      c.what = static_cast<uint32_t>(h.what);
+      c.wall = h.wall;
+      c.distance = h.distance;
+      put(c.point, h.point);
+      put(c.normal, h.normal);
+      c.body = id_of(h.body);
+      c.particle = h.particle;
+      std::memcpy(to, &c, struct_size);
+      to += struct_size;
+    }
+  });
+}
+meltsim_status meltsim_world_liquid_in(meltsim_world* world, const meltsim_shape* shape, uint64_t* particles,
+                                       double* volume) {
+  return guarded([&] {
+    const meltsim::Overlap o = expect(world_of(world).overlap(given(shape, "shape").shape));
+    if (particles != nullptr) *particles = o.liquid;
+    if (volume != nullptr) *volume = o.liquid_volume;
+  });
+}
+meltsim_status meltsim_world_bodies_in(meltsim_world* world, const meltsim_shape* shape, meltsim_id* bodies,
+                                       uint64_t* particles, size_t capacity, size_t* count) {
+  return guarded([&] {
+    given(count, "count");
+    const meltsim::Overlap o = expect(world_of(world).overlap(given(shape, "shape").shape));
+    *count = o.bodies.size();
+    check_room(bodies, "bodies", "meltsim_id", sizeof(meltsim_id), capacity, o.bodies.size());
+    for (size_t k = 0; k < o.bodies.size(); ++k) {
+      bodies[k] = id_of(o.bodies[k].body);
+      if (particles != nullptr) particles[k] = o.bodies[k].particles;
+    }
+  });
+}
+
+meltsim_status meltsim_world_surface(meltsim_world* world, const meltsim_surface_desc* desc,
+                                     meltsim_surface** surface) {
+  if (surface != nullptr) *surface = nullptr;
+  return guarded([&] {
+    given(surface, "surface");
+    const meltsim_surface_desc c = read(desc, "desc", defaults_of(meltsim_surface_desc_init));
+    meltsim::SurfaceDesc d;
+    d.of = option<meltsim::SurfaceOf>(c.of, 2, "desc.of");
+    if (d.of == meltsim::SurfaceOf::body) d.body = handle<meltsim::BodyId>(c.body);
+    d.cell = c.cell;
+    d.kernel = c.anisotropic != 0 ? meltsim::SurfaceKernel::anisotropic : meltsim::SurfaceKernel::isotropic;
+    d.smoothing = c.smoothing;
+    d.closed_at_solids = c.closed_at_solids != 0;
+    auto made = std::make_unique<meltsim_surface>();
+    made->mesh = expect(world_of(world).surface(d));
+    *surface = made.release();
+  });
+}
+meltsim_status meltsim_surface_mesh(const meltsim_surface* surface, meltsim_mesh* mesh) {
+  return guarded([&] {
+    const meltsim::SurfaceMesh& m = given(surface, "surface").mesh;
+    meltsim_mesh c{};
+    c.vertices = m.position.size();
+    c.triangles = m.triangles.size() / 3;
+    put(c.origin, m.origin);
+    c.position = numbers(m.position.data());
+    c.normal = numbers(m.normal.data());
+    c.temperature = m.temperature.data();
+    c.liquid_fraction = m.liquid_fraction.data();
+    c.body = m.body.data();
+    c.material = m.material.data();
+    c.triangle = m.triangles.data();
+    write(mesh, "mesh", c);
+  });
+}
+void meltsim_surface_destroy(meltsim_surface* surface) { delete surface; }
+
+meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_render_desc* desc,
+                                         meltsim_render_view* view) {
+  return guarded([&] {
+    const meltsim_render_desc known = defaults_of(meltsim_render_desc_init);
+    const meltsim_render_desc c = desc != nullptr ? read(desc, "desc", known) : known;
+    meltsim::RenderDesc d;
+    d.color = option<meltsim::ColorBy>(c.color, 2, "desc.color");
+    if (c.color_count > 256) refuse("desc.color_count: at most 256, got " + std::to_string(c.color_count));
+    if (c.color_count > 0) d.colors.assign(&given(c.colors, "desc.colors"), c.colors + c.color_count);
+    d.coldest = c.coldest;
+    d.hottest = c.hottest;
+    read(view, "view", meltsim_render_view{});
+    const meltsim::RenderView v = expect(world_of(world).render_view(d));
+    meltsim_render_view to{};
+    to.backend = static_cast<int32_t>(v.backend);
+    to.stream = v.stream;
+    to.count = v.count;
+    put(to.origin, v.origin);
+    to.radius = static_cast<double>(v.radius);
+    to.position = numbers(v.position);
+    to.velocity = numbers(v.velocity);
+    to.temperature = v.temperature;
+    to.liquid_fraction = v.liquid_fraction;
+    to.density = v.density;
+    to.pressure = v.pressure;
+    to.tag = v.tag;
+    to.piece = v.piece;
+    to.color = v.color;
+    write(view, "view", to);
   });
 }
 

@@ -10,6 +10,7 @@
 
 #include "engine/pipeline.hpp"
 #include "engine/probe_setup.hpp"
+#include "engine/ray_rows.hpp"
 #include "engine/reading_frame.hpp"
 #include "engine/scene.hpp"
 #include "engine/steered.hpp"
@@ -162,9 +163,11 @@ class Engine {
   virtual Result<bool> ready(int slot) = 0;
   /// Waits for that reading. Of a World that had halted: goes back to the last good state, and reads that.
   virtual Status take(int slot, StateReading& reading) = 0;
-  /// Enqueues particles by id; they stay until the next call. Waits only for memory where more than before is needed. Error:
+  /// Enqueues particles by id, with colours unless the table is empty; they stay until the next call. Waits only for memory where
+  /// more than before is needed, and for another table. Error:
   /// out_of_memory.
-  virtual Status pack(PackedParticles& to) = 0;
+  virtual Status pack(const PackColors& colors, const std::vector<std::uint32_t>& table,
+                      PackedParticles& to) = 0;
   /// Frees a slot whose reading is not taken.
   virtual void drop(int slot) = 0;
   /// Waits. Copies all that a state is to memory of the backend, under a number below most_saved_states; the status says whether
@@ -198,6 +201,9 @@ class Engine {
   virtual std::uint64_t samples(std::uint64_t first, std::uint64_t n, double* to) = 0;
   /// Waits; values of one probe at once, from the last good state. Error: out_of_memory.
   virtual Status sample(const ProbeSetup& what, std::vector<double>& values) = 0;
+  /// Waits; where rays end in the last good state. Error: out_of_memory.
+  virtual Status follow_rays(const std::vector<RayQuery>& rays, std::uint32_t sought,
+                             std::vector<RayRow>& hits) = 0;
 };
 
 /// Result of asking for an engine: the engine, or why there is none.

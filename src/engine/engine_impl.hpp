@@ -279,8 +279,10 @@ class EngineImpl final : public Engine {
     return settled;
   }
 
-  Status pack(PackedParticles& to) override {
-    return readings_.pack(ex_, w_, rolled_back_, w_.f.density != nullptr && last_index_ != 0, to);
+  Status pack(const PackColors& colors, const std::vector<std::uint32_t>& table,
+              PackedParticles& to) override {
+    return readings_.pack(ex_, w_, rolled_back_, w_.f.density != nullptr && last_index_ != 0, colors, table,
+                          to);
   }
 
   Result<WorldStatus> save(int slot) override {
@@ -380,6 +382,16 @@ class EngineImpl final : public Engine {
     const bool derived = w_.f.density != nullptr && rolled_back_;
     ex_.set_guard(nullptr);
     Status s = probes_.at_once(ex_, w_, what, derived, values);
+    if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
+    return s ? fault_status() : s;
+  }
+
+  Status follow_rays(const std::vector<RayQuery>& rays, std::uint32_t sought,
+                     std::vector<RayRow>& hits) override {
+    last_good();
+    if (!w_.slots_of_all) index_all();
+    ex_.set_guard(nullptr);
+    Status s = probes_.follow_rays(ex_, w_, rays, sought, hits);
     if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
     return s ? fault_status() : s;
   }

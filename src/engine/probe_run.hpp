@@ -61,6 +61,43 @@ class ProbeRun {
     return fits;
   }
 
+  /// Waits. Where rays end.
+  Status follow_rays(E& ex, const Frame<T>& scene, const std::vector<RayQuery>& rays, std::uint32_t sought,
+                     std::vector<RayRow>& hits) {
+    Frame<T> w = scene;
+    Block tables;
+    RayRoom r;
+    RayQuery* queries = nullptr;
+    const auto lay_out = [&](void* base) {
+      Arena a{static_cast<unsigned char*>(base)};
+      queries = a.template place<RayQuery>(rays.size());
+      r.hits = a.template place<RayRow>(rays.size());
+      r.bounds = a.template place<ParticleBounds>(1);
+      return a.used;
+    };
+    if (Status s = take(ex, tables, lay_out(nullptr)); !s) return s;
+    lay_out(tables.base);
+    r.rays = queries;
+    r.count = static_cast<std::uint32_t>(rays.size());
+    r.sought = sought;
+    SampleRoom room;
+    Status fits = sort_room(ex, std::max<std::uint64_t>(w.capacity, 1), false, room);
+    if (fits) {
+      const ParticleBounds nothing;
+      put(ex, queries, rays);
+      ex.upload(r.bounds, &nothing, sizeof nothing);
+      w.probes = {};
+      w.probes.keys = room.keys_sorted;
+      w.probes.slots = room.slots_sorted;
+      w.probes.sorted = w.born;
+      use_cells_of_support(w);
+      sampling::follow_rays<E, T>(ex, w, room, r);
+      hits = core::fetch(ex, r.hits, rays.size());
+    }
+    tables.release(ex);
+    return fits;
+  }
+
   void release(E& ex) {
     tables_.release(ex);
     sorting_.release(ex);
@@ -95,7 +132,7 @@ class ProbeRun {
     if (needed <= ex.free_bytes()) block.base = ex.allocate(needed);
     if (block.base == nullptr)
       return Error{ErrorCode::out_of_memory, text("probes: ", double(needed) / 1e6,
-                                                  " MB of memory are not there; sample fewer points")};
+                                                  " MB of memory are not there; use fewer points or rays")};
     block.bytes = needed;
     return {};
   }

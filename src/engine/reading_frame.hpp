@@ -111,6 +111,7 @@ struct PackedParticles {
   Vec3<float>*position = nullptr, *velocity = nullptr;
   float *temperature = nullptr, *fraction = nullptr, *density = nullptr, *pressure = nullptr;
   std::uint32_t *tag = nullptr, *piece = nullptr;
+  std::uint32_t* color = nullptr;    ///< elsewhere, where colours are asked for
   float* solute[most_species] = {};  ///< mass fractions, of the species that there are
   /// Of a particle.
   static constexpr std::uint64_t bytes(std::uint64_t species) {
@@ -133,6 +134,14 @@ struct PackedParticles {
     for (std::uint32_t k = 0; k < species; ++k) place(p.solute[k]);
     return p;
   }
+};
+
+/// Colours of particles: entries of a table of 256.
+struct PackColors {
+  std::uint32_t by = 0;  ///< ColorBy
+  float coldest = 0;     ///< temperature of the first entry [degrees Celsius]
+  float per_degree = 0;  ///< entries per degree
+  const std::uint32_t* table = nullptr;
 };
 
 /// What acted on a body, and how it moves where the host moves it or has to move with it.
@@ -164,6 +173,7 @@ struct ReadingFrame {
   Column* columns = nullptr;
   LevelSums* levels = nullptr;  ///< column by column, then of 2x2, of 4x4, ...
   PackedParticles p;
+  PackColors colors;
   ForcesRow* forces = nullptr;  ///< per body
   EventHead* event_head = nullptr;
   EventRow* events = nullptr;  ///< the ring

@@ -100,13 +100,19 @@ class ReadingRun {
     return {};
   }
 
-  /// Enqueues particles by id, in a buffer of their own.
-  Status pack(E& ex, const Frame<T>& scene, bool rolled_back, bool has_density, PackedParticles& to) {
-    const std::uint64_t bytes = scene.capacity * PackedParticles::bytes(scene.species);
+  /// Enqueues particles by id, in a buffer of their own, with colours if there is a table of them (256 entries). Waits for memory,
+  /// and for a table that is not that of the time before.
+  Status pack(E& ex, const Frame<T>& scene, bool rolled_back, bool has_density, const PackColors& colors,
+              const std::vector<std::uint32_t>& table, PackedParticles& to) {
+    const std::uint64_t plain = padded(scene.capacity * PackedParticles::bytes(scene.species)),
+                        colored =
+                            padded(256 * sizeof(std::uint32_t)) + scene.capacity * sizeof(std::uint32_t),
+                        bytes = plain + (table.empty() ? 0 : colored);
     if (bytes > packed_bytes_) {
       ex.synchronize();
       if (packed_ != nullptr) ex.release(packed_);
       packed_bytes_ = 0;
+      table_.clear();
       packed_ = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
       if (packed_ == nullptr)
         return Error{ErrorCode::out_of_memory,
@@ -120,6 +126,18 @@ class ReadingRun {
     w.s = scene;
     w.rolled_back = rolled_back ? 1u : 0u;
     w.has_density = has_density ? 1u : 0u;
+    if (!table.empty()) {
+      auto* const entries = reinterpret_cast<std::uint32_t*>(packed_ + plain);
+      if (table != table_ || plain != table_at_) {
+        ex.synchronize();  // what is enqueued reads the old one
+        ex.upload(entries, table.data(), table.size() * sizeof(std::uint32_t));
+        table_ = table;
+        table_at_ = plain;
+      }
+      to.color = reinterpret_cast<std::uint32_t*>(packed_ + plain + padded(256 * sizeof(std::uint32_t)));
+      w.colors = colors;
+      w.colors.table = entries;
+    }
     w.p = to;
     ex.set_guard(!rolled_back && scene.f.status != nullptr ? &scene.f.status->halted : nullptr);
     reading::pack<E, T>(ex, w);
@@ -176,6 +194,7 @@ class ReadingRun {
     if (packed_ != nullptr) ex.release(packed_);
     scratch_ = packed_ = nullptr;
     scratch_bytes_ = packed_bytes_ = 0;
+    table_.clear();
   }
   /// On the device.
   std::uint64_t bytes() const {
@@ -474,6 +493,8 @@ class ReadingRun {
   std::array<Slot, most_readings + 1> slots_;             // the last one for reads that wait
   unsigned char *scratch_ = nullptr, *packed_ = nullptr;  ///< packed_: of pack()
   std::uint64_t scratch_bytes_ = 0, packed_bytes_ = 0;
+  std::vector<std::uint32_t> table_;  ///< of colours, as it lies on the device
+  std::uint64_t table_at_ = 0;        ///< where
   std::uint32_t last_pieces_ = 0;
   std::uint64_t bodies_ = 0;
   std::vector<std::uint32_t> origins_;

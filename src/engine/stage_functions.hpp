@@ -4,6 +4,7 @@
 #pragma once
 
 #include "engine/frame.hpp"
+#include "engine/ray_rows.hpp"
 #include "engine/steered.hpp"
 
 namespace meltsim {
@@ -61,7 +62,9 @@ void build(E& ex, const core::Frame<T>& w);
 namespace sampling {
 template <class E, class T>
 void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room);
-}
+template <class E, class T>
+void follow_rays(E& ex, const core::Frame<T>& w, const core::SampleRoom& room, const core::RayRoom& rays);
+}  // namespace sampling
 
 namespace core {
 template <class T>

@@ -513,6 +513,21 @@ struct PackBody {
   }
 };
 
+/// The colour of a particle, by id; after PackBody. 0, transparent, of those that were removed.
+template <class T>
+struct ColorBody {
+  ReadingFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t id) const {
+    const std::uint32_t tag = w.p.tag[id];
+    std::uint32_t entry = material_of(tag);
+    if (w.colors.by == static_cast<std::uint32_t>(ColorBy::temperature) && !is_removed(tag)) {
+      const float place = (w.p.temperature[id] - w.colors.coldest) * w.colors.per_degree;
+      entry = static_cast<std::uint32_t>(clamp(place, 0.0F, 255.0F));
+    }
+    w.p.color[id] = is_removed(tag) ? 0u : w.colors.table[entry];
+  }
+};
+
 }  // namespace reading
 }  // namespace v0
 }  // namespace meltsim

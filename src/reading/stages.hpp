@@ -80,6 +80,7 @@ template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w) {
   if (w.has_density != 0u) ex.for_each(w.s.particles, PackDerivedBody<T>{w});
   ex.for_each(w.s.particles, PackBody<T>{w});
+  if (w.p.color != nullptr) ex.for_each(w.s.born, ColorBody<T>{w});
 }
 
 }  // namespace reading

@@ -18,6 +18,10 @@ template void at_once<core::CpuExec, float>(core::CpuExec&, const core::Frame<fl
                                             const core::SampleRoom&);
 template void at_once<core::CpuExec, double>(core::CpuExec&, const core::Frame<double>&,
                                              const core::SampleRoom&);
+template void follow_rays<core::CpuExec, float>(core::CpuExec&, const core::Frame<float>&,
+                                                const core::SampleRoom&, const core::RayRoom&);
+template void follow_rays<core::CpuExec, double>(core::CpuExec&, const core::Frame<double>&,
+                                                 const core::SampleRoom&, const core::RayRoom&);
 
 }  // namespace sampling
 }  // namespace v0

@@ -5,6 +5,7 @@
 #include "sampling/event_bodies.hpp"
 #include "sampling/force_bodies.hpp"
 #include "sampling/load_bodies.hpp"
+#include "sampling/ray_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -92,6 +93,15 @@ void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room) {
   if (room.derived_slot != nullptr) ex.for_each(w.particles, DerivedSlotBody<T>{w, room.derived_slot});
   ex.sort(w.born, w.key_bits, room.keys, room.slots, room.keys_sorted, room.slots_sorted);
   ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, false, sample_parts<E>>{w});
+}
+
+/// Between sub-steps, for World::cast_rays: likewise, then one thread per ray; not a stage.
+template <class E, class T>
+void follow_rays(E& ex, const core::Frame<T>& w, const core::SampleRoom& room, const core::RayRoom& rays) {
+  ex.for_each(w.born, KeyBody<T>{w, room.keys, room.slots});
+  ex.sort(w.born, w.key_bits, room.keys, room.slots, room.keys_sorted, room.slots_sorted);
+  ex.reduce(w.particles, ParticleBoundsBody<T>{w}, rays.bounds);
+  ex.for_each(rays.count, RayBody<T>{w, rays});
 }
 
 }  // namespace sampling

@@ -90,8 +90,14 @@ Result<Events> World::take_events() {
   return guarded<Result<Events>>([&] { return impl_->take_events(); });
 }
 std::uint64_t World::watched_bodies() const { return impl_->watched_bodies(); }
-Result<RenderView> World::render_view() {
-  return guarded<Result<RenderView>>([&] { return impl_->render_view(); });
+Result<std::vector<RayHit>> World::cast_rays(const std::vector<Ray>& rays, std::uint32_t sought) {
+  return guarded<Result<std::vector<RayHit>>>([&] { return impl_->cast_rays(rays, sought); });
+}
+Result<Overlap> World::overlap(const Shape& shape) {
+  return guarded<Result<Overlap>>([&] { return impl_->overlap(shape); });
+}
+Result<RenderView> World::render_view(const RenderDesc& desc) {
+  return guarded<Result<RenderView>>([&] { return impl_->render_view(desc); });
 }
 Result<std::vector<BodyForces>> World::take_forces() {
   return guarded<Result<std::vector<BodyForces>>>([&] { return impl_->take_forces(); });

@@ -147,7 +147,7 @@ class WorldImpl final : public Scheduler {
   Result<Ledger> ledger();
   Result<ParticleData> particles();
   Result<StageContext> device_state();
-  Result<RenderView> render_view();
+  Result<RenderView> render_view(const RenderDesc& d);
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
   // world_request.cpp
@@ -159,6 +159,9 @@ class WorldImpl final : public Scheduler {
   Result<std::vector<ProbeSeries>> take_samples();
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
                                      const std::vector<std::string>& fields);
+  // world_query.cpp
+  Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought);
+  Result<Overlap> overlap(const Shape& shape);
   // world_surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   Result<SurfaceView> surface_view(const SurfaceDesc& d,

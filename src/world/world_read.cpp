@@ -14,6 +14,7 @@
 namespace meltsim {
 inline namespace v0 {
 
+using core::invalid;
 using core::none;
 
 Result<ParticleData> WorldImpl::particles() {
@@ -70,7 +71,68 @@ Result<StageContext> WorldImpl::device_state() {
   return c;
 }
 
-Result<RenderView> WorldImpl::render_view() {
+namespace {
+
+/// Colours as monitors show them, red in the lowest byte.
+std::uint32_t packed(double r, double g, double b) {
+  const auto byte = [](double x) { return static_cast<std::uint32_t>(std::lround(255 * x)); };
+  return byte(r) | byte(g) << 8u | byte(b) << 16u | 0xff000000u;
+}
+
+std::vector<std::uint32_t> palette() {
+  static constexpr double known[][3] = {{0.66, 0.80, 0.90}, {0.80, 0.42, 0.09}, {0.64, 0.15, 0.10},
+                                        {0.22, 0.46, 0.18}, {0.36, 0.24, 0.55}, {0.72, 0.32, 0.43}};
+  std::vector<std::uint32_t> table;
+  for (std::size_t k = 0; k < 256; ++k) {
+    const double* c = known[k % std::size(known)];
+    table.push_back(packed(c[0], c[1], c[2]));
+  }
+  return table;
+}
+
+/// Cold to hot.
+std::vector<std::uint32_t> ramp() {
+  static constexpr double stops[][3] = {{0.14, 0.25, 0.62}, {0.27, 0.55, 0.85}, {0.68, 0.86, 0.91},
+                                        {0.99, 0.90, 0.45}, {0.96, 0.52, 0.22}, {0.75, 0.09, 0.12}};
+  constexpr std::size_t last = std::size(stops) - 1;
+  std::vector<std::uint32_t> table;
+  for (std::size_t k = 0; k < 256; ++k) {
+    const double at = static_cast<double>(k) / 255 * static_cast<double>(last);
+    const std::size_t i = std::min(last - 1, static_cast<std::size_t>(at));
+    const double part = at - static_cast<double>(i);
+    const auto mixed = [&](int c) { return stops[i][c] + part * (stops[i + 1][c] - stops[i][c]); };
+    table.push_back(packed(mixed(0), mixed(1), mixed(2)));
+  }
+  return table;
+}
+
+/// 256 entries, or none where no colours are asked for.
+std::vector<std::uint32_t> table_of(const RenderDesc& d) {
+  if (d.color == ColorBy::nothing) return {};
+  if (d.colors.empty()) return d.color == ColorBy::material ? palette() : ramp();
+  std::vector<std::uint32_t> table(256);
+  for (std::size_t k = 0; k < 256; ++k)
+    table[k] = d.color == ColorBy::material ? d.colors[std::min(k, d.colors.size() - 1)]
+                                            : d.colors[k * d.colors.size() / 256];
+  return table;
+}
+
+}  // namespace
+
+Result<RenderView> WorldImpl::render_view(const RenderDesc& d) {
+  if (d.color != ColorBy::nothing && d.color != ColorBy::material && d.color != ColorBy::temperature)
+    return invalid("render_view: color: is none of nothing, material, temperature");
+  if (d.colors.size() > 256)
+    return invalid("render_view: colors: at most 256, got ", std::uint64_t{d.colors.size()});
+  core::PackColors colors;
+  colors.by = static_cast<std::uint32_t>(d.color);
+  if (d.color == ColorBy::temperature) {
+    if (!std::isfinite(d.coldest) || !std::isfinite(d.hottest) || !(d.hottest - d.coldest > 1e-6))
+      return invalid("render_view: hottest: must be above coldest, both finite, got ", d.coldest, " and ",
+                     d.hottest);
+    colors.coldest = static_cast<float>(d.coldest);
+    colors.per_degree = static_cast<float>(256 / (d.hottest - d.coldest));
+  }
   if (Status s = prepare(); !s) return s.error();
   RenderView v;
   v.backend = engine->backend();
@@ -78,7 +140,7 @@ Result<RenderView> WorldImpl::render_view() {
   v.radius = static_cast<float>(0.5 * desc.spacing);
   if ((facts_ & core::fact_particles) == 0) return v;
   core::PackedParticles p;
-  if (Status s = engine->pack(p); !s) return s.error();
+  if (Status s = engine->pack(colors, table_of(d), p); !s) return s.error();
   const StageContext c = engine->context();
   v.stream = c.stream;
   v.count = c.particles;
@@ -90,6 +152,7 @@ Result<RenderView> WorldImpl::render_view() {
   v.pressure = p.pressure;
   v.tag = p.tag;
   v.piece = p.piece;
+  v.color = p.color;
   return v;
 }
 

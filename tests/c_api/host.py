@@ -52,6 +52,62 @@ class Event(c.Structure):
                 ("particle", c.c_uint32), ("piece", c.c_uint32), ("from_", c.c_uint32), ("reserved", c.c_uint32), ("body", Id), ("other", Id)]
 
 
+class ProbeDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("kind", c.c_int32), ("name", c.c_char_p), ("points", c.POINTER(c.c_double)), ("point_count", c.c_uint64),
+                ("fields", c.POINTER(c.c_char_p)), ("field_count", c.c_uint64), ("body", Id), ("wall", c.c_int32), ("reserved", c.c_int32),
+                ("normal", Vec), ("radius", c.c_double), ("along", Vec), ("side", c.c_double * 2), ("every", c.c_double), ("from_", c.c_double),
+                ("until", c.c_double)]
+
+
+class ProbeSeries(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("points", c.c_uint32), ("width", c.c_uint32), ("reserved", c.c_uint32), ("samples", c.c_uint64),
+                ("time", c.POINTER(c.c_double)), ("values", c.POINTER(c.c_double))]
+
+
+class SurfaceDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("of", c.c_int32), ("body", Id), ("cell", c.c_double), ("anisotropic", c.c_int32), ("smoothing", c.c_int32),
+                ("closed_at_solids", c.c_int32), ("reserved", c.c_int32)]
+
+
+class Mesh(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("vertices", c.c_uint64), ("triangles", c.c_uint64), ("origin", Vec),
+                ("position", c.POINTER(c.c_float)), ("normal", c.POINTER(c.c_float)), ("temperature", c.POINTER(c.c_float)),
+                ("liquid_fraction", c.c_void_p), ("body", c.POINTER(c.c_uint32)), ("material", c.c_void_p), ("triangle", c.POINTER(c.c_uint32))]
+
+
+class Piece(c.Structure):
+    _fields_ = [("body", Id), ("piece", c.c_uint32), ("reserved", c.c_uint32), ("particles", c.c_uint64), ("mass", c.c_double), ("center", Vec),
+                ("velocity", Vec), ("orientation", c.c_double * 4), ("angular_velocity", Vec), ("inertia", c.c_double * 9), ("min", Vec),
+                ("max", Vec), ("temperature_mean", c.c_double), ("submerged_fraction", c.c_double)]
+
+
+class ParticleFrame(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("count", c.c_uint64), ("origin", Vec), ("id", c.POINTER(c.c_uint32)),
+                ("position", c.POINTER(c.c_float)), ("velocity", c.POINTER(c.c_float)), ("temperature", c.POINTER(c.c_float)),
+                ("liquid_fraction", c.c_void_p), ("density", c.c_void_p), ("pressure", c.c_void_p), ("tag", c.POINTER(c.c_uint32)),
+                ("piece", c.POINTER(c.c_uint32))]
+
+
+class RenderDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("color", c.c_int32), ("colors", c.POINTER(c.c_uint32)), ("color_count", c.c_uint64),
+                ("coldest", c.c_double), ("hottest", c.c_double)]
+
+
+class RenderView(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("backend", c.c_int32), ("stream", c.c_void_p), ("count", c.c_uint64), ("origin", Vec), ("radius", c.c_double),
+                ("position", c.POINTER(c.c_float)), ("velocity", c.c_void_p), ("temperature", c.POINTER(c.c_float)), ("rest", c.c_void_p * 3),
+                ("tag", c.POINTER(c.c_uint32)), ("piece", c.c_void_p), ("color", c.POINTER(c.c_uint32))]
+
+
+class Ray(c.Structure):
+    _fields_ = [("origin", Vec), ("direction", Vec), ("length", c.c_double)]
+
+
+class RayHit(c.Structure):
+    _fields_ = [("what", c.c_uint32), ("wall", c.c_int32), ("distance", c.c_double), ("point", Vec), ("normal", Vec), ("body", Id),
+                ("particle", c.c_uint32), ("reserved", c.c_uint32)]
+
+
 class EmitterSetting(c.Structure):
     _fields_ = [("size", c.c_uint32), ("has_on", c.c_int32), ("has_speed", c.c_int32), ("has_temperature", c.c_int32), ("on", c.c_int32),
                 ("reserved", c.c_int32), ("speed", c.c_double), ("temperature", c.c_double)]
@@ -254,6 +310,53 @@ assert (events[0].kind, events[0].wall, events[0].other.generation) == (8, 2, 0)
 lib.meltsim_reading_destroy(reading)
 assert lib.meltsim_world_take_events(box, events, c.sizeof(Event), 15, c.byref(n), None) == 5 and n.value == 16
 assert lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 0 and n.value == 0, text()
+# The same body, at rest on the floor: rays, shapes, a mesh, pieces, particles, a probe, a render pack. 0.01: a tenth of a spacing.
+rays, hits = (Ray * 2)(Ray(Vec(0.45, 0.95, 0.45), Vec(0, -2, 0), math.inf), Ray(Vec(0.1, 0.5, 0.1), Vec(0, -1, 0), math.inf)), (RayHit * 2)()
+for _ in range(80):
+    assert step(box, 0.02) == 0, text()
+assert lib.meltsim_world_cast_rays(box, rays, 2, 7, hits, c.sizeof(RayHit)) == 0, text()
+assert (hits[0].what, hits[0].body.generation != 0, hits[0].wall) == (2, True, -1) and abs(hits[0].point[1] - 0.3) < 0.02, hits[0].point[1]
+assert (hits[1].what, hits[1].wall, hits[1].body.generation) == (3, 2, 0) and abs(hits[1].distance - 0.5) < 1e-9
+rays[1].direction = Vec(0, 0, 0)
+assert lib.meltsim_world_cast_rays(box, rays, 2, 7, hits, c.sizeof(RayHit)) == 1 and "rays[1]: direction" in text()
+assert lib.meltsim_world_cast_rays(box, None, 0, 7, None, c.sizeof(RayHit)) == 1 and "rays" in text()
+found, volume, bodies, each = c.c_uint64(9), c.c_double(9), (Id * 2)(), (c.c_uint64 * 2)()
+assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(1, 1, 1), c.byref(shape)) == 0, text()
+assert lib.meltsim_world_liquid_in(box, shape, c.byref(found), c.byref(volume)) == 0 and (found.value, volume.value) == (0, 0), text()
+assert lib.meltsim_world_bodies_in(box, shape, None, None, 0, c.byref(n)) == 5 and n.value == 1
+assert lib.meltsim_world_bodies_in(box, shape, bodies, each, 2, c.byref(n)) == 0 and (n.value, each[0]) == (1, 27), text()
+lib.meltsim_shape_destroy(shape)
+of, surface, mesh = made(SurfaceDesc, lib.meltsim_surface_desc_init), c.c_void_p(), Mesh(size=c.sizeof(Mesh))
+of.of = 1
+assert lib.meltsim_world_surface(box, c.byref(of), c.byref(surface)) == 0, text()
+assert lib.meltsim_surface_mesh(surface, c.byref(mesh)) == 0 and mesh.triangles > 50, text()
+top = max(mesh.position[3 * k + 1] for k in range(mesh.vertices)) + mesh.origin[1]
+assert abs(top - 0.3) < 0.05 and max(mesh.triangle[k] for k in range(3 * mesh.triangles)) < mesh.vertices, top
+lib.meltsim_surface_destroy(surface)
+of.of = 7
+assert lib.meltsim_world_surface(box, c.byref(of), c.byref(surface)) == 1 and "desc.of" in text() and surface.value is None
+probe, fields = made(ProbeDesc, lib.meltsim_probe_desc_init), (c.c_char_p * 2)(b"force", b"contact_force")
+probe.kind, probe.wall, probe.fields, probe.field_count = 2, 2, fields, 2
+assert lib.meltsim_world_add_probe(box, c.byref(probe), None) == 0, text()
+for _ in range(10):
+    assert step(box, 0.02) == 0, text()
+assert lib.meltsim_world_request(box, 8 + 16 + 32, c.byref(ticket)) == 0 and lib.meltsim_world_take(box, ticket, c.byref(reading)) == 0, text()
+pieces, frame, series = (Piece * 1)(), ParticleFrame(size=c.sizeof(ParticleFrame)), ProbeSeries(size=c.sizeof(ProbeSeries))
+assert lib.meltsim_reading_pieces(reading, pieces, c.sizeof(Piece), 1, c.byref(n)) == 0 and n.value == 1, text()
+assert pieces[0].particles == 27 and abs(pieces[0].center[1] - 0.15) < 0.02 and pieces[0].piece == 1
+assert lib.meltsim_reading_particles(reading, c.byref(frame)) == 0 and frame.count == 27, text()
+assert abs(sum(frame.position[3 * k + 1] for k in range(27)) / 27 + frame.origin[1] - pieces[0].center[1]) < 1e-4
+assert lib.meltsim_reading_probe(reading, 0, c.byref(series)) == 0 and (series.points, series.width) == (1, 6) and series.samples > 10, text()
+weight = 1000 * 0.027 * 9.81
+assert abs(series.values[6 * (series.samples - 1) + 4] + weight) < 0.05 * weight, series.values[6 * (series.samples - 1) + 4]  # on the floor: down
+assert lib.meltsim_reading_probe(reading, 1, c.byref(series)) == 1 and "index" in text()
+lib.meltsim_reading_destroy(reading)
+how, view = made(RenderDesc, lib.meltsim_render_desc_init), RenderView(size=c.sizeof(RenderView))
+assert lib.meltsim_world_render_view(box, None, c.byref(view)) == 0 and view.count == 27 and not view.color, text()
+how.color, how.colors, how.color_count = 1, (c.c_uint32 * 1)(0xff123456), 1
+assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 0 and all(view.color[k] == 0xff123456 for k in range(27)), text()
+how.color, how.coldest, how.hottest = 2, 5, 5
+assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 1 and "hottest" in text()
 assert lib.meltsim_world_stop_events(box) == 0 and lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 1
 lib.meltsim_world_destroy(box)
 

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is where: rays on the backend, shapes on the host.
+#include <cmath>
+#include <vector>
+
+#include "engine/text.hpp"
+#include "world/validate.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+namespace {
+constexpr std::size_t most_rays = std::size_t{1} << 20;
+}
+
+Result<std::vector<RayHit>> WorldImpl::cast_rays(const std::vector<Ray>& rays, std::uint32_t sought) {
+  if (rays.empty()) return invalid("cast_rays: rays: there are none; pass at least one");
+  if (rays.size() > most_rays)
+    return Error{ErrorCode::capacity,
+                 core::text("cast_rays: rays: at most ", std::uint64_t{most_rays}, ", got ",
+                            std::uint64_t{rays.size()}, "; cast them in several calls")};
+  if (sought == 0 || (sought & ~ray_all) != 0)
+    return invalid("cast_rays: what: must be a sum of ray_liquid, ray_bodies and ray_walls, got ", sought);
+  std::vector<core::RayQuery> asked;
+  asked.reserve(rays.size());
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    const Ray& r = rays[k];
+    const std::string what = core::text("cast_rays: rays[", std::uint64_t{k}, "]: ");
+    if (!finite(r.origin)) return invalid(what, "origin: must be finite, got ", r.origin);
+    if (!finite(r.direction)) return invalid(what, "direction: must be finite, got ", r.direction);
+    // Scaled first, so that the square of no length overflows or vanishes.
+    const double most =
+        std::max({std::fabs(r.direction.x), std::fabs(r.direction.y), std::fabs(r.direction.z)});
+    if (!(most > 0)) return invalid(what, "direction: must not be 0");
+    if (!(r.length > 0)) return invalid(what, "length: must be > 0, got ", r.length);
+    const Vec3d scaled{r.direction.x / most, r.direction.y / most, r.direction.z / most};
+    asked.push_back({r.origin - origin_, scaled * (1 / length(scaled)), r.length});
+  }
+  if (Status s = prepare(); !s) return s.error();
+  for (std::size_t k = 0; k < rays.size(); ++k)
+    asked[k].from = rays[k].origin - origin_;  // it may have moved
+  std::vector<core::RayRow> rows;
+  if (Status s = engine->follow_rays(asked, sought, rows); !s) return s.error();
+  std::vector<RayHit> hits(rays.size());
+  for (std::size_t k = 0; k < hits.size(); ++k) {
+    const core::RayRow& row = rows[k];
+    RayHit& h = hits[k];
+    h.what = static_cast<RayTarget>(row.what);
+    h.point = rays[k].origin;
+    if (h.what == RayTarget::nothing) continue;
+    h.distance = row.distance;
+    h.point = rays[k].origin + asked[k].along * row.distance;
+    h.normal = row.normal;
+    if (row.body < bodies_.size()) h.body = BodyId{row.body, number_};
+    if (row.wall < 6) h.wall = static_cast<int>(row.wall);
+    h.particle = row.particle;
+  }
+  return hits;
+}
+
+Result<Overlap> WorldImpl::overlap(const Shape& shape) {
+  if (Status s = shape.validate(); !s)
+    return Error{s.error().code, core::text("overlap: shape: ", s.error().message)};
+  fetch_state();
+  const Box box = shape.bounds();
+  const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
+  Overlap o;
+  std::vector<std::uint64_t> found(bodies_.size(), 0);
+  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
+    const std::uint32_t tag = state_.tag[i];
+    const Vec3d x = state_.position[i] + origin_;
+    if (is_removed(tag) || !within(x.x, box.min.x, box.max.x) || !within(x.y, box.min.y, box.max.y) ||
+        !within(x.z, box.min.z, box.max.z) || !shape.contains(x))
+      continue;
+    if (is_solid(tag)) {
+      ++found[body_of(tag) - 1u];
+    } else {
+      ++o.liquid;
+      o.liquid_volume += state_.volume[i];
+    }
+  }
+  for (std::size_t b = 0; b < found.size(); ++b)
+    if (found[b] != 0) o.bodies.push_back({BodyId{static_cast<std::uint32_t>(b), number_}, found[b]});
+  return o;
+}
+
+}  // namespace v0
+}  // namespace meltsim
