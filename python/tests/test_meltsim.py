@@ -253,7 +253,7 @@ def test_rays_and_shapes_find_what_is_there():
         world.cast_rays(origins, directions[:2])
     with pytest.raises(meltsim.Error, match="of"):
         world.cast_rays(origins, directions, of=["air"])
-    found = world.overlap(Shape.box((0, 0, 0), (0.6, 0.55, 0.6)))
+    found = world.overlap(Shape.box((0, 0, 0), (0.6, 0.6, 0.6)))
     assert found["liquid"] == 108 and found["bodies"] == {"block": 18}
     assert found["liquid_volume"] == pytest.approx(0.108, rel=1e-5)
 
