@@ -101,6 +101,8 @@ int cmd_validate(const ValidateOptions& options) {
   settings.precision = options.machine.precision;
   settings.threads = options.machine.threads;
   settings.long_cases = options.long_cases;
+  settings.draws = options.draws;
+  settings.seed = options.seed;
   const ValidationMachine machine = machine_of(options, settings);
   if (!options.out.empty()) make_directory(options.out);
   fmt::print("meltsim {}, {} precision, {}: {} ({})\n", machine.version, machine.precision, machine.backend,

@@ -181,6 +181,8 @@ class CommandLine {
         ->allow_extra_args(false)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     value(validate, "--out", "DIR", "write the table, validation.json and the plots' data there");
+    value(validate, "--draws", "N", "draws of each case of drawn.*, 3 by default");
+    value(validate, "--seed", "N", "of these draws, 1 by default");
     validate->add_flag("--long", typed_.long_cases, "also the cases that take minutes on a CPU");
     validate->add_flag("--list", typed_.list, "list the cases instead of running them");
   }
@@ -266,6 +268,10 @@ class CommandLine {
     options.machine = machine_options();
     options.filters = typed_.filter;
     options.long_cases = typed_.long_cases;
+    if (typed_.has("--draws"))
+      options.draws = static_cast<int>(
+          std::clamp<std::uint64_t>(option_count("--draws", typed_.get("--draws")), 1, 100000));
+    if (typed_.has("--seed")) options.seed = option_count("--seed", typed_.get("--seed"));
     options.list = typed_.list;
     options.out = out_directory();
     return options;

@@ -79,6 +79,8 @@ struct ValidateOptions {
   MachineOptions machine;
   std::vector<std::string> filters;
   bool long_cases = false, list = false;
+  int draws = 3;                ///< of each case that is drawn at random
+  unsigned long long seed = 1;  ///< of those draws
   std::string out;  ///< empty = nothing is written
 };
 

@@ -30,6 +30,19 @@ class Run {
     m.viscosity = viscosity;
     return take([&] { return world_->add_material(m); });
   }
+  MaterialId material(const MaterialDesc& m) {
+    return take([&] { return world_->add_material(m); });
+  }
+  BodyId solid(const SolidDesc& b) {
+    return take([&] { return world_->add_solid(b); });
+  }
+  std::uint64_t fluid(const FluidDesc& f) {
+    return take([&] { return world_->add_fluid(f); });
+  }
+  bool emitter(const EmitterDesc& e) {
+    take([&] { return world_->add_emitter(e); });
+    return good();
+  }
   std::uint64_t fluid(const Shape& shape, MaterialId material, Vec3d velocity = {}) {
     FluidDesc f;
     f.shape = shape;

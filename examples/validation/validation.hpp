@@ -16,7 +16,9 @@ struct Settings {
   meltsim::Backend backend = meltsim::Backend::automatic;
   meltsim::Precision precision = meltsim::Precision::single_precision;
   int threads = 0;
-  bool long_cases = false;  ///< also those that take minutes on a CPU
+  bool long_cases = false;      ///< also those that take minutes on a CPU
+  int draws = 3;                ///< of each case that is drawn at random
+  unsigned long long seed = 1;  ///< of those draws
 };
 
 /// One line of the table. `error` is what is compared: pass means error <= target.
@@ -74,6 +76,7 @@ std::vector<Case> viscous_cases();
 std::vector<Case> coupling_cases();
 std::vector<Case> solid_cases();
 std::vector<Case> surface_cases();
+std::vector<Case> drawn_cases();
 
 /// A WorldDesc with the settings filled in.
 meltsim::WorldDesc world_desc(const Settings& s);

@@ -293,7 +293,7 @@ class WorldImpl final : public Scheduler {
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();
-  void limit_viscosity(double laplacian_sum);
+  void limit_viscosity(double laplacian_sum, double drag);
   void derive_limits();
   double least_spring(const MaterialDesc& m) const;
   double least_modulus_rate(const MaterialDesc& m) const;

@@ -302,8 +302,9 @@ Status WorldImpl::follow_plan(double dt) {
   return changed ? adapt() : Status{};
 }
 
-/// Whether viscosity is implicit, and the limits that follow: of the sub-step, or of what a stage may exchange.
-void WorldImpl::limit_viscosity(double laplacian_sum) {
+/// Whether viscosity is implicit, and the limits that follow: of the sub-step, or of what a stage may exchange. `drag`: the
+/// viscosity that artificial viscosity amounts to at a body [Pa s].
+void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
   viscous_dt_ = infinity;
   viscous_lambda_ = 0;
   if (any_liquid()) {
@@ -316,7 +317,8 @@ void WorldImpl::limit_viscosity(double laplacian_sum) {
         if (species_used_ && materials[k].dissolves_in.index == i) mu = std::max(mu, materials[k].viscosity);
       const double density = least_density(i);
       if (liquid_used_[i] == 0u || !(mu > 0)) continue;
-      viscous_dt_ = std::min(viscous_dt_, physics::viscous_dt(mu / density, laplacian_sum));
+      viscous_dt_ = std::min(viscous_dt_,
+                             physics::explicit_viscous_dt(mu, density, lightest_body, drag, laplacian_sum));
       double least = std::min(density, lightest_body);
       viscous_lambda_ = std::max(viscous_lambda_, physics::viscous_lambda(mu, least, laplacian_sum));
       // Beside a liquid that is lighter, or more viscous: the pair's viscosity is the harmonic mean.
@@ -352,6 +354,8 @@ void WorldImpl::derive_limits() {
   const bool fluid = any_liquid();
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
   const bool mobile = heaviest > 0 && (disabled_facts_ & core::fact_mobile) == 0;
+  const double drag =
+      physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
   if (fluid || mobile) {
     static_dt_ = mobile ? spring_dt_ : acoustic;
     const double g = length(desc.gravity);
@@ -361,11 +365,9 @@ void WorldImpl::derive_limits() {
   }
   if (fluid) {
     static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
-    const double drag =
-        physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
     if (mobile && drag > 0) static_dt_ = std::min(static_dt_, physics::drag_dt(drag, lightest, sum));
   }
-  limit_viscosity(sum);
+  limit_viscosity(sum, drag);
   limit_solute(sum);
   rows_ = material_rows();
   std::vector<core::MaterialRow<double>> present;

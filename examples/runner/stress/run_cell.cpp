@@ -184,7 +184,8 @@ class Cell {
 
   std::uint64_t most_substeps() {
     const auto sweeps = static_cast<std::uint64_t>(std::max<std::int64_t>(1, world_.resolved().heat_sweeps));
-    return std::max<std::uint64_t>(4, std::min(s_.most_substeps, 20000 / sweeps));
+    const std::uint64_t affordable = s_.long_one ? s_.most_substeps : 20000 / sweeps;
+    return std::max<std::uint64_t>(4, std::min(s_.most_substeps, affordable));
   }
 
   void breaks(const std::string& what) {

@@ -17,6 +17,7 @@
 #pragma once
 
 #include "meltsim/physics/diffusion.hpp"
+#include "meltsim/physics/integrate.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -26,10 +27,18 @@ namespace physics {
 /// precision has. Beyond, the sub-step is divided into several super-steps.
 inline constexpr int most_viscous_stages = 64;
 
-/// Head room of the stages over viscous_dt [-]: a particle a quarter of a spacing from a no-slip wall exchanges 1.35 times
-/// as fast as one inside (H = 2.5 dx), and crowds somewhat faster than the lattice. Exceeding it raises
-/// StepResult::viscous_bound_exceeded.
+/// Head room over viscous_dt [-], of the stages and of explicit viscosity: a particle a quarter of a spacing from a no-slip wall
+/// exchanges 1.35 times as fast as one inside (H = 2.5 dx), and crowds somewhat faster than the lattice. Exceeding that of the
+/// stages raises StepResult::viscous_bound_exceeded.
 inline constexpr double viscous_margin = 1.4;
+
+/// Largest sub-step [s] of explicit viscosity mu [Pa s] in liquid of this density: with its head room, and that of a body no
+/// lighter than `lightest_body` [kg/m^3] (infinity: none that moves), which artificial viscosity [Pa s] drags, too (drag_dt).
+inline double explicit_viscous_dt(double mu, double density, double lightest_body, double artificial,
+                                  double laplacian_sum) {
+  return std::fmin(viscous_dt(mu / density, laplacian_sum) / viscous_margin,
+                   drag_dt(mu + artificial, lightest_body, laplacian_sum));
+}
 
 /// Resistivity that marks a particle of a body: it answers with that of the liquid at the other end.
 inline constexpr double resistivity_of_solid = -1;
