@@ -76,7 +76,7 @@ inline const List heat_model{"none", "paper", "iwasaki", "enthalpy"};
 inline const List probe_field{"temperature", "pressure", "density", "velocity", "liquid_fraction"};
 inline const List force_field{"force", "moment", "contact_force", "contact_moment"};
 inline const List flux_field{"mass_flux", "volume_flux"};
-inline const List formats{"ply", "vtp", "surface", "obj", "glb", "pov", "png", "html"};
+inline const List formats{"ply", "vtp", "surface", "obj", "glb", "usd", "pov", "png", "html"};
 /// Some with @ and the name of a body or a probe behind it.
 inline const List observables{"melted", "melt_time_50", "melt_time_90", "front", "height", "draught",
                               "path",   "pressure",     "temperature",  "level", "energy", "volume"};

@@ -70,7 +70,7 @@ probes:
     every: 0.1                   # s
 
 output:
-  export: [ply]                  # ply | vtp | surface | obj | glb | pov | png; index.html and still.png are always written
+  export: [ply]                  # ply | vtp | surface | obj | glb | usd | pov | png; index.html and still.png are always written
   picture: {look: natural}       # natural | temperature
 )YAML";
 

@@ -8,6 +8,7 @@
 #include "show/mesh_files.hpp"
 #include "show/pov_file.hpp"
 #include "show/surfaces.hpp"
+#include "show/usd_file.hpp"
 
 namespace runner {
 
@@ -26,7 +27,7 @@ bool FrameExport::any() const {
 }
 
 bool FrameExport::wants_shapes() const {
-  return wants("surface") || wants("obj") || wants("glb") || wants("pov") || wants("png");
+  return wants("surface") || wants("obj") || wants("glb") || wants("pov") || wants("png") || wants("usd");
 }
 
 FrameShapes FrameExport::shapes(meltsim::World& world, double time, const meltsim::ParticleFrame& particles) {
@@ -37,6 +38,11 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
                         const FrameShapes* shapes) {
   write_particles(index, time, particles);
   if (shapes != nullptr) write_shapes(*shapes, index);
+  if (shapes != nullptr && wants("usd")) {
+    const meltsim::Vec3d up = upward(scene_);
+    write_file(directory_.frame("scene", index, "usda"),
+               usd_text(particles, *shapes, scene_.world.spacing, time, up.z > 0.5));
+  }
 }
 
 void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
