@@ -460,7 +460,7 @@ class Sequence {
     note("totals, ledger");
     const auto t = world_->totals();
     const auto l = world_->ledger();
-    expect(t && l, "totals() or ledger() failed");
+    expect(t && l, "totals() or ledger() failed: " + (t ? (l ? "" : l.error().message) : t.error().message));
     for (const double v : {t->mass, t->kinetic, t->potential, t->thermal, t->latent, t->heat_in,
                            t->temperature_min, t->temperature_mean, t->temperature_max, t->max_speed,
                            t->density_error_mean, t->density_error_max, l->mass, l->kinetic, l->thermal})
@@ -634,6 +634,44 @@ class Sequence {
                  finite(length(f.pressure.linear)) && finite(length(f.contact.angular)) && finite(f.heat),
              "a force that is no number");
   }
+  /// Events, rays, shapes, colours: what is handed out is finite and adds up.
+  void look_about() {
+    note("look about");
+    if (chance(0.4)) {
+      EventWatch w;
+      w.capacity = wild_ && chance(0.1) ? pick({0u, 0xffffffffu}) : pick({1u, 16u, 4096u});
+      w.kinds = wild_ && chance(0.1) ? pick({0u, 1u << 30u})
+                : chance(0.5)        ? all_events
+                                     : 1u + random_.below(126);
+      (void)guarded_call("watch_events", [&] { return world_->watch_events(w); });
+      step();
+    }
+    const auto events = world_->take_events();
+    if (events) {
+      std::uint64_t all = 0;
+      for (const std::uint64_t n : events->counts) all += n;
+      expect(all == events->events.size() + events->lost, "events do not add up");
+      for (const Event& e : events->events)
+        expect(finite(e.time) && finite(length(e.position)) && e.step <= world_->steps(),
+               "an event that cannot be");
+    }
+    if (chance(0.2)) (void)guarded_call("stop_events", [&] { return world_->stop_events(); });
+    std::vector<Ray> rays;
+    for (int k = 0; k < 3; ++k)
+      rays.push_back({or_extreme(place()), or_extreme(random_.vector(1)), infinity});
+    if (const auto hits = guarded_call("cast_rays", [&] { return world_->cast_rays(rays); }))
+      for (const RayHit& h : *hits)
+        expect(h.what == RayTarget::nothing ||
+                   (h.distance >= 0 && finite(h.distance) && finite(length(h.normal)) &&
+                    std::fabs(length(h.normal) - 1) < 1e-6),
+               "a ray that ends nowhere");
+    if (const auto o = guarded_call("overlap", [&] { return world_->overlap(shape()); }))
+      expect(finite(o->liquid_volume) && o->bodies.size() <= bodies_.size(), "an overlap that cannot be");
+    RenderDesc d;
+    d.color = pick({ColorBy::nothing, ColorBy::material, ColorBy::temperature});
+    d.hottest = or_extreme(50);
+    (void)guarded_call("render_view", [&] { return world_->render_view(d); });
+  }
   void schedule() {
     Scheduler& s = world_->scheduler();
     note("schedule");
@@ -675,7 +713,8 @@ class Sequence {
     else if (what < 0.88) read_other();
     else if (what < 0.91) snapshot_and_restore();
     else if (what < 0.935) save_and_go_back();
-    else if (what < 0.95) feel();
+    else if (what < 0.945) feel();
+    else if (what < 0.96) look_about();
     else if (what < 0.98) schedule();
     else {
       note("prepare");
