@@ -38,10 +38,11 @@ class Builder {
       if (built_.body_melts.at(piece.body.index)) built_.meltable += piece.particles;
     }
     if (scene_.time.until_melted && built_.meltable == 0) {
-      throw Failure(ExitCode::scene,
-                    fmt::format("{}: time.end_when: nothing in this scene can melt; give a body a "
-                                "material with melting_point and becomes, or use end_when: time",
-                                scene_.time.end_when_where));
+      throw Failure(
+          ExitCode::scene,
+          fmt::format("{}: time.end_when: nothing in this scene can melt or dissolve; give a body a "
+                      "material with melting_point and becomes, or use end_when: time",
+                      scene_.time.end_when_where));
     }
     return std::move(built_);
   }
@@ -64,12 +65,20 @@ class Builder {
   MaterialId add(const SceneMaterial& material) {
     meltsim::MaterialDesc desc = material.desc;
     if (!material.becomes.empty()) desc.melts_into = ids_.at(material.becomes);
+    if (!material.dissolves_in.empty()) desc.dissolves_in = ids_.at(material.dissolves_in);
     return keep(desc, material.source);
+  }
+
+  std::vector<meltsim::MassFraction> fractions_of(const SceneFractions& named) const {
+    std::vector<meltsim::MassFraction> fractions;
+    for (const auto& [name, value] : named) fractions.push_back({ids_.at(name), value});
+    return fractions;
   }
 
   void add(const SceneFluid& fluid) {
     meltsim::FluidDesc desc = fluid.desc;
     desc.material = ids_.at(fluid.material);
+    desc.fractions = fractions_of(fluid.fractions);
     built_.fluid_particles.push_back(accept(built_.world.add_fluid(desc), fluid.source));
   }
 
@@ -79,7 +88,9 @@ class Builder {
     const meltsim::MaterialDesc material = built_.world.material(desc.material);
     const bool heats =
         scene_.world.heat.model != meltsim::HeatModel::none && scene_.world.heat.time_scale > 0;
-    built_.body_melts.push_back(heats && static_cast<bool>(material.melts_into));
+    built_.body_melts.push_back(
+        (heats && static_cast<bool>(material.melts_into)) ||
+        (scene_.world.solute.time_scale > 0 && static_cast<bool>(material.dissolves_in)));
     accept(built_.world.add_solid(desc), body.source);
   }
 
@@ -90,6 +101,7 @@ class Builder {
   void add(const SceneEmitter& emitter) {
     meltsim::EmitterDesc desc = emitter.desc;
     desc.material = ids_.at(emitter.material);
+    desc.fractions = fractions_of(emitter.fractions);
     accept(built_.world.add_emitter(desc), emitter.source);
   }
 

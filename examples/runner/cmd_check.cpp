@@ -55,6 +55,7 @@ class Check {
     print_particles();
     print_bodies();
     print_viscosity();
+    print_species();
     print_time();
     const meltsim::Plan plan = built_.world.plan();
     line("memory", bytes_text(static_cast<double>(plan.bytes)) + " for the World");
@@ -150,6 +151,52 @@ class Check {
     }
   }
 
+  /// How thin the layers of a species are in liquid as fast as the scene's, beside the spacing. What flows along a length L at
+  /// speed v has a layer of sqrt(D L/v).
+  std::string species_text(const SceneMaterial& m) {
+    const auto solvent = std::find_if(scene_.materials.begin(), scene_.materials.end(),
+                                      [&m](const SceneMaterial& o) { return o.desc.name == m.dissolves_in; });
+    const meltsim::MaterialDesc& liquid = solvent->desc;
+    const std::string name = fmt::format("{} in {}: ", m.desc.name, m.dissolves_in);
+    // Of what runs faster than motion, its own pace counts.
+    const double diffusivity = m.desc.diffusivity_in * scene_.world.solute.time_scale;
+    if (!(diffusivity > 0)) return name + "solute.time_scale is 0, nothing dissolves or mixes";
+    const double viscosity =
+        liquid.viscosity_points.empty() ? liquid.viscosity : liquid.viscosity_points.front().value;
+    const double speed = built_.world.resolved().sound_speed / 10, dx = scene_.world.spacing,
+                 peclet = speed * dx / diffusivity;
+    std::string text =
+        name + fmt::format("Schmidt number {:.3g}, v dx/D {:.2g} at {:.2g} m/s: layers of {:.2g} spacings",
+                           viscosity / liquid.density / diffusivity, peclet, speed, 1 / std::sqrt(peclet));
+    const bool dissolves = std::any_of(scene_.bodies.begin(), scene_.bodies.end(),
+                                       [&m](const SceneBody& b) { return b.material == m.desc.name; });
+    if (!dissolves) return text;
+    if (m.desc.transfer_coefficient)
+      return text +
+             fmt::format("; bodies dissolve at {:.3g} m/s, by diffusion over one spacing it would be {:.2g}",
+                         *m.desc.transfer_coefficient, m.desc.diffusivity_in / dx);
+    if (peclet > 1)
+      warn(fmt::format(
+          "materials.{}: bodies dissolve by diffusion over one spacing, D/dx = {:.2g} m/s, as the layer at "
+          "them is not resolved; give transfer_coefficient (stirred water has 1e-5 to 1e-4 m/s)",
+          m.desc.name, m.desc.diffusivity_in / dx));
+    return text;
+  }
+
+  void print_species() {
+    std::vector<std::string> all;
+    for (const SceneMaterial& m : scene_.materials)
+      if (!m.dissolves_in.empty()) all.push_back(species_text(m));
+    if (all.empty()) return;
+    const std::size_t shown = verbose_ ? all.size() : 1;
+    for (std::size_t k = 0; k < shown; ++k)
+      line("species", all[all.size() - 1 - k] + (shown < all.size() && k + 1 == shown
+                                                     ? fmt::format("; and {} more", all.size() - shown)
+                                                     : std::string()));
+    if (const int sweeps = built_.world.resolved().solute_supersteps; sweeps > 1)
+      line("", fmt::format("{} sweeps over all neighbours per species and sub-step", sweeps));
+  }
+
   void print_time() {
     const SceneTime& time = scene_.time;
     const double stable = built_.world.stable_dt(), frame = 1 / time.fps;
@@ -227,7 +274,9 @@ class Check {
   }
 
   void print_heat() {
-    if (built_.meltable == 0) return;
+    const bool melts = std::any_of(scene_.materials.begin(), scene_.materials.end(),
+                                   [](const SceneMaterial& m) { return !m.becomes.empty(); });
+    if (built_.meltable == 0 || !melts) return;
     const auto balance = heat_balance(built_);
     const std::string others = heat_sources_text(scene_);
     if (balance) line("heat", heat_balance_text(*balance, others));

@@ -37,6 +37,21 @@ std::string load_name(const Node& item, const char* stem, std::size_t index) {
   return name;
 }
 
+/// {name: mass fraction}
+SceneFractions load_fractions(const Node& item, const Scene& scene) {
+  SceneFractions fractions;
+  const auto node = item.find("fractions");
+  if (!node) return fractions;
+  std::vector<std::string> names;
+  for (const SceneMaterial& material : scene.materials) names.push_back(material.desc.name);
+  for (const auto& [name, value] : node->entries()) {
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      value.fail(fmt::format("no material is named \"{}\"{}", name, suggestion(name, names, "materials")));
+    fractions.emplace_back(name, value.number("kg per kg of mixture, 0 to 1"));
+  }
+  return fractions;
+}
+
 double load_temperature(const Node& item, double by_default) {
   const auto node = item.find("temperature");
   if (!node) return by_default;
@@ -57,6 +72,7 @@ void load_fluids(const Node& node, Scene& scene) {
     fluid.source = item.source();
     fluid.shape = load_shape(item.require("shape", "e.g. {box: [[0,0,0],[1,1,1]]} (m)"));
     fluid.material = load_material_name(item, scene);
+    fluid.fractions = load_fractions(item, scene);
     fluid.desc.shape = fluid.shape.shape;
     fluid.desc.temperature = load_temperature(item, fluid.desc.temperature);
     if (const auto value = item.find("velocity")) fluid.desc.velocity = value->vector("m/s");
@@ -109,6 +125,7 @@ void load_emitters(const Node& node, Scene& scene) {
     desc.radius = nozzle.require("radius", "a number (m)").positive("m");
     if (const auto value = item.find("speed")) desc.speed = value->positive("m/s");
     emitter.material = load_material_name(item, scene);
+    emitter.fractions = load_fractions(item, scene);
     desc.temperature = load_temperature(item, desc.temperature);
     if (const auto value = item.find("from")) desc.from = value->number("s");
     if (const auto value = item.find("until")) desc.until = value->number_or_infinite("s");

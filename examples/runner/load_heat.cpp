@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// heat: the model, walls and regions; the surface of a body; properties that depend on temperature.
+// heat: the model, walls and regions; solute; the surface of a body; properties that depend on temperature.
 #include "load_heat.hpp"
 
 #include <fmt/format.h>
@@ -57,6 +57,19 @@ SceneHeatRegion load_region(const Node& item, std::size_t index) {
 }
 
 }  // namespace
+
+void load_solute(const Node& node, Scene& scene) {
+  node.allow_keys(keys::solute);
+  scene.solute = node.source();
+  meltsim::SoluteDesc& solute = scene.world.solute;
+  if (const auto value = node.find("time_scale")) {
+    constexpr double most = 1e12;
+    solute.time_scale = value->number("a factor");
+    if (solute.time_scale < 0 || solute.time_scale > most)
+      value->fail(fmt::format("expected a factor from 0 to {:g}, got {}", most, value->found()));
+  }
+  if (const auto value = node.find("max_supersteps")) solute.max_supersteps = value->small_integer();
+}
 
 void load_heat(const Node& node, Scene& scene) {
   node.allow_keys(keys::heat);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "failure.hpp"
 #include "load_heat.hpp"
@@ -56,6 +57,12 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   if (const auto value = node.find("melting_point")) desc.melting_point = melting_point(*value);
   if (const auto value = node.find("region_half_width")) desc.region_half_width = value->small_integer();
   if (const auto value = node.find("becomes")) material.becomes = value->text("the name of a material");
+  if (const auto value = node.find("dissolves_in"))
+    material.dissolves_in = value->text("the name of a material");
+  number("solubility", "kg per kg of solution, 0 to 1", desc.solubility);
+  number("diffusivity_in", "m^2/s", desc.diffusivity_in);
+  number("heat_of_solution", "J/kg", desc.heat_of_solution);
+  if (const auto value = node.find("transfer_coefficient")) desc.transfer_coefficient = value->number("m/s");
   if (const auto value = node.find("freezes")) desc.freezes = value->boolean();
   if (const auto value = node.find("color")) material.color = color_of(*value);
   return material;
@@ -71,22 +78,31 @@ void load_materials(const Node& node, Scene& scene) {
     names.push_back(name);
   }
   for (const SceneMaterial& material : left) {
-    const bool known =
-        material.becomes.empty() || std::find(names.begin(), names.end(), material.becomes) != names.end();
-    if (known) continue;
-    throw Failure(ExitCode::scene,
-                  fmt::format("{}: {}.becomes: no material is named \"{}\"{}",
-                              material.source.keys.at("becomes"), material.source.path, material.becomes,
-                              suggestion(material.becomes, names, "materials")));
+    for (const auto& [key, named] : {std::pair<const char*, const std::string&>{"becomes", material.becomes},
+                                     {"dissolves_in", material.dissolves_in}}) {
+      if (named.empty() || std::find(names.begin(), names.end(), named) != names.end()) continue;
+      throw Failure(ExitCode::scene,
+                    fmt::format("{}: {}.{}: no material is named \"{}\"{}", material.source.keys.at(key),
+                                material.source.path, key, named, suggestion(named, names, "materials")));
+    }
   }
-  // A material is added after the one it becomes; what is left over turns in a circle.
+  // A material is added after the one it becomes or dissolves in; what is left over turns in a circle.
   std::set<std::string> placed;
   while (!left.empty()) {
     const auto ready = std::find_if(left.begin(), left.end(), [&placed](const SceneMaterial& material) {
-      return material.becomes.empty() || placed.count(material.becomes) > 0;
+      return (material.becomes.empty() || placed.count(material.becomes) > 0) &&
+             (material.dissolves_in.empty() || placed.count(material.dissolves_in) > 0);
     });
     if (ready == left.end()) {
       const SceneMaterial& first = left.front();
+      if (first.becomes.empty() || placed.count(first.becomes) > 0)
+        throw Failure(
+            ExitCode::scene,
+            fmt::format(
+                "{}: {}.dissolves_in: \"{}\" leads back to \"{}\"; a solute dissolves in a liquid, which "
+                "dissolves in nothing",
+                first.source.keys.at("dissolves_in"), first.source.path, first.dissolves_in,
+                first.desc.name));
       throw Failure(
           ExitCode::scene,
           fmt::format("{}: {}.becomes: \"{}\" leads back to \"{}\"; a solid becomes a "

@@ -13,7 +13,9 @@ void load_particles(const Node& node, Scene& scene);
 void load_time(const Node& node, Scene& scene);
 void load_solver(const Node& node, Scene& scene);
 void load_heat(const Node& node, Scene& scene);
-void load_materials(const Node& node, Scene& scene);  ///< in an order in which `becomes` is already known
+void load_solute(const Node& node, Scene& scene);
+/// In an order in which `becomes` and `dissolves_in` are already known.
+void load_materials(const Node& node, Scene& scene);
 void load_fluids(const Node& node, Scene& scene);
 void load_bodies(const Node& node, Scene& scene);
 void load_emitters(const Node& node, Scene& scene);

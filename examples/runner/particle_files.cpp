@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
 #include <iterator>
 #include <limits>
@@ -63,9 +64,23 @@ std::vector<FrameParticle> frame_particles(const meltsim::ParticleFrame& frame) 
   return list;
 }
 
+std::vector<std::string> content_columns(const meltsim::ParticleFrame& frame,
+                                         const std::vector<std::string>& names) {
+  std::vector<std::string> columns;
+  for (const meltsim::MaterialId species : frame.species) {
+    std::string column =
+        "w_" + (species.index < names.size() ? names[species.index] : std::string("species"));
+    for (char& c : column)
+      if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+    while (std::find(columns.begin(), columns.end(), column) != columns.end()) column += "_";
+    columns.push_back(column);
+  }
+  return columns;
+}
+
 namespace {
 
-std::string ply_header(std::size_t particles, double time) {
+std::string ply_header(std::size_t particles, double time, const std::vector<std::string>& contents) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment meltsim particles\ncomment time_s {:.9g}\n"
       "comment units m, m/s, degrees Celsius; phase 0 liquid, 1 solid\nelement vertex {}\n",
@@ -73,18 +88,20 @@ std::string ply_header(std::size_t particles, double time) {
   for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "temperature"}) {
     text += fmt::format("property float {}\n", name);
   }
-  return text +
-         "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
-         "property float liquid_fraction\nend_header\n";
+  text +=
+      "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
+      "property float liquid_fraction\n";
+  for (const std::string& name : contents) text += fmt::format("property float {}\n", name);
+  return text + "end_header\n";
 }
 
-constexpr std::size_t ply_row = 45;  ///< bytes, of what is put below
+constexpr std::size_t ply_row = 45;  ///< bytes, of what is put below but contents
 
 /// Appends `count` rows; get(i) is the i-th particle.
 template <class Get>
-void append_ply_rows(std::string& text, std::size_t count, const Get& get) {
+void append_ply_rows(std::string& text, std::size_t count, std::size_t species, const Get& get) {
   const std::size_t begin = text.size();
-  text.resize(begin + count * ply_row);
+  text.resize(begin + count * (ply_row + species * sizeof(float)));
   char* to = text.data() + begin;
   const auto put = [&to](const auto& value) {
     std::memcpy(to, &value, sizeof(value));
@@ -100,28 +117,33 @@ void append_ply_rows(std::string& text, std::size_t count, const Get& get) {
     put(p.id);
     put(p.material);
     put(p.liquid_fraction);
+    for (std::size_t k = 0; k < species; ++k) put(p.contents[k]);
   }
 }
 
 }  // namespace
 
-std::string ply_text(const std::vector<FrameParticle>& particles, double time) {
-  std::string text = ply_header(particles.size(), time);
-  append_ply_rows(text, particles.size(), [&particles](std::size_t i) { return particles[i]; });
+std::string ply_text(const std::vector<FrameParticle>& particles, double time,
+                     const std::vector<std::string>& contents) {
+  std::string text = ply_header(particles.size(), time, contents);
+  append_ply_rows(text, particles.size(), contents.size(),
+                  [&particles](std::size_t i) { return particles[i]; });
   return text;
 }
 
-void write_ply(const std::string& path, const meltsim::ParticleFrame& frame, double time) {
+void write_ply(const std::string& path, const meltsim::ParticleFrame& frame, double time,
+               const std::vector<std::string>& contents) {
   const std::size_t n = frame.id.size();
-  if (n == 0) return write_file(path, ply_text(frame_particles(frame), time));
+  if (n == 0) return write_file(path, ply_text(frame_particles(frame), time, contents));
   const ParticleColumns columns(frame);
   constexpr std::size_t part = 8192;  // rows; they stay in the processor's cache until they are written
   std::size_t done = 0;
   bool begun = false;
   write_file(path, [&](std::string& text) {
-    if (!std::exchange(begun, true)) text = ply_header(n, time);
+    if (!std::exchange(begun, true)) text = ply_header(n, time, contents);
     const std::size_t rows = std::min(part, n - done);
-    append_ply_rows(text, rows, [&columns, done](std::size_t i) { return columns.particle(done + i); });
+    append_ply_rows(text, rows, contents.size(),
+                    [&columns, done](std::size_t i) { return columns.particle(done + i); });
     done += rows;
   });
 }
@@ -135,9 +157,9 @@ struct VtpParts {
 
 /// at(i) is the i-th particle.
 template <class At>
-VtpParts vtp_parts(std::size_t n, double time, const At& at) {
+VtpParts vtp_parts(std::size_t n, double time, const std::vector<std::string>& contents, const At& at) {
   constexpr std::size_t row = 61, headings = 1024;  // bytes of a particle; lengths of arrays, generously
-  VtpArrays arrays(row * n + headings);
+  VtpArrays arrays((row + contents.size() * sizeof(float)) * n + headings);
   arrays.add<float>("Float32", "velocity", 3, n, [&](std::size_t i, int c) { return at(i).velocity[c]; });
   arrays.add<float>("Float32", "temperature", 1, n, [&](std::size_t i, int) { return at(i).temperature; });
   arrays.add<std::uint8_t>("UInt8", "phase", 1, n, [&](std::size_t i, int) { return at(i).phase; });
@@ -146,6 +168,9 @@ VtpParts vtp_parts(std::size_t n, double time, const At& at) {
   arrays.add<std::int32_t>("Int32", "material", 1, n, [&](std::size_t i, int) { return at(i).material; });
   arrays.add<float>("Float32", "liquid_fraction", 1, n,
                     [&](std::size_t i, int) { return at(i).liquid_fraction; });
+  for (std::size_t k = 0; k < contents.size(); ++k)
+    arrays.add<float>("Float32", contents[k].c_str(), 1, n,
+                      [&](std::size_t i, int) { return at(i).contents[k]; });
   const std::string point_data = arrays.take_xml();
   arrays.add<float>("Float32", "Points", 3, n, [&](std::size_t i, int c) { return at(i).position[c]; });
   const std::string points = arrays.take_xml();
@@ -172,17 +197,19 @@ VtpParts vtp_parts(std::size_t n, double time, const At& at) {
 
 }  // namespace
 
-std::string vtp_text(const std::vector<FrameParticle>& particles, double time) {
+std::string vtp_text(const std::vector<FrameParticle>& particles, double time,
+                     const std::vector<std::string>& contents) {
   const VtpParts parts =
-      vtp_parts(particles.size(), time, [&particles](std::size_t i) { return particles[i]; });
+      vtp_parts(particles.size(), time, contents, [&particles](std::size_t i) { return particles[i]; });
   return parts.head + parts.data + parts.tail;
 }
 
-void write_vtp(const std::string& path, const meltsim::ParticleFrame& frame, double time) {
+void write_vtp(const std::string& path, const meltsim::ParticleFrame& frame, double time,
+               const std::vector<std::string>& contents) {
   const std::size_t n = frame.id.size();
-  if (n == 0) return write_file(path, vtp_text(frame_particles(frame), time));
+  if (n == 0) return write_file(path, vtp_text(frame_particles(frame), time, contents));
   const ParticleColumns columns(frame);
-  VtpParts parts = vtp_parts(n, time, [&columns](std::size_t i) { return columns.particle(i); });
+  VtpParts parts = vtp_parts(n, time, contents, [&columns](std::size_t i) { return columns.particle(i); });
   std::string* const in_order[] = {&parts.head, &parts.data, &parts.tail};
   std::size_t written = 0;
   write_file(path, [&](std::string& text) {

@@ -66,6 +66,8 @@ Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, mel
   row.totals = reading.totals;
   row.melted_fraction = share(net_melted(row.totals.melted, row.totals.frozen), meltable);
   row.courant = reading.ledger.courant;
+  row.solute = reading.ledger.solute;
+  row.solution = reading.ledger.solution;
   meltable_left_ = 0;
   for (const meltsim::PieceInfo& piece : reading.pieces) {
     if (built.body_melts.at(piece.body.index)) meltable_left_ += piece.particles;

@@ -39,6 +39,11 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
   }
   if (result.viscous_bound_exceeded)
     log_.warn("momentum diffused faster than the stages of viscosity allow: liquid is crowded; lower dt");
+  if (result.solute_bound_exceeded)
+    log_.warn(
+        "a species diffused faster than its sweeps allow: liquid is crowded, and contents may leave the "
+        "range "
+        "of those around; lower dt");
   if (result.modulus_unreachable) warn_about_stiffness();
   if (result.body_stiffened)
     log_.warn(

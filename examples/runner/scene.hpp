@@ -29,6 +29,7 @@ struct SceneShape {
 struct SceneMaterial {
   meltsim::MaterialDesc desc;
   std::string becomes;                         ///< name of the liquid it melts into, or empty
+  std::string dissolves_in;                    ///< name of its solvent, or empty
   std::optional<std::array<double, 3>> color;  ///< red, green, blue in pictures, 0..1
   Source source;
 };
@@ -39,9 +40,13 @@ struct SceneLook {
   std::optional<std::array<double, 3>> color;  ///< red, green, blue, 0..1; a liquid without one is clear
 };
 
+/// Species by name, and how much of each a liquid holds [kg/kg].
+using SceneFractions = std::vector<std::pair<std::string, double>>;
+
 struct SceneFluid {
   SceneShape shape;
   std::string material;
+  SceneFractions fractions;
   meltsim::FluidDesc desc;
   Source source;
 };
@@ -56,6 +61,7 @@ struct SceneBody {
 
 struct SceneEmitter {
   std::string material;
+  SceneFractions fractions;
   meltsim::EmitterDesc desc;
   Source source;
 };
@@ -122,7 +128,7 @@ struct Scene {
   SceneOutput output;
   double sound_factor = 1;  ///< of the sound speed, once `auto` is known
   std::string where;        ///< of the whole scene
-  Source domain, particles, solver, heat, time_source;
+  Source domain, particles, solver, heat, solute, time_source;
 };
 
 }  // namespace runner

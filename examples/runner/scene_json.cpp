@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scene_json.hpp"
 
+#include <algorithm>
+
 #include "echo.hpp"
 #include "scene_keys.hpp"
 
@@ -107,6 +109,13 @@ Json heat_json(const Scene& scene) {
   return json;
 }
 
+/// Null where nothing is dissolved.
+Json fractions_json(const SceneFractions& fractions) {
+  Json json;
+  for (const auto& [name, value] : fractions) json[name] = value;
+  return json;
+}
+
 Json material_json(const SceneMaterial& material) {
   const meltsim::MaterialDesc& desc = material.desc;
   Json json;
@@ -119,6 +128,13 @@ Json material_json(const SceneMaterial& material) {
   json["latent_heat"] = desc.latent_heat;
   if (!material.becomes.empty()) json["becomes"] = material.becomes;
   if (desc.freezes) json["freezes"] = true;
+  if (!material.dissolves_in.empty()) {
+    json["dissolves_in"] = material.dissolves_in;
+    json["solubility"] = desc.solubility;
+    json["diffusivity_in"] = desc.diffusivity_in;
+    json["heat_of_solution"] = desc.heat_of_solution;
+    if (desc.transfer_coefficient) json["transfer_coefficient"] = *desc.transfer_coefficient;
+  }
   json["region_half_width"] = desc.region_half_width;
   if (desc.youngs_modulus > 0) json["youngs_modulus"] = desc.youngs_modulus;
   else json["stiffness"] = desc.stiffness;
@@ -161,6 +177,8 @@ Json emitter_json(const SceneEmitter& emitter) {
   json["from"] = desc.from;
   json["until"] = echo_number(desc.until);
   if (desc.max_particles > 0) json["max_particles"] = desc.max_particles;
+  if (const Json fractions = fractions_json(emitter.fractions); !fractions.is_null())
+    json["fractions"] = fractions;
   return json;
 }
 
@@ -209,6 +227,10 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
   json["time"] = time_json(scene.time);
   json["solver"] = solver_json(scene.world, resolved);
   json["heat"] = heat_json(scene);
+  if (std::any_of(scene.materials.begin(), scene.materials.end(),
+                  [](const SceneMaterial& m) { return !m.dissolves_in.empty(); }))
+    json["solute"] = {{"time_scale", scene.world.solute.time_scale},
+                      {"max_supersteps", scene.world.solute.max_supersteps}};
   for (const SceneMaterial& material : scene.materials)
     json["materials"][material.desc.name] = material_json(material);
   for (const SceneFluid& fluid : scene.fluids) {
@@ -216,6 +238,8 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
                               {"material", fluid.material},
                               {"temperature", fluid.desc.temperature},
                               {"velocity", echo(fluid.desc.velocity)}});
+    if (const Json fractions = fractions_json(fluid.fractions); !fractions.is_null())
+      json["fluids"].back()["fractions"] = fractions;
   }
   for (const SceneBody& body : scene.bodies) json["bodies"].push_back(body_json(body));
   for (const SceneEmitter& emitter : scene.emitters) json["emitters"].push_back(emitter_json(emitter));

@@ -9,7 +9,7 @@ namespace runner::keys {
 
 using List = std::vector<std::string>;
 
-inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat",
+inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat", "solute",
                         "materials", "fluids", "bodies", "emitters",  "probes", "output", "trade"};
 inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
@@ -29,18 +29,36 @@ inline const List solver{"gravity",
                          "stray"};
 inline const List heat{"model",           "time_scale",   "max_stages", "max_supersteps",
                        "level_tolerance", "free_surface", "walls",      "regions"};
+inline const List solute{"time_scale", "max_supersteps"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
-inline const List material{"density",   "viscosity",     "conductivity", "heat_capacity", "diffusivity",
-                           "K",         "melting_point", "latent_heat",  "becomes",       "region_half_width",
-                           "stiffness", "damping",       "friction",     "freezes",       "youngs_modulus",
-                           "color"};
-inline const List fluid{"shape", "material", "temperature", "velocity"};
+inline const List material{"density",
+                           "viscosity",
+                           "conductivity",
+                           "heat_capacity",
+                           "diffusivity",
+                           "K",
+                           "melting_point",
+                           "latent_heat",
+                           "becomes",
+                           "region_half_width",
+                           "stiffness",
+                           "damping",
+                           "friction",
+                           "freezes",
+                           "youngs_modulus",
+                           "color",
+                           "dissolves_in",
+                           "solubility",
+                           "diffusivity_in",
+                           "heat_of_solution",
+                           "transfer_coefficient"};
+inline const List fluid{"shape", "material", "temperature", "velocity", "fractions"};
 inline const List body{
     "name",  "shape",   "material",    "density", "temperature", "velocity", "angular_velocity", "fixed",
     "carve", "surface", "heat_source", "growth",  "motion",      "pivot",    "max_speed"};
-inline const List emitter{"name",        "nozzle", "speed", "material",
-                          "temperature", "from",   "until", "max_particles"};
+inline const List emitter{"name", "nozzle", "speed",         "material", "temperature",
+                          "from", "until",  "max_particles", "fractions"};
 inline const List nozzle{"center", "axis", "radius"};
 inline const List probe{"name", "kind",  "at",     "fields", "every", "body",
                         "wall", "about", "normal", "radius", "along", "size"};

@@ -37,7 +37,12 @@ const std::vector<std::string> stats_columns{"step",
                                              "angular_momentum_z",
                                              "latent_J",
                                              "heat_in_J",
-                                             "courant"};
+                                             "courant",
+                                             "solute1_kg",
+                                             "solute2_kg",
+                                             "solute3_kg",
+                                             "solution_J"};
+static_assert(meltsim::most_species == 3);
 const std::string probes_header = "name,time_s,field,value";
 const std::string bodies_header =
     "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction,"
@@ -82,7 +87,11 @@ std::vector<double> stats_values(const StatsRow& row) {
           t.angular_momentum.z,
           t.latent,
           t.heat_in,
-          row.courant};
+          row.courant,
+          row.solute[0],
+          row.solute[1],
+          row.solute[2],
+          row.solution};
 }
 
 bool is_count(std::size_t column) {

@@ -2,6 +2,7 @@
 // The rows of stats.csv, probes.csv and bodies.csv.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct StatsRow {
   double melted_fraction = 0;
   double ms_per_step = 0;
   double courant = 0;  ///< of the last sub-step
+  std::array<double, meltsim::most_species>
+      solute{};         ///< of every species, in order of run.json's materials [kg]
+  double solution = 0;  ///< heat that dissolving has taken up [J]
 };
 
 std::string stats_header();

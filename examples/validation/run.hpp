@@ -28,7 +28,7 @@ class Run {
     m.name = name;
     m.density = density;
     m.viscosity = viscosity;
-    return take([&] { return world_->add_material(m); });
+    return material(m);
   }
   MaterialId material(const MaterialDesc& m) {
     return take([&] { return world_->add_material(m); });
@@ -43,11 +43,13 @@ class Run {
     take([&] { return world_->add_emitter(e); });
     return good();
   }
-  std::uint64_t fluid(const Shape& shape, MaterialId material, Vec3d velocity = {}) {
+  std::uint64_t fluid(const Shape& shape, MaterialId material, Vec3d velocity = {},
+                      const std::vector<MassFraction>& fractions = {}) {
     FluidDesc f;
     f.shape = shape;
     f.material = material;
     f.velocity = velocity;
+    f.fractions = fractions;
     return take([&] { return world_->add_fluid(f); });
   }
   /// Liquid whose velocity depends on the place: cell by cell of the lattice, where `inside` says so.
@@ -90,6 +92,9 @@ class Run {
   }
   ParticleData particles() {
     return take([&] { return world_->particles(); });
+  }
+  Ledger ledger() {
+    return take([&] { return world_->ledger(); });
   }
   Totals totals() {
     return take([&] { return world_->totals(); });

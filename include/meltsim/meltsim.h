@@ -158,6 +158,18 @@ typedef struct meltsim_fluid_desc {
   double velocity[3];         /* [m/s] */
 } meltsim_fluid_desc;
 
+/* What makes a material a species: it dissolves in a liquid, or mixes with it. */
+typedef struct meltsim_species_desc {
+  uint32_t size;           /* sizeof(meltsim_species_desc) */
+  uint32_t reserved;       /* 0 */
+  meltsim_id dissolves_in; /* the liquid */
+  double solubility;       /* mass fraction of the saturated solution; 1: mixes in any ratio */
+  double diffusivity_in;   /* in that liquid [m^2/s] */
+  double heat_of_solution; /* that dissolving takes up [J/kg] */
+  double
+      transfer_coefficient; /* of a layer at a dissolving body that is thinner than the spacing [m/s]; 0: none */
+} meltsim_species_desc;
+
 /* A body. */
 typedef struct meltsim_solid_desc {
   uint32_t size;                /* sizeof(meltsim_solid_desc) */
@@ -297,9 +309,10 @@ typedef struct meltsim_render_desc {
 
 MELTSIM_C_API void meltsim_world_desc_init(meltsim_world_desc* desc);       /* size and defaults */
 MELTSIM_C_API void meltsim_material_desc_init(meltsim_material_desc* desc); /* size and defaults: water */
-MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);       /* size and defaults */
-MELTSIM_C_API void meltsim_solid_desc_init(meltsim_solid_desc* desc);       /* size and defaults */
-MELTSIM_C_API void meltsim_emitter_desc_init(meltsim_emitter_desc* desc);   /* size and defaults */
+MELTSIM_C_API void meltsim_species_desc_init(meltsim_species_desc* desc);
+MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);             /* size and defaults */
+MELTSIM_C_API void meltsim_solid_desc_init(meltsim_solid_desc* desc);             /* size and defaults */
+MELTSIM_C_API void meltsim_emitter_desc_init(meltsim_emitter_desc* desc);         /* size and defaults */
 MELTSIM_C_API void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc); /* size and defaults */
 MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion); /* size and defaults: at rest */
 MELTSIM_C_API void meltsim_proxy_state_init(meltsim_proxy_state* state);  /* likewise */
@@ -319,6 +332,15 @@ MELTSIM_C_API meltsim_status meltsim_world_add_material(meltsim_world* world,
                                                         const meltsim_material_desc* desc, meltsim_id* id);
 MELTSIM_C_API meltsim_status meltsim_world_add_fluid(meltsim_world* world, const meltsim_fluid_desc* desc,
                                                      uint64_t* added);
+/* Adds a material that is a species. */
+MELTSIM_C_API meltsim_status meltsim_world_add_species(meltsim_world* world,
+                                                       const meltsim_material_desc* material,
+                                                       const meltsim_species_desc* species, meltsim_id* id);
+/* The same as meltsim_world_add_fluid of liquid in which something is dissolved: species[k] with the mass fraction fractions[k],
+ * k < count. `added` may be null. */
+MELTSIM_C_API meltsim_status meltsim_world_add_mixture(meltsim_world* world, const meltsim_fluid_desc* desc,
+                                                       const meltsim_id* species, const double* fractions,
+                                                       size_t count, uint64_t* added);
 MELTSIM_C_API meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid_desc* desc,
                                                      meltsim_id* id);
 MELTSIM_C_API meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
@@ -579,6 +601,10 @@ typedef struct meltsim_particles {
 } meltsim_particles;
 /* Waits for all steps. MELTSIM_CAPACITY, with `count` set and no array written, where there are more than `capacity`. */
 MELTSIM_C_API meltsim_status meltsim_world_particles(meltsim_world* world, meltsim_particles* particles);
+/* Mass fraction of a species in every particle, in the order of meltsim_world_particles(). *count is set to the number of particles;
+ * MELTSIM_CAPACITY, with nothing written, where that is more than `capacity`. Waits for all steps. */
+MELTSIM_C_API meltsim_status meltsim_world_fractions(meltsim_world* world, meltsim_id species, double* values,
+                                                     uint64_t capacity, uint64_t* count);
 
 /* Fields ("temperature", "pressure", ...; one value each) at points, 3 numbers per point: values[point]. "velocity" is its
  * magnitude. NaN where there is nothing. Waits for all steps. */

@@ -138,7 +138,12 @@ void bind_readings(nb::module_& m) {
       .add("max_speed", &Totals::max_speed, "[m/s]")
       .add("density_error_mean", &Totals::density_error_mean, "|rho/rho0 - 1| over liquid with rho > rho0.")
       .add("density_error_max", &Totals::density_error_max, "The largest.");
-  Record<Ledger>(m, "Ledger", "Conserved quantities at the end of the last sub-step, summed by the backend.")
+  Record<Ledger> ledger(m, "Ledger",
+                        "Conserved quantities at the end of the last sub-step, summed by the backend.");
+  ledger.get().def_prop_ro(
+      "solute", [](const Ledger& l) { return nb::make_tuple(l.solute[0], l.solute[1], l.solute[2]); },
+      "Of every species, in the order in which its materials were added: dissolved or not [kg].");
+  ledger
       .add("step", &Ledger::step, "Sub-steps completed.")
       .add("time", &Ledger::time, "[s]")
       .add("fluid", &Ledger::fluid, "Liquid particles.")
@@ -152,7 +157,8 @@ void bind_readings(nb::module_& m) {
       .add("latent", &Ledger::latent, "[J]")
       .add("heat_in", &Ledger::heat_in, "[J]")
       .add("max_speed", &Ledger::max_speed, "[m/s]")
-      .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.");
+      .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.")
+      .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].");
   Record<PieceInfo> piece(m, "Piece", "One connected piece of a body.");
   piece.add("name", &PieceInfo::name, "The body's name; further pieces get \".2\", \".3\", ...")
       .add("particles", &PieceInfo::particles, "Number of its particles.")
@@ -213,6 +219,16 @@ void bind_readings(nb::module_& m) {
       .def_prop_ro("density", column<double>(&ParticleData::density),
                    "[kg/m^3], 0 before the first step, float64 (n,)")
       .def_prop_ro("pressure", column<double>(&ParticleData::pressure), "[Pa], 0 for solids, float64 (n,)")
+      .def_prop_ro(
+          "fractions",
+          [](nb::handle self) {
+            nb::list list;
+            for (const std::vector<double>& f : nb::cast<const ParticleData&>(self).fractions)
+              list.append(array_view<double>(f.data(), {f.size()}, self));
+            return list;
+          },
+          "Mass fractions: an array per species, in the order in which their materials were added; float64 "
+          "(n,)")
       .def_prop_ro("tag", column<std::uint32_t>(&ParticleData::tag),
                    "Bits of meltsim/particle_tag.hpp, uint32 (n,)")
       .def_prop_ro("piece", column<std::uint32_t>(&ParticleData::piece),

@@ -125,6 +125,13 @@ const Keys<WorldDesc>& world_keys() {
        [](WorldDesc& d, const std::string& name, nb::handle v) {
          describe(d.heat.free_surface, surface_heat_keys(), name, v);
        }},
+      {"solute_time_scale", "float", "species diffuse and dissolve so many times faster than motion",
+       [](WorldDesc& d, const std::string& name, nb::handle v) { d.solute.time_scale = number(name, v); }},
+      {"solute_max_supersteps", "int",
+       "most sweeps per species in a sub-step; a step that needs more is refused",
+       [](WorldDesc& d, const std::string& name, nb::handle v) {
+         d.solute.max_supersteps = static_cast<int>(std::clamp<long long>(integer(name, v), 0, 1 << 30));
+       }},
       {"support_radius", "float", "H [m]; 0: 2.5 spacings", set_to(&WorldDesc::support_radius)},
       {"sound_speed", "float", "c [m/s]; 0: derived from the depth", set_to(&WorldDesc::sound_speed)},
       {"artificial_viscosity", "float", "damps acoustic noise; 0.01 to 0.1",
@@ -155,11 +162,11 @@ const Keys<WorldDesc>& world_keys() {
 struct MaterialInput {
   MaterialDesc desc;
   std::optional<std::array<double, 3>> color;
-  nb::object becomes;
+  nb::object becomes, dissolves_in;
 };
 struct FluidInput {
   FluidDesc desc;
-  nb::object material;
+  nb::object material, fractions;
 };
 struct SolidInput {
   SolidDesc desc;
@@ -167,7 +174,7 @@ struct SolidInput {
 };
 struct EmitterInput {
   EmitterDesc desc;
-  nb::object material;
+  nb::object material, fractions;
 };
 struct ProbeInput {
   ProbeDesc desc;
@@ -225,6 +232,14 @@ const Keys<MaterialInput>& material_keys() {
       {"latent_heat", "float", "[J/kg]", d(&D::latent_heat)},
       {"becomes", "Material | str | None", "the liquid that it melts into", kept(&MaterialInput::becomes)},
       {"freezes", "bool", "whether its liquid freezes onto it", d(&D::freezes)},
+      {"dissolves_in", "Material | str | None", "the liquid that it dissolves in or mixes with",
+       kept(&MaterialInput::dissolves_in)},
+      {"solubility", "float", "mass fraction of the saturated solution; 1: mixes in any ratio",
+       d(&D::solubility)},
+      {"diffusivity_in", "float", "in that liquid [m^2/s]", d(&D::diffusivity_in)},
+      {"heat_of_solution", "float", "that dissolving takes up [J/kg]", d(&D::heat_of_solution)},
+      {"transfer_coefficient", "float | None",
+       "of a layer at a dissolving body that is thinner than the spacing [m/s]", d(&D::transfer_coefficient)},
       {"region_half_width", "int", "of shape matching, 0 to 8 spacings; larger is stiffer",
        d(&D::region_half_width)},
       {"stiffness", "float", "of shape matching, 0 to 1", d(&D::stiffness)},
@@ -248,7 +263,9 @@ const Keys<FluidInput>& fluid_keys() {
       {"shape", "Shape", "the volume [m]", of(&FluidInput::desc, &FluidDesc::shape)},
       {"material", "Material | str", "of the liquid", kept(&FluidInput::material)},
       {"temperature", "float", "[degrees Celsius]", of(&FluidInput::desc, &FluidDesc::temperature)},
-      {"velocity", vector_type, "[m/s]", of(&FluidInput::desc, &FluidDesc::velocity)}};
+      {"velocity", vector_type, "[m/s]", of(&FluidInput::desc, &FluidDesc::velocity)},
+      {"fractions", "dict[Material | str, float] | None",
+       "what is dissolved in it: mass fractions of species", kept(&FluidInput::fractions)}};
   return keys;
 }
 
@@ -320,7 +337,9 @@ const Keys<EmitterInput>& emitter_keys() {
       {"start", "float", "begins to emit [s]", d(&D::from)},
       {"until", "float", "ceases to emit [s]", d(&D::until)},
       {"max_particles", "int", "most particles that it emits; 0: what start to until needs",
-       d(&D::max_particles)}};
+       d(&D::max_particles)},
+      {"fractions", "dict[Material | str, float] | None",
+       "what is dissolved in it: mass fractions of species", kept(&EmitterInput::fractions)}};
   return keys;
 }
 
@@ -370,6 +389,19 @@ template <class I, class D = decltype(I::desc)>
 void take_material(HostWorld& w, I& input, const char* what) {
   if (!input.material) wrong_type(std::string(what) + ": material is missing");
   input.desc.material = w.resolve("material", w.materials, input.material, "material");
+}
+
+template <class I>
+void take_fractions(HostWorld& w, I& input, const char* what) {
+  if (!input.fractions || input.fractions.is_none()) return;
+  const std::string name = std::string(what) + ": fractions";
+  if (!nb::isinstance<nb::dict>(input.fractions))
+    wrong_type(name + ": expected a dict of material and mass fraction, got " + shown(input.fractions));
+  for (const auto& [material, value] : nb::cast<nb::dict>(input.fractions)) {
+    nb::object key = nb::borrow(material);
+    input.desc.fractions.push_back(
+        {w.resolve("fractions", w.materials, key, "material"), number(name, value)});
+  }
 }
 
 Quat<double> quaternion(const std::string& name, nb::handle v) {
@@ -766,6 +798,9 @@ void bind_world(nb::module_& m) {
             describe(input, material_keys(), "add_material", 1, args, kwargs);
             if (input.becomes && !input.becomes.is_none())
               input.desc.melts_into = w.resolve("becomes", w.materials, input.becomes, "material");
+            if (input.dissolves_in && !input.dissolves_in.is_none())
+              input.desc.dissolves_in =
+                  w.resolve("dissolves_in", w.materials, input.dissolves_in, "material");
             for (const Material& known : w.materials)
               if (known.name == input.desc.name)
                 refuse("name: there is a material \"" + input.desc.name + "\" already");
@@ -784,6 +819,7 @@ void bind_world(nb::module_& m) {
             FluidInput input;
             describe(input, fluid_keys(), "add_fluid", 2, args, kwargs);
             take_material(w, input, "add_fluid");
+            take_fractions(w, input, "add_fluid");
             return away(w, true, [&](World& world) { return expect(world.add_fluid(input.desc)); });
           },
           nb::sig(fluid_sig.c_str()), fluid_doc.c_str())
@@ -810,6 +846,7 @@ void bind_world(nb::module_& m) {
             EmitterInput input;
             describe(input, emitter_keys(), "add_emitter", 2, args, kwargs);
             take_material(w, input, "add_emitter");
+            take_fractions(w, input, "add_emitter");
             return Emitter{w.serial(),
                            away(w, true, [&](World& world) { return expect(world.add_emitter(input.desc)); }),
                            input.desc.name};

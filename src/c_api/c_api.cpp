@@ -350,6 +350,12 @@ void meltsim_material_desc_init(meltsim_material_desc* desc) {
   desc->stiffness = d.stiffness;
   desc->friction = d.friction;
 }
+void meltsim_species_desc_init(meltsim_species_desc* desc) {
+  if (desc == nullptr) return;
+  *desc = {};
+  desc->size = sizeof *desc;
+  desc->solubility = meltsim::MaterialDesc{}.solubility;
+}
 void meltsim_fluid_desc_init(meltsim_fluid_desc* desc) {
   if (desc == nullptr) return;
   *desc = {};
@@ -448,24 +454,55 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
 }
 void meltsim_world_destroy(meltsim_world* world) { delete world; }
 
+namespace {
+meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char* name) {
+  const meltsim_material_desc c = read(desc, name, defaults_of(meltsim_material_desc_init));
+  meltsim::MaterialDesc d;
+  if (c.name != nullptr) d.name = c.name;
+  d.density = c.density;
+  d.viscosity = c.viscosity;
+  d.conductivity = c.conductivity;
+  d.heat_capacity = c.heat_capacity;
+  d.melting_point = c.melting_point;
+  d.latent_heat = c.latent_heat;
+  d.melts_into = handle<meltsim::MaterialId>(c.melts_into);
+  d.freezes = c.freezes != 0;
+  d.region_half_width = c.region_half_width;
+  d.stiffness = c.stiffness;
+  d.youngs_modulus = c.youngs_modulus;
+  d.friction = c.friction;
+  return d;
+}
+meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {
+  const meltsim_fluid_desc c = read(desc, "desc", defaults_of(meltsim_fluid_desc_init));
+  meltsim::FluidDesc d;
+  d.shape = given(c.shape, "desc.shape").shape;
+  d.material = handle<meltsim::MaterialId>(c.material);
+  d.temperature = c.temperature;
+  d.velocity = vec(c.velocity);
+  return d;
+}
+}  // namespace
+
 meltsim_status meltsim_world_add_material(meltsim_world* world, const meltsim_material_desc* desc,
                                           meltsim_id* id) {
   return guarded([&] {
-    const meltsim_material_desc c = read(desc, "desc", defaults_of(meltsim_material_desc_init));
-    meltsim::MaterialDesc d;
-    if (c.name != nullptr) d.name = c.name;
-    d.density = c.density;
-    d.viscosity = c.viscosity;
-    d.conductivity = c.conductivity;
-    d.heat_capacity = c.heat_capacity;
-    d.melting_point = c.melting_point;
-    d.latent_heat = c.latent_heat;
-    d.melts_into = handle<meltsim::MaterialId>(c.melts_into);
-    d.freezes = c.freezes != 0;
-    d.region_half_width = c.region_half_width;
-    d.stiffness = c.stiffness;
-    d.youngs_modulus = c.youngs_modulus;
-    d.friction = c.friction;
+    const meltsim::MaterialId made = expect(world_of(world).add_material(material_of(desc, "desc")));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+meltsim_status meltsim_world_add_species(meltsim_world* world, const meltsim_material_desc* material,
+                                         const meltsim_species_desc* species, meltsim_id* id) {
+  return guarded([&] {
+    meltsim::MaterialDesc d = material_of(material, "material");
+    const meltsim_species_desc c = read(species, "species", defaults_of(meltsim_species_desc_init));
+    d.dissolves_in = handle<meltsim::MaterialId>(c.dissolves_in);
+    d.solubility = c.solubility;
+    d.diffusivity_in = c.diffusivity_in;
+    d.heat_of_solution = c.heat_of_solution;
+    if (c.transfer_coefficient != 0) d.transfer_coefficient = c.transfer_coefficient;
+    if (!d.dissolves_in)
+      throw Refused{{ErrorCode::invalid_argument, "species.dissolves_in: is null; pass the liquid's id"}};
     const meltsim::MaterialId made = expect(world_of(world).add_material(d));
     if (id != nullptr) *id = id_of(made);
   });
@@ -473,14 +510,20 @@ meltsim_status meltsim_world_add_material(meltsim_world* world, const meltsim_ma
 meltsim_status meltsim_world_add_fluid(meltsim_world* world, const meltsim_fluid_desc* desc,
                                        uint64_t* added) {
   return guarded([&] {
-    const meltsim_fluid_desc c = read(desc, "desc", defaults_of(meltsim_fluid_desc_init));
-    meltsim::FluidDesc d;
-    d.shape = given(c.shape, "desc.shape").shape;
-    d.material = handle<meltsim::MaterialId>(c.material);
-    d.temperature = c.temperature;
-    d.velocity = vec(c.velocity);
-    const std::uint64_t count = expect(world_of(world).add_fluid(d));
+    const std::uint64_t count = expect(world_of(world).add_fluid(fluid_of(desc)));
     if (added != nullptr) *added = count;
+  });
+}
+meltsim_status meltsim_world_add_mixture(meltsim_world* world, const meltsim_fluid_desc* desc,
+                                         const meltsim_id* species, const double* fractions, size_t count,
+                                         uint64_t* added) {
+  return guarded([&] {
+    if (count > 0) given(species, "species"), given(fractions, "fractions");
+    meltsim::FluidDesc d = fluid_of(desc);
+    for (size_t k = 0; k < count; ++k)
+      d.fractions.push_back({handle<meltsim::MaterialId>(species[k]), fractions[k]});
+    const std::uint64_t particles = expect(world_of(world).add_fluid(d));
+    if (added != nullptr) *added = particles;
   });
 }
 meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid_desc* desc, meltsim_id* id) {
@@ -881,6 +924,23 @@ meltsim_status meltsim_world_particles(meltsim_world* world, meltsim_particles* 
     copy(p.temperature, to.temperature);
     copy(p.liquid_fraction, to.liquid_fraction);
     copy(p.tag, to.tag);
+  });
+}
+meltsim_status meltsim_world_fractions(meltsim_world* world, meltsim_id species, double* values,
+                                       uint64_t capacity, uint64_t* count) {
+  return guarded([&] {
+    const meltsim::ParticleData p = expect(world_of(world).particles());
+    const auto found = std::find(p.species.begin(), p.species.end(), handle<meltsim::MaterialId>(species));
+    if (found == p.species.end())
+      throw Refused{{ErrorCode::invalid_argument,
+                     "species: is no species of this World; pass an id of meltsim_world_add_species()"}};
+    given(count, "count") = p.id.size();
+    if (p.id.size() > capacity)
+      throw Refused{{ErrorCode::capacity, "capacity: " + std::to_string(capacity) + ", but there are " +
+                                              std::to_string(p.id.size()) + " particles; raise it"}};
+    if (!p.id.empty()) given(values, "values");
+    const std::vector<double>& from = p.fractions[static_cast<std::size_t>(found - p.species.begin())];
+    std::copy(from.begin(), from.end(), values);
   });
 }
 meltsim_status meltsim_world_sample(meltsim_world* world, const double* points, size_t point_count,

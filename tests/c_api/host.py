@@ -387,4 +387,45 @@ assert state_hash(a) == known
 lib.meltsim_world_destroy(a)
 lib.meltsim_world_destroy(b)
 lib.meltsim_world_destroy(None)
+
+
+# Species: what is dissolved, by its own number, and what cannot be.
+class FluidDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("shape", c.c_void_p), ("material", Id), ("temperature", c.c_double),
+                ("velocity", Vec)]
+
+
+class SpeciesDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("dissolves_in", Id), ("solubility", c.c_double),
+                ("diffusivity_in", c.c_double), ("heat_of_solution", c.c_double), ("transfer_coefficient", c.c_double)]
+
+
+desc = made(WorldDesc, lib.meltsim_world_desc_init)
+desc.spacing, desc.backend, desc.threads, desc.double_precision = 0.1, 1, 1, 1
+s = c.c_void_p()
+assert lib.meltsim_world_create(c.byref(desc), c.byref(s)) == 0, text()
+water, salt = Id(), Id()
+material = made(MaterialDesc, lib.meltsim_material_desc_init)
+material.name = b"water"
+assert lib.meltsim_world_add_material(s, c.byref(material), c.byref(water)) == 0, text()
+material.name, species = b"salt", made(SpeciesDesc, lib.meltsim_species_desc_init)
+species.solubility, species.diffusivity_in = 0.25, 1.6e-9
+assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(salt)) != 0
+assert "dissolves_in" in text()
+species.dissolves_in = water
+assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(salt)) == 0, text()
+shape, fluid, added = c.c_void_p(), made(FluidDesc, lib.meltsim_fluid_desc_init), c.c_uint64()
+assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(0.3, 0.3, 0.3), c.byref(shape)) == 0, text()
+fluid.shape, fluid.material = shape, water
+for share, good in ((0.3, False), (0.1, True)):
+    status = lib.meltsim_world_add_mixture(s, c.byref(fluid), c.byref(salt), c.byref(c.c_double(share)), c.c_size_t(1), c.byref(added))
+    assert (status == 0) == good, text()
+assert added.value == 27
+values, count = (c.c_double * 27)(), c.c_uint64()
+assert lib.meltsim_world_fractions(s, salt, values, c.c_uint64(26), c.byref(count)) != 0 and count.value == 27
+assert lib.meltsim_world_fractions(s, salt, values, c.c_uint64(27), c.byref(count)) == 0, text()
+assert all(abs(value - 0.1) < 1e-15 for value in values)
+assert lib.meltsim_world_fractions(s, water, values, c.c_uint64(27), c.byref(count)) != 0 and "is no species" in text()
+lib.meltsim_shape_destroy(shape)
+lib.meltsim_world_destroy(s)
 print("ok")

@@ -21,6 +21,7 @@
 #include "particle_files.hpp"
 #include "rehearsal.hpp"
 #include "run_directory.hpp"
+#include "show/ply_reader.hpp"
 #include "tables.hpp"
 
 namespace runner {
@@ -272,11 +273,26 @@ TEST(ParticleFiles, FilesOfAFrameAreTheTextsOfItsParticles) {
     frame.liquid_fraction.push_back(x / 9001);
     frame.tag.push_back(i % 3 == 0 ? meltsim::tag_solid | (1 + i % 5) << meltsim::tag_body_shift | 1u : 2u);
   }
-  for (const auto& shown : {frame, meltsim::ParticleFrame{}}) {
-    write_ply(directory.file("a.ply"), shown, 0.5);
-    write_vtp(directory.file("a.vtp"), shown, 0.5);
-    EXPECT_TRUE(read_file(directory.file("a.ply")) == ply_text(frame_particles(shown), 0.5));
-    EXPECT_TRUE(read_file(directory.file("a.vtp")) == vtp_text(frame_particles(shown), 0.5));
+  meltsim::ParticleFrame mixed = frame;
+  mixed.species = {{1, 1}, {4, 1}};
+  mixed.fractions.resize(2);
+  for (std::uint32_t i = 0; i < 9001; ++i)
+    for (std::size_t k = 0; k < 2; ++k)
+      mixed.fractions[k].push_back(static_cast<float>(i) / (9001 * static_cast<float>(k + 1)));
+  const std::vector<std::string> columns = content_columns(mixed, {"water", "sea salt"});
+  EXPECT_EQ(columns, (std::vector<std::string>{"w_sea_salt", "w_species"}));
+  EXPECT_TRUE(content_columns(frame, {"water"}).empty());
+  for (const auto& shown : {frame, mixed, meltsim::ParticleFrame{}}) {
+    const auto contents = content_columns(shown, {"water", "sea salt"});
+    write_ply(directory.file("a.ply"), shown, 0.5, contents);
+    write_vtp(directory.file("a.vtp"), shown, 0.5, contents);
+    EXPECT_TRUE(read_file(directory.file("a.ply")) == ply_text(frame_particles(shown), 0.5, contents));
+    EXPECT_TRUE(read_file(directory.file("a.vtp")) == vtp_text(frame_particles(shown), 0.5, contents));
+    double time = 0;
+    const auto back = read_particles_ply(directory.file("a.ply"), time);
+    ASSERT_EQ(back.size(), std::max<std::size_t>(1, shown.id.size()));
+    for (std::size_t k = 0; k < shown.fractions.size(); ++k)
+      for (std::size_t i = 0; i < back.size(); ++i) EXPECT_EQ(back[i].contents[k], shown.fractions[k][i]);
   }
 }
 

@@ -125,6 +125,59 @@ TEST(Ply, MaterialsComeBackAndMayBeMissing) {
   std::filesystem::remove_all(directory);
 }
 
+// A square of liquid over particles of which the left ones hold a species: its colour mixes with the solvent's, and a clear
+// solvent is split where enough of it is there.
+TEST(Shapes, ColoursOfAMixtureFollowItsContents) {
+  FrameShapes shapes;
+  for (int i = 0; i <= 10; ++i)
+    for (int j = 0; j <= 1; ++j) {
+      shapes.liquid.position.push_back({static_cast<float>(i), static_cast<float>(j), 0});
+      shapes.liquid.normal.push_back({0, 0, 1});
+      shapes.liquid.temperature.push_back(0);
+      shapes.liquid.body.push_back(0);
+      shapes.liquid.material.push_back(0);
+    }
+  for (std::uint32_t i = 0; i < 10; ++i)
+    for (const std::uint32_t v : {2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3})
+      shapes.liquid.triangles.push_back(v);
+  std::vector<FrameParticle> particles;
+  for (int i = 0; i <= 10; ++i)
+    for (int j = 0; j <= 1; ++j) {
+      FrameParticle p{};
+      p.position[0] = static_cast<float>(i);
+      p.position[1] = static_cast<float>(j);
+      p.contents[0] = i < 5 ? 0.5f : 0.0f;
+      particles.push_back(p);
+    }
+  add_contents(shapes, particles, {1}, 1);
+  ASSERT_EQ(shapes.liquid.contents.size(), 1u);
+  EXPECT_NEAR(shapes.liquid.contents[0][0], 0.5f, 1e-6);
+  EXPECT_NEAR(shapes.liquid.contents[0][20], 0.0f, 1e-6);
+  const std::array<double, 3> black{0, 0, 0}, white{1, 1, 1};
+  // A solvent that has a colour: all of it is opaque, in between the two.
+  const FrameShapes coffee = split_liquid(shapes, {{"coffee", black}, {"milk", white}});
+  EXPECT_EQ(coffee.paint.triangles.size(), shapes.liquid.triangles.size());
+  EXPECT_NEAR(coffee.paint.color[0].x, 0.5f, 1e-4);  // averaged along the surface
+  EXPECT_NEAR(coffee.paint.color[20].x, 0.0f, 1e-4);
+  // A clear one: opaque where the species is, in its own colour.
+  const FrameShapes water = split_liquid(shapes, {{"water", std::nullopt}, {"ink", white}});
+  ASSERT_FALSE(water.paint.empty());
+  ASSERT_FALSE(water.liquid.empty());
+  for (const std::uint32_t v : water.paint.triangles) {
+    EXPECT_LT(water.paint.position[v].x, 7);
+    EXPECT_NEAR(water.paint.color[v].x, 1, 1e-5);
+  }
+  for (const std::uint32_t v : water.liquid.triangles) EXPECT_GT(water.liquid.position[v].x, 4);
+  // A solution of crystals is clear.
+  meltsim::MaterialDesc sugar;
+  sugar.solubility = 0.6;
+  EXPECT_EQ(shown_species(1, sugar), clear_species);
+  sugar.solubility = 1;
+  EXPECT_EQ(shown_species(1, sugar), 1u);
+  // A species without a colour shows nothing.
+  EXPECT_TRUE(split_liquid(shapes, {{"water", std::nullopt}, {"salt", std::nullopt}}).paint.empty());
+}
+
 TEST(Replay, BytesAreBase64) {
   // RFC 4648, section 10.
   const char* words[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};

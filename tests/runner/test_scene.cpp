@@ -55,6 +55,76 @@ TEST(Scene, ReadsValues) {
   EXPECT_EQ(scene.bodies[0].density, 500);
 }
 
+const std::string tea = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [2, 2, 2]}
+particles: {spacing: 0.1}
+solute: {time_scale: 20, max_supersteps: 7}
+materials:
+  sugar: {density: 1590, dissolves_in: tea, solubility: 0.6, diffusivity_in: 5e-10, heat_of_solution: 1.6e4,
+          transfer_coefficient: 5e-5}
+  milk: {density: 1030, dissolves_in: tea, diffusivity_in: 1e-9}
+  tea: {}
+fluids: [{shape: {box: [[0,0,0],[2,1,2]]}, material: tea, fractions: {milk: 0.1, sugar: 0.05}}]
+bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: sugar}]
+emitters: [{nozzle: {center: [1.7, 1.7, 1], radius: 0.1}, material: tea, until: 0.1, fractions: {milk: 1}}]
+)";
+
+TEST(Scene, ReadsSpecies) {
+  const Scene scene = parse(tea);
+  EXPECT_EQ(scene.world.solute.time_scale, 20);
+  EXPECT_EQ(scene.world.solute.max_supersteps, 7);
+  ASSERT_EQ(scene.materials.size(), 3u);
+  EXPECT_EQ(scene.materials[0].desc.name, "tea");  // before what dissolves in it
+  EXPECT_EQ(scene.materials[1].desc.solubility, 0.6);
+  EXPECT_EQ(scene.materials[1].desc.diffusivity_in, 5e-10);
+  EXPECT_EQ(scene.materials[1].desc.heat_of_solution, 1.6e4);
+  EXPECT_EQ(scene.materials[1].desc.transfer_coefficient, 5e-5);
+  EXPECT_EQ(scene.fluids[0].fractions, (SceneFractions{{"milk", 0.1}, {"sugar", 0.05}}));
+  MachineOptions machine;
+  machine.backend = meltsim::Backend::cpu;
+  Built built = build_world(scene, machine);
+  const meltsim::ParticleData p = *built.world.particles();
+  ASSERT_EQ(p.species.size(), 2u);
+  EXPECT_NEAR(p.fractions[0].front(), 0.05, 1e-12);  // sugar comes first
+  EXPECT_NEAR(p.fractions[1].front(), 0.1, 1e-12);
+  EXPECT_EQ(p.fractions[0].back(), 1);  // of the body
+  EXPECT_EQ(built.meltable, p.id.size() - built.fluid_particles[0]);
+  // What is echoed reads as the same scene.
+  const Json echoed = scene_json(scene, built.world.resolved());
+  const Scene again = parse(echoed.dump());
+  EXPECT_EQ(scene_json(again, built.world.resolved()), echoed);
+  EXPECT_EQ(again.emitters[0].fractions, (SceneFractions{{"milk", 1}}));
+}
+
+TEST(Scene, SaysWhatIsWrongWithSpecies) {
+  EXPECT_NE(error_of(tea, {"materials.milk.dissolves_in=teaa"})
+                .find("materials.milk.dissolves_in: no material is named \"teaa\"; did you mean \"tea\"?"),
+            std::string::npos)
+      << error_of(tea, {"materials.milk.dissolves_in=teaa"});
+  EXPECT_NE(error_of(tea, {"materials.tea.dissolves_in=milk"}).find("leads back to"), std::string::npos);
+  EXPECT_NE(error_of(tea, {"fluids[0].fractions={cream: 0.1}"}).find("no material is named \"cream\""),
+            std::string::npos);
+  EXPECT_NE(error_of(tea, {"solute.time_scale=-1"}).find("solute.time_scale: expected a factor from 0"),
+            std::string::npos);
+  const auto built = [](const std::string& set) {
+    MachineOptions machine;
+    machine.backend = meltsim::Backend::cpu;
+    try {
+      build_world(parse(tea, {set}), machine);
+    } catch (const Failure& failure) {
+      return std::string(failure.what());
+    }
+    return std::string("no error");
+  };
+  for (const auto& [set, message] :
+       {std::pair{"materials.sugar.diffusivity_in=-1",
+                  "materials.sugar.diffusivity_in: must be finite and > 0"},
+        {"materials.sugar.solubility=2", "materials.sugar.solubility: must be in (0, 1]"},
+        {"fluids[0].fractions={sugar: 0.7}", "fluids[0].fractions: "},
+        {"solute.max_supersteps=0", "solute.max_supersteps: must be in 1..1000000"}})
+    EXPECT_NE(built(set).find(message), std::string::npos) << built(set);
+}
+
 std::string warning_of(const std::vector<std::string>& set) {
   const std::vector<std::string> warnings = parse(small, set).warnings;
   return warnings.empty() ? "" : warnings.size() == 1 ? warnings[0] : "several warnings";

@@ -42,6 +42,7 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   EXPECT_EQ(properties(top.at("time")), sorted(keys::time));
   EXPECT_EQ(properties(top.at("solver")), sorted(keys::solver));
   EXPECT_EQ(properties(top.at("heat")), sorted(keys::heat));
+  EXPECT_EQ(properties(top.at("solute")), sorted(keys::solute));
   EXPECT_EQ(properties(top.at("output")), sorted(keys::output));
   EXPECT_EQ(properties(top.at("output").at("properties").at("camera")), sorted(keys::camera));
   EXPECT_EQ(properties(top.at("output").at("properties").at("picture")), sorted(keys::picture));

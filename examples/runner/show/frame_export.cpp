@@ -46,9 +46,12 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
 }
 
 void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
-  if (wants("ply")) write_ply(directory_.frame("particles", index, "ply"), particles, time);
+  std::vector<std::string> names;
+  for (const SceneLook& look : scene_.output.looks) names.push_back(look.name);
+  const std::vector<std::string> contents = content_columns(particles, names);
+  if (wants("ply")) write_ply(directory_.frame("particles", index, "ply"), particles, time, contents);
   if (!wants("vtp")) return;
-  write_vtp(directory_.frame("particles", index, "vtp"), particles, time);
+  write_vtp(directory_.frame("particles", index, "vtp"), particles, time, contents);
   vtp_frames_.emplace_back(time, frame_file("particles", index, "vtp"));
   write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
 }

@@ -135,6 +135,8 @@ bool is_mixed(const Mesh& mesh, const std::vector<SceneLook>& looks) {
   std::set<std::uint32_t> colored;
   for (const std::uint32_t m : mesh.material)
     if (color_of(looks, m) != nullptr) colored.insert(m);
+  for (const std::uint32_t m : mesh.species)
+    if (color_of(looks, m) != nullptr) return true;
   return colored.size() > 1;
 }
 

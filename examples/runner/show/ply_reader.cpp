@@ -75,10 +75,18 @@ struct Ply {
 
 std::vector<FrameParticle> read_particles_ply(const std::string& path, double& time) {
   Ply ply(path);
-  const std::string first = "x y z vx vy vz temperature phase body id ";
-  const bool has_fraction = ply.vertex_properties == first + "material liquid_fraction ",
+  const std::string first = "x y z vx vy vz temperature phase body id ",
+                    whole = first + "material liquid_fraction ";
+  std::size_t species = 0;  // behind it, a column each
+  if (ply.vertex_properties.compare(0, whole.size() + 2, whole + "w_") == 0) {
+    species = static_cast<std::size_t>(
+        std::count(ply.vertex_properties.begin() + static_cast<std::ptrdiff_t>(whole.size()),
+                   ply.vertex_properties.end(), ' '));
+    if (species > meltsim::most_species) fail(path);
+  }
+  const bool has_fraction = species > 0 || ply.vertex_properties == whole,
              has_material = has_fraction || ply.has_material(first);
-  ply.expect_left(ply.vertices, has_fraction ? 45 : has_material ? 41 : 37);
+  ply.expect_left(ply.vertices, has_fraction ? 45 + species * sizeof(float) : has_material ? 41 : 37);
   time = ply.time;
   std::vector<FrameParticle> list(ply.vertices);
   for (FrameParticle& p : list) {
@@ -90,6 +98,7 @@ std::vector<FrameParticle> read_particles_ply(const std::string& path, double& t
     p.id = ply.take<std::uint32_t>();
     if (has_material) p.material = ply.take<std::int32_t>();
     if (has_fraction) p.liquid_fraction = ply.take<float>();
+    for (std::size_t k = 0; k < species; ++k) p.contents[k] = ply.take<float>();
   }
   return list;
 }

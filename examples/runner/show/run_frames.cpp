@@ -73,6 +73,13 @@ FrameShapes frame_on_disk(const RunDirectory& directory, const Scene& scene, std
   if (has_surface) {
     shapes.liquid = read_mesh_ply(liquid, shapes.origin, shapes.time);
     shapes.solid = read_mesh_ply(solid, shapes.origin, shapes.time);
+    std::vector<std::uint32_t> species;  // materials are numbered in the scene's order
+    for (std::size_t m = 0; m < scene.materials.size(); ++m)
+      if (!scene.materials[m].dissolves_in.empty())
+        species.push_back(shown_species(static_cast<std::uint32_t>(m), scene.materials[m].desc));
+    double time = 0;
+    if (!species.empty() && exists(particles))
+      add_contents(shapes, read_particles_ply(particles, time), species, scene.world.spacing);
   } else if (exists(particles)) {
     add_balls(shapes, read_particles_ply(particles, shapes.time), scene.world.spacing);
   }

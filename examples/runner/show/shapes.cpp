@@ -49,10 +49,33 @@ Vec3f linear_color(const std::array<double, 3>& shown) {
   return meltsim::cast<float>(Vec3d{c[0], c[1], c[2]});
 }
 
+/// Of a mixture: what has no colour counts as the solvent, which shows nothing where that has none.
+Dye mixed(const Mesh& mesh, std::size_t v, const std::vector<SceneLook>& looks, Dye dye) {
+  Vec3f color{0, 0, 0};
+  float colored = 0;
+  for (std::size_t k = 0; k < mesh.species.size(); ++k) {
+    const auto* own = color_of(looks, mesh.species[k]);
+    const float w = std::max(mesh.contents[k][v], 0.0f);
+    if (own == nullptr || !(w > 0)) continue;
+    color = color + linear_color(*own) * w;
+    colored += w;
+  }
+  if (!(colored > 0)) return dye;
+  if (colored > 1) {
+    color = color * (1 / colored);
+    colored = 1;
+  }
+  if (dye.share > 0) return {dye.color * (1 - colored) + color, 1};
+  constexpr float visible = 0.05f;  // half of it cuts the surface
+  const float share = std::min(1.0f, colored / visible);
+  return {color * (share / colored), share};
+}
+
 std::vector<Dye> dyes_of(const Mesh& mesh, const std::vector<SceneLook>& looks) {
   std::vector<Dye> dyes(mesh.position.size());
   for (std::size_t v = 0; v < dyes.size(); ++v) {
     if (const auto* color = color_of(looks, mesh.material[v])) dyes[v] = {linear_color(*color), 1};
+    dyes[v] = mixed(mesh, v, looks, dyes[v]);
   }
   for (int pass = 0; pass < color_passes; ++pass) {
     std::vector<Dye> sum(dyes.size());
@@ -132,10 +155,53 @@ class Cutter {
 
 }  // namespace
 
+void add_contents(FrameShapes& shapes, const std::vector<FrameParticle>& particles,
+                  const std::vector<std::uint32_t>& species, double spacing) {
+  Mesh& mesh = shapes.liquid;
+  if (species.empty() || mesh.empty()) return;
+  const double reach = 1.5 * spacing;
+  using Cell = std::array<std::int64_t, 3>;
+  const auto cell_of = [reach](const Vec3d& x) {
+    return Cell{static_cast<std::int64_t>(std::floor(x.x / reach)),
+                static_cast<std::int64_t>(std::floor(x.y / reach)),
+                static_cast<std::int64_t>(std::floor(x.z / reach))};
+  };
+  std::map<Cell, std::vector<std::uint32_t>> cells;
+  const auto place = [&](const FrameParticle& p) {
+    return Vec3d{p.position[0], p.position[1], p.position[2]} - shapes.origin;
+  };
+  for (std::size_t i = 0; i < particles.size(); ++i)
+    if (particles[i].phase == 0) cells[cell_of(place(particles[i]))].push_back(static_cast<std::uint32_t>(i));
+  mesh.species = species;
+  mesh.contents.assign(species.size(), std::vector<float>(mesh.position.size(), 0.0f));
+  for (std::size_t v = 0; v < mesh.position.size(); ++v) {
+    const Vec3d x = meltsim::cast<double>(mesh.position[v]);
+    const Cell middle = cell_of(x);
+    double weight = 0, sum[meltsim::most_species] = {};
+    for (std::int64_t a = -1; a <= 1; ++a)
+      for (std::int64_t b = -1; b <= 1; ++b)
+        for (std::int64_t c = -1; c <= 1; ++c) {
+          const auto found = cells.find({middle[0] + a, middle[1] + b, middle[2] + c});
+          if (found == cells.end()) continue;
+          for (const std::uint32_t i : found->second) {
+            const Vec3d d = place(particles[i]) - x;
+            const double near = 1 - dot(d, d) / (reach * reach);
+            if (!(near > 0)) continue;
+            weight += near * near;
+            for (std::size_t k = 0; k < species.size(); ++k)
+              sum[k] += near * near * static_cast<double>(particles[i].contents[k]);
+          }
+        }
+    for (std::size_t k = 0; k < species.size() && weight > 0; ++k)
+      mesh.contents[k][v] = static_cast<float>(sum[k] / weight);
+  }
+}
+
 FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks) {
   Mesh& liquid = shapes.liquid;
-  if (std::none_of(liquid.material.begin(), liquid.material.end(),
-                   [&](std::uint32_t m) { return color_of(looks, m) != nullptr; }))
+  const auto has_color = [&](std::uint32_t m) { return color_of(looks, m) != nullptr; };
+  if (std::none_of(liquid.material.begin(), liquid.material.end(), has_color) &&
+      std::none_of(liquid.species.begin(), liquid.species.end(), has_color))
     return shapes;
   std::vector<Dye> dyes = dyes_of(liquid, looks);
   std::vector<std::uint32_t> dyed, clear;

@@ -18,12 +18,14 @@ namespace runner {
 /// A surface; arrays per vertex are parallel.
 struct Mesh {
   std::vector<meltsim::Vec3f> position,
-      normal;                            ///< [m] relative to the origin of its FrameShapes; unit, outward
-  std::vector<float> temperature;        ///< [degrees Celsius]
-  std::vector<std::uint32_t> body;       ///< 1 + index; 0 = liquid
-  std::vector<std::uint32_t> material;   ///< index
-  std::vector<std::uint32_t> triangles;  ///< 3 vertices each, counter-clockwise from outside
-  std::vector<meltsim::Vec3f> color;     ///< linear light; of FrameShapes::paint alone
+      normal;                                ///< [m] relative to the origin of its FrameShapes; unit, outward
+  std::vector<float> temperature;            ///< [degrees Celsius]
+  std::vector<std::uint32_t> body;           ///< 1 + index; 0 = liquid
+  std::vector<std::uint32_t> material;       ///< index
+  std::vector<std::uint32_t> triangles;      ///< 3 vertices each, counter-clockwise from outside
+  std::vector<meltsim::Vec3f> color;         ///< linear light; of FrameShapes::paint alone
+  std::vector<std::uint32_t> species;        ///< material indices of those in `contents`
+  std::vector<std::vector<float>> contents;  ///< per species: mass fraction at every vertex; of liquid alone
   bool empty() const { return triangles.empty(); }
 };
 
@@ -47,8 +49,19 @@ struct FrameShapes {
 
 /// Particles as balls; those of phases that a mesh shows are left out.
 void add_balls(FrameShapes& shapes, const std::vector<FrameParticle>& particles, double spacing);
+/// In place of a species' material where what is dissolved of it is clear.
+inline constexpr std::uint32_t clear_species = 0xffffffffu;
+/// What the liquid shows of a species: its colour where it mixes in any ratio; what dissolves from a body, such as sugar, has
+/// the colour of its crystals, and its solution is clear.
+inline std::uint32_t shown_species(std::uint32_t material, const meltsim::MaterialDesc& desc) {
+  return desc.solubility < 1 ? clear_species : material;
+}
+/// Mass fractions at the vertices of the liquid, from the particles nearby; nothing where a frame has no species.
+void add_contents(FrameShapes& shapes, const std::vector<FrameParticle>& particles,
+                  const std::vector<std::uint32_t>& species, double spacing);
 /// Moves liquid of materials that have a colour from `liquid` to `paint`. Colours, and whether there is one, are
-/// averaged over neighbouring vertices; triangles are cut where half of the neighbourhood has a colour.
+/// averaged over neighbouring vertices; triangles are cut where half of the neighbourhood has a colour. Colours mix by content;
+/// a clear liquid shows a species that has one from a content of 2.5 % on.
 FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks);
 /// What a vertex shows; null = its material has no colour.
 const std::array<double, 3>* color_of(const std::vector<SceneLook>& looks, std::uint32_t material);

@@ -60,6 +60,12 @@ FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
   const meltsim::SurfaceDesc desc = desc_of(scene, particles.id.size());
   shapes.liquid = mesh_of(world, desc, meltsim::SurfaceOf::liquid, shapes.origin, problem);
   shapes.solid = mesh_of(world, desc, meltsim::SurfaceOf::solids, shapes.origin, problem);
+  if (!particles.species.empty()) {
+    std::vector<std::uint32_t> species;
+    for (const meltsim::MaterialId id : particles.species)
+      species.push_back(shown_species(id.index, world.material(id)));
+    add_contents(shapes, frame_particles(particles), species, scene.world.spacing);
+  }
   const auto has_no_mesh = [&shapes](meltsim::ParticleTag tag) {
     return (meltsim::is_solid(tag) ? shapes.solid : shapes.liquid).empty();
   };
