@@ -99,7 +99,8 @@ class Stress {
     for (std::size_t i = 0; i < cells_.size(); ++i)
       for (std::size_t c = 0; c < columns_.size(); ++c)
         if (outcomes_[i][c].verdict == Verdict::fails)
-          fmt::print("FAILS {} ({}): {}\n", full_name(cells_[i]), columns_[c].name(), outcomes_[i][c].note);
+          fmt::print("FAILS {}{}{} ({}): {}\n", full_name(cells_[i]), cells_[i].drawn.empty() ? "" : ", ",
+                     cells_[i].drawn, columns_[c].name(), outcomes_[i][c].note);
   }
 
   void write() {
@@ -145,7 +146,9 @@ class Stress {
 }  // namespace
 
 int cmd_stress(const StressOptions& options) {
-  std::vector<stress::Setup> cells = stress::all_cells();
+  std::vector<stress::Setup> cells;
+  if (options.draws == 0) cells = stress::all_cells();
+  for (std::uint64_t k = 0; k < options.draws; ++k) cells.push_back(stress::drawn_cell(options.seed, k));
   cells.erase(std::remove_if(cells.begin(), cells.end(),
                              [&](const stress::Setup& cell) { return !wanted(cell, options); }),
               cells.end());

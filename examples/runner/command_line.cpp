@@ -200,6 +200,8 @@ class CommandLine {
         ->allow_extra_args(false)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     value(stress, "--out", "DIR", "write stability.csv and stability.svg there");
+    value(stress, "--draws", "N", "instead: N cells with several settings drawn at random");
+    value(stress, "--seed", "N", "of these draws, 1 by default");
     stress->add_flag("--long", typed_.long_cases, "also the cells that take minutes");
     stress->add_flag("--list", typed_.list, "list the cells instead of running them");
   }
@@ -284,6 +286,8 @@ class CommandLine {
     if (typed_.has("--precision")) options.precisions = {machine.precision};
     options.filters = typed_.filter;
     options.long_cells = typed_.long_cases;
+    if (typed_.has("--draws")) options.draws = option_count("--draws", typed_.get("--draws"));
+    if (typed_.has("--seed")) options.seed = option_count("--seed", typed_.get("--seed"));
     options.list = typed_.list;
     options.out = out_directory();
     return options;

@@ -81,7 +81,7 @@ struct ValidateOptions {
   bool long_cases = false, list = false;
   int draws = 3;                ///< of each case that is drawn at random
   unsigned long long seed = 1;  ///< of those draws
-  std::string out;  ///< empty = nothing is written
+  std::string out;              ///< empty = nothing is written
 };
 
 /// `stress`: which cells, where to compute them, and where to write.
@@ -91,7 +91,8 @@ struct StressOptions {
                                              meltsim::Precision::double_precision};
   std::vector<std::string> filters;  ///< parts of "axis: value"
   bool long_cells = false, list = false;
-  std::string out;  ///< empty = nothing is written
+  std::uint64_t draws = 0, seed = 1;  ///< cells drawn at random instead of those of the map; 0: the map
+  std::string out;                    ///< empty = nothing is written
 };
 
 }  // namespace runner

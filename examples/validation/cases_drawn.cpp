@@ -4,6 +4,7 @@
 // --seed and --draws make again.
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -84,7 +85,8 @@ void spread(const Settings& s, Report& report, const std::string& quantity, doub
     curve.y.push_back(errors[k].first);
   }
   std::string name = "drawn_" + quantity;
-  std::replace(name.begin(), name.end(), ' ', '_');
+  for (char& c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
   report.plots.push_back(
       {name, quantity + ": error of each draw", "share of draws", "error [" + unit + "]", {curve}});
 }
@@ -605,7 +607,7 @@ Outcome slide(Dice& dice, const Settings& s, Report& report) {
   const Vec3d along{std::cos(turn), 0, std::sin(turn)};
   Outcome o{0, text("%.0f x %.0f x %.0f sites, mu %.3f, tan %.3f, dx %.3g, towards %.0f degrees", nx, ny, nz,
                     mu, std::tan(angle), dx, turn * 180 / pi)};
-  WorldDesc d = box(s, dx, {400, 30, 400}, Face::wall, Face::wall, Face::wall);
+  WorldDesc d = box(s, dx, {600, 30, 600}, Face::wall, Face::wall, Face::wall);
   d.domain.friction = mu;
   d.gravity = along * (g * std::sin(angle)) + Vec3d{0, -g * std::cos(angle), 0};
   Run run(d, report);
@@ -614,10 +616,10 @@ Outcome slide(Dice& dice, const Settings& s, Report& report) {
   m.density = dice.log(300, 8000);
   m.friction = 1;
   const MaterialId id = run.material(m);
-  const Vec3d corner{200 * dx, 0, 200 * dx};
+  const Vec3d corner{300 * dx, 0, 300 * dx};  // it slides 132 spacings at most
   run.solid("block", Shape::box(corner, corner + Vec3d{nx * dx, ny * dx, nz * dx}), id);
   const double a = g * std::max(0.0, std::sin(angle) - mu * std::cos(angle)), t0 = 10 * std::sqrt(dx / g),
-               t1 = t0 + (a > 0 ? std::min(std::sqrt(2 * 100 * dx / a), 60 * std::sqrt(dx / g))
+               t1 = t0 + (a > 0 ? std::min(std::sqrt(2 * 30 * dx / a), 60 * std::sqrt(dx / g))
                                 : 60 * std::sqrt(dx / g));
   const auto speed = [&] {
     const ParticleData p = run.particles();

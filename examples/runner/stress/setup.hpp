@@ -27,6 +27,7 @@ struct Setup {
   Setup(std::string of_axis, std::string of_value);
 
   std::string axis, value;
+  std::string drawn;  ///< what was drawn, of a cell that was; goes with what is said of a failure
   meltsim::WorldDesc world;
   meltsim::MaterialDesc water, ice, other;  ///< ice melts into water, other does not melt
   bool other_liquid = false;                ///< `other` is a liquid that lies above the water
@@ -69,6 +70,9 @@ struct Outcome {
 
 /// All cells, axis by axis.
 std::vector<Setup> all_cells();
+
+/// The cell of this number in the series of this seed: several settings away from their defaults.
+Setup drawn_cell(std::uint64_t seed, std::uint64_t number);
 
 /// Runs one. It neither throws nor prints.
 Outcome run_cell(Setup setup);
