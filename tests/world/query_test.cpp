@@ -206,6 +206,31 @@ TEST_F(Query, ADistantBodyIsFound) {
   EXPECT_EQ(one(w, {{30, 5, 0.1}, {1, 0, 0}, infinity}).what, RayTarget::nothing);
 }
 
+/// Rays sort particles by themselves: whichever search the steps use, also across a periodic face, before and after a step.
+TEST_F(Query, EverySearchAndPrecisionFindsTheSame) {
+  for (const NeighbourSearch search : {NeighbourSearch::grid, NeighbourSearch::tree})
+    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+      WorldDesc d = box_of({1, 1, 1});
+      d.neighbour_search = search;
+      d.precision = precision;
+      d.domain.faces[0] = d.domain.faces[1] = Face::periodic;
+      World w = made(d);
+      FluidDesc f;
+      f.material = *w.add_material({});
+      f.shape = Shape::box({0, 0, 0}, {1, 0.6, 1});
+      require(w.add_fluid(f));
+      for (int k = 0; k < 2; ++k) {
+        for (const double x : {0.005, 0.5, 0.995}) {  // beside the periodic faces, too
+          const RayHit h = one(w, {{x, 0.9, 0.5}, {0, -1, 0}, infinity});
+          ASSERT_EQ(h.what, RayTarget::liquid);
+          EXPECT_NEAR(h.point.y, 0.6, 0.1 * dx);
+        }
+        EXPECT_EQ(one(w, {{0.5, 0.9, 0.5}, {1, 0, 0}, infinity}).what, RayTarget::nothing);  // no wall there
+        require(w.step(1e-4));
+      }
+    }
+}
+
 TEST_F(Query, RaysFollowWhatMoves) {
   WorldDesc d = box_of({2, 2, 2});
   d.gravity = {};
