@@ -600,6 +600,49 @@ TEST(Species, SaltCoolsItsWaterByTheHeatOfSolution) {
 
 // --- viscosity and transfer --------------------------------------------------------------------------------
 
+/// A shear wave in a periodic box of liquid with a species of viscosity `mu` and mass fraction w: its momentum after a while.
+double shear_left(double solvent, double mu, double w, Viscosity how) {
+  WorldDesc d = box_of({8, 16, 8}, 1);
+  d.domain.faces = {Face::periodic, Face::periodic, Face::periodic,
+                    Face::periodic, Face::periodic, Face::periodic};
+  d.artificial_viscosity = 0;
+  d.viscosity = how;
+  auto world = World::create(d);
+  require(world);
+  MaterialDesc m;
+  m.name = "solvent";
+  m.viscosity = solvent;
+  Solution s{std::move(*world), {}, {}};
+  s.water = *s.world.add_material(m);
+  m = species(s.water);
+  m.viscosity = mu;
+  s.salt = *s.world.add_material(m);
+  for (int y = 0; y < 16; ++y) {
+    const double speed = 1e-3 * std::sin(2 * pi * (y + 0.5) / 16);
+    fill(s, {0, double(y), 0}, {8, double(y + 1), 8}, w, {speed, 0, 0});
+  }
+  for (int k = 0; k < 400; ++k) require(s.world.step(0.005));  // a quarter of it is gone
+  EXPECT_EQ(s.world.resolved().viscosity, how);
+  const ParticleData p = *s.world.particles();
+  double sum = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    sum += p.velocity[i].x * std::sin(2 * pi * p.position[i].y / (16 * dx)) * 2 / double(p.id.size());
+  return sum / 1e-3;
+}
+
+// ln 0.1 = (ln 1 + ln 0.01)/2: half and half of the two flows as a liquid of 0.1 Pa s does, but for sub-steps of another length; all of it
+// is as viscous as the species.
+TEST(Species, AMixtureIsAsViscousAsTheLogarithmsSay) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Viscosity how : {Viscosity::explicit_, Viscosity::implicit}) {
+    const double expected = shear_left(0.1, 0.1, 0, how);
+    ASSERT_GT(expected, 0.05);
+    ASSERT_LT(expected, 0.95);
+    EXPECT_NEAR(shear_left(0.01, 1, 0.5, how), expected, 0.002);
+    EXPECT_NEAR(shear_left(0.01, 0.1, 1, how), expected, 0.002);
+  }
+}
+
 TEST(Species, TransferCoefficientSetsTheRateAtAFace) {
   MELTSIM_NEEDS_BACKEND();
   constexpr double k = 2e-3, solubility = 0.4;  // 20 times D/dx
