@@ -64,6 +64,8 @@ Plan WorldImpl::plan() {
     if (const std::string change = r.runs ? std::string() : reason_of_change(info); !change.empty())
       r.reason = change;
     if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
+    if (!r.runs && r.module == "species" && species_used_ && contents_level_)
+      r.reason = "contents are the same everywhere";
     if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
     // Of several ways to search, the one that runs says why the others do not.
     if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;

@@ -235,7 +235,8 @@ std::uint32_t WorldImpl::facts() const {
   for (const std::uint32_t k : species_)
     if (species_used_ && materials[k].viscosity != materials[materials[k].dissolves_in.index].viscosity)
       f |= core::fact_viscosity;
-  if (species_used_ && desc.solute.time_scale > 0 && (f & core::fact_fluid) != 0) f |= core::fact_species;
+  if (species_used_ && !contents_level_ && desc.solute.time_scale > 0 && (f & core::fact_fluid) != 0)
+    f |= core::fact_species;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
   if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;

@@ -278,6 +278,7 @@ class WorldImpl final : public Scheduler {
   double largest_density(std::size_t material) const;
   double extreme_volume(std::size_t material, double of_solvent, double sign) const;
   bool species_present() const;
+  bool contents_level() const;
   bool solution_heats() const;
   bool dissolves() const;
   void fill_contents();
@@ -394,7 +395,8 @@ class WorldImpl final : public Scheduler {
 
   std::vector<std::uint32_t> species_;  ///< material indices
   bool species_used_ = false;           ///< something is dissolved or dissolves, or will be emitted so
-  double solute_lambda_ = 0;            ///< twice the largest exchange over mass [1/s]
+  bool contents_level_ = false;  ///< contents are the same everywhere and stay so: nothing is exchanged
+  double solute_lambda_ = 0;     ///< twice the largest exchange over mass [1/s]
   std::vector<physics::MaterialProperties<double>> properties_;  ///< what rows' tables point to
   std::uint32_t number_ =
       next_number();  ///< of this World in the process: tells its handles from those of others

@@ -214,6 +214,7 @@ Status WorldImpl::prepare() {
   regions_act(time, std::max(time, plan_until_));
   was_emitting_ = emitting();
   species_used_ = species_present();
+  contents_level_ = contents_level();
   if (measure_) state_.heat_level = temperatures_level();
   if (heat_from_outside() || host_heats() || solution_heats()) state_.heat_level = false;
   take_census();

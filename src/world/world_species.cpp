@@ -168,6 +168,32 @@ bool WorldImpl::species_present() const {
   });
 }
 
+/// Whether all that can hold a species holds the same of it, in the World's precision, and nothing is to come that differs: an
+/// exchange would then change no bit. Of the state as the host has it.
+bool WorldImpl::contents_level() const {
+  for (std::size_t k = 0; k < species_.size(); ++k) {
+    const std::uint32_t solvent = materials[species_[k]].dissolves_in.index;
+    double low = infinity, high = -infinity;
+    const auto see = [&](double fraction) {
+      round_to_precision(fraction);
+      low = std::min(low, fraction);
+      high = std::max(high, fraction);
+    };
+    for (std::size_t i = 0; i < state_.tag.size(); ++i) {
+      if (is_solid(state_.tag[i]) && material_of(state_.tag[i]) == species_[k]) return false;
+      if (is_fluid(state_.tag[i]) && material_of(state_.tag[i]) == solvent)
+        see(state_.solute[k][i] / state_.mass[i]);
+    }
+    for (const EmitterRecord& e : emitters_)
+      if (emits(e) && e.desc.material.index == solvent) see(e.contents[k]);
+    for (const BodyRecord& b : bodies_)  // melt without any of it
+      if (!b.gone && materials[b.desc.material.index].melts_into == materials[species_[k]].dissolves_in)
+        see(0);
+    if (high > low) return false;
+  }
+  return true;
+}
+
 /// Whether a body may change temperatures by dissolving. Bodies count as they were built, as in heat_from_outside().
 bool WorldImpl::solution_heats() const {
   return desc.heat.model == HeatModel::enthalpy && desc.solute.time_scale > 0 &&

@@ -334,6 +334,33 @@ TEST(Species, AWorldWithoutThemHasNoStageAndNoMemoryOfThem) {
   EXPECT_EQ(channels, 3);
 }
 
+// Salt water without a difference has nothing to exchange, until fresh water comes; its contents and density stay.
+TEST(Species, EqualContentsTakeNoStageUntilSomethingDiffers) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto stage = [](World& w) {
+    const Plan plan = w.plan();
+    return *std::find_if(plan.stages.begin(), plan.stages.end(),
+                         [](const StageReport& r) { return r.name == "species.exchange"; });
+  };
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    WorldDesc d = box_of({8, 8, 8}, 1000);
+    d.precision = precision;
+    Solution s = make(d, [](MaterialDesc& m) { m.density = 1500; });
+    fill(s, {0, 0, 0}, {8, 4, 8}, 0.3);
+    require(s.world.prepare());
+    EXPECT_FALSE(stage(s.world).runs);
+    EXPECT_EQ(stage(s.world).reason, "contents are the same everywhere");
+    const auto before = s.world.particles()->fractions[0];
+    for (int k = 0; k < 5; ++k) require(s.world.step(0.01));
+    EXPECT_EQ(s.world.particles()->fractions[0], before);
+    EXPECT_NEAR(s.world.ledger()->mass / (256 * dx * dx * dx), 1 / (0.7 / 1000 + 0.3 / 1500), 1e-3);
+    fill(s, {0, 4, 0}, {8, 8, 8}, 0);
+    for (int k = 0; k < 5; ++k) require(s.world.step(0.01));
+    EXPECT_TRUE(stage(s.world).runs);
+    EXPECT_LT(range_of(s.world).high, 0.299);
+  }
+}
+
 // --- what is refused ---------------------------------------------------------------------------------------
 
 TEST(Species, BadInputNamesFieldAndFix) {
