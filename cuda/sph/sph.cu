@@ -13,6 +13,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, viscosity)
 MELTSIM_INSTANTIATE(core::CudaExec, forces)
 MELTSIM_INSTANTIATE(core::CudaExec, wetted)
 MELTSIM_INSTANTIATE(core::CudaExec, reaction)
+MELTSIM_INSTANTIATE(core::CudaExec, cohere)
 MELTSIM_INSTANTIATE(core::CudaExec, shift)
 
 }  // namespace sph

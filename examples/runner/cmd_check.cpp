@@ -56,6 +56,7 @@ class Check {
     print_bodies();
     print_viscosity();
     print_species();
+    print_tension();
     print_time();
     const meltsim::Plan plan = built_.world.plan();
     line("memory", bytes_text(static_cast<double>(plan.bytes)) + " for the World");
@@ -195,6 +196,29 @@ class Check {
                                                      : std::string()));
     if (const int sweeps = built_.world.resolved().solute_supersteps; sweeps > 1)
       line("", fmt::format("{} sweeps over all neighbours per species and sub-step", sweeps));
+  }
+
+  /// What surface tension is up against, and how much of it the spacing resolves.
+  void print_tension() {
+    const double dx = scene_.world.spacing, g = length(scene_.world.gravity);
+    for (const SceneMaterial& material : scene_.materials) {
+      const meltsim::MaterialDesc& m = material.desc;
+      if (!(m.surface_tension > 0)) continue;
+      std::string text =
+          fmt::format("{}: {:g} N/m; over one spacing Ohnesorge number {:.2g}", m.name, m.surface_tension,
+                      m.viscosity / std::sqrt(m.density * m.surface_tension * dx));
+      if (g > 0) {
+        const double reach = std::sqrt(m.surface_tension / (m.density * g));
+        text += fmt::format(", Bond number {:.2g}; capillary length {:.3g} m, {:.2g} spacings",
+                            dx * dx / (reach * reach), reach, reach / dx);
+        if (reach < 2 * dx)
+          warn(fmt::format(
+              "materials.{}: the capillary length, {:.3g} m, is {:.2g} spacings: drops and menisci are "
+              "not resolved; use a particles.spacing of {:.2g} or less",
+              m.name, reach, reach / dx, reach / 3));
+      }
+      line("tension", text);
+    }
   }
 
   void print_time() {

@@ -110,7 +110,7 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
   for (const char* field : {"time_scale", "max_stages", "max_supersteps", "level_tolerance", "free_surface"})
     add_dotted(scene.heat, "heat", field, field);
   for (const char* field : {"time_scale", "max_supersteps"}) add_dotted(scene.solute, "solute", field, field);
-  for (const char* field : {"min", "max", "friction", "velocity"})
+  for (const char* field : {"min", "max", "friction", "contact_angle", "velocity"})
     add_dotted(scene.domain, "domain", field, field);
   add_dotted(scene.domain, "domain", "faces", "walls");
   Source heat = scene.heat;

@@ -48,6 +48,8 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   number("youngs_modulus", "Pa", desc.youngs_modulus);
   number("damping", "0 to 1", desc.damping);
   number("friction", "Coulomb coefficient", desc.friction);
+  number("surface_tension", "N/m", desc.surface_tension);
+  number("contact_angle", "degrees", desc.contact_angle);
   if (const auto value = node.find("K")) {
     if (node.find("diffusivity")) value->fail("K is another name of diffusivity; give one of the two");
     desc.diffusivity = value->number("m^2/s");

@@ -63,6 +63,7 @@ void load_domain(const Node& node, Scene& scene) {
   }
   if (const auto value = node.find("no_slip")) domain.no_slip = value->boolean();
   if (const auto value = node.find("friction")) domain.friction = value->number("Coulomb coefficient");
+  if (const auto value = node.find("contact_angle")) domain.contact_angle = value->number("degrees");
   if (const auto value = node.find("velocity")) {
     value->allow_keys(keys::faces);
     for (const auto& [key, velocity] : value->entries()) {

@@ -30,6 +30,7 @@ Json domain_json(const meltsim::DomainDesc& domain) {
   }
   json["no_slip"] = domain.no_slip;
   json["friction"] = domain.friction;
+  if (domain.contact_angle != 90) json["contact_angle"] = domain.contact_angle;
   if (!velocity.empty()) json["velocity"] = velocity;
   return json;
 }
@@ -140,6 +141,8 @@ Json material_json(const SceneMaterial& material) {
   else json["stiffness"] = desc.stiffness;
   json["damping"] = desc.damping;
   json["friction"] = desc.friction;
+  if (desc.surface_tension > 0) json["surface_tension"] = desc.surface_tension;
+  if (desc.contact_angle != 90) json["contact_angle"] = desc.contact_angle;
   if (material.color) json["color"] = *material.color;
   return json;
 }

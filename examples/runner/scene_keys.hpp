@@ -11,7 +11,7 @@ using List = std::vector<std::string>;
 
 inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat", "solute",
                         "materials", "fluids", "bodies", "emitters",  "probes", "output", "trade"};
-inline const List domain{"min", "max", "walls", "no_slip", "friction", "velocity"};
+inline const List domain{"min", "max", "walls", "no_slip", "friction", "contact_angle", "velocity"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List particles{"spacing", "support"};
@@ -32,27 +32,11 @@ inline const List heat{"model",           "time_scale",   "max_stages", "max_sup
 inline const List solute{"time_scale", "max_supersteps"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
-inline const List material{"density",
-                           "viscosity",
-                           "conductivity",
-                           "heat_capacity",
-                           "diffusivity",
-                           "K",
-                           "melting_point",
-                           "latent_heat",
-                           "becomes",
-                           "region_half_width",
-                           "stiffness",
-                           "damping",
-                           "friction",
-                           "freezes",
-                           "youngs_modulus",
-                           "color",
-                           "dissolves_in",
-                           "solubility",
-                           "diffusivity_in",
-                           "heat_of_solution",
-                           "transfer_coefficient"};
+inline const List material{
+    "density",       "viscosity",   "conductivity",   "heat_capacity",     "diffusivity",         "K",
+    "melting_point", "latent_heat", "becomes",        "region_half_width", "stiffness",           "damping",
+    "friction",      "freezes",     "youngs_modulus", "surface_tension",   "contact_angle",       "color",
+    "dissolves_in",  "solubility",  "diffusivity_in", "heat_of_solution",  "transfer_coefficient"};
 inline const List fluid{"shape", "material", "temperature", "velocity", "fractions"};
 inline const List body{
     "name",  "shape",   "material",    "density", "temperature", "velocity", "angular_velocity", "fixed",

@@ -89,6 +89,13 @@ struct MaterialDesc {
   /// Share of non-rigid motion removed per region in the time dt_s, [0, 1]. At least 0.11 stiffness^1.5 is used (with a
   /// modulus, of the stiffness at the largest sub-step), so that sub-steps of changing length add no energy.
   double damping = 0.1;
+  /// Surface tension of a liquid [N/m], >= 0; water has 0.072. 0: it neither coheres nor wets. The sub-step gets shorter: the
+  /// sound speed becomes at least 10 sqrt(surface_tension/(density spacing)), and one that is set must be no less. Liquids
+  /// that meet attract each other with the geometric mean. Pressures that are read contain that which balances the attraction.
+  double surface_tension = 0;
+  /// Angle at which liquids with surface tension meet a solid of this material [degrees], 0..180, measured through the liquid:
+  /// 0 wets, 90 is neutral, 180 repels.
+  double contact_angle = 90;
   double friction = 0.3;  ///< Coulomb coefficient, >= 0; mean of two bodies, smaller of body and wall
 };
 

@@ -146,6 +146,8 @@ typedef struct meltsim_material_desc {
   double stiffness;          /* of shape matching, 0 to 1 */
   double youngs_modulus;     /* [Pa]; 0: `stiffness` holds */
   double friction;           /* Coulomb coefficient */
+  double surface_tension;    /* of a liquid [N/m]; 0: none */
+  double contact_angle;      /* of liquids with surface tension at this solid, 0 to 180 degrees */
 } meltsim_material_desc;
 
 /* Liquid that fills a shape. */

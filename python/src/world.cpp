@@ -68,6 +68,8 @@ const Keys<DomainDesc>& domain_keys() {
        }},
       {"no_slip", "bool", "liquid sticks to walls", set_to(&DomainDesc::no_slip)},
       {"friction", "float", "Coulomb coefficient of walls", set_to(&DomainDesc::friction)},
+      {"contact_angle", "float", "of liquids with surface tension at walls [degrees]",
+       set_to(&DomainDesc::contact_angle)},
       {"velocity", "dict[str, Sequence[float]]", "of walls [m/s], per face",
        [](DomainDesc& d, const std::string& name, nb::handle v) {
          each_face(name, v, [&](std::size_t i, const std::string& at, nb::handle u) {
@@ -94,7 +96,7 @@ const Keys<WorldDesc>& world_keys() {
        set_to(&WorldDesc::spacing)},
       {"domain", "dict[str, Any] | tuple[Sequence[float], Sequence[float]] | None",
        "where particles may be: (min, max), a box of walls [m], or a dict with min, max, faces, no_slip, "
-       "friction, velocity, heat; None: unbounded",
+       "friction, contact_angle, velocity, heat; None: unbounded",
        [](WorldDesc& d, const std::string& name, nb::handle v) {
          d.domain = {};
          if (v.is_none()) return;
@@ -246,6 +248,8 @@ const Keys<MaterialInput>& material_keys() {
       {"youngs_modulus", "float", "[Pa]; 0: `stiffness` holds", d(&D::youngs_modulus)},
       {"damping", "float", "share of non-rigid motion removed, 0 to 1", d(&D::damping)},
       {"friction", "float", "Coulomb coefficient", d(&D::friction)},
+      {"surface_tension", "float", "of a liquid [N/m]", d(&D::surface_tension)},
+      {"contact_angle", "float", "of a solid [degrees]", d(&D::contact_angle)},
       {"color", "Sequence[float] | None", "red, green, blue in show(), 0 to 1",
        [](MaterialInput& input, const std::string& name, nb::handle v) {
          if (v.is_none()) return input.color.reset();

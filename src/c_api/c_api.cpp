@@ -349,6 +349,8 @@ void meltsim_material_desc_init(meltsim_material_desc* desc) {
   desc->region_half_width = d.region_half_width;
   desc->stiffness = d.stiffness;
   desc->friction = d.friction;
+  desc->surface_tension = d.surface_tension;
+  desc->contact_angle = d.contact_angle;
 }
 void meltsim_species_desc_init(meltsim_species_desc* desc) {
   if (desc == nullptr) return;
@@ -471,6 +473,8 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   d.stiffness = c.stiffness;
   d.youngs_modulus = c.youngs_modulus;
   d.friction = c.friction;
+  d.surface_tension = c.surface_tension;
+  d.contact_angle = c.contact_angle;
   return d;
 }
 meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {

@@ -11,6 +11,7 @@ namespace sph {
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, wetted)
+MELTSIM_INSTANTIATE(core::CpuExec, cohere)
 MELTSIM_INSTANTIATE(core::CpuExec, shift)
 
 }  // namespace sph

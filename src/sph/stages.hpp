@@ -7,6 +7,7 @@
 #include "spatial/strategies.hpp"
 #include "sph/advance_bodies.hpp"
 #include "sph/bodies.hpp"
+#include "sph/cohere_bodies.hpp"
 #include "sph/diffuse_bodies.hpp"
 #include "sph/shift_bodies.hpp"
 
@@ -91,6 +92,11 @@ void diffuse(E& ex, const core::Frame<T>& frame) {
       std::swap(w.f.viscous_operand, w.f.viscous_operand_next);
     });
   });
+}
+
+template <class E, class T>
+void cohere(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, CohereBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

@@ -68,6 +68,10 @@ Status validate(const DomainDesc& d, double support) {
                      "; use an unbounded domain or a larger spacing");
   }
   if (Status s = at_least("domain.friction", d.friction, 0, "", "0 is frictionless"); !s) return s;
+  if (Status s = within("domain.contact_angle", d.contact_angle, 0, 180, "degrees",
+                        "0 wets, 90 is neutral, 180 repels");
+      !s)
+    return s;
   for (const Vec3d& v : d.velocity)
     if (Status s = bounded_vector("domain.velocity", v, "m/s"); !s) return s;
   return {};
@@ -300,6 +304,14 @@ Status validate(const MaterialDesc& m) {
     return invalid(p, "region_half_width: loose particles (0) have no youngs_modulus, got ", m.youngs_modulus,
                    " Pa; set region_half_width to 1 or more, or youngs_modulus to 0");
   if (Status s = within(p + "damping", m.damping, 0, 1, "", "0.1 is the default"); !s) return s;
+  if (Status s = at_least(p + "surface_tension", m.surface_tension, 0, "N/m", "water is 0.072, 0 is none");
+      !s)
+    return s;
+  if (Status s = measurable(p + "surface_tension", m.surface_tension, "N/m"); !s) return s;
+  if (Status s = within(p + "contact_angle", m.contact_angle, 0, 180, "degrees",
+                        "0 wets, 90 is neutral, 180 repels");
+      !s)
+    return s;
   return at_least(p + "friction", m.friction, 0, "", "0.3 is the default");
 }
 

@@ -237,6 +237,9 @@ std::uint32_t WorldImpl::facts() const {
       f |= core::fact_viscosity;
   if (species_used_ && !contents_level_ && desc.solute.time_scale > 0 && (f & core::fact_fluid) != 0)
     f |= core::fact_species;
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (liquid_used_[m] != 0u && materials[m].surface_tension > 0 && (f & core::fact_fluid) != 0)
+      f |= core::fact_tension;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
   if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rows of the material table, as the formulas need them.
 #include <algorithm>
+#include <cmath>
 
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
+#include "meltsim/physics/surface_tension.hpp"
+#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {
@@ -130,6 +133,8 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
     r.shape_damping = own.damping;
     r.friction = own.friction;
+    r.cohesion = std::sqrt(physics::cohesion_strength(own.surface_tension, core::support_of(desc)));
+    r.wetting = physics::wetting_share(own.contact_angle);
     rows.push_back(r);
   }
   return rows;

@@ -11,6 +11,7 @@
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
@@ -104,6 +105,9 @@ void WorldImpl::derive_sound_speed() {
   }
   const double depth = seen_.high >= seen_.low ? fall_height() + desc.spacing : 0;
   double c = physics::sound_speed_for(seen_.speed, length(desc.gravity), depth);
+  for (const MaterialDesc& m : materials)
+    if (m.surface_tension > 0)
+      c = std::max(c, physics::cohesion_sound_speed(m.surface_tension, core::least_density(m), desc.spacing));
   if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
 }
@@ -112,6 +116,17 @@ void WorldImpl::derive_sound_speed() {
 /// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
 /// below, how far things fall is not known.
 Status WorldImpl::check_sound_speed() const {
+  for (std::size_t i = 0; desc.sound_speed > 0 && i < materials.size(); ++i) {
+    const MaterialDesc& m = materials[i];
+    if (liquid_used_[i] == 0u || !(m.surface_tension > 0)) continue;
+    const double least =
+        physics::cohesion_sound_speed(m.surface_tension, core::least_density(m), desc.spacing);
+    if (desc.sound_speed < least)
+      return core::invalid("sound_speed: ", desc.sound_speed, " m/s is too low for the surface_tension of \"",
+                           m.name, "\", ", m.surface_tension, " N/m, at a spacing of ", desc.spacing,
+                           " m, which would compress the liquid; use at least ", least,
+                           ", or 0 to derive it");
+  }
   if (desc.sound_speed <= 0 || !desc.domain.bounded || !any_liquid()) return {};
   const Vec3d pull = desc.gravity;
   const auto& faces = desc.domain.faces;
@@ -368,6 +383,11 @@ void WorldImpl::derive_limits() {
     static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
     if (mobile && drag > 0) static_dt_ = std::min(static_dt_, physics::drag_dt(drag, lightest, sum));
   }
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (fluid && liquid_used_[i] != 0u && materials[i].surface_tension > 0)
+      static_dt_ =
+          std::min(static_dt_, physics::capillary_dt(materials[i].surface_tension,
+                                                     core::least_density(materials[i]), desc.spacing));
   limit_viscosity(sum, drag);
   limit_solute(sum);
   rows_ = material_rows();
