@@ -105,9 +105,10 @@ void WorldImpl::derive_sound_speed() {
   }
   const double depth = seen_.high >= seen_.low ? fall_height() + desc.spacing : 0;
   double c = physics::sound_speed_for(seen_.speed, length(desc.gravity), depth);
-  for (const MaterialDesc& m : materials)
-    if (m.surface_tension > 0)
-      c = std::max(c, physics::cohesion_sound_speed(m.surface_tension, core::least_density(m), desc.spacing));
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (materials[i].surface_tension > 0)
+      c = std::max(
+          c, physics::cohesion_sound_speed(materials[i].surface_tension, least_density(i), desc.spacing));
   if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
 }
@@ -119,8 +120,7 @@ Status WorldImpl::check_sound_speed() const {
   for (std::size_t i = 0; desc.sound_speed > 0 && i < materials.size(); ++i) {
     const MaterialDesc& m = materials[i];
     if (liquid_used_[i] == 0u || !(m.surface_tension > 0)) continue;
-    const double least =
-        physics::cohesion_sound_speed(m.surface_tension, core::least_density(m), desc.spacing);
+    const double least = physics::cohesion_sound_speed(m.surface_tension, least_density(i), desc.spacing);
     if (desc.sound_speed < least)
       return core::invalid("sound_speed: ", desc.sound_speed, " m/s is too low for the surface_tension of \"",
                            m.name, "\", ", m.surface_tension, " N/m, at a spacing of ", desc.spacing,
@@ -385,9 +385,8 @@ void WorldImpl::derive_limits() {
   }
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (fluid && liquid_used_[i] != 0u && materials[i].surface_tension > 0)
-      static_dt_ =
-          std::min(static_dt_, physics::capillary_dt(materials[i].surface_tension,
-                                                     core::least_density(materials[i]), desc.spacing));
+      static_dt_ = std::min(
+          static_dt_, physics::capillary_dt(materials[i].surface_tension, least_density(i), desc.spacing));
   limit_viscosity(sum, drag);
   limit_solute(sum);
   rows_ = material_rows();

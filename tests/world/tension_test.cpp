@@ -58,7 +58,7 @@ Momentum momentum_of(World& w) {
 
 double time_of(double radius) { return std::sqrt(1000 * radius * radius * radius / sigma); }
 
-/// Half widths of what is liquid along n directions, as from the second moment: sqrt(5 <(x.n)^2>) is the radius of a ball.
+/// Distances of the outermost particles from the centre along 60 directions.
 struct Widths {
   double least = 1e9, most = 0;
 };
@@ -71,7 +71,7 @@ Widths widths_of(World& w) {
   for (int k = 0; k < n; ++k) {
     const double z = 1 - (2 * k + 1.0) / n, angle = 2.399963 * k, s = std::sqrt(1 - z * z);
     const Vec3d along{s * std::cos(angle), s * std::sin(angle), z};
-    double far = 0;  // the outermost particle
+    double far = 0;
     for (const Vec3d& x : p.position) far = std::max(far, dot(x - centre, along));
     widths.least = std::min(widths.least, far);
     widths.most = std::max(widths.most, far);
@@ -84,22 +84,40 @@ TEST(Tension, CubeBecomesBallAndKeepsItsMomentum) {
   World w = create(space());
   FluidDesc f;
   f.material = *w.add_material(water());
-  f.shape = Shape::box({0, 0, 0}, {10 * dx, 10 * dx, 10 * dx});
+  f.shape = Shape::box({0, 0, 0}, {12 * dx, 12 * dx, 12 * dx});
   f.velocity = {0.02, -0.01, 0.03};  // another frame of reference, in which momenta are no zeros
   require(w.add_fluid(f));
   require(w.prepare());
   const Momentum before = momentum_of(w);
-  // Corners of a cube are sqrt(3) times as far as its faces.
-  EXPECT_GT(widths_of(w).most, 1.5 * widths_of(w).least);
-  require(w.step(4 * time_of(6.2 * dx)));
+  // Towards its faces a cube of 12 lattice points is 5.5 spacings wide, towards its corners 9.5.
+  EXPECT_GT(widths_of(w).most - widths_of(w).least, 2.5 * dx);
+  require(w.step(6 * time_of(7.4 * dx)));
+  // Sums of 1728 particles over some 1500 sub-steps, each rounded to 1e-16.
+  EXPECT_LT(length(momentum_of(w).linear - before.linear), 1e-12 * before.speeds);
+  // A lattice in a ball leaves terraces of half a spacing.
+  EXPECT_LT(widths_of(w).most - widths_of(w).least, 0.9 * dx);
+  EXPECT_EQ(w.synchronize().removed, 0u);
+}
+
+// Without viscosity every force is along the line between two particles.
+TEST(Tension, WithoutViscosityAngularMomentumIsKept) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = create(space());
+  FluidDesc f;
+  f.material = *w.add_material(water(0));
+  f.shape = Shape::box({0, 0, 0}, {8 * dx, 5 * dx, 6 * dx});
+  f.velocity = {0.02, -0.01, 0.03};
+  require(w.add_fluid(f));
+  f.shape = Shape::box({1 * dx, 5 * dx, 1 * dx}, {5 * dx, 9 * dx, 4 * dx});  // blown past it: the whole turns
+  f.velocity = {0.3, 0, -0.2};
+  require(w.add_fluid(f));
+  require(w.prepare());
+  const Momentum before = momentum_of(w);
+  require(w.step(0.03));
   const Momentum after = momentum_of(w);
-  // Sums of 1000 particles over some 400 sub-steps, each rounded to 1e-16.
   EXPECT_LT(length(after.linear - before.linear), 1e-12 * before.speeds);
   EXPECT_LT(length(after.angular - before.angular), 1e-11 * before.moments);
-  // Outermost particles of a lattice that became a ball of 6 spacings lie up to half a spacing apart.
-  const Widths ball = widths_of(w);
-  EXPECT_LT(ball.most - ball.least, 0.8 * dx);
-  EXPECT_EQ(w.synchronize().removed, 0u);
+  EXPECT_GT(after.speeds, 1.001 * length(after.linear));  // it moves within itself, too
 }
 
 TEST(Tension, WithoutItNothingRuns) {
@@ -183,7 +201,8 @@ double angle_on_wall(double angle) {
   World w = create(d);
   FluidDesc f;
   f.material = *w.add_material(water());
-  f.shape = Shape::sphere({14 * dx, 0, 14 * dx}, 7 * dx);  // the half of it that is in the domain
+  f.shape = Shape::intersect(
+      {Shape::box({0, 0, 0}, d.domain.max), Shape::sphere({14 * dx, 0, 14 * dx}, 7 * dx)});  // half a ball
   require(w.add_fluid(f));
   require(w.prepare());
   require(w.step(8 * time_of(7 * dx)));
@@ -198,10 +217,45 @@ double angle_on_wall(double angle) {
 
 TEST(Tension, DropsOnWallsHaveTheirAngle) {
   MELTSIM_NEEDS_BACKEND();
-  // A neutral wall is a plane of symmetry.
+  // A neutral wall is a plane of symmetry. Walls of 60 and 120 degrees gave 68 and 120: what is left of an angle of 60 is
+  // in docs/limits.md.
   EXPECT_NEAR(angle_on_wall(90), 90, 6);
   EXPECT_NEAR(angle_on_wall(60), 60, 12);
-  EXPECT_NEAR(angle_on_wall(120), 120, 12);
+  EXPECT_NEAR(angle_on_wall(120), 120, 8);
+}
+
+double angle_on_body(double angle) {
+  WorldDesc d = space();
+  d.domain.bounded = true;
+  d.domain.max = {26 * dx, 18 * dx, 26 * dx};
+  World w = create(d);
+  MaterialDesc solid;
+  solid.name = "solid";
+  solid.contact_angle = angle;
+  SolidDesc b;
+  b.material = *w.add_material(solid);
+  b.shape = Shape::box({0, 0, 0}, {26 * dx, 3 * dx, 26 * dx});
+  b.motion = Motion::fixed;
+  require(w.add_solid(b));
+  FluidDesc f;
+  f.material = *w.add_material(water());
+  f.shape = Shape::intersect(
+      {Shape::box({0, 3 * dx, 0}, d.domain.max), Shape::sphere({13 * dx, 3 * dx, 13 * dx}, 6 * dx)});
+  require(w.add_fluid(f));
+  require(w.prepare());
+  require(w.step(8 * time_of(6 * dx)));
+  const ParticleData p = *w.particles();
+  double volume = 0, centre = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (is_fluid(p.tag[i])) volume += dx * dx * dx, centre += (p.position[i].y - 3 * dx) * dx * dx * dx;
+  return cap_angle(volume, centre / volume);
+}
+
+TEST(Tension, DropsOnBodiesHaveTheirAngle) {
+  MELTSIM_NEEDS_BACKEND();
+  // 64 and 125 degrees were seen: the face of a lattice is even to a spacing, and a drop of 6 is that flat.
+  EXPECT_NEAR(angle_on_body(60), 60, 8);
+  EXPECT_NEAR(angle_on_body(120), 120, 8);
 }
 
 TEST(Tension, SoundFollowsIt) {
