@@ -28,7 +28,7 @@ class WorldDesc(c.Structure):
 
 class MaterialDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("freezes", c.c_int32), ("name", c.c_char_p), ("density", c.c_double), ("rest", c.c_double * 5),
-                ("melts_into", Id), ("more", c.c_double * 4)]
+                ("melts_into", Id), ("more", c.c_double * 6)]
 
 
 class SolidDesc(c.Structure):
