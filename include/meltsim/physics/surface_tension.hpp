@@ -19,8 +19,8 @@
 // a lattice that resists shear: a drop then keeps the shape that it had (docs/design/tried.md).
 //
 // Deviation: particles are not spread as the formula takes for granted: b and gain hold for H = 2.5 dx, gain being what they
-// give in its place, measured once, from the period of oscillating drops of 6, 7.5 and 10 spacings' radius, which then is
-// right within 4 %. The pressure inside a drop at rest differs by up to a quarter from drop to drop (docs/limits.md).
+// give in its place, measured once from the shape of puddles, which then are as high as theory has them. Drops at rest
+// are a lattice besides, which adds to what restores a small deformation (docs/limits.md).
 //
 // Wetting. The work that parts a liquid from a solid is sigma (1 + cos theta) by Young and Dupre, and that which parts it
 // from itself 2 sigma; so a solid whose particles attract liquid with (1 + cos theta)/2 of its strength has that angle.
@@ -36,7 +36,7 @@ namespace physics {
 /// b.
 inline constexpr double cohesion_core = 6.0;
 /// Tension of particles over that of the formula.
-inline constexpr double cohesion_gain = 2.5;
+inline constexpr double cohesion_gain = 1.25;
 
 /// w(r) [-].
 template <class T>
@@ -83,9 +83,9 @@ inline double wetting_share(double contact_angle) {
   return 0.5 * (1 + std::cos(contact_angle * (pi / 180)));
 }
 
-/// Least sound speed [m/s] of a liquid with tension, 10 sqrt(sigma/(rho dx)): cohesion_pressure then compresses it by about 1 %.
+/// Least sound speed [m/s] of a liquid with tension, 14 sqrt(sigma/(rho dx)): cohesion_pressure then compresses it by about 1 %.
 inline double cohesion_sound_speed(double tension, double density, double spacing) {
-  return 10 * std::sqrt(tension / (density * spacing));
+  return 14 * std::sqrt(tension / (density * spacing));
 }
 
 /// Largest sub-step [s] from waves of two spacings' length: sqrt(rho dx^3/(2 pi sigma)) (Brackbill, Kothe & Zemach 1992,
