@@ -55,8 +55,10 @@ enum class Medium : std::uint32_t { nothing, liquid, body };
 /// Sums around a point, and what is nearest to it there.
 template <class T>
 struct MediumSums {
-  FillSums<T> fill;
-  T nearest_solid2 = static_cast<T>(INFINITY), nearest_liquid2 = static_cast<T>(INFINITY);  ///< [m^2]
+  FillSums<T> fill;  ///< volume fractions
+  T nearest_solid2 =
+      static_cast<T>(INFINITY);  ///< square of the distance of the nearest solid particle [m^2]
+  T nearest_liquid2 = static_cast<T>(INFINITY);  ///< likewise of liquid [m^2]
 };
 
 /// f_S less the 1/2 of a body's surface; g of liquid's: both grow inwards.
