@@ -276,6 +276,143 @@ TEST(Species, AReadingHasTheContentsToo) {
   EXPECT_EQ(reading.ledger.solute[0], s.world.ledger()->solute[0]);
 }
 
+// --- who holds what ----------------------------------------------------------------------------------------
+
+// Three species in one solvent, and oil, a stone and ice among it: each species spreads as if it were alone, and only in its
+// solvent.
+TEST(Species, SpreadIndependentlyAndOnlyInTheirSolvent) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto run = [](int first, int last) {
+    WorldDesc d = box_of({16, 8, 8}, 200);
+    d.heat.model = HeatModel::none;
+    auto world = World::create(d);
+    require(world);
+    World w = std::move(*world);
+    const auto water = *w.add_material({});
+    MaterialDesc m;
+    m.name = "oil";
+    const auto oil = *w.add_material(m);
+    m.name = "stone";
+    const auto stone = *w.add_material(m);
+    FluidDesc f;
+    for (int k = first; k <= last; ++k) {
+      MaterialDesc s = species(water, k == 0 ? "a" : k == 1 ? "b" : "c");
+      s.diffusivity_in *= 1 + k;
+      f.fractions.push_back({*w.add_material(s), 0.1 * (1 + k)});
+    }
+    f.shape = Shape::box({0, 0, 0}, {8 * dx, 8 * dx, 8 * dx});
+    f.material = water;
+    require(w.add_fluid(f));
+    f.fractions.clear();
+    f.shape = Shape::box({8 * dx, 0, 0}, {12 * dx, 8 * dx, 8 * dx});
+    require(w.add_fluid(f));
+    f.material = oil;
+    f.shape = Shape::box({12 * dx, 0, 0}, {14 * dx, 8 * dx, 8 * dx});
+    require(w.add_fluid(f));
+    SolidDesc b;
+    b.material = stone;
+    b.fixed = true;
+    b.shape = Shape::box({14 * dx, 0, 0}, {16 * dx, 8 * dx, 8 * dx});
+    require(w.add_solid(b));
+    for (int k = 0; k < 10; ++k) require(w.step(0.01));
+    return *w.particles();
+  };
+  const ParticleData all = run(0, 2);
+  ASSERT_EQ(all.fractions.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const ParticleData alone = run(static_cast<int>(k), static_cast<int>(k));
+    double most = 0, beyond = 0;
+    for (std::size_t i = 0; i < all.id.size(); ++i) {
+      // The fastest of them sets the length of the explicit steps: 1e-4 apart.
+      EXPECT_NEAR(all.fractions[k][i], alone.fractions[0][i], 3e-4);
+      if (material_of(all.tag[i]) != 0) beyond = std::max(beyond, all.fractions[k][i]);
+      else if (all.position[i].x > 8 * dx) most = std::max(most, all.fractions[k][i]);
+    }
+    EXPECT_GT(most, 0.01 * double(1 + k));
+    EXPECT_EQ(beyond, 0);
+  }
+}
+
+// What a nozzle emits, and melt that holds nothing.
+TEST(Species, EmittersBringContentsAndMeltDilutes) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = box_of({16, 24, 16}, 200);
+  d.gravity = {0, -9.81, 0};
+  d.sound_speed = 0;
+  d.heat.time_scale = 3e4;
+  Solution s = make(d, [](MaterialDesc& m) { m.density = 1200; });
+  MaterialDesc ice;
+  ice.name = "ice";
+  ice.melting_point = 0;
+  ice.latent_heat = 1e4;
+  ice.melts_into = s.water;
+  SolidDesc b;
+  b.material = *s.world.add_material(ice);
+  b.shape = Shape::box({4 * dx, 2 * dx, 4 * dx}, {8 * dx, 5 * dx, 8 * dx});
+  b.temperature = 0;
+  require(s.world.add_solid(b));
+  FluidDesc f;
+  f.shape = Shape::box({0, 0, 0}, {16 * dx, 8 * dx, 16 * dx});
+  f.material = s.water;
+  f.temperature = 60;
+  f.fractions = {{s.salt, 0.2}};
+  require(s.world.add_fluid(f));
+  const double before = sum_of(s.world);
+  EmitterDesc e;
+  e.center = {0.08, 0.2, 0.08};
+  e.radius = 0.02;
+  e.speed = 0.5;
+  e.until = 0.2;
+  e.material = s.water;
+  e.temperature = 60;
+  e.fractions = {{s.salt, 0.5}};
+  require(s.world.add_emitter(e));
+  const double mass = s.world.ledger()->mass;
+  for (int k = 0; k < 160; ++k) require(s.world.step(0.005));
+  const StepResult r = s.world.synchronize();
+  ASSERT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_EQ(r.melted, 48u);
+  const Ledger after = *s.world.ledger();
+  EXPECT_GT(after.mass - mass,
+            0.05);  // 1086 kg/m^3 times pi R^2 v t is 0.14 kg, of which the first layers wait in the pipe
+  EXPECT_NEAR((after.solute[0] - before) / (0.5 * (after.mass - mass)), 1, 1e-6);  // masses are rounded
+  const ParticleData p = *s.world.particles();
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (body_of(p.tag[i]) != 0) {
+      EXPECT_GT(p.fractions[0][i], 0.1);  // melt, which held nothing at first
+    }
+  EXPECT_LE(range_of(s.world).high, 0.5 + 1e-9);
+}
+
+// The same whatever finds neighbours; across periodic faces, too.
+TEST(Species, ContentsDoNotDependOnHowNeighboursAreFound) {
+  MELTSIM_NEEDS_BACKEND();
+  std::vector<double> expected;
+  for (const NeighbourSearch search : {NeighbourSearch::grid, NeighbourSearch::tree}) {
+    WorldDesc d = box_of({12, 8, 8}, 300);
+    d.neighbour_search = search;
+    d.domain.faces = {Face::periodic, Face::periodic, Face::wall, Face::wall, Face::wall, Face::wall};
+    Solution s = make(d);
+    fill(s, {0, 0, 0}, {4, 8, 8}, 0.4);
+    fill(s, {4, 0, 0}, {12, 8, 8}, 0);
+    for (int k = 0; k < 10; ++k) require(s.world.step(0.01));
+    const auto w = s.world.particles()->fractions[0];
+    if (expected.empty()) expected = w;
+    ASSERT_EQ(w.size(), expected.size());
+    for (std::size_t i = 0; i < w.size(); ++i)
+      EXPECT_NEAR(w[i], expected[i], 1e-12);  // sums in another order
+    // Both ends of the box are as far from the middle of the solution: x and 4 - x.
+    const ParticleData p = *s.world.particles();
+    double left = 0, right = 0;
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      if (p.position[i].x > 11 * dx) left += w[i] / 64;
+      if (p.position[i].x > 4 * dx && p.position[i].x < 5 * dx) right += w[i] / 64;
+    }
+    EXPECT_NEAR(left, right, 1e-9);
+    EXPECT_GT(left, 0.05);
+  }
+}
+
 // --- density -----------------------------------------------------------------------------------------------
 
 TEST(Species, AHeavierSolutionSinksAndALighterOneStays) {
