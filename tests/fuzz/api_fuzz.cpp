@@ -283,16 +283,39 @@ class Sequence {
       if (chance(0.2)) m.density_points = {{0, m.density}, {80, or_extreme(m.density * 0.97)}};
     }
     if (chance(0.2)) m.conductivity_points = {{-20, or_extreme(0.4)}, {or_extreme(60), 2}};
-    note("add_material ", solid ? "solid" : "liquid", " rho ", m.density, " mu ", m.viscosity, " k ",
-         m.conductivity, " c ", m.heat_capacity, " w ", m.region_half_width, " E ", m.youngs_modulus, " L ",
-         m.latent_heat, m.freezes ? " freezes" : "");
-    refusable_ = bool(
-        m.melts_into);  // two solids may not freeze from one liquid, nor one melt far below where it freezes
+    const bool species = !liquids_.empty() && chance(0.2);
+    if (species) {
+      m.melts_into = {};
+      m.melting_point = infinity;
+      m.freezes = false;
+      m.viscosity_points.clear();
+      m.density_points.clear();
+      m.dissolves_in = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
+      m.solubility = or_extreme(solid ? random_.uniform(0.1, 0.9) : 1.0, 0.05);
+      m.diffusivity_in = or_extreme(log_uniform(1e-9, 1e-3), 0.05);
+      if (chance(0.5)) m.heat_of_solution = or_extreme(random_.uniform(-1e5, 1e5));
+      if (chance(0.3)) m.transfer_coefficient = or_extreme(log_uniform(1e-6, 1e-2), 0.05);
+    }
+    note("add_material ", species ? "species " : "", solid ? "solid" : "liquid", " rho ", m.density, " mu ",
+         m.viscosity, " k ", m.conductivity, " c ", m.heat_capacity, " w ", m.region_half_width, " E ",
+         m.youngs_modulus, " L ", m.latent_heat, m.freezes ? " freezes" : "");
+    refusable_ =
+        species ||
+        bool(
+            m.melts_into);  // two solids may not freeze from one liquid, nor one melt far below where it freezes
     const auto id = guarded_call("add_material", [&] { return world_->add_material(m); });
     refusable_ = false;
     if (!id) return;
     materials_.push_back(*id);
-    (solid ? solids_ : liquids_).push_back(*id);
+    if (species) species_.push_back(*id);
+    if (solid || !species) (solid ? solids_ : liquids_).push_back(*id);
+  }
+
+  /// What is dissolved in a liquid; of a species of another one it is refused.
+  std::vector<MassFraction> fractions() {
+    if (species_.empty() || !chance(0.4)) return {};
+    return {{species_[random_.below(static_cast<std::uint32_t>(species_.size()))],
+             or_extreme(random_.uniform(0, 0.3), 0.05)}};
   }
 
   void add_fluid() {
@@ -303,7 +326,9 @@ class Sequence {
     if (wild_ && chance(0.03)) f.material = pick({MaterialId{}, MaterialId{77, 1}, MaterialId{0, 2}});
     f.temperature = or_extreme(random_.uniform(-10, 90));
     if (chance(0.2)) f.velocity = or_extreme(random_.vector(1));
-    note("add_fluid T ", f.temperature, " v ", f.velocity.x, ",", f.velocity.y, ",", f.velocity.z);
+    f.fractions = fractions();
+    note("add_fluid", f.fractions.empty() ? "" : " mixed", " T ", f.temperature, " v ", f.velocity.x, ",",
+         f.velocity.y, ",", f.velocity.z);
     refusable_ = true;  // its place may be taken or outside
     const auto n = guarded_call("add_fluid", [&] { return world_->add_fluid(f); });
     refusable_ = false;
@@ -448,6 +473,8 @@ class Sequence {
              who + text("temperature ", data->temperature[i]));
       expect(data->liquid_fraction[i] >= 0 && data->liquid_fraction[i] <= 1, who + "liquid fraction");
       expect(finite(data->density[i]) && finite(data->pressure[i]), who + "density or pressure");
+      for (const auto& w : data->fractions)
+        expect(w[i] >= -1 && w[i] <= 2, who + text("mass fraction ", w[i]));
       expect(material_of(data->tag[i]) < materials_.size(), who + "material");
       const auto known = masses_.find(data->id[i]);
       if (known == masses_.end()) masses_[data->id[i]] = data->mass[i];
@@ -737,7 +764,7 @@ class Sequence {
   WorldDesc desc_;
   double dx_ = 0.1, speed_scale_ = 0, stepped_ = 0;
   Vec3d size_, low_;
-  std::vector<MaterialId> materials_, liquids_, solids_;
+  std::vector<MaterialId> materials_, liquids_, solids_, species_;
   std::vector<BodyId> bodies_;
   std::map<std::uint32_t, double> masses_;
   std::vector<ReadTicket> tickets_;
