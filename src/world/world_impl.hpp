@@ -474,6 +474,7 @@ class WorldImpl final : public Scheduler {
   StepResult carried_;              ///< extremes seen by a synchronize() of the World's own
   bool changes_phase_ = false;      ///< a material in use melts or freezes
   double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
+  bool strong_pull_ = false;        ///< a body's damping and stiffness need two super-steps of implicit viscosity
   double viscous_dt_ = infinity;    ///< what explicit viscosity would allow [s]
   double viscous_lambda_ = 0;       ///< bound of the viscous operator's spectrum [1/s]
   bool diffuses_ = false;           ///< viscosity is implicit

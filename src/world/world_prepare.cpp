@@ -350,6 +350,10 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
       std::isfinite(viscous_dt_) && (desc.viscosity == Viscosity::implicit ||
                                      (desc.viscosity == Viscosity::automatic && viscous_dt_ < static_dt_));
   if (!diffuses_) static_dt_ = std::min(static_dt_, viscous_dt_);
+  strong_pull_ = std::any_of(bodies_.begin(), bodies_.end(), [this](const BodyRecord& b) {
+    const MaterialDesc& m = materials[b.desc.material.index];
+    return !b.desc.fixed && !b.rigid() && 2 * m.damping + alpha_of(m, spring_dt_) > physics::single_step_pull;
+  });
 }
 
 /// What step() needs of the scene, worked out once: it must not search or allocate per step.

@@ -65,7 +65,7 @@ void WorldImpl::viscous_plan(double dt, core::SubstepArguments& a) const {
   a.viscous_dt = dt;
   a.viscous_bound = infinity;
   if ((facts_ & core::fact_implicit) == 0) return;
-  const physics::ViscousStages v = physics::viscous_stages(dt * viscous_lambda_);
+  const physics::ViscousStages v = physics::viscous_stages(dt * viscous_lambda_, !strong_pull_);
   a.viscous_stages = v.stages;
   // check_viscous_work() refuses more than max_substeps.
   a.viscous_supersteps = static_cast<int>(std::min(v.supersteps, 1e9));

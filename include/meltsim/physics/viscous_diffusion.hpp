@@ -71,13 +71,19 @@ struct ViscousStages {
 /// Stages up to which there is one super-step.
 inline constexpr int single_viscous_stages = 6;
 
-/// Fewest that tau lambda allows: one super-step of up to single_viscous_stages; else two, or as many as have
+/// Largest 2 d + alpha of a movable body that one super-step bears, d its damping and alpha its stiffness (shape_matching.hpp).
+/// Both stand inside the stages as constant accelerations, so a mode with z = tau times its rate goes from u to
+/// R u - (1 - R)/z (d u + alpha x): stable while 2 d + alpha < 2 z (1 + R)/(1 - R), which two stages bring down to 2 where
+/// R is least, four to 2.8. Of two super-steps R(z/2)^2 stands for R, and all up to 4 is stable. 3/4 of the bound.
+inline constexpr double single_step_pull = 1.5;
+
+/// Fewest that tau lambda allows, of several super-steps if `single` is false: one super-step of up to single_viscous_stages; else two, or as many as have
 /// most_viscous_stages or fewer each. One super-step leaves R(z) of a mode with z = tau times its rate, where R falls to
 /// -0.4: what a sudden load sets going overshoots by that share. Of two it leaves R(z/2)^2, which is never negative. Up to 6
 /// stages that concerns only what is as short as a few spacings; beyond, 1.4 times the stages keep smooth flow from
 /// overshooting.
-inline ViscousStages viscous_stages(double tau_lambda) {
-  if (tau_lambda <= stage_reach(single_viscous_stages)) return {stage_count(tau_lambda, true), 1};
+inline ViscousStages viscous_stages(double tau_lambda, bool single = true) {
+  if (single && tau_lambda <= stage_reach(single_viscous_stages)) return {stage_count(tau_lambda, true), 1};
   const double least = std::ceil(tau_lambda / stage_reach(most_viscous_stages) * (1 - 1e-12));
   const double supersteps = std::fmax(2.0, least);
   return {stage_count(std::fmin(tau_lambda / supersteps, stage_reach(most_viscous_stages)), true),
