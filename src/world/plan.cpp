@@ -48,7 +48,7 @@ double WorldImpl::next_region() const {
 
 Plan WorldImpl::plan() {
   Plan p;
-  if (Status s = prepare(); !s) p.error = s.error().message;
+  if (Status s = ready_to_step(); !s) p.error = s.error().message;
   if (plan_changed_ && !dirty_ && !halted_) static_cast<void>(adapt());
   const std::string cold = (facts_ & core::fact_particles) != 0 ? heat_reason() : std::string();
   const auto is_disabled = [&](const std::string& module) {

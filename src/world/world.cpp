@@ -130,7 +130,7 @@ Result<BodyMotion> World::motion(BodyId body) {
   return guarded<Result<BodyMotion>>([&] { return impl_->motion(body); });
 }
 Status World::prepare() {
-  return guarded<Status>([&] { return impl_->prepare(); });
+  return guarded<Status>([&] { return impl_->ready_to_step(); });
 }
 Status World::step(double dt) {
   return guarded<Status>([&] { return impl_->step(dt); });

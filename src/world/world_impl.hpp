@@ -131,6 +131,11 @@ class WorldImpl final : public Scheduler {
   Result<std::uint64_t> remove_liquid(const Shape& shape);
   // world_prepare.cpp
   Status prepare();
+  /// prepare(), and whether a step may be taken.
+  Status ready_to_step() {
+    if (Status s = prepare(); !s) return s;
+    return outrun_ ? Status{*outrun_} : Status{};
+  }
   // world_step.cpp
   Status step(double dt);
   Result<TimedStep> step_within(double dt, double milliseconds);
@@ -474,6 +479,7 @@ class WorldImpl final : public Scheduler {
   StepResult carried_;              ///< extremes seen by a synchronize() of the World's own
   bool changes_phase_ = false;      ///< a material in use melts or freezes
   double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
+  std::optional<Error> outrun_;     ///< what falls outruns the sound speed: no step is taken
   bool strong_pull_ = false;        ///< a body's damping and stiffness need two super-steps of implicit viscosity
   double viscous_dt_ = infinity;    ///< what explicit viscosity would allow [s]
   double viscous_lambda_ = 0;       ///< bound of the viscous operator's spectrum [1/s]

@@ -243,7 +243,8 @@ Status WorldImpl::prepare() {
   noted_step_ = steps + 1;
   search_ = core::choose_search(desc, core::support_of(desc), capacity);
   find_materials();
-  if (Status s = check_sound_speed(); !s) return s;
+  const Status outrun = check_sound_speed();
+  outrun_ = outrun ? std::optional<Error>{} : outrun.error();
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
   derive_limits();

@@ -289,7 +289,7 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   if (halted_)
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-  if (Status s = prepare(); !s) return s;
+  if (Status s = ready_to_step(); !s) return s;
   if (Status s = plan_motions(dt); !s) return s;
   if (Status s = check_substeps(dt); !s)
     return s;  // before anything follows the plan of a step that is not taken
@@ -528,7 +528,7 @@ double WorldImpl::heat_efficiency(double dt) const {
 
 Resolved WorldImpl::resolved() {
   Resolved r;
-  if (Status s = prepare(); !s) r.error = s.error().message;
+  if (Status s = ready_to_step(); !s) r.error = s.error().message;
   r.backend = engine->backend();
   r.backend_reason = backend_reason;
   r.device_name = engine->device_name();

@@ -319,6 +319,8 @@ TEST(Errors, SoundSlowerThanTheFallIsRefused) {
   expect_error(w->step(1e-3), "use 32.8");
   EXPECT_EQ(*w->state_hash(), before);
   EXPECT_EQ(w->time(), 0.0);
+  EXPECT_TRUE(w->totals());  // what reads works
+  EXPECT_NE(w->resolved().error.find("sound_speed"), std::string::npos);
   EXPECT_TRUE(falling_water(3.3, 1e-3, false, Face::wall)->prepare());
   EXPECT_TRUE(falling_water(0, 1e-3, false, Face::wall)->prepare());
   // 9.81 * 0.55^2 / (2 nu): nu 0.5 m^2/s keeps it below 3 m/s (2.97), 0.49 does not (3.03); a stone on top falls all the same.
