@@ -76,7 +76,7 @@ Failure library_failure(const meltsim::Error& error, const std::vector<FieldPlac
   const ExitCode code = exit_code(error.code);
   if (code != ExitCode::scene) return {code, error.message};
   if (const auto failure = named_field(error.message, places)) return *failure;
-  std::string best_path = path, best_where = where;
+  std::string best_path = path, best_where = where, best_field;
   std::size_t best = std::string::npos;
   for (const FieldPlace& place : places) {
     const std::size_t at = find_word(error.message, place.field);
@@ -84,7 +84,13 @@ Failure library_failure(const meltsim::Error& error, const std::vector<FieldPlac
     best = at;
     best_path = place.path;
     best_where = place.where;
+    best_field = place.field;
   }
+  // A message that begins with a part of the field, "domain.heat[-x].convection: ...", already says where: in the library's words.
+  const std::size_t end = best_field.size();
+  if (best == 0 && end > 0 && end < error.message.size() &&
+      (error.message[end] == '.' || error.message[end] == '['))
+    return {code, fmt::format("{}: {}{}", best_where, best_path, error.message.substr(end))};
   const std::string subject = best_path.empty() ? "" : best_path + ": ";
   return {code, fmt::format("{}: {}{}", best_where, subject, error.message)};
 }
