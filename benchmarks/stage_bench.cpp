@@ -102,8 +102,11 @@ void register_stages(const Scene& scene, Backend backend) {
     if ((info.need & fact_dry) != 0u) continue;                     // there is liquid in every scene
     if ((info.need & (fact_probes | fact_loads)) != 0u) continue;   // scene/water_gauges, _points, _forces
     if ((info.need & fact_levels) != 0u) continue;                  // in one sub-step of 64
-    // No scene of the benchmarks asks for these: rigid and kinematic bodies, implicit viscosity, forces on bodies.
-    if ((info.need & (fact_rigid | fact_kinematic | fact_implicit | fact_forces)) != 0u) continue;
+    // No scene of the benchmarks asks for these: rigid and kinematic bodies, implicit viscosity, forces on bodies, events,
+    // species, surface tension.
+    if ((info.need & (fact_rigid | fact_kinematic | fact_implicit | fact_forces | fact_events | fact_species |
+                      fact_tension)) != 0u)
+      continue;
     if (!model && !few) {
       register_stage(info, scene, backend);
       continue;
