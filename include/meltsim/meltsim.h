@@ -309,19 +309,61 @@ typedef struct meltsim_render_desc {
   double hottest;       /* of the last one */
 } meltsim_render_desc;
 
-MELTSIM_C_API void meltsim_world_desc_init(meltsim_world_desc* desc);       /* size and defaults */
-MELTSIM_C_API void meltsim_material_desc_init(meltsim_material_desc* desc); /* size and defaults: water */
-MELTSIM_C_API void meltsim_species_desc_init(meltsim_species_desc* desc);
-MELTSIM_C_API void meltsim_fluid_desc_init(meltsim_fluid_desc* desc);             /* size and defaults */
-MELTSIM_C_API void meltsim_solid_desc_init(meltsim_solid_desc* desc);             /* size and defaults */
-MELTSIM_C_API void meltsim_emitter_desc_init(meltsim_emitter_desc* desc);         /* size and defaults */
-MELTSIM_C_API void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc); /* size and defaults */
-MELTSIM_C_API void meltsim_body_motion_init(meltsim_body_motion* motion); /* size and defaults: at rest */
-MELTSIM_C_API void meltsim_proxy_state_init(meltsim_proxy_state* state);  /* likewise */
-MELTSIM_C_API void meltsim_emitter_setting_init(meltsim_emitter_setting* setting); /* size; changes nothing */
-MELTSIM_C_API void meltsim_probe_desc_init(meltsim_probe_desc* desc);              /* size and defaults */
-MELTSIM_C_API void meltsim_surface_desc_init(meltsim_surface_desc* desc);          /* size and defaults */
-MELTSIM_C_API void meltsim_render_desc_init(meltsim_render_desc* desc); /* size and defaults: no colours */
+/* These fill a struct of `size` bytes, which may be smaller than the library's where a host was built against an older header, and set
+ * its size and the defaults. For languages that call C; in C each has an inline form without the size. */
+MELTSIM_C_API void meltsim_world_desc_init_sized(meltsim_world_desc* to, size_t size);
+MELTSIM_C_API void meltsim_material_desc_init_sized(meltsim_material_desc* to, size_t size);
+MELTSIM_C_API void meltsim_species_desc_init_sized(meltsim_species_desc* to, size_t size);
+MELTSIM_C_API void meltsim_fluid_desc_init_sized(meltsim_fluid_desc* to, size_t size);
+MELTSIM_C_API void meltsim_solid_desc_init_sized(meltsim_solid_desc* to, size_t size);
+MELTSIM_C_API void meltsim_emitter_desc_init_sized(meltsim_emitter_desc* to, size_t size);
+MELTSIM_C_API void meltsim_heat_region_desc_init_sized(meltsim_heat_region_desc* to, size_t size);
+MELTSIM_C_API void meltsim_body_motion_init_sized(meltsim_body_motion* to, size_t size);
+MELTSIM_C_API void meltsim_proxy_state_init_sized(meltsim_proxy_state* to, size_t size);
+MELTSIM_C_API void meltsim_emitter_setting_init_sized(meltsim_emitter_setting* to, size_t size);
+MELTSIM_C_API void meltsim_probe_desc_init_sized(meltsim_probe_desc* to, size_t size);
+MELTSIM_C_API void meltsim_surface_desc_init_sized(meltsim_surface_desc* to, size_t size);
+MELTSIM_C_API void meltsim_render_desc_init_sized(meltsim_render_desc* to, size_t size);
+
+static inline void meltsim_world_desc_init(meltsim_world_desc* to) {
+  meltsim_world_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_material_desc_init(meltsim_material_desc* to) {
+  meltsim_material_desc_init_sized(to, sizeof *to);
+} /* size and defaults: water */
+static inline void meltsim_species_desc_init(meltsim_species_desc* to) {
+  meltsim_species_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_fluid_desc_init(meltsim_fluid_desc* to) {
+  meltsim_fluid_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_solid_desc_init(meltsim_solid_desc* to) {
+  meltsim_solid_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_emitter_desc_init(meltsim_emitter_desc* to) {
+  meltsim_emitter_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_heat_region_desc_init(meltsim_heat_region_desc* to) {
+  meltsim_heat_region_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_body_motion_init(meltsim_body_motion* to) {
+  meltsim_body_motion_init_sized(to, sizeof *to);
+} /* size and defaults: at rest */
+static inline void meltsim_proxy_state_init(meltsim_proxy_state* to) {
+  meltsim_proxy_state_init_sized(to, sizeof *to);
+} /* size and defaults: at rest */
+static inline void meltsim_emitter_setting_init(meltsim_emitter_setting* to) {
+  meltsim_emitter_setting_init_sized(to, sizeof *to);
+} /* size and changes nothing */
+static inline void meltsim_probe_desc_init(meltsim_probe_desc* to) {
+  meltsim_probe_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_surface_desc_init(meltsim_surface_desc* to) {
+  meltsim_surface_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_render_desc_init(meltsim_render_desc* to) {
+  meltsim_render_desc_init_sized(to, sizeof *to);
+} /* size and defaults: no colours */
 
 /* ---- Worlds -------------------------------------------------------------------------------------------------------------- */
 /* Makes an empty World in *world; on an error *world is null. */

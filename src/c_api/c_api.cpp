@@ -94,10 +94,19 @@ D read(const D* desc, const char* name, const D& defaults) {
   return known;
 }
 template <class D>
-D defaults_of(void (*init)(D*)) {
+D defaults_of() {
   D d;
-  init(&d);
+  fill(&d);
   return d;
+}
+/// Defaults in a struct of the host's, of which it says how large it is: smaller where it was built against an older header.
+template <class D>
+void init_sized(D* to, std::size_t size) {
+  if (to == nullptr || size < sizeof to->size) return;
+  std::memset(static_cast<void*>(to), 0, size);
+  D d = defaults_of<D>();
+  d.size = static_cast<std::uint32_t>(std::min(size, sizeof d));
+  std::memcpy(static_cast<void*>(to), &d, d.size);
 }
 
 /// The same for what is written.
@@ -322,8 +331,9 @@ meltsim_status meltsim_shape_intersect(const meltsim_shape* a, const meltsim_sha
 }
 void meltsim_shape_destroy(meltsim_shape* shape) { delete shape; }
 
-void meltsim_world_desc_init(meltsim_world_desc* desc) {
-  if (desc == nullptr) return;
+}  // extern "C"
+
+static void fill(meltsim_world_desc* desc) {
   const meltsim::WorldDesc d;
   *desc = {};
   desc->size = sizeof *desc;
@@ -336,8 +346,7 @@ void meltsim_world_desc_init(meltsim_world_desc* desc) {
   desc->heat_time_scale = d.heat.time_scale;
   for (meltsim_surface_heat& heat : desc->wall_heat) heat.ambient = meltsim::SurfaceHeatDesc{}.ambient;
 }
-void meltsim_material_desc_init(meltsim_material_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_material_desc* desc) {
   const meltsim::MaterialDesc d;
   *desc = {};
   desc->size = sizeof *desc;
@@ -352,27 +361,23 @@ void meltsim_material_desc_init(meltsim_material_desc* desc) {
   desc->surface_tension = d.surface_tension;
   desc->contact_angle = d.contact_angle;
 }
-void meltsim_species_desc_init(meltsim_species_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_species_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->solubility = meltsim::MaterialDesc{}.solubility;
 }
-void meltsim_fluid_desc_init(meltsim_fluid_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_fluid_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->temperature = meltsim::FluidDesc{}.temperature;
 }
-void meltsim_solid_desc_init(meltsim_solid_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_solid_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->temperature = meltsim::SolidDesc{}.temperature;
   desc->surface.ambient = meltsim::SurfaceHeatDesc{}.ambient;
 }
-void meltsim_emitter_desc_init(meltsim_emitter_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_emitter_desc* desc) {
   const meltsim::EmitterDesc d;
   *desc = {};
   desc->size = sizeof *desc;
@@ -381,56 +386,65 @@ void meltsim_emitter_desc_init(meltsim_emitter_desc* desc) {
   desc->temperature = d.temperature;
   desc->until = d.until;
 }
-void meltsim_heat_region_desc_init(meltsim_heat_region_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_heat_region_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->until = meltsim::HeatRegionDesc{}.until;
 }
-void meltsim_body_motion_init(meltsim_body_motion* motion) {
-  if (motion == nullptr) return;
+static void fill(meltsim_body_motion* motion) {
   *motion = {};
   motion->size = sizeof *motion;
   motion->orientation[0] = 1;
 }
 
-void meltsim_proxy_state_init(meltsim_proxy_state* state) {
-  if (state == nullptr) return;
+static void fill(meltsim_proxy_state* state) {
   *state = {};
   state->size = sizeof *state;
   state->orientation[0] = 1;
 }
-void meltsim_emitter_setting_init(meltsim_emitter_setting* setting) {
-  if (setting == nullptr) return;
+static void fill(meltsim_emitter_setting* setting) {
   *setting = {};
   setting->size = sizeof *setting;
 }
 
-void meltsim_probe_desc_init(meltsim_probe_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_probe_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->wall = -1;
   desc->until = meltsim::ProbeDesc{}.until;
 }
-void meltsim_surface_desc_init(meltsim_surface_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_surface_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->smoothing = meltsim::SurfaceDesc{}.smoothing;
 }
-void meltsim_render_desc_init(meltsim_render_desc* desc) {
-  if (desc == nullptr) return;
+static void fill(meltsim_render_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->hottest = meltsim::RenderDesc{}.hottest;
 }
 
+extern "C" {
+
+void meltsim_world_desc_init_sized(meltsim_world_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_material_desc_init_sized(meltsim_material_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_species_desc_init_sized(meltsim_species_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_fluid_desc_init_sized(meltsim_fluid_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_solid_desc_init_sized(meltsim_solid_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_emitter_desc_init_sized(meltsim_emitter_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_heat_region_desc_init_sized(meltsim_heat_region_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_body_motion_init_sized(meltsim_body_motion* to, size_t size) { init_sized(to, size); }
+void meltsim_proxy_state_init_sized(meltsim_proxy_state* to, size_t size) { init_sized(to, size); }
+void meltsim_emitter_setting_init_sized(meltsim_emitter_setting* to, size_t size) { init_sized(to, size); }
+void meltsim_probe_desc_init_sized(meltsim_probe_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_surface_desc_init_sized(meltsim_surface_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_render_desc_init_sized(meltsim_render_desc* to, size_t size) { init_sized(to, size); }
+
 meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_world** world) {
   if (world != nullptr) *world = nullptr;
   return guarded([&] {
     given(world, "world");
-    const meltsim_world_desc c = read(desc, "desc", defaults_of(meltsim_world_desc_init));
+    const meltsim_world_desc c = read(desc, "desc", defaults_of<meltsim_world_desc>());
     meltsim::WorldDesc d;
     d.header_version = c.version;
     d.backend = option<meltsim::Backend>(c.backend, MELTSIM_BACKEND_CUDA, "backend");
@@ -458,7 +472,7 @@ void meltsim_world_destroy(meltsim_world* world) { delete world; }
 
 namespace {
 meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char* name) {
-  const meltsim_material_desc c = read(desc, name, defaults_of(meltsim_material_desc_init));
+  const meltsim_material_desc c = read(desc, name, defaults_of<meltsim_material_desc>());
   meltsim::MaterialDesc d;
   if (c.name != nullptr) d.name = c.name;
   d.density = c.density;
@@ -478,7 +492,7 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   return d;
 }
 meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {
-  const meltsim_fluid_desc c = read(desc, "desc", defaults_of(meltsim_fluid_desc_init));
+  const meltsim_fluid_desc c = read(desc, "desc", defaults_of<meltsim_fluid_desc>());
   meltsim::FluidDesc d;
   d.shape = given(c.shape, "desc.shape").shape;
   d.material = handle<meltsim::MaterialId>(c.material);
@@ -499,7 +513,7 @@ meltsim_status meltsim_world_add_species(meltsim_world* world, const meltsim_mat
                                          const meltsim_species_desc* species, meltsim_id* id) {
   return guarded([&] {
     meltsim::MaterialDesc d = material_of(material, "material");
-    const meltsim_species_desc c = read(species, "species", defaults_of(meltsim_species_desc_init));
+    const meltsim_species_desc c = read(species, "species", defaults_of<meltsim_species_desc>());
     d.dissolves_in = handle<meltsim::MaterialId>(c.dissolves_in);
     d.solubility = c.solubility;
     d.diffusivity_in = c.diffusivity_in;
@@ -532,7 +546,7 @@ meltsim_status meltsim_world_add_mixture(meltsim_world* world, const meltsim_flu
 }
 meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid_desc* desc, meltsim_id* id) {
   return guarded([&] {
-    const meltsim_solid_desc c = read(desc, "desc", defaults_of(meltsim_solid_desc_init));
+    const meltsim_solid_desc c = read(desc, "desc", defaults_of<meltsim_solid_desc>());
     meltsim::SolidDesc d;
     if (c.name != nullptr) d.name = c.name;
     d.shape = given(c.shape, "desc.shape").shape;
@@ -555,7 +569,7 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
 meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
                                          meltsim_id* id) {
   return guarded([&] {
-    const meltsim_emitter_desc c = read(desc, "desc", defaults_of(meltsim_emitter_desc_init));
+    const meltsim_emitter_desc c = read(desc, "desc", defaults_of<meltsim_emitter_desc>());
     meltsim::EmitterDesc d;
     if (c.name != nullptr) d.name = c.name;
     d.center = vec(c.center);
@@ -574,7 +588,7 @@ meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emi
 meltsim_status meltsim_world_add_heat_region(meltsim_world* world, const meltsim_heat_region_desc* desc,
                                              meltsim_id* id) {
   return guarded([&] {
-    const meltsim_heat_region_desc c = read(desc, "desc", defaults_of(meltsim_heat_region_desc_init));
+    const meltsim_heat_region_desc c = read(desc, "desc", defaults_of<meltsim_heat_region_desc>());
     meltsim::HeatRegionDesc d;
     if (c.name != nullptr) d.name = c.name;
     d.shape = given(c.shape, "desc.shape").shape;
@@ -589,7 +603,7 @@ meltsim_status meltsim_world_add_heat_region(meltsim_world* world, const meltsim
 
 meltsim_status meltsim_world_add_probe(meltsim_world* world, const meltsim_probe_desc* desc, meltsim_id* id) {
   return guarded([&] {
-    const meltsim_probe_desc c = read(desc, "desc", defaults_of(meltsim_probe_desc_init));
+    const meltsim_probe_desc c = read(desc, "desc", defaults_of<meltsim_probe_desc>());
     meltsim::ProbeDesc d;
     if (c.name != nullptr) d.name = c.name;
     d.kind = option<meltsim::ProbeKind>(c.kind, 4, "desc.kind");
@@ -625,7 +639,7 @@ void meltsim_world_interrupt(meltsim_world* world) {
 meltsim_status meltsim_world_set_motion(meltsim_world* world, meltsim_id body,
                                         const meltsim_body_motion* motion) {
   return guarded([&] {
-    const meltsim_body_motion c = read(motion, "motion", defaults_of(meltsim_body_motion_init));
+    const meltsim_body_motion c = read(motion, "motion", defaults_of<meltsim_body_motion>());
     meltsim::BodyMotion m;
     if (c.has_position != 0) m.position = vec(c.position);
     if (c.has_orientation != 0)
@@ -639,7 +653,7 @@ meltsim_status meltsim_world_set_motion(meltsim_world* world, meltsim_id body,
 }
 meltsim_status meltsim_world_motion(meltsim_world* world, meltsim_id body, meltsim_body_motion* motion) {
   return guarded([&] {
-    meltsim_body_motion c = read(motion, "motion", defaults_of(meltsim_body_motion_init));
+    meltsim_body_motion c = read(motion, "motion", defaults_of<meltsim_body_motion>());
     const meltsim::BodyMotion m = expect(world_of(world).motion(handle<meltsim::BodyId>(body)));
     c.has_position = c.has_orientation = 1;
     c.teleport = 0;
@@ -653,7 +667,7 @@ meltsim_status meltsim_world_motion(meltsim_world* world, meltsim_id body, melts
 meltsim_status meltsim_world_set_proxy(meltsim_world* world, meltsim_id body,
                                        const meltsim_proxy_state* state) {
   return guarded([&] {
-    const meltsim_proxy_state c = read(state, "state", defaults_of(meltsim_proxy_state_init));
+    const meltsim_proxy_state c = read(state, "state", defaults_of<meltsim_proxy_state>());
     meltsim::ProxyState s;
     s.position = vec(c.position);
     s.orientation = quat(c.orientation);
@@ -666,7 +680,7 @@ meltsim_status meltsim_world_set_proxy(meltsim_world* world, meltsim_id body,
 }
 meltsim_status meltsim_world_proxy(meltsim_world* world, meltsim_id body, meltsim_proxy_state* state) {
   return guarded([&] {
-    meltsim_proxy_state c = read(state, "state", defaults_of(meltsim_proxy_state_init));
+    meltsim_proxy_state c = read(state, "state", defaults_of<meltsim_proxy_state>());
     const meltsim::ProxyState s = expect(world_of(world).proxy(handle<meltsim::BodyId>(body)));
     c.teleport = 0;
     put(c.position, s.position);
@@ -732,7 +746,7 @@ meltsim_status meltsim_world_set_heat_time_scale(meltsim_world* world, double sc
 meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitter,
                                          const meltsim_emitter_setting* setting) {
   return guarded([&] {
-    const meltsim_emitter_setting c = read(setting, "setting", defaults_of(meltsim_emitter_setting_init));
+    const meltsim_emitter_setting c = read(setting, "setting", defaults_of<meltsim_emitter_setting>());
     meltsim::EmitterSetting s;
     if (c.has_on != 0) s.on = c.on != 0;
     if (c.has_speed != 0) s.speed = c.speed;
@@ -1008,7 +1022,7 @@ meltsim_status meltsim_world_surface(meltsim_world* world, const meltsim_surface
   if (surface != nullptr) *surface = nullptr;
   return guarded([&] {
     given(surface, "surface");
-    const meltsim_surface_desc c = read(desc, "desc", defaults_of(meltsim_surface_desc_init));
+    const meltsim_surface_desc c = read(desc, "desc", defaults_of<meltsim_surface_desc>());
     meltsim::SurfaceDesc d;
     d.of = option<meltsim::SurfaceOf>(c.of, 2, "desc.of");
     if (d.of == meltsim::SurfaceOf::body) d.body = handle<meltsim::BodyId>(c.body);
@@ -1043,7 +1057,7 @@ void meltsim_surface_destroy(meltsim_surface* surface) { delete surface; }
 meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_render_desc* desc,
                                          meltsim_render_view* view) {
   return guarded([&] {
-    const meltsim_render_desc known = defaults_of(meltsim_render_desc_init);
+    const meltsim_render_desc known = defaults_of<meltsim_render_desc>();
     const meltsim_render_desc c = desc != nullptr ? read(desc, "desc", known) : known;
     meltsim::RenderDesc d;
     d.color = option<meltsim::ColorBy>(c.color, 2, "desc.color");

@@ -141,22 +141,22 @@ def text():
 
 def made(struct, init):
     value = struct()
-    init(c.byref(value))
+    init(c.byref(value), c.c_size_t(c.sizeof(value)))
     assert value.size == c.sizeof(struct), (struct.__name__, value.size, c.sizeof(struct))
     return value
 
 
 def world(heat_model=0, ident_of=None, **body):
-    desc = made(WorldDesc, lib.meltsim_world_desc_init)
+    desc = made(WorldDesc, lib.meltsim_world_desc_init_sized)
     desc.spacing, desc.backend, desc.threads, desc.heat_model = 0.1, 1, 1, heat_model
     handle = c.c_void_p()
     assert lib.meltsim_world_create(c.byref(desc), c.byref(handle)) == 0, text()
-    material, ident = made(MaterialDesc, lib.meltsim_material_desc_init), Id()
+    material, ident = made(MaterialDesc, lib.meltsim_material_desc_init_sized), Id()
     material.name, material.density = b"ice", 917
     assert lib.meltsim_world_add_material(handle, c.byref(material), c.byref(ident)) == 0, text()
     shape = c.c_void_p()
     assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(0.3, 0.3, 0.3), c.byref(shape)) == 0, text()
-    solid = made(SolidDesc, lib.meltsim_solid_desc_init)
+    solid = made(SolidDesc, lib.meltsim_solid_desc_init_sized)
     solid.shape, solid.material, solid.velocity = shape, ident, Vec(1, 2, 0)
     for key, value in body.items():
         setattr(solid, key, value)
@@ -209,7 +209,7 @@ assert state_hash(b) == state_hash(a)
 for source in ("body", "region"):
     heated = world(3, heat_source=1000 if source == "body" else 0)
     if source == "region":
-        region, shape = made(HeatRegionDesc, lib.meltsim_heat_region_desc_init), c.c_void_p()
+        region, shape = made(HeatRegionDesc, lib.meltsim_heat_region_desc_init_sized), c.c_void_p()
         assert lib.meltsim_shape_box(Vec(-1, -1, -1), Vec(2, 2, 2), c.byref(shape)) == 0, text()
         region.shape, region.source = shape, 1000
         assert lib.meltsim_world_add_heat_region(heated, c.byref(region), None) == 0, text()
@@ -221,12 +221,25 @@ for source in ("body", "region"):
 
 # A nozzle of radius R emits rho pi R^2 v t: here 1000 pi 0.04 2 0.5 = 126 kg.
 tap, ident, totals = c.c_void_p(), Id(), Totals(size=c.sizeof(Totals))
-desc = made(WorldDesc, lib.meltsim_world_desc_init)
+# A host that was built against a header whose material ended with the stiffness of bodies, 16 bytes ago: nothing beyond its struct
+# is written, and what it does not know has its default.
+short = c.sizeof(MaterialDesc) - 16
+room = (c.c_uint8 * c.sizeof(MaterialDesc))(*[0xAB] * c.sizeof(MaterialDesc))
+lib.meltsim_material_desc_init_sized(c.byref(room), c.c_size_t(short))
+assert c.c_uint32.from_buffer(room).value == short
+assert bytes(room)[short:] == b"\xab" * 16
+lib.meltsim_material_desc_init_sized(None, c.c_size_t(short))  # does nothing
+old, old_id = c.c_void_p(), Id()
+assert lib.meltsim_world_create(c.byref(made(WorldDesc, lib.meltsim_world_desc_init_sized)), c.byref(old)) == 0, text()
+assert lib.meltsim_world_add_material(old, c.byref(room), c.byref(old_id)) == 0, text()
+lib.meltsim_world_destroy(old)
+
+desc = made(WorldDesc, lib.meltsim_world_desc_init_sized)
 desc.spacing, desc.backend, desc.gravity = 0.1, 1, Vec(0, 0, 0)
 assert lib.meltsim_world_create(c.byref(desc), c.byref(tap)) == 0, text()
-material = made(MaterialDesc, lib.meltsim_material_desc_init)
+material = made(MaterialDesc, lib.meltsim_material_desc_init_sized)
 assert lib.meltsim_world_add_material(tap, c.byref(material), c.byref(ident)) == 0, text()
-emitter = made(EmitterDesc, lib.meltsim_emitter_desc_init)
+emitter = made(EmitterDesc, lib.meltsim_emitter_desc_init_sized)
 emitter.radius, emitter.speed, emitter.until, emitter.material = 0.2, 2, 0.5, ident
 assert lib.meltsim_world_add_emitter(tap, c.byref(emitter), None) == 0, text()
 for _ in range(10):
@@ -238,7 +251,7 @@ lib.meltsim_world_destroy(tap)
 # A proxy in free fall: nothing acts on it, and its host says where it is. An impulse on a rigid body moves it by J/m.
 hull = Id()
 p = world(ident_of=c.byref(hull), motion=4, mass=5, max_speed=5)
-state, forces, n = made(ProxyState, lib.meltsim_proxy_state_init), (BodyForces * 1)(), c.c_size_t()
+state, forces, n = made(ProxyState, lib.meltsim_proxy_state_init_sized), (BodyForces * 1)(), c.c_size_t()
 state.position, state.velocity = Vec(0.15, 0.15, 0.15), Vec(0, 1, 0)
 assert lib.meltsim_world_set_proxy(p, hull, c.byref(state)) == 0, text()
 assert step(p, 0.01) == 0, text()
@@ -274,7 +287,7 @@ assert abs(velocity[2] - 1) < 1e-5 and abs(velocity[1] - 2) < 1e-5, list(velocit
 assert lib.meltsim_world_set_velocity(r, hull, Vec(0, 0, 0), None) == 0, text()
 assert lib.meltsim_world_set_wall_heat(r, 9, c.byref(SurfaceHeat())) == 1 and "face" in text()
 assert lib.meltsim_world_set_heat_time_scale(r, c.c_double(-1)) == 1 and "time_scale" in text()
-assert lib.meltsim_world_set_emitter(r, Id(0, 1), c.byref(made(EmitterSetting, lib.meltsim_emitter_setting_init))) == 1 and "emitter" in text()
+assert lib.meltsim_world_set_emitter(r, Id(0, 1), c.byref(made(EmitterSetting, lib.meltsim_emitter_setting_init_sized))) == 1 and "emitter" in text()
 known = state_hash(r)
 assert lib.meltsim_world_load_state(r, 2) == 1 and "nothing is saved" in text()
 assert lib.meltsim_world_save_state(r, 2) == 0 and step(r, 0.01) == 0, text()
@@ -286,8 +299,8 @@ assert lib.meltsim_world_remove(r, hull) == 1 and "removed" in text()
 lib.meltsim_world_destroy(r)
 
 # Events: a body that falls on a floor 0.3 m below begins one contact, with wall 2, after sqrt(2 h/g) = 0.247 s.
-box, material, solid, shape = c.c_void_p(), made(MaterialDesc, lib.meltsim_material_desc_init), made(SolidDesc, lib.meltsim_solid_desc_init), c.c_void_p()
-desc = made(WorldDesc, lib.meltsim_world_desc_init)
+box, material, solid, shape = c.c_void_p(), made(MaterialDesc, lib.meltsim_material_desc_init_sized), made(SolidDesc, lib.meltsim_solid_desc_init_sized), c.c_void_p()
+desc = made(WorldDesc, lib.meltsim_world_desc_init_sized)
 desc.spacing, desc.backend, desc.bounded, desc.max = 0.1, 1, 1, Vec(1, 1, 1)
 assert lib.meltsim_world_create(c.byref(desc), c.byref(box)) == 0, text()
 events, n, lost = (Event * 16)(), c.c_size_t(), c.c_uint64(9)
@@ -326,7 +339,7 @@ assert lib.meltsim_world_liquid_in(box, shape, c.byref(found), c.byref(volume)) 
 assert lib.meltsim_world_bodies_in(box, shape, None, None, 0, c.byref(n)) == 5 and n.value == 1
 assert lib.meltsim_world_bodies_in(box, shape, bodies, each, 2, c.byref(n)) == 0 and (n.value, each[0]) == (1, 27), text()
 lib.meltsim_shape_destroy(shape)
-of, surface, mesh = made(SurfaceDesc, lib.meltsim_surface_desc_init), c.c_void_p(), Mesh(size=c.sizeof(Mesh))
+of, surface, mesh = made(SurfaceDesc, lib.meltsim_surface_desc_init_sized), c.c_void_p(), Mesh(size=c.sizeof(Mesh))
 of.of = 1
 assert lib.meltsim_world_surface(box, c.byref(of), c.byref(surface)) == 0, text()
 assert lib.meltsim_surface_mesh(surface, c.byref(mesh)) == 0 and mesh.triangles > 50, text()
@@ -335,7 +348,7 @@ assert abs(top - 0.3) < 0.05 and max(mesh.triangle[k] for k in range(3 * mesh.tr
 lib.meltsim_surface_destroy(surface)
 of.of = 7
 assert lib.meltsim_world_surface(box, c.byref(of), c.byref(surface)) == 1 and "desc.of" in text() and surface.value is None
-probe, fields = made(ProbeDesc, lib.meltsim_probe_desc_init), (c.c_char_p * 2)(b"force", b"contact_force")
+probe, fields = made(ProbeDesc, lib.meltsim_probe_desc_init_sized), (c.c_char_p * 2)(b"force", b"contact_force")
 probe.kind, probe.wall, probe.fields, probe.field_count = 2, 2, fields, 2
 assert lib.meltsim_world_add_probe(box, c.byref(probe), None) == 0, text()
 for _ in range(10):
@@ -351,7 +364,7 @@ weight = 1000 * 0.027 * 9.81
 assert abs(series.values[6 * (series.samples - 1) + 4] + weight) < 0.05 * weight, series.values[6 * (series.samples - 1) + 4]  # on the floor: down
 assert lib.meltsim_reading_probe(reading, 1, c.byref(series)) == 1 and "index" in text()
 lib.meltsim_reading_destroy(reading)
-how, view = made(RenderDesc, lib.meltsim_render_desc_init), RenderView(size=c.sizeof(RenderView))
+how, view = made(RenderDesc, lib.meltsim_render_desc_init_sized), RenderView(size=c.sizeof(RenderView))
 assert lib.meltsim_world_render_view(box, None, c.byref(view)) == 0 and view.count == 27 and not view.color, text()
 how.color, how.colors, how.color_count = 1, (c.c_uint32 * 1)(0xff123456), 1
 assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 0 and all(view.color[k] == 0xff123456 for k in range(27)), text()
@@ -367,7 +380,7 @@ assert particles(a, 26)[:2] == (5, 27) and "27" in text()
 assert step(a, math.nan) == 1 and "dt" in text()
 assert step(None, 0.1) == 1 and "world" in text()
 assert lib.meltsim_world_create(None, c.byref(c.c_void_p())) == 1 and "desc: is null" in text()
-wrong = made(WorldDesc, lib.meltsim_world_desc_init)
+wrong = made(WorldDesc, lib.meltsim_world_desc_init_sized)
 wrong.spacing = -1
 handle = c.c_void_p(1)
 assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 1 and "spacing" in text() and handle.value is None
@@ -378,7 +391,7 @@ assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 2, text()  #
 wrong.version, wrong.size, wrong.heat_time_scale = lib.meltsim_version(), WorldDesc.heat_time_scale.offset, -1
 assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 0, text()  # an older header: what it lacks has its default
 lib.meltsim_world_destroy(handle)
-bad = made(SolidDesc, lib.meltsim_solid_desc_init)
+bad = made(SolidDesc, lib.meltsim_solid_desc_init_sized)
 assert lib.meltsim_world_add_solid(a, c.byref(bad), None) == 1 and "shape" in text()
 assert lib.meltsim_shape_sphere(Vec(0, 0, 0), c.c_double(math.nan), c.byref(handle)) == 1 and handle.value is None
 lib.meltsim_world_interrupt(a)
@@ -400,21 +413,21 @@ class SpeciesDesc(c.Structure):
                 ("diffusivity_in", c.c_double), ("heat_of_solution", c.c_double), ("transfer_coefficient", c.c_double)]
 
 
-desc = made(WorldDesc, lib.meltsim_world_desc_init)
+desc = made(WorldDesc, lib.meltsim_world_desc_init_sized)
 desc.spacing, desc.backend, desc.threads, desc.double_precision = 0.1, 1, 1, 1
 s = c.c_void_p()
 assert lib.meltsim_world_create(c.byref(desc), c.byref(s)) == 0, text()
 water, salt = Id(), Id()
-material = made(MaterialDesc, lib.meltsim_material_desc_init)
+material = made(MaterialDesc, lib.meltsim_material_desc_init_sized)
 material.name = b"water"
 assert lib.meltsim_world_add_material(s, c.byref(material), c.byref(water)) == 0, text()
-material.name, species = b"salt", made(SpeciesDesc, lib.meltsim_species_desc_init)
+material.name, species = b"salt", made(SpeciesDesc, lib.meltsim_species_desc_init_sized)
 species.solubility, species.diffusivity_in = 0.25, 1.6e-9
 assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(salt)) != 0
 assert "dissolves_in" in text()
 species.dissolves_in = water
 assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(salt)) == 0, text()
-shape, fluid, added = c.c_void_p(), made(FluidDesc, lib.meltsim_fluid_desc_init), c.c_uint64()
+shape, fluid, added = c.c_void_p(), made(FluidDesc, lib.meltsim_fluid_desc_init_sized), c.c_uint64()
 assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(0.3, 0.3, 0.3), c.byref(shape)) == 0, text()
 fluid.shape, fluid.material = shape, water
 for share, good in ((0.3, False), (0.1, True)):
