@@ -143,8 +143,7 @@ void bind_readings(nb::module_& m) {
   ledger.get().def_prop_ro(
       "solute", [](const Ledger& l) { return nb::make_tuple(l.solute[0], l.solute[1], l.solute[2]); },
       "Of every species, in the order in which its materials were added: dissolved or not [kg].");
-  ledger
-      .add("step", &Ledger::step, "Sub-steps completed.")
+  ledger.add("step", &Ledger::step, "Sub-steps completed.")
       .add("time", &Ledger::time, "[s]")
       .add("fluid", &Ledger::fluid, "Liquid particles.")
       .add("solid", &Ledger::solid, "Solid particles.")

@@ -480,10 +480,10 @@ class WorldImpl final : public Scheduler {
   bool changes_phase_ = false;      ///< a material in use melts or freezes
   double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
   std::optional<Error> outrun_;     ///< what falls outruns the sound speed: no step is taken
-  bool strong_pull_ = false;        ///< a body's damping and stiffness need two super-steps of implicit viscosity
-  double viscous_dt_ = infinity;    ///< what explicit viscosity would allow [s]
-  double viscous_lambda_ = 0;       ///< bound of the viscous operator's spectrum [1/s]
-  bool diffuses_ = false;           ///< viscosity is implicit
+  bool strong_pull_ = false;  ///< a body's damping and stiffness need two super-steps of implicit viscosity
+  double viscous_dt_ = infinity;  ///< what explicit viscosity would allow [s]
+  double viscous_lambda_ = 0;     ///< bound of the viscous operator's spectrum [1/s]
+  bool diffuses_ = false;         ///< viscosity is implicit
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
   std::vector<ProbeRecord> probes_;

@@ -381,8 +381,8 @@ TEST(ImplicitViscosity, BodiesOfAnyDampingHold) {
 }
 
 // Explicit viscosity at the largest sub-step that it allows: what stirs dies away, beside no-slip walls and beside light
-// bodies, too. Without head room for walls the energy grows a thousandfold in 100 sub-steps; at the limit of the liquid
-// alone a sphere of 0.1 of its density halts. Velocities drawn up to 0.02 m/s, a hundredth of sound; under gravity (1 m/s^2) the
+// bodies, too. Without head room for walls the box alone halts at sub-step 162; at the limit of the liquid alone a sphere
+// of 0.1 of its density halts. Velocities drawn up to 0.02 m/s, a hundredth of sound; under gravity (1 m/s^2) the
 // sphere rises through 4 cm of so thick a liquid at less than 0.2 m/s.
 TEST(ExplicitViscosity, HoldsAtItsLimit) {
   MELTSIM_NEEDS_BACKEND();
