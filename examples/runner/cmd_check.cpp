@@ -285,7 +285,8 @@ class Check {
   /// What an emitter brings until the end of the scene.
   double emitted(const meltsim::EmitterDesc& desc) const {
     const double until = std::min(desc.until, scene_.time.end);
-    const double volume = pi * desc.radius * desc.radius * desc.speed * std::max(0.0, until - desc.from);
+    const double area = desc.width > 0 ? desc.width * desc.height : pi * desc.radius * desc.radius;
+    const double volume = area * desc.speed * std::max(0.0, until - desc.from);
     const double count = volume / std::pow(scene_.world.spacing, 3);
     return desc.max_particles > 0 ? std::min(count, static_cast<double>(desc.max_particles)) : count;
   }

@@ -99,6 +99,7 @@ void load_bodies(const Node& node, Scene& scene) {
     if (const auto value = item.find("surface")) body.desc.surface = load_surface(*value);
     if (const auto value = item.find("heat_source")) body.desc.heat_source = value->number("W/m^3");
     if (const auto value = item.find("fixed")) body.desc.fixed = value->boolean();
+    if (const auto value = item.find("held_until")) body.desc.held_until = value->number_or_infinite("s");
     if (const auto value = item.find("motion")) {
       const auto at = std::find(keys::motion.begin(), keys::motion.end(), value->choice(keys::motion));
       body.desc.motion = static_cast<meltsim::Motion>(at - keys::motion.begin());
@@ -118,11 +119,19 @@ void load_emitters(const Node& node, Scene& scene) {
     emitter.source = item.source();
     meltsim::EmitterDesc& desc = emitter.desc;
     desc.name = load_name(item, "emitter", scene.emitters.size() + 1);
-    const Node nozzle = item.require("nozzle", "{center, axis, radius}");
+    const Node nozzle = item.require("nozzle", "{center, axis, radius} or {center, axis, width, height}");
     nozzle.allow_keys(keys::nozzle);
     desc.center = nozzle.require("center", "3 numbers [x, y, z] (m)").vector("m");
     if (const auto value = nozzle.find("axis")) desc.axis = value->vector("any length");
-    desc.radius = nozzle.require("radius", "a number (m)").positive("m");
+    if (nozzle.find("width") || nozzle.find("height")) {
+      desc.width = nozzle.require("width", "a number (m)").positive("m");
+      desc.height = nozzle.require("height", "a number (m)").positive("m");
+      if (const auto value = nozzle.find("up")) desc.up = value->vector("any length");
+      if (const auto value = nozzle.find("radius"))
+        value->fail("an opening is a disc or a rectangle; drop this, or width and height");
+    } else {
+      desc.radius = nozzle.require("radius", "a number (m); of a rectangle width and height").positive("m");
+    }
     if (const auto value = item.find("speed")) desc.speed = value->positive("m/s");
     emitter.material = load_material_name(item, scene);
     emitter.fractions = load_fractions(item, scene);

@@ -44,6 +44,17 @@ void load_walls(const Node& node, meltsim::DomainDesc& domain) {
   }
 }
 
+void load_outlets(const Node& node, meltsim::DomainDesc& domain) {
+  node.allow_keys(keys::faces);
+  for (const auto& [key, value] : node.entries()) {
+    value.allow_keys(keys::outlet);
+    meltsim::OutletDesc outlet;
+    if (const auto level = value.find("level")) outlet.level = level->number("m");
+    if (const auto speed = value.find("speed")) outlet.speed = speed->positive("m/s");
+    for (const std::size_t i : face_indices(key)) domain.outlets[i] = outlet;
+  }
+}
+
 }  // namespace
 
 void load_domain(const Node& node, Scene& scene) {
@@ -61,6 +72,7 @@ void load_domain(const Node& node, Scene& scene) {
         corner->fail("walls: none has no bounds; remove this or the walls");
     }
   }
+  if (const auto value = node.find("outlets")) load_outlets(*value, domain);
   if (const auto value = node.find("no_slip")) domain.no_slip = value->boolean();
   if (const auto value = node.find("friction")) domain.friction = value->number("Coulomb coefficient");
   if (const auto value = node.find("contact_angle")) domain.contact_angle = value->number("degrees");

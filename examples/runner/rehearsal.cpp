@@ -39,7 +39,7 @@ double coarseness(const Scene& scene, Built& built) {
   const double work = count(built.world.synchronize()) * substeps;
   double most = std::cbrt(smallest_body(built) / least_particles);
   for (const SceneEmitter& emitter : scene.emitters)
-    most = std::min(most, emitter.desc.radius / scene.world.spacing);
+    most = std::min(most, least_radius(emitter.desc) / scene.world.spacing);
   const double wanted =
       std::pow(work / work_limit, 0.25);  // particles as its third power, sub-steps as its first
   const double factor = std::min(wanted, most);

@@ -3,6 +3,7 @@
 // plus where each part stood in the file.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -65,6 +66,11 @@ struct SceneEmitter {
   meltsim::EmitterDesc desc;
   Source source;
 };
+
+/// Half of the opening's least side, or its radius [m].
+inline double least_radius(const meltsim::EmitterDesc& e) {
+  return e.width > 0 ? 0.5 * std::min(e.width, e.height) : e.radius;
+}
 
 struct SceneHeatRegion {
   SceneShape shape;

@@ -28,6 +28,11 @@ Json domain_json(const meltsim::DomainDesc& domain) {
     else json["walls"][face_keys[i]] = face == Face::open ? "open" : "wall";
     if (length(domain.velocity[i]) > 0) velocity[face_keys[i]] = echo(domain.velocity[i]);
   }
+  for (std::size_t i = 0; i < 6; ++i) {
+    const meltsim::OutletDesc& outlet = domain.outlets[i];
+    if (outlet.level) json["outlets"][face_keys[i]]["level"] = *outlet.level;
+    if (outlet.speed) json["outlets"][face_keys[i]]["speed"] = *outlet.speed;
+  }
   json["no_slip"] = domain.no_slip;
   json["friction"] = domain.friction;
   if (domain.contact_angle != 90) json["contact_angle"] = domain.contact_angle;
@@ -160,6 +165,7 @@ Json body_json(const SceneBody& body) {
   if (!surface.is_null()) json["surface"] = surface;
   if (body.desc.heat_source != 0) json["heat_source"] = body.desc.heat_source;
   json["fixed"] = body.desc.fixed;
+  if (body.desc.held_until > 0) json["held_until"] = echo_number(body.desc.held_until);
   if (body.desc.motion != meltsim::Motion::free)
     json["motion"] = keys::motion.at(static_cast<std::size_t>(body.desc.motion));
   if (body.desc.pivot) json["pivot"] = echo(*body.desc.pivot);
@@ -173,7 +179,14 @@ Json emitter_json(const SceneEmitter& emitter) {
   const meltsim::EmitterDesc& desc = emitter.desc;
   Json json;
   json["name"] = desc.name;
-  json["nozzle"] = {{"center", echo(desc.center)}, {"axis", echo(desc.axis)}, {"radius", desc.radius}};
+  json["nozzle"] = {{"center", echo(desc.center)}, {"axis", echo(desc.axis)}};
+  if (desc.width > 0) {
+    json["nozzle"]["width"] = desc.width;
+    json["nozzle"]["height"] = desc.height;
+    json["nozzle"]["up"] = echo(desc.up);
+  } else {
+    json["nozzle"]["radius"] = desc.radius;
+  }
   json["speed"] = desc.speed;
   json["material"] = emitter.material;
   json["temperature"] = desc.temperature;

@@ -11,7 +11,8 @@ using List = std::vector<std::string>;
 
 inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat", "solute",
                         "materials", "fluids", "bodies", "emitters",  "probes", "output", "trade"};
-inline const List domain{"min", "max", "walls", "no_slip", "friction", "contact_angle", "velocity"};
+inline const List domain{"min",      "max",           "walls",    "no_slip",
+                         "friction", "contact_angle", "velocity", "outlets"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List particles{"spacing", "support"};
@@ -39,11 +40,13 @@ inline const List material{
     "dissolves_in",  "solubility",  "diffusivity_in", "heat_of_solution",  "transfer_coefficient"};
 inline const List fluid{"shape", "material", "temperature", "velocity", "fractions"};
 inline const List body{
-    "name",  "shape",   "material",    "density", "temperature", "velocity", "angular_velocity", "fixed",
-    "carve", "surface", "heat_source", "growth",  "motion",      "pivot",    "max_speed"};
+    "name",  "shape",      "material", "density", "temperature", "velocity", "angular_velocity",
+    "fixed", "held_until", "carve",    "surface", "heat_source", "growth",   "motion",
+    "pivot", "max_speed"};
 inline const List emitter{"name", "nozzle", "speed",         "material", "temperature",
                           "from", "until",  "max_particles", "fractions"};
-inline const List nozzle{"center", "axis", "radius"};
+inline const List nozzle{"center", "axis", "radius", "width", "height", "up"};
+inline const List outlet{"level", "speed"};
 inline const List probe{"name", "kind",  "at",     "fields", "every", "body",
                         "wall", "about", "normal", "radius", "along", "size"};
 inline const List probe_kind{"point", "level", "force", "heat",

@@ -171,7 +171,7 @@ void Tuning::choose_ranges(Built& built) {
   for (const meltsim::PieceInfo& piece : expect(built.world.pieces()))
     coarsest = std::min(coarsest, std::cbrt(static_cast<double>(piece.particles) / least_body));
   for (const SceneEmitter& emitter : scene_.emitters)
-    coarsest = std::min(coarsest, emitter.desc.radius / spacing_);
+    coarsest = std::min(coarsest, least_radius(emitter.desc) / spacing_);
   const meltsim::DomainDesc& domain = scene_.world.domain;
   if (domain.bounded) {
     const meltsim::Vec3d size = domain.max - domain.min;

@@ -31,6 +31,15 @@ struct SurfaceHeatDesc {
   double ambient = 20;                ///< temperature of the surroundings [degrees Celsius]
 };
 
+/// What is beyond an open face. Neither is set: nothing, so liquid falls out freely.
+struct OutletDesc {
+  /// Liquid of the same kind up to this height [m], measured against gravity from the origin: it presses on what leaves as a
+  /// column at rest does. Liquid leaves only; where the level inside is lower, none comes back.
+  std::optional<double> level;
+  /// Liquid within H of the face moves out of it at this speed [m/s], > 0, whatever forces act on it.
+  std::optional<double> speed;
+};
+
 /// Where particles may be. Unbounded by default.
 struct DomainDesc {
   bool bounded = false;  ///< false: no faces; the fields below then have no effect
@@ -45,6 +54,8 @@ struct DomainDesc {
   std::array<Vec3d, 6> velocity{};
   /// Heat through each wall, exchanged with every particle within H of it, liquid or solid. Walls only.
   std::array<SurfaceHeatDesc, 6> heat{};
+  /// What is beyond each face. Open faces only; see physics/outlet.hpp.
+  std::array<OutletDesc, 6> outlets{};
 };
 /// How heat is computed.
 enum class HeatModel {
@@ -194,6 +205,9 @@ struct SolidDesc {
   Vec3d angular_velocity;   ///< about the centre of mass [rad/s]
   bool fixed =
       false;  ///< the same as Motion::fixed: an obstacle that conducts heat and melts, but never moves
+  /// A free or rigid body stays where it is until the first step that begins at this time or later [s]; it is then let go at
+  /// `velocity` and `angular_velocity`. infinity: until World::hold(body, false). 0: it is free from the start.
+  double held_until = 0;
   Motion motion =
       Motion::free;  ///< a kinematic body begins with `velocity` and `angular_velocity`, about its pivot
   /// Of a kinematic body: the point of the body as built that BodyMotion::position is of [m]; empty = centre of its
@@ -229,16 +243,20 @@ struct HeatRegionDesc {
   double until = infinity;            ///< ceases to act [s]
 };
 
-/// A round nozzle that emits liquid at a steady speed, a mass of rho pi R^2 v per second. The nozzle is a pipe about two
+/// A nozzle that emits liquid at a steady speed v, a mass of rho A v per second; its opening A is a disc or a rectangle, such
+/// as the upstream end of a channel. The nozzle is a pipe about two
 /// spacings long in which liquid moves at `speed` along the axis, whatever forces act on it, so that weight and viscosity
 /// of the emitted liquid do not act upstream. The first layer leaves after it has passed the pipe. The volume of a particle
 /// grows from nothing while it enters, so a submerged nozzle works like a free one. The emitted liquid starts with
 /// the converging or spreading velocity of a stream under gravity.
 struct EmitterDesc {
-  std::string name;         ///< empty = "emitter<N>"
-  Vec3d center;             ///< end of the pipe [m]; its beginning, if walls or bodies leave no room behind
-  Vec3d axis{0, -1, 0};     ///< direction of the stream, of any length but 0
-  double radius = 0;        ///< R [m], at least one spacing
+  std::string name;      ///< empty = "emitter<N>"
+  Vec3d center;          ///< end of the pipe [m]; its beginning, if walls or bodies leave no room behind
+  Vec3d axis{0, -1, 0};  ///< direction of the stream, of any length but 0
+  double radius = 0;     ///< R of a round opening [m], at least one spacing
+  /// Sides of a rectangular opening [m], at least two spacings each, instead of a radius: `height` along `up`, `width` across.
+  double width = 0, height = 0;
+  Vec3d up{0, 1, 0};        ///< which way the height lies; its part along the axis does not count
   double speed = 1;         ///< v [m/s], > 0
   MaterialId material;      ///< of the liquid
   double temperature = 20;  ///< [degrees Celsius]

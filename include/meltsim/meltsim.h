@@ -107,6 +107,18 @@ typedef struct meltsim_surface_heat {
   double ambient;          /* temperature of the surroundings [degrees Celsius] */
 } meltsim_surface_heat;
 
+/* What is beyond an open face. */
+enum {
+  MELTSIM_OUTLET_NONE = 0,  /* liquid falls out freely */
+  MELTSIM_OUTLET_LEVEL = 1, /* liquid up to the height `value` [m], against gravity */
+  MELTSIM_OUTLET_SPEED = 2  /* liquid near the face moves out at the speed `value` [m/s] */
+};
+typedef struct meltsim_outlet {
+  int32_t kind;     /* MELTSIM_OUTLET_... */
+  int32_t reserved; /* 0 */
+  double value;     /* level or speed */
+} meltsim_outlet;
+
 /* A World. */
 typedef struct meltsim_world_desc {
   uint32_t size;                     /* sizeof(meltsim_world_desc) */
@@ -127,6 +139,7 @@ typedef struct meltsim_world_desc {
   int32_t max_substeps;              /* a step that needs more is refused */
   double heat_time_scale;            /* heat runs so many times faster than motion */
   meltsim_surface_heat wall_heat[6]; /* through each wall, in the order of `faces` */
+  meltsim_outlet outlets[6];         /* what is beyond open faces, in the order of `faces` */
 } meltsim_world_desc;
 
 /* A substance. */
@@ -190,9 +203,10 @@ typedef struct meltsim_solid_desc {
   double pivot[3];   /* of a kinematic body or proxy: the point that positions are of, as built [m] */
   double mass;       /* of a proxy, above 0 [kg] */
   double inertia[9]; /* of a proxy, about its pivot, row by row [kg m^2]; all 0: of the shape */
+  double held_until; /* a free or rigid body stays where it is until then [s]; 0: free from the start */
 } meltsim_solid_desc;
 
-/* A round nozzle that emits liquid at a steady speed. */
+/* A nozzle that emits liquid at a steady speed. */
 typedef struct meltsim_emitter_desc {
   uint32_t size;          /* sizeof(meltsim_emitter_desc) */
   uint32_t reserved;      /* 0 */
@@ -206,6 +220,9 @@ typedef struct meltsim_emitter_desc {
   double from;            /* begins to emit [s] */
   double until;           /* ceases to emit [s] */
   uint64_t max_particles; /* most that it emits; 0: what from..until needs */
+  double width;           /* of a rectangular opening instead of a radius [m]; 0: a disc */
+  double height;          /* its other side, along `up` [m] */
+  double up[3];           /* which way the height lies */
 } meltsim_emitter_desc;
 
 /* A fixed part of space that heats, cools or holds the temperature of the particles inside. */
@@ -436,6 +453,8 @@ MELTSIM_C_API meltsim_status meltsim_world_stop_events(meltsim_world* world);
 /* Steering: what is set holds from the next step on. */
 MELTSIM_C_API meltsim_status meltsim_world_set_gravity(meltsim_world* world,
                                                        const double gravity[3]); /* [m/s^2] */
+/* Holds a free or rigid body where it is (on: not 0), or lets it go: World::hold. */
+MELTSIM_C_API meltsim_status meltsim_world_hold(meltsim_world* world, meltsim_id body, int32_t on);
 /* Of a free or rigid body: velocity of its centre [m/s], angular velocity about it [rad/s]; impulse [N s], angular impulse
  * [N m s]. Null: 0. */
 MELTSIM_C_API meltsim_status meltsim_world_set_velocity(meltsim_world* world, meltsim_id body,

@@ -177,6 +177,10 @@ class MELTSIM_API World {
   /// Ends that. Without a watch it does nothing. Errors: out_of_memory.
   Status stop_events();
 
+  /// Holds a free or rigid body where it is, as if it were fixed, or lets it go: at rest, or at the velocities of
+  /// SolidDesc::held_until, of which this is the other way to end. Part of the state. A change synchronises, the next step uploads, and states
+  /// saved before are lost. Errors: invalid_argument, halted, out_of_memory.
+  Status hold(BodyId body, bool on = true);
   /// Sets the motion of a free body, all its pieces together, to a velocity of its centre of mass [m/s] and an angular
   /// velocity about that [rad/s]; what it did beside that motion is gone. If it is faster than anything before, sound is
   /// made faster as by set_gravity. Other errors: those of prepare(), halted.

@@ -76,6 +76,17 @@ const Keys<DomainDesc>& domain_keys() {
            d.velocity[i] = vector(at, u);
          });
        }},
+      {"outlets", "dict[str, dict[str, float]]",
+       "what is beyond open faces: {\"+x\": {\"level\": 0.2}} [m] or {\"speed\": 0.5} [m/s]",
+       [](DomainDesc& d, const std::string& name, nb::handle v) {
+         static const Keys<OutletDesc> outlet_keys{
+             {"level", "float", "height of the liquid beyond, against gravity [m]",
+              set_to(&OutletDesc::level)},
+             {"speed", "float", "at which liquid leaves [m/s]", set_to(&OutletDesc::speed)}};
+         each_face(name, v, [&](std::size_t i, const std::string& at, nb::handle o) {
+           describe(d.outlets[i], outlet_keys, at, o);
+         });
+       }},
       {"heat", "dict[str, dict[str, float]]",
        "heat through walls, per face: {\"-y\": {\"temperature\": 80}}; keys as of add_solid's surface",
        [](DomainDesc& d, const std::string& name, nb::handle v) {
@@ -323,6 +334,9 @@ const Keys<SolidInput>& solid_keys() {
        }},
       {"heat_source", "float", "heat released in the body [W/m^3]", d(&D::heat_source)},
       {"carve", "bool", "remove liquid in the body's place; False: refuse the overlap", d(&D::carve)},
+      {"held_until", "float",
+       "a free or rigid body stays where it is until then [s]; inf: until hold(body, False)",
+       d(&D::held_until)},
       {"growth", "int", "how far liquid may freeze onto the body [spacings]", d(&D::growth)}};
   return keys;
 }
@@ -335,7 +349,10 @@ const Keys<EmitterInput>& emitter_keys() {
       {"material", "Material | str", "of the liquid", kept(&EmitterInput::material)},
       {"name", "str", "empty: emitter<N>", d(&D::name)},
       {"axis", vector_type, "direction of the stream", d(&D::axis)},
-      {"radius", "float", "[m], at least one spacing", d(&D::radius)},
+      {"radius", "float", "of a round opening [m], at least one spacing", d(&D::radius)},
+      {"width", "float", "of a rectangular opening, across [m]", d(&D::width)},
+      {"height", "float", "of a rectangular opening, along up [m]", d(&D::height)},
+      {"up", vector_type, "which way the height lies", d(&D::up)},
       {"speed", "float", "[m/s]", d(&D::speed)},
       {"temperature", "float", "[degrees Celsius]", d(&D::temperature)},
       {"start", "float", "begins to emit [s]", d(&D::from)},
@@ -1065,6 +1082,13 @@ void bind_world(nb::module_& m) {
             return away(w, true, [&](World& world) { return expect(world.remove_liquid(shape)); });
           },
           "shape"_a, "Removes the liquid whose particles have their centres in a shape; returns how many.")
+      .def(
+          "hold",
+          [](HostWorld& w, nb::object body, bool on) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            away(w, true, [&](World& world) { expect(world.hold(id, on)); });
+          },
+          "body"_a, "on"_a = true, "Holds a free or rigid body where it is, or lets it go.")
       .def(
           "set_velocity",
           [](HostWorld& w, nb::object body, Vector velocity, Vector angular_velocity) {

@@ -382,6 +382,7 @@ static void fill(meltsim_emitter_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   put(desc->axis, d.axis);
+  put(desc->up, d.up);
   desc->speed = d.speed;
   desc->temperature = d.temperature;
   desc->until = d.until;
@@ -460,6 +461,11 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
     for (std::size_t i = 0; i < 6; ++i)
       d.domain.faces[i] = option<meltsim::Face>(c.faces[i], MELTSIM_FACE_PERIODIC, "faces");
     for (std::size_t i = 0; i < 6; ++i) d.domain.heat[i] = heat_of(c.wall_heat[i]);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto kind = option<std::int32_t>(c.outlets[i].kind, MELTSIM_OUTLET_SPEED, "outlets.kind");
+      if (kind == MELTSIM_OUTLET_LEVEL) d.domain.outlets[i].level = c.outlets[i].value;
+      if (kind == MELTSIM_OUTLET_SPEED) d.domain.outlets[i].speed = c.outlets[i].value;
+    }
     d.gravity = vec(c.gravity);
     d.sound_speed = c.sound_speed;
     d.heat.model = option<meltsim::HeatModel>(c.heat_model, MELTSIM_HEAT_ENTHALPY, "heat_model");
@@ -561,6 +567,7 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
     d.max_speed = c.max_speed;
     d.surface = heat_of(c.surface);
     d.heat_source = c.heat_source;
+    d.held_until = c.held_until;
     const meltsim::BodyId made = expect(world_of(world).add_solid(d));
     if (id != nullptr) *id = id_of(made);
   });
@@ -581,6 +588,9 @@ meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emi
     d.from = c.from;
     d.until = c.until;
     d.max_particles = c.max_particles;
+    d.width = c.width;
+    d.height = c.height;
+    d.up = vec(c.up);
     const meltsim::EmitterId made = expect(world_of(world).add_emitter(d));
     if (id != nullptr) *id = id_of(made);
   });
@@ -708,6 +718,9 @@ meltsim_status meltsim_world_stop_events(meltsim_world* world) {
 }
 meltsim_status meltsim_world_set_gravity(meltsim_world* world, const double gravity[3]) {
   return guarded([&] { expect(world_of(world).set_gravity(vec(gravity, "gravity"))); });
+}
+meltsim_status meltsim_world_hold(meltsim_world* world, meltsim_id body, int32_t on) {
+  return guarded([&] { expect(world_of(world).hold(handle<meltsim::BodyId>(body), on != 0)); });
 }
 meltsim_status meltsim_world_set_velocity(meltsim_world* world, meltsim_id body, const double velocity[3],
                                           const double angular_velocity[3]) {

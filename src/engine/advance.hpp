@@ -117,6 +117,25 @@ MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T
          ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
 }
 
+/// The face whose outlet takes liquid at x along; 6: none.
+template <class T>
+MELTSIM_HD std::uint32_t outlet_at(const Frame<T>& w, Vec3<T> x) {
+  if (w.c.outlets.taking == 0u) return 6u;
+  return physics::taken_by(w.c.outlets, w.c.kernel.support, w.c.domain_min, w.c.domain_max, x);
+}
+
+/// Liquid near a face with an outlet moves at the speed of that.
+template <class T>
+MELTSIM_HD void drain(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T>& v, std::uint32_t& tag) {
+  const std::uint32_t face = outlet_at(w, x);
+  if (face == 6u) return;
+  const bool level = ((w.c.outlets.levels >> face) & 1u) != 0u;
+  v = physics::face_outwards<T>(face) * (level ? w.f.outlet_flow->speed[face] : w.c.outlets.speed[face]);
+  if (is_held(tag)) return;
+  tag |= tag_held;
+  w.f.tag[i] = tag;
+}
+
 /// The first stage that produced something unusable for a particle is blamed, and the particle is not moved. Nothing
 /// that is written counts before JudgeBody says so: the state of the sub-step before is still there, in its own order.
 /// v: the velocity after the kick. Where the frame says that the next sub-step is as long, counts for that one who will
@@ -145,6 +164,8 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
         if (astray) end.check.speed = T(0);  // no matter to what is left
         tag |= tag_removed;
         w.f.tag[i] = tag;
+      } else if (w.c.outlets.taking != 0u && is_fluid(tag)) {
+        drain(w, i, x, v, tag);
       }
     }
   }

@@ -27,8 +27,10 @@ namespace core {
 struct BurstArguments {
   std::uint32_t first_point = 0, points = 0;
   Vec3d center, velocity;
-  double radius = 0;  ///< of the nozzle [m]
-  double held = 0;    ///< what is farther from the centre than this is let go [m]
+  double radius = 0;             ///< of the nozzle [m]
+  Vec3d across, upright;         ///< of a rectangle: unit vectors along its sides; of a disc 0
+  double width = 0, height = 0;  ///< its sides [m]
+  double held = 0;               ///< what is farther from the centre than this is let go [m]
   double enthalpy = 0, mass = 0, volume = 0;
   std::array<double, most_species> solute{};  ///< of every particle [kg]
   std::uint32_t tag = 0;

@@ -574,6 +574,10 @@ class EngineImpl final : public Engine {
     w_.burst.velocity = cast<T>(b.velocity);
     w_.burst.axis = cast<T>(b.velocity * (1 / length(b.velocity)));
     w_.burst.radius = static_cast<T>(b.radius);
+    w_.burst.across = cast<T>(b.across);
+    w_.burst.upright = cast<T>(b.upright);
+    w_.burst.width = static_cast<T>(b.width);
+    w_.burst.height = static_cast<T>(b.height);
     w_.burst.held = static_cast<T>(b.held);
     w_.burst.enthalpy = b.enthalpy;
     w_.burst.mass = static_cast<T>(b.mass);

@@ -18,6 +18,7 @@
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/outlet.hpp"
 #include "meltsim/physics/proxy.hpp"
 #include "meltsim/physics/rigid_motion.hpp"
 #include "meltsim/physics/rigid_push.hpp"
@@ -124,6 +125,13 @@ struct BodyMotionRow {
 struct PushRow {
   physics::MassSums sums;
   physics::RigidPush push;
+};
+
+/// What outlets against a level do in this sub-step, per face.
+template <class T>
+struct OutletFlow {
+  physics::OutletSums sums[6];
+  T speed[6]{};  ///< [m/s]
 };
 
 template <class T>
@@ -268,6 +276,7 @@ struct Constants {
   std::uint32_t heat_regions = 0;
   std::uint32_t no_slip = 1;
   std::uint32_t open_faces = 0;  ///< bit per face
+  physics::Outlets<T> outlets;
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
   T leak_distance2{};          ///< square of the distance below which liquid meets solid as a contact [m^2]
@@ -284,6 +293,8 @@ struct Burst {
   Vec3<T> center{};  ///< of this layer, in stored coordinates
   Vec3<T> velocity{}, axis{};
   T radius{}, held{};
+  Vec3<T> across{}, upright{};  ///< of a rectangle: unit vectors along its sides; of a disc 0
+  T width{}, height{};          ///< its sides [m]
   double enthalpy = 0;
   double solute[most_species] = {};  ///< of every particle [kg]
   T mass{}, volume{};

@@ -78,6 +78,28 @@ void fill_tree(Frame<T>& w, const SceneConstants& c, const Sizes& n) {
   t.reach = static_cast<T>(c.support * (1 + 1e-5) + 8 * double(std::numeric_limits<T>::epsilon()) * largest);
 }
 
+/// Outlets of the domain. A level is measured along the axis of gravity, from the floor (validate_outlet()).
+template <class T>
+void fill_outlets(physics::Outlets<T>& o, const SceneConstants& c) {
+  const Vec3d extent = c.domain.max - c.domain.min, pull = c.surroundings.gravity;
+  const double sides[3] = {extent.x, extent.y, extent.z}, along[3] = {pull.x, pull.y, pull.z};
+  for (std::uint32_t f = 0; f < 6u && c.domain.bounded; ++f) {
+    const OutletDesc& outlet = c.domain.outlets[f];
+    if (!outlet.level && !outlet.speed) continue;
+    o.taking |= 1u << f;
+    o.speed[f] = static_cast<T>(outlet.speed.value_or(0));
+    if (!outlet.level) continue;
+    o.levels |= 1u << f;
+    const std::uint32_t axis = f / 2u;
+    std::uint32_t down = 0;
+    for (std::uint32_t a = 1; a < 3u; ++a)
+      if (std::fabs(along[a]) > std::fabs(along[down])) down = a;
+    o.head[f] = static_cast<T>(c.outlet_head[f]);
+    o.floor[f] =
+        static_cast<T>((physics::outlet_end - physics::outlet_reach) * c.support * sides[3u - axis - down]);
+  }
+}
+
 /// What the host may change between sub-steps.
 template <class T>
 void fill_surroundings(Frame<T>& w, const Surroundings& s) {
@@ -123,6 +145,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
       if (face == Face::open) k.open_faces |= 1u << f;
       k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
     }
+  fill_outlets(k.outlets, c);
   fill_surroundings(w, c.surroundings);
   fill_grid(w, c, c.support, n.reach);
   if (n.tree_levels != 0) fill_tree(w, c, n);

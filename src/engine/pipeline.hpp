@@ -126,6 +126,7 @@ enum Fact : std::uint32_t {
   fact_events = 1u << 26,   ///< events are noted
   fact_species = 1u << 27,  ///< something is dissolved, or dissolves
   fact_tension = 1u << 28,  ///< a liquid has surface tension
+  fact_outlets = 1u << 29,  ///< liquid leaves against a level
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,

@@ -69,7 +69,8 @@ struct SceneConstants {
   bool tension = false;
   bool one_liquid = false;  ///< no two materials are liquid, now or by melting or emission
   Surroundings surroundings;
-  DomainDesc domain;  ///< relative to the origin
+  DomainDesc domain;                    ///< relative to the origin, but for levels
+  std::array<double, 6> outlet_head{};  ///< of the level beyond a face above the floor [m]
   std::vector<MaterialRow<double>> materials;
   std::vector<physics::MaterialProperties<double>> properties;  ///< per material, or empty
   std::vector<SpeciesRow<double>> species;  ///< none where nothing is dissolved or dissolves

@@ -37,9 +37,13 @@ struct LetGoBody {
     const Vec4<T> v = w.f.velocity[i];
     if (v.x != b.velocity.x || v.y != b.velocity.y || v.z != b.velocity.z) return;
     const Vec3<T> x = xyz(w.f.position[i]) - b.center;
-    const T along = dot(x, b.axis), reach = b.radius + T(0.5) * w.c.spacing;
+    const T along = dot(x, b.axis), margin = T(0.5) * w.c.spacing, reach = b.radius + margin;
     const Vec3<T> across = x - b.axis * along;
     if (along < b.held || dot(across, across) > reach * reach) return;
+    if (b.width > T(0) && (std::fabs(dot(x, b.across)) > T(0.5) * b.width + margin ||
+                           std::fabs(dot(x, b.upright)) > T(0.5) * b.height + margin))
+      return;
+    if (core::outlet_at(w, xyz(w.f.position[i])) != 6u) return;
     w.f.tag[i] = tag & ~tag_held;
     w.f.velocity[i] = with_w(b.velocity + physics::converging_velocity(across, dot(w.clock.gravity, b.axis),
                                                                        length(b.velocity), b.radius),
@@ -65,6 +69,35 @@ struct EmitBody {
     w.f.mass[slot] = b.mass;
     w.f.tag[slot] = b.tag | tag_held;
     if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
+  }
+};
+
+/// Liquid ahead of an outlet.
+template <class T>
+struct AheadOfOutletBody {
+  Frame<T> w;
+  std::uint32_t face;
+  MELTSIM_HD physics::OutletSums operator()(std::uint64_t i) const {
+    physics::OutletSums s;
+    if (!is_fluid(w.f.tag[i])) return s;
+    const Vec4<T> x = w.f.position[i];
+    const T d = physics::face_distance(w.c.domain_min, w.c.domain_max, xyz(x), face) / w.c.kernel.support;
+    if (d < T(physics::outlet_reach) || d >= T(physics::outlet_end)) return s;
+    s.add(static_cast<double>(x.w),
+          static_cast<double>(dot(xyz(w.f.velocity[i]), physics::face_outwards<T>(face))));
+    return s;
+  }
+};
+
+/// How fast it leaves.
+template <class T>
+struct OutletSpeedBody {
+  Frame<T> w;
+  std::uint32_t face;
+  MELTSIM_HD void operator()(const physics::OutletSums& s) const {
+    w.f.outlet_flow->speed[face] = static_cast<T>(physics::outlet_speed(
+        s, static_cast<double>(w.c.outlets.floor[face]), static_cast<double>(w.c.outlets.head[face]),
+        static_cast<double>(length(w.f.clock->gravity))));
   }
 };
 
@@ -154,7 +187,8 @@ struct RespeedBody {
   Vec3<T> from, to;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const Vec4<T> v = w.f.velocity[i];
-    if (is_held(w.f.tag[i]) && v.x == from.x && v.y == from.y && v.z == from.z)
+    if (is_held(w.f.tag[i]) && v.x == from.x && v.y == from.y && v.z == from.z &&
+        core::outlet_at(w, xyz(w.f.position[i])) == 6u)
       w.f.velocity[i] = with_w(to, v.w);
   }
 };

@@ -71,6 +71,13 @@ void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to)
 }
 
 template <class E, class T>
+void outlets(E& ex, const core::Frame<T>& w) {
+  for (std::uint32_t f = 0; f < 6u; ++f)
+    if (((w.c.outlets.levels >> f) & 1u) != 0u)
+      ex.reduce(w.particles, AheadOfOutletBody<T>{w, f}, &w.f.outlet_flow->sums[f], OutletSpeedBody<T>{w, f});
+}
+
+template <class E, class T>
 void carry(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, CarryBody<T>{w});
 }

@@ -19,12 +19,34 @@ inline Vec3d unit(Vec3d v) {
   return v * (1.0 / length(v));
 }
 
-/// One layer of a nozzle, and the distance from layer to layer. A layer is a part of a square lattice whose pitch makes
-/// the area per point pi R^2/n, so that n particles of dx^3 per layer carry the flux pi R^2 v of liquid of rest density.
+inline bool is_rectangle(const EmitterDesc& e) { return e.width != 0 || e.height != 0; }
+/// A [m^2].
+inline double nozzle_area(const EmitterDesc& e) {
+  constexpr double pi = 3.14159265358979323846;
+  return is_rectangle(e) ? e.width * e.height : pi * e.radius * e.radius;
+}
+/// Radius of the circle around the opening [m].
+inline double nozzle_reach_across(const EmitterDesc& e) {
+  return is_rectangle(e) ? 0.5 * std::hypot(e.width, e.height) : e.radius;
+}
+
+/// One layer of a nozzle, and the distance from layer to layer. A layer is a part of a lattice whose pitches make the area
+/// per point A/n, so that n particles of dx^3 per layer carry the flux A v of liquid of rest density.
 struct NozzleLayer {
   std::vector<Vec3d> points;  ///< relative to the nozzle's centre
-  double distance = 0;        ///< n dx^3/(pi R^2) [m]
+  double distance = 0;        ///< n dx^3/A [m]
 };
+
+/// Directions across a nozzle: those of the sides of a rectangle.
+struct NozzleAxes {
+  Vec3d across, upright;
+};
+inline NozzleAxes nozzle_axes(const EmitterDesc& e) {
+  const Vec3d axis = unit(e.axis);
+  const Vec3d helper = is_rectangle(e) ? e.up : std::fabs(axis.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  const Vec3d across = unit(cross(axis, helper));
+  return {across, cross(axis, across)};
+}
 
 namespace detail {
 
@@ -48,13 +70,26 @@ inline std::vector<DiscPoint> disc_points(double radius, double offset_s, double
 
 }  // namespace detail
 
-/// The layer of a nozzle: of all sets of lattice points within a circle around a cell's centre, a point or an edge's
-/// centre, the one whose number is nearest to pi R^2/dx^2. Each is its own mirror image, so its centroid is the centre.
+/// Of a rectangle: as many points along each side as there are spacings in it.
+inline NozzleLayer rectangle_layer(const EmitterDesc& e, double dx) {
+  const auto [u, v] = nozzle_axes(e);
+  const auto count = [dx](double side) { return static_cast<int>(std::max(1L, std::lround(side / dx))); };
+  const int across = count(e.width), upright = count(e.height);
+  NozzleLayer layer;
+  for (int b = 0; b < upright; ++b)
+    for (int a = 0; a < across; ++a)
+      layer.points.push_back(u * (e.width * ((a + 0.5) / across - 0.5)) +
+                             v * (e.height * ((b + 0.5) / upright - 0.5)));
+  layer.distance = double(layer.points.size()) * dx * dx * dx / nozzle_area(e);
+  return layer;
+}
+
+/// Of a disc: of all sets of lattice points within a circle around a cell's centre, a point or an edge's centre, the one
+/// whose number is nearest to pi R^2/dx^2. Each is its own mirror image, so its centroid is the centre.
 inline NozzleLayer nozzle_layer(const EmitterDesc& e, double dx) {
-  const Vec3d axis = unit(e.axis);
-  const Vec3d helper = std::fabs(axis.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-  const Vec3d u = unit(cross(axis, helper)), v = cross(axis, u);
-  const double pi = 3.14159265358979323846, radius = e.radius / dx, area = pi * radius * radius;
+  if (is_rectangle(e)) return rectangle_layer(e, dx);
+  const auto [u, v] = nozzle_axes(e);
+  const double radius = e.radius / dx, area = nozzle_area(e) / (dx * dx);
   std::vector<detail::DiscPoint> best;
   double least = infinity;
   constexpr double offsets[][2] = {{0.5, 0.5}, {0, 0}, {0.5, 0}};

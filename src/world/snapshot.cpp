@@ -113,7 +113,8 @@ std::uint64_t WorldImpl::lattice_hash() const {
   h.add(lattice_.vertex_coordinates);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const core::BodyRow& row = lattice_.bodies[b];
-    for (const std::uint32_t v : {row.stride_y, row.stride_z, row.motion, bodies_[b].desc.material.index})
+    const std::uint32_t motion = motion_of(bodies_[b], false);  // whether it is held, tags say
+    for (const std::uint32_t v : {row.stride_y, row.stride_z, motion, bodies_[b].desc.material.index})
       h.add(&v, sizeof v);
   }
   return h.value();
@@ -310,6 +311,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
     return corrupt("a speed or height is not usable");
   for (std::size_t k = 0; k < layers.size(); ++k)
     if (Status status = check_emitter(k, layers[k], new_time); !status) return status;
+  const std::vector<char> held = fixed_in(s);
   collect_samples();
   drop_samples_from(new_time);
   state_ = std::move(s);
@@ -343,6 +345,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     bodies_[b].gone = taken[b] != 0;
     bodies_[b].taken = taken[b] == 0 ? 0 : taken[b] - 1;
+    hold_as(b, held[b] != 0);
   }
   halted_ = false;
   ++restored_;
@@ -387,6 +390,7 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
     return corrupt("a position, velocity or slip is not finite");
   const double largest = desc.precision == Precision::single_precision ? 1e37 : 1e300;
   std::uint64_t removed = 0, solid = 0;
+  const std::vector<char> fixed = fixed_in(s);
   const auto rows = material_rows();
   const Vec3d low = desc.domain.min - origin, high = desc.domain.max - origin;
   // Rounded to single precision, a coordinate at a wall may be this far beyond it.
@@ -431,7 +435,7 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
     if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u)
       return corrupt("a solid particle has no lattice vertex");
     if (body != lattice_.vertex_body[v] + 1u || material_of(tag) != bodies_[body - 1u].desc.material.index ||
-        ((tag & tag_fixed) != 0u) != bodies_[body - 1u].desc.fixed ||
+        ((tag & tag_fixed) != 0u) != (fixed[body - 1u] != 0) ||
         ((tag & tag_kinematic) != 0u) != bodies_[body - 1u].kinematic())
       return corrupt("a solid particle is not of the body it is in");
   }

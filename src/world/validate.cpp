@@ -6,6 +6,7 @@
 
 #include "engine/text.hpp"
 #include "meltsim/physics/property_table.hpp"
+#include "world/nozzle.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -40,6 +41,38 @@ Status bounded_vector(const std::string& field, Vec3d v, const char* unit) {
   if (length(v) <= most) return {};
   return invalid(field, ": must be at most ", most, " ", unit, ", got ", v,
                  "; check the computation that made it");
+}
+
+double component(Vec3d v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+/// The axis that a vector lies along; 3: none.
+std::size_t axis_of(Vec3d v) {
+  for (std::size_t a = 0; a < 3; ++a)
+    if (component(v, a) != 0 && std::fabs(component(v, a)) > (1 - 1e-12) * length(v)) return a;
+  return 3;
+}
+
+Status validate_outlet(const WorldDesc& d, std::size_t face, const std::string& p) {
+  const OutletDesc& o = d.domain.outlets[face];
+  if (!o.level && !o.speed) return {};
+  if (!d.domain.bounded || d.domain.faces[face] != Face::open)
+    return invalid(p, o.level ? "level" : "speed",
+                   ": liquid leaves through open faces only; make that face open");
+  if (o.level && o.speed)
+    return invalid(p, "speed: liquid leaves at a speed or against a level; drop one of them");
+  if (o.speed) return above(p + "speed", *o.speed, 0, "m/s", "a wall lets nothing out");
+  if (!std::isfinite(*o.level))
+    return invalid(p, "level: must be finite, got ", *o.level, " m; without one liquid falls out freely");
+  const std::size_t down = axis_of(d.gravity);
+  if (down == 3 || down == face / 2)
+    return invalid(p, "level: needs gravity along an axis of the domain that lies in the face, got ",
+                   d.gravity, "; set gravity so, or a speed");
+  const std::size_t floor = 2 * down + (component(d.gravity, down) > 0 ? 1 : 0);
+  if (d.domain.faces[floor] != Face::wall)
+    return invalid(p, "level: needs a wall below as its floor; make that face a wall, or set a speed");
+  if (const double head = outlet_head(d, face); !(head > 0))
+    return invalid(p, "level: must be above the floor, got ", *o.level, " m, ", -head, " m below it");
+  return {};
 }
 
 Status validate(const DomainDesc& d, double support) {
@@ -228,6 +261,7 @@ Status validate(const WorldDesc& d) {
     if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
       return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
                      faces[f], "; make that face a wall");
+    if (Status s = validate_outlet(d, f, std::string("domain.outlets[") + faces[f] + "]."); !s) return s;
   }
   return {};
 }
@@ -382,13 +416,32 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
   return {};
 }
 
+double outlet_head(const WorldDesc& d, std::size_t face) {
+  const std::size_t down = axis_of(d.gravity);
+  if (!d.domain.outlets[face].level || down == 3) return 0;
+  const bool up = component(d.gravity, down) < 0;
+  return *d.domain.outlets[face].level -
+         (up ? component(d.domain.min, down) : -component(d.domain.max, down));
+}
+
 Status validate(const EmitterDesc& e, double spacing) {
   const std::string p = "emitter \"" + e.name + "\": ";
   if (Status s = finite_vector(p + "center", e.center); !s) return s;
   if (!finite(e.axis) || (e.axis.x == 0 && e.axis.y == 0 && e.axis.z == 0))
     return invalid(p, "axis: must be a finite vector that is not zero, got ", e.axis,
                    "; it need not be normalised");
-  if (!(std::isfinite(e.radius) && e.radius >= spacing))
+  if (is_rectangle(e)) {
+    for (const auto& [name, side] : {std::pair{"width", e.width}, std::pair{"height", e.height}})
+      if (!(std::isfinite(side) && side >= 2 * spacing))
+        return invalid(p, name, ": must be at least two spacings (", 2 * spacing, " m), got ", side,
+                       "; a rectangle has both sides");
+    if (e.radius != 0)
+      return invalid(p, "radius: an opening is a disc or a rectangle, got a radius of ", e.radius,
+                     " m beside a width; drop one of them");
+    if (!finite(e.up) || !(length(cross(unit(e.axis), e.up)) > 1e-6 * length(e.up)))
+      return invalid(p, "up: must be a finite vector that is not along the axis ", e.axis, ", got ", e.up,
+                     "; it says which way the height lies");
+  } else if (!(std::isfinite(e.radius) && e.radius >= spacing))
     return invalid(p, "radius: must be at least one spacing (", spacing, " m), got ", e.radius,
                    "; widen the nozzle");
   if (Status s = above(p + "speed", e.speed, 0, "m/s", "a nozzle at rest emits nothing"); !s) return s;

@@ -17,6 +17,9 @@ Status summable(const std::string& field, double v, const char* unit);
 
 Status validate(const WorldDesc& desc);
 Status validate(const MaterialDesc& desc);
+/// Height of the level beyond a face above the floor of the domain [m]; 0 where there is none.
+double outlet_head(const WorldDesc& d, std::size_t face);
+
 /// Temperature and motion shared by fluids, bodies and emitters; `what` prefixes the field.
 Status validate_state(const char* what, double temperature, Vec3d velocity);
 Status validate(const EmitterDesc& desc, double spacing);

@@ -120,6 +120,9 @@ Status World::set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity) 
 Status World::apply_impulse(BodyId body, Vec3d impulse, Vec3d angular_impulse) {
   return guarded<Status>([&] { return impl_->apply_impulse(body, impulse, angular_impulse); });
 }
+Status World::hold(BodyId body, bool on) {
+  return guarded<Status>([&] { return impl_->hold(body, on); });
+}
 Status World::set_emitter(EmitterId emitter, const EmitterSetting& setting) {
   return guarded<Status>([&] { return impl_->set_emitter(emitter, setting); });
 }

@@ -466,14 +466,14 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
       !s)
     return s.error();
   // Before anything is made: what a layer holds, and what a particle takes at the least.
-  const double per_layer = 3.2 * (e.radius / desc.spacing) * (e.radius / desc.spacing);
+  const double per_layer = 1.02 * core::nozzle_area(e) / (desc.spacing * desc.spacing);
   constexpr double least_bytes = 200;
   const double room = std::min(double(core::available_memory()), double(engine->free_bytes()));
   if (per_layer > most_points || per_layer * least_bytes > room)
     return Error{
         per_layer > most_points ? ErrorCode::invalid_argument : ErrorCode::out_of_memory,
-        core::text(what, "radius: ", e.radius, " m is ", e.radius / desc.spacing,
-                   " spacings, which makes about ", per_layer,
+        core::text(what, core::is_rectangle(e) ? "width: the opening of " : "radius: the opening of ",
+                   core::nozzle_area(e), " m^2 makes about ", per_layer,
                    " particles a layer, more than there is memory for; narrow the nozzle or use a larger "
                    "spacing")};
   const core::NozzleLayer layer = core::nozzle_layer(e, desc.spacing);
@@ -594,15 +594,17 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
                                const std::vector<Vec3d>& disc) const {
   const double dx = desc.spacing;
   const Vec3d ahead = core::unit(e.axis) * (nozzle_reach * dx);
+  const std::string opening = core::is_rectangle(e)
+                                  ? core::text("opening of ", e.width, " by ", e.height, " m")
+                                  : core::text("disc of radius ", e.radius, " m");
   core::PointGrid own(same_place * dx);
   const auto any = [](std::uint32_t) { return true; };
   for (const Vec3d& p : disc) {
     const Vec3d x = e.center + p;
     // It may blow out through an open face, and where nothing bounds the domain.
     if (!inside_domain(desc.domain, x) || !has_room(desc.domain, dx, x))
-      return invalid(what, "center: the nozzle's disc of radius ", e.radius,
-                     " m reaches into a wall or out of the domain at ", x,
-                     "; move it or make it smaller, half a spacing (", 0.5 * dx, " m) off walls");
+      return invalid(what, "center: the nozzle's ", opening, " reaches into a wall or out of the domain at ",
+                     x, "; move it or make it smaller, half a spacing (", 0.5 * dx, " m) off walls");
     if (!has_room(desc.domain, dx, x + ahead))
       return invalid(what, "center: the nozzle blows against a wall at ", x + ahead,
                      ", less than two spacings (", nozzle_reach * dx, " m) ahead; move it back or turn it");
@@ -611,14 +613,14 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
   }
   for (std::size_t i = 0; i < state_.position.size(); ++i)
     if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, any))
-      return invalid(what, "center: the nozzle's disc of radius ", e.radius, " m lies in body \"",
+      return invalid(what, "center: the nozzle's ", opening, " lies in body \"",
                      bodies_[body_of(state_.tag[i]) - 1].desc.name, "\" at ", state_.position[i] + origin_,
                      "; move the nozzle or the body a spacing apart");
   for (const EmitterRecord& other : emitters_) {
     if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
     for (const Vec3d& p : places_of(other))
       if (own.near(p, any))
-        return invalid(what, "center: the nozzle's disc overlaps that of emitter \"", other.desc.name,
+        return invalid(what, "center: the nozzle's opening overlaps that of emitter \"", other.desc.name,
                        "\" at ", p,
                        " while both are open; move one, or let one begin when the other has ended");
   }

@@ -240,6 +240,8 @@ std::uint32_t WorldImpl::facts() const {
   for (std::size_t m = 0; m < materials.size(); ++m)
     if (liquid_used_[m] != 0u && materials[m].surface_tension > 0 && (f & core::fact_fluid) != 0)
       f |= core::fact_tension;
+  for (const OutletDesc& outlet : desc.domain.outlets)
+    if (outlet.level && (f & core::fact_fluid) != 0) f |= core::fact_outlets;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
   if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;

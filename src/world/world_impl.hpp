@@ -29,7 +29,8 @@ namespace meltsim {
 inline namespace v0 {
 
 struct BodyRecord {
-  SolidDesc desc;  ///< `fixed`: no force moves it
+  SolidDesc desc;     ///< `fixed`: no force moves it, now
+  bool held = false;  ///< a free or rigid one that is fixed for the time being
   bool kinematic() const { return desc.motion == Motion::kinematic; }
   bool proxy() const { return desc.motion == Motion::proxy; }
   bool rigid() const { return desc.motion == Motion::rigid || proxy(); }  ///< moves as a whole
@@ -100,6 +101,7 @@ class WorldImpl final : public Scheduler {
   Result<MaterialId> add_material(const MaterialDesc& m);
   Result<std::uint64_t> add_fluid(const FluidDesc& f);
   Result<EmitterId> add_emitter(const EmitterDesc& e);
+  Status hold(BodyId body, bool on);
   // world_solid.cpp
   Result<BodyId> add_solid(const SolidDesc& s);
   // world_heat.cpp
@@ -258,6 +260,11 @@ class WorldImpl final : public Scheduler {
   core::EngineSetup setup_of(std::uint32_t facts) const;
   Status adapt();
   Status follow_plan(double dt);
+  static std::uint32_t motion_of(const BodyRecord& body, bool held);
+  void set_held(std::size_t body, bool on);
+  void hold_as(std::size_t body, bool on);
+  std::vector<char> fixed_in(const core::SceneState& s) const;
+  void let_go_of_bodies(double dt);
   std::string reason_of_change(const core::StageInfo& info) const;
   double next_region() const;
   bool emits(const EmitterRecord& e) const;

@@ -71,7 +71,9 @@ void WorldImpl::look_at_added() {
     seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
   }
   if (desc.domain.bounded)
-    for (const Vec3d& v : desc.domain.velocity) seen_.speed = std::max(seen_.speed, length(v));
+    for (std::size_t f = 0; f < 6; ++f)
+      seen_.speed =
+          std::max({seen_.speed, length(desc.domain.velocity[f]), desc.domain.outlets[f].speed.value_or(0)});
   for (std::size_t b = seen_bodies_; b < bodies_.size(); ++b)
     seen_.speed = std::max(seen_.speed, bodies_[b].desc.max_speed);
   seen_bodies_ = bodies_.size();
@@ -165,6 +167,7 @@ core::SceneConstants WorldImpl::constants() const {
   c.domain = desc.domain;
   c.domain.min = desc.domain.min - origin_;
   c.domain.max = desc.domain.max - origin_;
+  for (std::size_t f = 0; f < 6; ++f) c.outlet_head[f] = core::outlet_head(desc, f);
   c.materials = material_rows();
   fit_rows(c.materials);
   if (desc.heat.model == HeatModel::none)  // a body that dissolves may run the stage that melts

@@ -70,6 +70,12 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
                    " moves; drop fixed, or use motion fixed");
   if (s.fixed) s.motion = Motion::fixed;
   s.fixed = s.motion == Motion::fixed || s.motion == Motion::kinematic;
+  if (!(s.held_until >= 0))
+    return invalid(what, "held_until: must be >= 0 s, got ", s.held_until,
+                   "; 0 lets it go from the start, infinity holds it until World::hold(body, false)");
+  const bool held = s.held_until > time;
+  if (s.held_until > 0 && (s.fixed || proxy))
+    return invalid(what, "held_until: only a free or rigid body can be let go; set motion to one of these");
   const bool kinematic = s.motion == Motion::kinematic, rigid = s.motion == Motion::rigid || proxy;
   if (!kinematic && !proxy && (s.pivot || s.max_speed != 0))
     return invalid(what, s.pivot ? "pivot" : "max_speed",
@@ -166,7 +172,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   for (const Vec3d& p : positions)
     fastest = std::max(fastest, length(s.velocity + cross(s.angular_velocity, p - origin - center)));
   if (Status st = check_numbers(what, m, density, h, {fastest, 0, 0}); !st) return st.error();
-  if (kinematic || proxy) s.max_speed = std::max(s.max_speed, fastest);
+  if (kinematic || proxy || held) s.max_speed = std::max(s.max_speed, fastest);
   if (event_watch_)
     if (Status st = check_touching(event_watch_->kinds, bodies_.size() + 1, "add_solid"); !st)
       return st.error();
@@ -188,6 +194,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   record.desc.name = name;
   record.density = density;
   record.watched = proxy;
+  record.held = held;
+  record.desc.fixed = s.fixed || held;
   if (holes_.capacity() - holes_.size() < displaced.size())
     holes_.reserve(2 * holes_.size() + displaced.size());
   body_names_.insert(name);
@@ -198,11 +206,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   row.stride_y = static_cast<std::uint32_t>(nx);
   row.stride_z = static_cast<std::uint32_t>(nx * ny);
   row.region_half_width = rigid ? 0 : std::min(m.region_half_width, most_half_width());
-  row.motion = kinematic ? core::body_kinematic
-               : proxy   ? core::body_proxy
-               : rigid   ? core::body_rigid
-               : s.fixed ? core::body_fixed
-                         : core::body_free;
+  row.motion = motion_of(record, held);
   row.watched = proxy ? 1u : 0u;
   lattice_.site_vertex.resize(base + nx * ny * nz, none);
   record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
@@ -224,14 +228,14 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     std::uint32_t tag =
         s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
     if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
-    if (s.fixed) tag |= tag_fixed;
+    if (record.desc.fixed) tag |= tag_fixed;
     if (kinematic) tag |= tag_kinematic;
     const Vec3d x = positions[k] - origin;
     state_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
     lattice_.vertex_site.push_back(site);
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
     lattice_.vertex_coordinates.push_back(p);
-    append(x, s.velocity + cross(s.angular_velocity, x - center), density, h, tag,
+    append(x, held ? Vec3d{} : s.velocity + cross(s.angular_velocity, x - center), density, h, tag,
            record.first_vertex + static_cast<std::uint32_t>(k), pure);
     state_.vertex_state.push_back(1u);
     state_.vertex_piece.push_back(none);

@@ -143,6 +143,9 @@ Status WorldImpl::check_pushed(const char* call, BodyId id) const {
   if (bodies_[id.index].proxy())
     return invalid(call, ": body \"", bodies_[id.index].desc.name,
                    "\": motion: a proxy moves as its host says; use set_proxy");
+  if (bodies_[id.index].held)
+    return invalid(call, ": body \"", bodies_[id.index].desc.name,
+                   "\": is held where it is; let it go with hold(body, false) first");
   if (bodies_[id.index].desc.fixed)
     return invalid(
         call, ": body \"", bodies_[id.index].desc.name,

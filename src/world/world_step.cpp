@@ -121,7 +121,14 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       b.points = layer < e.layers && e.on ? e.points : 0;
       if (layer < e.layers && !e.on) ++e.skipped;
       b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)) - e.lead);
-      b.radius = e.desc.radius;
+      b.radius = core::nozzle_reach_across(e.desc);
+      if (core::is_rectangle(e.desc)) {
+        const core::NozzleAxes sides = core::nozzle_axes(e.desc);
+        b.across = sides.across;
+        b.upright = sides.upright;
+        b.width = e.desc.width;
+        b.height = e.desc.height;
+      }
       b.held = (e.held_layers - 0.5) * e.layer_distance;
       b.velocity = axis * e.desc.speed;
       b.mass = mixed_density(physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)),
@@ -289,6 +296,7 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   if (halted_)
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+  let_go_of_bodies(dt);
   if (Status s = ready_to_step(); !s) return s;
   if (Status s = plan_motions(dt); !s) return s;
   if (Status s = check_substeps(dt); !s)

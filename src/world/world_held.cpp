@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies that are held where they are, and let go.
+#include "engine/text.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+using core::invalid;
+
+/// The motion of a body as the engine has it.
+std::uint32_t WorldImpl::motion_of(const BodyRecord& body, bool held) {
+  if (body.kinematic()) return core::body_kinematic;
+  if (body.proxy()) return core::body_proxy;
+  if (body.desc.motion == Motion::fixed || held) return core::body_fixed;
+  return body.rigid() ? core::body_rigid : core::body_free;
+}
+
+Status WorldImpl::hold(BodyId id, bool on) {
+  if (Status s = check_body("hold", id); !s) return s;
+  BodyRecord& body = bodies_[id.index];
+  if (body.desc.motion != Motion::free && body.desc.motion != Motion::rigid)
+    return invalid("hold: body \"", body.desc.name, "\": motion: only a free or rigid body can be held; ",
+                   body.kinematic() ? "set_motion stops a kinematic one"
+                   : body.proxy()   ? "set_proxy stops a proxy"
+                                    : "a fixed one never moves");
+  if (halted_)
+    return Error{ErrorCode::halted,
+                 core::text("hold: the World halted: ", halt_reason_, "; restore a snapshot to go on")};
+  if (on) {  // it is let go at rest
+    body.desc.velocity = body.desc.angular_velocity = {};
+    body.desc.held_until = infinity;
+  } else {
+    body.desc.held_until = 0;
+  }
+  if (body.held == on) return {};
+  fetch_state();
+  set_held(id.index, on);
+  return {};
+}
+
+/// Of the state as the host has it.
+void WorldImpl::set_held(std::size_t b, bool on) {
+  BodyRecord& body = bodies_[b];
+  const auto of_body = [&](std::uint32_t tag) { return is_solid(tag) && body_of(tag) == b + 1u; };
+  double mass = 0;
+  Vec3d center{};
+  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
+    if (!of_body(state_.tag[i])) continue;
+    mass += state_.mass[i];
+    center += state_.position[i] * state_.mass[i];
+  }
+  if (mass > 0) center = center * (1 / mass);
+  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
+    std::uint32_t& tag = state_.tag[i];
+    if (!of_body(tag)) continue;
+    tag = on ? tag | tag_fixed : tag & ~tag_fixed;
+    state_.velocity[i] =
+        on ? Vec3d{} : body.desc.velocity + cross(body.desc.angular_velocity, state_.position[i] - center);
+  }
+  hold_as(b, on);
+  dirty_ = measure_ = true;
+}
+
+void WorldImpl::hold_as(std::size_t b, bool on) {
+  BodyRecord& body = bodies_[b];
+  if (body.desc.motion != Motion::free && body.desc.motion != Motion::rigid) return;
+  body.held = body.desc.fixed = on;
+  lattice_.bodies[b].motion = motion_of(body, on);
+}
+
+/// Ahead of a step of dt: lets go of bodies whose time has come, but for what sums of steps lose to rounding.
+void WorldImpl::let_go_of_bodies(double dt) {
+  const double now = time + 1e-6 * dt;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    BodyRecord& body = bodies_[b];
+    if (!body.held || body.gone || body.desc.held_until > now) continue;
+    fetch_state();
+    set_held(b, false);
+  }
+}
+
+/// Which bodies a state holds: tags of their particles say so.
+std::vector<char> WorldImpl::fixed_in(const core::SceneState& s) const {
+  std::vector<char> fixed;
+  for (const BodyRecord& b : bodies_)
+    fixed.push_back(b.desc.motion == Motion::fixed || b.kinematic() ? 1 : 0);
+  for (const std::uint32_t tag : s.tag) {
+    const std::uint32_t body = body_of(tag);
+    if (!is_solid(tag) || body == 0u || body > bodies_.size() || (tag & tag_fixed) == 0u) continue;
+    const Motion motion = bodies_[body - 1u].desc.motion;
+    if (motion == Motion::free || motion == Motion::rigid) fixed[body - 1u] = 1;
+  }
+  return fixed;
+}
+
+}  // namespace v0
+}  // namespace meltsim
