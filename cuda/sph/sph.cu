@@ -10,6 +10,7 @@ namespace sph {
 
 MELTSIM_INSTANTIATE(core::CudaExec, density)
 MELTSIM_INSTANTIATE(core::CudaExec, viscosity)
+MELTSIM_INSTANTIATE(core::CudaExec, strain)
 MELTSIM_INSTANTIATE(core::CudaExec, forces)
 MELTSIM_INSTANTIATE(core::CudaExec, wetted)
 MELTSIM_INSTANTIATE(core::CudaExec, reaction)

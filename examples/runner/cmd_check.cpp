@@ -13,6 +13,7 @@
 #include "expect.hpp"
 #include "heat_balance.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
+#include "meltsim/physics/flow_curve.hpp"
 #include "numbers.hpp"
 #include "rehearsal.hpp"
 #include "run_directory.hpp"
@@ -57,6 +58,7 @@ class Check {
     print_viscosity();
     print_species();
     print_tension();
+    print_yield();
     print_time();
     const meltsim::Plan plan = built_.world.plan();
     line("memory", bytes_text(static_cast<double>(plan.bytes)) + " for the World");
@@ -149,6 +151,41 @@ class Check {
                         r.viscous_stages * r.viscous_supersteps));
     } else if (r.viscous_dt <= r.stable_dt) {
       line("viscosity", fmt::format("explicit: limits sub-steps to {:.3g} s", r.viscous_dt));
+    }
+  }
+
+  /// What yield stress does in the scene, and how much of it the spacing resolves.
+  void print_yield() {
+    const double dx = scene_.world.spacing, g = length(scene_.world.gravity);
+    const meltsim::Resolved r = built_.world.resolved();
+    // c is ten times the speed of a fall through the scene, where it was derived.
+    const double depth = g > 0 ? r.sound_speed * r.sound_speed / (200 * g) : 0;
+    for (const SceneMaterial& material : scene_.materials) {
+      const meltsim::MaterialDesc& m = material.desc;
+      if (!(m.yield_stress > 0)) continue;
+      const double consistency = m.viscosity_points.empty() ? m.viscosity : m.viscosity_points.front().value;
+      std::string text = fmt::format("{}: {:g} Pa", m.name, m.yield_stress);
+      if (g > 0) {
+        const double bank = 2 * m.yield_stress / (m.density * g);
+        text += fmt::format("; a bank of {:.2g} m stands, {:.2g} spacings", bank, bank / dx);
+        if (bank < 2 * dx)
+          warn(
+              fmt::format("materials.{}: a bank of {:.2g} m stands by itself, {:.2g} spacings: how thick "
+                          "layers stay is not "
+                          "resolved; use a particles.spacing of {:.2g} or less",
+                          m.name, bank, bank / dx, bank / 3));
+        if (consistency > 0)
+          text += fmt::format(
+              ", Bingham number {:.2g} at {:.2g} m/s and {:.2g} m, {:.2g} at a tenth of that speed",
+              meltsim::physics::bingham_number(m.yield_stress, consistency, m.flow_index, 0.1 * r.sound_speed,
+                                               depth),
+              0.1 * r.sound_speed, depth,
+              meltsim::physics::bingham_number(m.yield_stress, consistency, m.flow_index,
+                                               0.01 * r.sound_speed, depth));
+      }
+      line("yield", text + fmt::format("; {:.3g} Pa s at rest",
+                                       m.yield_stress * m.regularisation +
+                                           consistency * std::pow(m.regularisation, 1 - m.flow_index)));
     }
   }
 

@@ -50,6 +50,9 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   number("friction", "Coulomb coefficient", desc.friction);
   number("surface_tension", "N/m", desc.surface_tension);
   number("contact_angle", "degrees", desc.contact_angle);
+  number("yield_stress", "Pa", desc.yield_stress);
+  number("flow_index", "below 1 thins", desc.flow_index);
+  number("regularisation", "s", desc.regularisation);
   if (const auto value = node.find("K")) {
     if (node.find("diffusivity")) value->fail("K is another name of diffusivity; give one of the two");
     desc.diffusivity = value->number("m^2/s");

@@ -148,6 +148,9 @@ Json material_json(const SceneMaterial& material) {
   json["friction"] = desc.friction;
   if (desc.surface_tension > 0) json["surface_tension"] = desc.surface_tension;
   if (desc.contact_angle != 90) json["contact_angle"] = desc.contact_angle;
+  if (desc.yield_stress > 0) json["yield_stress"] = desc.yield_stress;
+  if (desc.flow_index != 1) json["flow_index"] = desc.flow_index;
+  if (desc.yield_stress > 0 || desc.flow_index != 1) json["regularisation"] = desc.regularisation;
   if (material.color) json["color"] = *material.color;
   return json;
 }

@@ -33,11 +33,32 @@ inline const List heat{"model",           "time_scale",   "max_stages", "max_sup
 inline const List solute{"time_scale", "max_supersteps"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
-inline const List material{
-    "density",       "viscosity",   "conductivity",   "heat_capacity",     "diffusivity",         "K",
-    "melting_point", "latent_heat", "becomes",        "region_half_width", "stiffness",           "damping",
-    "friction",      "freezes",     "youngs_modulus", "surface_tension",   "contact_angle",       "color",
-    "dissolves_in",  "solubility",  "diffusivity_in", "heat_of_solution",  "transfer_coefficient"};
+inline const List material{"density",
+                           "viscosity",
+                           "conductivity",
+                           "heat_capacity",
+                           "diffusivity",
+                           "K",
+                           "melting_point",
+                           "latent_heat",
+                           "becomes",
+                           "region_half_width",
+                           "stiffness",
+                           "damping",
+                           "friction",
+                           "freezes",
+                           "youngs_modulus",
+                           "surface_tension",
+                           "contact_angle",
+                           "color",
+                           "dissolves_in",
+                           "solubility",
+                           "diffusivity_in",
+                           "heat_of_solution",
+                           "transfer_coefficient",
+                           "yield_stress",
+                           "flow_index",
+                           "regularisation"};
 inline const List fluid{"shape", "material", "temperature", "velocity", "fractions"};
 inline const List body{
     "name",  "shape",      "material", "density", "temperature", "velocity", "angular_velocity",

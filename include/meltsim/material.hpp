@@ -34,6 +34,7 @@ struct MaterialDesc {
   /// unless heat stands still.
   double density = 1000;
   /// Dynamic viscosity mu [Pa s], >= 0. Of a species: what it counts in a mixture, ln mu = sum of w_k ln mu_k.
+  /// With a flow_index other than 1 or a yield_stress: the consistency K [Pa s^n].
   double viscosity = 1e-3;
   double conductivity = 0.6;    ///< k [W/(m K)], > 0
   double heat_capacity = 4186;  ///< c [J/(kg K)], > 0
@@ -53,6 +54,17 @@ struct MaterialDesc {
   /// Whether its liquid freezes onto it below the melting point: liquid that has released its latent heat joins a
   /// free site of the lattice of a body of this material.
   bool freezes = false;
+
+  // A liquid whose viscosity depends on the shear rate gd (Herschel & Bulkley): mu = K gd^(n-1) + tau_y (1 - exp(-m gd))/gd.
+  // K is `viscosity`; viscosity_points make it depend on temperature. Not of a solid that melts: give it to its liquid.
+  /// Yield stress tau_y [Pa], >= 0: below it the liquid hardly flows. Ketchup 15, mayonnaise 80; 0: none.
+  double yield_stress = 0;
+  /// n, 0.1..3: below 1 the liquid thins as it is sheared, above 1 it thickens. For n > 1 shear rates count at most c/(10 dx), c
+  /// the sound speed.
+  double flow_index = 1;
+  /// m [s], > 0 where yield_stress or flow_index is given (Papanastasiou 1987): at shear rates below 1/m what does not yield creeps
+  /// as a liquid of viscosity tau_y m + K m^(1-n), which the sub-step or the stages of implicit viscosity have to bear.
+  double regularisation = 100;
 
   // A species: a body of it dissolves, or, where solubility is 1, it is a liquid that mixes with any amount of its solvent.
   // What is dissolved is a content of the solvent's particles (FluidDesc::fractions), which diffuses between them. Needs

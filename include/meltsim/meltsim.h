@@ -148,7 +148,7 @@ typedef struct meltsim_material_desc {
   int32_t freezes;           /* whether its liquid freezes onto it */
   const char* name;          /* copied */
   double density;            /* [kg/m^3] */
-  double viscosity;          /* dynamic [Pa s] */
+  double viscosity;          /* dynamic [Pa s]; where it depends on the shear rate, the consistency */
   double conductivity;       /* [W/(m K)] */
   double heat_capacity;      /* [J/(kg K)] */
   double melting_point;      /* [degrees Celsius]; infinity: never melts */
@@ -161,6 +161,9 @@ typedef struct meltsim_material_desc {
   double friction;           /* Coulomb coefficient */
   double surface_tension;    /* of a liquid [N/m]; 0: none */
   double contact_angle;      /* of liquids with surface tension at this solid, 0 to 180 degrees */
+  double yield_stress;       /* of a liquid [Pa]; 0: none */
+  double flow_index;         /* of a liquid; below 1 it thins as it is sheared, above 1 it thickens */
+  double regularisation;     /* time beyond which what does not yield creeps [s] */
 } meltsim_material_desc;
 
 /* Liquid that fills a shape. */

@@ -260,6 +260,10 @@ const Keys<MaterialInput>& material_keys() {
       {"damping", "float", "share of non-rigid motion removed, 0 to 1", d(&D::damping)},
       {"friction", "float", "Coulomb coefficient", d(&D::friction)},
       {"surface_tension", "float", "of a liquid [N/m]", d(&D::surface_tension)},
+      {"yield_stress", "float", "of a liquid [Pa]", d(&D::yield_stress)},
+      {"flow_index", "float", "of a liquid; below 1 it thins as it is sheared, above 1 it thickens",
+       d(&D::flow_index)},
+      {"regularisation", "float", "time beyond which what does not yield creeps [s]", d(&D::regularisation)},
       {"contact_angle", "float", "of a solid [degrees]", d(&D::contact_angle)},
       {"color", "Sequence[float] | None", "red, green, blue in show(), 0 to 1",
        [](MaterialInput& input, const std::string& name, nb::handle v) {

@@ -360,6 +360,8 @@ static void fill(meltsim_material_desc* desc) {
   desc->friction = d.friction;
   desc->surface_tension = d.surface_tension;
   desc->contact_angle = d.contact_angle;
+  desc->flow_index = d.flow_index;
+  desc->regularisation = d.regularisation;
 }
 static void fill(meltsim_species_desc* desc) {
   *desc = {};
@@ -495,6 +497,9 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   d.friction = c.friction;
   d.surface_tension = c.surface_tension;
   d.contact_angle = c.contact_angle;
+  d.yield_stress = c.yield_stress;
+  d.flow_index = c.flow_index;
+  d.regularisation = c.regularisation;
   return d;
 }
 meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {

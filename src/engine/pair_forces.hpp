@@ -17,14 +17,21 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
   return w.f.viscosity != nullptr ? w.f.viscosity[i] : m.viscosity;
 }
 
-/// visit(conductance, velocity) of every no-slip wall within reach of a liquid particle at x.
+/// visit(face, distance) of every wall within reach of x.
 template <class T, class Visit>
-MELTSIM_HD void for_each_sticky_wall(const Frame<T>& w, Vec3<T> x, T mu, T volume, const Visit& visit) {
+MELTSIM_HD void for_each_near_wall(const Frame<T>& w, Vec3<T> x, const Visit& visit) {
   const auto& b = w.c.walls;
   const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
   for (int k = 0; k < 6; ++k)
-    if (((b.faces >> k) & 1u) != 0u && d[k] < b.support)
-      visit(physics::wall_viscous_factor(w.c.wall_exchange, mu, volume, d[k]), w.c.wall_velocity[k]);
+    if (((b.faces >> k) & 1u) != 0u && d[k] < b.support) visit(k, d[k]);
+}
+
+/// visit(conductance, velocity) of every no-slip wall within reach of a liquid particle at x.
+template <class T, class Visit>
+MELTSIM_HD void for_each_sticky_wall(const Frame<T>& w, Vec3<T> x, T mu, T volume, const Visit& visit) {
+  for_each_near_wall(w, x, [&](int k, T distance) {
+    visit(physics::wall_viscous_factor(w.c.wall_exchange, mu, volume, distance), w.c.wall_velocity[k]);
+  });
 }
 
 template <class T>

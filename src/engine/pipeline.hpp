@@ -103,7 +103,7 @@ enum Fact : std::uint32_t {
   fact_heat_paper = 1u << 7,     ///< temperatures differ, paper model
   fact_heat_boundary = 1u << 8,  ///< heat comes through surfaces or from sources, enthalpy model
   fact_heat_iwasaki = 1u << 9,   ///< temperatures differ, explicit model
-  fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature
+  fact_viscosity = 1u << 10,     ///< a liquid's viscosity depends on temperature, contents or shear rate
   fact_freeze = 1u << 11,        ///< liquid can freeze onto a body
   fact_dry = 1u << 12,           ///< no liquid, now or later
   fact_shifting = 1u << 13,      ///< liquid's particles are kept evenly spread
@@ -127,6 +127,7 @@ enum Fact : std::uint32_t {
   fact_species = 1u << 27,  ///< something is dissolved, or dissolves
   fact_tension = 1u << 28,  ///< a liquid has surface tension
   fact_outlets = 1u << 29,  ///< liquid leaves against a level
+  fact_strain = 1u << 30,   ///< a liquid's viscosity depends on its shear rate; with fact_viscosity
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -217,8 +218,8 @@ constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
   for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts)) continue;
     const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
-    constexpr std::uint32_t host =
-        fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces | fact_events | fact_species;
+    constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces |
+                                   fact_events | fact_species | fact_strain;
     if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
   }
   return true;

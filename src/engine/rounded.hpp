@@ -27,9 +27,19 @@ physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {
 }
 
 template <class T>
+physics::FlowCurve<T> round_curve(const physics::FlowCurve<double>& c) {
+  return {static_cast<T>(c.yield_stress), static_cast<T>(c.index), static_cast<T>(c.regularisation),
+          static_cast<T>(c.largest_rate)};
+}
+
+template <class T>
 MaterialProperties<T> round_properties(const MaterialProperties<double>& p) {
-  return {round_table<T>(p.conductivity), round_table<T>(p.liquid_conductivity), round_table<T>(p.viscosity),
-          round_table<T>(p.density), p.curve};
+  return {round_table<T>(p.conductivity),
+          round_table<T>(p.liquid_conductivity),
+          round_table<T>(p.viscosity),
+          round_table<T>(p.density),
+          p.curve,
+          round_curve<T>(p.flow)};
 }
 
 template <class T>

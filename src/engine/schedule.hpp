@@ -31,7 +31,7 @@ constexpr std::uint64_t stage_bit(int stage) { return std::uint64_t{1} << stage;
 /// Sums over all neighbours: compute-bound, they occupy a whole GPU.
 inline constexpr std::uint64_t sum_stages = stage_bit(stage_sph_density) | stage_bit(stage_sph_forces) |
                                             stage_bit(stage_sph_shift) | stage_bit(stage_sph_diffuse) |
-                                            stage_bit(stage_thermal_exchange);
+                                            stage_bit(stage_sph_strain) | stage_bit(stage_thermal_exchange);
 /// Shape matching: a chain of short, memory-bound kernels.
 inline constexpr std::uint64_t modest_stages = stage_bit(stage_lsm_gather) | stage_bit(stage_lsm_regions) |
                                                stage_bit(stage_lsm_goals) | stage_bit(stage_lsm_balance);

@@ -10,6 +10,7 @@ namespace sph {
 
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
+MELTSIM_INSTANTIATE(core::CpuExec, strain)
 MELTSIM_INSTANTIATE(core::CpuExec, wetted)
 MELTSIM_INSTANTIATE(core::CpuExec, cohere)
 MELTSIM_INSTANTIATE(core::CpuExec, shift)

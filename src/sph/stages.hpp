@@ -10,6 +10,7 @@
 #include "sph/cohere_bodies.hpp"
 #include "sph/diffuse_bodies.hpp"
 #include "sph/shift_bodies.hpp"
+#include "sph/strain_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -24,6 +25,12 @@ void density(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void viscosity(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, ViscosityBody<T>{w});
+}
+
+template <class E, class T>
+void strain(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(
+      w, [&](auto periodic) { spatial::sweep<periodic()>(ex, w.particles, StrainBody<T, periodic()>{w}); });
 }
 
 template <Company company, bool Periodic, class E, class T>

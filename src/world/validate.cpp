@@ -129,6 +129,32 @@ Status validate_points(const std::string& field, const std::vector<PropertyPoint
   return {};
 }
 
+/// The flow curve of a liquid.
+Status validate_flow(const MaterialDesc& m, const std::string& p) {
+  if (Status s = at_least(p + "yield_stress", m.yield_stress, 0, "Pa", "ketchup is 15, 0 is none"); !s)
+    return s;
+  if (Status s = measurable(p + "yield_stress", m.yield_stress, "Pa"); !s) return s;
+  if (Status s = within(p + "flow_index", m.flow_index, 0.1, 3, "",
+                        "1 is a viscosity that does not depend on the shear rate, below 1 thins");
+      !s)
+    return s;
+  if (m.yield_stress == 0 && m.flow_index == 1) return {};
+  const char* given = m.yield_stress > 0 ? "yield_stress" : "flow_index";
+  if (!(std::isfinite(m.regularisation) && m.regularisation > 0))
+    return invalid(p, "regularisation: must be finite and > 0 s where ", given, " is given, got ",
+                   m.regularisation,
+                   "; below a shear rate of 1/regularisation the liquid creeps, 100 is usual");
+  if (Status s = measurable(p + "regularisation", m.regularisation, "s"); !s) return s;
+  const double mu = m.yield_stress * m.regularisation;
+  if (Status s = measurable(p + "yield_stress times regularisation", mu, "Pa s"); !s) return s;
+  if (m.melts_into)
+    return invalid(p, given, ": a solid's lattice does not flow; give it to the liquid it melts into");
+  if (m.dissolves_in)
+    return invalid(p, given,
+                   ": of a species (dissolves_in) the viscosity is a constant; give it to the solvent");
+  return {};
+}
+
 /// What of a species can be checked without the others.
 Status validate_species(const MaterialDesc& m, const std::string& p) {
   if (!m.dissolves_in) {
@@ -309,6 +335,7 @@ Status validate(const MaterialDesc& m) {
     for (const PropertyPoint& point : t.points)
       if (Status s = measurable(p + t.name, point.value, t.unit); !s) return s;
   }
+  if (Status s = validate_flow(m, p); !s) return s;
   if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
     return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
                    ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");

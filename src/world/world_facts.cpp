@@ -232,6 +232,8 @@ std::uint32_t WorldImpl::facts() const {
   if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
   for (std::size_t m = 0; m < materials.size(); ++m)
     if (liquid_used_[m] != 0u && !materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (liquid_used_[m] != 0u && shears(materials[m])) f |= core::fact_viscosity | core::fact_strain;
   for (const std::uint32_t k : species_)
     if (species_used_ && materials[k].viscosity != materials[materials[k].dissolves_in.index].viscosity)
       f |= core::fact_viscosity;

@@ -28,6 +28,9 @@
 namespace meltsim {
 inline namespace v0 {
 
+/// Whether a liquid's viscosity depends on the shear rate.
+bool shears(const MaterialDesc& m);
+
 struct BodyRecord {
   SolidDesc desc;     ///< `fixed`: no force moves it, now
   bool held = false;  ///< a free or rigid one that is fixed for the time being
@@ -301,6 +304,9 @@ class WorldImpl final : public Scheduler {
   Status check_curves() const;
   Status check_expansion(const MaterialDesc& m, double time_scale) const;
   double fall_height() const;
+  physics::FlowCurve<double> flow_of(const MaterialDesc& m) const;
+  double largest_viscosity(const MaterialDesc& m) const;
+  double least_viscosity(const MaterialDesc& m) const;
   void derive_sound_speed();
   Status check_sound_speed() const;
   core::SceneConstants constants() const;

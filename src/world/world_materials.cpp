@@ -42,15 +42,23 @@ double least(const std::vector<PropertyPoint>& points, double otherwise) {
 
 bool has_points(const MaterialDesc& d) {
   return !d.conductivity_points.empty() || !d.heat_capacity_points.empty() || !d.viscosity_points.empty() ||
-         !d.density_points.empty();
+         !d.density_points.empty() || shears(d);
 }
 
 bool has_tables(const physics::MaterialProperties<double>& p) {
   return p.conductivity.points != 0u || p.liquid_conductivity.points != 0u || p.viscosity.points != 0u ||
-         p.density.points != 0u || p.curve.nodes != 0u;
+         p.density.points != 0u || p.curve.nodes != 0u || p.flow.index > 0;
 }
 
 }  // namespace
+
+bool shears(const MaterialDesc& m) { return m.yield_stress > 0 || m.flow_index != 1; }
+
+physics::FlowCurve<double> WorldImpl::flow_of(const MaterialDesc& m) const {
+  if (!shears(m)) return {};
+  return {m.yield_stress, m.flow_index, m.regularisation,
+          physics::largest_flow_rate(m.flow_index, sound_speed_, desc.spacing)};
+}
 
 /// The solid that material i freezes into; materials.size() if there is none.
 std::size_t WorldImpl::freezes_into(std::size_t i) const {
@@ -59,7 +67,7 @@ std::size_t WorldImpl::freezes_into(std::size_t i) const {
   return s;
 }
 
-/// One per material, or none at all when no property depends on temperature.
+/// One per material, or none at all when no property depends on temperature or shear rate.
 std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties() const {
   std::vector<physics::MaterialProperties<double>> all;
   if (std::none_of(materials.begin(), materials.end(), has_points)) return all;
@@ -80,6 +88,7 @@ std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties(
     p.liquid_conductivity = table(l.conductivity_points);
     p.viscosity = table(materials[i].viscosity_points);
     p.density = table(materials[i].density_points);
+    p.flow = flow_of(materials[i]);
     if (!m.heat_capacity_points.empty() || !l.heat_capacity_points.empty()) {
       const double latent = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
       p.curve = m.melts_into ? physics::make_enthalpy_curve(capacity_table(m), capacity_table(l),

@@ -24,13 +24,13 @@ namespace {
 /// this head room keeps the heat stages stable. Exceeding it raises StepResult::heat_bound_exceeded.
 constexpr double heat_margin = 1.5;
 
-double largest_viscosity(const MaterialDesc& m) {
+double largest_consistency(const MaterialDesc& m) {
   double mu = m.viscosity_points.empty() ? m.viscosity : 0;
   for (const PropertyPoint& p : m.viscosity_points) mu = std::max(mu, p.value);
   return mu;
 }
 
-double least_viscosity(const MaterialDesc& m) {
+double least_consistency(const MaterialDesc& m) {
   double mu = m.viscosity_points.empty() ? m.viscosity : infinity;
   for (const PropertyPoint& p : m.viscosity_points) mu = std::min(mu, p.value);
   return mu;
@@ -44,6 +44,18 @@ double largest_conductivity(const core::MaterialRow<double>& m) {
   return k;
 }
 }  // namespace
+
+/// At any temperature and shear rate [Pa s].
+double WorldImpl::largest_viscosity(const MaterialDesc& m) const {
+  const double mu = largest_consistency(m);
+  return shears(m) ? physics::largest_flow_viscosity(flow_of(m), mu) : mu;
+}
+
+/// At any temperature, and at shear rates as high as a scene of this sound speed should have [Pa s].
+double WorldImpl::least_viscosity(const MaterialDesc& m) const {
+  const double mu = least_consistency(m);
+  return shears(m) ? physics::least_flow_viscosity(flow_of(m), mu, 0.1 * sound_speed_ / desc.spacing) : mu;
+}
 
 /// Height and speed of all that was added, as it was added: of what moves by then nothing is asked, so that what follows
 /// from them depends on neither when a scene is read nor where a splash is.
@@ -178,6 +190,9 @@ core::SceneConstants WorldImpl::constants() const {
         return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
       }))
     c.properties = properties_;
+  for (std::size_t m = 0; m < c.properties.size();
+       ++m)  // what follows from the sound speed was not known before
+    c.properties[m].flow = flow_of(materials[m]);
   fill_heat_boundary(c);
   c.emitter_points = emitter_points_;
   for (std::size_t m = 0; m < materials.size(); ++m)

@@ -28,7 +28,7 @@ class WorldDesc(c.Structure):
 
 class MaterialDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("freezes", c.c_int32), ("name", c.c_char_p), ("density", c.c_double), ("rest", c.c_double * 5),
-                ("melts_into", Id), ("more", c.c_double * 6)]
+                ("melts_into", Id), ("more", c.c_double * 9)]
 
 
 class SolidDesc(c.Structure):
@@ -221,13 +221,13 @@ for source in ("body", "region"):
 
 # A nozzle of radius R emits rho pi R^2 v t: here 1000 pi 0.04 2 0.5 = 126 kg.
 tap, ident, totals = c.c_void_p(), Id(), Totals(size=c.sizeof(Totals))
-# A host that was built against a header whose material ended with the stiffness of bodies, 16 bytes ago: nothing beyond its struct
+# A host that was built against a header whose material ended with the stiffness of bodies, 40 bytes ago: nothing beyond its struct
 # is written, and what it does not know has its default.
-short = c.sizeof(MaterialDesc) - 16
+short = c.sizeof(MaterialDesc) - 40
 room = (c.c_uint8 * c.sizeof(MaterialDesc))(*[0xAB] * c.sizeof(MaterialDesc))
 lib.meltsim_material_desc_init_sized(c.byref(room), c.c_size_t(short))
 assert c.c_uint32.from_buffer(room).value == short
-assert bytes(room)[short:] == b"\xab" * 16
+assert bytes(room)[short:] == b"\xab" * 40
 lib.meltsim_material_desc_init_sized(None, c.c_size_t(short))  # does nothing
 old, old_id = c.c_void_p(), Id()
 assert lib.meltsim_world_create(c.byref(made(WorldDesc, lib.meltsim_world_desc_init_sized)), c.byref(old)) == 0, text()

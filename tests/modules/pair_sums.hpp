@@ -102,7 +102,8 @@ struct PairScene {
 /// Rows know their tables.
 inline void set_tables(core::SceneConstants& c) {
   for (std::size_t k = 0; k < c.properties.size(); ++k)
-    if (c.properties[k].viscosity.points != 0) c.materials[k].tables = &c.properties[k];
+    if (c.properties[k].viscosity.points != 0 || c.properties[k].flow.index > 0)
+      c.materials[k].tables = &c.properties[k];
 }
 
 /// One sum over all pairs. T: the precision that the state is rounded to; the sums are double.
@@ -116,6 +117,7 @@ class AllPairs {
     place_copies();
     calibrate();
     densities();
+    viscosities();
     accelerations();
     if ((scene.facts & core::fact_contact) != 0) contacts();
     // One stage from the beginning of the sub-step is the explicit force.
@@ -232,8 +234,67 @@ class AllPairs {
       sums_.term[i].add({solid(i) ? -term_[i] : term_[i], 0, 0}, term_scale_[i]);
     }
   }
-  double viscosity(std::size_t i) const {
-    return physics::viscosity_at(row(i), scene_.state.enthalpy[i] / scene_.state.mass[i]);
+  double viscosity(std::size_t i) const { return mu_[i]; }
+  /// Of liquids with a flow curve at the shear rate of the least-squares fit to the velocities around, walls as one particle
+  /// each; mu_size_: what of it rounding reaches.
+  void viscosities() {
+    mu_.assign(n_, 0);
+    mu_size_.assign(n_, 1);
+    const auto exchange = physics::make_wall_exchange<double>(H(), c_.spacing);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || solid(i)) continue;
+      mu_[i] = physics::viscosity_at(row(i), scene_.state.enthalpy[i] / scene_.state.mass[i]);
+      if (row(i).tables == nullptr || !(row(i).tables->flow.index > 0)) continue;
+      double M[3][3] = {}, G[3][3] = {}, S[3] = {};
+      const auto add = [&](double weight, Vec3d d, Vec3d u) {
+        const double x[3] = {d.x, d.y, d.z}, v[3] = {u.x, u.y, u.z};
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b) {
+            M[a][b] += 0.5 * weight * x[a] * x[b];
+            G[a][b] += 0.5 * weight * v[a] * x[b];
+          }
+      };
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+        if (copy.mirrored || r == 0) return;
+        const double weight = volume_[j] * L(r), x[3] = {d.x, d.y, d.z};
+        add(weight, d, v_[i] - v_[j]);
+        for (int a = 0; a < 3; ++a) S[a] += weight * x[a] * x[a] * x[a];
+      });
+      for (int k = 0; c_.domain.no_slip && k < 6; ++k) {
+        const auto along = [k](const Vec3d& v) { return k < 2 ? v.x : k < 4 ? v.y : v.z; };
+        const double d = k % 2 == 0 ? along(x_[i]) - along(low()) : along(high()) - along(x_[i]);
+        if (face(k / 2, k % 2) != Face::wall || d >= H()) continue;
+        const double depth = std::max(d, 0.25 * c_.spacing), inwards = k % 2 == 0 ? 1 : -1;
+        Vec3d x;
+        (k < 2 ? x.x : k < 4 ? x.y : x.z) = inwards * depth;
+        // Neighbours inwards have components x_i - x_j against the normal.
+        add(std::max(physics::wall_area(exchange, d) / depth, -inwards * S[k / 2] / (depth * depth * depth)),
+            x, v_[i]);
+      }
+      for (int a = 0; a < 3; ++a) M[a][a] += 1e-3;
+      // A = G M^-1 row by row, by Cramer's rule.
+      const auto det = [](const double(&m)[3][3]) {
+        return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+               m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+               m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+      };
+      double A[3][3], D2 = 0;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          double m[3][3];
+          for (int p = 0; p < 3; ++p)
+            for (int q = 0; q < 3; ++q) m[p][q] = q == b ? G[a][p] : M[p][q];
+          A[a][b] = det(m) / det(M);
+        }
+      const double trace = A[0][0] + A[1][1] + A[2][2];
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          const double D = 0.5 * (A[a][b] + A[b][a]) - (a == b ? trace / 3 : 0);
+          D2 += D * D;
+        }
+      mu_[i] = physics::flow_viscosity(row(i).tables->flow, mu_[i], std::sqrt(2 * D2));
+      mu_size_[i] = 1 + 1 / std::cbrt(det(M));  // the fit divides by what neighbours span
+    }
   }
   /// Of liquid i and j at its other end, liquid or solid; size: of what is added up.
   Vec3d push(std::size_t i, std::size_t j, const Vec3d& d, double r, bool mirrored, double& size) const {
@@ -259,7 +320,7 @@ class AllPairs {
              (std::max(0.0, spring - physics::passing_contact<double>().dashpot * m / t * dot(u, d) / r) / r);
       size += 0.15 * m / (t * t) * 0.9 * c_.spacing;  // a difference is taken
     }
-    size += length(artificial) + length(drag) + length(leak);
+    size += length(artificial) + length(drag) * std::max(mu_size_[i], mu_size_[j]) + length(leak);
     return force + artificial + drag + leak;
   }
   void accelerations() {
@@ -290,8 +351,9 @@ class AllPairs {
         const auto along = [k](const Vec3d& v) { return k < 2 ? v.x : k < 4 ? v.y : v.z; };
         const double d = k % 2 == 0 ? along(x_[i]) - along(low()) : along(high()) - along(x_[i]);
         if ((box.faces >> k & 1u) == 0u || d >= H()) continue;
-        a.add(v_[i] * (-viscosity(i) * volume_[i] * physics::wall_area(exchange, d) /
-                       physics::wall_depth(exchange, d) / mass_[i]));
+        const Vec3d drag = v_[i] * (-viscosity(i) * volume_[i] * physics::wall_area(exchange, d) /
+                                    physics::wall_depth(exchange, d) / mass_[i]);
+        a.add(drag, length(drag) * mu_size_[i]);
       }
     }
   }
@@ -470,7 +532,7 @@ class AllPairs {
   std::size_t n_;
   PairSums sums_;
   std::vector<Vec3d> x_, v_;
-  std::vector<double> volume_, mass_, phi_, term_, term_scale_, share_;
+  std::vector<double> volume_, mass_, phi_, term_, term_scale_, share_, mu_, mu_size_;
   std::vector<std::uint32_t> tag_;
   std::vector<std::vector<Copy>> copies_;
   std::vector<bool> touching_ = std::vector<bool>(n_);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "modules/pairs.hpp"
 
+#include <limits>
+
 namespace modules_test {
 namespace {
 
 constexpr double dx = 0.2, step = 0.9 * dx;
 
-enum class Kind { water, water_and_ice, all, all_viscosity };
+enum class Kind { water, water_and_ice, all, all_viscosity, yielding };
 
 /// Nothing in it is symmetric: positions are jittered, velocities and temperatures random, one in 50 is removed.
 PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, int free_layers,
@@ -17,7 +19,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
   c.support = support * dx;
   c.spring_dt = p.dt;
   c.surroundings.gravity = {0.5, -9.81, 0.3};
-  c.one_liquid = kind != Kind::all;
+  c.one_liquid = kind != Kind::all && kind != Kind::yielding;
   for (core::MaterialRow<double>& m : c.materials) {
     m.viscosity *= 1000;  // as much as pressure does
     m.conductivity = 2.2;
@@ -39,6 +41,12 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
       c.properties[k].viscosity.value[1] = 3000;
     }
     p.facts |= core::fact_viscosity;
+  }
+  if (kind == Kind::yielding) {  // one liquid yields, the other thickens: velocities of 1 m/s over 0.2 m
+    c.properties.resize(c.materials.size());
+    c.properties[0].flow = {2000, 0.6, 0.5, std::numeric_limits<double>::infinity()};
+    c.properties[2].flow = {0, 1.5, 10, 8};
+    p.facts |= core::fact_viscosity | core::fact_strain;
   }
   DomainDesc& d = c.domain;
   d.bounded = true;
@@ -135,6 +143,9 @@ std::vector<NamedScene> pair_scenes(double support, double length) {
   all.push_back({"two liquids and ice", box(support, Kind::all, 0, {9, 8, 8}, 4, 8)});
   all.push_back({"two liquids and ice, y periodic", box(support, Kind::all, 2, {9, 9, 8}, 0, 9)});
   all.push_back({"water and ice, viscosity varies", box(support, Kind::all_viscosity, 0, {9, 8, 8}, 4, 10)});
+  all.push_back({"two liquids that shear and ice", box(support, Kind::yielding, 0, {9, 8, 8}, 4, 14)});
+  all.push_back(
+      {"two liquids that shear and ice, periodic", box(support, Kind::yielding, 5, {9, 8, 9}, 4, 15)});
   PairScene under_tension = box(support, Kind::water, 4, {9, 8, 9}, 4, 11);
   under_tension.constants.tension = true;
   under_tension.facts |= core::fact_shifting;

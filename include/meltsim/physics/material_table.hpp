@@ -34,7 +34,8 @@ struct MaterialRow {
   std::uint32_t melts{};    ///< 1: a solid that can melt
   std::uint32_t freezes{};  ///< 1: a liquid that can freeze
   std::uint32_t plateau{};  ///< 1: T(h) has a plateau; it melts or freezes
-  const MaterialProperties<T>* tables{};  ///< properties that depend on temperature; null if none does
+  const MaterialProperties<T>*
+      tables{};  ///< properties that depend on temperature or shear rate; null if none does
 };
 
 }  // namespace physics

@@ -13,6 +13,7 @@
 // Within a segment c is linear in T, so h is quadratic and T(h) has a closed form.
 #pragma once
 
+#include "meltsim/physics/flow_curve.hpp"
 #include "meltsim/physics/math.hpp"
 
 namespace meltsim {
@@ -75,7 +76,7 @@ MELTSIM_HD double curve_enthalpy(const EnthalpyCurve& c, double temperature) {
   return c.enthalpy[k] + t * (c.above[k] + 0.5 * (c.below[k + 1] - c.above[k]) * t / width);
 }
 
-/// Tables of a material, beside its row, if any of its properties depends on temperature.
+/// Tables of a material, beside its row, if any of its properties depends on temperature or shear rate.
 template <class T>
 struct MaterialProperties {
   PropertyTable<T> conductivity;         ///< of the material's own phase [W/(m K)]
@@ -83,6 +84,7 @@ struct MaterialProperties {
   PropertyTable<T> viscosity;            ///< [Pa s]
   PropertyTable<T> density;              ///< rest density of a liquid [kg/m^3]
   EnthalpyCurve curve;                   ///< in use when nodes > 0
+  FlowCurve<T> flow;                     ///< in use when index > 0
 };
 
 /// Integral of c from 0 degrees to T (host) [J/kg].
