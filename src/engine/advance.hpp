@@ -117,17 +117,11 @@ MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T
          ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
 }
 
-/// The face whose outlet takes liquid at x along; 6: none.
-template <class T>
-MELTSIM_HD std::uint32_t outlet_at(const Frame<T>& w, Vec3<T> x) {
-  if (w.c.outlets.taking == 0u) return 6u;
-  return physics::taken_by(w.c.outlets, w.c.kernel.support, w.c.domain_min, w.c.domain_max, x);
-}
-
-/// Liquid near a face with an outlet moves at the speed of that.
+/// Liquid near a face with an outlet moves at the speed of that; also what a nozzle of the same velocity took for its own.
 template <class T>
 MELTSIM_HD void drain(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T>& v, std::uint32_t& tag) {
-  const std::uint32_t face = outlet_at(w, x);
+  const std::uint32_t face =
+      physics::taken_by(w.c.outlets, w.c.kernel.support, w.c.domain_min, w.c.domain_max, x);
   if (face == 6u) return;
   const bool level = ((w.c.outlets.levels >> face) & 1u) != 0u;
   v = physics::face_outwards<T>(face) * (level ? w.f.outlet_flow->speed[face] : w.c.outlets.speed[face]);

@@ -5,6 +5,7 @@
 #include "engine/frame.hpp"
 #include "engine/heat_operand.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 
 namespace meltsim {
@@ -60,24 +61,7 @@ struct OperandsBody {
 
 /// What neighbours give a particle [kg/s], and its conductance [kg/s].
 template <class T>
-struct ExchangeSum {
-  double rate = 0;
-  T conductance{};
-  MELTSIM_HD void add(const ExchangeSum& o) {
-    rate += o.rate;
-    conductance += o.conductance;
-  }
-  struct Lanes {
-    spatial::LaneSum<double> rate;
-    spatial::LaneSum<T> conductance;
-    ExchangeSum at(std::size_t l) const { return {rate.at(l), conductance.at(l)}; }
-    void put(std::size_t l, const ExchangeSum& s) {
-      rate.put(l, s.rate);
-      conductance.put(l, s.conductance);
-    }
-    ExchangeSum total() const { return {rate.total(), conductance.total()}; }
-  };
-};
+using ExchangeSum = spatial::ExchangeSum<double, T>;
 
 /// One explicit step of species k. What each pair exchanges is the same number at both ends; sums are double, so that the
 /// species is conserved to rounding in double. Only its own particle reads a content, so it is changed in place.

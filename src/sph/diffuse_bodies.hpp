@@ -4,6 +4,7 @@
 
 #include "engine/pair_forces.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
+#include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 
 namespace meltsim {
@@ -45,24 +46,7 @@ struct ViscousOperandsBody {
 
 /// What neighbours give a particle [N], and its conductance [kg/s].
 template <class T>
-struct ViscousSum {
-  Vec3<T> force{};
-  T conductance{};
-  MELTSIM_HD void add(const ViscousSum& o) {
-    force += o.force;
-    conductance += o.conductance;
-  }
-  struct Lanes {
-    spatial::LaneVectorSum<T> force;
-    spatial::LaneSum<T> conductance;
-    ViscousSum at(std::size_t l) const { return {force.at(l), conductance.at(l)}; }
-    void put(std::size_t l, const ViscousSum& s) {
-      force.put(l, s.force);
-      conductance.put(l, s.conductance);
-    }
-    ViscousSum total() const { return {force.total(), conductance.total()}; }
-  };
-};
+using ViscousSum = spatial::ExchangeSum<Vec3<T>, T>;
 
 /// Stage j of a super-step: the increment of the velocity. The last stage of the last super-step turns the whole increment
 /// into the acceleration that step.integrate takes.
@@ -100,7 +84,7 @@ struct ViscousStageBody {
     const T g = physics::viscous_conductance(
         own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
         own.operand.w, other.w);
-    sum.force += (xyz(other) - xyz(own.operand)) * g;
+    sum.rate += (xyz(other) - xyz(own.operand)) * g;
     sum.conductance += g;
   }
   struct Lanes {
@@ -118,7 +102,7 @@ struct ViscousStageBody {
     const Vec4<T> operand = w.f.viscous_operand[i];
     const Vec4<T> x = w.f.position[i];
     const T mass = w.f.mass[i];
-    Vec3<T> force = s.force;
+    Vec3<T> force = s.rate;
     T walls = 0;
     if (is_fluid(tag) && w.c.no_slip != 0u)
       core::for_each_sticky_wall(w, xyz(x), T(1) / operand.w, x.w, [&](T factor, Vec3<T> velocity) {

@@ -43,7 +43,6 @@ struct LetGoBody {
     if (b.width > T(0) && (std::fabs(dot(x, b.across)) > T(0.5) * b.width + margin ||
                            std::fabs(dot(x, b.upright)) > T(0.5) * b.height + margin))
       return;
-    if (core::outlet_at(w, xyz(w.f.position[i])) != 6u) return;
     w.f.tag[i] = tag & ~tag_held;
     w.f.velocity[i] = with_w(b.velocity + physics::converging_velocity(across, dot(w.clock.gravity, b.axis),
                                                                        length(b.velocity), b.radius),
@@ -187,8 +186,7 @@ struct RespeedBody {
   Vec3<T> from, to;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const Vec4<T> v = w.f.velocity[i];
-    if (is_held(w.f.tag[i]) && v.x == from.x && v.y == from.y && v.z == from.z &&
-        core::outlet_at(w, xyz(w.f.position[i])) == 6u)
+    if (is_held(w.f.tag[i]) && v.x == from.x && v.y == from.y && v.z == from.z)
       w.f.velocity[i] = with_w(to, v.w);
   }
 };

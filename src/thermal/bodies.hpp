@@ -6,6 +6,7 @@
 #include "engine/heat_operand.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 
 namespace meltsim {
@@ -109,24 +110,7 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
 
 /// Heat into a particle from its neighbours [W] and its conductance [W/K].
 template <class T>
-struct ExchangeSum {
-  double rate = 0;
-  T conductance{};
-  MELTSIM_HD void add(const ExchangeSum& o) {
-    rate += o.rate;
-    conductance += o.conductance;
-  }
-  struct Lanes {
-    spatial::LaneSum<double> rate;
-    spatial::LaneSum<T> conductance;
-    ExchangeSum at(std::size_t l) const { return {rate.at(l), conductance.at(l)}; }
-    void put(std::size_t l, const ExchangeSum& s) {
-      rate.put(l, s.rate);
-      conductance.put(l, s.conductance);
-    }
-    ExchangeSum total() const { return {rate.total(), conductance.total()}; }
-  };
-};
+using ExchangeSum = spatial::ExchangeSum<double, T>;
 
 /// Stage j of a super-step: d_j from d_{j-1}, d_{j-2} and the exchange at stage j-1. What each pair exchanges
 /// is the same number at both ends; sums are double, so that energy is conserved to rounding in double. The last
