@@ -145,6 +145,7 @@ Built build_world(const Scene& scene, const MachineOptions& machine) {
   // What `auto` comes to, only the scene's contents tell.
   const double automatic = build().world.resolved().sound_speed;
   desc.sound_speed = automatic * scene.sound_factor;
+  desc.density_error = 0;
   return build();
 }
 

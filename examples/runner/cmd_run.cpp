@@ -118,7 +118,10 @@ void take_settings(Scene& scene, const Json& settings, Log& log) {
   const double factor = scene.world.spacing / number("spacing");
   if (!(factor > 0) || !std::isfinite(factor)) return;
   apply_resolution(scene, factor, Quality::balanced);
-  if (number("sound_speed") > 0) scene.world.sound_speed = number("sound_speed");
+  if (number("sound_speed") > 0) {
+    scene.world.sound_speed = number("sound_speed");
+    scene.world.density_error = 0;
+  }
   if (number("courant") > 0) scene.world.courant = number("courant");
   scene.time.adaptive = true;
   scene.time.dt = number("dt") > 0 ? std::optional<double>(number("dt")) : std::nullopt;

@@ -103,8 +103,8 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
     places.push_back(place(named, field, field, scene.where));
   };
   add(scene.particles, "particles", "spacing");
-  for (const char* field : {"gravity", "sound_speed", "artificial_viscosity", "particle_shifting",
-                            "viscosity", "courant", "max_substeps", "pieces_interval"}) {
+  for (const char* field : {"gravity", "sound_speed", "density_error", "artificial_viscosity",
+                            "particle_shifting", "viscosity", "courant", "max_substeps", "pieces_interval"}) {
     add(scene.solver, "solver", field);
   }
   const auto add_dotted = [&](const Source& source, const std::string& section, const char* field,
@@ -113,7 +113,8 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
     named.path = section;
     places.push_back(place(named, section + "." + field, key, scene.where));
   };
-  for (const char* field : {"time_scale", "max_stages", "max_supersteps", "level_tolerance", "free_surface"})
+  for (const char* field :
+       {"time_scale", "interval", "max_stages", "max_supersteps", "level_tolerance", "free_surface"})
     add_dotted(scene.heat, "heat", field, field);
   for (const char* field : {"time_scale", "max_supersteps"}) add_dotted(scene.solute, "solute", field, field);
   for (const char* field : {"min", "max", "friction", "contact_angle", "velocity"})

@@ -88,6 +88,9 @@ void load_heat(const Node& node, Scene& scene) {
     if (heat.time_scale < 0 || heat.time_scale > most)
       value->fail(fmt::format("expected a factor from 0 to {:g}, got {}", most, value->found()));
   }
+  if (const auto value = node.find("interval")) {
+    if (!value->is_word("auto")) heat.interval = value->small_integer();
+  }
   if (const auto value = node.find("max_stages")) heat.max_stages = value->small_integer();
   if (const auto value = node.find("max_supersteps")) heat.max_supersteps = value->small_integer();
   if (const auto value = node.find("level_tolerance")) heat.level_tolerance = value->number("K");

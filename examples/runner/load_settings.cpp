@@ -124,6 +124,10 @@ void load_solver(const Node& node, Scene& scene) {
   if (const auto value = node.find("sound_speed")) {
     if (!value->is_word("auto")) world.sound_speed = value->positive("m/s");
   }
+  if (const auto value = node.find("density_error")) {
+    world.density_error = value->positive("compression");
+    if (world.sound_speed > 0) value->fail("sound_speed decides; drop one of them");
+  }
   if (const auto value = node.find("artificial_viscosity")) {
     world.artificial_viscosity = value->number("Monaghan's alpha");
   }

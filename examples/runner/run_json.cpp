@@ -89,7 +89,9 @@ Json run_json(const Scene& scene, const Json& resolved_scene, const RunOptions& 
   json["viscosity"] = {{"implicit", resolved.viscosity == meltsim::Viscosity::implicit},
                        {"stages", resolved.viscous_stages},
                        {"supersteps", resolved.viscous_supersteps}};
-  json["heat"] = {{"stages", resolved.heat_stages}, {"efficiency", resolved.heat_efficiency}};
+  json["heat"] = {{"stages", resolved.heat_stages},
+                  {"interval", resolved.heat_interval},
+                  {"efficiency", resolved.heat_efficiency}};
   json["plan"] = plan_json(plan);
   json["timings_ms"] = timings_json(plan);
   json["timings"] = {{"stages_timed_every", plan.timings_every}, {"substep_ms", plan.substep_ms}};

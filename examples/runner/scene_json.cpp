@@ -60,6 +60,7 @@ Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resol
   Json json;
   json["gravity"] = echo(world.gravity);
   json["sound_speed"] = resolved.sound_speed > 0 ? Json(resolved.sound_speed) : Json("auto");
+  if (world.density_error > 0 && world.sound_speed == 0) json["density_error"] = world.density_error;
   json["artificial_viscosity"] = world.artificial_viscosity;
   json["tension"] = world.tension;
   json["particle_shifting"] = world.particle_shifting;
@@ -95,6 +96,7 @@ Json heat_json(const Scene& scene) {
   const char* models[] = {"none", "paper", "iwasaki", "enthalpy"};
   Json json = {{"model", models[static_cast<std::size_t>(heat.model)]},
                {"time_scale", heat.time_scale},
+               {"interval", heat.interval > 0 ? Json(heat.interval) : Json("auto")},
                {"max_stages", heat.max_stages},
                {"max_supersteps", heat.max_supersteps},
                {"level_tolerance", heat.level_tolerance}};

@@ -17,18 +17,10 @@ inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List particles{"spacing", "support"};
 inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
-inline const List solver{"gravity",
-                         "sound_speed",
-                         "artificial_viscosity",
-                         "tension",
-                         "particle_shifting",
-                         "neighbour_search",
-                         "viscosity",
-                         "courant",
-                         "max_substeps",
-                         "pieces_interval",
-                         "stray"};
-inline const List heat{"model",           "time_scale",   "max_stages", "max_supersteps",
+inline const List solver{"gravity", "sound_speed",       "density_error",    "artificial_viscosity",
+                         "tension", "particle_shifting", "neighbour_search", "viscosity",
+                         "courant", "max_substeps",      "pieces_interval",  "stray"};
+inline const List heat{"interval",        "model",        "time_scale", "max_stages", "max_supersteps",
                        "level_tolerance", "free_surface", "walls",      "regions"};
 inline const List solute{"time_scale", "max_supersteps"};
 inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};

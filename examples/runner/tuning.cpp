@@ -282,7 +282,10 @@ Scene Tuning::with(const Knobs& knobs) const {
           std::ceil(static_cast<double>(emitter.desc.max_particles) / std::pow(x, 3)));
   meltsim::WorldDesc& world = scene.world;
   scene.sound_factor = 1;
-  if (!heat_only_) world.sound_speed = sound_speed_ * knobs[Knob::sound_speed];
+  if (!heat_only_) {
+    world.sound_speed = sound_speed_ * knobs[Knob::sound_speed];
+    world.density_error = 0;
+  }
   world.courant = std::min(largest_courant, courant_ * knobs[Knob::courant]);
   if (knobs[Knob::support] != 1) world.support_radius = support_ * knobs[Knob::support] * world.spacing;
   scene.time.adaptive = true;

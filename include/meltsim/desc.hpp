@@ -79,6 +79,10 @@ struct HeatDesc {
   HeatModel model = HeatModel::enthalpy;  ///< how heat is computed
   /// Heat runs this many times faster than motion (time lapse), >= 0; 0 stops heat.
   double time_scale = 1;
+  /// Most sub-steps of motion that share one step of heat (and of melting and freezing), 1..1000; within a step() only, at whose
+  /// end no heat is owed. 0: up to physics::most_shared_substeps, as far as one stage is enough and half of its reach is kept.
+  /// Each sub-step has its own while a probe of heat is there.
+  int interval = 0;
   int max_stages = 64;  ///< Runge-Kutta-Legendre stages per super-step of heat, 2..1024
   /// Most super-steps of heat in a sub-step of motion, 1..1000000; a step that needs more is refused. Each super-step takes
   /// max_stages sweeps over all neighbours (Resolved::heat_sweeps), and a sub-step cannot be interrupted.
@@ -117,7 +121,7 @@ struct WorldDesc {
   double support_radius = 0;   ///< H [m], 1.5..6 dx; costs grow as its cube; automatic = 2.5 dx
   DomainDesc domain;           ///< where particles may be
   Vec3d gravity{0, -9.81, 0};  ///< [m/s^2]
-  /// c [m/s]; automatic = 10 sqrt(2 g depth) of what was added; rises when more is. Below sqrt(2 g depth) what falls
+  /// c [m/s]; automatic = 10 sqrt(2 g depth) of what was added, or what density_error says; rises when more is. Below sqrt(2 g depth) what falls
   /// passes through liquid: step() and prepare() refuse that where a bounded domain has a floor, unless the liquid's
   /// viscosity keeps it slower (g depth^2 / (2 nu)).
   double sound_speed = 0;
@@ -137,7 +141,10 @@ struct WorldDesc {
   double courant = 0.4;         ///< sub-steps keep c dt / H at or below this, (0, 0.6]
   Stray stray = Stray::remove;  ///< what happens to liquid that falls out of the scene
   int max_substeps = 64;        ///< a step that needs more is refused, >= 1
-  int pieces_interval = 16;     ///< sub-steps between searches for pieces that came apart, >= 1
+  /// What the derived sound speed allows liquid at rest to be compressed by at its lowest place [-], 1e-5..0.1; automatic =
+  /// 0.005, c = 10 v_max. Cost goes as its root. Not together with sound_speed.
+  double density_error = 0;
+  int pieces_interval = 16;  ///< sub-steps between searches for pieces that came apart, >= 1
 };
 
 /// Liquid that fills a shape, sampled on the lattice of the World. Points inside bodies are carved away. Points closer than

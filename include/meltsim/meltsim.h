@@ -140,6 +140,9 @@ typedef struct meltsim_world_desc {
   double heat_time_scale;            /* heat runs so many times faster than motion */
   meltsim_surface_heat wall_heat[6]; /* through each wall, in the order of `faces` */
   meltsim_outlet outlets[6];         /* what is beyond open faces, in the order of `faces` */
+  double density_error;              /* compression at rest that a derived sound speed allows; 0: 0.005 */
+  int32_t heat_interval;             /* most sub-steps that share a step of heat, within a step; 0: chosen */
+  int32_t reserved;                  /* 0 */
 } meltsim_world_desc;
 
 /* A substance. */

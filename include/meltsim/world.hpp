@@ -50,8 +50,9 @@ struct Resolved {
   std::string neighbour_reason;                              ///< which form of it, and why
   double support_radius = 0;                                 ///< H [m]
   double sound_speed = 0;                                    ///< c [m/s]; 0 while the World is empty
-  double stable_dt = 0;  ///< largest sub-step [s]; infinity when nothing limits it
-  int heat_stages = 0;   ///< Runge-Kutta-Legendre stages of a super-step of heat at that sub-step; 0: no heat
+  double stable_dt = 0;   ///< largest sub-step [s]; infinity when nothing limits it
+  int heat_interval = 1;  ///< sub-steps of that length that share a step of heat, HeatDesc::interval
+  int heat_stages = 0;  ///< Runge-Kutta-Legendre stages of a super-step of heat at that sub-step; 0: no heat
   int heat_supersteps = 0;  ///< super-steps in that sub-step, at most HeatDesc::max_supersteps
   std::int64_t heat_sweeps =
       0;  ///< heat_stages times heat_supersteps: sweeps over all neighbours for heat in that sub-step

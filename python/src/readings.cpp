@@ -191,6 +191,7 @@ void bind_readings(nb::module_& m) {
       .add("support_radius", &Resolved::support_radius, "H [m]")
       .add("sound_speed", &Resolved::sound_speed, "c [m/s]; 0 while the World is empty.")
       .add("stable_dt", &Resolved::stable_dt, "Largest sub-step [s].")
+      .add("heat_interval", &Resolved::heat_interval, "Sub-steps that share a step of heat.")
       .add("heat_stages", &Resolved::heat_stages, "Stages of a super-step of heat; 0: no heat.")
       .add("heat_supersteps", &Resolved::heat_supersteps, "Super-steps in a sub-step.")
       .add("viscous_dt", &Resolved::viscous_dt, "Largest sub-step that explicit viscosity would allow [s].")

@@ -472,6 +472,8 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
     d.sound_speed = c.sound_speed;
     d.heat.model = option<meltsim::HeatModel>(c.heat_model, MELTSIM_HEAT_ENTHALPY, "heat_model");
     d.heat.time_scale = c.heat_time_scale;
+    d.heat.interval = c.heat_interval;
+    d.density_error = c.density_error;
     d.max_substeps = c.max_substeps;
     *world = new meltsim_world{expect(meltsim::World::create(d, c.version))};
   });

@@ -69,7 +69,7 @@ Plan WorldImpl::plan() {
     if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
     // Of several ways to search, the one that runs says why the others do not.
     if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;
-    if (r.module == "thermal") r.interval = thermal_interval_;
+    if (r.module == "thermal") r.interval = heat_interval(static_dt_);
     if (s == core::stage_thermal_level) r.interval = static_cast<int>(core::level_interval);
     if (r.module == "topology")
       r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;
@@ -188,7 +188,7 @@ Status WorldImpl::set_interval(const std::string& module, int n) {
 Status WorldImpl::set_interval_of(const std::string& module, int n) {
   if (n < 1)
     return invalid("interval of \"", module, "\": must be >= 1, got ", n, "; 1 runs it every sub-step");
-  if (module == "thermal") thermal_interval_ = n;
+  if (module == "thermal") desc.heat.interval = n;
   else if (module == "topology") topology_interval_ = n;
   else
     return invalid("interval: module \"", module, "\" cannot be thinned out; only thermal and topology can");

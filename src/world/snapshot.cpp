@@ -18,9 +18,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 10: heat that is owed; 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 9;
+constexpr std::uint32_t format_version = 10;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -191,6 +191,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(origin_);
   w.value(lattice_hash());
   w.value(state_.heat_in);
+  w.value(heat_owed_);
   w.value(state_.melted);
   w.value(state_.frozen);
   w.value(state_.removed);
@@ -245,7 +246,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
                             "; write it again with this version")};
   if (checksum != h.value()) return corrupt("checksum does not match: truncated or changed");
   std::uint64_t material_count = 0, body_count = 0, new_steps = 0, lattice = 0;
-  double spacing = 0, new_time = 0, sound = 0, speed = 0;
+  double spacing = 0, owed = 0, new_time = 0, sound = 0, speed = 0;
   Extremes seen;
   Vec3d origin;
   core::SceneState s;
@@ -255,13 +256,13 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   std::vector<std::uint64_t> taken;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
-        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.melted) && r.value(s.frozen) &&
-        r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
-        r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) && r.array(s.solute[0]) &&
-        r.array(s.solute[1]) && r.array(s.solute[2]) && r.array(s.mass) && r.array(s.volume) &&
-        r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) && r.array(s.vertex_state) &&
-        r.array(s.vertex_piece) && r.array(s.region_rotation) && r.array(s.contact_slip) &&
-        r.array(s.motion) && r.array(taken)) ||
+        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(owed) && r.value(s.melted) &&
+        r.value(s.frozen) && r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) &&
+        r.array(layers) && r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) &&
+        r.array(s.solute[0]) && r.array(s.solute[1]) && r.array(s.solute[2]) && r.array(s.mass) &&
+        r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
+        r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
+        r.array(s.contact_slip) && r.array(s.motion) && r.array(taken)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
@@ -301,13 +302,13 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
     if (taken[b] > bodies_[b].vertices + s.frozen + 1) return corrupt("a body has lost more than it had");
     built += bodies_[b].vertices - (taken[b] == 0 ? 0 : taken[b] - 1);
   }
-  if (Status status = check_snapshot(s, built, origin, new_time, {sound, speed, seen.speed, s.heat_in});
+  if (Status status = check_snapshot(s, built, origin, new_time, {sound, speed, seen.speed, s.heat_in, owed});
       !status)
     return status;
   // Both are infinite while nothing was seen.
   if (seen.high >= seen.low && !(finite(seen.min) && finite(seen.max)))
     return corrupt("a height is not usable");
-  if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0)
+  if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0 || owed < 0)
     return corrupt("a speed or height is not usable");
   for (std::size_t k = 0; k < layers.size(); ++k)
     if (Status status = check_emitter(k, layers[k], new_time); !status) return status;
@@ -320,6 +321,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   may_melt_ = (flags & may_melt_bit) != 0u;
   measure_ = false;
   plan_until_ = 0;
+  heat_owed_ = owed;
   places_.reset();
   holes_.clear();
   time = new_time;

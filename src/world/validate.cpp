@@ -251,6 +251,14 @@ Status validate(const WorldDesc& d) {
     return s;
   if (d.max_substeps < 1)
     return invalid("max_substeps: must be >= 1, got ", d.max_substeps, "; the default is 64");
+  if (d.density_error != 0) {
+    if (Status s = within("density_error", d.density_error, 1e-5, 0.1, "", "0 is 0.005"); !s) return s;
+    if (d.sound_speed != 0)
+      return invalid("density_error: a sound_speed of ", d.sound_speed,
+                     " m/s is set, which decides; drop one of them");
+  }
+  if (d.heat.interval < 0 || d.heat.interval > 1000)
+    return invalid("heat.interval: must be in 0..1000 sub-steps, got ", d.heat.interval, "; 0 chooses");
   if (d.pieces_interval < 1)
     return invalid("pieces_interval: must be >= 1, got ", d.pieces_interval, "; the default is 16");
   if (d.threads < 0) return invalid("threads: must be >= 0, got ", d.threads, "; 0 uses all processors");

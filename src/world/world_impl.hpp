@@ -352,7 +352,8 @@ class WorldImpl final : public Scheduler {
   std::vector<PieceInfo> pieces_of(const core::StateReading& s, Vec3d origin) const;
   double heat_efficiency(double dt) const;
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
-  std::uint64_t stage_bits(std::uint64_t index) const;
+  std::uint64_t stage_bits(std::uint64_t index, bool heat) const;
+  int heat_interval(double substep) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   double substeps_of(double dt) const;
   Status check_substeps(double dt) const;
@@ -512,7 +513,8 @@ class WorldImpl final : public Scheduler {
   std::vector<core::PlacedStage> custom_;
   std::uint32_t disabled_facts_ = 0;
   std::vector<std::string> disabled_modules_;
-  int thermal_interval_ = 1, topology_interval_ = 1;
+  int topology_interval_ = 1;
+  double heat_owed_ = 0;  ///< [s] of sub-steps without heat in a step that was broken off
   int timings_every_ = 0;
   struct OpenReading {
     ReadTicket ticket;
@@ -527,7 +529,7 @@ class WorldImpl final : public Scheduler {
   /// What the host has to a state in the backend's memory.
   struct SavedState {
     std::uint64_t layout = 0;  ///< layout_ then; 0: none
-    double time = 0, substep = 0, last_max_speed = 0, plan_until = 0;
+    double time = 0, substep = 0, last_max_speed = 0, plan_until = 0, heat_owed = 0;
     std::uint64_t steps = 0, born = 0, noted_step = 0;
     bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false;
     std::vector<EmitterRecord> emitters;

@@ -118,7 +118,9 @@ void WorldImpl::derive_sound_speed() {
     return;
   }
   const double depth = seen_.high >= seen_.low ? fall_height() + desc.spacing : 0;
-  double c = physics::sound_speed_for(seen_.speed, length(desc.gravity), depth);
+  double c =
+      physics::sound_speed_for(seen_.speed, length(desc.gravity), depth,
+                               desc.density_error > 0 ? desc.density_error : physics::usual_density_error);
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (materials[i].surface_tension > 0)
       c = std::max(

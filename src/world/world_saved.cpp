@@ -30,6 +30,7 @@ Status WorldImpl::save_state(int slot) {
   v.substep = substep_;
   v.last_max_speed = last_max_speed_;
   v.plan_until = plan_until_;
+  v.heat_owed = heat_owed_;
   v.steps = steps;
   v.born = born_;
   v.noted_step = noted_step_;
@@ -71,6 +72,7 @@ Status WorldImpl::load_state(int slot) {
   substep_ = v.substep;
   last_max_speed_ = v.last_max_speed;
   plan_until_ = v.plan_until;
+  heat_owed_ = v.heat_owed;
   born_ = v.born;
   noted_step_ = v.noted_step;
   state_.heat_level = v.heat_level;

@@ -40,7 +40,7 @@ double WorldImpl::stable_dt(double speed) const {
 }
 
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {
-  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  const double tau = dt * desc.heat.time_scale;
   stages = supersteps = 0;
   heat_dt = tau;
   bound = infinity;
@@ -85,21 +85,35 @@ Status WorldImpl::check_viscous_work(double dt, int supersteps) const {
                  "liquids have this effect, too")};
 }
 
-std::uint64_t WorldImpl::stage_bits(std::uint64_t index) const {
+/// Sub-steps of this length that share a step of heat.
+int WorldImpl::heat_interval(double substep) const {
+  const bool sampled = std::any_of(probes_.begin(), probes_.end(), [](const ProbeRecord& p) {
+    return p.desc.kind == ProbeKind::heat;  // heat in one sub-step over its length
+  });
+  if (sampled || (facts_ & (core::fact_heat_enthalpy | core::fact_heat_paper | core::fact_heat_iwasaki)) == 0)
+    return 1;
+  if (desc.heat.interval > 0) return desc.heat.interval;
+  if ((facts_ & core::fact_heat_enthalpy) == 0) return 1;
+  return physics::shared_substeps(substep * desc.heat.time_scale * heat_lambda_);
+}
+
+/// `heat`: it is taken in this sub-step.
+std::uint64_t WorldImpl::stage_bits(std::uint64_t index, bool heat) const {
   std::uint64_t bits = 0;
+  const bool dissolves = (facts_ & core::fact_species) != 0;
   for (int s = 0; s < core::stage_count; ++s) {
     const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
     if (!core::runs(info, facts_)) continue;
     const std::string_view module = info.module;
     if (s == core::stage_thermal_level) {
       if (index % core::level_interval != 0) continue;
-    } else if (module == "thermal" && index % static_cast<std::uint64_t>(thermal_interval_) != 0) {
+    } else if (module == "thermal" && !heat) {
       continue;
     }
     if (s == core::stage_topology_pieces) {
       if (index % static_cast<std::uint64_t>(desc.pieces_interval) != 0) continue;
     } else if (module == "topology" && s != core::stage_topology_regions &&
-               index % static_cast<std::uint64_t>(topology_interval_) != 0) {
+               (index % static_cast<std::uint64_t>(topology_interval_) != 0 || !(heat || dissolves))) {
       continue;  // regions follow whatever melted in the sub-step before
     }
     bits |= std::uint64_t{1} << s;
@@ -154,7 +168,7 @@ bool WorldImpl::exhausted(const EmitterRecord& e) const { return layers_before(e
 /// Refuses what would take longer than anybody waits for: a sub-step cannot be interrupted.
 Status WorldImpl::check_heat_work(double dt, double supersteps) const {
   if (supersteps <= desc.heat.max_supersteps) return {};
-  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  const double tau = dt * desc.heat.time_scale;
   const int most = physics::most_stages(desc.heat.max_stages, changes_phase_);
   const double needed = std::ceil(tau * heat_lambda_ / physics::stage_reach(most));
   return Error{
@@ -324,8 +338,12 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   const int n = std::max(1, static_cast<int>(substeps_of(dt)));
   core::SubstepArguments a;
   a.dt = dt / n;
-  heat_plan(a.dt, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
-  if (Status s = check_heat_work(a.dt, a.heat_supersteps); !s) return not_taken(s);
+  // Steps of heat are spread evenly over the sub-steps; the last one ends the step.
+  const int every = heat_interval(a.dt), rounds = (n + every - 1) / every;
+  const auto heats = [&](int k) { return (k + 1) * rounds / n > k * rounds / n; };
+  double heat_span = heat_owed_ + a.dt * ((n + rounds - 1) / rounds);
+  heat_plan(heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
+  if (Status s = check_heat_work(heat_span, a.heat_supersteps); !s) return not_taken(s);
   viscous_plan(a.dt, a);
   if (Status s = check_viscous_work(a.dt, a.viscous_supersteps); !s) return not_taken(s);
   solute_plan(a.dt, a);
@@ -333,8 +351,9 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   substep_ = a.dt;
   const double start = time;
   if (limit != nullptr) limit->begin();
-  int taken = 0;
+  int taken = 0, unheated = 0;
   const auto interrupted = [&](int k) {
+    heat_owed_ += a.dt * unheated;
     return Error{ErrorCode::interrupted,
                  core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
                             dt, " s; the World is good up to there, call step again to go on")};
@@ -355,7 +374,12 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
         proxies_[s.body].reset();
       }
     }
-    a.stages = stage_bits(a.index);
+    const bool heat = heats(k);
+    if (const double span = heat_owed_ + a.dt * (unheated + 1); heat && span != heat_span) {
+      heat_span = span;
+      heat_plan(heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
+    }
+    a.stages = stage_bits(a.index, heat);
     a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
     begin_sample(a, end);
     state_stale_ = true;
@@ -370,7 +394,10 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
     end_sample(a, end);
     time = end;
     taken = k + 1;
+    unheated = heat ? 0 : unheated + 1;
+    if (heat) heat_owed_ = 0;
   }
+  heat_owed_ += a.dt * unheated;
   if (limit == nullptr) return {};
   limit->end(static_cast<std::uint64_t>(taken));
   done->substeps = static_cast<std::uint64_t>(taken);
@@ -528,7 +555,7 @@ double WorldImpl::heat_efficiency(double dt) const {
   if ((facts_ & core::fact_heat_paper) == 0) return 1;
   double K = 0;
   for (const auto& row : rows_) K = std::max(K, row.diffusivity);
-  const double tau = dt * desc.heat.time_scale * thermal_interval_;
+  const double tau = dt * desc.heat.time_scale;
   return K > 0 && tau > 0
              ? physics::paper_effective_diffusivity(K, tau, core::support_of(desc), desc.spacing) / K
              : 1;
@@ -548,7 +575,10 @@ Resolved WorldImpl::resolved() {
   r.origin = origin_;
   for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m));
   double heat_dt = 0, bound = 0;
-  if (std::isfinite(r.stable_dt)) heat_plan(r.stable_dt, r.heat_stages, r.heat_supersteps, heat_dt, bound);
+  if (std::isfinite(r.stable_dt)) {
+    r.heat_interval = heat_interval(r.stable_dt);
+    heat_plan(r.stable_dt * r.heat_interval, r.heat_stages, r.heat_supersteps, heat_dt, bound);
+  }
   r.heat_sweeps = std::int64_t{r.heat_stages} * r.heat_supersteps;
   r.viscosity = (facts_ & core::fact_implicit) != 0 ? Viscosity::implicit : Viscosity::explicit_;
   r.viscous_dt = viscous_dt_;
