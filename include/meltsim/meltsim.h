@@ -430,6 +430,12 @@ MELTSIM_C_API meltsim_status meltsim_world_set_motion(meltsim_world* world, melt
 /* Pose and velocities of a kinematic body now. The caller sets `size`. */
 MELTSIM_C_API meltsim_status meltsim_world_motion(meltsim_world* world, meltsim_id body,
                                                   meltsim_body_motion* motion);
+/* Moves the mesh of a kinematic body that was built from one: `vertex_count` vertices, 3 numbers each, in the order in which the mesh
+ * has them: where they are at the end of the next step [m], relative to the body as built; velocities from then on [m/s], or null: they stay.
+ * Without waiting, but for the first call for a body. */
+MELTSIM_C_API meltsim_status meltsim_world_update_mesh(meltsim_world* world, meltsim_id body,
+                                                       const double* vertices, const double* velocities,
+                                                       size_t vertex_count);
 /* Sets pose and twist of a proxy as the host has them now. */
 MELTSIM_C_API meltsim_status meltsim_world_set_proxy(meltsim_world* world, meltsim_id body,
                                                      const meltsim_proxy_state* state);

@@ -155,6 +155,20 @@ class MELTSIM_API World {
   /// Does not wait unless the World halted. Errors: invalid_argument.
   Result<BodyMotion> motion(BodyId body);
 
+  /// Moves the mesh of a kinematic body, such as an animated character: its vertices are at `vertices` at the end of the next step
+  /// [m], in the order of TriangleMesh::vertices, and go on at `velocities` [m/s] from then on (none given: they stay). Both are
+  /// relative to the body as built, where its shape placed the mesh in the World, so that set_motion() moves what update_mesh()
+  /// deforms; a body that set_motion() never moved takes them in the World. Triangles stay what they are. Particles inside follow
+  /// by fixed weights, by which every affine motion of the mesh is theirs, too (physics/mesh_motion.hpp), at constant velocity
+  /// within the step; liquid and other bodies see that velocity. The last call before a step counts. The first call for a body
+  /// binds its particles to the mesh, synchronises, and the next step uploads; later ones take time in proportion to its particles
+  /// on the host and wait for nothing. step() refuses, with invalid_argument, vertices that make a particle faster than half the
+  /// sound speed or carry it through a wall; move them over more steps. Particles that come apart or together stand for the
+  /// room that they then have. Errors: invalid_argument (names the field: not kinematic,
+  /// not built from one mesh, growth, another number of vertices, not finite), out_of_memory.
+  Status update_mesh(BodyId body, const std::vector<Vec3d>& vertices,
+                     const std::vector<Vec3d>& velocities = {});
+
   /// Sets pose and twist of a proxy (Motion::proxy) as the host has them at time(). The last ones set before a step count.
   /// Velocities hold at once; the gap between the host's pose and its own the proxy closes at constant rates within the next
   /// step, none of its points faster than at a tenth of the sound speed. Without a new state it moves on as a rigid body. step() refuses, with invalid_argument, a motion that would be

@@ -931,6 +931,24 @@ void bind_world(nb::module_& m) {
           "body"_a, nb::sig("def motion(self, body: Body | str) -> dict[str, tuple[float, ...]]"),
           "Pose and velocities of a kinematic body now, as set_motion() takes them.")
       .def(
+          "update_mesh",
+          [](HostWorld& w, nb::object body, ArrayLike vertices, nb::object velocities) {
+            const BodyId id = w.resolve("body", w.bodies, body, "body");
+            const auto x = points("vertices", vertices);
+            std::vector<Vec3d> v;
+            if (!velocities.is_none()) v = points("velocities", velocities);
+            if (!velocities.is_none() && v.size() != x.size())
+              refuse("velocities: expected as many as vertices, " + std::to_string(x.size()) + ", got " +
+                     std::to_string(v.size()));
+            away(w, true, [&](World& world) { expect(world.update_mesh(id, x, v)); });
+          },
+          "body"_a, "vertices"_a, "velocities"_a = nb::none(),
+          nb::sig("def update_mesh(self, body: Body | str, vertices: numpy.typing.ArrayLike, velocities: "
+                  "numpy.typing.ArrayLike | None = None) -> None"),
+          "Moves the mesh of a kinematic body that was built from Shape.mesh: its vertices (n, 3) are there "
+          "[m] at "
+          "the end of the next step, and go on at velocities (n, 3) [m/s] from then on. None: they stay.")
+      .def(
           "save_state",
           [](HostWorld& w, int slot) {
             away(w, true, [&](World& world) { expect(world.save_state(slot)); });

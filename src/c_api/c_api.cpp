@@ -681,6 +681,18 @@ meltsim_status meltsim_world_motion(meltsim_world* world, meltsim_id body, melts
     write(motion, "motion", c);
   });
 }
+meltsim_status meltsim_world_update_mesh(meltsim_world* world, meltsim_id body, const double* vertices,
+                                         const double* velocities, size_t vertex_count) {
+  return guarded([&] {
+    if (vertex_count > 0) given(vertices, "vertices");
+    std::vector<meltsim::Vec3d> x, v;
+    x.reserve(vertex_count);
+    for (size_t i = 0; i < vertex_count; ++i) x.push_back(vec(vertices + 3 * i));
+    if (velocities != nullptr) v.reserve(vertex_count);
+    for (size_t i = 0; i < vertex_count && velocities != nullptr; ++i) v.push_back(vec(velocities + 3 * i));
+    expect(world_of(world).update_mesh(handle<meltsim::BodyId>(body), x, v));
+  });
+}
 meltsim_status meltsim_world_set_proxy(meltsim_world* world, meltsim_id body,
                                        const meltsim_proxy_state* state) {
   return guarded([&] {

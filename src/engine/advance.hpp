@@ -140,6 +140,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   EndOfStep<T> end;
   Vec3<T> x = xyz(p.position);
   std::uint32_t tag = p.tag;
+  T volume = p.position.w;
   if (is_removed(tag)) {
     v = xyz(p.velocity);
   } else {
@@ -151,6 +152,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
       const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
       x = w.f.carried_position[vertex];
       v = w.f.carried_velocity[vertex];
+      if (w.f.carried_volume != nullptr && (tag & tag_kinematic) != 0u) volume = w.f.carried_volume[vertex];
     } else if (end.moved) {
       const bool astray = strays(w, p, v), left = move(w, p, x, v);
       if (astray || left) {
@@ -165,7 +167,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   }
   end.position =
       with_w(x, is_held(tag) ? physics::entering_volume(p.position.w, w.c.spacing, length(v), w.f.clock->dt)
-                             : p.position.w);
+                             : volume);
   end.velocity = with_w(v, p.velocity.w);
   if (w.count_ahead &&
       end.check.bad == 0u) {  // one that is at no place is in no cell; the World halts anyway

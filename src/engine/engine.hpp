@@ -52,6 +52,7 @@ struct SubstepArguments {
   double solute_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
   const std::vector<Steered>* steered = nullptr;
+  const std::vector<Reshaped>* reshaped = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
   std::uint64_t sample_at = 0;  ///< where their values go: first of the samples' values
 };

@@ -17,6 +17,7 @@
 #include "engine/engine_transfer.hpp"
 #include "engine/frame.hpp"
 #include "engine/frame_constants.hpp"
+#include "engine/mesh_staging.hpp"
 #include "engine/probe_run.hpp"
 #include "engine/reading_run.hpp"
 #include "engine/scales.hpp"
@@ -44,6 +45,7 @@ class EngineImpl final : public Engine {
     release();
     drop_saved();
     readings_.release(ex_);
+    mesh_staging_.release(ex_);
     for (void* const mark : marks_) ex_.release_mark(mark);
   }
 
@@ -90,6 +92,8 @@ class EngineImpl final : public Engine {
         std::max({n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)],
                   n.count[static_cast<int>(Owner::event_item)]});
     if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
+    if (!mesh_staging_.reserve(ex_, n.count[static_cast<int>(Owner::mesh_point)]))
+      return out_of_memory(needed, available);
     if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
     buffers_.link(w_);
     scales_ = scales_of(c, l);
@@ -178,8 +182,8 @@ class EngineImpl final : public Engine {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
-    if (a.steered != nullptr) steer(a);
-    count_anew_ = count_anew_ || a.bursts != nullptr || a.steered != nullptr;
+    if (a.steered != nullptr || a.reshaped != nullptr) steer(a);
+    count_anew_ = count_anew_ || a.bursts != nullptr || a.steered != nullptr || a.reshaped != nullptr;
     if (w_.born == 0) return;
     buffers_.turn(w_);
     // A host's own stages may do anything, timings and checks look at stages one by one.
@@ -594,11 +598,13 @@ class EngineImpl final : public Engine {
 
   void steer(const SubstepArguments& a) {
     if (w_.f.body_motion == nullptr) return;  // they have melted
-    const auto n = static_cast<std::uint32_t>(a.steered->size());
+    const auto n = static_cast<std::uint32_t>(a.steered != nullptr ? a.steered->size() : 0);
     bool jumps = false;
     for (std::uint32_t k = 0; k < n; k += most_steered)
       step::steer<E, T>(ex_, w_, a.steered->data() + k, std::min(most_steered, n - k));
-    for (const Steered& s : *a.steered) jumps = jumps || s.jumps;
+    for (std::uint32_t k = 0; k < n; ++k) jumps = jumps || (*a.steered)[k].jumps;
+    if (a.reshaped != nullptr && w_.f.mesh_points != nullptr)
+      mesh_staging_.put(ex_, *a.reshaped, w_.f.mesh_points);
     step::set_off<E, T>(ex_, w_, a.time, jumps);
   }
 
@@ -729,6 +735,7 @@ class EngineImpl final : public Engine {
   ProbeRun<E, T> probes_;
   ReadingRun<E, T> readings_;
   EngineBuffers<E, T> buffers_;
+  MeshStaging<E> mesh_staging_;
   const std::vector<PlacedStage>* custom_ = nullptr;
   Scales scales_;
   std::uint64_t last_index_ = 0;

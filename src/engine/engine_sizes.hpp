@@ -101,6 +101,7 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
   set(Owner::site, l.site_vertex.size());
   set(Owner::site_words, l.site_vertex.empty() ? 0 : l.site_vertex.size() / 32 + 2);
+  set(Owner::mesh_point, l.mesh_points);
   set(Owner::body, l.bodies.size());
   set(Owner::material, c.materials.size());
   set(Owner::species, c.species.size());

@@ -131,6 +131,7 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
     for (std::size_t b = 0; b < rows.size(); ++b) rows[b].motion = s.motion[b];
     put(ex, w.f.body_motion, rows);
   }
+  put(ex, wanted(field_mesh_points, w.f.mesh_points), s.mesh_points);
   put(ex, wanted(field_body_forces, w.f.body_forces), s.forces);
 }
 
@@ -184,6 +185,7 @@ void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
     const auto rows = fetch(ex, w.f.body_motion, s.motion.size());
     for (std::size_t b = 0; b < rows.size(); ++b) s.motion[b] = rows[b].motion;
   }
+  if (w.f.mesh_points != nullptr) s.mesh_points = fetch(ex, w.f.mesh_points, s.mesh_points.size());
   if (w.f.body_forces != nullptr) s.forces = fetch(ex, w.f.body_forces, s.motion.size());
   if (w.f.contact_slip != nullptr) {
     const auto slip = fetch(ex, w.f.contact_slip, w.vertices);

@@ -18,6 +18,7 @@
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/mesh_motion.hpp"
 #include "meltsim/physics/outlet.hpp"
 #include "meltsim/physics/proxy.hpp"
 #include "meltsim/physics/rigid_motion.hpp"
@@ -35,6 +36,7 @@ namespace core {
 
 using physics::MaterialProperties;
 using physics::MaterialRow;
+using physics::MeshPoint;
 using physics::RegionFit;
 using physics::RigidPieceStep;
 using physics::SpeciesRow;
@@ -113,12 +115,14 @@ MELTSIM_HD bool moves_rigidly(const BodyRow& b) { return b.motion == body_rigid 
 /// The motion of a kinematic body or proxy, and where its lattice is relative to the pivot. Of a rigid body only
 /// first_site and spacing.
 struct BodyMotionRow {
-  physics::RigidMotion motion;   ///< positions in stored coordinates; of a proxy: physics/proxy.hpp
-  Vec3<double> low{};            ///< of site (0, 0, 0) of the body's box from the pivot, as built [m]
-  double spacing = 0;            ///< in double, as `low` [m]
-  std::uint32_t first_site = 0;  ///< that site's number
-  double mass = 0;               ///< of a proxy [kg]
-  Mat3<double> inertia{};        ///< of a proxy, about its centre of mass in the lattice as built [kg m^2]
+  physics::RigidMotion motion;       ///< positions in stored coordinates; of a proxy: physics/proxy.hpp
+  Vec3<double> low{};                ///< of site (0, 0, 0) of the body's box from the pivot, as built [m]
+  double spacing = 0;                ///< in double, as `low` [m]
+  std::uint32_t first_site = 0;      ///< that site's number
+  std::uint32_t first_vertex = 0;    ///< of the body
+  std::uint32_t first_point = none;  ///< of its vertices in mesh_points; none: it does not deform
+  double mass = 0;                   ///< of a proxy [kg]
+  Mat3<double> inertia{};  ///< of a proxy, about its centre of mass in the lattice as built [kg m^2]
 };
 
 /// A push on a body, between sub-steps.

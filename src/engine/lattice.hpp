@@ -108,11 +108,51 @@ MELTSIM_HD Vec3<double> steps_in_box(const Frame<T>& w, std::uint64_t v, std::ui
           static_cast<double>(site / b.stride_z)};
 }
 
+/// Place and velocity of a vertex of a body that deforms, relative to the pivot in the frame of the body as built, at a time [s].
+template <class T>
+MELTSIM_HD physics::RigidPoint deformed_point(const Frame<T>& w, std::uint64_t v, const BodyMotionRow& row,
+                                              double time) {
+  return physics::mesh_point_at(w.f.mesh_points[row.first_point + (v - row.first_vertex)], time);
+}
+
+/// Whether the host moves the mesh of a body.
+template <class T>
+MELTSIM_HD bool deforms(const Frame<T>& w, std::uint32_t body) {
+  return w.f.mesh_points != nullptr && w.f.body_motion[body].first_point != none;
+}
+
+/// V/dx^3 of a vertex of a kinematic body at a time [s].
+template <class T>
+MELTSIM_HD double carried_volume_ratio(const Frame<T>& w, std::uint64_t v, double time) {
+  const std::uint32_t body = w.f.vertex_body[v];
+  if (!deforms(w, body)) return 1;
+  const BodyMotionRow& row = w.f.body_motion[body];
+  const BodyRow b = w.f.bodies[body];
+  Vec3<double> columns[3];
+  std::uint32_t known = 0;
+  for (std::uint32_t axis = 0; axis < 3u; ++axis) {
+    Vec3<double> ends[2];
+    int steps = 0;
+    for (int side = 0; side < 2; ++side) {
+      const int step = 2 * side - 1;
+      const std::uint32_t n = w.f.site_vertex[site_at(w.f.vertex_site[v], b, axis == 0u ? step : 0,
+                                                      axis == 1u ? step : 0, axis == 2u ? step : 0)];
+      ends[side] = deformed_point(w, is_vertex(n) ? n : v, row, time).position;
+      steps += is_vertex(n) ? 1 : 0;
+    }
+    if (steps != 0) known |= 1u << axis;
+    if (steps != 0) columns[axis] = (ends[1] - ends[0]) * (1 / (steps * row.spacing));
+  }
+  return physics::volume_ratio(columns[0], columns[1], columns[2], known);
+}
+
 /// Position (stored coordinates, not wrapped) and velocity of a vertex of a kinematic body at a time [s].
 template <class T>
 MELTSIM_HD physics::RigidPoint carried_point(const Frame<T>& w, std::uint64_t v, double time) {
   const std::uint32_t body = w.f.vertex_body[v];
   const BodyMotionRow& row = w.f.body_motion[body];
+  if (row.first_point != none)
+    return physics::moved_point_of(physics::place_at(row.motion, time), deformed_point(w, v, row, time));
   return physics::point_of(physics::place_at(row.motion, time),
                            row.low + steps_in_box(w, v, body) * row.spacing);
 }

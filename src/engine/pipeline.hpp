@@ -60,6 +60,7 @@ enum class Owner {
   vertex_list,
   site,
   site_words,
+  mesh_point,
   body,
   material,
   species,
@@ -151,7 +152,8 @@ struct StageInfo {
 inline constexpr FieldSet read_where_there =
     F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) | F(density) | F(group_key) |
     F(group_begin) | F(tree_box) | F(piece) | F(contact_normal) | F(body_motion) | F(carried_position) |
-    F(carried_velocity) | F(liquid_bits) | F(shape_velocity);
+    F(carried_velocity) | F(liquid_bits) | F(shape_velocity) | F(mesh_points) | F(site_vertex) |
+    F(vertex_site);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \

@@ -31,6 +31,7 @@ struct SceneState {
   std::vector<Vec3d> contact_slip;
   std::vector<physics::RigidMotion>
       motion;                           ///< per body; of those that are neither kinematic nor proxies nothing
+  std::vector<MeshPoint> mesh_points;   ///< SceneLattice::mesh_points of them
   std::vector<BodyForceTotals> forces;  ///< per body; no part of a snapshot
   // Where events are watched; no part of a snapshot.
   std::vector<std::uint32_t> touched;  ///< the table of contacts
@@ -50,6 +51,7 @@ struct SceneLattice {
   std::vector<std::uint32_t> site_vertex;               ///< per site
   std::vector<BodyRow> bodies;
   std::vector<BodyMotionRow> rests;  ///< per body: where its lattice is relative to the pivot; no motions
+  std::uint32_t mesh_points = 0;     ///< vertices of bodies whose mesh the host moves
   int max_half_width = 0;
 };
 

@@ -3,8 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
-#include "meltsim/physics/rigid_motion.hpp"
+#include "meltsim/physics/mesh_motion.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -16,6 +17,12 @@ struct Steered {
   bool jumps = false;  ///< it is elsewhere from the beginning of the sub-step on
   physics::RigidMotion motion;
   double reach = 0, most = 0;  ///< of a proxy: as proxy_set() takes them [m, m/s]
+};
+
+/// New motions of all vertices of a body that deforms, on the host until the sub-step is enqueued.
+struct Reshaped {
+  std::uint32_t body = 0, first = 0, count = 0;  ///< first: in mesh_points
+  const physics::MeshPoint* points = nullptr;
 };
 
 /// A push on a free body, or the motion that it is to have.

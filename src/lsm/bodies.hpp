@@ -56,7 +56,28 @@ struct PiecesBody {
     const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
     w.f.piece[i] = w.f.vertex_piece[v] + 1u;
     if ((tag & tag_surface) == 0u) return;  // touches nothing
-    w.f.contact_normal[i] = physics::surface_normal(w.f.neighbour_mask[v], to_matrix(core::turn_of(w, v)));
+    const Mat3<T> turn = to_matrix(core::turn_of(w, v));
+    w.f.contact_normal[i] =
+        core::deforms(w, w.f.vertex_body[v])
+            ? physics::outward_normal(deformed_offsets(v), T(popcount(w.f.neighbour_mask[v])), turn)
+            : physics::surface_normal(w.f.neighbour_mask[v], turn);
+  }
+
+ private:
+  /// Sum of the offsets of v's live direct neighbours in the frame of its body, which deforms, in units of the spacing.
+  MELTSIM_HD Vec3<T> deformed_offsets(std::uint32_t v) const {
+    const std::uint32_t body = w.f.vertex_body[v], mask = w.f.neighbour_mask[v];
+    const core::BodyMotionRow& row = w.f.body_motion[body];
+    const double time = w.f.clock->time;
+    const Vec3<double> here = core::deformed_point(w, v, row, time).position;
+    Vec3<double> inward{};
+    for (int bit = 0; bit < 27; ++bit) {
+      if (((mask >> bit) & 1u) == 0u) continue;
+      const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], w.f.bodies[body], bit % 3 - 1,
+                                                            bit / 3 % 3 - 1, bit / 9 - 1)];
+      inward += core::deformed_point(w, n, row, time).position - here;
+    }
+    return cast<T>(inward * (1 / row.spacing));
   }
 };
 

@@ -61,6 +61,13 @@ class MeshNode final : public ShapeNode {
     fill_by_parity(mesh_, nudge_, lattice, mask);
   }
 
+  bool mesh(const Affine& to_world, TriangleMesh& out) const override {
+    if (!status_) return false;
+    out = mesh_;
+    for (Vec3d& v : out.vertices) v = to_world(v);
+    return true;
+  }
+
  private:
   TriangleMesh mesh_;
   Status status_;

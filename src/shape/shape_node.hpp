@@ -27,6 +27,12 @@ class ShapeNode {
   virtual Status validate() const = 0;
   /// Marks the sites inside; the mask arrives cleared. Only called on valid shapes.
   virtual void fill(const Lattice& lattice, SiteMask& mask) const;
+  /// Whether it is a mesh: then what that is in the World.
+  virtual bool mesh(const Affine& to_world, TriangleMesh& out) const {
+    static_cast<void>(to_world);
+    static_cast<void>(out);
+    return false;
+  }
 
   /// Levels of the tree below and including this node: recursion has to be bounded.
   int depth() const { return depth_; }

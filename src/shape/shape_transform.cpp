@@ -56,6 +56,10 @@ class TransformNode final : public ShapeNode {
                  mask);
   }
 
+  bool mesh(const Affine& to_world, TriangleMesh& out) const override {
+    return valid() && child_->mesh(compose(to_world, to_parent_), out);
+  }
+
  private:
   static Status check(Vec3d offset, Vec3d axis, double angle, double scale) {
     if (Status s = check_point("transformed.offset", offset); !s) return s;

@@ -214,6 +214,9 @@ struct CarryBody {
     const physics::RigidPoint p = core::carried_point(w, v, w.f.clock->end);
     w.f.carried_position[v] = core::wrapped(w, cast<T>(p.position));
     w.f.carried_velocity[v] = cast<T>(p.velocity);
+    if (w.f.carried_volume != nullptr)
+      w.f.carried_volume[v] = w.c.spacing * w.c.spacing * w.c.spacing *
+                              static_cast<T>(core::carried_volume_ratio(w, v, w.f.clock->end));
   }
 };
 

@@ -40,10 +40,13 @@ MELTSIM_HD std::uint32_t live_at(const Frame<T>& w, std::uint32_t v, const BodyR
 /// Offset of face k = 0..5: -x, +x, -y, +y, -z, +z.
 MELTSIM_HD int face_step(int k, int axis) { return k / 2 == axis ? 2 * (k % 2) - 1 : 0; }
 
-/// p_n - x_n. carried: orientation of a kinematic body.
+/// p_n - x_n of site v. carried: orientation of a kinematic body.
 template <class T>
-MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t n, const BodyRow& b, const Quat<T>& carried,
-                                 int dx, int dy, int dz) {
+MELTSIM_HD Vec3<T> wanted_offset(const Frame<T>& w, std::uint32_t v, std::uint32_t n, const BodyRow& b,
+                                 const Quat<T>& carried, int dx, int dy, int dz) {
+  if (core::deforms(w, w.f.vertex_body[v]))
+    return cast<T>(core::carried_point(w, v, w.f.clock->end).position -
+                   core::carried_point(w, n, w.f.clock->end).position);
   const Vec3<T> q = Vec3<T>{T(-dx), T(-dy), T(-dz)} * w.c.spacing;
   if (b.motion == core::body_kinematic) return physics::site_offset(carried, q);
   return b.motion == core::body_fixed || w.f.region_rotation == nullptr
@@ -83,7 +86,7 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
         const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
         if (n == none) continue;
         sum += spatial::separation(w.grid, vertex_place(w, n), origin) +
-               wanted_offset(w, n, b, carried, dx, dy, dz);
+               wanted_offset(w, v, n, b, carried, dx, dy, dz);
         count += T(1);
       }
   const Vec3<T> mean = sum * (T(1) / count);
@@ -95,7 +98,7 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
         const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
         if (n == none) continue;
         const Vec3<T> off = spatial::separation(w.grid, vertex_place(w, n), origin) +
-                            wanted_offset(w, n, b, carried, dx, dy, dz) - mean;
+                            wanted_offset(w, v, n, b, carried, dx, dy, dz) - mean;
         agreed = agreed && dot(off, off) <= tolerance * tolerance;
       }
   Vec3<T> x = origin + mean;

@@ -18,9 +18,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 10: heat that is owed; 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 10;
+constexpr std::uint32_t format_version = 11;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -169,6 +169,7 @@ Result<std::uint64_t> WorldImpl::state_hash() {
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     if (bodies_[b].kinematic() || bodies_[b].proxy()) h.add(&state_.motion[b], sizeof(physics::RigidMotion));
+  h.add(state_.mesh_points);
   return h.value();
 }
 
@@ -224,6 +225,11 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.array(state_.contact_slip);
   w.array(state_.motion);
   w.array(taken);
+  std::vector<std::uint64_t> deformed;  // per body: 1: mesh_points has its particles
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
+  w.array(deformed);
+  w.array(state_.mesh_points);
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
@@ -253,7 +259,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   std::uint64_t flags = 0;
   std::vector<std::uint64_t> hashes;
   std::vector<EmitterState> layers;
-  std::vector<std::uint64_t> taken;
+  std::vector<std::uint64_t> taken, deformed;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
         r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(owed) && r.value(s.melted) &&
@@ -262,14 +268,16 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.array(s.solute[0]) && r.array(s.solute[1]) && r.array(s.solute[2]) && r.array(s.mass) &&
         r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
         r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
-        r.array(s.contact_slip) && r.array(s.motion) && r.array(taken)) ||
+        r.array(s.contact_slip) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
+        r.array(s.mesh_points)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
       s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
       s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
-      hashes.size() != material_count || s.motion.size() != body_count || taken.size() != body_count)
+      hashes.size() != material_count || s.motion.size() != body_count || taken.size() != body_count ||
+      deformed.size() != body_count)
     return corrupt("arrays of different length");
   static_assert(most_species == 3);
   if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
@@ -305,6 +313,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   if (Status status = check_snapshot(s, built, origin, new_time, {sound, speed, seen.speed, s.heat_in, owed});
       !status)
     return status;
+  if (Status status = check_mesh_points(deformed, s.mesh_points, new_time); !status) return status;
   // Both are infinite while nothing was seen.
   if (seen.high >= seen.low && !(finite(seen.min) && finite(seen.max)))
     return corrupt("a height is not usable");
@@ -334,6 +343,10 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   seen_bodies_ = bodies_.size();
   for (auto& m : motions_) m.reset();
   for (auto& p : proxies_) p.reset();
+  for (auto& m : meshes_) m.set = false;
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    lattice_.rests[b].first_point = deformed[b] != 0 ? 0 : core::none;
+  place_mesh_points();
   state_.forces.assign(bodies_.size(), {});
   forget_events();
   added_ = !(sound > 0);
@@ -376,6 +389,23 @@ Status WorldImpl::check_emitter(std::size_t k, const EmitterState& s, double new
     return corrupt("a nozzle's setting is not usable");
   if (s.first_layer > layers_before(e, new_time) || s.skipped > layers_before(e, new_time))
     return corrupt("a nozzle's first layer is yet to come");
+  return {};
+}
+
+/// Whether bodies can deform so.
+Status WorldImpl::check_mesh_points(const std::vector<std::uint64_t>& deformed,
+                                    const std::vector<physics::MeshPoint>& points, double new_time) const {
+  std::uint64_t count = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (deformed[b] > 1 || (deformed[b] != 0 && (!bodies_[b].kinematic() || bodies_[b].desc.growth > 0)))
+      return corrupt("a body deforms that cannot");
+    count += deformed[b] != 0 ? bodies_[b].vertices : 0;
+  }
+  if (points.size() != count) return corrupt("arrays of different length");
+  for (const physics::MeshPoint& p : points)
+    if (!finite(p.first) || !finite(p.then) || !finite(p.velocity) || !std::isfinite(p.from) ||
+        !std::isfinite(p.until) || !(p.until > p.from || p.until <= new_time))
+      return corrupt("how a body deforms is not usable");
   return {};
 }
 

@@ -71,6 +71,10 @@ Result<std::uint64_t> World::remove_liquid(const Shape& shape) {
 Status World::set_motion(BodyId body, const BodyMotion& motion) {
   return guarded<Status>([&] { return impl_->set_motion(body, motion); });
 }
+Status World::update_mesh(BodyId body, const std::vector<Vec3d>& vertices,
+                          const std::vector<Vec3d>& velocities) {
+  return guarded<Status>([&] { return impl_->update_mesh(body, vertices, velocities); });
+}
 Status World::set_proxy(BodyId body, const ProxyState& state) {
   return guarded<Status>([&] { return impl_->set_proxy(body, state); });
 }

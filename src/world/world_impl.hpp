@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
-// world_remove.cpp, world_motion.cpp (kinematic bodies), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
+// world_remove.cpp, world_motion.cpp (kinematic bodies), world_mesh.cpp (those that deform), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
 // (settings, pushes, emitters), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables),
 // world_species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
@@ -20,6 +20,7 @@
 
 #include "engine/engine.hpp"
 #include "meltsim/world.hpp"
+#include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
 #include "world/growth_sites.hpp"
 #include "world/point_grid.hpp"
@@ -45,6 +46,19 @@ struct BodyRecord {
   Vec3d rest_low,
       rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
   std::uint32_t first_vertex = 0, vertices = 0;
+  Vec3d pivot;  ///< of a kinematic body, as built, in the World [m]
+  std::shared_ptr<const core::MeshChords>
+      chords;  ///< how its particles follow its mesh; null until that moves
+};
+
+/// What a body is like relative to its pivot, in a step.
+struct BodyExtent {
+  double speed = 0;  ///< of the fastest particle relative to the pivot, beside rotation [m/s]
+  double reach = 0;  ///< of the farthest [m]
+  double later = 0;  ///< of the fastest from the end on [m/s]
+  Vec3d low, high;   ///< box of them at the end [m]
+  double at = 0;     ///< the end [s]
+  const physics::MeshPoint* points = nullptr;  ///< of a body that deforms
 };
 
 struct EmitterRecord {
@@ -112,6 +126,8 @@ class WorldImpl final : public Scheduler {
   // world_motion.cpp
   Status set_motion(BodyId id, const BodyMotion& m);
   Result<BodyMotion> motion(BodyId id);
+  // world_mesh.cpp
+  Status update_mesh(BodyId id, const std::vector<Vec3d>& vertices, const std::vector<Vec3d>& velocities);
   // world_proxy.cpp
   Status set_proxy(BodyId id, const ProxyState& state);
   Result<ProxyState> proxy(BodyId id);
@@ -233,8 +249,17 @@ class WorldImpl final : public Scheduler {
   Status check_teleport(std::uint32_t body, const physics::RigidPlace& place);
   physics::RigidMotion motion_for(std::uint32_t body, const BodyMotion& m, double dt) const;
   Status plan_motions(double dt);
-  Status check_motion(std::uint32_t body, const physics::RigidMotion& m, double dt) const;
-  Status inside_walls(std::uint32_t body, const physics::RigidPlace& place) const;
+  Status check_motion(std::uint32_t body, const physics::RigidMotion& m, const BodyExtent& extent,
+                      double dt) const;
+  Status inside_walls(std::uint32_t body, const physics::RigidPlace& place, const BodyExtent& extent) const;
+  bool deforms(std::uint32_t body) const { return lattice_.rests[body].first_point != core::none; }
+  Result<std::shared_ptr<const core::MeshChords>> bind_mesh(std::uint32_t body,
+                                                            const std::string& what) const;
+  void make_deformable(std::uint32_t body);
+  void plan_mesh(std::uint32_t body, double dt);
+  const physics::MeshPoint* mesh_points_of(std::uint32_t body) const;
+  BodyExtent extent_of(std::uint32_t body, double dt, bool planned) const;
+  void place_mesh_points();
   double motion_dt() const;
   Status check_proxy(const SolidDesc& s, const std::string& what) const;
   Status make_proxy(const std::string& what, const std::vector<Vec3i>& points,
@@ -247,7 +272,7 @@ class WorldImpl final : public Scheduler {
   void forget_events();
   void fit_events();
   void forget_live(std::uint32_t body);
-  Vec3d rest_of(std::uint32_t body, std::uint32_t vertex) const;
+  Vec3d rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExtent& extent) const;
   std::uint32_t facts() const;
   void find_materials();
   void weigh_materials();
@@ -388,6 +413,8 @@ class WorldImpl final : public Scheduler {
   std::uint64_t material_hash(const MaterialDesc& m) const;
   Status check_snapshot(const core::SceneState& s, std::uint64_t built, Vec3d origin, double time,
                         std::initializer_list<double> numbers) const;
+  Status check_mesh_points(const std::vector<std::uint64_t>& deformed,
+                           const std::vector<physics::MeshPoint>& points, double new_time) const;
   static void put_emitter(const EmitterState& s, EmitterRecord& e);
   Status check_emitter(std::size_t k, const EmitterState& s, double new_time) const;
   Status check_origin(Vec3d origin) const;
@@ -421,6 +448,13 @@ class WorldImpl final : public Scheduler {
       next_number();  ///< of this World in the process: tells its handles from those of others
   std::vector<BodyRecord> bodies_;
   std::vector<std::optional<BodyMotion>> motions_;  ///< per body: set since the last step
+  /// A mesh that the host set: where its body's particles go. The memory is kept for the next one.
+  struct PendingMesh {
+    std::vector<physics::MeshPoint> points;
+    bool set = false;
+  };
+  std::vector<PendingMesh> meshes_;                 ///< per body: set since the last step
+  std::vector<core::Reshaped> reshaped_;            ///< the same, for the step that is being taken
   std::vector<std::optional<ProxyState>> proxies_;  ///< per body: set since the last step
   std::optional<EventWatch> event_watch_;
   std::vector<core::Steered> steered_;  ///< the same, for the step that is being taken
@@ -534,6 +568,7 @@ class WorldImpl final : public Scheduler {
     bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false;
     std::vector<EmitterRecord> emitters;
     std::vector<physics::RigidMotion> motion;
+    std::vector<physics::MeshPoint> mesh_points;
     Census census;
   };
   Status check_slot(const char* call, int slot) const;

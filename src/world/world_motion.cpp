@@ -20,6 +20,11 @@ constexpr double largest_mach = 0.5;
 /// A unit quaternion, but for what a host's single precision loses.
 constexpr double unit_tolerance = 1e-3;
 
+/// Of the fastest point within reach of the pivot [m/s].
+double speed_of(const physics::RigidPlace& p, double reach) {
+  const double spin = length(p.angular_velocity);
+  return length(p.velocity) + (spin > 0 ? spin * reach : 0);
+}
 double norm_of(const Quat<double>& q) { return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z); }
 }  // namespace
 
@@ -38,8 +43,10 @@ Status WorldImpl::check_body(const char* call, BodyId id) const {
                  id.generation, "; pass what add_solid() of this World returned");
 }
 
-/// Where a vertex of a kinematic body is relative to the pivot, as built [m].
-Vec3d WorldImpl::rest_of(std::uint32_t body, std::uint32_t vertex) const {
+/// Where a vertex of a kinematic body is relative to the pivot in the frame of the body as built [m].
+Vec3d WorldImpl::rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExtent& extent) const {
+  if (extent.points != nullptr)
+    return physics::mesh_point_at(extent.points[vertex - bodies_[body].first_vertex], extent.at).position;
   const core::BodyMotionRow& row = lattice_.rests[body];
   const core::BodyRow& b = lattice_.bodies[body];
   const std::uint32_t site = lattice_.vertex_site[vertex] - row.first_site, layer = site % b.stride_z;
@@ -71,7 +78,7 @@ Status WorldImpl::set_motion(BodyId id, const BodyMotion& m) {
     return invalid(what, "teleport: needs a position or an orientation; set one of them, or drop teleport");
   if (m.teleport) {
     const physics::RigidPlace place = motion_for(id.index, motion, 0).first;
-    if (Status s = inside_walls(id.index, place); !s) return s;
+    if (Status s = inside_walls(id.index, place, extent_of(id.index, 0, false)); !s) return s;
     if (Status s = check_teleport(id.index, place); !s) return s;
   }
   motions_[id.index] = motion;
@@ -123,7 +130,8 @@ physics::RigidMotion WorldImpl::motion_for(std::uint32_t body, const BodyMotion&
 
 /// Refuses a place that reaches through a wall: particles beyond it would push liquid a second time, beside the wall's
 /// images.
-Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& place) const {
+Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& place,
+                               const BodyExtent& extent) const {
   if (!desc.domain.bounded) return {};
   const Vec3d low = desc.domain.min - origin_, high = desc.domain.max - origin_;
   // Rounding: a body may be built with a particle in the plane of a wall.
@@ -137,17 +145,20 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
   const BodyRecord& b = bodies_[body];
   bool outside = false;
   for (int corner = 0; corner < 8; ++corner)
-    outside = outside || beyond(physics::point_of(place, {corner & 1 ? b.rest_low.x : b.rest_high.x,
-                                                          corner & 2 ? b.rest_low.y : b.rest_high.y,
-                                                          corner & 4 ? b.rest_low.z : b.rest_high.z})
+    outside = outside || beyond(physics::point_of(place, {corner & 1 ? extent.low.x : extent.high.x,
+                                                          corner & 2 ? extent.low.y : extent.high.y,
+                                                          corner & 4 ? extent.low.z : extent.high.z})
                                     .position);
   if (!outside) return {};
   for (std::uint32_t v = b.first_vertex; v < b.first_vertex + b.vertices; ++v) {
-    const Vec3d x = physics::point_of(place, rest_of(body, v)).position;
+    const Vec3d x = physics::point_of(place, rest_of(body, v, extent)).position;
     if (beyond(x))
-      return invalid(b.proxy() ? "set_proxy" : "set_motion", ": body \"", b.desc.name,
-                     "\": ", "position: would reach through a wall at ", x + origin_,
-                     "; keep it within the domain ", desc.domain.min, " to ", desc.domain.max);
+      return invalid(b.proxy()       ? "set_proxy"
+                     : deforms(body) ? "update_mesh"
+                                     : "set_motion",
+                     ": body \"", b.desc.name, "\": ", deforms(body) ? "vertices" : "position",
+                     ": would reach through a wall at ", x + origin_, "; keep it within the domain ",
+                     desc.domain.min, " to ", desc.domain.max);
   }
   return {};
 }
@@ -156,9 +167,10 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
 Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& place) {
   fetch_state();
   const BodyRecord& b = bodies_[body];
+  const BodyExtent extent = extent_of(body, 0, false);
   core::PointGrid own(core::same_place * desc.spacing);
   for (std::uint32_t v = b.first_vertex; v < b.first_vertex + b.vertices; ++v)
-    own.add(physics::point_of(place, rest_of(body, v)).position, 0);
+    own.add(physics::point_of(place, rest_of(body, v, extent)).position, 0);
   for (std::size_t i = 0; i < state_.position.size(); ++i) {
     const std::uint32_t tag = state_.tag[i];
     if (is_removed(tag) || (is_solid(tag) && body_of(tag) == body + 1u)) continue;
@@ -173,44 +185,60 @@ Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& 
 }
 
 /// Whether a body can move so during the next dt.
-Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m, double dt) const {
+Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m, const BodyExtent& extent,
+                               double dt) const {
   const BodyRecord& b = bodies_[body];
   const physics::RigidPlace now = physics::place_at(m, time);
-  const double speed = length(now.velocity) + length(now.angular_velocity) * b.reach;
+  const double rigid = speed_of(now, extent.reach), speed = rigid + extent.speed;
+  // What it does from the end of the step on it does at that end, too.
+  const double rigid_later = b.proxy() ? 0 : speed_of(physics::place_at(m, time + dt), extent.reach),
+               later = rigid_later + extent.later;
   const double most = largest_mach * sound_speed_;
-  if (speed > most &&
+  if (!(std::max(speed, later) <= most) &&
       (any_liquid() || std::any_of(bodies_.begin(), bodies_.end(),
-                                   [](const BodyRecord& other) { return !other.desc.fixed; })))
-    return invalid(b.proxy() ? "set_proxy" : "set_motion", ": body \"", b.desc.name,
-                   "\": velocity: would move at ", speed, " m/s, more than half the sound speed of ",
+                                   [](const BodyRecord& other) { return !other.desc.fixed; }))) {
+    const bool by_mesh = speed > most ? extent.speed > rigid : extent.later > rigid_later;
+    return invalid(b.proxy() ? "set_proxy"
+                   : by_mesh ? "update_mesh"
+                             : "set_motion",
+                   ": body \"", b.desc.name, "\": ",
+                   !by_mesh       ? "velocity:"
+                   : speed > most ? "vertices: a particle"
+                                  : "velocities: a particle",
+                   " would move at ", std::max(speed, later), " m/s, more than half the sound speed of ",
                    sound_speed_, " m/s; move it less in a step, or build it with max_speed of at least ",
-                   speed, " m/s");
-  if (!b.proxy() && !(dot(now.velocity, now.velocity) > 0) &&
-      !(dot(now.angular_velocity, now.angular_velocity) > 0))
-    return {};
-  return inside_walls(body, physics::place_at(m, time + dt));
+                   std::max(speed, later), " m/s");
+  }
+  if (!b.proxy() && !(speed > 0)) return {};
+  return inside_walls(body, physics::place_at(m, time + dt), extent);
 }
 
 /// Motions for a step of dt, and the fastest of all bodies in it.
 Status WorldImpl::plan_motions(double dt) {
   steered_.clear();
+  reshaped_.clear();
   double fastest = 0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const BodyRecord& b = bodies_[i];
     const auto body = static_cast<std::uint32_t>(i);
     if (b.proxy() && !b.gone && proxies_[i]) {
       const physics::RigidMotion m = motion_for(*proxies_[i], dt);
-      if (Status s = check_motion(body, m, 0); !s) return s;
+      if (Status s = check_motion(body, m, extent_of(body, 0, false), 0); !s) return s;
       steered_.push_back(
           {body, proxies_[i]->teleport, m, b.reach, physics::largest_closing_mach * sound_speed_});
       fastest = std::max(fastest, length(m.first.velocity) + length(m.first.angular_velocity) * b.reach);
     }
     if (!b.kinematic() || b.gone) continue;
     const physics::RigidMotion m = motions_[i] ? motion_for(body, *motions_[i], dt) : state_.motion[i];
-    if (Status s = check_motion(body, m, dt); !s) return s;
+    if (meshes_[i].set) plan_mesh(body, dt);
+    const BodyExtent extent = extent_of(body, dt, true);
+    if (Status s = check_motion(body, m, extent, dt); !s) return s;
     if (motions_[i]) steered_.push_back({body, motions_[i]->teleport, m, 0, 0});
+    if (meshes_[i].set)
+      reshaped_.push_back({body, lattice_.rests[i].first_point, b.vertices, meshes_[i].points.data()});
     const physics::RigidPlace now = physics::place_at(m, time);
-    fastest = std::max(fastest, length(now.velocity) + length(now.angular_velocity) * b.reach);
+    fastest =
+        std::max(fastest, length(now.velocity) + length(now.angular_velocity) * extent.reach + extent.speed);
   }
   carried_speed_ = fastest;
   return {};

@@ -236,6 +236,9 @@ core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
                             core::field_vertex_site, core::field_vertex_body, core::field_bodies})
       setup.channels |= core::FieldSet{1} << field;
   if ((facts & core::fact_kinematic) != 0) setup.channels |= core::FieldSet{1} << core::field_slot_of_id;
+  if ((facts & core::fact_kinematic) != 0 && lattice_.mesh_points != 0)
+    for (const int field : {core::field_mesh_points, core::field_site_vertex, core::field_carried_volume})
+      setup.channels |= core::FieldSet{1} << field;
   if ((facts & core::fact_mobile) != 0) setup.channels |= core::FieldSet{1} << core::field_push;
   if ((facts & core::fact_solid) == 0) setup.channels &= ~(core::FieldSet{1} << core::field_vertex_of_id);
   return setup;

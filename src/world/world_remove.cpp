@@ -24,6 +24,7 @@ Status WorldImpl::remove_body(BodyId id) {
   state_.removed += body.taken;
   motions_[id.index].reset();
   proxies_[id.index].reset();
+  meshes_[id.index].set = false;
   body.watched = false;
   forget_live(id.index);
   lattice_.bodies[id.index].watched = 0;

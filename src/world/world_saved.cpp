@@ -40,6 +40,7 @@ Status WorldImpl::save_state(int slot) {
   v.plan_changed = plan_changed_;
   v.emitters = emitters_;
   v.motion = state_.motion;
+  v.mesh_points = state_.mesh_points;
   v.census = census_;
   SavedState& to = saved_[static_cast<std::size_t>(slot)];
   to = {};
@@ -63,6 +64,7 @@ Status WorldImpl::load_state(int slot) {
         "restore a snapshot");
   auto emitters = v.emitters;  // from here on nothing fails
   auto motion = v.motion;
+  auto mesh_points = v.mesh_points;
   Census census = v.census;
   collect_samples();
   drop_samples_from(v.time);
@@ -81,9 +83,11 @@ Status WorldImpl::load_state(int slot) {
   plan_changed_ = v.plan_changed;
   emitters_ = std::move(emitters);
   state_.motion = std::move(motion);
+  state_.mesh_points = std::move(mesh_points);
   census_ = std::move(census);
   for (auto& m : motions_) m.reset();
   for (auto& p : proxies_) p.reset();
+  for (auto& m : meshes_) m.set = false;
   halted_ = false;
   halt_step_ = 0;
   halt_reason_.clear();

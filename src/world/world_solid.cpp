@@ -182,6 +182,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   if (state_.motion.capacity() == bodies_.size()) state_.motion.reserve(2 * bodies_.size() + 1);
   if (lattice_.rests.capacity() == bodies_.size()) lattice_.rests.reserve(2 * bodies_.size() + 1);
   if (motions_.capacity() == bodies_.size()) motions_.reserve(2 * bodies_.size() + 1);
+  if (meshes_.capacity() == bodies_.size()) meshes_.reserve(2 * bodies_.size() + 1);
   if (proxies_.capacity() == bodies_.size()) proxies_.reserve(2 * bodies_.size() + 1);
   if (state_.forces.capacity() == bodies_.size()) state_.forces.reserve(2 * bodies_.size() + 1);
   reserve(points.size(), points.size() + free.size(), nx * ny * nz);
@@ -279,6 +280,8 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   physics::RigidMotion motion;
   for (const Vec3d& p : positions) record.reach = std::max(record.reach, length(p - origin - center));
   rest.first_site = static_cast<std::uint32_t>(base);
+  rest.first_vertex = record.first_vertex;
+  record.pivot = center + origin;
   rest.spacing = desc.spacing;
   rest.mass = s.mass;
   rest.inertia = s.inertia;
@@ -303,6 +306,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   lattice_.rests.push_back(rest);
   state_.motion.push_back(motion);
   motions_.push_back({});
+  meshes_.push_back({});
   proxies_.push_back({});
   state_.forces.push_back({});
   solids_built_ += points.size();

@@ -374,6 +374,14 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
         proxies_[s.body].reset();
       }
     }
+    a.reshaped = nullptr;
+    if (k == 0 && !reshaped_.empty()) {
+      a.reshaped = &reshaped_;
+      for (const core::Reshaped& r : reshaped_) {
+        std::copy(r.points, r.points + r.count, state_.mesh_points.begin() + std::ptrdiff_t{r.first});
+        meshes_[r.body].set = false;
+      }
+    }
     const bool heat = heats(k);
     if (const double span = heat_owed_ + a.dt * (unheated + 1); heat && span != heat_span) {
       heat_span = span;

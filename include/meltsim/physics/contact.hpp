@@ -84,17 +84,22 @@ MELTSIM_HD Vec3<T> contact_force(T overlap, Vec3<T> n, Vec3<T> v, T reduced_mass
       .force;
 }
 
-/// Outward normal of a lattice vertex in space (unit, or 0 inside); w = number of live direct neighbours.
-/// mask: arrayN, bit (dx+1) + 3(dy+1) + 9(dz+1).
+/// Outward normal in space (unit, or 0 inside) from the sum of the offsets of direct neighbours in units of the spacing; w =
+/// their number.
+template <class T>
+MELTSIM_HD Vec4<T> outward_normal(Vec3<T> inward, T live, const Mat3<T>& rotation) {
+  const T size = length(inward);
+  if (!(size > T(0.5))) return with_w(Vec3<T>{}, live);  // inside, or a thin part with both sides open
+  return with_w(rotation * (inward * (T(-1) / size)), live);
+}
+
+/// The same of a lattice vertex with its live direct neighbours. mask: arrayN, bit (dx+1) + 3(dy+1) + 9(dz+1).
 template <class T>
 MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
   Vec3<T> inward{};
   for (int bit = 0; bit < 27; ++bit)
     if (((mask >> bit) & 1u) != 0u) inward += Vec3<T>{T(bit % 3 - 1), T(bit / 3 % 3 - 1), T(bit / 9 - 1)};
-  const T size = length(inward);
-  const T live = T(popcount(mask));
-  if (!(size > T(0.5))) return with_w(Vec3<T>{}, live);  // inside, or a thin part with both sides open
-  return with_w(rotation * (inward * (T(-1) / size)), live);
+  return outward_normal(inward, T(popcount(mask)), rotation);
 }
 
 /// Depth by which a sphere at x overlaps the plane of a face (in the order of DomainDesc::faces) [m].
