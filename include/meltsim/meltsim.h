@@ -768,7 +768,7 @@ MELTSIM_C_API meltsim_status meltsim_world_snapshot(meltsim_world* world, void* 
                                                     size_t* bytes);
 /* Goes back to a snapshot of a World with the same materials and bodies. */
 MELTSIM_C_API meltsim_status meltsim_world_restore(meltsim_world* world, const void* data, size_t bytes);
-/* Saves the state in the backend's memory under a number from 0 to 15, and goes back to it; lost when something is added, removed
+/* Saves the state in the backend's memory under a number from 0 to 15, and goes back to it, without waiting; lost when something is added, removed
  * or restored, or stages begin or end. */
 MELTSIM_C_API meltsim_status meltsim_world_save_state(meltsim_world* world, int32_t slot);
 MELTSIM_C_API meltsim_status meltsim_world_load_state(meltsim_world* world, int32_t slot);

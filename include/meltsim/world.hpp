@@ -313,9 +313,11 @@ class MELTSIM_API World {
   Status restore(const void* data, std::size_t bytes);
 
   // Rolling back: states in the backend's memory, for hosts that repeat steps. They hold what a snapshot holds.
-  /// Saves the state under a number from 0 to most_saved_states - 1, in place of what was saved there. Waits for the steps
-  /// enqueued; nothing is copied to the host. Takes about as much memory as the World, kept for the next time. Errors:
-  /// invalid_argument (the number), out_of_memory, halted, those of prepare().
+  /// Saves the state behind the steps enqueued under a number from 0 to most_saved_states - 1, in place of what was saved there.
+  /// Enqueues copies within the backend's memory and does not wait, but for memory where that is asked for the first time: about as
+  /// much as the World's, kept for the next time. If one of those steps halts the World, nothing is saved: once the host knows
+  /// (synchronize()), load_state() refuses the number, and until then the World that it is loaded into halts and says so. Errors:
+  /// invalid_argument (the number), out_of_memory, halted (known to the host), those of prepare().
   Status save_state(int slot);
   /// Goes back to a saved state, to the bit, also of a World that halted since. Does not wait, but for samples of probes and
   /// readings that are open. Probes, settings and forces on bodies are as after restore(), but that forces, events and

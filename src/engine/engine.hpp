@@ -173,10 +173,10 @@ class Engine {
                       PackedParticles& to) = 0;
   /// Frees a slot whose reading is not taken.
   virtual void drop(int slot) = 0;
-  /// Waits. Copies all that a state is to memory of the backend, under a number below most_saved_states; the status says whether
-  /// the World has halted, and nothing is copied then. Error: out_of_memory.
-  virtual Result<WorldStatus> save(int slot) = 0;
-  /// Enqueues the copy back; only between a save() and the next upload() or adapt().
+  /// Enqueues a copy of all that a state is to memory of the backend, under a number below most_saved_states; waits only for memory.
+  /// Of a World that has halted by then nothing is copied. Error: out_of_memory.
+  virtual Status save(int slot) = 0;
+  /// Enqueues the copy back; only between a save() and the next upload() or adapt(). Where nothing was copied, the World halts.
   virtual void load(int slot) = 0;
   virtual void forget_saved() = 0;
   /// Device fault since the last call, empty if none.

@@ -289,25 +289,25 @@ class EngineImpl final : public Engine {
                           to);
   }
 
-  Result<WorldStatus> save(int slot) override {
+  Status save(int slot) override {
     Saved& s = saved_[static_cast<std::size_t>(slot)];
-    const WorldStatus status = last_good();
-    if (status.halted != 0) return status;
-    const std::uint64_t bytes = buffers_.saved_bytes();
+    const std::uint64_t bytes = Saved::head + buffers_.saved_bytes();
     if (bytes != s.bytes) {
       if (s.memory != nullptr) ex_.release(s.memory);
       s = {};
-      if (bytes != 0 && bytes <= ex_.free_bytes())
-        s.memory = static_cast<unsigned char*>(ex_.allocate(bytes));
-      if (bytes != 0 && s.memory == nullptr)
+      if (bytes <= ex_.free_bytes()) s.memory = static_cast<unsigned char*>(ex_.allocate(bytes));
+      if (s.memory == nullptr)
         return Error{ErrorCode::out_of_memory, text("save_state: ", double(bytes) / 1e9,
                                                     " GB of memory are not there; save fewer states")};
       s.bytes = bytes;
     }
     s.born = w_.born;
     s.last_index = last_index_;
-    unguarded([&] { buffers_.save(ex_, s.memory); });
-    return status;
+    if (w_.f.status == nullptr) return {};
+    unguarded([&] { ex_.fill(1, 1u, s.missing()); });
+    buffers_.save(ex_, s.memory + Saved::head);
+    ex_.fill(1, 0u, s.missing());
+    return fault_status();
   }
 
   void load(int slot) override {
@@ -318,7 +318,10 @@ class EngineImpl final : public Engine {
     last_index_ = s.last_index;
     rolled_back_ = abandoned_ = false;
     count_anew_ = true;
-    if (w_.f.status != nullptr) unguarded([&] { buffers_.load(ex_, s.memory); });
+    if (w_.f.status == nullptr) return;
+    ex_.set_guard(s.missing());
+    buffers_.load(ex_, s.memory + Saved::head);
+    unguarded([&] { step::loaded<E, T>(ex_, w_, s.missing(), s.last_index + 1); });
   }
 
   void forget_saved() override {
@@ -417,8 +420,10 @@ class EngineImpl final : public Engine {
   }
 
  private:
-  /// A copy of the buffers.
+  /// A copy of the buffers, behind a word that is 0 once it has been made.
   struct Saved {
+    static constexpr std::uint64_t head = 256;
+    std::uint32_t* missing() const { return reinterpret_cast<std::uint32_t*>(memory); }
     unsigned char* memory = nullptr;
     std::uint64_t bytes = 0, last_index = 0;
     std::uint32_t born = 0;

@@ -32,6 +32,8 @@ template <class E, class T>
 void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool held, double temperature,
                      double source);
 template <class E, class T>
+void loaded(E& ex, const core::Frame<T>& w, const std::uint32_t* missing, std::uint64_t step);
+template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
 template <class E, class T>
 void let_go(E& ex, const core::Frame<T>& w);
@@ -125,6 +127,7 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
 #define MELTSIM_INSTANTIATE_STEERING_OF(Exec, T)                                                             \
   template void steer<Exec, T>(Exec&, const core::Frame<T>&, const core::Steered*, std::uint32_t);           \
   template void set_off<Exec, T>(Exec&, const core::Frame<T>&, double, bool);                                \
+  template void loaded<Exec, T>(Exec&, const core::Frame<T>&, const std::uint32_t*, std::uint64_t);          \
   template void push<Exec, T>(Exec&, const core::Frame<T>&, const core::PushArguments&);                     \
   template void set_heat_region<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, bool, double, double); \
   template void respeed<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>);

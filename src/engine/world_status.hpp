@@ -12,7 +12,17 @@ inline namespace v0 {
 namespace core {
 
 /// Which check stopped the World; order = order of the stages.
-enum class Halt : std::uint32_t { no = 0, position, density, force, shape, heat, speed, interrupted };
+enum class Halt : std::uint32_t {
+  no = 0,
+  position,
+  density,
+  force,
+  shape,
+  heat,
+  speed,
+  interrupted,
+  unsaved
+};
 
 enum HeatIdle : std::uint32_t { idle_level = 1u, idle_halted = 2u };
 /// What changes phase although no heat flows.

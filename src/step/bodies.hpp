@@ -273,6 +273,25 @@ struct IntegrateBody {
   }
 };
 
+/// After a saved state came back: where there was none, the World halts.
+template <class T>
+struct LoadedBody {
+  Frame<T> w;
+  const std::uint32_t* missing;
+  std::uint64_t step;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    core::WorldStatus& s = *w.f.status;
+    if (*missing == 0u || s.halted != 0u) return;
+    s.halt_step = step;
+    s.halt_position = reinterpret_cast<std::uintptr_t>(w.f.position);
+    s.halt_velocity = reinterpret_cast<std::uintptr_t>(w.f.velocity);
+    s.halt_id = reinterpret_cast<std::uintptr_t>(w.f.id);
+    s.halt_advanced = 0u;
+    s.halted = static_cast<std::uint32_t>(core::Halt::unsaved);
+    s.heat_idle |= core::idle_halted;
+  }
+};
+
 /// Resets the values that count "since the last synchronize()".
 template <class T>
 struct ClearBody {

@@ -93,6 +93,12 @@ void clear(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, ClearBody<T>{w});
 }
 
+/// After a saved state was copied back, unless *missing; not a stage.
+template <class E, class T>
+void loaded(E& ex, const core::Frame<T>& w, const std::uint32_t* missing, std::uint64_t step) {
+  ex.for_each(1, LoadedBody<T>{w, missing, step});
+}
+
 /// Marks an interrupted sub-step, which does not count; not a stage.
 template <class E, class T>
 void give_up(E& ex, const core::Frame<T>& w) {

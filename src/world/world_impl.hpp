@@ -562,7 +562,8 @@ class WorldImpl final : public Scheduler {
   std::array<OpenReading, most_readings> readings_;  ///< the engine's slots of the same number
   /// What the host has to a state in the backend's memory.
   struct SavedState {
-    std::uint64_t layout = 0;  ///< layout_ then; 0: none
+    std::uint64_t layout = 0;    ///< layout_ then; 0: none
+    std::uint64_t restored = 0;  ///< restored_ then
     double time = 0, substep = 0, last_max_speed = 0, plan_until = 0, heat_owed = 0;
     std::uint64_t steps = 0, born = 0, noted_step = 0;
     bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false;

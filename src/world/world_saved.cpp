@@ -18,14 +18,13 @@ Status WorldImpl::check_slot(const char* call, int slot) const {
 
 Status WorldImpl::save_state(int slot) {
   if (Status s = check_slot("save_state", slot); !s) return s;
-  const auto halted = [this] {
+  if (halted_)
     return Error{ErrorCode::halted,
                  "save_state: the World halted: " + halt_reason_ + "; go back to a state saved before"};
-  };
-  if (halted_) return halted();
   if (Status s = prepare(); !s) return s;
   SavedState v;
   v.layout = layout_;
+  v.restored = restored_;
   v.time = time;
   v.substep = substep_;
   v.last_max_speed = last_max_speed_;
@@ -44,10 +43,7 @@ Status WorldImpl::save_state(int slot) {
   v.census = census_;
   SavedState& to = saved_[static_cast<std::size_t>(slot)];
   to = {};
-  const auto status = engine->save(slot);
-  if (!status) return status.error();
-  note_halt(*status, engine->fault());
-  if (halted_) return halted();
+  if (Status saved = engine->save(slot); !saved) return saved;
   to = std::move(v);
   return {};
 }
@@ -56,7 +52,8 @@ Status WorldImpl::load_state(int slot) {
   if (Status s = check_slot("load_state", slot); !s) return s;
   const SavedState& v = saved_[static_cast<std::size_t>(slot)];
   if (v.layout == 0)
-    return invalid("load_state: slot: nothing is saved under ", slot, "; call save_state() first");
+    return invalid("load_state: slot: nothing is saved under ", slot,
+                   "; call save_state() first, of a World that has not halted");
   if (dirty_ || v.layout != layout_)
     return invalid(
         "load_state: slot: what was saved under ", slot,

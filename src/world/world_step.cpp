@@ -443,6 +443,8 @@ std::string WorldImpl::halt_text(const core::WorldStatus& s) {
     default:
       break;
   }
+  if (static_cast<core::Halt>(s.halted) == core::Halt::unsaved)
+    return "load_state: nothing was saved, since the World had halted before save_state()";
   if (static_cast<core::Halt>(s.halted) == core::Halt::speed)
     return core::text("sub-step ", s.halt_step, ": particle ", s.halt_particle, body, ": speed ",
                       s.halt_value, " m/s crosses its neighbourhood in one sub-step (step.integrate)");
@@ -528,6 +530,9 @@ void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault) 
   }
   if (static_cast<core::Halt>(s.halted) == core::Halt::interrupted && fault.empty()) return;
   halted_ = true;
+  // What was saved behind the sub-step that halted is not there.
+  for (SavedState& saved : saved_)
+    if (saved.restored == restored_ && s.halt_step != 0 && saved.steps >= s.halt_step) saved = {};
   halt_step_ = s.halt_step;
   halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
 }

@@ -177,14 +177,51 @@ TEST(Saved, AWorldThatHaltedGoesBack) {
   const auto hash = *w.state_hash();
   require(w.apply_impulse(id, {27.0 * 1e5, 0, 0}));  // 1e5 m/s: across its neighbourhood in a sub-step
   require(w.step(0.01));
+  require(w.save_state(1));  // it does not wait, so that the host cannot know yet
+  EXPECT_TRUE(w.synchronize().halted);
+  EXPECT_FALSE(w.step(0.01));
   const Status late = w.save_state(1);
   ASSERT_FALSE(late);
   EXPECT_EQ(late.error().code, ErrorCode::halted);
-  EXPECT_TRUE(w.synchronize().halted);
-  EXPECT_FALSE(w.step(0.01));
   EXPECT_FALSE(w.load_state(1)) << "nothing was saved";
   require(w.load_state(0));
   EXPECT_FALSE(w.synchronize().halted);
+  require(w.step(0.01));
+  EXPECT_EQ(*w.state_hash(), hash);
+}
+
+// A host that never asks: it saves a World that has halted, goes back to an earlier state, and only then to what it saved. There is
+// nothing, and the World halts once more and says why, instead of going on from another state than the host believes.
+TEST(Saved, WhatWasNotSavedHaltsTheWorld) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.heat.model = HeatModel::none;
+  d.sound_speed = 20;
+  World w = *World::create(d);
+  SolidDesc b;
+  b.material = *w.add_material({});
+  b.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  const BodyId id = *w.add_solid(b);
+  require(w.step(0.01));
+  require(w.save_state(0));
+  require(w.step(0.01));
+  require(w.save_state(2));  // of this time, and further than what is to come
+  require(w.load_state(0));
+  require(w.apply_impulse(id, {27.0 * 1e5, 0, 0}));
+  require(w.step(0.01));
+  require(w.save_state(1));
+  require(w.load_state(0));
+  require(w.step(0.005));
+  require(w.load_state(1));
+  require(w.step(0.01));
+  const StepResult r = w.synchronize();
+  EXPECT_TRUE(r.halted);
+  EXPECT_NE(r.halt_reason.find("nothing was saved"), std::string::npos) << r.halt_reason;
+  require(w.load_state(2));
+  EXPECT_FALSE(w.synchronize().halted);
+  const auto hash = *w.state_hash();
+  require(w.load_state(0));
   require(w.step(0.01));
   EXPECT_EQ(*w.state_hash(), hash);
 }
