@@ -185,6 +185,34 @@ def test_a_kinematic_body_moves_as_told():
         world.set_motion("block", velocity=(1, 0, 0))
 
 
+def test_a_mesh_moves_as_told():
+    world = World(0.1, domain=((0, 0, 0), (1, 1, 1)), backend="cpu", threads=1, heat_model="none", gravity=(0, 0, 0))
+    world.add_material("steel", density=7800)
+    corners = np.array([(x, y, z) for z in (0.3, 0.6) for y in (0.3, 0.6) for x in (0.3, 0.6)])
+    faces = [(0, 2, 1), (1, 2, 3), (4, 5, 6), (5, 7, 6), (0, 1, 4), (1, 5, 4), (2, 6, 3), (3, 6, 7), (0, 4, 2), (2, 4, 6), (1, 3, 5), (3, 7, 5)]
+    cube = world.add_solid(Shape.mesh(corners, faces), "steel", motion="kinematic", max_speed=1)
+    rest = world.particles().position.copy()
+    shear = lambda x: x + np.outer(x[:, 1], (0.5, 0, 0))
+    world.update_mesh(cube, shear(corners), np.tile((0, 0.1, 0), (8, 1)))
+    world.step(0.5)
+    # An affine map of the mesh is that of what is inside, to rounding of single precision.
+    assert np.allclose(world.particles().position, shear(rest), atol=1e-6)
+    world.step(0.1)
+    assert np.allclose(world.particles().position, shear(rest) + (0, 0.01, 0), atol=1e-6)
+    world.update_mesh("body0", corners.astype(np.float32).tolist())  # what NumPy takes, and no velocities
+    with pytest.raises(meltsim.Error, match="8 vertices, got 7"):
+        world.update_mesh(cube, corners[:7])
+    with pytest.raises(meltsim.Error, match="velocities"):
+        world.update_mesh(cube, corners, corners[:7])
+    with pytest.raises(meltsim.Error, match="vertices"):
+        world.update_mesh(cube, np.where(np.arange(8)[:, None] == 3, math.nan, corners))
+    with pytest.raises(meltsim.Error, match=r"shape \(n, 3\)"):
+        world.update_mesh(cube, corners.ravel())
+    box = world.add_solid(Shape.box((0.7, 0.7, 0.7), (0.9, 0.9, 0.9)), "steel", motion="kinematic")
+    with pytest.raises(meltsim.Error, match="one mesh"):
+        world.update_mesh(box, corners)
+
+
 def test_a_proxy_answers_its_host():
     world = World(spacing=0.1, backend="cpu", threads=1)
     world.add_material("wood", density=500)

@@ -371,6 +371,24 @@ assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 0 and 
 how.color, how.coldest, how.hottest = 2, 5, 5
 assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 1 and "hottest" in text()
 assert lib.meltsim_world_stop_events(box) == 0 and lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 1
+# A kinematic body of a mesh that the host moves: a cube of 0.3 m, stretched by 1.5 along x from its face at 0.3 m on.
+corners = [(x, y, z) for z in (0.6, 0.9) for y in (0.6, 0.9) for x in (0.3, 0.6)]
+faces = [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]
+flat = lambda points: (c.c_double * 24)(*[x for p in points for x in p])
+assert lib.meltsim_shape_mesh(flat(corners), 8, (c.c_uint32 * 36)(*faces), 12, c.byref(shape)) == 0, text()
+cube, made_solid = Id(), made(SolidDesc, lib.meltsim_solid_desc_init_sized)
+made_solid.shape, made_solid.material, made_solid.motion = shape, ident, 2
+assert lib.meltsim_world_add_solid(box, c.byref(made_solid), c.byref(cube)) == 0, text()
+lib.meltsim_shape_destroy(shape)
+stretched = flat([(0.3 + 1.5 * (x - 0.3), y, z) for x, y, z in corners])
+assert lib.meltsim_world_update_mesh(box, cube, stretched, None, 7) == 1 and "the mesh has 8 vertices, got 7" in text(), text()
+assert lib.meltsim_world_update_mesh(box, cube, None, None, 8) == 1 and "vertices" in text(), text()
+assert lib.meltsim_world_update_mesh(box, cube, stretched, flat([(0, 0, 0)] * 8), 8) == 0, text()
+assert step(box, 0.1) == 0, text()
+seen = (RayHit * 1)()
+assert lib.meltsim_world_cast_rays(box, (Ray * 1)(Ray(Vec(0.98, 0.75, 0.75), Vec(-1, 0, 0), math.inf)), 1, 2, seen, c.sizeof(RayHit)) == 0, text()
+assert seen[0].body.index == cube.index and abs(seen[0].point[0] - 0.75) < 0.06, seen[0].point[0]
+assert lib.meltsim_world_remove(box, cube) == 0 and step(box, 0.02) == 0, text()
 lib.meltsim_world_destroy(box)
 
 # Mistakes: a status, a text, nothing changed.

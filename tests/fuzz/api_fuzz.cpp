@@ -335,6 +335,45 @@ class Sequence {
     if (n) moves(length(f.velocity));
   }
 
+  /// A body that the host moves, of the mesh of a box; returns its corners.
+  std::vector<Vec3d> make_deformable(SolidDesc& s) {
+    const Vec3d c = place();
+    const double r = dx_ * random_.uniform(1.2, 3.2);
+    TriangleMesh mesh;
+    for (int k = 0; k < 8; ++k)
+      mesh.vertices.push_back(c + Vec3d{k & 1 ? r : -r, k & 2 ? r : -r, k & 4 ? r : -r});
+    mesh.indices = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                    2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    std::vector<Vec3d> corners = mesh.vertices;
+    s.shape = Shape::mesh(std::move(mesh));
+    s.fixed = false;
+    s.motion = Motion::kinematic;
+    s.velocity = s.angular_velocity = {};
+    return corners;
+  }
+  /// Moves the corners of such a body by less than a spacing, at times too far.
+  void deform() {
+    if (meshes_.empty()) return;
+    auto& [id, corners] = meshes_[random_.below(static_cast<std::uint32_t>(meshes_.size()))];
+    std::vector<Vec3d> to = corners, velocities;
+    for (Vec3d& x : to) x = or_extreme(x + random_.vector(0.3 * dx_), 0.01);
+    if (wild_ && chance(0.3))
+      for (std::size_t k = 0; k < to.size(); ++k)
+        velocities.push_back(or_extreme(random_.vector(0.2 * dx_), 0.01));
+    if (wild_ && chance(0.1)) to.pop_back();
+    note("update_mesh ", id.index);
+    refusable_ = true;  // growth, beyond a wall, too fast
+    const double stable = world_->stable_dt();
+    if (guarded_call("update_mesh", [&] { return world_->update_mesh(id, to, velocities); })) {
+      if (guarded_call("step", [&] { return world_->step(finite(stable) && stable > 0 ? stable : 1e-3); }))
+        corners = to;
+      else  // it would be refused for ever
+        (void)guarded_call("update_mesh", [&] { return world_->update_mesh(id, corners); });
+    }
+    refusable_ = false;
+    synchronize();
+  }
+
   void add_solid() {
     if (solids_.empty()) return add_material();
     SolidDesc s;
@@ -349,6 +388,10 @@ class Sequence {
     else if (chance(0.2)) {
       s.motion = Motion::proxy;
       s.mass = or_extreme(random_.uniform(0.1, 5) * 1000 * 27 * dx_ * dx_ * dx_);
+    }
+    std::vector<Vec3d> corners;
+    if (chance(0.1)) {
+      corners = make_deformable(s);
     }
     if (chance(0.2)) s.surface = surface_heat();
     if (chance(0.1)) s.heat_source = or_extreme(random_.uniform(-1e5, 1e6));
@@ -367,6 +410,7 @@ class Sequence {
     refusable_ = false;
     if (!id) return;
     bodies_.push_back(*id);
+    if (!corners.empty()) meshes_.emplace_back(*id, std::move(corners));
     if (world_->steps() == 0) masses_.clear();  // ids close up where the body displaced liquid
     moves(length(s.velocity) + 4 * dx_ * length(s.angular_velocity));
   }
@@ -740,7 +784,8 @@ class Sequence {
     else if (what < 0.88) read_other();
     else if (what < 0.91) snapshot_and_restore();
     else if (what < 0.935) save_and_go_back();
-    else if (what < 0.945) feel();
+    else if (what < 0.94) feel();
+    else if (what < 0.95) deform();
     else if (what < 0.96) look_about();
     else if (what < 0.98) schedule();
     else {
@@ -766,6 +811,7 @@ class Sequence {
   Vec3d size_, low_;
   std::vector<MaterialId> materials_, liquids_, solids_, species_;
   std::vector<BodyId> bodies_;
+  std::vector<std::pair<BodyId, std::vector<Vec3d>>> meshes_;  ///< bodies that deform, and their corners
   std::map<std::uint32_t, double> masses_;
   std::vector<ReadTicket> tickets_;
   bool halted_ = false, emits_ = false, refusable_ = false;
