@@ -80,7 +80,7 @@ struct HeatDesc {
   /// Heat runs this many times faster than motion (time lapse), >= 0; 0 stops heat.
   double time_scale = 1;
   /// Most sub-steps of motion that share one step of heat (and of melting and freezing), 1..1000; within a step() only, at whose
-  /// end no heat is owed. 0: up to physics::most_shared_substeps, as far as one stage is enough and half of its reach is kept.
+  /// end no heat is owed. 0: up to physics::most_shared_substeps, as far as two stages are enough for them.
   /// Each sub-step has its own while a probe of heat is there.
   int interval = 0;
   int max_stages = 64;  ///< Runge-Kutta-Legendre stages per super-step of heat, 2..1024

@@ -8,7 +8,12 @@
 namespace meltsim_test {
 namespace {
 
-Scene pool() { return ice_in_water(describe(), {}); }
+/// Heat in every sub-step, so that a step of n sub-steps is n steps.
+Scene pool() {
+  WorldDesc d = describe();
+  d.heat.interval = 1;
+  return ice_in_water(d, {});
+}
 
 /// Interrupts from within a step, at its n-th sub-step: on CUDA stages of the host's run while it enqueues, too.
 struct Interrupter {

@@ -112,7 +112,7 @@ TEST(HeatInterval, ADecayIsRightWithAndWithoutSharing) {
   EXPECT_NEAR(amplitude(8), 1, 0.01);
 }
 
-// One stage at half of its reach: water at 0.1 m conducts so slowly that four sub-steps share heat; 1e6 times as fast it does not.
+// Two stages are enough: water at 0.1 m conducts so slowly that four sub-steps share heat; 1e6 times as fast it does not.
 TEST(HeatInterval, IsChosenFromWhatASubStepConducts) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = tank_desc(0);

@@ -77,9 +77,9 @@ inline double stage_reach(int s) {
 /// Sub-steps of motion that may share a step of heat. While particles move at c/10, four sub-steps at a Courant number of 0.4
 /// take them by 0.16 H, less than half a spacing at H = 2.5 dx.
 inline constexpr int most_shared_substeps = 4;
-/// How many may, if each has tau lambda: one stage is enough for them, at half of its reach.
+/// How many do, if each has tau lambda: two stages are enough for them.
 inline int shared_substeps(double tau_lambda) {
-  const double most = 0.5 * stage_reach(1) / tau_lambda;  // infinite where nothing conducts
+  const double most = stage_reach(2) / tau_lambda;  // infinite where nothing conducts
   return most >= most_shared_substeps ? most_shared_substeps : most >= 2 ? static_cast<int>(most) : 1;
 }
 
