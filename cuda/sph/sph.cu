@@ -14,6 +14,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, strain)
 MELTSIM_INSTANTIATE(core::CudaExec, forces)
 MELTSIM_INSTANTIATE(core::CudaExec, wetted)
 MELTSIM_INSTANTIATE(core::CudaExec, reaction)
+MELTSIM_INSTANTIATE(core::CudaExec, tension)
 MELTSIM_INSTANTIATE(core::CudaExec, cohere)
 MELTSIM_INSTANTIATE(core::CudaExec, shift)
 

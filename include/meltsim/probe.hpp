@@ -21,7 +21,7 @@ enum class ProbeKind {
   /// meets no liquid; the upper end of the line if liquid reaches it. The line ends at the faces of a bounded domain,
   /// otherwise 512 spacings above and below the point. Single particles and spray do not count.
   level,
-  /// Force on a body or a wall: separately that of the liquid (pressure and viscous friction, images in walls included)
+  /// Force on a body or a wall: separately that of the liquid (pressure, viscous friction, tension; images in walls included)
   /// and that of the bodies and walls in contact. Gravity and forces between parts of one body do not count. 0 once the
   /// body has melted.
   force,

@@ -139,7 +139,7 @@ struct BodyForces {
   BodyId body;         ///< the body
   double seconds = 0;  ///< that they cover [s]; divide by it for a mean force
   Impulse total;       ///< pressure, viscosity and contact
-  Impulse pressure;    ///< of liquid, images in walls included
+  Impulse pressure;    ///< of liquid, images in walls and surface tension included
   /// Of liquid. Of bodies that can move it is the rest of the total. Of fixed and kinematic ones it is that of the velocities at
   /// the beginning of sub-steps, also where viscosity is implicit.
   Impulse viscosity;

@@ -272,7 +272,7 @@ struct Constants {
   T artificial_viscosity{};
   T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
   T wall_friction{};
-  T wall_wetting{};  ///< share of a liquid's strength with which its images in walls attract it
+  T wall_wetting{};  ///< cosine of the contact angle of walls
   T volume_rate{};   ///< 1 / relaxation time of a melted particle's volume [1/s]
   physics::WallExchange<T> wall_exchange;
   physics::ConductionShare<T> conduction_share;

@@ -122,7 +122,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
   k.lowest_phi = c.tension ? T(0) : T(1);
   k.wall_friction = static_cast<T>(c.domain.friction);
-  k.wall_wetting = static_cast<T>(2 * physics::wetting_share(c.domain.contact_angle));
+  k.wall_wetting = static_cast<T>(physics::wetting_cosine(c.domain.contact_angle));
   k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
   k.no_slip = c.domain.no_slip ? 1u : 0u;
   k.courant = static_cast<T>(c.courant);

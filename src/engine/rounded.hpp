@@ -68,6 +68,7 @@ MaterialRow<T> round_row(const MaterialRow<double>& m) {
   r.modulus_rate = static_cast<T>(m.modulus_rate);
   r.shape_damping = static_cast<T>(m.shape_damping);
   r.friction = static_cast<T>(m.friction);
+  r.tension = static_cast<T>(m.tension);
   r.cohesion = static_cast<T>(m.cohesion);
   r.wetting = static_cast<T>(m.wetting);
   r.liquid = m.liquid;

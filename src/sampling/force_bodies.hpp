@@ -56,13 +56,14 @@ struct ForcesBody {
   MELTSIM_HD std::uint32_t operator()(std::uint64_t i, Sum& s) const {
     const std::uint32_t tag = w.f.tag[i], body = watched_body(w, tag);
     if (body == core::none) return body;
-    const Vec3<T> pressure = spatial::sum_part<Periodic>(w, core::PressureOnSolid<T>{{w}}, i, 0u, 1u).force;
+    Vec3<T> pressure = spatial::sum_part<Periodic>(w, core::PressureOnSolid<T>{{w}}, i, 0u, 1u).force;
+    if (w.f.surface_along != nullptr) pressure += core::tension_on_solid<Periodic>(w, i, tag);
     const Vec3<T> contact = contact_force_on<Periodic>(w, i, tag);
     const T mass = w.f.mass[i];
     Vec3<T> all;
     if ((tag & tag_fixed) == 0u && w.f.acceleration != nullptr)
       all = (w.f.acceleration[i] - w.f.clock->gravity) * mass;
-    else all = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force + contact;
+    else all = liquid_force_on<Periodic>(w, i, tag) + contact;
     if (!finite(all) || !finite(pressure)) return core::none;  // step.integrate reports it
     const Vec3<double> arm =
         cast<double>(spatial::separation(w.grid, xyz(w.f.position[i]), cast<T>(reference_of(w, body))));

@@ -5,6 +5,7 @@
 
 #include "engine/heat_operand.hpp"
 #include "engine/pair_forces.hpp"
+#include "engine/tension_forces.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "sampling/bodies.hpp"
@@ -40,7 +41,15 @@ MELTSIM_HD Vec3<T> on_face(const Frame<T>& w, Vec3<T> x, int face) {
   return x + physics::wall_normal<T>(face) * physics::wall_overlap(w.c.walls, T(0), x, face);
 }
 
-/// The liquid's force on a body: sph.reaction, of bodies that are held, too.
+/// The liquid's force on solid particle i: sph.reaction, and surface tension where a liquid has it.
+template <bool Periodic, class T>
+MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
+  Vec3<T> force = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force;
+  if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i, tag);
+  return force;
+}
+
+/// The liquid's force on a body, also on one that is held.
 template <class T, bool Periodic>
 struct LiquidOnBodyBody {
   Frame<T> w;
@@ -51,7 +60,7 @@ struct LiquidOnBodyBody {
     const std::uint32_t tag = w.f.tag[i];
     if (!counts(w, r, tag) || !belongs(r, tag)) return s;
     s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, xyz(w.f.position[i])),
-          cast<double>(spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force));
+          cast<double>(liquid_force_on<Periodic>(w, i, tag)));
     return s;
   }
 };
@@ -119,6 +128,8 @@ struct LiquidOnWallBody {
     // Of two opposite walls within reach the nearer one has the images.
     if (((walls.axes >> (r.face / 2)) & 1u) != 0u && dot(walls.from, n) > T(0)) {
       force += n * dot(n, images(i, tag, walls));
+      if (liquid && w.f.surface_along != nullptr)
+        force += n * dot(n, core::tension_of_walls<Periodic>(w, i, tag));
       if (liquid)
         force +=
             n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, w.f.clock->gravity)) * w.f.mass[i];

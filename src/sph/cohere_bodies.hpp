@@ -1,46 +1,70 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernel of surface tension: one gather; formulas in meltsim/physics/surface_tension.hpp.
+// Kernels of surface tension: one gather for the stress of a surface, one for its forces; formulas in
+// meltsim/physics/surface_tension.hpp.
 #pragma once
 
-#include "meltsim/physics/surface_tension.hpp"
+#include "engine/tension_forces.hpp"
 #include "sph/bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-/// Attraction between liquids, and between liquid and solids, on all that can move; walls attract by images.
+/// Surface stress of every particle of liquid with tension, 0 of all others.
+template <class T, bool Periodic>
+struct SurfaceStressBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    physics::SurfaceStress<T> stress;
+    Vec3<T> wall{};
+    const std::uint32_t tag = w.f.tag[i];
+    const T tension = is_fluid(tag) ? w.f.materials[material_of(tag)].tension : T(0);
+    if (tension > T(0)) {
+      const physics::SurfaceSums<T> sums = sums_of(i, tag, tension);
+      stress = physics::surface_stress(w.c.kernel, tension, sums);
+      wall = physics::wall_direction(sums);
+    }
+    w.f.surface_along[i] = stress.along;
+    w.f.surface_shear[i] = stress.shear;
+    w.f.surface_wall[i] = wall;
+  }
+  MELTSIM_HD physics::SurfaceSums<T> sums_of(std::uint64_t i, std::uint32_t tag, T tension) const {
+    physics::SurfaceSums<T> sums;
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+    spatial::sweep_part<Periodic>(
+        w, i, 0u, 1u, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+          const T shape = physics::kernel_gradient_shape(w.c.kernel, std::sqrt(r2));
+          const std::uint32_t other = w.f.tag[j];
+          T cosine = w.c.wall_wetting;
+          if (is_fluid(other)) {
+            T share = 1;
+            if (material_of(other) != material_of(tag))
+              share = physics::liquid_share(tension, w.f.materials[material_of(other)].tension);
+            sums.add(xj.w, share, shape, x_ij);
+          } else if (is_solid(other)) {
+            cosine = w.f.materials[material_of(other)].wetting;
+            sums.add_solid(xj.w, cosine, shape, x_ij * shape, x_ij * shape);
+          } else {
+            return;
+          }
+          if (walls.axes == 0u) return;
+          const auto images = core::gradient_images(w, walls, x_ij, r2);
+          sums.add_solid(xj.w, cosine, images.shape, images.x, images.normal);
+        });
+    return sums;
+  }
+};
+
+/// Forces of the surface stress and of cohesion, on liquid and on bodies that can move.
 template <class T, bool Periodic>
 struct CohereBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
-    const bool liquid = is_fluid(tag);
-    if (!liquid && (!is_solid(tag) || is_held(tag))) return;
-    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
-    if (liquid && !(m.cohesion > T(0))) return;
-    const Vec4<T> x = w.f.position[i];
-    const auto walls = physics::wall_view(w.c.walls, xyz(x));
     Vec3<T> force{};
-    spatial::sweep_part<Periodic>(
-        w, i, 0u, 1u, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-          const std::uint32_t other = w.f.tag[j];
-          const MaterialRow<T>& o = w.f.materials[material_of(other)];
-          T strength = 0;
-          if (is_fluid(other))
-            strength = liquid ? physics::cohesion_of(m.cohesion, o.cohesion)
-                              : physics::adhesion_of(o.cohesion, m.wetting);
-          else if (liquid && is_solid(other)) strength = physics::adhesion_of(m.cohesion, o.wetting);
-          if (!(strength > T(0))) return;
-          const T factor = physics::cohesion_factor(x.w, xj.w, strength);
-          force += x_ij * (factor * physics::cohesion_shape(w.c.kernel, std::sqrt(r2)));
-          if (walls.axes == 0u) return;
-          const auto sums = physics::image_sums(walls, w.c.kernel.support2, x_ij, r2, [&](T square) {
-            return physics::cohesion_shape(w.c.kernel, std::sqrt(square));
-          });
-          const auto images = physics::image_force(walls, x_ij, sums, factor * w.c.wall_wetting);
-          force += x_ij * images.along + images.normal;
-        });
+    if (is_fluid(tag)) force = core::tension_on_liquid<Periodic>(w, i, tag);
+    else if (is_solid(tag) && !is_held(tag)) force = core::tension_on_solid<Periodic>(w, i, tag);
+    else return;
     w.f.acceleration[i] += force * (T(1) / w.f.mass[i]);
   }
 };

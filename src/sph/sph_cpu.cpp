@@ -12,6 +12,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, strain)
 MELTSIM_INSTANTIATE(core::CpuExec, wetted)
+MELTSIM_INSTANTIATE(core::CpuExec, tension)
 MELTSIM_INSTANTIATE(core::CpuExec, cohere)
 MELTSIM_INSTANTIATE(core::CpuExec, shift)
 

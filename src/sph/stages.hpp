@@ -102,6 +102,12 @@ void diffuse(E& ex, const core::Frame<T>& frame) {
 }
 
 template <class E, class T>
+void tension(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(
+      w, [&](auto periodic) { ex.for_each(w.particles, SurfaceStressBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
 void cohere(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, CohereBody<T, periodic()>{w}); });
 }

@@ -142,8 +142,9 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
     r.shape_damping = own.damping;
     r.friction = own.friction;
-    r.cohesion = std::sqrt(physics::cohesion_strength(own.surface_tension, core::support_of(desc)));
-    r.wetting = physics::wetting_share(own.contact_angle);
+    r.tension = own.surface_tension;
+    r.cohesion = physics::cohesion_strength(own.surface_tension, core::support_of(desc));
+    r.wetting = physics::wetting_cosine(own.contact_angle);
     rows.push_back(r);
   }
   return rows;

@@ -124,7 +124,7 @@ void WorldImpl::derive_sound_speed() {
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (materials[i].surface_tension > 0)
       c = std::max(
-          c, physics::cohesion_sound_speed(materials[i].surface_tension, least_density(i), desc.spacing));
+          c, physics::tension_sound_speed(materials[i].surface_tension, least_density(i), desc.spacing));
   if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
 }
@@ -136,7 +136,7 @@ Status WorldImpl::check_sound_speed() const {
   for (std::size_t i = 0; desc.sound_speed > 0 && i < materials.size(); ++i) {
     const MaterialDesc& m = materials[i];
     if (liquid_used_[i] == 0u || !(m.surface_tension > 0)) continue;
-    const double least = physics::cohesion_sound_speed(m.surface_tension, least_density(i), desc.spacing);
+    const double least = physics::tension_sound_speed(m.surface_tension, least_density(i), desc.spacing);
     if (desc.sound_speed < least)
       return core::invalid("sound_speed: ", desc.sound_speed, " m/s is too low for the surface_tension of \"",
                            m.name, "\", ", m.surface_tension, " N/m, at a spacing of ", desc.spacing,

@@ -176,7 +176,7 @@ def check_channels(root):
     for module, stage, sets in rows:
         known = {}
         for path in sorted({*(root / "src" / module).glob("*.hpp"), root / "src/spatial/neighbours.hpp",
-                            root / "src/engine/pair_forces.hpp"}):
+                            root / "src/engine/pair_forces.hpp", root / "src/engine/tension_forces.hpp"}):
             if path.is_file():
                 for name, text in definitions(strip_comments(path.read_text())).items():
                     known[name] = known.get(name, "") + text

@@ -94,13 +94,14 @@ TEST(Tension, CubeBecomesBallAndKeepsItsMomentum) {
   require(w.step(6 * time_of(7.4 * dx)));
   // Sums of 1728 particles over some 1500 sub-steps, each rounded to 1e-16.
   EXPECT_LT(length(momentum_of(w).linear - before.linear), 1e-12 * before.speeds);
-  // A lattice in a ball leaves terraces of half a spacing.
-  EXPECT_LT(widths_of(w).most - widths_of(w).least, 0.9 * dx);
+  // The outermost of 60 directions' particles are up to 0.4 spacings apart in a ball that is even to 0.1.
+  EXPECT_LT(widths_of(w).most - widths_of(w).least, 0.6 * dx);
   EXPECT_EQ(w.synchronize().removed, 0u);
 }
 
-// Without viscosity every force is along the line between two particles.
-TEST(Tension, WithoutViscosityAngularMomentumIsKept) {
+// The stress's forces are not along the line between two particles, so that angular momentum is kept by the method's order alone: a
+// thousandth of what moves in it was seen, and ten times that is allowed.
+TEST(Tension, WithoutViscosityAngularMomentumIsNearlyKept) {
   MELTSIM_NEEDS_BACKEND();
   World w = create(space());
   FluidDesc f;
@@ -116,7 +117,7 @@ TEST(Tension, WithoutViscosityAngularMomentumIsKept) {
   require(w.step(0.03));
   const Momentum after = momentum_of(w);
   EXPECT_LT(length(after.linear - before.linear), 1e-12 * before.speeds);
-  EXPECT_LT(length(after.angular - before.angular), 1e-11 * before.moments);
+  EXPECT_LT(length(after.angular - before.angular), 1e-2 * before.moments);
   EXPECT_GT(after.speeds, 1.001 * length(after.linear));  // it moves within itself, too
 }
 
@@ -160,10 +161,11 @@ TEST(Tension, DropsMergeAndBodiesFeelTheirLiquid) {
   require(w.prepare());
   require(w.step(3 * time_of(5 * dx)));
   const ParticleData p = *w.particles();
-  double low = 1e9, high = -1e9, pulled = 0;
+  double low = 1e9, high = -1e9, place = 0, mass = 0;
   for (std::size_t i = 0; i < p.id.size(); ++i) {
     if (!is_fluid(p.tag[i])) {
-      pulled += p.velocity[i].x * p.mass[i];
+      place += p.position[i].x * p.mass[i];
+      mass += p.mass[i];
       continue;
     }
     low = std::min(low, p.position[i].x);
@@ -172,7 +174,7 @@ TEST(Tension, DropsMergeAndBodiesFeelTheirLiquid) {
   const Momentum after = momentum_of(w);
   // Rigid bodies sum in fixed point; 1e-6 is the target that physics sets.
   EXPECT_LT(length(after.linear), 1e-6 * after.speeds);
-  EXPECT_LT(pulled, 0);              // towards the liquid that wets it
+  EXPECT_LT(place / mass, 10 * dx);  // from 10.5: towards the liquid that wets it
   EXPECT_LT(high - low, 16.5 * dx);  // apart they span 16.5 spacings
 }
 
@@ -217,11 +219,8 @@ double angle_on_wall(double angle) {
 
 TEST(Tension, DropsOnWallsHaveTheirAngle) {
   MELTSIM_NEEDS_BACKEND();
-  // A neutral wall is a plane of symmetry. Walls of 60 and 120 degrees gave 68 and 120: what is left of an angle of 60 is
-  // in docs/limits.md.
-  EXPECT_NEAR(angle_on_wall(90), 90, 6);
-  EXPECT_NEAR(angle_on_wall(60), 60, 12);
-  EXPECT_NEAR(angle_on_wall(120), 120, 8);
+  // 6 degrees is the target. Half a spacing in the height of the centre would be 13.
+  for (const double angle : {60.0, 90.0, 120.0}) EXPECT_NEAR(angle_on_wall(angle), angle, 6);
 }
 
 double angle_on_body(double angle) {
@@ -253,16 +252,11 @@ double angle_on_body(double angle) {
 
 TEST(Tension, DropsOnBodiesHaveTheirAngle) {
   MELTSIM_NEEDS_BACKEND();
-  // 64 and 125 degrees were seen on a CPU, 128 on a GPU. The face of a lattice is even to a spacing: half of one in the height of the
-  // drop's centre, which is 3.4 spacings at 120 degrees and 2.3 at 90, is 13 degrees. 6 were aimed at.
-  EXPECT_NEAR(angle_on_body(60), 60, 12);
-  EXPECT_NEAR(angle_on_body(120), 120, 12);
+  for (const double angle : {60.0, 90.0, 120.0}) EXPECT_NEAR(angle_on_body(angle), angle, 6);
 }
 
-// A column that spreads to a puddle. Bashforth and Adams' equation for a sessile drop of 2688 mm^3, 0.2 N/m and 90 degrees has its
-// centre of mass at 2.52 mm; 2.56 was seen, and 1.96 with half of the strength.
-TEST(Tension, PuddleIsAsHighAsTheory) {
-  MELTSIM_NEEDS_BACKEND();
+/// Height of the centre of mass of a puddle on a neutral wall, from a cylinder of this radius and height [spacings].
+double puddle(double radius, double height, std::uint64_t particles) {
   WorldDesc d = space();
   d.precision = Precision::single_precision;
   d.gravity = {0, -9.81, 0};
@@ -270,25 +264,227 @@ TEST(Tension, PuddleIsAsHighAsTheory) {
   d.domain.max = {48 * dx, 20 * dx, 48 * dx};
   d.domain.no_slip = false;
   World w = create(d);
-  MaterialDesc m = water(0.5);  // it must not swing beyond its rest: particles would keep it there
+  MaterialDesc m = water(0.5);  // so that it comes to rest soon
   m.surface_tension = 0.2;      // 4.5 spacings to a capillary length
   FluidDesc f;
   f.material = *w.add_material(m);
-  f.shape = Shape::cylinder({24 * dx, 0, 24 * dx}, {24 * dx, 6 * dx, 24 * dx}, 12 * dx);
+  f.shape = Shape::cylinder({24 * dx, 0, 24 * dx}, {24 * dx, height * dx, 24 * dx}, radius * dx);
   require(w.add_fluid(f));
   require(w.prepare());
-  ASSERT_EQ(w.synchronize().fluid, 2688u);
-  require(w.step(0.3));
+  EXPECT_EQ(w.synchronize().fluid, particles);
+  require(w.step(0.35));
   const ParticleData p = *w.particles();
   double centre = 0;
   for (const Vec3d& x : p.position) centre += x.y / double(p.position.size());
-  EXPECT_NEAR(centre / (2.52 * dx), 1, 0.1);
+  return centre / dx;
+}
+
+// Bashforth and Adams' equation for a sessile drop of 2688 and 2736 mm^3, 0.2 N/m and 90 degrees has its centre of mass at 2.52 mm. 10 % is
+// the target; a puddle that does not yield stays as it starts, at 3 and 1.5 mm.
+TEST(Tension, PuddlesSpreadAndDrawTogetherToTheSameHeight) {
+  MELTSIM_NEEDS_BACKEND();
+  const double spread = puddle(12, 6, 2688), drawn = puddle(17, 3, 2736);
+  EXPECT_NEAR(spread / 2.52, 1, 0.1);
+  EXPECT_NEAR(drawn / 2.52, 1, 0.1);
+  EXPECT_NEAR(drawn / spread, 1, 0.05);
+}
+
+/// Mean pressure within 0.6 of a drop's radius, at rest [Pa].
+double pressure_in(double radius, double& rest_radius) {
+  WorldDesc d = space();
+  d.precision = Precision::single_precision;
+  World w = create(d);
+  FluidDesc f;
+  f.material = *w.add_material(water(0.05));
+  f.shape = Shape::sphere({0, 0, 0}, radius * dx);
+  require(w.add_fluid(f));
+  require(w.prepare());
+  require(w.step(2 * time_of(radius * dx)));
+  const ParticleData p = *w.particles();
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (length(p.position[i]) < 0.6 * radius * dx) sum += p.pressure[i], ++count;
+  rest_radius = std::cbrt(3 * double(p.id.size()) / (4 * pi)) * dx;
+  return sum / count;
+}
+
+// Readings of pressure contain about 0.06 sigma/dx of cohesion, the same in every drop: so two drops, whose difference is Laplace's. 10 % is the
+// target; their pressures are 0.46 and 0.20 sigma/dx, of which noise is 0.01.
+TEST(Tension, PressuresInDropsDifferByLaplacesLaw) {
+  MELTSIM_NEEDS_BACKEND();
+  double small = 0, large = 0;
+  const double of_small = pressure_in(5, small), of_large = pressure_in(10, large);
+  EXPECT_NEAR((of_small - of_large) / (2 * sigma / small - 2 * sigma / large), 1, 0.15);
+  EXPECT_NEAR(of_large / (2 * sigma / large), 1.3, 0.15);
+}
+
+// A drop stretched to a capsule swings through its round shape at half periods of Rayleigh's mode 2. The target is 10 %; the first swing, whose
+// stretch is no small one, and the noise of the third moment are left out.
+TEST(Tension, DropsSwingAtRayleighsPeriod) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = space();
+  d.precision = Precision::single_precision;
+  World w = create(d);
+  FluidDesc f;
+  f.material = *w.add_material(water(0.013));  // Ohnesorge's number is 0.02 then
+  f.shape = Shape::capsule({0, 0, -2.8 * dx}, {0, 0, 2.8 * dx}, 7 * dx);
+  require(w.add_fluid(f));
+  require(w.prepare());
+  const double count = double(w.synchronize().fluid), radius = std::cbrt(3 * count / (4 * pi)) * dx;
+  const double period = 2 * pi * time_of(radius) / std::sqrt(8.0);
+  std::vector<double> crossings;
+  double last = 0;
+  for (int n = 1; n <= 70; ++n) {
+    require(w.step(period / 40));
+    const ParticleData p = *w.particles();
+    double stretch = 0;
+    Vec3d centre;
+    for (const Vec3d& x : p.position) centre += x * (1 / count);
+    for (const Vec3d& x : p.position) {
+      const Vec3d r = x - centre;
+      stretch += r.z * r.z - 0.5 * (r.x * r.x + r.y * r.y);
+    }
+    if (last * stretch < 0) crossings.push_back((n - stretch / (stretch - last)) / 40);
+    last = stretch;
+  }
+  ASSERT_GE(crossings.size(), 3u);
+  EXPECT_NEAR(crossings[2] - crossings[0], 1, 0.12);
+}
+
+// What a held body feels is what the drop that runs onto it loses, sub-step by sub-step, and a probe reads the same.
+TEST(Tension, WatchedBodiesAndProbesFeelIt) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = create(space());
+  FluidDesc f;
+  f.material = *w.add_material(water());
+  f.shape = Shape::sphere({0, 3.5 * dx, 0}, 4 * dx);
+  require(w.add_fluid(f));
+  MaterialDesc solid;
+  solid.name = "solid";
+  solid.contact_angle = 40;
+  SolidDesc b;
+  b.material = *w.add_material(solid);
+  b.shape =
+      Shape::box({-6 * dx, -3 * dx, -4 * dx}, {3 * dx, 0, 5 * dx});  // off centre: it pulls sideways, too
+  b.motion = Motion::fixed;
+  const BodyId body = *w.add_solid(b);
+  require(w.prepare());
+  require(w.watch_forces(body));
+  ProbeDesc probe;
+  probe.kind = ProbeKind::force;
+  probe.body = body;
+  probe.fields = {"force"};
+  require(w.add_probe(probe));
+  const Momentum before = momentum_of(w);
+  require(w.step(0.004));
+  const Vec3d lost = before.linear - momentum_of(w).linear;
+  const auto forces = *w.take_forces();
+  ASSERT_EQ(forces.size(), 1u);
+  ASSERT_GT(length(lost), 1e-7);
+  // Impulses are summed in fixed point.
+  EXPECT_LT(length(forces[0].total.linear - lost), 1e-6 * length(lost));
+  EXPECT_LT(length(forces[0].total.linear - forces[0].pressure.linear - forces[0].viscosity.linear),
+            1e-6 * length(lost));
+  const auto series = *w.take_samples();
+  ASSERT_EQ(series.size(), 1u);
+  Vec3d sum;
+  for (std::size_t k = 0; k < series[0].time.size(); ++k)
+    sum += Vec3d{series[0].values[3 * k], series[0].values[3 * k + 1], series[0].values[3 * k + 2]};
+  const double dt = 0.004 / double(series[0].time.size());
+  EXPECT_LT(length(sum * dt - lost), 1e-6 * length(lost));
+}
+
+// A drop of one liquid in a bath of another that is lighter, all of it without walls: momentum is kept, and the drop rounds itself by the
+// difference of the tensions (Antonow), which the bath's own would not do.
+TEST(Tension, LiquidsThatMeetKeepTheirMomentumAndADropItsShape) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = create(space());
+  MaterialDesc oil = water(0.05);
+  oil.name = "oil";
+  oil.density = 700;
+  oil.surface_tension = 0.02;
+  FluidDesc f;
+  f.material = *w.add_material(water(0.05));
+  f.shape = Shape::box({-4 * dx, -4 * dx, -4 * dx}, {4 * dx, 4 * dx, 4 * dx});
+  require(w.add_fluid(f));
+  const MaterialId inner = f.material;
+  f.material = *w.add_material(oil);
+  f.shape = Shape::subtract(Shape::sphere({0, 0, 0}, 9 * dx), f.shape);
+  require(w.add_fluid(f));
+  require(w.prepare());
+  const auto corners = [&] {
+    const ParticleData p = *w.particles();
+    double far = 0;
+    for (std::size_t i = 0; i < p.id.size(); ++i)
+      if (material_of(p.tag[i]) == inner.index) far = std::max(far, length(p.position[i]));
+    return far / dx;
+  };
+  EXPECT_GT(corners(), 6);  // 3.5 sqrt(3)
+  require(w.step(6 * time_of(5 * dx)));
+  const Momentum after = momentum_of(w);
+  EXPECT_LT(length(after.linear), 1e-12 * 1e6 * after.speeds);
+  EXPECT_LT(corners(),
+            5.4);  // a ball of 512 particles has a radius of 4.96, its outermost particles stand at 4.5
+}
+
+TEST(Tension, SnapshotsGoOnWithTheSameBits) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto make = [] {
+    World w = create(space());
+    FluidDesc f;
+    f.material = *w.add_material(water());
+    f.shape = Shape::box({0, 0, 0}, {7 * dx, 6 * dx, 5 * dx});
+    require(w.add_fluid(f));
+    require(w.prepare());
+    return w;
+  };
+  World a = make(), b = make();
+  require(a.step(0.004));
+  const auto snapshot = *a.snapshot();
+  require(a.step(0.004));
+  require(b.restore(snapshot.data(), snapshot.size()));
+  require(b.step(0.004));
+  EXPECT_EQ(*a.state_hash(), *b.state_hash());
+}
+
+// A drop hangs from a plate that it wets as long as its weight is below what its rim holds, and falls where it is above: Tate's law, pi d sigma,
+// for a foot of 10 spacings, is 2.3 mN; the drop of 262 mm^3 weighs 0.26 and 16 mN.
+TEST(Tension, PendantDropsHangOrDetach) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double gravity : {1.0, 60.0}) {
+    WorldDesc d = space();
+    d.precision = Precision::single_precision;
+    d.gravity = {0, -gravity, 0};
+    World w = create(d);
+    MaterialDesc solid;
+    solid.name = "solid";
+    solid.contact_angle = 40;
+    SolidDesc b;
+    b.material = *w.add_material(solid);
+    b.shape = Shape::box({-5 * dx, 0, -5 * dx}, {5 * dx, 3 * dx, 5 * dx});
+    b.motion = Motion::fixed;
+    require(w.add_solid(b));
+    FluidDesc f;
+    f.material = *w.add_material(water());
+    f.shape = Shape::intersect(
+        {Shape::box({-9 * dx, -9 * dx, -9 * dx}, {9 * dx, 0, 9 * dx}), Shape::sphere({0, 0, 0}, 5 * dx)});
+    require(w.add_fluid(f));
+    require(w.prepare());
+    require(w.step(0.06));
+    const ParticleData p = *w.particles();
+    double centre = 0, count = 0;
+    for (std::size_t i = 0; i < p.id.size(); ++i)
+      if (is_fluid(p.tag[i])) centre += p.position[i].y, ++count;
+    centre /= count * dx;
+    if (gravity < 2) EXPECT_GT(centre, -4);  // half a ball's centre is 1.9 below its plate
+    else EXPECT_LT(centre, -20);             // it would fall 108 spacings
+  }
 }
 
 TEST(Tension, SoundFollowsIt) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = space();
-  const double least = physics::cohesion_sound_speed(sigma, 1000, dx);
+  const double least = physics::tension_sound_speed(sigma, 1000, dx);
   for (const double sound : {0.0, 0.5 * least, 1.01 * least}) {
     d.sound_speed = sound;
     World w = create(d);

@@ -27,13 +27,14 @@ struct MaterialRow {
   T modulus_rate{};               ///< E/(rho0 dx^2) of a given modulus [1/s^2]; 0 = shape_stiffness holds
   T shape_damping{};              ///< share of non-rigid motion removed per step
   T friction{};                   ///< Coulomb coefficient
-  T cohesion{};             ///< of a liquid: root of its strength (surface_tension.hpp) [N^(1/2)/m^(7/2)]
-  T wetting{};              ///< of a solid: share of that with which it attracts liquid [-]
-  std::uint32_t liquid{};   ///< material index it melts into
-  std::uint32_t solid{};    ///< material index it freezes into
-  std::uint32_t melts{};    ///< 1: a solid that can melt
-  std::uint32_t freezes{};  ///< 1: a liquid that can freeze
-  std::uint32_t plateau{};  ///< 1: T(h) has a plateau; it melts or freezes
+  T tension{};                    ///< sigma of a liquid [N/m]
+  T cohesion{};                   ///< of a liquid: strength of its pair force (surface_tension.hpp) [N/m^7]
+  T wetting{};                    ///< of a solid: cosine of its contact angle [-]
+  std::uint32_t liquid{};         ///< material index it melts into
+  std::uint32_t solid{};          ///< material index it freezes into
+  std::uint32_t melts{};          ///< 1: a solid that can melt
+  std::uint32_t freezes{};        ///< 1: a liquid that can freeze
+  std::uint32_t plateau{};        ///< 1: T(h) has a plateau; it melts or freezes
   const MaterialProperties<T>*
       tables{};  ///< properties that depend on temperature or shear rate; null if none does
 };
