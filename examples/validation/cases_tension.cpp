@@ -46,8 +46,8 @@ Drop drop_of(const ParticleData& p) {
   Drop d;
   for (std::size_t i = 0; i < p.id.size(); ++i)
     if (is_fluid(p.tag[i])) d.centre += p.position[i], d.drift += p.velocity[i], ++d.count;
-  d.centre *= 1 / d.count;
-  d.drift *= 1 / d.count;
+  d.centre = d.centre * (1 / d.count);
+  d.drift = d.drift * (1 / d.count);
   d.radius = std::cbrt(3 * d.count / (4 * pi)) * dx;
   return d;
 }
