@@ -62,6 +62,8 @@ struct Scene {
   meltsim::HeatModel heat = meltsim::HeatModel::enthalpy;
   bool extras =
       false;  ///< also what few scenes need: warm walls, freezing, viscosity that depends on temperature
+  /// Stages that liquids bring along: implicit viscosity in six stages, a yield stress, surface tension, two contents. No solids.
+  bool liquids = false;
 
   meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
   std::string layout;  ///< of the comparison of searches: "pool", "slosh" or "droplets"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two scenes, at the sizes the targets are stated for.
+// Scenes, at the sizes the targets are stated for.
 //   water     a pool at one temperature: neighbour search, liquid, integration
+//   liquids   the same, viscous, with a yield stress, surface tension and two contents: those stages alone
 //   melting   the same with a third of it ice, w = 2: everything, and something melts in most steps
 // Structures that find neighbours are compared in water: a pool at rest, one that sloshes, and two droplets
 // that stand 1000 H apart where nothing bounds them.
@@ -16,6 +17,7 @@
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 
 namespace bench {
 
@@ -44,9 +46,20 @@ double two_stages(const Scene& s) {
   using namespace meltsim::physics;
   constexpr double g = 9.81, conductivity = 2.2, capacity = 917.0 * 2100.0, courant = 0.4, margin = 1.5;
   const double dx = spacing_of(s), support = s.support * dx;
-  const double stable = acoustic_dt(courant, support, sound_speed_for(0.0, g, s.block.y * dx));
+  const double stable =
+      acoustic_dt(courant, support, sound_speed_for(0.0, g, s.block.y * dx, usual_density_error));
   const double dt = s.paper ? paper_step / std::ceil(paper_step / stable) : 0.25 * stable;
   return 4.0 / (dt * 2 * margin * conductivity / capacity * lattice_laplacian_sum(support, dx));
+}
+
+/// Viscosity at rest [Pa s] at which the steps taken need six stages, the most of one super-step.
+double six_stages(const Scene& s) {
+  using namespace meltsim::physics;
+  const double dx = spacing_of(s), support = s.support * dx;
+  const double stable =
+      acoustic_dt(0.4, support, sound_speed_for(0.0, 9.81, s.block.y * dx, usual_density_error));
+  return 0.9 * stage_reach(6) /
+         (0.25 * stable * viscous_lambda(1.0, 1000.0, lattice_laplacian_sum(support, dx)));
 }
 
 /// Exits loudly: a benchmark that measures half a scene would be worse than none.
@@ -85,15 +98,31 @@ meltsim::World build(const Scene& s, Backend backend) {
   }
   if (s.extras) desc.domain.heat[2].temperature = 30;
   desc.tension = desc.particle_shifting = s.extras;
+  if (s.liquids) desc.viscosity = Viscosity::implicit;
   if (s.solid && s.heat == HeatModel::enthalpy) desc.heat.time_scale = two_stages(s);
   World world = value_of(World::create(desc));
   MaterialDesc water;
   water.viscosity = 0.05;
   if (s.extras) water.viscosity_points = {{0, 0.06}, {100, 0.04}};
+  if (s.liquids) {
+    water.viscosity = 0.1 * six_stages(s);
+    water.regularisation = 10;
+    water.yield_stress = 0.9 * six_stages(s) / water.regularisation;
+    water.surface_tension = 0.07;
+  }
   const MaterialId water_id = value_of(world.add_material(water));
+  std::vector<MassFraction> contents;
+  if (s.liquids)
+    for (const char* name : {"ink", "salt"}) {
+      MaterialDesc species;
+      species.name = name;
+      species.dissolves_in = water_id;
+      species.diffusivity_in = 1e-9;
+      contents.push_back({value_of(world.add_material(species)), 0.0});
+    }
   // Beside the ice the water gets warmer along x, so that the ice melts a little in most steps and not in
   // layers.
-  const int slabs = !s.solid ? 1 : s.large() ? 2 : 4;
+  const int slabs = !s.solid && !s.liquids ? 1 : s.large() ? 2 : 4;
   const auto fill = [&] {
     for (int k = 0; k < slabs; ++k) {
       FluidDesc pool;
@@ -101,6 +130,8 @@ meltsim::World build(const Scene& s, Backend backend) {
                               {std::round(double(s.block.x) * (k + 1) / slabs) * spacing, size.y, size.z});
       pool.material = water_id;
       pool.temperature = 20 + 80.0 / slabs * k;
+      for (MassFraction& content : contents) content.value = 0.1 / slabs * k;
+      pool.fractions = contents;
       if (s.layout == "slosh") pool.velocity = {0.5 * std::sqrt(2 * 9.81 * size.y), 0, 0};
       value_of(world.add_fluid(pool));
     }

@@ -102,20 +102,21 @@ void register_stages(const Scene& scene, Backend backend) {
     if ((info.need & fact_dry) != 0u) continue;                     // there is liquid in every scene
     if ((info.need & (fact_probes | fact_loads)) != 0u) continue;   // scene/water_gauges, _points, _forces
     if ((info.need & fact_levels) != 0u) continue;                  // in one sub-step of 64
-    // No scene of the benchmarks asks for these: rigid and kinematic bodies, implicit viscosity, forces on bodies, events,
-    // species, surface tension.
-    if ((info.need & (fact_rigid | fact_kinematic | fact_implicit | fact_forces | fact_events | fact_species |
-                      fact_tension)) != 0u)
+    // No scene of the benchmarks asks for these: rigid and kinematic bodies, forces on bodies, events, outlets.
+    if ((info.need & (fact_rigid | fact_kinematic | fact_forces | fact_events | fact_outlets)) != 0u)
       continue;
-    if (!model && !few) {
+    const bool liquids = (info.need & (fact_implicit | fact_strain | fact_species | fact_tension)) != 0u;
+    if (!model && !few && !liquids) {
       register_stage(info, scene, backend);
       continue;
     }
     // Scenes of their own, after the rest: Worlds are built once.
     if (!scene.plain() || scene.large()) continue;
     Scene own = scene;
-    own.name = model ? info.stage : "extras";
-    own.extras = few;
+    own.name = model ? info.stage : liquids ? "liquids" : "extras";
+    own.liquids = liquids;
+    own.extras = few && !liquids;
+    if (liquids) own.solid = false;
     if (model) own.heat = stage == "thermal.paper" ? meltsim::HeatModel::paper : meltsim::HeatModel::iwasaki;
     last.emplace_back(&info, own);
   }

@@ -210,9 +210,11 @@ class Check {
                                        [&m](const SceneBody& b) { return b.material == m.desc.name; });
     if (!dissolves) return text;
     if (m.desc.transfer_coefficient)
-      return text +
-             fmt::format("; bodies dissolve at {:.3g} m/s, by diffusion over one spacing it would be {:.2g}",
-                         *m.desc.transfer_coefficient, m.desc.diffusivity_in / dx);
+      return text + fmt::format(
+                        "; bodies dissolve at {:.3g} m/s, by diffusion over one spacing it would be {:.2g} "
+                        "(Damkoehler number k dx/D {:.3g})",
+                        *m.desc.transfer_coefficient, m.desc.diffusivity_in / dx,
+                        *m.desc.transfer_coefficient * dx / m.desc.diffusivity_in);
     if (peclet > 1)
       warn(fmt::format(
           "materials.{}: bodies dissolve by diffusion over one spacing, D/dx = {:.2g} m/s, as the layer at "

@@ -73,6 +73,7 @@ std::vector<Case> heat_cases();
 std::vector<Case> phase_cases();
 std::vector<Case> liquid_cases();
 std::vector<Case> viscous_cases();
+std::vector<Case> flow_cases();
 std::vector<Case> tension_cases();
 std::vector<Case> species_cases();
 std::vector<Case> coupling_cases();
