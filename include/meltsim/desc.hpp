@@ -82,7 +82,7 @@ struct HeatDesc {
   /// Most sub-steps of motion that share one step of heat (and of melting and freezing), 1..1000; within a step() only, at whose
   /// end no heat is owed. 0: up to physics::most_shared_substeps, as far as two stages are enough for them.
   /// Each sub-step has its own while a probe of heat is there.
-  int interval = 0;
+  int interval = 1;
   int max_stages = 64;  ///< Runge-Kutta-Legendre stages per super-step of heat, 2..1024
   /// Most super-steps of heat in a sub-step of motion, 1..1000000; a step that needs more is refused. Each super-step takes
   /// max_stages sweeps over all neighbours (Resolved::heat_sweeps), and a sub-step cannot be interrupted.

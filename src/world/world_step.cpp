@@ -341,7 +341,8 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   // Steps of heat are spread evenly over the sub-steps; the last one ends the step.
   const int every = heat_interval(a.dt), rounds = (n + every - 1) / every;
   const auto heats = [&](int k) { return (k + 1) * rounds / n > k * rounds / n; };
-  double heat_span = heat_owed_ + a.dt * ((n + rounds - 1) / rounds);
+  double heat_span =
+      std::max(heat_owed_ + a.dt, a.dt * ((n + rounds - 1) / rounds));  // the longest there will be
   heat_plan(heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
   if (Status s = check_heat_work(heat_span, a.heat_supersteps); !s) return not_taken(s);
   viscous_plan(a.dt, a);
@@ -382,8 +383,10 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
         meshes_[r.body].set = false;
       }
     }
-    const bool heat = heats(k);
-    if (const double span = heat_owed_ + a.dt * (unheated + 1); heat && span != heat_span) {
+    // A step that is broken off again and again would never get as far as its share.
+    const double span = heat_owed_ + a.dt * (unheated + 1);
+    const bool heat = heats(k) || span > (every - 0.5) * a.dt;
+    if (heat && span != heat_span) {
       heat_span = span;
       heat_plan(heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
     }

@@ -8,12 +8,7 @@
 namespace meltsim_test {
 namespace {
 
-/// Heat in every sub-step, so that a step of n sub-steps is n steps.
-Scene pool() {
-  WorldDesc d = describe();
-  d.heat.interval = 1;
-  return ice_in_water(d, {});
-}
+Scene pool() { return ice_in_water(describe(), {}); }
 
 /// Interrupts from within a step, at its n-th sub-step: on CUDA stages of the host's run while it enqueues, too.
 struct Interrupter {

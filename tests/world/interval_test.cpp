@@ -79,6 +79,16 @@ TEST(HeatInterval, AStepThatIsBrokenOffOwesItsHeat) {
   EXPECT_EQ(*w.state_hash(), hash);
 }
 
+// One sub-step of eight at a time, as a host without time takes them: heat comes with every fourth.
+TEST(HeatInterval, AStarvedWorldIsHeated) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = tank(tank_desc(4));
+  const double dt = step_of(w);
+  for (int k = 0; k < 12; ++k) require(w.step_part(dt, 1));
+  const double due = flux * 12 * dt / substeps;
+  EXPECT_NEAR(w.ledger()->heat_in, due, 1e-10 * due);
+}
+
 // A cosine along x decays as exp(-alpha (pi/L)^2 t) between insulated walls, here to 0.64 in 160 sub-steps. Ten layers and the
 // first order of a single stage leave 1 %.
 TEST(HeatInterval, ADecayIsRightWithAndWithoutSharing) {
@@ -112,7 +122,7 @@ TEST(HeatInterval, ADecayIsRightWithAndWithoutSharing) {
   EXPECT_NEAR(amplitude(8), 1, 0.01);
 }
 
-// Two stages are enough: water at 0.1 m conducts so slowly that four sub-steps share heat; 1e6 times as fast it does not.
+// Two stages are enough: water at 0.1 m conducts so slowly that four sub-steps share heat; 1e7 times as fast it does not. The default does not share.
 TEST(HeatInterval, IsChosenFromWhatASubStepConducts) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = tank_desc(0);
@@ -123,12 +133,11 @@ TEST(HeatInterval, IsChosenFromWhatASubStepConducts) {
     if (r.name == "thermal.exchange") {
       EXPECT_EQ(r.interval, 4);
     }
-  d.heat.time_scale = 1e6;
+  d.heat.time_scale = 1e7;
   World fast = tank(d);
   EXPECT_EQ(fast.resolved().heat_interval, 1);
-  d.heat.time_scale = 1;
-  d.heat.interval = 1;
-  World asked = tank(d);
+  WorldDesc usual = tank_desc(HeatDesc{}.interval);
+  World asked = tank(usual);
   EXPECT_EQ(asked.resolved().heat_interval, 1);
 }
 
