@@ -187,8 +187,9 @@ void angles(const Settings& s, Report& r) {
     for (const double angle : {60.0, 90.0, 120.0}) {
       const auto at = standing(s, r, half, on_body, angle, 0, sigma, 0.1, 5 * time_of(10 * dx));
       if (!r.error.empty()) return;
-      r.absolute(std::string(on_body ? "angle on a body" : "angle on a wall"), cap_angle(at[1], at[0]), angle,
-                 6, "degrees", "asked for");
+      r.absolute(std::string(on_body ? "angle on a body of " : "angle on a wall of ") +
+                     std::to_string(static_cast<int>(angle)) + " degrees",
+                 cap_angle(at[1], at[0]), angle, 6, "degrees", "asked for");
     }
 }
 
