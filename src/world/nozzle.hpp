@@ -89,7 +89,9 @@ inline NozzleLayer rectangle_layer(const EmitterDesc& e, double dx) {
 inline NozzleLayer nozzle_layer(const EmitterDesc& e, double dx) {
   if (is_rectangle(e)) return rectangle_layer(e, dx);
   const auto [u, v] = nozzle_axes(e);
-  const double radius = e.radius / dx, area = nozzle_area(e) / (dx * dx);
+  constexpr double pi = 3.14159265358979323846;
+  const double radius = e.radius / dx,
+               area = pi * radius * radius;  // golden hashes hang on the order of products
   std::vector<detail::DiscPoint> best;
   double least = infinity;
   constexpr double offsets[][2] = {{0.5, 0.5}, {0, 0}, {0.5, 0}};
