@@ -14,6 +14,44 @@ inline namespace v0 {
 using core::guarded;
 using core::guarded_report;
 
+namespace {
+/// Says who is in a call of a World: one thread at a time. A host's own stage may call the World that runs it.
+class Use {
+ public:
+  explicit Use(WorldImpl* impl) : impl_(impl) {
+    static thread_local char here;
+    const void* nobody = nullptr;
+    entered_ = impl_->user.compare_exchange_strong(nobody, &here, std::memory_order_acquire);
+    allowed_ = entered_ || nobody == &here;
+  }
+  ~Use() {
+    if (entered_) impl_->user.store(nullptr, std::memory_order_release);
+  }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+  bool allowed() const { return allowed_; }
+
+ private:
+  WorldImpl* impl_;
+  bool entered_ = false, allowed_ = false;
+};
+
+Error moved_from() { return core::invalid("World: it was moved from; use the World that it was moved to"); }
+Error in_use() {
+  return core::invalid(
+      "World: another thread is in a call of it; let one thread at a time call it (any may call "
+      "interrupt())");
+}
+
+/// function(), unless the World was moved from or another thread is in a call of it.
+template <class R, class Function>
+R alone(WorldImpl* impl, const Function& function) noexcept {
+  if (impl == nullptr) return guarded<R>(moved_from);
+  const Use use(impl);
+  return use.allowed() ? guarded<R>(function) : guarded<R>(in_use);
+}
+}  // namespace
+
 World::World(std::unique_ptr<WorldImpl> impl) : impl_(std::move(impl)) {}
 World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
@@ -48,108 +86,116 @@ Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version)
 }
 
 Result<MaterialId> World::add_material(const MaterialDesc& d) {
-  return guarded<Result<MaterialId>>([&] { return impl_->add_material(d); });
+  return alone<Result<MaterialId>>(impl_.get(), [&] { return impl_->add_material(d); });
 }
 Result<std::uint64_t> World::add_fluid(const FluidDesc& d) {
-  return guarded<Result<std::uint64_t>>([&] { return impl_->add_fluid(d); });
+  return alone<Result<std::uint64_t>>(impl_.get(), [&] { return impl_->add_fluid(d); });
 }
 Result<BodyId> World::add_solid(const SolidDesc& d) {
-  return guarded<Result<BodyId>>([&] { return impl_->add_solid(d); });
+  return alone<Result<BodyId>>(impl_.get(), [&] { return impl_->add_solid(d); });
 }
 Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
-  return guarded<Result<HeatRegionId>>([&] { return impl_->add_heat_region(desc); });
+  return alone<Result<HeatRegionId>>(impl_.get(), [&] { return impl_->add_heat_region(desc); });
 }
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
-  return guarded<Result<EmitterId>>([&] { return impl_->add_emitter(d); });
+  return alone<Result<EmitterId>>(impl_.get(), [&] { return impl_->add_emitter(d); });
 }
 Status World::remove(BodyId body) {
-  return guarded<Status>([&] { return impl_->remove_body(body); });
+  return alone<Status>(impl_.get(), [&] { return impl_->remove_body(body); });
 }
 Result<std::uint64_t> World::remove_liquid(const Shape& shape) {
-  return guarded<Result<std::uint64_t>>([&] { return impl_->remove_liquid(shape); });
+  return alone<Result<std::uint64_t>>(impl_.get(), [&] { return impl_->remove_liquid(shape); });
 }
 Status World::set_motion(BodyId body, const BodyMotion& motion) {
-  return guarded<Status>([&] { return impl_->set_motion(body, motion); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_motion(body, motion); });
 }
 Status World::update_mesh(BodyId body, const std::vector<Vec3d>& vertices,
                           const std::vector<Vec3d>& velocities) {
-  return guarded<Status>([&] { return impl_->update_mesh(body, vertices, velocities); });
+  return alone<Status>(impl_.get(), [&] { return impl_->update_mesh(body, vertices, velocities); });
 }
 Status World::set_proxy(BodyId body, const ProxyState& state) {
-  return guarded<Status>([&] { return impl_->set_proxy(body, state); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_proxy(body, state); });
 }
 Result<ProxyState> World::proxy(BodyId body) {
-  return guarded<Result<ProxyState>>([&] { return impl_->proxy(body); });
+  return alone<Result<ProxyState>>(impl_.get(), [&] { return impl_->proxy(body); });
 }
 Status World::watch_forces(BodyId body, bool on) {
-  return guarded<Status>([&] { return impl_->watch_forces(body, on); });
+  return alone<Status>(impl_.get(), [&] { return impl_->watch_forces(body, on); });
 }
 Status World::watch_events(const EventWatch& what) {
-  return guarded<Status>([&] { return impl_->watch_events(what); });
+  return alone<Status>(impl_.get(), [&] { return impl_->watch_events(what); });
 }
 Status World::stop_events() {
-  return guarded<Status>([&] { return impl_->stop_events(); });
+  return alone<Status>(impl_.get(), [&] { return impl_->stop_events(); });
 }
 Result<Events> World::take_events() {
-  return guarded<Result<Events>>([&] { return impl_->take_events(); });
+  return alone<Result<Events>>(impl_.get(), [&] { return impl_->take_events(); });
 }
 std::uint64_t World::watched_bodies() const { return impl_->watched_bodies(); }
 Result<std::vector<RayHit>> World::cast_rays(const std::vector<Ray>& rays, std::uint32_t sought) {
-  return guarded<Result<std::vector<RayHit>>>([&] { return impl_->cast_rays(rays, sought); });
+  return alone<Result<std::vector<RayHit>>>(impl_.get(), [&] { return impl_->cast_rays(rays, sought); });
 }
 Result<Overlap> World::overlap(const Shape& shape) {
-  return guarded<Result<Overlap>>([&] { return impl_->overlap(shape); });
+  return alone<Result<Overlap>>(impl_.get(), [&] { return impl_->overlap(shape); });
 }
 Result<RenderView> World::render_view(const RenderDesc& desc) {
-  return guarded<Result<RenderView>>([&] { return impl_->render_view(desc); });
+  return alone<Result<RenderView>>(impl_.get(), [&] { return impl_->render_view(desc); });
 }
 Result<std::vector<BodyForces>> World::take_forces() {
-  return guarded<Result<std::vector<BodyForces>>>([&] { return impl_->take_forces(); });
+  return alone<Result<std::vector<BodyForces>>>(impl_.get(), [&] { return impl_->take_forces(); });
 }
 Status World::set_gravity(Vec3d gravity) {
-  return guarded<Status>([&] { return impl_->set_gravity(gravity); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_gravity(gravity); });
 }
 Status World::set_heat_time_scale(double scale) {
-  return guarded<Status>([&] { return impl_->set_heat_time_scale(scale); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_heat_time_scale(scale); });
 }
 Status World::set_wall_heat(int face, const SurfaceHeatDesc& heat) {
-  return guarded<Status>([&] { return impl_->set_wall_heat(face, heat); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_wall_heat(face, heat); });
 }
 Status World::set_free_surface_heat(const SurfaceHeatDesc& heat) {
-  return guarded<Status>([&] { return impl_->set_free_surface_heat(heat); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_free_surface_heat(heat); });
 }
 Status World::set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity) {
-  return guarded<Status>([&] { return impl_->set_velocity(body, velocity, angular_velocity); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_velocity(body, velocity, angular_velocity); });
 }
 Status World::apply_impulse(BodyId body, Vec3d impulse, Vec3d angular_impulse) {
-  return guarded<Status>([&] { return impl_->apply_impulse(body, impulse, angular_impulse); });
+  return alone<Status>(impl_.get(), [&] { return impl_->apply_impulse(body, impulse, angular_impulse); });
 }
 Status World::hold(BodyId body, bool on) {
-  return guarded<Status>([&] { return impl_->hold(body, on); });
+  return alone<Status>(impl_.get(), [&] { return impl_->hold(body, on); });
 }
 Status World::set_emitter(EmitterId emitter, const EmitterSetting& setting) {
-  return guarded<Status>([&] { return impl_->set_emitter(emitter, setting); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_emitter(emitter, setting); });
 }
 Status World::set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source) {
-  return guarded<Status>([&] { return impl_->set_heat_region(region, temperature, source); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_heat_region(region, temperature, source); });
 }
 Result<BodyMotion> World::motion(BodyId body) {
-  return guarded<Result<BodyMotion>>([&] { return impl_->motion(body); });
+  return alone<Result<BodyMotion>>(impl_.get(), [&] { return impl_->motion(body); });
 }
 Status World::prepare() {
-  return guarded<Status>([&] { return impl_->ready_to_step(); });
+  return alone<Status>(impl_.get(), [&] { return impl_->ready_to_step(); });
 }
 Status World::step(double dt) {
-  return guarded<Status>([&] { return impl_->step(dt); });
+  return alone<Status>(impl_.get(), [&] { return impl_->step(dt); });
 }
 Result<TimedStep> World::step_within(double dt, double milliseconds) {
-  return guarded<Result<TimedStep>>([&] { return impl_->step_within(dt, milliseconds); });
+  return alone<Result<TimedStep>>(impl_.get(), [&] { return impl_->step_within(dt, milliseconds); });
 }
 Result<TimedStep> World::step_part(double dt, std::uint64_t substeps) {
-  return guarded<Result<TimedStep>>([&] { return impl_->step_part(dt, substeps); });
+  return alone<Result<TimedStep>>(impl_.get(), [&] { return impl_->step_part(dt, substeps); });
 }
 void World::interrupt() noexcept { impl_->interrupt(); }
 StepResult World::synchronize() {
+  const auto refused = [](Error e) {
+    StepResult r;
+    r.error = std::move(e.message);
+    return r;
+  };
+  if (impl_ == nullptr) return guarded_report<StepResult>([&] { return refused(moved_from()); });
+  const Use use(impl_.get());
+  if (!use.allowed()) return guarded_report<StepResult>([&] { return refused(in_use()); });
   StepResult r = guarded_report<StepResult>([&] { return impl_->synchronize(); });
   r.steps = impl_->steps;
   r.time = impl_->time;
@@ -159,65 +205,66 @@ StepResult World::synchronize() {
 double World::stable_dt() const { return impl_->stable_dt(); }
 double World::stable_dt(double speed) const { return impl_->stable_dt(speed); }
 Result<ReadTicket> World::request(const ReadRequest& what) {
-  return guarded<Result<ReadTicket>>([&] { return impl_->request(what); });
+  return alone<Result<ReadTicket>>(impl_.get(), [&] { return impl_->request(what); });
 }
 Result<bool> World::ready(ReadTicket ticket) {
-  return guarded<Result<bool>>([&] { return impl_->ready(ticket); });
+  return alone<Result<bool>>(impl_.get(), [&] { return impl_->ready(ticket); });
 }
 Result<Reading> World::take(ReadTicket ticket) {
-  return guarded<Result<Reading>>([&] { return impl_->take(ticket); });
+  return alone<Result<Reading>>(impl_.get(), [&] { return impl_->take(ticket); });
 }
 Result<Totals> World::totals() {
-  return guarded<Result<Totals>>([&] { return impl_->totals(); });
+  return alone<Result<Totals>>(impl_.get(), [&] { return impl_->totals(); });
 }
 Result<Ledger> World::ledger() {
-  return guarded<Result<Ledger>>([&] { return impl_->ledger(); });
+  return alone<Result<Ledger>>(impl_.get(), [&] { return impl_->ledger(); });
 }
 Result<ParticleData> World::particles() {
-  return guarded<Result<ParticleData>>([&] { return impl_->particles(); });
+  return alone<Result<ParticleData>>(impl_.get(), [&] { return impl_->particles(); });
 }
 Result<std::vector<PieceInfo>> World::pieces() {
-  return guarded<Result<std::vector<PieceInfo>>>([&] { return impl_->pieces(); });
+  return alone<Result<std::vector<PieceInfo>>>(impl_.get(), [&] { return impl_->pieces(); });
 }
 Result<LatticeData> World::lattice() {
-  return guarded<Result<LatticeData>>([&] { return impl_->lattice(); });
+  return alone<Result<LatticeData>>(impl_.get(), [&] { return impl_->lattice(); });
 }
 Result<std::uint64_t> World::state_hash() {
-  return guarded<Result<std::uint64_t>>([&] { return impl_->state_hash(); });
+  return alone<Result<std::uint64_t>>(impl_.get(), [&] { return impl_->state_hash(); });
 }
 Status World::save_state(int slot) {
-  return guarded<Status>([&] { return impl_->save_state(slot); });
+  return alone<Status>(impl_.get(), [&] { return impl_->save_state(slot); });
 }
 Status World::load_state(int slot) {
-  return guarded<Status>([&] { return impl_->load_state(slot); });
+  return alone<Status>(impl_.get(), [&] { return impl_->load_state(slot); });
 }
 Result<std::vector<std::uint8_t>> World::snapshot() {
-  return guarded<Result<std::vector<std::uint8_t>>>([&] { return impl_->snapshot(); });
+  return alone<Result<std::vector<std::uint8_t>>>(impl_.get(), [&] { return impl_->snapshot(); });
 }
 Status World::restore(const void* data, std::size_t bytes) {
-  return guarded<Status>([&] { return impl_->restore(static_cast<const std::uint8_t*>(data), bytes); });
+  return alone<Status>(impl_.get(),
+                       [&] { return impl_->restore(static_cast<const std::uint8_t*>(data), bytes); });
 }
 Result<ProbeId> World::add_probe(const ProbeDesc& d) {
-  return guarded<Result<ProbeId>>([&] { return impl_->add_probe(d); });
+  return alone<Result<ProbeId>>(impl_.get(), [&] { return impl_->add_probe(d); });
 }
 Result<std::vector<ProbeSeries>> World::take_samples() {
-  return guarded<Result<std::vector<ProbeSeries>>>([&] { return impl_->take_samples(); });
+  return alone<Result<std::vector<ProbeSeries>>>(impl_.get(), [&] { return impl_->take_samples(); });
 }
 Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points, const std::string& field) {
   return sample(points, std::vector<std::string>{field == "velocity" ? "speed" : field});
 }
 Result<std::vector<double>> World::sample(const std::vector<Vec3d>& points,
                                           const std::vector<std::string>& fields) {
-  return guarded<Result<std::vector<double>>>([&] { return impl_->sample(points, fields); });
+  return alone<Result<std::vector<double>>>(impl_.get(), [&] { return impl_->sample(points, fields); });
 }
 Result<SurfaceMesh> World::surface(const SurfaceDesc& d) {
-  return guarded<Result<SurfaceMesh>>([&] { return impl_->surface(d); });
+  return alone<Result<SurfaceMesh>>(impl_.get(), [&] { return impl_->surface(d); });
 }
 Result<SurfaceView> World::surface_view(const SurfaceDesc& d) {
-  return guarded<Result<SurfaceView>>([&] { return impl_->surface_view(d, nullptr); });
+  return alone<Result<SurfaceView>>(impl_.get(), [&] { return impl_->surface_view(d, nullptr); });
 }
 Result<StageContext> World::device_state() {
-  return guarded<Result<StageContext>>([&] { return impl_->device_state(); });
+  return alone<Result<StageContext>>(impl_.get(), [&] { return impl_->device_state(); });
 }
 Plan World::plan() {
   return guarded_report<Plan>([&] { return impl_->plan(); });

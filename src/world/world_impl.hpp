@@ -211,6 +211,8 @@ class WorldImpl final : public Scheduler {
   Status set_interval_of(const std::string& module, int n);
   Status switch_module(const std::string& module, bool on);
 
+  std::atomic<const void*> user{
+      nullptr};  ///< whose call is under way: an address of the thread's; null: nobody's
   WorldDesc desc;
   std::string backend_reason;
   std::shared_ptr<core::Engine> engine;

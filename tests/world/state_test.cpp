@@ -5,6 +5,8 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "scenes.hpp"
@@ -677,6 +679,54 @@ TEST(Snapshot, OfOtherMaterialsIsRefusedByName) {
   const Status second = capacity.world.restore(bytes.data(), bytes.size());
   ASSERT_FALSE(second);
   EXPECT_NE(second.error().message.find("\"oil\""), std::string::npos) << second.error().message;
+}
+
+// While a thread is in a call, another one's are refused and change nothing; calls from a stage of the same thread go on. The other
+// thread calls while the stage runs, so nothing hangs on when.
+TEST(State, TwoThreadsAtATimeAreRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  struct Seen {
+    World* world;
+    Status step, totals, own;
+    std::string report;
+  } seen{&s.world, {}, {}, {}, {}};
+  const auto intrude = [](const StageContext&, void* user) {
+    Seen& to = *static_cast<Seen*>(user);
+    std::thread other([&to] {
+      to.step = to.world->step(0.001);
+      const auto totals = to.world->totals();
+      to.totals = totals ? Status{} : Status{totals.error()};
+      to.report = to.world->synchronize().error;
+    });
+    other.join();
+    to.own = to.world->set_gravity({0, -9.81, 0});
+  };
+  require(s.world.scheduler().insert_after("sph.forces", {"intrude", intrude, &seen, {}, {}}));
+  require(s.world.step(0.5 * s.world.resolved().stable_dt));
+  for (const Status* status : {&seen.step, &seen.totals}) {
+    ASSERT_FALSE(*status);
+    EXPECT_EQ(status->error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(status->error().message.find("another thread is in a call"), std::string::npos);
+  }
+  EXPECT_NE(seen.report.find("another thread is in a call"), std::string::npos);
+  require(seen.own);
+  require(s.world.scheduler().remove("intrude"));
+  EXPECT_EQ(s.world.steps(), 1u);
+  std::thread later([&] { require(s.world.step(0.001)); });  // another thread may go on
+  later.join();
+  EXPECT_FALSE(s.world.synchronize().halted);
+}
+
+// A World that was moved from says so.
+TEST(State, AWorldThatWasMovedFromIsRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  const World now = std::move(s.world);
+  const Status step = s.world.step(0.001);  // NOLINT(bugprone-use-after-move): that is what is tested
+  ASSERT_FALSE(step);
+  EXPECT_NE(step.error().message.find("moved from"), std::string::npos) << step.error().message;
+  EXPECT_NE(s.world.synchronize().error.find("moved from"), std::string::npos);
 }
 
 }  // namespace
