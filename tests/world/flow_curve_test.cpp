@@ -94,7 +94,7 @@ Profile profile(Channel& c) {
 }
 
 // A power law: 20 layers and 6 times h^2/nu, as velocities approach the profile with n times the viscosity. The 2 % asked of
-// liquids with a constant viscosity; a viscosity that forgot the shear rate is off by 12 %.
+// liquids with a constant viscosity; a parabola would be off by 15 and 7 %.
 TEST(FlowCurve, PowerLawsInAChannel) {
   MELTSIM_NEEDS_BACKEND();
   for (const double index : {0.5, 1.5}) {
