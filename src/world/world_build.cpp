@@ -83,6 +83,7 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
     }
     materials.pop_back();
     properties_ = material_properties();
+    if (!rows_.empty()) rows_ = material_rows();  // they point to properties
   };
   try {
     properties_ = material_properties();
