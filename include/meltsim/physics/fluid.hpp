@@ -33,13 +33,15 @@ MELTSIM_HD T tait_stiffness(T rest_density, T sound_speed) {
   return rest_density * sound_speed * sound_speed / T(7);
 }
 
+inline constexpr double usual_density_error = 0.005;  ///< e where none is given
+
 /// c = v_max / sqrt(2 e) [m/s], with v_max of a scene in which particles start at `speed` [m/s] and may fall by `depth` [m].
 /// Liquid at rest of that depth is compressed by g h/c^2 = e at its lowest place; e = 0.005 is c = 10 v_max (Monaghan 1994, J.
-/// Comput. Phys. 110:399: density then varies by 1 %).
+/// Comput. Phys. 110:399: density then varies by 1 %), to the last bit.
 inline double sound_speed_for(double speed, double gravity, double depth, double density_error) {
-  return std::sqrt((speed * speed + 2.0 * gravity * depth) / (2.0 * density_error));
+  return 10.0 * std::sqrt(usual_density_error / density_error) *
+         std::sqrt(speed * speed + 2.0 * gravity * depth);
 }
-inline constexpr double usual_density_error = 0.005;  ///< e where none is given
 
 /// Largest speed [m/s] of a layer of `depth` [m] that creeps down a wall along gravity, g h^2 / (2 nu) (Nusselt 1916; nu [m^2/s]).
 inline double creep_speed(double gravity, double depth, double kinematic_viscosity) {
