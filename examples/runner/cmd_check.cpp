@@ -168,12 +168,12 @@ class Check {
       if (g > 0) {
         const double bank = 2 * m.yield_stress / (m.density * g);
         text += fmt::format("; a bank of {:.2g} m stands, {:.2g} spacings", bank, bank / dx);
-        if (bank < 2 * dx)
+        if (bank < dx)
           warn(
               fmt::format("materials.{}: a bank of {:.2g} m stands by itself, {:.2g} spacings: how thick "
                           "layers stay is not "
                           "resolved; use a particles.spacing of {:.2g} or less",
-                          m.name, bank, bank / dx, bank / 3));
+                          m.name, bank, bank / dx, bank / 2));
         if (consistency > 0)
           text += fmt::format(
               ", Bingham number {:.2g} at {:.2g} m/s and {:.2g} m, {:.2g} at a tenth of that speed",
