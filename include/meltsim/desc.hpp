@@ -262,13 +262,13 @@ struct EmitterDesc {
   Vec3d axis{0, -1, 0};  ///< direction of the stream, of any length but 0
   double radius = 0;     ///< R of a round opening [m], at least one spacing
   /// Sides of a rectangular opening [m], at least two spacings each, instead of a radius: `height` along `up`, `width` across.
-  double width = 0, height = 0;
-  Vec3d up{0, 1, 0};        ///< which way the height lies; its part along the axis does not count
-  double speed = 1;         ///< v [m/s], > 0
-  MaterialId material;      ///< of the liquid
-  double temperature = 20;  ///< [degrees Celsius]
-  double from = 0;          ///< begins to emit [s]
-  double until = infinity;  ///< ceases to emit [s]
+  double width = 0, height = 0;  ///< the other side
+  Vec3d up{0, 1, 0};             ///< which way the height lies; its part along the axis does not count
+  double speed = 1;              ///< v [m/s], > 0
+  MaterialId material;           ///< of the liquid
+  double temperature = 20;       ///< [degrees Celsius]
+  double from = 0;               ///< begins to emit [s]
+  double until = infinity;       ///< ceases to emit [s]
   /// Most particles that it emits in all; it then stops and sets StepResult::emitter_exhausted. 0: what from..until needs.
   std::uint64_t max_particles = 0;
   std::vector<MassFraction> fractions;  ///< what is dissolved in the liquid, as FluidDesc::fractions

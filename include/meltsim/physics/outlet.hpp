@@ -26,7 +26,7 @@ inline namespace v0 {
 namespace physics {
 
 /// Distances from the face, in support radii: liquid nearer than the first is moved, up to the second it is measured.
-inline constexpr double outlet_reach = 1, outlet_end = 3;
+inline constexpr double outlet_reach = 1, outlet_end = 3;  ///< the second
 
 /// What is beyond the open faces of the domain; bit f, entry f: face f (2 axis + side).
 template <class T>
