@@ -388,6 +388,7 @@ class Check {
     for (const SceneEmitter& emitter : scene_.emitters) more += emitted(emitter.desc);
     if (particles == 0) {
       line("run", "not estimated: there are no particles at the start");
+      line("disk", "likewise");
       return;
     }
     const double growth = 1 + 0.5 * more / particles;  // emitters fill up evenly, near enough

@@ -604,9 +604,11 @@ class WholeRuns(unittest.TestCase):
         """For every built-in scene, coarse and short, and for what has made it fail."""
         for name in self.built_in_scenes():
             with self.subTest(scene=name):
+                # lava begins with nothing, and 0.1 s of that would be over before it is stopped.
+                end = "2" if name == "lava" else "0.1"
                 final = self.stopped_and_resumed_as_it_says(name, "--quality", "draft", "--scale", "0.7", "--fps", "100",
-                                                            "--time", "0.1", "--export", "ply")
-                self.assertAlmostEqual(final["time_s"], 0.1)
+                                                            "--time", end, "--export", "ply")
+                self.assertAlmostEqual(final["time_s"], float(end))
         self.stopped_and_resumed_as_it_says(SCENE, "--time", "2", "--set", "title=it's $(touch hit); \"x\"")
         self.stopped_and_resumed_as_it_says("-", "--time", "2", number=signal.SIGINT, text=Path(SCENE).read_text())
         self.assertFalse(os.path.exists(self.path("hit")))
