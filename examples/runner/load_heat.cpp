@@ -89,7 +89,7 @@ void load_heat(const Node& node, Scene& scene) {
       value->fail(fmt::format("expected a factor from 0 to {:g}, got {}", most, value->found()));
   }
   if (const auto value = node.find("interval")) {
-    if (!value->is_word("auto")) heat.interval = value->small_integer();
+    heat.interval = value->is_word("auto") ? 0 : value->small_integer();
   }
   if (const auto value = node.find("max_stages")) heat.max_stages = value->small_integer();
   if (const auto value = node.find("max_supersteps")) heat.max_supersteps = value->small_integer();

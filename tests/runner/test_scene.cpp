@@ -69,6 +69,18 @@ bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: sugar}]
 emitters: [{nozzle: {center: [1.7, 1.7, 1], radius: 0.1}, material: tea, until: 0.1, fractions: {milk: 1}}]
 )";
 
+TEST(Scene, ReadsWhatChannelsAndSharedHeatAre) {
+  EXPECT_EQ(parse(tea).world.heat.interval, 1);
+  EXPECT_EQ(parse(tea, {"heat.interval=auto"}).world.heat.interval, 0);
+  EXPECT_EQ(parse(tea, {"heat.interval=6"}).world.heat.interval, 6);
+  EXPECT_EQ(parse(tea, {"solver.density_error=0.02"}).world.density_error, 0.02);
+  const Scene scene =
+      parse(tea, {"domain.outlets={+x: {level: 0.5}, -z: {speed: 2}}", "bodies[0].held_until=3"});
+  EXPECT_EQ(scene.world.domain.outlets[1].level, 0.5);
+  EXPECT_EQ(scene.world.domain.outlets[4].speed, 2);
+  EXPECT_EQ(scene.bodies[0].desc.held_until, 3);
+}
+
 TEST(Scene, ReadsSpecies) {
   const Scene scene = parse(tea);
   EXPECT_EQ(scene.world.solute.time_scale, 20);
