@@ -40,12 +40,14 @@ int main(int count, char** arguments) {
   WorldDesc d;
   int frames = 300;
   bool watch = true;
-  for (int k = 1; k + 1 < count; k += 2) {
-    const std::string option = arguments[k], value = arguments[k + 1];
+  constexpr const char* usage = "options: --backend cpu|cuda, --frames N (more than 20), --watch 0|1";
+  for (int k = 1; k < count; k += 2) {
+    const std::string option = arguments[k], value = k + 1 < count ? arguments[k + 1] : "";
+    if (option == "--help") return std::printf("meltsim_host_frame, %s\n", usage), 0;
     if (option == "--backend") d.backend = value == "cuda" ? Backend::cuda : Backend::cpu;
     else if (option == "--frames") frames = std::atoi(value.c_str());
     else if (option == "--watch") watch = value != "0";
-    else return fail("options: --backend cpu|cuda, --frames N, --watch 0|1");
+    else return fail(usage);
   }
   d.spacing = 0.02;
   d.domain.bounded = true;

@@ -2,6 +2,7 @@
 // World owns all buffers of one simulation and runs its steps.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -109,6 +110,27 @@ struct RenderView {
 /// States of a World that may be saved at a time in the backend's memory.
 inline constexpr int most_saved_states = 16;
 
+/// Folds sizes of structs to one number.
+constexpr std::uint32_t fold_sizes(std::initializer_list<std::size_t> sizes) {
+  std::uint32_t all = 2166136261u;  // FNV-1a's
+  for (const std::size_t size : sizes) all = (all ^ static_cast<std::uint32_t>(size)) * 16777619u;
+  return all;
+}
+
+/// Of the structs that pass between a host and the library. Compared at World::create, so that a host that was compiled before
+/// one of them grew gets an error instead of numbers read from the wrong places; members of one size that swap go unnoticed.
+inline constexpr std::uint32_t layout_of_headers =
+    fold_sizes({sizeof(WorldDesc),      sizeof(MaterialDesc),    sizeof(FluidDesc),    sizeof(SolidDesc),
+                sizeof(EmitterDesc),    sizeof(EmitterSetting),  sizeof(BodyMotion),   sizeof(ProxyState),
+                sizeof(HeatRegionDesc), sizeof(SurfaceHeatDesc), sizeof(ProbeDesc),    sizeof(ProbeSeries),
+                sizeof(SurfaceDesc),    sizeof(SurfaceMesh),     sizeof(SurfaceView),  sizeof(ReadRequest),
+                sizeof(Reading),        sizeof(RenderDesc),      sizeof(RenderView),   sizeof(StepResult),
+                sizeof(Totals),         sizeof(Ledger),          sizeof(ParticleData), sizeof(PieceInfo),
+                sizeof(BodyForces),     sizeof(EventWatch),      sizeof(Event),        sizeof(Ray),
+                sizeof(RayHit),         sizeof(Overlap),         sizeof(Plan),         sizeof(StageContext),
+                sizeof(CustomStage),    sizeof(LatticeData),     sizeof(Resolved),     sizeof(TimedStep),
+                sizeof(Error)});
+
 class WorldImpl;
 
 /// One simulation. Movable, not copyable. Worlds are independent of each other and may live on different
@@ -117,7 +139,8 @@ class MELTSIM_API World {
  public:
   /// Makes an empty World. Errors: invalid_argument (names the field), version_mismatch, no_device.
   static Result<World> create(const WorldDesc& desc = {},
-                              std::uint32_t header_version = MELTSIM_VERSION_NUMBER);
+                              std::uint32_t header_version = MELTSIM_VERSION_NUMBER,
+                              std::uint32_t layout = layout_of_headers);
   World(World&&) noexcept;             ///< the World that was moved from may only be destroyed or assigned to
   World& operator=(World&&) noexcept;  ///< likewise
   ~World();

@@ -82,8 +82,9 @@ struct AheadOfOutletBody {
     const Vec4<T> x = w.f.position[i];
     const T d = physics::face_distance(w.c.domain_min, w.c.domain_max, xyz(x), face) / w.c.kernel.support;
     if (d < T(physics::outlet_reach) || d >= T(physics::outlet_end)) return s;
-    s.add(static_cast<double>(x.w),
-          static_cast<double>(dot(xyz(w.f.velocity[i]), physics::face_outwards<T>(face))));
+    const double dx = static_cast<double>(w.c.spacing);
+    const T speed = dot(xyz(w.f.velocity[i]), physics::face_outwards<T>(face));
+    s.add(static_cast<double>(x.w) / (dx * dx * dx), static_cast<double>(speed / w.c.sound_speed));
     return s;
   }
 };
@@ -95,7 +96,8 @@ struct OutletSpeedBody {
   std::uint32_t face;
   MELTSIM_HD void operator()(const physics::OutletSums& s) const {
     w.f.outlet_flow->speed[face] = static_cast<T>(physics::outlet_speed(
-        s, static_cast<double>(w.c.outlets.floor[face]), static_cast<double>(w.c.outlets.head[face]),
+        s, static_cast<double>(w.c.spacing), static_cast<double>(w.c.sound_speed),
+        static_cast<double>(w.c.outlets.floor[face]), static_cast<double>(w.c.outlets.head[face]),
         static_cast<double>(length(w.f.clock->gravity))));
   }
 };

@@ -57,7 +57,7 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
-Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version) {
+Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version, std::uint32_t layout) {
   return guarded<Result<World>>([&]() -> Result<World> {
     const std::uint32_t mine = MELTSIM_VERSION_NUMBER;
     // 0.x: minor versions may change the interface, patches may not.
@@ -65,6 +65,12 @@ Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version)
       return Error{ErrorCode::version_mismatch,
                    core::text("header_version: compiled against ", desc.header_version, ", the library is ",
                               mine, "; rebuild the host with the library's headers")};
+    if (layout != layout_of_headers)
+      return Error{
+          ErrorCode::version_mismatch,
+          core::text(
+              "layout: the host was compiled against headers of another state of version ", mine,
+              ", or with options that change the sizes of structs; rebuild it with the library's headers")};
     if (Status s = core::validate(desc); !s) return s.error();
     auto impl = std::make_unique<WorldImpl>();
     impl->desc = desc;

@@ -62,6 +62,10 @@ TEST(Errors, WorldDescriptions) {
                "periodic");
   expect_error(with([](WorldDesc& d) { d.max_substeps = 0; }), "max_substeps");
   expect_error(with([](WorldDesc& d) { d.header_version = 90000; }), "header_version");
+  const auto other = World::create(describe(), MELTSIM_VERSION_NUMBER, layout_of_headers + 1);
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().code, ErrorCode::version_mismatch);
+  EXPECT_NE(other.error().message.find("rebuild it with the library's headers"), std::string::npos);
 }
 
 TEST(Errors, Materials) {

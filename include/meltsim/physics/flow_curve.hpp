@@ -19,6 +19,7 @@
 #include <cmath>
 #include <limits>
 
+#include "meltsim/physics/elementary.hpp"
 #include "meltsim/physics/hd.hpp"
 
 namespace meltsim {
@@ -38,7 +39,8 @@ struct FlowCurve {
 template <class T>
 MELTSIM_HD T yielding(T regularisation, T rate) {
   const T x = regularisation * rate;
-  return x < T(1e-3) ? regularisation * (T(1) - T(0.5) * x) : -std::expm1(-x) / rate;
+  return x < T(1e-3) ? regularisation * (T(1) - T(0.5) * x)
+                     : static_cast<T>(1.0 - exponential(-static_cast<double>(x))) / rate;
 }
 
 /// mu [Pa s] of a liquid of this consistency at a shear rate >= 0 [1/s].
@@ -48,7 +50,7 @@ MELTSIM_HD T flow_viscosity(const FlowCurve<T>& c, T consistency, T rate) {
   if (c.index != T(1)) {
     const T least = T(1) / c.regularisation;
     const T counted = rate > least ? (rate < c.largest_rate ? rate : c.largest_rate) : least;
-    mu *= std::pow(counted, c.index - T(1));
+    mu *= static_cast<T>(power(static_cast<double>(counted), static_cast<double>(c.index - T(1))));
   }
   return c.yield_stress > T(0) ? mu + c.yield_stress * yielding(c.regularisation, rate) : mu;
 }

@@ -62,13 +62,16 @@ MELTSIM_HD std::uint32_t taken_by(const Outlets<T>& o, T support, Vec3<T> low, V
   return face;
 }
 
-/// Liquid ahead of an outlet.
+/// Liquid ahead of an outlet. Whole numbers, so that the order of the particles does not matter.
 struct OutletSums {
-  double volume = 0;                             ///< sum V [m^3]
-  double flow = 0;                               ///< sum V v.n [m^4/s]
-  MELTSIM_HD void add(double v, double speed) {  ///< adds a particle
-    volume += v;
-    flow += v * speed;
+  static constexpr double volume_units = 1 << 20;  ///< of `volume` to dx^3
+  static constexpr double flow_units = 1 << 28;    ///< of `flow` to dx^3 c
+  std::int64_t volume = 0;                         ///< sum V
+  std::int64_t flow = 0;                           ///< sum V v.n
+  /// Adds a particle of a volume [dx^3] and a speed out of the face, over the speed of sound [-].
+  MELTSIM_HD void add(double v, double speed) {
+    volume += static_cast<std::int64_t>(v * volume_units);
+    flow += static_cast<std::int64_t>(v * speed * flow_units);
   }
   MELTSIM_HD static OutletSums combine(OutletSums a, const OutletSums& b) {  ///< sum of both
     a.volume += b.volume;
@@ -78,10 +81,13 @@ struct OutletSums {
 };
 
 /// u_b [m/s] of liquid of these sums over a floor of this area; 0 without liquid.
-MELTSIM_HD double outlet_speed(const OutletSums& s, double floor, double head, double gravity) {
-  if (!(s.volume > 0)) return 0;
-  const double height = s.volume / floor;
-  return maximum(0.0, s.flow / s.volume + 2 * (std::sqrt(gravity * height) - std::sqrt(gravity * head)));
+MELTSIM_HD double outlet_speed(const OutletSums& s, double spacing, double sound_speed, double floor,
+                               double head, double gravity) {
+  if (s.volume <= 0) return 0;
+  const double volume = static_cast<double>(s.volume) / OutletSums::volume_units;
+  const double flow = static_cast<double>(s.flow) / OutletSums::flow_units * sound_speed;
+  const double height = volume * spacing * spacing * spacing / floor;
+  return maximum(0.0, flow / volume + 2 * (std::sqrt(gravity * height) - std::sqrt(gravity * head)));
 }
 
 }  // namespace physics

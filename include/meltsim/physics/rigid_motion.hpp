@@ -15,6 +15,7 @@
 
 #include <cmath>
 
+#include "meltsim/physics/elementary.hpp"
 #include "meltsim/physics/math.hpp"
 
 namespace meltsim {
@@ -47,8 +48,9 @@ MELTSIM_HD Quat<double> composed(const Quat<double>& a, const Quat<double>& b) {
 MELTSIM_HD Quat<double> rotation_by(Vec3<double> angle) {
   const double half = 0.5 * length(angle);
   // sin(half)/half to the last bit where the series' next term, half^4/120, is below it.
-  const double share = half > 1e-4 ? std::sin(half) / half : 1.0 - half * half / 6.0;
-  return {std::cos(half), 0.5 * share * angle.x, 0.5 * share * angle.y, 0.5 * share * angle.z};
+  const SineCosine turned = sine_cosine(half);
+  const double share = half > 1e-4 ? turned.sine / half : 1.0 - half * half / 6.0;
+  return {turned.cosine, 0.5 * share * angle.x, 0.5 * share * angle.y, 0.5 * share * angle.z};
 }
 
 /// The shortest rotation vector of a unit quaternion [rad].
@@ -56,7 +58,7 @@ MELTSIM_HD Vec3<double> rotation_vector(Quat<double> q) {
   if (q.w < 0) q = {-q.w, -q.x, -q.y, -q.z};
   const Vec3<double> n{q.x, q.y, q.z};
   const double sine = length(n);
-  return n * (sine > 1e-12 ? 2.0 * std::atan2(sine, q.w) / sine : 2.0);
+  return n * (sine > 1e-12 ? 2.0 * angle_of({sine, q.w}) / sine : 2.0);
 }
 
 /// Place after a time t [s] at constant rates.

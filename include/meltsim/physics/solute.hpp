@@ -33,6 +33,7 @@
 #pragma once
 
 #include "meltsim/physics/diffusion.hpp"
+#include "meltsim/physics/elementary.hpp"
 #include "meltsim/physics/math.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 
@@ -104,7 +105,7 @@ struct MixtureViscosity {
   /// mu [Pa s] in a solvent of this viscosity; the very same where nothing is dissolved.
   MELTSIM_HD double with(double solvent) const {
     if (rest == 1.0) return solvent;
-    return std::exp(logarithm) * (rest > 0.0 ? std::pow(solvent, rest) : 1.0);
+    return exponential(logarithm) * (rest > 0.0 ? power(solvent, rest) : 1.0);
   }
 };
 
