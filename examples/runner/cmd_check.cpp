@@ -162,13 +162,26 @@ class Check {
     const double depth = g > 0 ? r.sound_speed * r.sound_speed / (200 * g) : 0;
     for (const SceneMaterial& material : scene_.materials) {
       const meltsim::MaterialDesc& m = material.desc;
-      if (!(m.yield_stress > 0)) continue;
+      double yield = m.yield_stress_points.empty() ? m.yield_stress : 0, least = yield;
+      std::string stress = fmt::format("{:g} Pa", yield);
+      if (!m.yield_stress_points.empty()) {
+        stress.clear();
+        least = m.yield_stress_points.front().value;
+        for (const meltsim::PropertyPoint& point : m.yield_stress_points) {
+          yield = std::max(yield, point.value);
+          least = std::min(least, point.value);
+          stress +=
+              fmt::format("{}{:g} Pa at {:g} C", stress.empty() ? "" : ", ", point.value, point.temperature);
+        }
+      }
+      if (!(yield > 0)) continue;
       const double consistency = m.viscosity_points.empty() ? m.viscosity : m.viscosity_points.front().value;
-      std::string text = fmt::format("{}: {:g} Pa", m.name, m.yield_stress);
+      std::string text = fmt::format("{}: {}", m.name, stress);
       if (g > 0) {
-        const double bank = 2 * m.yield_stress / (m.density * g);
-        text += fmt::format("; a bank of {:.2g} m stands, {:.2g} spacings", bank, bank / dx);
-        if (bank < dx)
+        const double bank = 2 * yield / (m.density * g);
+        text += fmt::format("; a bank of {:.2g} m stands{}, {:.2g} spacings", bank,
+                            least < yield ? " at most" : "", bank / dx);
+        if (bank < dx && !(least < yield))
           warn(
               fmt::format("materials.{}: a bank of {:.2g} m stands by itself, {:.2g} spacings: how thick "
                           "layers stay is not "
@@ -177,14 +190,13 @@ class Check {
         if (consistency > 0)
           text += fmt::format(
               ", Bingham number {:.2g} at {:.2g} m/s and {:.2g} m, {:.2g} at a tenth of that speed",
-              meltsim::physics::bingham_number(m.yield_stress, consistency, m.flow_index, 0.1 * r.sound_speed,
-                                               depth),
+              meltsim::physics::bingham_number(yield, consistency, m.flow_index, 0.1 * r.sound_speed, depth),
               0.1 * r.sound_speed, depth,
-              meltsim::physics::bingham_number(m.yield_stress, consistency, m.flow_index,
-                                               0.01 * r.sound_speed, depth));
+              meltsim::physics::bingham_number(yield, consistency, m.flow_index, 0.01 * r.sound_speed,
+                                               depth));
       }
       line("yield", text + fmt::format("; {:.3g} Pa s at rest",
-                                       m.yield_stress * m.regularisation +
+                                       yield * m.regularisation +
                                            consistency * std::pow(m.regularisation, 1 - m.flow_index)));
     }
   }

@@ -50,7 +50,8 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   number("friction", "Coulomb coefficient", desc.friction);
   number("surface_tension", "N/m", desc.surface_tension);
   number("contact_angle", "degrees", desc.contact_angle);
-  number("yield_stress", "Pa", desc.yield_stress);
+  load_property(node, "yield_stress", "Pa", desc.yield_stress, desc.yield_stress_points);
+  if (!desc.yield_stress_points.empty()) desc.yield_stress = desc.yield_stress_points.front().value;
   number("flow_index", "below 1 thins", desc.flow_index);
   number("regularisation", "s", desc.regularisation);
   if (const auto value = node.find("K")) {
@@ -64,7 +65,8 @@ SceneMaterial load_material(const std::string& name, const Node& node) {
   if (const auto value = node.find("becomes")) material.becomes = value->text("the name of a material");
   if (const auto value = node.find("dissolves_in"))
     material.dissolves_in = value->text("the name of a material");
-  number("solubility", "kg per kg of solution, 0 to 1", desc.solubility);
+  load_property(node, "solubility", "kg per kg of solution, 0 to 1", desc.solubility, desc.solubility_points);
+  if (!desc.solubility_points.empty()) desc.solubility = desc.solubility_points.front().value;
   number("diffusivity_in", "m^2/s", desc.diffusivity_in);
   number("heat_of_solution", "J/kg", desc.heat_of_solution);
   if (const auto value = node.find("transfer_coefficient")) desc.transfer_coefficient = value->number("m/s");

@@ -138,7 +138,7 @@ Json material_json(const SceneMaterial& material) {
   if (desc.freezes) json["freezes"] = true;
   if (!material.dissolves_in.empty()) {
     json["dissolves_in"] = material.dissolves_in;
-    json["solubility"] = desc.solubility;
+    json["solubility"] = property_json(desc.solubility, desc.solubility_points);
     json["diffusivity_in"] = desc.diffusivity_in;
     json["heat_of_solution"] = desc.heat_of_solution;
     if (desc.transfer_coefficient) json["transfer_coefficient"] = *desc.transfer_coefficient;
@@ -150,9 +150,10 @@ Json material_json(const SceneMaterial& material) {
   json["friction"] = desc.friction;
   if (desc.surface_tension > 0) json["surface_tension"] = desc.surface_tension;
   if (desc.contact_angle != 90) json["contact_angle"] = desc.contact_angle;
-  if (desc.yield_stress > 0) json["yield_stress"] = desc.yield_stress;
+  const bool yields = desc.yield_stress > 0 || !desc.yield_stress_points.empty();
+  if (yields) json["yield_stress"] = property_json(desc.yield_stress, desc.yield_stress_points);
   if (desc.flow_index != 1) json["flow_index"] = desc.flow_index;
-  if (desc.yield_stress > 0 || desc.flow_index != 1) json["regularisation"] = desc.regularisation;
+  if (yields || desc.flow_index != 1) json["regularisation"] = desc.regularisation;
   if (material.color) json["color"] = *material.color;
   return json;
 }

@@ -23,7 +23,9 @@ inline constexpr int most_species = 3;
 /// How much of a species a liquid holds.
 struct MassFraction {
   MaterialId material;  ///< of the species: one with `dissolves_in`
-  double value = 0;     ///< mass of it per mass of the mixture, 0..MaterialDesc::solubility
+  /// Mass of it per mass of the mixture, 0..MaterialDesc::solubility; with solubility_points up to the largest of them, which
+  /// is a supersaturated solution at other temperatures.
+  double value = 0;
 };
 
 /// A substance. The same description serves liquids and solids: a solid ignores the viscosity, a liquid the
@@ -59,6 +61,9 @@ struct MaterialDesc {
   // K is `viscosity`; viscosity_points make it depend on temperature. Not of a solid that melts: give it to its liquid.
   /// Yield stress tau_y [Pa], >= 0: below it the liquid hardly flows. Ketchup 15, mayonnaise 80; 0: none.
   double yield_stress = 0;
+  /// tau_y [Pa], >= 0, over temperature: 2..8 points in ascending order replace yield_stress. A liquid that is solid-like when
+  /// it is cold, as butter and wax are, has a yield stress that falls to 0.
+  std::vector<PropertyPoint> yield_stress_points;
   /// n, 0.1..3: below 1 the liquid thins as it is sheared, above 1 it thickens. For n > 1 shear rates count at most c/(10 dx), c
   /// the sound speed.
   double flow_index = 1;
@@ -74,6 +79,10 @@ struct MaterialDesc {
   MaterialId dissolves_in;
   /// w_s: mass fraction of the saturated solution, (0, 1]; below 1 for bodies, which dissolve down to it. Sugar in water 0.67.
   double solubility = 1;
+  /// w_s over temperature, each in (0, 1): 2..8 points in ascending order replace solubility. A body dissolves down to w_s at
+  /// its own temperature; liquid that holds more than w_s gives what is too much to bodies of the species beside it
+  /// (precipitation), and becomes a part of them where a site of their lattice is free (SolidDesc::growth adds sites).
+  std::vector<PropertyPoint> solubility_points;
   double diffusivity_in = 0;  ///< D in the solvent [m^2/s], > 0. Salt in water 1.6e-9, sugar 5e-10.
   /// Heat that a body takes up as it dissolves [J/kg]; negative: it gives heat off. Needs HeatModel::enthalpy, else it has no
   /// effect. Salt in water 6.7e4.

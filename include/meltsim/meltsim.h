@@ -167,6 +167,10 @@ typedef struct meltsim_material_desc {
   double yield_stress;       /* of a liquid [Pa]; 0: none */
   double flow_index;         /* of a liquid; below 1 it thins as it is sheared, above 1 it thickens */
   double regularisation;     /* time beyond which what does not yield creeps [s] */
+  const double*
+      yield_stress_points; /* in place of yield_stress: temperature [degrees Celsius] and value, pair after
+                                        pair, ascending; null: none */
+  size_t yield_stress_point_count; /* pairs: 0, or 2 to 8 */
 } meltsim_material_desc;
 
 /* Liquid that fills a shape. */
@@ -189,6 +193,10 @@ typedef struct meltsim_species_desc {
   double heat_of_solution; /* that dissolving takes up [J/kg] */
   double
       transfer_coefficient; /* of a layer at a dissolving body that is thinner than the spacing [m/s]; 0: none */
+  const double*
+      solubility_points; /* in place of solubility: temperature [degrees Celsius] and value, pair after
+                                      pair, ascending; null: none. The species precipitates */
+  size_t solubility_point_count; /* pairs: 0, or 2 to 8 */
 } meltsim_species_desc;
 
 /* A body. */

@@ -481,6 +481,14 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
 void meltsim_world_destroy(meltsim_world* world) { delete world; }
 
 namespace {
+/// Pairs of temperature and value.
+std::vector<meltsim::PropertyPoint> points_of(const double* pairs, size_t count, const char* name) {
+  std::vector<meltsim::PropertyPoint> points;
+  if (count > 0) given(pairs, name);
+  // More than a table holds are refused, whatever they are: one is enough to say so.
+  for (size_t k = 0; k < count && k < 9; ++k) points.push_back({pairs[2 * k], pairs[2 * k + 1]});
+  return points;
+}
 meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char* name) {
   const meltsim_material_desc c = read(desc, name, defaults_of<meltsim_material_desc>());
   meltsim::MaterialDesc d;
@@ -502,6 +510,8 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   d.yield_stress = c.yield_stress;
   d.flow_index = c.flow_index;
   d.regularisation = c.regularisation;
+  d.yield_stress_points =
+      points_of(c.yield_stress_points, c.yield_stress_point_count, "desc.yield_stress_points");
   return d;
 }
 meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {
@@ -529,6 +539,8 @@ meltsim_status meltsim_world_add_species(meltsim_world* world, const meltsim_mat
     const meltsim_species_desc c = read(species, "species", defaults_of<meltsim_species_desc>());
     d.dissolves_in = handle<meltsim::MaterialId>(c.dissolves_in);
     d.solubility = c.solubility;
+    d.solubility_points =
+        points_of(c.solubility_points, c.solubility_point_count, "species.solubility_points");
     d.diffusivity_in = c.diffusivity_in;
     d.heat_of_solution = c.heat_of_solution;
     if (c.transfer_coefficient != 0) d.transfer_coefficient = c.transfer_coefficient;

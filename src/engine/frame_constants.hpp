@@ -155,6 +155,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   w.bodies = static_cast<std::uint32_t>(l.bodies.size());
   w.capacity = n.count[static_cast<int>(Owner::particle)];
   w.one_liquid = c.one_liquid;
+  w.precipitates = std::any_of(c.species.begin(), c.species.end(), physics::precipitates<double>);
   w.species = static_cast<std::uint32_t>(c.species.size());
   w.region_words = words_for(l.max_half_width);
   w.row_width = least_row_width(as_gpu<E>, w.vertices);

@@ -34,11 +34,8 @@ physics::FlowCurve<T> round_curve(const physics::FlowCurve<double>& c) {
 
 template <class T>
 MaterialProperties<T> round_properties(const MaterialProperties<double>& p) {
-  return {round_table<T>(p.conductivity),
-          round_table<T>(p.liquid_conductivity),
-          round_table<T>(p.viscosity),
-          round_table<T>(p.density),
-          p.curve,
+  return {round_table<T>(p.conductivity), round_table<T>(p.liquid_conductivity), round_table<T>(p.viscosity),
+          round_table<T>(p.density),      round_table<T>(p.yield_stress),        p.curve,
           round_curve<T>(p.flow)};
 }
 
@@ -46,7 +43,8 @@ template <class T>
 SpeciesRow<T> round_row(const SpeciesRow<double>& s) {
   return {s.solute,           s.solvent,        s.solubility,
           s.volume,           s.solvent_volume, s.diffusivity,
-          s.heat_of_solution, s.log_viscosity,  static_cast<T>(s.surface_resistivity)};
+          s.heat_of_solution, s.log_viscosity,  static_cast<T>(s.surface_resistivity),
+          s.saturation};
 }
 
 template <class T>

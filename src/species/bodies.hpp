@@ -4,7 +4,7 @@
 
 #include "engine/frame.hpp"
 #include "engine/heat_operand.hpp"
-#include "meltsim/physics/heat.hpp"
+#include "engine/solute_state.hpp"
 #include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 
@@ -22,11 +22,42 @@ MELTSIM_HD bool holds(const SpeciesRow<T>& s, std::uint32_t tag) {
   return is_solid(tag) ? material_of(tag) == s.solute : is_fluid(tag) && material_of(tag) == s.solvent;
 }
 
-/// What drives species k at slot i [-].
+/// Whether a body of species k lies beside the liquid at slot i.
 template <class T>
-MELTSIM_HD T potential_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i, std::uint32_t tag) {
-  const double fraction = core::solute_at(w, k, i) / static_cast<double>(w.f.mass[i]);
-  return static_cast<T>(physics::solute_potential(w.f.species[k], fraction, is_solid(tag)));
+MELTSIM_HD bool beside_body(const Frame<T>& w, std::uint32_t k, std::uint64_t i) {
+  const T reach = T(physics::crystal_reach) * w.c.spacing;
+  bool beside = false;
+  spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T r2) {
+    beside = beside || (r2 <= reach * reach && is_solid(w.f.tag[j]) &&
+                        material_of(w.f.tag[j]) == w.f.species[k].solute);
+  });
+  return beside;
+}
+
+/// Species k at slot i, of a particle that can hold it.
+struct Content {
+  double fraction{}, saturation{};  ///< w, w_s
+  bool crystal{};                   ///< of a body, or supersaturated beside one
+};
+template <class T>
+MELTSIM_HD Content content_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i, std::uint32_t tag) {
+  const Content c{core::fraction_at(w, k, i), core::saturation_at(w, k, i), is_solid(tag)};
+  if (c.crystal || !physics::precipitates(w.f.species[k]) || !(c.fraction > c.saturation)) return c;
+  return {c.fraction, c.saturation, beside_body(w, k, i)};
+}
+
+/// What drives the exchange at slot i [-].
+template <class T>
+MELTSIM_HD T potential_of(const Content& c) {
+  return static_cast<T>(physics::solute_potential(c.fraction, c.saturation, c.crystal));
+}
+
+/// r of slot i, where a species precipitates.
+template <class T>
+MELTSIM_HD void set_room(const Frame<T>& w, std::uint32_t k, std::uint64_t i, const Content& c) {
+  if (physics::precipitates(w.f.species[k]))
+    w.f.solute_room[i] = c.crystal ? static_cast<T>(physics::crystal_room(c.fraction)) : T(1);
+  else if (w.precipitates) w.f.solute_room[i] = T(1);
 }
 
 /// Potential and resistivity of every particle. Along surfaces the sum over neighbours lacks those beyond: the resistivity is
@@ -36,24 +67,25 @@ struct OperandsBody {
   Frame<T> w;
   std::uint32_t k;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const SpeciesRow<T> s = w.f.species[k];
+    const SpeciesRow<T>& s = w.f.species[k];
     const std::uint32_t tag = w.f.tag[i];
     if (!holds(s, tag)) {
       w.f.solute_operand[i] = {T(0), physics::resistivity_of(T(0))};
+      if (w.precipitates) w.f.solute_room[i] = T(1);
       return;
     }
-    const bool solid = is_solid(tag);
-    HeatOperand<T> own{potential_at(w, k, i, tag), T(0)};
-    if (solid && s.surface_resistivity > T(0)) {
+    const Content content = content_at(w, k, i, tag);
+    set_room(w, k, i, content);
+    HeatOperand<T> own{potential_of<T>(content), T(0)};
+    if (content.crystal && s.surface_resistivity > T(0)) {
       own.resistivity = core::marked(s.surface_resistivity);
     } else {
       T phi = 0;
       spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
         if (holds(s, w.f.tag[j])) phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
       });
-      const double fraction = core::solute_at(w, k, i) / static_cast<double>(w.f.mass[i]);
       own.resistivity = physics::conduction_share(w.c.conduction_share, phi) *
-                        static_cast<T>(physics::solute_resistivity(s, fraction, solid));
+                        static_cast<T>(physics::solute_resistivity(s, content.fraction, content.crystal));
     }
     w.f.solute_operand[i] = own;
   }
@@ -65,7 +97,8 @@ using ExchangeSum = spatial::ExchangeSum<double, T>;
 
 /// One explicit step of species k. What each pair exchanges is the same number at both ends; sums are double, so that the
 /// species is conserved to rounding in double. Only its own particle reads a content, so it is changed in place.
-template <class T, bool Periodic>
+/// Limited: a species precipitates, and crystals take in what they have room for.
+template <class T, bool Periodic, bool Limited>
 struct ExchangeBody {
   Frame<T> w;
   std::uint32_t k;
@@ -83,20 +116,22 @@ struct ExchangeBody {
   // One pair (spatial/sweep.hpp).
   struct Own {
     HeatOperand<T> operand;
-    T volume;
+    T volume, room;
   };
   struct Stored {
     T potential, resistivities;  ///< of the neighbour; of both ends
+    T room;                      ///< of the neighbour
   };
   MELTSIM_HD bool takes_part(std::uint64_t i) const { return holds(w.f.species[k], w.f.tag[i]); }
-  MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.solute_operand[i], w.f.position[i].w}; }
+  MELTSIM_HD T room_at(std::uint64_t i) const { return Limited ? w.f.solute_room[i] : T(1); }
+  MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.solute_operand[i], w.f.position[i].w, room_at(i)}; }
   MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
     const HeatOperand<T> other = w.f.solute_operand[j];
-    return {other.temperature, own.operand.resistivity + other.resistivity};
+    return {other.temperature, own.operand.resistivity + other.resistivity, room_at(j)};
   }
   /// A body's resistivity that is marked is that of the whole pair.
   MELTSIM_HD Stored other(const Own&, const Stored& s) const {
-    return {s.potential, core::unmarked(s.resistivities)};
+    return {s.potential, core::unmarked(s.resistivities), s.room};
   }
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
@@ -104,17 +139,23 @@ struct ExchangeBody {
     const T g = physics::pair_conductance(
         own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
         other.resistivities);
-    sum.rate += static_cast<double>(g * (other.potential - own.operand.temperature));
+    T drive = other.potential - own.operand.temperature;
+    if constexpr (Limited)
+      drive = physics::limited_drive(own.operand.temperature, own.room, other.potential, other.room);
+    sum.rate += static_cast<double>(g * drive);
     sum.conductance += g;
   }
   struct Lanes {
     spatial::LanePairs<T> pairs;
-    Stored at(std::size_t n) const { return {pairs.first[n], pairs.second[n]}; }
+    T room[Limited ? spatial::batch + spatial::lanes : 1];
+    Stored at(std::size_t n) const { return {pairs.first[n], pairs.second[n], Limited ? room[n] : T(1)}; }
     void load(const ExchangeBody& body, const Own& own, std::uint64_t, const std::uint32_t* slots,
               std::uint32_t n, const T*) {
       pairs.load(body.w.f.solute_operand, slots, n);
       T* const resistivity = pairs.second;
       spatial::in_lanes(n, [&](std::size_t, std::size_t l) { resistivity[l] += own.operand.resistivity; });
+      if constexpr (Limited)
+        for (std::uint32_t l = 0; l < spatial::whole_lanes(n); ++l) room[l] = body.w.f.solute_room[slots[l]];
     }
   };
   template <class Add>
@@ -128,20 +169,23 @@ struct ExchangeBody {
     double& content = core::solute_at(w, k, i);
     const double before = content, after = before + sum.rate * dt;
     content = after;
-    if (s.heat_of_solution != 0.0 && is_solid(tag))
-      w.f.enthalpy[i] += s.heat_of_solution * (physics::undissolved(s, after, mass, true) -
-                                               physics::undissolved(s, before, mass, true));
+    if (s.heat_of_solution != 0.0)
+      w.f.enthalpy[i] += s.heat_of_solution * (physics::undissolved(s, after, mass, is_solid(tag)) -
+                                               physics::undissolved(s, before, mass, is_solid(tag)));
   }
 };
 
-/// Potentials of contents as they are now, for the next step.
+/// Potentials and room of contents as they are now, for the next step.
 template <class T>
 struct PotentialBody {
   Frame<T> w;
   std::uint32_t k;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
-    if (holds(w.f.species[k], tag)) w.f.solute_operand[i].temperature = potential_at(w, k, i, tag);
+    if (!holds(w.f.species[k], tag)) return;
+    const Content content = content_at(w, k, i, tag);
+    set_room(w, k, i, content);
+    w.f.solute_operand[i].temperature = potential_of<T>(content);
   }
 };
 

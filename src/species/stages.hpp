@@ -17,8 +17,12 @@ void exchange(E& ex, const core::Frame<T>& w) {
     for (std::uint32_t k = 0; k < w.species; ++k) {
       ex.for_each(w.particles, OperandsBody<T>{w, k});
       core::super_steps(ex, plan, [&](const physics::StageFactors<double>& stage) {
-        spatial::sweep_adding<periodic()>(ex, w.particles,
-                                          ExchangeBody<T, periodic()>{w, k, stage.rate, stage.begins});
+        if (w.precipitates)
+          spatial::sweep_adding<periodic()>(
+              ex, w.particles, ExchangeBody<T, periodic(), true>{w, k, stage.rate, stage.begins});
+        else
+          spatial::sweep_adding<periodic()>(
+              ex, w.particles, ExchangeBody<T, periodic(), false>{w, k, stage.rate, stage.begins});
         if (!stage.ends) ex.for_each(w.particles, PotentialBody<T>{w, k});
       });
     }

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "engine/pair_forces.hpp"
-#include "meltsim/physics/flow_curve.hpp"
+#include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/strain_rate.hpp"
 #include "spatial/lanes.hpp"
 
@@ -96,8 +96,12 @@ struct StrainBody {
         physics::add_neighbour(sum.fit, weight, normal * depth, v - w.c.wall_velocity[face]);
       });
     const T rate = physics::shear_rate(physics::velocity_gradient(sum.fit));
-    w.f.viscosity[i] =
-        physics::flow_viscosity(w.f.materials[material_of(w.f.tag[i])].tables->flow, w.f.viscosity[i], rate);
+    const core::MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
+    const physics::FlowCurve<T> flow =
+        m.tables->yield_stress.points == 0u
+            ? m.tables->flow
+            : physics::flow_curve_at(m, w.f.enthalpy[i] / static_cast<double>(w.f.mass[i]));
+    w.f.viscosity[i] = physics::flow_viscosity(flow, w.f.viscosity[i], rate);
   }
 };
 

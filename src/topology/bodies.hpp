@@ -4,6 +4,7 @@
 #pragma once
 
 #include "engine/lattice.hpp"
+#include "engine/solute_state.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"
 
@@ -32,8 +33,8 @@ struct MeltBody {
   MELTSIM_HD bool dissolved(std::uint32_t material, std::uint32_t slot) const {
     for (std::uint32_t k = 0; k < w.species; ++k)
       if (w.f.species[k].solute == material)
-        return physics::is_dissolved(w.f.species[k], core::solute_at(w, k, slot),
-                                     static_cast<double>(w.f.mass[slot]));
+        return physics::is_dissolved(core::solute_at(w, k, slot), static_cast<double>(w.f.mass[slot]),
+                                     core::saturation_at(w, k, slot));
     return false;
   }
   struct Item {

@@ -133,8 +133,19 @@ MELTSIM_HD void for_each_near_site(const Frame<T>& w, std::uint32_t v, const Sit
   }
 }
 
+/// Whether liquid at a slot is crystals of a material that precipitates.
+template <class T>
+MELTSIM_HD bool crystallises(const Frame<T>& w, std::uint32_t slot, std::uint32_t solid) {
+  for (std::uint32_t k = 0; k < w.species; ++k) {
+    const core::SpeciesRow<T>& s = w.f.species[k];
+    if (s.solute == solid && s.solvent == material_of(w.f.tag[slot]) && physics::precipitates(s))
+      return physics::crystallises(core::fraction_at(w, k, slot), core::saturation_at(w, k, slot));
+  }
+  return false;
+}
+
 /// Every free vertex picks the one particle at its site, if that is liquid within the capture radius that freezes
-/// into the material of its body. If there are two, neither is taken: the other would be repelled at high
+/// into the material of its body, or is crystals of it. If there are two, neither is taken: the other would be repelled at high
 /// speed.
 template <class T>
 struct PickBody {
@@ -159,7 +170,8 @@ struct PickBody {
     });
     if (slot == none || crowded || !is_fluid(w.f.tag[slot]) || distance2 > reach * reach) return;
     const physics::MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[slot])];
-    if (m.solid == solid && physics::freezes(m, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])))
+    if ((m.solid == solid && physics::freezes(m, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot]))) ||
+        crystallises(w, slot, solid))
       w.f.vertex_pick[i] = w.f.id[slot];
   }
 };

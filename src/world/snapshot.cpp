@@ -140,6 +140,13 @@ std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
       number(p.value);
     }
   }
+  if (!m.solubility_points.empty()) {  // it says what is crystal
+    number(double(m.solubility_points.size()));
+    for (const PropertyPoint& p : m.solubility_points) {
+      number(p.temperature);
+      number(p.value);
+    }
+  }
   return h.value();
 }
 
@@ -153,8 +160,8 @@ Result<std::uint64_t> WorldImpl::state_hash() {
   h.add(state_.mass);
   h.add(state_.volume);
   h.add(state_.tag);
-  const bool freezing =
-      std::any_of(materials.begin(), materials.end(), [](const auto& m) { return m.freezes; });
+  const bool freezing = std::any_of(materials.begin(), materials.end(),
+                                    [](const auto& m) { return m.freezes || !m.solubility_points.empty(); });
   // A vertex marked as melted in the last step and one that melted before are the same state.
   for (std::size_t v = 0; v < state_.vertex_state.size(); ++v) {
     const std::uint32_t live = state_.vertex_state[v] == 1u ? 1u : 0u;

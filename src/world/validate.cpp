@@ -6,6 +6,7 @@
 
 #include "engine/text.hpp"
 #include "meltsim/physics/property_table.hpp"
+#include "world/material_values.hpp"
 #include "world/nozzle.hpp"
 
 namespace meltsim {
@@ -138,14 +139,19 @@ Status validate_flow(const MaterialDesc& m, const std::string& p) {
                         "1 is a viscosity that does not depend on the shear rate, below 1 thins");
       !s)
     return s;
-  if (m.yield_stress == 0 && m.flow_index == 1) return {};
-  const char* given = m.yield_stress > 0 ? "yield_stress" : "flow_index";
+  if (Status s = validate_points(p + "yield_stress_points", m.yield_stress_points, true); !s) return s;
+  for (const PropertyPoint& point : m.yield_stress_points)
+    if (Status s = measurable(p + "yield_stress_points", point.value, "Pa"); !s) return s;
+  if (!shears(m)) return {};
+  const char* given = !m.yield_stress_points.empty() ? "yield_stress_points"
+                      : m.yield_stress > 0           ? "yield_stress"
+                                                     : "flow_index";
   if (!(std::isfinite(m.regularisation) && m.regularisation > 0))
     return invalid(p, "regularisation: must be finite and > 0 s where ", given, " is given, got ",
                    m.regularisation,
                    "; below a shear rate of 1/regularisation the liquid creeps, 100 is usual");
   if (Status s = measurable(p + "regularisation", m.regularisation, "s"); !s) return s;
-  const double mu = m.yield_stress * m.regularisation;
+  const double mu = largest_yield_stress(m) * m.regularisation;
   if (Status s = measurable(p + "yield_stress times regularisation", mu, "Pa s"); !s) return s;
   if (m.melts_into)
     return invalid(p, given, ": a solid's lattice does not flow; give it to the liquid it melts into");
@@ -161,6 +167,10 @@ Status validate_species(const MaterialDesc& m, const std::string& p) {
     if (m.diffusivity_in != 0)
       return invalid(p, "dissolves_in: diffusivity_in (", m.diffusivity_in,
                      " m^2/s) is given, but no liquid; name the solvent, or leave diffusivity_in out");
+    if (!m.solubility_points.empty())
+      return invalid(p,
+                     "dissolves_in: solubility_points are given, but no liquid; name the solvent, or leave "
+                     "them out");
     if (m.transfer_coefficient)
       return invalid(p, "dissolves_in: transfer_coefficient (", *m.transfer_coefficient,
                      " m/s) is given, but no liquid; name the solvent, or leave transfer_coefficient out");
@@ -168,7 +178,14 @@ Status validate_species(const MaterialDesc& m, const std::string& p) {
   }
   if (m.melts_into)
     return invalid(p, "dissolves_in: it melts (melts_into) already; a material does one of the two");
-  if (!(m.solubility > 0 && m.solubility <= 1))
+  if (!m.solubility_points.empty()) {
+    if (Status s = validate_points(p + "solubility_points", m.solubility_points, false); !s) return s;
+    for (const PropertyPoint& point : m.solubility_points)
+      if (!(point.value < 1))
+        return invalid(p, "solubility_points: must be in (0, 1) kg per kg of solution, got ", point.value,
+                       " at ", point.temperature,
+                       " degrees; give solubility 1 alone for liquids that mix in any ratio");
+  } else if (!(m.solubility > 0 && m.solubility <= 1))
     return invalid(p, "solubility: must be in (0, 1] kg per kg of solution, got ", m.solubility,
                    "; sugar is 0.67, 1 mixes in any ratio");
   if (!(std::isfinite(m.diffusivity_in) && m.diffusivity_in > 0))

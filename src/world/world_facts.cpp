@@ -212,7 +212,7 @@ std::uint32_t WorldImpl::facts() const {
     freezing_body = freezing_body || materials[bodies_[b].desc.material.index].freezes;
   }
   // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
-  const bool freezes = freezing_body && model && (heat || census_.supercooled);
+  const bool freezes = (freezing_body && model && (heat || census_.supercooled)) || may_precipitate();
   bool melts = freezes || (census_.meltable != 0 && ((model && (heat || census_.molten)) || dissolves()));
   melts = melts || (census_.unsettled && (facts_ & core::fact_melt) != 0);
   if (capacity_ != 0) f |= core::fact_particles;

@@ -23,14 +23,12 @@
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
 #include "world/growth_sites.hpp"
+#include "world/material_values.hpp"
 #include "world/point_grid.hpp"
 #include "world/substep_budget.hpp"
 
 namespace meltsim {
 inline namespace v0 {
-
-/// Whether a liquid's viscosity depends on the shear rate.
-bool shears(const MaterialDesc& m);
 
 struct BodyRecord {
   SolidDesc desc;     ///< `fixed`: no force moves it, now
@@ -323,6 +321,7 @@ class WorldImpl final : public Scheduler {
   bool contents_level() const;
   bool solution_heats() const;
   bool dissolves() const;
+  bool may_precipitate() const;
   void fill_contents();
   void limit_solute(double laplacian_sum);
   void solute_plan(double dt, core::SubstepArguments& a) const;

@@ -20,15 +20,6 @@ double conductivity_of(const MaterialDesc& d) {
                        : d.conductivity;
 }
 
-physics::PropertyTable<double> table(const std::vector<PropertyPoint>& points) {
-  physics::PropertyTable<double> t;
-  for (const PropertyPoint& p : points) {
-    t.temperature[t.points] = p.temperature;
-    t.value[t.points++] = p.value;
-  }
-  return t;
-}
-
 /// The points, or the constant as a table of one.
 physics::PropertyTable<double> capacity_table(const MaterialDesc& d) {
   return d.heat_capacity_points.empty() ? table({{0, d.heat_capacity}}) : table(d.heat_capacity_points);
@@ -40,6 +31,12 @@ double least(const std::vector<PropertyPoint>& points, double otherwise) {
   return otherwise;
 }
 
+double largest(const std::vector<PropertyPoint>& points, double otherwise) {
+  for (const PropertyPoint& p : points)
+    otherwise = &p == points.data() ? p.value : std::max(otherwise, p.value);
+  return otherwise;
+}
+
 bool has_points(const MaterialDesc& d) {
   return !d.conductivity_points.empty() || !d.heat_capacity_points.empty() || !d.viscosity_points.empty() ||
          !d.density_points.empty() || shears(d);
@@ -47,16 +44,30 @@ bool has_points(const MaterialDesc& d) {
 
 bool has_tables(const physics::MaterialProperties<double>& p) {
   return p.conductivity.points != 0u || p.liquid_conductivity.points != 0u || p.viscosity.points != 0u ||
-         p.density.points != 0u || p.curve.nodes != 0u || p.flow.index > 0;
+         p.density.points != 0u || p.yield_stress.points != 0u || p.curve.nodes != 0u || p.flow.index > 0;
 }
 
 }  // namespace
 
-bool shears(const MaterialDesc& m) { return m.yield_stress > 0 || m.flow_index != 1; }
+physics::PropertyTable<double> table(const std::vector<PropertyPoint>& points) {
+  physics::PropertyTable<double> t;
+  for (const PropertyPoint& p : points) {
+    t.temperature[t.points] = p.temperature;
+    t.value[t.points++] = p.value;
+  }
+  return t;
+}
+
+bool shears(const MaterialDesc& m) { return largest_yield_stress(m) > 0 || m.flow_index != 1; }
+
+double largest_yield_stress(const MaterialDesc& m) { return largest(m.yield_stress_points, m.yield_stress); }
+double largest_solubility(const MaterialDesc& m) { return largest(m.solubility_points, m.solubility); }
+double least_solubility(const MaterialDesc& m) { return least(m.solubility_points, m.solubility); }
+double largest_content(const MaterialDesc& m) { return m.solubility_points.empty() ? m.solubility : 1; }
 
 physics::FlowCurve<double> WorldImpl::flow_of(const MaterialDesc& m) const {
   if (!shears(m)) return {};
-  return {m.yield_stress, m.flow_index, m.regularisation,
+  return {largest_yield_stress(m), m.flow_index, m.regularisation,
           physics::largest_flow_rate(m.flow_index, sound_speed_, desc.spacing)};
 }
 
@@ -88,6 +99,7 @@ std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties(
     p.liquid_conductivity = table(l.conductivity_points);
     p.viscosity = table(materials[i].viscosity_points);
     p.density = table(materials[i].density_points);
+    if (shears(materials[i])) p.yield_stress = table(materials[i].yield_stress_points);
     p.flow = flow_of(materials[i]);
     if (!m.heat_capacity_points.empty() || !l.heat_capacity_points.empty()) {
       const double latent = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;

@@ -34,9 +34,10 @@ Status WorldImpl::place_growth(const SolidDesc& s, const std::string& what, cons
     return invalid(what, "growth: must be >= 0 lattice steps, got ", s.growth,
                    "; 0 lets liquid freeze only where the body was solid before");
   if (s.growth == 0) return {};
-  if (!m.freezes)
+  if (!m.freezes && m.solubility_points.empty())
     return invalid(what, "growth: ", s.growth, " steps of \"", m.name,
-                   "\", which does not freeze; set `freezes` on the material or growth to 0");
+                   "\", which does not freeze; set `freezes` on the material, or its solubility_points if it "
+                   "is a species, or growth to 0");
   const double low[3] = {desc.domain.min.x, desc.domain.min.y, desc.domain.min.z};
   const double high[3] = {desc.domain.max.x, desc.domain.max.y, desc.domain.max.z};
   const Vec3d o = lattice_origin();
@@ -89,7 +90,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     return invalid(what, "material: no such material in this World; pass an id from add_material");
   const MaterialDesc& m = materials[s.material.index];
   if (Status st = core::validate_state(what.c_str(), s.temperature, s.velocity); !st) return st.error();
-  if (m.dissolves_in && !(m.solubility < 1))
+  if (m.dissolves_in && !(largest_solubility(m) < 1))
     return invalid(what, "material: \"", m.name, "\" mixes with \"", materials[m.dissolves_in.index].name,
                    "\" in any ratio (solubility 1), so that nothing holds a body of it together; fill with "
                    "fluid, or set "

@@ -45,7 +45,8 @@ std::vector<core::SpeciesRow<double>> WorldImpl::species_rows() const {
     core::SpeciesRow<double> r;
     r.solute = i;
     r.solvent = m.dissolves_in.index;
-    r.solubility = m.solubility;
+    r.solubility = largest_solubility(m);
+    r.saturation = table(m.solubility_points);
     r.volume = 1 / m.density;
     r.solvent_volume = 1 / solvent.density;
     r.diffusivity = m.diffusivity_in;
@@ -53,7 +54,7 @@ std::vector<core::SpeciesRow<double>> WorldImpl::species_rows() const {
     r.log_viscosity = std::log(m.viscosity);
     if (m.transfer_coefficient)
       r.surface_resistivity =
-          physics::surface_resistivity(*m.transfer_coefficient, 1 / physics::solution_volume(r, m.solubility),
+          physics::surface_resistivity(*m.transfer_coefficient, 1 / physics::solution_volume(r, r.solubility),
                                        core::support_of(desc), desc.spacing);
     rows.push_back(r);
   }
@@ -84,8 +85,9 @@ Status WorldImpl::check_species(const MaterialDesc& m) const {
                                                  " species; leave one out")};
   // As check_expansion(): a particle that leaves its body takes the room of the saturated solution.
   constexpr double most = 4;
-  const double ratio = m.solubility + (1 - m.solubility) * m.density / core::least_density(solvent);
-  if (m.solubility < 1 && ratio > most * (1 + 1e-9))
+  const double least = least_solubility(m),
+               ratio = least + (1 - least) * m.density / core::least_density(solvent);
+  if (least < 1 && ratio > most * (1 + 1e-9))
     return invalid(p, "density: ", m.density, " kg/m^3 is so far above that of \"", solvent.name,
                    "\" that a particle would take ", ratio, " times its room once it is dissolved; at most ",
                    most, " times, or a body bursts");
@@ -112,9 +114,12 @@ Status WorldImpl::check_fractions(const std::string& what, MaterialId liquid,
                      m.dissolves_in ? "dissolves in \"" + materials[m.dissolves_in.index].name + "\""
                                     : std::string("dissolves in nothing"),
                      "; set its dissolves_in to \"", solvent.name, "\"");
-    if (!(f.value >= 0 && f.value <= m.solubility))
-      return invalid(what, "fractions: \"", m.name, "\": must be in 0..", m.solubility,
-                     " kg per kg, its solubility, got ", f.value, "; use less, or raise solubility");
+    const double most = largest_solubility(m);
+    if (!(f.value >= 0 && f.value <= most))
+      return invalid(what, "fractions: \"", m.name, "\": must be in 0..", most, " kg per kg, ",
+                     m.solubility_points.empty() ? "its solubility" : "the largest of its solubility_points",
+                     ", got ", f.value, "; use less, or raise ",
+                     m.solubility_points.empty() ? "solubility" : "solubility_points");
     double& content = contents[species_of(f.material.index)];
     if (content != 0) return invalid(what, "fractions: \"", m.name, "\" is given twice; give it once");
     content = f.value;
@@ -142,7 +147,7 @@ double WorldImpl::extreme_volume(std::size_t material, double of_solvent, double
   double mixed = of_solvent, furthest = of_solvent;
   for (const std::uint32_t k : species_) {
     if (materials[k].dissolves_in.index != material) continue;
-    const double own = 1 / materials[k].density, more = (own - of_solvent) * materials[k].solubility;
+    const double own = 1 / materials[k].density, more = (own - of_solvent) * largest_content(materials[k]);
     if (more * sign <= 0) continue;
     mixed += more;
     furthest = sign * std::max(sign * furthest, sign * own);
@@ -213,6 +218,15 @@ bool WorldImpl::dissolves() const {
   return false;
 }
 
+/// Whether liquid may become part of a body that is left, out of a solution that holds too much.
+bool WorldImpl::may_precipitate() const {
+  if (!dissolves()) return false;
+  for (std::size_t b = 0; b < census_.live.size(); ++b)
+    if (census_.live[b] != 0u && !materials[bodies_[b].desc.material.index].solubility_points.empty())
+      return true;
+  return false;
+}
+
 /// Contents of a state that the engine holds none of.
 void WorldImpl::fill_contents() {
   for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k].resize(state_.position.size(), 0.0);
@@ -223,8 +237,8 @@ void WorldImpl::limit_solute(double laplacian_sum) {
   solute_lambda_ = 0;
   if (!species_used_) return;
   for (const auto& r : species_rows()) {
-    const double thinnest = std::max(r.solvent_volume, physics::solution_volume(r, r.solubility)),
-                 densest = std::min(r.solvent_volume, physics::solution_volume(r, r.solubility));
+    const double most = physics::solution_volume(r, largest_content(materials[r.solute]));
+    const double thinnest = std::max(r.solvent_volume, most), densest = std::min(r.solvent_volume, most);
     double a = r.diffusivity / densest;  // rho D
     if (r.surface_resistivity > 0) a = std::max(a, 2 / r.surface_resistivity);
     solute_lambda_ =

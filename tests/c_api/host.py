@@ -28,7 +28,8 @@ class WorldDesc(c.Structure):
 
 class MaterialDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("freezes", c.c_int32), ("name", c.c_char_p), ("density", c.c_double), ("rest", c.c_double * 5),
-                ("melts_into", Id), ("more", c.c_double * 9)]
+                ("melts_into", Id), ("more", c.c_double * 9),
+                ("yield_stress_points", c.POINTER(c.c_double)), ("yield_stress_point_count", c.c_size_t)]
 
 
 class SolidDesc(c.Structure):
@@ -428,7 +429,8 @@ class FluidDesc(c.Structure):
 
 class SpeciesDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("dissolves_in", Id), ("solubility", c.c_double),
-                ("diffusivity_in", c.c_double), ("heat_of_solution", c.c_double), ("transfer_coefficient", c.c_double)]
+                ("diffusivity_in", c.c_double), ("heat_of_solution", c.c_double), ("transfer_coefficient", c.c_double),
+                ("solubility_points", c.POINTER(c.c_double)), ("solubility_point_count", c.c_size_t)]
 
 
 desc = made(WorldDesc, lib.meltsim_world_desc_init_sized)
@@ -445,6 +447,20 @@ assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.b
 assert "dissolves_in" in text()
 species.dissolves_in = water
 assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(salt)) == 0, text()
+# Tables over temperature: pairs, refused as in C++.
+alum, table = Id(), (c.c_double * 4)(60, 0.2, 20, 0.06)
+species.solubility_point_count = 2
+assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(alum)) != 0 and "is null" in text(), text()
+species.solubility_points = table
+material.name = b"alum"
+assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(alum)) != 0 and "sort the points" in text(), text()
+table[0], table[2] = 20, 60
+table[1], table[3] = 0.06, 0.2
+assert lib.meltsim_world_add_species(s, c.byref(material), c.byref(species), c.byref(alum)) == 0, text()
+material.name, material.yield_stress_points, material.yield_stress_point_count = b"butter", table, 99
+assert lib.meltsim_world_add_material(s, c.byref(material), None) != 0 and "2..8 points" in text(), text()
+material.yield_stress_point_count = 2
+assert lib.meltsim_world_add_material(s, c.byref(material), None) == 0, text()
 shape, fluid, added = c.c_void_p(), made(FluidDesc, lib.meltsim_fluid_desc_init_sized), c.c_uint64()
 assert lib.meltsim_shape_box(Vec(0, 0, 0), Vec(0.3, 0.3, 0.3), c.byref(shape)) == 0, text()
 fluid.shape, fluid.material = shape, water

@@ -25,13 +25,61 @@ SpeciesRow<double> sugar() {
 // A body drives at saturation until its content is down to it; liquid drives with what it holds. No jump between the two.
 TEST(Solute, ABodyIsAPlateauAtSaturation) {
   const auto s = sugar();
-  EXPECT_EQ(solute_potential(s, 1.0, true), 0.6);
-  EXPECT_EQ(solute_potential(s, 0.61, true), 0.6);
-  EXPECT_EQ(solute_potential(s, 0.6, true), solute_potential(s, 0.6, false));
-  EXPECT_EQ(solute_potential(s, 0.3, true), 0.3);
-  EXPECT_EQ(solute_potential(s, 0.3, false), 0.3);
-  EXPECT_FALSE(is_dissolved(s, 0.61 * 2.0, 2.0));
-  EXPECT_TRUE(is_dissolved(s, 0.6 * 2.0, 2.0));
+  const double at = saturation_at(s, 20);
+  EXPECT_EQ(at, 0.6);
+  EXPECT_EQ(solute_potential(1.0, at, true), 0.6);
+  EXPECT_EQ(solute_potential(0.61, at, true), 0.6);
+  EXPECT_EQ(solute_potential(0.6, at, true), solute_potential(0.6, at, false));
+  EXPECT_EQ(solute_potential(0.3, at, true), 0.3);
+  EXPECT_EQ(solute_potential(0.3, at, false), 0.3);
+  EXPECT_FALSE(is_dissolved(0.61 * 2.0, 2.0, at));
+  EXPECT_TRUE(is_dissolved(0.6 * 2.0, 2.0, at));
+}
+
+// Linear between the points, constant beyond: 0.45 is half way by hand.
+TEST(Solute, SaturationFollowsItsTable) {
+  auto s = sugar();
+  EXPECT_FALSE(precipitates(s));
+  s.saturation.points = 2;
+  s.saturation.temperature[0] = 20;
+  s.saturation.temperature[1] = 60;
+  s.saturation.value[0] = 0.3;
+  s.saturation.value[1] = 0.6;
+  EXPECT_TRUE(precipitates(s));
+  EXPECT_EQ(saturation_at(s, 0), 0.3);
+  EXPECT_NEAR(saturation_at(s, 40), 0.45, 1e-15);
+  EXPECT_EQ(saturation_at(s, 90), 0.6);
+}
+
+// What one end gets the other loses, to the last bit; crystals get no more than they have room for, and give whatever room
+// they have.
+TEST(Solute, CrystalsTakeInWhatTheyHaveRoomFor) {
+  const auto check = [](auto one) {
+    using T = decltype(one);
+    for (const T u_i : {T(0.1), T(0.3), T(0.7)})
+      for (const T u_j : {T(0.1), T(0.3), T(0.7)})
+        for (const T r_i : {T(0), T(0.05), T(1)})
+          for (const T r_j : {T(0), T(0.05), T(1)}) {
+            const T drive = limited_drive(u_i, r_i, u_j, r_j);
+            EXPECT_EQ(drive, -limited_drive(u_j, r_j, u_i, r_i));
+            EXPECT_LE(drive, r_i);
+            EXPECT_GE(drive, -r_j);
+            if (r_i == T(1) && r_j == T(1)) EXPECT_EQ(drive, u_j - u_i);
+            if (u_j < u_i && r_j == T(1)) EXPECT_EQ(drive, u_j - u_i);
+          }
+  };
+  check(1.0f);
+  check(1.0);
+  EXPECT_EQ(crystal_room(0.75), 0.25);
+  EXPECT_EQ(crystal_room(1.0000001), 0);
+  EXPECT_FALSE(crystallises(0.96, 0.3));  // 0.3 + 0.95 * 0.7 = 0.965
+  EXPECT_TRUE(crystallises(0.97, 0.3));
+  // Of a species that precipitates, liquid counts by its content; of another, whatever liquid holds is dissolved.
+  auto s = sugar();
+  EXPECT_EQ(undissolved(s, 0.8, 1.0, false), 0);
+  s.saturation.points = 2;
+  EXPECT_NEAR(undissolved(s, 0.8, 1.0, false), 0.5, 1e-15);
+  EXPECT_EQ(undissolved(s, 0.6, 1.0, false), 0);
 }
 
 // Crystals in saturated solution: q + w_s (m - q) = S, all of it at w = 1 and none at w_s.

@@ -250,6 +250,48 @@ TEST(FlowCurve, TablesOfViscosityAreTheConsistency) {
   EXPECT_NEAR(hash(true), hash(false), 1e-3 * hash(false));
 }
 
+/// How far a block of 5 by 8 spacings has slumped after a while [m], at a temperature.
+double slumped(double temperature, double yield, std::vector<PropertyPoint> points) {
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.sound_speed = 8;
+  d.domain.bounded = true;
+  d.domain.no_slip = true;
+  d.domain.max = {0.2, 0.1, 0.08};
+  d.domain.faces = {Face::wall, Face::wall, Face::wall, Face::wall, Face::periodic, Face::periodic};
+  auto w = World::create(d);
+  require(w);
+  MaterialDesc m;
+  m.viscosity = 1;
+  m.yield_stress = yield;
+  m.yield_stress_points = std::move(points);
+  m.regularisation = 10;
+  FluidDesc f;
+  f.material = *w->add_material(m);
+  f.temperature = temperature;
+  f.shape = Shape::box({0, 0, 0}, {0.05, 0.08, 0.08});
+  require(w->add_fluid(f));
+  for (int k = 0; k < 100; ++k) require(w->step(2.5e-3));
+  EXPECT_FALSE(w->synchronize().halted);
+  double reach = 0;
+  for (const Vec3d& x : w->particles()->position) reach = std::max(reach, x.x);
+  return reach - 0.045;
+}
+
+// 300 Pa hold a bank of 0.06 m, 1 Pa of 0.2 mm: cold it stands, warm it runs, and in between it does what the table says, as if that
+// were given as a constant (1e-2: the table allows for 300 Pa, in more stages).
+TEST(FlowCurve, YieldStressFollowsTemperature) {
+  MELTSIM_NEEDS_BACKEND();
+  const std::vector<PropertyPoint> points{{20, 300}, {40, 0}};
+  const double cold = slumped(10, 0, points), warm = slumped(50, 0, points), between = slumped(30, 0, points);
+  EXPECT_LT(cold, dx);
+  EXPECT_GT(warm, 6 * dx);
+  EXPECT_GT(between, cold);
+  EXPECT_LT(between, warm);
+  EXPECT_NEAR(between, slumped(30, 150, {}), 1e-2 * between);
+  EXPECT_NEAR(warm, slumped(30, 0, {}), 0.1 * warm);
+}
+
 TEST(FlowCurve, BadInputIsRefusedByName) {
   MELTSIM_NEEDS_BACKEND();
   auto w = World::create(describe());
@@ -267,6 +309,22 @@ TEST(FlowCurve, BadInputIsRefusedByName) {
   const double nan = std::nan("");
   refuses("yield_stress:", [](MaterialDesc& m) { m.yield_stress = -1; });
   refuses("yield_stress:", [&](MaterialDesc& m) { m.yield_stress = nan; });
+  refuses("yield_stress_points: temperatures must ascend", [](MaterialDesc& m) {
+    m.yield_stress_points = {{40, 1}, {20, 2}};
+  });
+  refuses("yield_stress_points: must be 2..8", [](MaterialDesc& m) { m.yield_stress_points = {{40, 1}}; });
+  refuses("yield_stress_points: values", [](MaterialDesc& m) {
+    m.yield_stress_points = {{40, 1}, {50, -2}};
+  });
+  refuses("yield_stress_points: values", [&](MaterialDesc& m) {
+    m.yield_stress_points = {{40, nan}, {50, 2}};
+  });
+  refuses("regularisation:", [](MaterialDesc& m) {
+    m.yield_stress_points = {{40, 9}, {50, 0}}, m.regularisation = 0;
+  });
+  refuses("yield_stress_points:", [&](MaterialDesc& m) {
+    m.yield_stress_points = {{40, 9}, {50, 0}}, m.melts_into = water, m.melting_point = 0;
+  });
   refuses("flow_index:", [](MaterialDesc& m) { m.flow_index = 0; });
   refuses("flow_index:", [](MaterialDesc& m) { m.flow_index = -0.5; });
   refuses("flow_index:", [&](MaterialDesc& m) { m.flow_index = nan; });

@@ -468,7 +468,7 @@ TEST(Species, AWorldWithoutThemHasNoStageAndNoMemoryOfThem) {
       ++channels;
       EXPECT_EQ(c.bytes, 0u) << c.name;
     }
-  EXPECT_EQ(channels, 3);
+  EXPECT_EQ(channels, 4);
 }
 
 // Salt water without a difference has nothing to exchange, until fresh water comes; its contents and density stay.

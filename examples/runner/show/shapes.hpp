@@ -54,7 +54,7 @@ inline constexpr std::uint32_t clear_species = 0xffffffffu;
 /// What the liquid shows of a species: its colour where it mixes in any ratio; what dissolves from a body, such as sugar, has
 /// the colour of its crystals, and its solution is clear.
 inline std::uint32_t shown_species(std::uint32_t material, const meltsim::MaterialDesc& desc) {
-  return desc.solubility < 1 ? clear_species : material;
+  return desc.solubility < 1 || !desc.solubility_points.empty() ? clear_species : material;
 }
 /// Mass fractions at the vertices of the liquid, from the particles nearby; nothing where a frame has no species.
 void add_contents(FrameShapes& shapes, const std::vector<FrameParticle>& particles,

@@ -124,6 +124,15 @@ MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
   return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
 }
 
+/// Flow curve of a liquid at specific enthalpy h: its yield stress is that at the temperature there. Of a material with tables.
+template <class T>
+MELTSIM_HD FlowCurve<T> flow_curve_at(const MaterialRow<T>& m, double h) {
+  FlowCurve<T> flow = m.tables->flow;
+  if (m.tables->yield_stress.points != 0u)
+    flow.yield_stress = property_at(m.tables->yield_stress, static_cast<T>(temperature_of(m, h)));
+  return flow;
+}
+
 /// 1/k [m K/W]: infinite for an insulator.
 template <class T>
 MELTSIM_HD T resistivity_of(T conductivity) {

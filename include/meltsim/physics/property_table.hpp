@@ -83,6 +83,7 @@ struct MaterialProperties {
   PropertyTable<T> liquid_conductivity;  ///< of the liquid it becomes [W/(m K)]
   PropertyTable<T> viscosity;            ///< [Pa s]
   PropertyTable<T> density;              ///< rest density of a liquid [kg/m^3]
+  PropertyTable<T> yield_stress;         ///< of a liquid [Pa]; in place of that of `flow`
   EnthalpyCurve curve;                   ///< in use when nodes > 0
   FlowCurve<T> flow;                     ///< in use when index > 0
 };

@@ -10,16 +10,24 @@
 //   S       content of a particle                           kg      (double: a step may change it by 1e-9 of itself)
 //   m       mass of the particle, constant                  kg
 //   w       S / m                                           -
-//   w_s     mass fraction of the saturated solution         -
-//   u       w of liquid, min(w, w_s) of a body              -
+//   w_s     mass fraction of the saturated solution         -       a constant, or a table over temperature
+//   u       w of liquid, min(w, w_s) of crystals            -
 //   R       1/(rho D), rho of the solution                  m s/kg
 //   g_ij    V_i V_j L_ij 2 / (R_i + R_j)                    kg/s    bitwise symmetric in i, j
+//   r       1 - w of crystals: room for more                -
 //   dS_i/dt sum_j g_ij (u_j - u_i)                          kg/s    antisymmetric: the species is conserved
 //   V0      S/rho_s + (m - S)/rho_w: volume at rest         m^3
 //   q       (S - w_s m)/(1 - w_s): what is not dissolved    kg
 //
 // A particle of a body is a plateau: it gives its species off at w_s until its content is down to w_s. It then leaves the
 // lattice, and no number changes but its tag.
+//
+// Precipitation, where w_s depends on temperature: liquid that holds more than w_s(T) and lies beside a body of the species is
+// crystals, too. It is a plateau as the body is, takes in what liquid farther off holds beyond w_s, and joins the lattice by the
+// rule of freezing once 0.95 of it is crystal. A pair gives crystals at most g_ij r_i, so that none holds more
+// than its mass: the sum of g_ij tau is at most m. Liquid away from bodies stays supersaturated: nothing nucleates. The drive is
+// w, not w/w_s, within liquid of varying temperature, too: Fick's law. The saturation of a body is that at its own
+// temperature, which is what a crystal in a gradient of temperature dissolves and grows by.
 //
 // Time: explicit steps, of which a new w is a weighted mean of old ones while tau sum_j g_ij/m_i <= 1: no content leaves the
 // range of those around it. Runge-Kutta-Legendre stages of first order would not keep that: two of them weigh the particle's
@@ -28,13 +36,16 @@
 // sixtieth). Species diffuse so slowly that one step is enough in nearly all scenes.
 //
 // Deviations: volumes of solvent and solute add up. The heat capacity is the solvent's whatever the content, and diffusion
-// carries no enthalpy. w_s and D do not depend on temperature, so that a solution never holds more than saturation and nothing
-// precipitates. Species do not hinder each other.
+// carries no enthalpy. D does not depend on temperature. Species do not hinder each other. With a table, q counts with the
+// largest w_s, in bodies and liquid alike: a function of the content alone, so that nothing jumps where a particle joins or leaves a
+// lattice or its temperature changes. Heat of solution is exact over a cell that dissolves or grows; what a cell takes
+// in or gives off between w_s at its temperature and the largest w_s has none.
 #pragma once
 
 #include "meltsim/physics/diffusion.hpp"
 #include "meltsim/physics/elementary.hpp"
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/property_table.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 
 namespace meltsim {
@@ -45,14 +56,48 @@ namespace physics {
 template <class T>
 struct SpeciesRow {
   std::uint32_t solute{}, solvent{};  ///< material indices
-  double solubility{};                ///< w_s
+  double solubility{};                ///< w_s; the largest of a table
   double volume{};                    ///< 1/rho_s [m^3/kg]
   double solvent_volume{};            ///< 1/rho_w [m^3/kg], at the solvent's nominal density
   double diffusivity{};               ///< D [m^2/s]
   double heat_of_solution{};          ///< [J/kg]; 0 where heat is not computed
   double log_viscosity{};             ///< ln mu of the species [mu: Pa s]; -infinity of one without viscosity
   T surface_resistivity{};  ///< R_i + R_j of a pair of body and liquid where a transfer coefficient is given [m s/kg]; else 0
+  PropertyTable<double> saturation{};  ///< w_s over temperature [degrees Celsius]; no points: `solubility`
 };
+
+/// Whether w_s depends on temperature, so that the species precipitates.
+template <class T>
+MELTSIM_HD bool precipitates(const SpeciesRow<T>& s) {
+  return s.saturation.points != 0u;
+}
+
+/// w_s [-] at a temperature [degrees Celsius].
+template <class T>
+MELTSIM_HD double saturation_at(const SpeciesRow<T>& s, double temperature) {
+  return precipitates(s) ? property_at(s.saturation, temperature) : s.solubility;
+}
+
+/// Distance from a particle of a body, in spacings, within which supersaturated liquid is beside the body: more than the
+/// diagonal of a face of the lattice's cells, less than two cells.
+inline constexpr double crystal_reach = 1.5;
+
+/// Share of a particle that is crystal when it joins the lattice beside it [-]: all of it but for what its room leaves slowly.
+inline constexpr double crystal_share = 0.95;
+
+/// Whether supersaturated liquid beside a body joins its lattice; w: its content.
+MELTSIM_HD bool crystallises(double w, double saturation) {
+  return w >= saturation + crystal_share * (1.0 - saturation);
+}
+
+/// r: what crystals of content w may take in, per mass [-].
+MELTSIM_HD double crystal_room(double w) { return maximum(1.0 - w, 0.0); }
+
+/// What drives a pair, u_j - u_i, as far as the one that takes has room [-]; bitwise antisymmetric.
+template <class T>
+MELTSIM_HD T limited_drive(T u_i, T room_i, T u_j, T room_j) {
+  return maximum(minimum(u_j - u_i, room_i), -room_j);
+}
 
 /// Volume at rest [m^3] of what is not solvent, per mass of it 1/rho_s.
 template <class T>
@@ -67,29 +112,28 @@ MELTSIM_HD double solution_volume(const SpeciesRow<T>& s, double w) {
 }
 
 /// u: what drives the exchange [-].
-template <class T>
-MELTSIM_HD double solute_potential(const SpeciesRow<T>& s, double w, bool solid) {
-  return solid ? minimum(w, s.solubility) : w;
+MELTSIM_HD double solute_potential(double w, double saturation, bool crystal) {
+  return crystal ? minimum(w, saturation) : w;
 }
 
-/// 1/(rho D) [m s/kg] of liquid of mass fraction w; of a body that of its saturated solution, through which it loses what it
-/// loses.
+/// 1/(rho D) [m s/kg] of liquid of mass fraction w; of crystals that of their saturated solution, through which they lose what
+/// they lose.
 template <class T>
-MELTSIM_HD double solute_resistivity(const SpeciesRow<T>& s, double w, bool solid) {
-  return solution_volume(s, solid ? s.solubility : w) / s.diffusivity;
+MELTSIM_HD double solute_resistivity(const SpeciesRow<T>& s, double w, bool crystal) {
+  return solution_volume(s, crystal ? s.solubility : w) / s.diffusivity;
 }
 
 /// Whether a particle of a body has given off what it can: its content is down to saturation.
-template <class T>
-MELTSIM_HD bool is_dissolved(const SpeciesRow<T>& s, double content, double mass) {
-  return content <= s.solubility * mass;
+MELTSIM_HD bool is_dissolved(double content, double mass, double saturation) {
+  return content <= saturation * mass;
 }
 
-/// q [kg]: what of a particle is not dissolved; of a body of saturated solution around crystals.
+/// q [kg]: what of a particle is not dissolved; of a body of saturated solution around crystals. Liquid has some only of
+/// a species that precipitates.
 template <class T>
 MELTSIM_HD double undissolved(const SpeciesRow<T>& s, double content, double mass, bool solid) {
   const double above = content - s.solubility * mass;
-  return solid && above > 0.0 ? above / (1.0 - s.solubility) : 0.0;
+  return (solid || precipitates(s)) && above > 0.0 ? above / (1.0 - s.solubility) : 0.0;
 }
 
 /// Viscosity of a mixture, species by species: ln mu = sum_k w_k ln mu_k, the solvent's share the rest.
