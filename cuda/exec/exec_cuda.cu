@@ -399,7 +399,8 @@ void CudaExec::pace() {
   using Clock = std::chrono::steady_clock;
   Queue& q = own_->queue;
   if (q.marks == 0 && q.unmarked == 0) q.since = Clock::now();
-  if (++q.unmarked >= std::max<std::uint64_t>(1, q.allowed / queue_marks)) {
+  // A mark costs its host as much as a sub-step's launch.
+  if (++q.unmarked >= std::max(std::min<std::uint64_t>(q.allowed, 4), q.allowed / queue_marks)) {
     const std::size_t last = (q.first + q.marks++) % Queue::ring;
     check(cudaEventRecord(q.event[last], stream_), "marking the end of a sub-step");
     q.steps[last] = q.unmarked;

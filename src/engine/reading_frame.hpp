@@ -174,7 +174,8 @@ struct ReadingFrame {
   LevelSums* levels = nullptr;  ///< column by column, then of 2x2, of 4x4, ...
   PackedParticles p;
   PackColors colors;
-  ForcesRow* forces = nullptr;  ///< per body
+  std::uint32_t bodies_taken = 0, events_taken = 0;  ///< rows of each, 0 where they are not asked for
+  ForcesRow* forces = nullptr;                       ///< per body
   EventHead* event_head = nullptr;
   EventRow* events = nullptr;  ///< the ring
 };

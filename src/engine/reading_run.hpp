@@ -74,27 +74,33 @@ class ReadingRun {
     w.has_density = has_density ? 1u : 0u;
     w.clears = parts.clears ? 1u : 0u;
     ex.set_guard(nullptr);
+    w.bodies_taken = s.parts.forces ? static_cast<std::uint32_t>(s.bodies) : 0u;
+    w.events_taken = static_cast<std::uint32_t>(s.events);
     reading::status<E, T>(ex, w);
     if (!rolled_back && scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
     if (s.parts.sums) reading::sums<E, T>(ex, w);
     if (s.counts) reading::count_pieces<E, T>(ex, w);
     if (s.parts.pieces) reading::pieces<E, T>(ex, w);
-    if (s.parts.forces) reading::forces<E, T>(ex, w);
-    if (s.parts.events) reading::events<E, T>(ex, w);
+    if (s.parts.forces || s.parts.events) reading::records<E, T>(ex, w);
     if (s.parts.particles) reading::pack<E, T>(ex, w);
     if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
-    const Layout host = layout(s, s.rows_sent);
+    const Layout host = layout(s, s.rows_sent), device = layout(s, s.rows);
     ex.begin_copies();
-    const auto bring = [&](std::uint64_t to, const void* from, std::uint64_t bytes) {
-      if (bytes != 0) ex.copy_out(s.host + to, from, bytes);
+    // Every copy costs its host as much as a kernel. What stands behind rows of which all are sent comes with them.
+    const auto bring = [&](std::uint64_t to, std::uint64_t from, std::uint64_t bytes) {
+      if (bytes != 0) ex.copy_out(s.host + to, s.device + from, bytes);
     };
-    bring(host.head, w.head, sizeof(ReadingHead));
-    bring(host.rows, w.rows, s.rows_sent * sizeof(PieceRow));
-    bring(host.totals, w.totals, s.rows_sent * sizeof(PieceTotals));
-    bring(host.forces, w.forces, s.parts.forces ? bodies_ * sizeof(ForcesRow) : 0);
-    bring(host.events, w.event_head, s.parts.events ? event_bytes(s) : 0);
-    bring(host.particles, w.p.position, s.parts.particles ? s.born * PackedParticles::bytes(s.species) : 0);
-    bring(host.end, scene.probes.values + parts.first_sample, parts.samples * sizeof(double));
+    if (s.rows == s.rows_sent) {
+      bring(0, 0, host.end);
+    } else {
+      bring(host.head, device.head, sizeof(ReadingHead));
+      bring(host.rows, device.rows, s.rows_sent * sizeof(PieceRow));
+      bring(host.totals, device.totals, s.rows_sent * sizeof(PieceTotals));
+      bring(host.forces, device.forces, host.end - host.forces);
+    }
+    if (parts.samples != 0)
+      ex.copy_out(s.host + host.end, scene.probes.values + parts.first_sample,
+                  parts.samples * sizeof(double));
     ex.end_copies(s.mark);
     s.open = true;
     return {};
@@ -278,6 +284,7 @@ class ReadingRun {
       s.device_bytes = 0;
       s.device = device <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(device)) : nullptr;
       if (s.device == nullptr) return too_much(device, "device");
+      ex.zero(s.device, device);  // gaps are copied along
       s.device_bytes = device;
     }
     if (host > s.host_bytes) {

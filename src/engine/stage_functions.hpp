@@ -95,9 +95,7 @@ void pieces(E& ex, const core::ReadingFrame<T>& w);
 template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w);
 template <class E, class T>
-void forces(E& ex, const core::ReadingFrame<T>& w);
-template <class E, class T>
-void events(E& ex, const core::ReadingFrame<T>& w);
+void records(E& ex, const core::ReadingFrame<T>& w);
 }  // namespace reading
 
 namespace core {
@@ -138,8 +136,7 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
   MELTSIM_INSTANTIATE_FOR_READING(Exec, sums)         \
   MELTSIM_INSTANTIATE_FOR_READING(Exec, count_pieces) \
   MELTSIM_INSTANTIATE_FOR_READING(Exec, pieces)       \
-  MELTSIM_INSTANTIATE_FOR_READING(Exec, forces)       \
-  MELTSIM_INSTANTIATE_FOR_READING(Exec, events)       \
+  MELTSIM_INSTANTIATE_FOR_READING(Exec, records)      \
   MELTSIM_INSTANTIATE_FOR_READING(Exec, pack)
 #define MELTSIM_INSTANTIATE_FOR_READING(Exec, part)                         \
   template void part<Exec, float>(Exec&, const core::ReadingFrame<float>&); \

@@ -33,7 +33,7 @@ struct PushArguments {
 };
 
 /// Most bodies that one launch gives new motions: a kernel's arguments hold no more than 4 KB.
-inline constexpr std::uint32_t most_steered = 8;
+inline constexpr std::uint32_t most_steered = 16;
 
 }  // namespace core
 }  // namespace v0

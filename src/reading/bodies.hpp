@@ -25,6 +25,7 @@ struct StatusBody {
     w.head->status = s;
     w.head->pieces = 0;
     w.head->complete = s.halted == 0u || w.rolled_back != 0u ? 1u : 0u;
+    if (w.events_taken != 0u && w.head->complete != 0u) *w.event_head = *w.s.f.event_head;
     if (w.clears == 0u) return;
     s.max_speed = s.max_density = 0;
     s.courant_exceeded = 0u;
@@ -34,37 +35,23 @@ struct StatusBody {
   }
 };
 
-/// Copies what acted on a body since the last time, and resets it.
+/// Copies what acted on a body since the last time, and a row of the ring of events, and resets them.
 template <class T>
-struct TakeForcesBody {
-  ReadingFrame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t b) const {
-    core::BodyForceTotals& t = w.s.f.body_forces[b];
-    core::ForcesRow& to = w.forces[b];
-    to.totals = t;
-    if (w.s.f.body_motion != nullptr) to.motion = w.s.f.body_motion[b].motion;
-    core::BodyForceTotals none;
-    none.center = t.center;
-    t = none;
-  }
-};
-
-/// Copies a row of the ring of events.
-template <class T>
-struct TakeEventBody {
+struct TakeRecordsBody {
   ReadingFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t k) const {
-    if (k < w.s.f.event_head->written) w.events[k] = w.s.f.events[k];
-  }
-};
-
-/// Copies how many events there were since the last time, and begins anew.
-template <class T>
-struct TakeEventHeadBody {
-  ReadingFrame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t) const {
-    *w.event_head = *w.s.f.event_head;
-    *w.s.f.event_head = core::EventHead{};
+    if (k < w.bodies_taken) {
+      core::BodyForceTotals& t = w.s.f.body_forces[k];
+      core::ForcesRow& to = w.forces[k];
+      to.totals = t;
+      if (w.s.f.body_motion != nullptr) to.motion = w.s.f.body_motion[k].motion;
+      core::BodyForceTotals none;
+      none.center = t.center;
+      t = none;
+    }
+    if (k >= w.events_taken) return;
+    if (k < w.event_head->written) w.events[k] = w.s.f.events[k];
+    if (k == 0) *w.s.f.event_head = core::EventHead{};  // status() has copied it
   }
 };
 
@@ -464,16 +451,15 @@ struct PieceTotalsBody {
 
 // --- particles by id --------------------------------------------------------------------------------------
 
-/// Volume fraction and P/phi^2, in the order of the sub-step that worked them out.
+/// Volume fraction and P/phi^2 of a state that was gone back to, in the order of the sub-step that worked them out.
 template <class T>
-struct PackDerivedBody {
+struct PackBeforeBody {
   ReadingFrame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const bool before = w.rolled_back != 0u;
-    const std::uint32_t id = before ? w.s.before.id[i] : w.s.f.id[i];
+    const std::uint32_t id = w.s.before.id[i];
     if (id >= w.s.born) return;
     w.p.density[id] = static_cast<float>(w.s.f.density[i]);
-    w.p.pressure[id] = static_cast<float>((before ? w.s.before.velocity : w.s.f.velocity)[i].w);
+    w.p.pressure[id] = static_cast<float>(w.s.before.velocity[i].w);
   }
 };
 
@@ -490,7 +476,12 @@ struct PackBody {
     w.p.velocity[id] = cast<float>(xyz(w.s.f.velocity[i]));
     for (std::uint32_t k = 0; k < w.s.species && w.s.f.solute != nullptr; ++k)
       w.p.solute[k][id] = static_cast<float>(core::solute_at(w.s, k, i) / static_cast<double>(w.s.f.mass[i]));
-    if (is_removed(tag)) return;
+    if (is_removed(tag)) {
+      if (w.p.color != nullptr) w.p.color[id] = 0u;
+      w.p.temperature[id] = w.p.fraction[id] = w.p.density[id] = w.p.pressure[id] = 0.0F;
+      w.p.piece[id] = 0u;
+      return;
+    }
     const auto& m = w.s.f.materials[material_of(tag)];
     const auto mass = static_cast<double>(w.s.f.mass[i]);
     const double h = core::enthalpy_at(w.s, i) / mass;
@@ -498,8 +489,13 @@ struct PackBody {
     w.p.fraction[id] = m.plateau != 0u ? static_cast<float>(physics::liquid_fraction(m, h))
                        : is_solid(tag) ? 0.0F
                                        : 1.0F;
-    const float phi = w.has_density != 0u ? w.p.density[id] : 0.0F;
-    const float term = w.has_density != 0u ? w.p.pressure[id] : 0.0F;
+    const bool before = w.rolled_back != 0u;
+    const float phi = w.has_density == 0u ? 0.0F
+                      : before            ? w.p.density[id]
+                                          : static_cast<float>(w.s.f.density[i]);
+    const float term = w.has_density == 0u ? 0.0F
+                       : before            ? w.p.pressure[id]
+                                           : static_cast<float>(w.s.f.velocity[i].w);
     w.p.density[id] = is_solid(tag)
                           ? static_cast<float>(m.density)
                           : static_cast<float>(static_cast<double>(phi) * mass / static_cast<double>(x.w));
@@ -510,21 +506,13 @@ struct PackBody {
       if (vertex != none) piece = w.s.f.vertex_piece[vertex] + 1u;
     }
     w.p.piece[id] = piece;
-  }
-};
-
-/// The colour of a particle, by id; after PackBody. 0, transparent, of those that were removed.
-template <class T>
-struct ColorBody {
-  ReadingFrame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t id) const {
-    const std::uint32_t tag = w.p.tag[id];
+    if (w.p.color == nullptr) return;
     std::uint32_t entry = material_of(tag);
-    if (w.colors.by == static_cast<std::uint32_t>(ColorBy::temperature) && !is_removed(tag)) {
+    if (w.colors.by == static_cast<std::uint32_t>(ColorBy::temperature)) {
       const float place = (w.p.temperature[id] - w.colors.coldest) * w.colors.per_degree;
       entry = static_cast<std::uint32_t>(clamp(place, 0.0F, 255.0F));
     }
-    w.p.color[id] = is_removed(tag) ? 0u : w.colors.table[entry];
+    w.p.color[id] = w.colors.table[entry];
   }
 };
 

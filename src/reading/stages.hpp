@@ -2,13 +2,15 @@
 // What a reading enqueues. Nothing here waits or allocates.
 #pragma once
 
+#include <algorithm>
+
 #include "reading/bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace reading {
 
-/// Copies the status and resets the extremes. The caller lifts the guard.
+/// Copies the status and how many events there are, and resets the extremes. The caller lifts the guard.
 template <class E, class T>
 void status(E& ex, const core::ReadingFrame<T>& w) {
   ex.for_each(1, StatusBody<T>{w});
@@ -62,25 +64,18 @@ void pieces(E& ex, const core::ReadingFrame<T>& w) {
   ex.sum_by_row(w.s.vertices, PieceTotalsBody<T>{w}, w.totals);
 }
 
-/// Copies what acted on bodies and begins anew.
+/// Copies what acted on bodies, and events, and begins anew; after status().
 template <class E, class T>
-void forces(E& ex, const core::ReadingFrame<T>& w) {
-  ex.for_each(w.s.bodies, TakeForcesBody<T>{w});
-}
-
-/// Copies events and begins anew.
-template <class E, class T>
-void events(E& ex, const core::ReadingFrame<T>& w) {
-  ex.for_each(w.s.event_capacity, TakeEventBody<T>{w});
-  ex.for_each(1, TakeEventHeadBody<T>{w});
+void records(E& ex, const core::ReadingFrame<T>& w) {
+  ex.for_each(std::max(w.bodies_taken, w.events_taken), TakeRecordsBody<T>{w});
 }
 
 /// Particles in single precision, by id.
 template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w) {
-  if (w.has_density != 0u) ex.for_each(w.s.particles, PackDerivedBody<T>{w});
+  // The density of a state that was gone back to stands at other slots.
+  if (w.has_density != 0u && w.rolled_back != 0u) ex.for_each(w.s.particles, PackBeforeBody<T>{w});
   ex.for_each(w.s.particles, PackBody<T>{w});
-  if (w.p.color != nullptr) ex.for_each(w.s.born, ColorBody<T>{w});
 }
 
 }  // namespace reading

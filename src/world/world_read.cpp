@@ -109,7 +109,8 @@ std::vector<std::uint32_t> ramp() {
 /// 256 entries, or none where no colours are asked for.
 std::vector<std::uint32_t> table_of(const RenderDesc& d) {
   if (d.color == ColorBy::nothing) return {};
-  if (d.colors.empty()) return d.color == ColorBy::material ? palette() : ramp();
+  static const std::vector<std::uint32_t> materials = palette(), temperatures = ramp();
+  if (d.colors.empty()) return d.color == ColorBy::material ? materials : temperatures;
   std::vector<std::uint32_t> table(256);
   for (std::size_t k = 0; k < 256; ++k)
     table[k] = d.color == ColorBy::material ? d.colors[std::min(k, d.colors.size() - 1)]
