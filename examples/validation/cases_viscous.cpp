@@ -97,14 +97,6 @@ void stokes(const Settings& s, Report& r) {
                (1000 * length(d.gravity) * whole - gain) / (6 * pi * mu * radius * through),
                1 / share_of_drag(share), 5, "asked for");
   }
-  r.note =
-      "The stages are not what is missing: at mu = 375 Pa s explicit viscosity and stages give 0.786 of the "
-      "reference at 6 "
-      "spacings after the same time, 0.844 later, each to three digits. Liquid sticks to bodies half a "
-      "spacing below their "
-      "surface (0.52 spacings, of a channel between fixed slabs), as their particles answer with the "
-      "velocity of the body and "
-      "do not continue the profile: a sphere of so few spacings drags as a smaller one.";
 }
 
 // A closed box of liquid that moves at random, with a body among it.

@@ -195,10 +195,11 @@ struct ForcesBody {
       s.viscosity =
           physics::pair_viscosity(own.viscosity, viscosity_of(w, j, w.f.materials[material_of(tag)]));
   }
-  /// A solid acts like the same liquid, except for its pressure term.
+  /// A solid acts like the same liquid, except for its pressure term and the pair's viscosity.
   MELTSIM_HD Other other(const Own& own, const Stored& s) const {
     const bool solid = any ? s.solid : company == Company::solids && is_solid_term(s.v.w);
-    return {xyz(s.v), solid ? own.stiffness * -s.v.w : s.v.w, s.viscosity, s.density, solid};
+    return {xyz(s.v), solid ? own.stiffness * -s.v.w : s.v.w,
+            solid ? physics::no_slip_viscosity(s.viscosity) : s.viscosity, s.density, solid};
   }
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Other& other, const spatial::Pair<T>& pair,

@@ -44,7 +44,7 @@ struct ViscousOperandsBody {
   }
 };
 
-/// What neighbours give a particle [N], and its conductance [kg/s].
+/// What neighbours give a particle [N], and what of its conductance counts towards the bound of the stages [kg/s].
 template <class T>
 using ViscousSum = spatial::ExchangeSum<Vec3<T>, T>;
 
@@ -85,7 +85,7 @@ struct ViscousStageBody {
         own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
         own.operand.w, other.w);
     sum.rate += (xyz(other) - xyz(own.operand)) * g;
-    sum.conductance += g;
+    sum.conductance += g * physics::bound_share(own.operand.w, other.w);
   }
   struct Lanes {
     spatial::LaneVectors<T> operand;

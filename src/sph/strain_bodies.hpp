@@ -4,6 +4,7 @@
 #pragma once
 
 #include "engine/pair_forces.hpp"
+#include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/strain_rate.hpp"
 #include "spatial/lanes.hpp"
@@ -58,7 +59,7 @@ struct StrainBody {
 
   // One pair (spatial/sweep.hpp).
   using Own = Vec4<T>;
-  using Stored = Vec4<T>;
+  using Stored = Vec4<T>;  ///< velocity, and the factor on its difference
   MELTSIM_HD bool takes_part(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
     if (!is_fluid(tag)) return false;
@@ -66,14 +67,19 @@ struct StrainBody {
     return tables != nullptr && tables->flow.index != T(0);
   }
   MELTSIM_HD Own own(std::uint64_t i) const { return w.f.velocity[i]; }
-  MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const { return w.f.velocity[j]; }
+  MELTSIM_HD T factor(std::uint32_t j) const {
+    return is_solid(w.f.tag[j]) ? T(physics::no_slip_factor) : T(1);
+  }
+  MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const {
+    return with_w(xyz(w.f.velocity[j]), factor(j));
+  }
   MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
                       Along) const {
     physics::add_neighbour(sum.fit,
                            pair.volume * physics::kernel_laplacian(w.c.kernel, std::sqrt(pair.r2), pair.r2),
-                           pair.x_ij, xyz(own) - xyz(other));
+                           pair.x_ij, (xyz(own) - xyz(other)) * other.w);
   }
   struct Lanes {
     spatial::LaneVectors<T> v;
@@ -81,6 +87,7 @@ struct StrainBody {
     void load(const StrainBody& body, const Own&, std::uint64_t, const std::uint32_t* slots, std::uint32_t n,
               const T*) {
       v.load(body.w.f.velocity, slots, n);
+      for (std::uint32_t k = 0; k < spatial::whole_lanes(n); ++k) v.w[k] = body.factor(slots[k]);
     }
   };
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {

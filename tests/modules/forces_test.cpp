@@ -137,7 +137,8 @@ struct Oracle {
     if (r >= H) return {};
     const auto &a = rows[material_of(tag[i])], &b = rows[material_of(tag[j])];
     const double vj = volume[j];
-    const double mu = solid(j) ? a.viscosity : 2 * a.viscosity * b.viscosity / (a.viscosity + b.viscosity);
+    const double mu =
+        solid(j) ? 2 * a.viscosity : 2 * a.viscosity * b.viscosity / (a.viscosity + b.viscosity);
     const double rho = solid(j) ? a.density : 0.5 * (a.density + b.density);
     double leak = 0;  // contact from 0.9 dx inwards, per distance
     if (solid(j) && r < 0.9 * dx) {

@@ -257,7 +257,7 @@ class AllPairs {
       around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
         if (copy.mirrored || r == 0) return;
         const double weight = volume_[j] * L(r), x[3] = {d.x, d.y, d.z};
-        add(weight, d, v_[i] - v_[j]);
+        add(weight, d, (v_[i] - v_[j]) * (solid(j) ? 2.0 : 1.0));
         for (int a = 0; a < 3; ++a) S[a] += weight * x[a] * x[a] * x[a];
       });
       for (int k = 0; c_.domain.no_slip && k < 6; ++k) {
@@ -304,8 +304,9 @@ class AllPairs {
     size = V * f(r) * (term_scale_[i] + stiffness * term_scale_[j]) * r;
     Vec3d force = d * (V * f(r) * terms);
     if (mirrored) return force;
-    const double mu_i = viscosity(i), mu_j = to_solid ? mu_i : viscosity(j);
-    const double mu = mu_i + mu_j > 0 ? 2 * mu_i * mu_j / (mu_i + mu_j) : 0;
+    // The harmonic mean; a body is infinitely viscous.
+    const double mu_i = viscosity(i), mu_j = to_solid ? 0 : viscosity(j);
+    const double mu = to_solid ? 2 * mu_i : mu_i + mu_j > 0 ? 2 * mu_i * mu_j / (mu_i + mu_j) : 0;
     const double rho = to_solid ? row(i).density : 0.5 * (row(i).density + row(j).density);
     const Vec3d u = v_[i] - v_[j];
     const double approach = std::min(0.0, dot(u, d)) / (r * r + epsilon2());

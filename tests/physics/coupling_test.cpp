@@ -105,14 +105,15 @@ TEST(CouplingForce, IsTheSameToTheBitFromBothSides) {
   }
 }
 
-// Each part is the liquid's own formula with the other end at rest pressure.
+// Each part is the liquid's own formula with the other end at rest pressure, and twice the viscosity: the harmonic mean with a
+// liquid of infinite viscosity, to rounding that of one 1e16 times as viscous.
 TEST(CouplingForce, ViscousPartsAreTheLiquids) {
   const auto k = make_kernel<double>(support, dx);
   const Vec3<double> x{0.1, -0.15, 0.05}, v{-1, 2, 0.5};
   const double r2 = dot(x, x), r = std::sqrt(r2);
   const CouplingPair<double> p{0.008, 0.01, 0.0, 0.2, 900.0, x, v};
   const Vec3<double> expected =
-      viscous_force(0.2, 0.008, 0.01, kernel_laplacian(k, r, r2), -v) +
+      viscous_force(pair_viscosity(0.2, 0.2e16), 0.008, 0.01, kernel_laplacian(k, r, r2), -v) +
       pressure_force(0.008, 0.01, artificial_pressure(k, 0.05, 30.0, 900.0, r2, dot(v, x)), 0.0,
                      kernel_gradient_factor(k, r), x);
   EXPECT_LE(length(coupling_force(k, 0.05, 30.0, p, r2) - expected), 1e-13 * length(expected));

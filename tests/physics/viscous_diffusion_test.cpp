@@ -31,9 +31,9 @@ TEST(ViscousDiffusion, ConductanceIsTheExplicitPairForce) {
     };
     const auto near = [](double a, double b) { EXPECT_NEAR(a, b, 1e-14 * std::fabs(b)); };
     near(viscous_conductance(vi, vj, l, 1 / mu_i, 1 / mu_j), expected(pair_viscosity(mu_i, mu_j)));
-    // A body answers with the viscosity of the liquid.
-    near(viscous_conductance(vi, vj, l, 1 / mu_i, solid), expected(mu_i));
-    near(viscous_conductance(vi, vj, l, solid, 1 / mu_j), expected(mu_j));
+    // A body is a liquid of infinite viscosity, as in coupling_force.
+    near(viscous_conductance(vi, vj, l, 1 / mu_i, solid), expected(no_slip_viscosity(mu_i)));
+    near(viscous_conductance(vi, vj, l, solid, 1 / mu_j), expected(no_slip_viscosity(mu_j)));
   }
 }
 
@@ -61,6 +61,16 @@ TEST(ViscousDiffusion, BodiesAndInviscidLiquidExchangeNothing) {
   EXPECT_EQ(viscous_conductance(1.0, 1.0, l, none, none), 0.0);
   // Beside a particle of a body or a removed volume of 0 nothing becomes a NaN.
   EXPECT_EQ(viscous_conductance(1.0, 0.0, l, 0.5, solid), 0.0);
+}
+
+// What a pair with a body adds to the bound of the stages is what the same pair of liquid adds: it counts once, not twice.
+TEST(ViscousDiffusion, BodiesCountTowardsTheBoundLikeLiquid) {
+  const auto l = laplacian_quotient(make_kernel<double>(0.25, 0.1), 0.1, 0.01);
+  for (const double r : {1e-3, 0.5, 1e4}) {
+    const double liquid = viscous_conductance(1.0, 1.0, l, r, r) * bound_share(r, r);
+    EXPECT_DOUBLE_EQ(viscous_conductance(1.0, 1.0, l, r, solid) * bound_share(r, solid), liquid);
+    EXPECT_DOUBLE_EQ(viscous_conductance(1.0, 1.0, l, solid, r) * bound_share(solid, r), liquid);
+  }
 }
 
 // lambda over 2 is the rate at which viscous_dt is the limit, times the head room.

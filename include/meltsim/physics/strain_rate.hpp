@@ -10,7 +10,8 @@
 // M is the unit matrix inside. A no-slip wall at distance d is one more neighbour, at the foot of the normal. Its weight is
 // S/d^3, S = sum_j V_j L_ij s^3, s = x_j - x_i along the normal inwards: what curves the profile across the wall then cancels, as
 // it does inside, where neighbours lie on both sides; but at least that of the wall's ghosts, I(d)/d (wall_exchange.hpp),
-// which all a film has that is a particle thick. Particles of bodies are neighbours like any other.
+// which all a film has that is a particle thick. Particles of bodies are neighbours of no_slip_factor times the velocity
+// difference, as in the viscous force (coupling.hpp): the profile goes on beyond the surface of the body.
 // Deviation: `least_moment` is added to the diagonal of M, so that sheets and threads of single particles, which
 // neighbours on one side only or none say nothing about, have no rate across them.
 #pragma once

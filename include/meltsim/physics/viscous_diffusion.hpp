@@ -12,10 +12,11 @@
 //
 // a_i stands inside the stages: where forces and viscosity are in balance a super-step changes nothing, whatever its length.
 // Added before or after, it would move a steady flow off by half of tau lambda. Ours.
-// A particle of a body takes part with its own mass and the viscosity of the liquid at the other end, like a liquid one that
-// shape matching holds; one of a fixed or kinematic body keeps its velocity. Artificial viscosity stays with the pressure.
+// A particle of a body takes part with its own mass and no resistivity, like a liquid one of infinite viscosity that shape
+// matching holds, so that no slip holds at the surface (coupling.hpp); one of a fixed or kinematic body keeps its velocity. Artificial viscosity stays with the pressure.
 #pragma once
 
+#include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/diffusion.hpp"
 #include "meltsim/physics/integrate.hpp"
 
@@ -33,20 +34,30 @@ inline constexpr int most_viscous_stages = 64;
 inline constexpr double viscous_margin = 1.4;
 
 /// Largest sub-step [s] of explicit viscosity mu [Pa s] in liquid of this density: with its head room, and that of a body no
-/// lighter than `lightest_body` [kg/m^3] (infinity: none that moves), which artificial viscosity [Pa s] drags, too (drag_dt).
+/// lighter than `lightest_body` [kg/m^3] (infinity: none that moves), which artificial viscosity [Pa s] drags, too (drag_dt). A rod
+/// one particle thick has neighbours on twice as many sides as drag_dt counts: with half of this viscosity such a rod of 0.3 of
+/// the liquid's density was unstable.
 inline double explicit_viscous_dt(double mu, double density, double lightest_body, double artificial,
                                   double laplacian_sum) {
   return std::fmin(viscous_dt(mu / density, laplacian_sum) / viscous_margin,
-                   drag_dt(mu + artificial, lightest_body, laplacian_sum));
+                   drag_dt(2 * no_slip_viscosity(mu) + artificial, lightest_body, laplacian_sum));
 }
 
-/// Resistivity that marks a particle of a body: it answers with that of the liquid at the other end.
+/// Resistivity that marks a particle of a body, which has none.
 inline constexpr double resistivity_of_solid = -1;
 
-/// R_i + R_j [1/(Pa s)]; below 0 where both are of bodies.
+/// R_i + R_j [1/(Pa s)]; 0 where both are of bodies.
 template <class T>
 MELTSIM_HD T viscous_resistivities(T own, T other) {
-  return (own < T(0) ? other : own) + (other < T(0) ? own : other);
+  return maximum(own, T(0)) + maximum(other, T(0));
+}
+
+/// Share of a conductance that counts towards the bound of the stages [-]. Twice a particle's conductance bounds its mode, as
+/// neighbours may move against it; what a body does not follow counts once, as that of walls does. So a pair with a body,
+/// of twice the conductance, counts like one of liquid.
+template <class T>
+MELTSIM_HD T bound_share(T own, T other) {
+  return own < T(0) || other < T(0) ? T(1.0 / no_slip_factor) : T(1);
 }
 
 /// g_ij [kg/s]; 0 between particles of bodies, and with a liquid without viscosity (R infinite). Symmetric to the last bit.
