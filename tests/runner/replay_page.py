@@ -114,6 +114,22 @@ class Data(Page):
                 self.assertEqual(shown[5], material)
                 self.assertEqual(run["materials"][material]["name"], "ice" if phase == 1 else "water")
 
+    def test_mixtures_have_mixed_colours(self):
+        """Half milk: 16 of the 31 steps that a content has. Light adds up: (x^2.2 + y^2.2)/2, then back."""
+        milk = "{dissolves_in: water, diffusivity_in: 1e-9, color: [1, 0.9, 0.8]}"
+        self.run_scene("--frames", "1", "--set", "materials.milk=" + milk, "--set", "materials.water.color=[0.2, 0.1, 0.05]",
+                       "--set", "fluids[0].fractions={milk: 0.5}")
+        run, frames = unpacked(self.page)
+        self.assertEqual(run["dissolved"], [{"name": "milk", "color": [255, 230, 204]}])
+        seen = {p[5] for p in frames[0][1].values() if p[4] < 128}
+        mixtures = [run["materials"][number] for number in seen if "of" in run["materials"][number]]
+        self.assertEqual(len(mixtures), 1)
+        self.assertEqual(mixtures[0]["name"], "water")
+        self.assertEqual(run["materials"][mixtures[0]["of"]]["name"], "water")
+        for shown, a, b in zip(mixtures[0]["color"], (1, 0.9, 0.8), (0.2, 0.1, 0.05)):
+            share = 16 / 31
+            self.assertAlmostEqual(shown / 255, (share * a ** 2.2 + (1 - share) * b ** 2.2) ** (1 / 2.2), delta=0.51 / 255)
+
     def test_nothing_to_see_makes_a_page(self):
         self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters=[]", "--export", "none", "--frames", "3")
         run, frames = unpacked(self.page)

@@ -4,6 +4,7 @@
 #include "show/replay.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "files.hpp"
@@ -28,6 +29,15 @@ std::uint32_t hash(std::uint32_t id) {
 /// share: a power of 2.
 bool is_picked(std::uint32_t id, std::uint64_t share) { return (hash(id) & (share - 1)) == 0; }
 bool is_power_of_two(std::uint64_t n) { return n != 0 && (n & (n - 1)) == 0; }
+
+static_assert(16 + 5 * meltsim::most_species <= 32, "contents do not fit beside body and material");
+std::uint32_t content_bits(const FrameParticle& p) {
+  std::uint32_t bits = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(meltsim::most_species); ++k)
+    bits |= static_cast<std::uint32_t>(std::lround(31 * std::clamp(p.contents[k], 0.0f, 1.0f)))
+            << (16 + 5 * k);
+  return bits;
+}
 
 template <class T>
 void append(std::string& to, const T& value) {
@@ -72,11 +82,11 @@ ReplayFrame Replay::picked(std::uint64_t index, double time, const meltsim::Part
   for (std::size_t k = 0; k < count; ++k) {
     const FrameParticle p = columns.particle(picked[k]);
     const std::uint32_t body = p.body < 0 ? 0 : 1 + static_cast<std::uint32_t>(p.body) % 127;
-    frame.particles[k] = {
-        p.id,
-        {p.position[0], p.position[1], p.position[2]},
-        p.temperature,
-        body + (p.phase == 1 ? 128u : 0u) + (static_cast<std::uint32_t>(p.material) & 255u) * 256u};
+    frame.particles[k] = {p.id,
+                          {p.position[0], p.position[1], p.position[2]},
+                          p.temperature,
+                          body + (p.phase == 1 ? 128u : 0u) +
+                              (static_cast<std::uint32_t>(p.material) & 255u) * 256u + content_bits(p)};
   }
   return frame;
 }

@@ -15,7 +15,8 @@ struct ReplayParticle {
   std::uint32_t id;
   float position[3];  ///< [m]
   float temperature;  ///< [degrees Celsius]
-  /// Low byte: 128 if solid, plus 1 + body (bodies past the 127th share), 0 = of no body. Next: the material.
+  /// Low byte: 128 if solid, plus 1 + body (bodies past the 127th share), 0 = of no body. Next: the material; then
+  /// what is dissolved, 5 bits for each species, 31 = nothing else.
   std::uint32_t look;
 };
 

@@ -9,12 +9,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <sstream>
 
 #include "csv.hpp"
 #include "numbers.hpp"
 #include "show/deflate.hpp"
 #include "show/ramp.hpp"
+#include "show/shapes.hpp"
 
 namespace runner {
 
@@ -64,8 +66,94 @@ struct Packed {
   std::uint8_t temperature, look, material;
 };
 
-Packed packed_particle(const ReplayParticle& p, const Scale& scale) {
-  Packed packed{p.id, {}, 0, static_cast<std::uint8_t>(p.look), static_cast<std::uint8_t>(p.look >> 8)};
+Json bytes_of(const Rgb& color) {
+  Json bytes = Json::array();
+  for (const double c : color) bytes.push_back(std::lround(255 * c));
+  return bytes;
+}
+
+/// Colours by number: those of the materials, then those of their mixtures with what is dissolved in them.
+class Palette {
+ public:
+  Palette(const ReplayPage& page, const std::vector<ReplayFrame>& frames) : page_(page) {
+    for (std::size_t k = 0; k < page.species.size(); ++k)
+      if (color_of(page.looks, page.species[k]) != nullptr) shown_ |= 31u << (16 + 5 * k);
+    // Contents are told apart as finely as there are numbers for.
+    for (std::uint32_t kept = 31; shown_ != 0 && kept != 0; kept = kept << 1 & 31u) {
+      for (std::size_t k = 0; k < page.species.size(); ++k) shown_ &= ~((31u & ~kept) << (16 + 5 * k));
+      numbers_.clear();
+      for (const ReplayFrame& frame : frames)
+        for (const ReplayParticle& p : frame.particles)
+          if (is_mixture(p)) numbers_[key(p)] = 0;
+      if (page.looks.size() + numbers_.size() <= 256) break;
+      numbers_.clear();
+    }
+    std::size_t next = page.looks.size();
+    for (auto& [key, number] : numbers_) number = static_cast<std::uint8_t>(next++);
+  }
+
+  std::uint8_t number(const ReplayParticle& p) const {
+    const auto found = is_mixture(p) ? numbers_.find(key(p)) : numbers_.end();
+    return found != numbers_.end() ? found->second : static_cast<std::uint8_t>(p.look >> 8);
+  }
+
+  /// Of mixtures `of` is the number of the liquid.
+  Json json() const {
+    Json list = Json::array();
+    for (const SceneLook& look : page_.looks)
+      list.push_back({{"name", look.name}, {"color", look.color ? bytes_of(*look.color) : Json()}});
+    for (const auto& [key, number] : numbers_) {
+      const std::size_t liquid = key >> 8 & 255u;
+      list.push_back({{"name", page_.looks[liquid].name}, {"color", bytes_of(mixed(key))}, {"of", liquid}});
+    }
+    return list;
+  }
+
+  /// What is dissolved somewhere and has a colour.
+  Json dissolved() const {
+    Json list = Json::array();
+    for (std::size_t k = 0; k < page_.species.size(); ++k) {
+      const bool some = std::any_of(numbers_.begin(), numbers_.end(), [this, k](const auto& n) {
+        return (n.first & shown_ & 31u << (16 + 5 * k)) != 0;
+      });
+      if (!some) continue;
+      const SceneLook& look = page_.looks[page_.species[k]];
+      list.push_back({{"name", look.name}, {"color", bytes_of(*look.color)}});
+    }
+    return list;
+  }
+
+ private:
+  bool is_mixture(const ReplayParticle& p) const {
+    return (p.look & 128u) == 0 && (p.look & shown_) != 0 && (p.look >> 8 & 255u) < page_.looks.size();
+  }
+  std::uint32_t key(const ReplayParticle& p) const { return p.look & (shown_ | 0xff00u); }
+  /// As pictures mix: by content, as light adds up.
+  Rgb mixed(std::uint32_t key) const {
+    const auto& own = page_.looks[key >> 8 & 255u].color;
+    const Rgb liquid = linear(own ? *own : Rgb{70 / 255.0, 122 / 255.0, 190 / 255.0});  // replay.html: water
+    Rgb sum{};
+    double share = 0;
+    for (std::size_t k = 0; k < page_.species.size(); ++k) {
+      const double w = (key >> (16 + 5 * k) & 31u) / 31.0;
+      if (w == 0) continue;
+      const Rgb color = linear(*page_.looks[page_.species[k]].color);
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += w * color[c];
+      share += w;
+    }
+    Rgb shown{};
+    for (std::size_t c = 0; c < 3; ++c)
+      shown[c] = std::pow(share > 1 ? sum[c] / share : sum[c] + (1 - share) * liquid[c], 1 / 2.2);
+    return shown;
+  }
+
+  const ReplayPage& page_;
+  std::uint32_t shown_ = 0;  ///< bits of contents that are told apart
+  std::map<std::uint32_t, std::uint8_t> numbers_;
+};
+
+Packed packed_particle(const ReplayParticle& p, const Scale& scale, const Palette& palette) {
+  Packed packed{p.id, {}, 0, static_cast<std::uint8_t>(p.look), palette.number(p)};
   for (int axis = 0; axis < 3; ++axis) {
     const double at = (p.position[axis] - axis_of(scale.box.min, axis)) / axis_of(scale.step, axis);
     packed.position[axis] = static_cast<std::uint16_t>(std::lround(std::clamp(at, 0.0, 65535.0)));
@@ -102,13 +190,13 @@ void append_frame(std::string& bytes, const std::vector<Packed>& now, const std:
   for (std::size_t i = 0; i < now.size(); ++i) byte(static_cast<unsigned>(now[i].material ^ old[i].material));
 }
 
-std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& scale) {
+std::string frames_text(const std::vector<ReplayFrame>& frames, const Scale& scale, const Palette& palette) {
   std::string bytes;
   std::vector<Packed> before;
   for (const ReplayFrame& frame : frames) {
     std::vector<Packed> now;
     now.reserve(frame.particles.size());
-    for (const ReplayParticle& p : frame.particles) now.push_back(packed_particle(p, scale));
+    for (const ReplayParticle& p : frame.particles) now.push_back(packed_particle(p, scale, palette));
     append_frame(bytes, now, before);
     before = std::move(now);
   }
@@ -163,12 +251,6 @@ Json stats_of(const std::string& text) {
 
 Json vector_json(const meltsim::Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
 
-Json bytes_of(const Rgb& color) {
-  Json bytes = Json::array();
-  for (const double c : color) bytes.push_back(std::lround(255 * c));
-  return bytes;
-}
-
 Json ramp_json() {
   Json stops = Json::array();
   for (const Rgb& color : ramp_stops) {
@@ -207,10 +289,11 @@ std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& 
   std::vector<ReplayFrame> frames = all;
   if (frames.empty()) frames.emplace_back();
   const Scale scale = scale_of(page, frames);
-  std::string text = frames_text(frames, scale);
+  const Palette palette(page, frames);
+  std::string text = frames_text(frames, scale, palette);
   while (text.size() > most_bytes && frames.size() > 2) {
     frames = half_of(frames);
-    text = frames_text(frames, scale);
+    text = frames_text(frames, scale, palette);
   }
   Json meta;
   meta["title"] = page.title;
@@ -229,10 +312,8 @@ std::string replay_page(const ReplayPage& page, const std::vector<ReplayFrame>& 
                     {"look_at", vector_json(page.camera.look_at)},
                     {"fov", page.camera.fov}};
   meta["bodies"] = page.bodies;
-  meta["materials"] = Json::array();
-  for (const SceneLook& look : page.looks)
-    meta["materials"].push_back(
-        {{"name", look.name}, {"color", look.color ? bytes_of(*look.color) : Json()}});
+  meta["materials"] = palette.json();
+  meta["dissolved"] = palette.dissolved();
   meta["ramp"] = ramp_json();
   meta["stats"] = stats_of(page.stats);
   return filled(replay_template, {{"%META%", script_text(meta)}, {"%FRAMES%", text}});
