@@ -137,6 +137,49 @@ void conserved(const Settings& s, Report& r) {
   }
 }
 
+// A plane gravity current so viscous that inertia does not count: half of it, of area A, reaches 1.411 (g A^3/(3 nu))^(1/5)
+// t^(1/5) (Huppert 1982, J. Fluid Mech. 121:43), once it is much longer than high. 24 x 20 spacings at first; the Reynolds
+// number of speed and height is below 1 from 2.5 half widths on, and what it was at the start is forgotten by then.
+void slump(const Settings& s, Report& r) {
+  constexpr double dx = 0.01, g = 9.81, nu = 0.04, half = 12 * dx, height = 20 * dx, reach = 54 * dx;
+  WorldDesc d = world_desc(s);
+  d.spacing = dx;
+  d.artificial_viscosity = 0;
+  d.sound_speed = 8;  // nothing falls freely: 3 % of the height at first
+  d.domain.bounded = true;
+  d.domain.min = {-reach - 6 * dx, 0, 0};
+  d.domain.max = {reach + 6 * dx, height + 6 * dx, 8 * dx};
+  d.domain.faces = {Face::wall, Face::wall, Face::wall, Face::open, Face::periodic, Face::periodic};
+  Run run(d, r);
+  run.fluid(Shape::box({-half, 0, 0}, {half, height, d.domain.max.z}),
+            run.material("honey", 1000, 1000 * nu));
+  const double area = half * height, scale = 1.411 * std::pow(g * area * area * area / (3 * nu), 0.2);
+  const double end = std::pow(reach / scale, 5);
+  double st = 0, sx = 0, stt = 0, stx = 0, n = 0, front = 0, fastest = 0;
+  std::vector<double> times, fronts, exact;
+  for (double t = end / 400; t < end; t *= 1.12) {
+    if (!run.to(t)) return;
+    front = 0;
+    for (const Vec3d& x : run.particles().position) front = std::max(front, std::fabs(x.x));
+    times.push_back(t);
+    fronts.push_back(front / dx);
+    exact.push_back(scale * std::pow(t, 0.2) / dx);
+    if (front < 2.5 * half) continue;
+    if (n == 0) fastest = run.last().max_speed * area / front / nu;
+    const double a = std::log(t), b = std::log(front);
+    st += a, sx += b, stt += a * a, stx += a * b, n += 1;
+  }
+  r.absolute("exponent of the front", (n * stx - st * sx) / (n * stt - st * st), 0.2, 0.02, "-",
+             "from 2.5 half widths on, a fit to its logarithm");
+  r.relative("front at the end", front, scale * std::pow(times.back(), 0.2), 10, "outermost particle");
+  r.absolute("Reynolds number where the fit begins", fastest, 0, 1, "-", "largest speed, mean height");
+  r.plots.push_back({"viscous_slump",
+                     "A plane viscous gravity current",
+                     "t [s]",
+                     "front / dx",
+                     {{"meltsim", times, fronts, false}, {"Huppert", times, exact, true}}});
+}
+
 }  // namespace
 
 std::vector<Case> viscous_cases() {
@@ -147,6 +190,8 @@ std::vector<Case> viscous_cases() {
        "exact solution", false, poiseuille},
       {"viscous.stokes", "a very viscous liquid through a cubic array of spheres", "Hasimoto (1959)", false,
        stokes},
+      {"viscous.slump", "a column of very viscous liquid slumps", "Huppert (1982), J. Fluid Mech. 121:43",
+       true, slump},
       {"viscous.conserved", "momentum and energy at any number of stages", "conservation", false, conserved},
   };
 }
