@@ -24,7 +24,7 @@ given = xp.zeros(1)  # angular impulse about z so far [N m s]: stays where the W
 
 def spin(state):
     """Pulls the velocity of what is off the axis towards that of a turn at SPIN about z."""
-    on_stream = xp.cuda.ExternalStream(state.stream) if backend == "cuda" else contextlib.nullcontext()
+    on_stream = xp.cuda.Stream.from_external(state) if backend == "cuda" else contextlib.nullcontext()
     with on_stream:
         x, v, a = (xp.from_dlpack(array) for array in (state.position, state.velocity, state.acceleration))
         outside = x[:, 0] ** 2 + x[:, 1] ** 2 > 0.1**2

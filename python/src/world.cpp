@@ -741,7 +741,14 @@ void bind_state(nb::module_& m) {
           "time", [](const State& s) { return s.context.time; }, "[s]")
       .def_prop_ro(
           "stream", [](const State& s) { return reinterpret_cast<std::uintptr_t>(s.context.stream); },
-          "The World's cudaStream_t, for cupy.cuda.ExternalStream and torch.cuda.ExternalStream; 0 on the "
+          "The World's cudaStream_t as an integer, for torch.cuda.ExternalStream; 0 on the CPU.")
+      .def(
+          "__cuda_stream__",
+          [](const State& s) {
+            return nb::make_tuple(0, reinterpret_cast<std::uintptr_t>(s.context.stream));
+          },
+          nb::sig("def __cuda_stream__(self) -> tuple[int, int]"),
+          "CUDA's stream protocol, for cupy.cuda.Stream.from_external(state)."); 0 on the "
           "CPU.");
 }
 
