@@ -269,7 +269,8 @@ struct EmitterDesc {
   double temperature = 20;       ///< [degrees Celsius]
   double from = 0;               ///< begins to emit [s]
   double until = infinity;       ///< ceases to emit [s]
-  /// Most particles that it emits in all; it then stops and sets StepResult::emitter_exhausted. 0: what from..until needs.
+  /// Most particles that it emits in all; it then stops and sets StepResult::emitter_exhausted, as it does while a domain without
+  /// open faces is full (its volume over dx^3 particles). 0: what from..until needs.
   std::uint64_t max_particles = 0;
   std::vector<MassFraction> fractions;  ///< what is dissolved in the liquid, as FluidDesc::fractions
 };

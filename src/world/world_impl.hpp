@@ -69,7 +69,8 @@ struct EmitterRecord {
   std::uint32_t held_layers = 0;  ///< layers that the nozzle holds
   double lead = 0;                ///< how far behind the centre a layer begins [m]
   bool on = true;
-  std::uint64_t skipped = 0;  ///< layers that did not come because it was off
+  std::uint64_t skipped = 0;  ///< layers that did not come because it was off, or the domain full
+  bool blocked = false;       ///< the last one, because the domain was full
 };
 
 /// What of an emitter a snapshot holds.
@@ -394,6 +395,7 @@ class WorldImpl final : public Scheduler {
   std::uint64_t next_layer(const EmitterRecord& e) const;
   void limit_layers(EmitterRecord& e) const;
   bool exhausted(const EmitterRecord& e) const;
+  bool has_room_for(std::uint64_t more) const;
   Status place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions, Vec3d& origin) const;
   Status check_numbers(const std::string& what, const MaterialDesc& m, double density,

@@ -132,8 +132,10 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       const auto& row = rows_[e.desc.material.index];
       core::BurstArguments b;
       b.first_point = e.first_point;
-      b.points = layer < e.layers && e.on ? e.points : 0;
-      if (layer < e.layers && !e.on) ++e.skipped;
+      const bool due_now = layer < e.layers;
+      e.blocked = due_now && e.on && !has_room_for(e.points);
+      b.points = due_now && e.on && !e.blocked ? e.points : 0;
+      if (due_now && b.points == 0) ++e.skipped;
       b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)) - e.lead);
       b.radius = core::nozzle_reach_across(e.desc);
       if (core::is_rectangle(e.desc)) {
@@ -157,13 +159,26 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
       if (b.points != 0) census_.fluid = true;
       born_ += b.points;
     }
-    if (!e.on) limit_layers(e);
+    if (!e.on || e.blocked) limit_layers(e);
   }
   return bursts_.empty() ? nullptr : &bursts_;
 }
 
-/// Whether a layer was due that max_particles does not allow.
-bool WorldImpl::exhausted(const EmitterRecord& e) const { return layers_before(e, time) > e.layers; }
+/// Whether a layer was due that max_particles does not allow, or for which there was no room.
+bool WorldImpl::exhausted(const EmitterRecord& e) const {
+  return e.blocked || layers_before(e, time) > e.layers;
+}
+
+/// Whether so many more particles fit into the domain: a closed one holds its volume over dx^3. More would press on each other until
+/// the World halts.
+bool WorldImpl::has_room_for(std::uint64_t more) const {
+  const DomainDesc& d = desc.domain;
+  if (!d.bounded || std::any_of(d.faces.begin(), d.faces.end(), [](Face f) { return f == Face::open; }))
+    return true;
+  const Vec3d size = d.max - d.min;
+  const double room = size.x * size.y * size.z / (desc.spacing * desc.spacing * desc.spacing);
+  return static_cast<double>(born_ - census_.removed + more) <= room * (1 + 1e-9);
+}
 
 /// Refuses what would take longer than anybody waits for: a sub-step cannot be interrupted.
 Status WorldImpl::check_heat_work(double dt, double supersteps) const {

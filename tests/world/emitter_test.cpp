@@ -82,6 +82,33 @@ TEST(Emitter, StopsAtItsLimitAndSaysSo) {
   EXPECT_EQ(r.fluid, 16u);
 }
 
+// A closed box of 12^3 spacings holds 1728 particles, which are there after 0.8 s of 565 a second: what comes is held back,
+// pressure does not grow. Without the limit the World halts.
+TEST(Emitter, StopsWhileAClosedDomainIsFull) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = tank(walls);
+  const auto water = *w.add_material({});
+  FluidDesc f;
+  f.material = water;
+  f.shape = Shape::box({0, 0, 0}, {1.2, 0.9, 1.2});
+  require(w.add_fluid(f));  // 12 x 9 x 12 = 1296
+  EmitterDesc e = nozzle(water);
+  e.radius = 0.3;  // 28 points, as pi 3^2 = 28.3
+  e.until = infinity;
+  e.max_particles = 2000;
+  require(w.add_emitter(e));
+  StepResult r;
+  for (int k = 0; k < 40; ++k) {
+    require(w.step(0.05));
+    r = w.synchronize();
+    ASSERT_FALSE(r.halted) << r.halt_reason;
+  }
+  EXPECT_TRUE(r.emitter_exhausted);
+  EXPECT_LE(r.fluid, 1728u);
+  EXPECT_GT(r.fluid, 1728u - 32);        // no more than a layer is missing
+  EXPECT_LT(r.max_density_ratio, 1.06);  // the jet stirs it at 2 m/s, a twentieth of the sound speed
+}
+
 /// A nozzle at the origin, its axis `degrees` from downwards, in a domain without bounds. dx 0.02 m.
 struct Jet {
   double radius = 0.06, speed = 2, degrees = 90, viscosity = 0.001, artificial = 0.05;
