@@ -83,7 +83,7 @@ TEST(Emitter, StopsAtItsLimitAndSaysSo) {
 }
 
 // A closed box of 12^3 spacings holds 1728 particles, which are there after 0.8 s of 565 a second: what comes is held back,
-// pressure does not grow. Without the limit the World halts.
+// pressure does not grow. Without the limit density grows until the World halts.
 TEST(Emitter, StopsWhileAClosedDomainIsFull) {
   MELTSIM_NEEDS_BACKEND();
   World w = tank(walls);
