@@ -471,6 +471,9 @@ MELTSIM_C_API meltsim_status meltsim_world_watch_events(meltsim_world* world, ui
 MELTSIM_C_API meltsim_status meltsim_world_stop_events(meltsim_world* world);
 
 /* Steering: what is set holds from the next step on. */
+/* Another viscosity, conductivity, friction and so on; what masses and heat are counted by must stay: World::set_material. */
+MELTSIM_C_API meltsim_status meltsim_world_set_material(meltsim_world* world, meltsim_id material,
+                                                        const meltsim_material_desc* desc);
 MELTSIM_C_API meltsim_status meltsim_world_set_gravity(meltsim_world* world,
                                                        const double gravity[3]); /* [m/s^2] */
 /* Holds a free or rigid body where it is (on: not 0), or lets it go: World::hold. */

@@ -235,6 +235,12 @@ class MELTSIM_API World {
 
   // Settings, of the World and not of the state: snapshots do not hold them, and restore() leaves them as they are. desc()
   // returns them as they are now.
+  /// Changes a material: viscosity, conductivity, flow curve, friction, stiffness, modulus, damping, tension, contact angle,
+  /// diffusivity, transfer coefficient. What its particles' masses, volumes and heat mean must stay: density, heat capacity, melting
+  /// point, latent heat, solubility, what it becomes or dissolves in, and the points of these; and its name and region_half_width.
+  /// Synchronises, and the next step uploads, as after adding. Not part of snapshots. Errors: invalid_argument (names the field);
+  /// nothing changes then.
+  Status set_material(MaterialId material, const MaterialDesc& desc);
   /// Sets WorldDesc::gravity [m/s^2]. If it asks for a larger sound speed than any before (not with a WorldDesc::sound_speed), the
   /// next step plans anew, once, which synchronises; start with the largest gravity to avoid it. Level probes measure
   /// against the new direction. Errors: invalid_argument.

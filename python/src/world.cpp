@@ -854,6 +854,27 @@ void bind_world(nb::module_& m) {
           },
           nb::sig(material_sig.c_str()), material_doc.c_str())
       .def(
+          "set_material",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            if (args.size() != 1)
+              refuse("material: set_material takes a material, then what of it changes by keyword");
+            const MaterialId id = w.resolve("material", w.materials, args[0], "material");
+            MaterialInput input;
+            input.desc = away(w, false, [&](World& world) { return world.material(id); });
+            describe(input, material_keys(), "set_material", 0, nb::borrow<nb::args>(nb::make_tuple()),
+                     kwargs);
+            if (input.becomes && !input.becomes.is_none())
+              input.desc.melts_into = w.resolve("becomes", w.materials, input.becomes, "material");
+            if (input.dissolves_in && !input.dissolves_in.is_none())
+              input.desc.dissolves_in =
+                  w.resolve("dissolves_in", w.materials, input.dissolves_in, "material");
+            away(w, true, [&](World& world) { expect(world.set_material(id, input.desc)); });
+          },
+          nb::sig("def set_material(self, material: str | Material, **changes: Any) -> None"),
+          "Changes what of a material may change while a World runs: viscosity, conductivity, flow curve, "
+          "friction, stiffness, "
+          "tension. What its particles' masses and heat are counted by must stay.")
+      .def(
           "add_fluid",
           [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
             FluidInput input;

@@ -376,7 +376,12 @@ def test_a_world_is_steered_between_steps():
         other.set_wall_heat("-y", temprature=80)
     with pytest.raises(meltsim.Error, match="gravity"):
         other.set_gravity((0, math.nan, 0))
+    with pytest.raises(meltsim.Error, match="density: must stay"):
+        other.set_material("water", density=900)
+    with pytest.raises(TypeError, match='did you mean "viscosity"'):
+        other.set_material("water", viscosty=1)
     assert other.state_hash() == before
+    other.set_material("water", viscosity=3)
     other.set_wall_heat("-y", temperature=80)
     other.remove("block")
     tap = other.add_emitter((0.3, 0.7, 0.3), "water", radius=0.1, speed=1, until=1.0)

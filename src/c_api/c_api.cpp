@@ -747,6 +747,12 @@ meltsim_status meltsim_world_stop_events(meltsim_world* world) {
     world->event_capacity = 0;
   });
 }
+meltsim_status meltsim_world_set_material(meltsim_world* world, meltsim_id material,
+                                          const meltsim_material_desc* desc) {
+  return guarded([&] {
+    expect(world_of(world).set_material(handle<meltsim::MaterialId>(material), material_of(desc, "desc")));
+  });
+}
 meltsim_status meltsim_world_set_gravity(meltsim_world* world, const double gravity[3]) {
   return guarded([&] { expect(world_of(world).set_gravity(vec(gravity, "gravity"))); });
 }

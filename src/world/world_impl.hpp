@@ -115,6 +115,7 @@ class WorldImpl final : public Scheduler {
  public:
   // world_build.cpp
   Result<MaterialId> add_material(const MaterialDesc& m);
+  Status set_material(MaterialId id, const MaterialDesc& m);
   Result<std::uint64_t> add_fluid(const FluidDesc& f);
   Result<EmitterId> add_emitter(const EmitterDesc& e);
   Status hold(BodyId body, bool on);

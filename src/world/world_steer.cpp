@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
@@ -82,6 +84,67 @@ Status WorldImpl::set_gravity(Vec3d gravity) {
   }
   surround();
   derive_limits();
+  return {};
+}
+
+namespace {
+bool same(const std::vector<PropertyPoint>& a, const std::vector<PropertyPoint>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const PropertyPoint& p, const PropertyPoint& q) {
+                      return p.temperature == q.temperature && p.value == q.value;
+                    });
+}
+
+/// The first of what must stay that is another, and what to say of it.
+Status unchanged(const MaterialDesc& was, const MaterialDesc& is) {
+  const std::string p = "set_material: material \"" + was.name + "\": ";
+  const auto refuse = [&p](const char* field, const std::string& numbers) {
+    return invalid(
+        p, field, ": must stay as it is", numbers,
+        "; what its particles hold is counted by it. Add another material, or build another World");
+  };
+  const struct {
+    const char* field;
+    double was, is;
+  } numbers[] = {{"density", was.density, is.density},
+                 {"heat_capacity", was.heat_capacity, is.heat_capacity},
+                 {"melting_point", was.melting_point, is.melting_point},
+                 {"latent_heat", was.latent_heat, is.latent_heat},
+                 {"solubility", was.solubility, is.solubility},
+                 {"heat_of_solution", was.heat_of_solution, is.heat_of_solution},
+                 {"region_half_width", double(was.region_half_width), double(is.region_half_width)}};
+  for (const auto& n : numbers)
+    if (n.was != n.is) return refuse(n.field, core::text(", ", n.was, ", got ", n.is));
+  if (was.name != is.name) return refuse("name", ", got \"" + is.name + "\"");
+  if (was.freezes != is.freezes) return refuse("freezes", "");
+  if (!(was.melts_into == is.melts_into)) return refuse("melts_into", "");
+  if (!(was.dissolves_in == is.dissolves_in)) return refuse("dissolves_in", "");
+  if (!same(was.heat_capacity_points, is.heat_capacity_points)) return refuse("heat_capacity_points", "");
+  if (!same(was.density_points, is.density_points)) return refuse("density_points", "");
+  if (!same(was.solubility_points, is.solubility_points)) return refuse("solubility_points", "");
+  return {};
+}
+}  // namespace
+
+Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
+  if (!valid(id))
+    return invalid("set_material: material: no material of this World has index ", id.index,
+                   " and generation ", id.generation, "; pass what add_material() of this World returned");
+  if (Status s = core::validate(m); !s) return Error{s.error().code, "set_material: " + s.error().message};
+  if (Status s = unchanged(materials[id.index], m); !s) return s;
+  fetch_state();
+  const MaterialDesc before = std::exchange(materials[id.index], m);
+  const auto derive = [this] {
+    properties_ = material_properties();
+    if (!rows_.empty()) rows_ = material_rows();  // they point to properties
+  };
+  derive();
+  if (Status s = check_curves(); !s) {
+    materials[id.index] = before;
+    derive();
+    return Error{s.error().code, "set_material: " + s.error().message};
+  }
+  dirty_ = measure_ = true;
   return {};
 }
 

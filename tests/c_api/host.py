@@ -286,6 +286,7 @@ assert step(r, 0.01) == 0, text()
 velocity = particles(r, 27)[3]
 assert abs(velocity[2] - 1) < 1e-5 and abs(velocity[1] - 2) < 1e-5, list(velocity)[:3]
 assert lib.meltsim_world_set_velocity(r, hull, Vec(0, 0, 0), None) == 0, text()
+assert lib.meltsim_world_set_material(r, Id(), c.byref(material)) == 1 and "material: no material of this World" in text()
 assert lib.meltsim_world_set_wall_heat(r, 9, c.byref(SurfaceHeat())) == 1 and "face" in text()
 assert lib.meltsim_world_set_heat_time_scale(r, c.c_double(-1)) == 1 and "time_scale" in text()
 assert lib.meltsim_world_set_emitter(r, Id(0, 1), c.byref(made(EmitterSetting, lib.meltsim_emitter_setting_init_sized))) == 1 and "emitter" in text()

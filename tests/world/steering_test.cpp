@@ -441,11 +441,13 @@ TEST(Steering, RefusesWhatCannotBeAndChangesNothing) {
 struct Tank {
   World world;
   HeatRegionId region;
+  MaterialId water, ice;
 };
 struct Settings {
   Vec3d gravity{0, -9.81, 0};
   double time_scale = 500, held = 60, source = 0;
   bool holds = true;
+  double viscosity = 1e-3, conductivity = 0.6, stiffness = 1;  // of the water, of the ice
   SurfaceHeatDesc floor, side;
 };
 Tank make_tank(const Settings& s) {
@@ -456,10 +458,14 @@ Tank make_tank(const Settings& s) {
   d.domain.heat[2] = s.floor;
   d.domain.heat[0] = s.side;
   World w = make(d);
-  const MaterialId water = *w.add_material({});
+  MaterialDesc liquid;
+  liquid.viscosity = s.viscosity;
+  liquid.conductivity = s.conductivity;
+  const MaterialId water = *w.add_material(liquid);
   MaterialDesc ice;
   ice.name = "ice";
   ice.density = 917;
+  ice.stiffness = s.stiffness;
   ice.melts_into = water;
   ice.melting_point = 0;
   ice.latent_heat = 3.34e5;
@@ -478,7 +484,7 @@ Tank make_tank(const Settings& s) {
   if (s.holds) r.temperature = s.held;
   r.source = s.source;
   const HeatRegionId region = *w.add_heat_region(r);
-  return {std::move(w), region};
+  return {std::move(w), region, water, b.material};
 }
 
 // A World whose settings were changed is the World that was built with them and given the state, to the last bit.
@@ -536,6 +542,26 @@ TEST(Steering, ChangedSettingsAreThoseOfAWorldBuiltWithThem) {
          s.source = 2e5;
        }),
        [](Tank& t) { return t.world.set_heat_region(t.region, std::nullopt, 2e5); }},
+      {"viscosity and conductivity",
+       {},
+       change([](Settings& s) {
+         s.viscosity = 5;  // implicit then: other stages
+         s.conductivity = 3;
+       }),
+       [](Tank& t) {
+         MaterialDesc m = t.world.material(t.water);
+         m.viscosity = 5;
+         m.conductivity = 3;
+         return t.world.set_material(t.water, m);
+       }},
+      {"stiffness",
+       {},
+       change([](Settings& s) { s.stiffness = 0.6; }),
+       [](Tank& t) {
+         MaterialDesc m = t.world.material(t.ice);
+         m.stiffness = 0.6;
+         return t.world.set_material(t.ice, m);
+       }},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.name);
@@ -620,6 +646,11 @@ TEST(Steering, RefusesSettingsThatCannotBe) {
   const std::uint64_t hash = *t.world.state_hash();
   SurfaceHeatDesc hot, wrong;
   hot.temperature = 50;
+  const auto as = [&](MaterialId id, auto what) {
+    MaterialDesc m = t.world.material(id);
+    what(m);
+    return t.world.set_material(id, m);
+  };
   wrong.emissivity = 2;
   const struct {
     const char* names;
@@ -635,6 +666,11 @@ TEST(Steering, RefusesSettingsThatCannotBe) {
       {"temperature", t.world.set_heat_region(t.region, -300.0)},
       {"source", t.world.set_heat_region(t.region, 3.0, 5.0)},
       {"source", t.world.set_heat_region(t.region, std::nullopt, std::nan(""))},
+      {"density: must stay", as(t.water, [](MaterialDesc& m) { m.density = 900; })},
+      {"melting_point: must stay", as(t.ice, [](MaterialDesc& m) { m.melting_point = 5; })},
+      {"freezes: must stay", as(t.ice, [](MaterialDesc& m) { m.freezes = true; })},
+      {"viscosity", as(t.water, [](MaterialDesc& m) { m.viscosity = -1; })},
+      {"material", t.world.set_material({}, {})},
   };
   for (const auto& b : bad) {
     ASSERT_FALSE(b.refused) << b.names;
