@@ -748,8 +748,7 @@ void bind_state(nb::module_& m) {
             return nb::make_tuple(0, reinterpret_cast<std::uintptr_t>(s.context.stream));
           },
           nb::sig("def __cuda_stream__(self) -> tuple[int, int]"),
-          "CUDA's stream protocol, for cupy.cuda.Stream.from_external(state)."); 0 on the "
-          "CPU.");
+          "CUDA's stream protocol, for cupy.cuda.Stream.from_external(state).");
 }
 
 int visit(PyObject* self, visitproc visit, void* arg) {

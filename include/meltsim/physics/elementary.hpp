@@ -14,7 +14,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 
 #include "meltsim/physics/hd.hpp"
 
@@ -30,7 +29,7 @@ inline constexpr double quarter_low = 2.02226624879595063154e-21;  ///< the rest
 
 /// exp x [-].
 MELTSIM_HD double exponential(double x) {
-  if (!(x < 710.0)) return x > 0 ? std::numeric_limits<double>::infinity() : x;
+  if (!(x < 710.0)) return x > 0 ? HUGE_VAL : x;
   if (x < -745.2) return 0.0;
   const double k = std::floor(x / (ln2_high + ln2_low) + 0.5);
   const double r = (x - k * ln2_high) - k * ln2_low;
@@ -41,9 +40,8 @@ MELTSIM_HD double exponential(double x) {
 
 /// ln x [-]; NaN below 0, minus infinity at 0.
 MELTSIM_HD double logarithm(double x) {
-  if (!(x > 0))
-    return x == 0 ? -std::numeric_limits<double>::infinity() : std::numeric_limits<double>::quiet_NaN();
-  if (!(x <= std::numeric_limits<double>::max())) return x;
+  if (!(x > 0)) return x == 0 ? -HUGE_VAL : (x - x) / (x - x);
+  if (x == HUGE_VAL) return x;
   int e = 0;
   double m = std::frexp(x, &e);
   if (m < 0.70710678118654752) m *= 2, --e;
