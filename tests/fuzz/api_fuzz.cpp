@@ -292,9 +292,16 @@ class Sequence {
       m.density_points.clear();
       m.dissolves_in = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
       m.solubility = or_extreme(solid ? random_.uniform(0.1, 0.9) : 1.0, 0.05);
+      if (solid && chance(0.5))
+        m.solubility_points = {{0, or_extreme(random_.uniform(0.05, 0.5), 0.05)},
+                               {or_extreme(60, 0.05), random_.uniform(0.1, 0.9)}};
       m.diffusivity_in = or_extreme(log_uniform(1e-9, 1e-3), 0.05);
       if (chance(0.5)) m.heat_of_solution = or_extreme(random_.uniform(-1e5, 1e5));
       if (chance(0.3)) m.transfer_coefficient = or_extreme(log_uniform(1e-6, 1e-2), 0.05);
+    }
+    if (!species && !solid && chance(0.15)) {
+      m.yield_stress_points = {{0, or_extreme(1, 0.05)}, {or_extreme(40, 0.05), 0}};
+      m.regularisation = or_extreme(1, 0.05);
     }
     note("add_material ", species ? "species " : "", solid ? "solid" : "liquid", " rho ", m.density, " mu ",
          m.viscosity, " k ", m.conductivity, " c ", m.heat_capacity, " w ", m.region_half_width, " E ",
