@@ -289,7 +289,7 @@ TEST(Freezing, AWorldInWhichNothingFreezesHasNoneOfIt) {
   const Plan without = plain.world.plan();
   EXPECT_FALSE(stage(without, "topology.freeze").runs);
   EXPECT_EQ(stage(without, "topology.freeze").reason,
-            "no body that its liquid can freeze onto, or heat is off");
+            "no body that its liquid can freeze onto or a species could precipitate on, or heat is off");
   for (const char* c : {"claim", "vertex_pick"}) EXPECT_EQ(bytes(without, c), 0u) << c;
   Scene s = ice_in_water(describe(), cold_block());
   const Plan with = s.world.plan();
