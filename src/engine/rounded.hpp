@@ -68,6 +68,7 @@ MaterialRow<T> round_row(const MaterialRow<double>& m) {
   r.friction = static_cast<T>(m.friction);
   r.tension = static_cast<T>(m.tension);
   r.cohesion = static_cast<T>(m.cohesion);
+  r.skin_viscosity = static_cast<T>(m.skin_viscosity);
   r.wetting = static_cast<T>(m.wetting);
   r.liquid = m.liquid;
   r.solid = m.solid;

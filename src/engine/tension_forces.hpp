@@ -69,8 +69,10 @@ MELTSIM_HD T image_strength(const Frame<T>& w, T strength, std::uint32_t other) 
 template <bool Periodic, class T>
 MELTSIM_HD Vec3<T> tension_on_liquid(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
   const T strength = w.f.materials[material_of(tag)].cohesion;
+  const T viscosity = w.f.materials[material_of(tag)].skin_viscosity, skin = w.f.surface_skin[i];
   const physics::SurfaceStress<T> own = surface_stress_of(w, i);
-  const Vec3<T> wall = w.f.surface_wall[i];
+  const Vec3<T> wall = xyz(w.f.surface_wall[i]), v = xyz(w.f.velocity[i]);
+  const T free = w.f.surface_wall[i].w;
   const Vec4<T> x = w.f.position[i];
   const auto walls = physics::wall_view(w.c.walls, xyz(x));
   Vec3<T> force{};
@@ -83,8 +85,12 @@ MELTSIM_HD Vec3<T> tension_on_liquid(const Frame<T>& w, std::uint64_t i, std::ui
           const T r = std::sqrt(r2);
           force += (own + surface_stress_of(w, j)) * x_ij *
                    (-volumes * physics::kernel_gradient_factor(w.c.kernel, r));
-          force += x_ij * (physics::cohesion_factor(x.w, xj.w, physics::cohesion_of(strength, m.cohesion)) *
-                           physics::cohesion_shape(w.c.kernel, r));
+          const T cohesion = physics::cohesion_of(strength, m.cohesion, free, w.f.surface_wall[j].w);
+          force +=
+              x_ij * (physics::cohesion_factor(x.w, xj.w, cohesion) * physics::cohesion_shape(w.c.kernel, r));
+          const T shared = physics::skin_viscosity_of(viscosity, m.skin_viscosity, skin, w.f.surface_skin[j]);
+          if (shared > T(0))
+            force += physics::skin_force(w.c.kernel, volumes, shared, x_ij, v - xyz(w.f.velocity[j]), r2);
         } else if (is_solid(other)) {
           force +=
               tension_of_solid(w, own, wall, physics::adhesion_of(strength, m.wetting), volumes, x_ij, r2);
@@ -110,8 +116,8 @@ MELTSIM_HD Vec3<T> tension_of_walls(const Frame<T>& w, std::uint64_t i, std::uin
       w, i, 0u, 1u, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
         const std::uint32_t other = w.f.tag[j];
         if (!is_fluid(other) && !is_solid(other)) return;
-        force += tension_of_images(w, walls, own, w.f.surface_wall[i], image_strength(w, strength, other),
-                                   x.w * xj.w, x_ij, r2);
+        force += tension_of_images(w, walls, own, xyz(w.f.surface_wall[i]),
+                                   image_strength(w, strength, other), x.w * xj.w, x_ij, r2);
       });
   return force;
 }
@@ -127,7 +133,7 @@ MELTSIM_HD Vec3<T> tension_on_solid(const Frame<T>& w, std::uint64_t k, std::uin
         if (!is_fluid(other)) return;
         const T strength = w.f.materials[material_of(other)].cohesion;
         if (!(strength > T(0))) return;
-        force += -tension_of_solid(w, surface_stress_of(w, i), w.f.surface_wall[i],
+        force += -tension_of_solid(w, surface_stress_of(w, i), xyz(w.f.surface_wall[i]),
                                    physics::adhesion_of(strength, cosine), xi.w * volume, -x_ki, r2);
       });
   return force;

@@ -17,16 +17,20 @@ struct SurfaceStressBody {
   MELTSIM_HD void operator()(std::uint64_t i) const {
     physics::SurfaceStress<T> stress;
     Vec3<T> wall{};
+    T free{}, skin{};
     const std::uint32_t tag = w.f.tag[i];
     const T tension = is_fluid(tag) ? w.f.materials[material_of(tag)].tension : T(0);
     if (tension > T(0)) {
       const physics::SurfaceSums<T> sums = sums_of(i, tag, tension);
-      stress = physics::surface_stress(w.c.kernel, tension, sums);
+      stress = physics::surface_stress(w.c.kernel, tension, w.f.density[i], sums);
       wall = physics::wall_direction(sums);
+      free = physics::free_share(w.c.kernel, sums);
+      skin = physics::skin_share(w.c.kernel, sums);
     }
     w.f.surface_along[i] = stress.along;
     w.f.surface_shear[i] = stress.shear;
-    w.f.surface_wall[i] = wall;
+    w.f.surface_wall[i] = Vec4<T>{wall.x, wall.y, wall.z, free};
+    w.f.surface_skin[i] = skin;
   }
   MELTSIM_HD physics::SurfaceSums<T> sums_of(std::uint64_t i, std::uint32_t tag, T tension) const {
     physics::SurfaceSums<T> sums;
@@ -55,7 +59,7 @@ struct SurfaceStressBody {
   }
 };
 
-/// Forces of the surface stress and of cohesion, on liquid and on bodies that can move.
+/// Forces of the surface stress, of cohesion and of the skin, on liquid and on bodies that can move.
 template <class T, bool Periodic>
 struct CohereBody {
   Frame<T> w;

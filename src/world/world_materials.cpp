@@ -156,6 +156,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     r.friction = own.friction;
     r.tension = own.surface_tension;
     r.cohesion = physics::cohesion_strength(own.surface_tension, core::support_of(desc));
+    r.skin_viscosity = physics::skin_viscosity(own.surface_tension, own.density, desc.spacing);
     r.wetting = physics::wetting_cosine(own.contact_angle);
     rows.push_back(r);
   }

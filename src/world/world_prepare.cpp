@@ -412,9 +412,13 @@ void WorldImpl::derive_limits() {
     if (mobile && drag > 0) static_dt_ = std::min(static_dt_, physics::drag_dt(drag, lightest, sum));
   }
   for (std::size_t i = 0; i < materials.size(); ++i)
-    if (fluid && liquid_used_[i] != 0u && materials[i].surface_tension > 0)
-      static_dt_ = std::min(
-          static_dt_, physics::capillary_dt(materials[i].surface_tension, least_density(i), desc.spacing));
+    if (fluid && liquid_used_[i] != 0u && materials[i].surface_tension > 0) {
+      const double tension = materials[i].surface_tension, density = least_density(i);
+      static_dt_ = std::min(static_dt_, physics::capillary_dt(tension, density, desc.spacing));
+      // The skin acts along the lines between particles alone: a third of a viscosity.
+      const double skin = physics::skin_viscosity(tension, density, desc.spacing) / 3;
+      static_dt_ = std::min(static_dt_, physics::viscous_dt(skin / density, sum) / physics::viscous_margin);
+    }
   limit_viscosity(sum, drag);
   limit_solute(sum);
   rows_ = material_rows();

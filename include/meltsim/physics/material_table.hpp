@@ -29,6 +29,7 @@ struct MaterialRow {
   T friction{};                   ///< Coulomb coefficient
   T tension{};                    ///< sigma of a liquid [N/m]
   T cohesion{};                   ///< of a liquid: strength of its pair force (surface_tension.hpp) [N/m^7]
+  T skin_viscosity{};             ///< of a liquid: viscosity among particles of its surface [Pa s]
   T wetting{};                    ///< of a solid: cosine of its contact angle [-]
   std::uint32_t liquid{};         ///< material index it melts into
   std::uint32_t solid{};          ///< material index it freezes into

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface tension and wetting: a stress in the outermost particles, and a weak attraction that keeps them even.
+// Surface tension and wetting: a stress in the outermost particles, and a weak attraction and a viscosity among them that
+// keep them even.
 //
 // Sources: Lafaurie, Nardone, Scardovelli, Zaleski & Zanetti (1994), J. Comput. Phys. 113:134, tension as a stress; Hu & Adams
 // (2006), J. Comput. Phys. 213:844, in SPH, between two phases; Kirkwood & Buff (1949), J. Chem. Phys. 17:338, the tension that a
@@ -9,28 +10,32 @@
 //   g_i     sum_j s_ij V_j grad_i W_ij over liquid, solids and images in walls           1/m
 //   s_ij    1; of another liquid min(1, sigma_j/sigma_i)                                 -
 //   n       g/|g|, into the liquid                                                       -
-//   e       0 at |g| H <= 0.125, 1 at |g| H >= 0.375, smooth between                     -
+//   e       0 at |g| H <= 0.0625, 1 at |g| H >= 0.25, smooth between                     -
+//   phi     filled share of space around a particle, no less than 0.5                    -
 //   g_w     the same sum over solids and images in walls alone; n_w = g_w/|g_w|          1/m
 //   m       direction of the part of g_w across the solids' surfaces                     -
 //   cos     cosine of the contact angle, mean over those solids                          -
 //   theta   contact angle, through the liquid                                            degrees
-//   S_i     2 a sigma e |g| (I - n n) - 2 b sigma cos |g_w| (I - n_w n_w)                Pa
+//   S_i     [2 a sigma e |g| (I - n n) - 2 b sigma cos |g_w| (I - n_w n_w)]/phi          Pa
 //   a, b    tension_gain, wetting_gain                                                      -
 //   F       force on i from liquid j, V_i V_j (S_i + S_j) grad_i W_ij                    N
 //
 // Why it is the tension of a surface without a gas. At a plane surface the integral of rho |d rho/dz| with a smoothed rho is
-// 1/2 whatever the layers are like, because W is even: so the factor 2. S_i g_i = 0, so that where S is the same for all
-// neighbours the force vanishes for every arrangement of particles: it follows differences of S alone although it is antisymmetric,
-// and momentum is exact. Angular momentum is not (F is not along x_ij): a drop that relaxes gains 1e-3 of sqrt(sigma R/rho) per mass.
-// e leaves out the inside, where g is the noise of the lattice (0.02/dx; 0.45/dx in the outermost layer, 0.04/dx in the second), and
-// with it some of the surface. a and b make good for that, and for the lattice's share; they are measured, from pressures, puddles and
-// angles at H = 2.5 dx, and near 1, so that what they are measured from matters little.
+// 1/2 whatever the layers are like, because W is even: so the factor 2. Pairs carry sum_j V_j f x^2 of S along the surface (x one
+// component of x_ij), which is phi there, because kernels sum over planes parallel to a surface as over all space: so the
+// divisor. On a lattice both hold within 0.5 % at any support, and e leaves out at most 4 % at H from 1.5 to 6 dx.
+// S_i g_i = 0, so that where S is the same for all neighbours the force vanishes for every arrangement of particles: it follows
+// differences of S alone although it is antisymmetric, and momentum is exact. Angular momentum is not (F is not along x_ij): a drop that
+// relaxes gains 1e-3 of sqrt(sigma R/rho) per mass. e leaves out the inside, where g is the noise of the lattice (0.02/dx; 0.45/dx in
+// the outermost layer, 0.04/dx in the second). a and b are below 1 because particles are not a lattice and surfaces not plane: the
+// stress acts 0.7 spacings below the surface. They are measured, from pressures, periods, puddles and angles at H = 2.5 dx.
 //
 // The stress alone does not keep a surface even: particles of the outermost layer drift apart along it and out of it, and a drop
-// boils. A pair force on top, V_i V_j s w(r) x_ij with w = c a^5 - a^2, a = 1 - r/H, as strong as 0.075 of the tension, holds them;
-// c = 12 leaves the inside of a liquid without its stress, but for what particles are not spread evenly: readings of pressure are 0.06
-// sigma/dx above that of the liquid. It is so weak that the lattice that it makes of particles withstands nothing that matters:
-// puddles draw together as far as they spread.
+// boils. A pair force on top, V_i V_j s w(r) x_ij (e_i + e_j)/2 with w = c a^5 - a^2, a = 1 - r/H, as strong as 0.075 of the tension,
+// holds them. It acts at surfaces alone (e), because inside it would be a pressure (0.06 sigma/dx) and would make of particles a lattice
+// that resists. As it is not the gradient of an energy, and neither is the stress, they would keep the outermost particles in
+// motion: a viscosity along the line between two of them, 0.5 sqrt(rho sigma dx), takes that up. Beside solids with a stress of
+// their own it acts, too, times |cos|.
 //
 // Wetting. The interface of liquid and solid has the tension -sigma cos theta beside that of solid and gas, which is Young's
 // equation, and S has it as a stress of the layer at the solid. Pairs of a liquid particle i and a solid or an image: S_i and S_i
@@ -52,13 +57,17 @@ inline constexpr double cohesion_core = 12.0;
 /// Tension of the pair force over that of the liquid.
 inline constexpr double cohesion_share = 0.075;
 /// Stress of the free surface over that of the formula.
-inline constexpr double tension_gain = 1.1;
+inline constexpr double tension_gain = 0.87;
 /// The same of the layer at solids.
-inline constexpr double wetting_gain = 0.92;
+inline constexpr double wetting_gain = 0.83;
 /// |g| H up to which e is 0.
-inline constexpr double surface_from = 0.125;
+inline constexpr double surface_from = 0.0625;
 /// |g| H from which on e is 1.
-inline constexpr double surface_full = 0.375;
+inline constexpr double surface_full = 0.25;
+/// Least phi that stresses are divided by.
+inline constexpr double least_filling = 0.5;
+/// Viscosity among particles of a surface over sqrt(rho sigma dx).
+inline constexpr double skin_ohnesorge = 0.5;
 
 /// e [-].
 template <class T>
@@ -125,12 +134,28 @@ struct SurfaceSums {
   }
 };
 
-/// S of a liquid particle from its sums.
+/// e of a liquid particle from its sums [-].
 template <class T>
-MELTSIM_HD SurfaceStress<T> surface_stress(const SphKernel<T>& k, T tension, const SurfaceSums<T>& sums) {
+MELTSIM_HD T free_share(const SphKernel<T>& k, const SurfaceSums<T>& sums) {
+  return surface_share(k, k.grad_scale * length(sums.all));
+}
+
+/// Share of the skin's viscosity that a liquid particle has [-].
+template <class T>
+MELTSIM_HD T skin_share(const SphKernel<T>& k, const SurfaceSums<T>& sums) {
+  const T free = free_share(k, sums);
+  if (!(sums.cover > T(0))) return free;
+  return maximum(free,
+                 std::fabs(sums.wetting / sums.cover) * surface_share(k, k.grad_scale * length(sums.wall)));
+}
+
+/// S of a liquid particle from its volume fraction phi and its sums.
+template <class T>
+MELTSIM_HD SurfaceStress<T> surface_stress(const SphKernel<T>& k, T tension, T phi,
+                                           const SurfaceSums<T>& sums) {
   SurfaceStress<T> s;
-  const T twice = T(2) * tension * k.grad_scale;
-  s.add(twice * static_cast<T>(tension_gain) * surface_share(k, k.grad_scale * length(sums.all)), sums.all);
+  const T twice = T(2) * tension * k.grad_scale / maximum(phi, static_cast<T>(least_filling));
+  s.add(twice * static_cast<T>(tension_gain) * free_share(k, sums), sums.all);
   if (sums.cover > T(0))
     s.add(-twice * static_cast<T>(wetting_gain) * (sums.wetting / sums.cover), sums.wall);
   return s;
@@ -156,10 +181,10 @@ MELTSIM_HD T cohesion_shape(const SphKernel<T>& k, T r) {
   return (T(cohesion_core) * (a2 * a) - T(1)) * a2;
 }
 
-/// s of a pair of liquids [N/m^7] from those of both.
+/// s of a pair of liquids [N/m^7] from those of both and their e.
 template <class T>
-MELTSIM_HD T cohesion_of(T strength_i, T strength_j) {
-  return minimum(strength_i, strength_j);
+MELTSIM_HD T cohesion_of(T strength_i, T strength_j, T share_i, T share_j) {
+  return minimum(strength_i, strength_j) * (T(0.5) * (share_i + share_j));
 }
 /// s of a liquid and a solid [N/m^7] from the liquid's and the cosine of the contact angle.
 template <class T>
@@ -171,6 +196,23 @@ MELTSIM_HD T adhesion_of(T strength, T cosine) {
 template <class T>
 MELTSIM_HD T cohesion_factor(T volume_i, T volume_j, T strength) {
   return (volume_i * volume_j) * strength;
+}
+
+/// Viscous force of the skin on i from j, antisymmetric and along x_ij [N]; viscosity that of the pair [Pa s].
+template <class T>
+MELTSIM_HD Vec3<T> skin_force(const SphKernel<T>& k, T volumes, T viscosity, Vec3<T> x_ij, Vec3<T> v_ij,
+                              T r2) {
+  const LaplacianQuotient<T> l = laplacian_quotient(k, std::sqrt(r2), r2);
+  return x_ij * (-volumes * viscosity * l.above * dot(v_ij, x_ij) / (l.below * l.below));
+}
+/// Viscosity of the skin of a pair of liquids [Pa s] from those of both and their shares of it.
+template <class T>
+MELTSIM_HD T skin_viscosity_of(T viscosity_i, T viscosity_j, T share_i, T share_j) {
+  return minimum(viscosity_i, viscosity_j) * (T(0.5) * (share_i + share_j));
+}
+/// Viscosity of the skin of a liquid [Pa s].
+inline double skin_viscosity(double tension, double density, double spacing) {
+  return skin_ohnesorge * std::sqrt(density * tension * spacing);
 }
 
 /// s [N/m^7] of a liquid of tension sigma [N/m]: cohesion_share sigma = (pi/8) s H^6 int_0^1 u^5 (a^2 - c a^5) du, the integral
