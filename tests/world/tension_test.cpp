@@ -219,11 +219,8 @@ double angle_on_wall(double angle) {
 
 TEST(Tension, DropsOnWallsHaveTheirAngle) {
   MELTSIM_NEEDS_BACKEND();
-  // 6 degrees is the target: 61 and 89 were seen, and 124 to 125, which moves by two with rounding. Half a spacing in the height of the
-  // centre would be 13.
-  EXPECT_NEAR(angle_on_wall(60), 60, 6);
-  EXPECT_NEAR(angle_on_wall(90), 90, 6);
-  EXPECT_NEAR(angle_on_wall(120), 120, 9);
+  // 6 degrees is the target. Half a spacing in the height of the centre would be 13.
+  for (const double angle : {60.0, 90.0, 120.0}) EXPECT_NEAR(angle_on_wall(angle), angle, 6);
 }
 
 double angle_on_body(double angle) {
@@ -255,8 +252,7 @@ double angle_on_body(double angle) {
 
 TEST(Tension, DropsOnBodiesHaveTheirAngle) {
   MELTSIM_NEEDS_BACKEND();
-  // 6 degrees is the target: 64, 89 and 114 to 115 were seen. A ball of six spacings is small; at ten they are 63, 91 and 118.
-  for (const double angle : {60.0, 90.0, 120.0}) EXPECT_NEAR(angle_on_body(angle), angle, 9);
+  for (const double angle : {60.0, 90.0, 120.0}) EXPECT_NEAR(angle_on_body(angle), angle, 6);
 }
 
 /// Height of the centre of mass of a puddle on a neutral wall, from a cylinder of this radius and height [spacings].
@@ -312,47 +308,89 @@ double pressure_in(double radius, double& rest_radius) {
   return sum / count;
 }
 
-// Readings of pressure contain some 0.06 sigma/dx of cohesion, in every drop nearly the same: so two drops, whose difference is Laplace's
-// within 20 %, because what each of them contains varies by 0.02 sigma/dx with how its particles come to lie.
-TEST(Tension, PressuresInDropsDifferByLaplacesLaw) {
+// 10 % is the target; at ten spacings 6 to 18 % too much was seen, by how the outermost layers come to lie, and 20 % is allowed. Cohesion
+// inside the drop would add 40 %.
+TEST(Tension, PressuresInDropsFollowLaplace) {
   MELTSIM_NEEDS_BACKEND();
-  double small = 0, large = 0;
-  const double of_small = pressure_in(5, small), of_large = pressure_in(10, large);
-  EXPECT_NEAR((of_small - of_large) / (2 * sigma / small - 2 * sigma / large), 1, 0.25);
-  EXPECT_NEAR(of_large / (2 * sigma / large), 1.35, 0.2);
+  double rest_radius = 0;
+  const double pressure = pressure_in(10, rest_radius);
+  EXPECT_NEAR(pressure / (2 * sigma / rest_radius), 1, 0.2);
 }
 
-// A drop stretched to a capsule swings through its round shape at half periods of Rayleigh's mode 2. The target is 10 %; periods are
-// 6 to 14 % short, by how the particles come to lie, and 18 % is allowed. With pair forces alone they were 30 % short.
-TEST(Tension, DropsSwingAtRayleighsPeriod) {
+// A drop of seven spacings in one of thirteen of another liquid: the pressure jumps by the difference of the tensions. 3 % was seen, 10 % is
+// the target; if each surface had its own tension, 1.8 times that.
+TEST(Tension, PressureJumpsWhereLiquidsMeet) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = space();
   d.precision = Precision::single_precision;
   World w = create(d);
+  MaterialDesc oil = water(0.07);
+  oil.name = "oil";
+  oil.surface_tension = 0.02;
   FluidDesc f;
-  f.material = *w.add_material(water(0.013));  // Ohnesorge's number is 0.02 then
-  f.shape = Shape::capsule({0, 0, -2.8 * dx}, {0, 0, 2.8 * dx}, 7 * dx);
+  f.material = *w.add_material(water(0.07));
+  const MaterialId inner = f.material;
+  f.shape = Shape::sphere({0, 0, 0}, 7 * dx);
+  const auto inside = w.add_fluid(f);
+  require(inside);
+  f.material = *w.add_material(oil);
+  f.shape = Shape::subtract(Shape::sphere({0, 0, 0}, 13 * dx), f.shape);
   require(w.add_fluid(f));
   require(w.prepare());
-  const double count = double(w.synchronize().fluid), radius = std::cbrt(3 * count / (4 * pi)) * dx;
-  const double period = 2 * pi * time_of(radius) / std::sqrt(8.0);
-  std::vector<double> crossings;
-  double last = 0;
-  for (int n = 1; n <= 70; ++n) {
-    require(w.step(period / 40));
-    const ParticleData p = *w.particles();
-    double stretch = 0;
-    Vec3d centre;
-    for (const Vec3d& x : p.position) centre += x * (1 / count);
-    for (const Vec3d& x : p.position) {
-      const Vec3d r = x - centre;
-      stretch += r.z * r.z - 0.5 * (r.x * r.x + r.y * r.y);
+  require(w.step(2 * time_of(7 * dx)));
+  const ParticleData p = *w.particles();
+  const double count = double(w.synchronize().fluid);
+  Vec3d centre;
+  double own = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (material_of(p.tag[i]) == inner.index) centre += p.position[i], ++own;
+  centre = centre * (1 / own);
+  const double radius = std::cbrt(3 * own / (4 * pi)) * dx, outer = std::cbrt(3 * count / (4 * pi)) * dx;
+  double in = 0, out = 0, in_count = 0, out_count = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    const double r = length(p.position[i] - centre);
+    if (material_of(p.tag[i]) == inner.index) {
+      if (r < 0.6 * radius) in += p.pressure[i], ++in_count;
+    } else if (r > radius + 2 * dx && r < outer - 2.5 * dx) {
+      out += p.pressure[i], ++out_count;
     }
-    if (last * stretch < 0) crossings.push_back((n - stretch / (stretch - last)) / 40);
-    last = stretch;
   }
-  ASSERT_GE(crossings.size(), 3u);
-  EXPECT_NEAR(crossings[2] - crossings[0], 1, 0.18);
+  EXPECT_NEAR((in / in_count - out / out_count) / (2 * (sigma - 0.02) / radius), 1, 0.1);
+}
+
+// A drop stretched to a capsule swings through its round shape at half periods of Rayleigh's mode 2. The target is 10 %; both
+// precisions are 4 % short. With pair forces alone they were 30 % short, with cohesion inside 8 (single) and 14 % (double).
+TEST(Tension, DropsSwingAtRayleighsPeriod) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    WorldDesc d = space();
+    d.precision = precision;
+    World w = create(d);
+    FluidDesc f;
+    f.material = *w.add_material(water(0.013));  // Ohnesorge's number is 0.02 then
+    f.shape = Shape::capsule({0, 0, -2.8 * dx}, {0, 0, 2.8 * dx}, 7 * dx);
+    require(w.add_fluid(f));
+    require(w.prepare());
+    const double count = double(w.synchronize().fluid), radius = std::cbrt(3 * count / (4 * pi)) * dx;
+    const double period = 2 * pi * time_of(radius) / std::sqrt(8.0);
+    std::vector<double> crossings;
+    double last = 0;
+    for (int n = 1; n <= 70; ++n) {
+      require(w.step(period / 40));
+      const ParticleData p = *w.particles();
+      double stretch = 0;
+      Vec3d centre;
+      for (const Vec3d& x : p.position) centre += x * (1 / count);
+      for (const Vec3d& x : p.position) {
+        const Vec3d r = x - centre;
+        stretch += r.z * r.z - 0.5 * (r.x * r.x + r.y * r.y);
+      }
+      if (last * stretch < 0) crossings.push_back((n - stretch / (stretch - last)) / 40);
+      last = stretch;
+    }
+    ASSERT_GE(crossings.size(), 3u);
+    EXPECT_NEAR(crossings[2] - crossings[0], 1, 0.1);
+  }
 }
 
 // What a held body feels is what the drop that runs onto it loses, sub-step by sub-step, and a probe reads the same.
