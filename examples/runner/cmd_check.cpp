@@ -268,6 +268,8 @@ class Check {
               "not resolved; use a particles.spacing of {:.2g} or less",
               m.name, reach, reach / dx, reach / 3));
       }
+      if (const double ratio = built_.world.resolved().support_radius / dx; std::abs(ratio - 2.5) > 0.01)
+        text += fmt::format("; it is measured at a support_radius of 2.5 spacings, here {:.3g}", ratio);
       line("tension", text);
     }
   }

@@ -112,8 +112,7 @@ struct MaterialDesc {
   double damping = 0.1;
   /// Surface tension of a liquid [N/m], >= 0; water has 0.072. 0: it neither coheres nor wets. The sub-step gets shorter: the
   /// sound speed becomes at least 7 sqrt(surface_tension/(density spacing)), and one that is set must be no less. The
-  /// interface of two liquids has the difference of their tensions. Pressures that are read are 0.06 surface_tension/spacing
-  /// above those of the liquid.
+  /// interface of two liquids has the difference of their tensions. Measured at a support_radius of 2.5 spacings.
   double surface_tension = 0;
   /// Angle at which liquids with surface tension meet a solid of this material [degrees], 0..180, measured through the liquid:
   /// 0 wets, 90 is neutral, 180 repels.
