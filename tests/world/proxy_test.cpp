@@ -474,12 +474,16 @@ TEST(Proxy, SinksWhereItIsHeavier) {
     const double side = 0.3, mass = 1000 * ratio * side * side * side;
     const BodyId id = proxy(w, Shape::box({0.4, 0.4, 0.4}, {0.7, 0.7, 0.7}), mass);
     HostBody b{w.proxy(id)->position, {}, {}, {}};
+    double speed = 0;
     for (int k = 0; k < 150; ++k) {
       frame(w, id, b, mass, mass * side * side / 6, 1.0 / 60);
       if (::testing::Test::HasFatalFailure()) return;
+      if (k >= 120)
+        speed += length(b.velocity) /
+                 30;  // of single frames the velocity is that of an exchange: up to g/60 = 0.16
     }
     EXPECT_NEAR(b.position.y, side / 2, 0.05) << ratio;
-    EXPECT_LT(length(b.velocity), 0.1) << ratio;
+    EXPECT_LT(speed, 0.1) << ratio;
   }
 }
 

@@ -23,10 +23,6 @@ void add_balls(FrameShapes& shapes, const std::vector<FrameParticle>& particles,
   }
 }
 
-const std::array<double, 3>* color_of(const std::vector<SceneLook>& looks, std::uint32_t material) {
-  return material < looks.size() && looks[material].color ? &*looks[material].color : nullptr;
-}
-
 std::uint32_t material_of_triangle(const Mesh& mesh, std::size_t first) {
   const auto at = [&](std::size_t k) { return mesh.material[mesh.triangles[first + k]]; };
   return at(1) == at(2) ? at(1) : at(0);

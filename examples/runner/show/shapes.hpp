@@ -64,7 +64,9 @@ void add_contents(FrameShapes& shapes, const std::vector<FrameParticle>& particl
 /// a clear liquid shows a species that has one from a content of 2.5 % on.
 FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks);
 /// What a vertex shows; null = its material has no colour.
-const std::array<double, 3>* color_of(const std::vector<SceneLook>& looks, std::uint32_t material);
+inline const std::array<double, 3>* color_of(const std::vector<SceneLook>& looks, std::uint32_t material) {
+  return material < looks.size() && looks[material].color ? &*looks[material].color : nullptr;
+}
 /// Triangles of a mesh by what group(a triangle's first entry) says, ascending.
 template <class Group>
 auto grouped(const Mesh& mesh, const Group& group) {
