@@ -318,6 +318,26 @@ class Sequence {
     if (solid || !species) (solid ? solids_ : liquids_).push_back(*id);
   }
 
+  /// Other numbers of a material while the World runs; now and then one that must stay.
+  void change_material() {
+    if (materials_.empty()) return add_material();
+    const MaterialId id = materials_[random_.below(static_cast<std::uint32_t>(materials_.size()))];
+    MaterialDesc m = world_->material(id);
+    if (chance(0.6)) m.viscosity = or_extreme(log_uniform(1e-4, 1));
+    if (chance(0.6)) m.conductivity = or_extreme(log_uniform(0.05, 100));
+    if (chance(0.3)) m.friction = or_extreme(random_.uniform(0, 1), 0.02);
+    if (chance(0.3)) m.damping = or_extreme(random_.uniform(0, 0.5), 0.02);
+    if (chance(0.3)) m.stiffness = or_extreme(random_.uniform(0.3, 1), 0.03);
+    const bool must_stay = chance(0.1);
+    if (must_stay) m.density *= 1.01;
+    note("set_material ", id.index, " mu ", m.viscosity, " k ", m.conductivity,
+         must_stay ? " and its density" : "");
+    refusable_ = must_stay;
+    const Status s = guarded_call("set_material", [&] { return world_->set_material(id, m); });
+    refusable_ = false;
+    expect(!(s && must_stay), "set_material took another density");
+  }
+
   /// What is dissolved in a liquid; of a species of another one it is refused.
   std::vector<MassFraction> fractions() {
     if (species_.empty() || !chance(0.4)) return {};
@@ -781,7 +801,8 @@ class Sequence {
 
   void any_call() {
     const double what = random_.uniform();
-    if (what < 0.14) add_material();
+    if (what < 0.115) add_material();
+    else if (what < 0.14) change_material();
     else if (what < 0.26) add_fluid();
     else if (what < 0.36) add_solid();
     else if (what < 0.41) add_emitter();
