@@ -64,8 +64,12 @@ TEST(Solute, CrystalsTakeInWhatTheyHaveRoomFor) {
             EXPECT_EQ(drive, -limited_drive(u_j, r_j, u_i, r_i));
             EXPECT_LE(drive, r_i);
             EXPECT_GE(drive, -r_j);
-            if (r_i == T(1) && r_j == T(1)) EXPECT_EQ(drive, u_j - u_i);
-            if (u_j < u_i && r_j == T(1)) EXPECT_EQ(drive, u_j - u_i);
+            if (r_i == T(1) && r_j == T(1)) {
+              EXPECT_EQ(drive, u_j - u_i);
+            }
+            if (u_j < u_i && r_j == T(1)) {
+              EXPECT_EQ(drive, u_j - u_i);
+            }
           }
   };
   check(1.0f);
