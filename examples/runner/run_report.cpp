@@ -51,7 +51,8 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
         "stiffness); a "
         "lower sound_speed lets it be softer");
   if (result.cooled_to_zero) log_.warn("something was to be cooled below absolute zero and was held there");
-  if (result.emitter_exhausted) log_.warn("an emitter stopped: it reached max_particles, or the domain is closed and full");
+  if (result.emitter_exhausted)
+    log_.warn("an emitter stopped: it reached max_particles, or the domain is closed and full");
   if (result.strayed > 0)
     log_.warn("liquid falls out of the scene and is removed (solver.stray; run.json counts it as strayed)");
   if (next_frame <= 1 && result.max_density_ratio > squeezed) {

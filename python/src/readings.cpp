@@ -102,7 +102,8 @@ void bind_readings(nb::module_& m) {
       .add("body_stiffened", &StepResult::body_stiffened, "A body is stiffer than described.")
       .add("cooled_to_zero", &StepResult::cooled_to_zero,
            "A particle that would have cooled below 0 K was held there.")
-      .add("emitter_exhausted", &StepResult::emitter_exhausted, "An emitter stopped: at its max_particles, or a closed domain is full.")
+      .add("emitter_exhausted", &StepResult::emitter_exhausted,
+           "An emitter stopped: at its max_particles, or a closed domain is full.")
       .add("removed", &StepResult::removed, "Particles that left through open faces so far.")
       .add("strayed", &StepResult::strayed, "Liquid particles that fell out of the scene so far.")
       .add("melted", &StepResult::melted, "Particles that melted so far.")

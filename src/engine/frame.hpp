@@ -346,9 +346,9 @@ struct Frame {
   bool inviscid = false;     ///< sph.diffuse takes viscosity in place of this stage
   double solute_dt = 0;      ///< species.exchange: of one sweep, time-scaled [s]
   std::uint32_t solute_supersteps = 0;
-  double solute_bound = 0;  ///< largest exchange over mass at which contents are weighted means [1/s]
+  double solute_bound = 0;    ///< largest exchange over mass at which contents are weighted means [1/s]
   bool precipitates = false;  ///< solubility of a species depends on temperature
-  SumUnits sum_units;       ///< lsm.balance
+  SumUnits sum_units;         ///< lsm.balance
   std::uint32_t event_kinds = 0, event_capacity = 0;  ///< bit per EventKind; rows of the ring
   std::uint64_t touch_entries = 0;                    ///< of the table of contacts
 };

@@ -118,8 +118,6 @@ struct SteerBody {
   }
 };
 
-
-
 /// Particles of kinematic bodies and proxies get the velocities of the motions that begin now; places: and positions.
 template <class T>
 struct SetOffBody {

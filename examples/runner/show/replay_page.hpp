@@ -18,8 +18,8 @@ struct ReplayPage {
   std::vector<SceneLook> looks;     ///< of materials
   /// Per species the material whose colour what is dissolved of it shows; clear_species of one that it does not show.
   std::vector<std::uint32_t> species;
-  std::string stats;                ///< text of stats.csv, for the plots
-  std::uint64_t share = 1;          ///< one particle in so many is shown
+  std::string stats;        ///< text of stats.csv, for the plots
+  std::uint64_t share = 1;  ///< one particle in so many is shown
 };
 
 /// The whole page, below 10 MB: frames are left out until it is, which the page then says.
