@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "meltsim/physics/surface_tension.hpp"
+
 namespace runner {
 
 namespace {
@@ -50,6 +52,19 @@ double fitted(const meltsim::WorldDesc& world, double wanted) {
   return best;
 }
 
+/// The least sound speed that liquids with surface tension allow at this spacing [m/s].
+double least_sound_speed(const Scene& scene) {
+  double least = 0;
+  for (const SceneMaterial& m : scene.materials) {
+    if (!(m.desc.surface_tension > 0)) continue;
+    double density = m.desc.density;
+    for (const meltsim::PropertyPoint& p : m.desc.density_points) density = std::min(density, p.value);
+    least = std::max(
+        least, meltsim::physics::tension_sound_speed(m.desc.surface_tension, density, scene.world.spacing));
+  }
+  return least * (1 + 1e-6);
+}
+
 }  // namespace
 
 void apply_resolution(Scene& scene, double scale, Quality quality) {
@@ -63,6 +78,9 @@ void apply_resolution(Scene& scene, double scale, Quality quality) {
     if (world.sound_speed > 0) world.sound_speed *= draft_sound;
     world.courant = std::max(world.courant, draft_courant);
   }
+  // One that the scene sets would be refused at a finer spacing, or in draft quality: once its liquid has melted.
+  if (world.sound_speed > 0 && (factor != 1 || quality == Quality::draft))
+    world.sound_speed = std::max(world.sound_speed, least_sound_speed(scene));
 }
 
 void apply_spacing(Scene& scene, double spacing) {
