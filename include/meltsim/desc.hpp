@@ -234,8 +234,8 @@ struct SolidDesc {
   double heat_source = 0;  ///< heat released in the body [W/m^3]; negative cools
   bool carve = true;       ///< true: remove liquid in the body's place; false: refuse the overlap
   /// How far liquid may freeze onto the body, in lattice steps around its shape (diagonal steps count as one), >= 0.
-  /// 0: only where the body was solid before. Needs a material that freezes, or a species with solubility_points. Every site costs as much memory as a
-  /// particle; sites outside a bounded domain are left out, and growth does not cross a periodic face.
+  /// 0: only where the body was solid before. Needs a material that freezes, or a species with solubility_points. Every site costs
+  /// as much memory as a particle; sites outside a bounded domain are left out, and growth does not cross a periodic face.
   int growth = 0;
 };
 

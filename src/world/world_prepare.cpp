@@ -133,9 +133,17 @@ void WorldImpl::derive_sound_speed() {
 /// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
 /// below, how far things fall is not known.
 Status WorldImpl::check_sound_speed() const {
+  // Also what bodies will melt into: a run that is refused once its first particle has melted has cost its time.
+  const auto comes = [this](std::size_t i) {
+    return desc.heat.model != HeatModel::none && desc.heat.time_scale > 0 &&
+           std::any_of(bodies_.begin(), bodies_.end(), [&](const BodyRecord& b) {
+             const MaterialId liquid = materials[b.desc.material.index].melts_into;
+             return !b.gone && liquid && liquid.index == i;
+           });
+  };
   for (std::size_t i = 0; desc.sound_speed > 0 && i < materials.size(); ++i) {
     const MaterialDesc& m = materials[i];
-    if (liquid_used_[i] == 0u || !(m.surface_tension > 0)) continue;
+    if (!(m.surface_tension > 0) || !(liquid_used_[i] != 0u || comes(i))) continue;
     const double least = physics::tension_sound_speed(m.surface_tension, least_density(i), desc.spacing);
     if (desc.sound_speed < least)
       return core::invalid("sound_speed: ", desc.sound_speed, " m/s is too low for the surface_tension of \"",

@@ -138,11 +138,19 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
     properties_ = material_properties();
     if (!rows_.empty()) rows_ = material_rows();  // they point to properties
   };
-  derive();
-  if (Status s = check_curves(); !s) {
+  const auto take_back = [&] {
     materials[id.index] = before;
     derive();
-    return Error{s.error().code, "set_material: " + s.error().message};
+  };
+  try {
+    derive();
+    if (Status s = check_curves(); !s) {
+      take_back();
+      return Error{s.error().code, "set_material: " + s.error().message};
+    }
+  } catch (...) {
+    take_back();
+    throw;
   }
   dirty_ = measure_ = true;
   return {};

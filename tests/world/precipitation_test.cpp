@@ -6,36 +6,21 @@
 #include <string>
 #include <vector>
 
-#include "scenes.hpp"
+#include "solutions.hpp"
 
 namespace meltsim_test {
 namespace {
 
-constexpr double dx = 0.01;
 constexpr double cell = 1000 * dx * dx * dx;  ///< mass of a particle [kg]
 
-struct Solution {
-  World world;
-  MaterialId water, salt;
-};
-
-/// Saturated at 0.3 at 20 degrees and 0.5 at 60. Water's density and viscosity: nothing moves by itself. A step of 0.01 s is the
-/// longest that sound allows; D dt/dx^2 is 1e-3 times the time scale.
-WorldDesc box_of(Vec3i cells, double time_scale, Precision precision = Precision::double_precision) {
-  WorldDesc d = describe();
-  d.precision = precision;
-  d.spacing = dx;
-  d.sound_speed = 1;
-  d.gravity = {0, 0, 0};
-  d.artificial_viscosity = 0.05;
-  d.domain.bounded = true;
-  d.domain.max = {cells.x * dx, cells.y * dx, cells.z * dx};
+/// Without heat, unless a test turns it on.
+WorldDesc box_at_rest(Vec3i cells, double time_scale, Precision precision = Precision::double_precision) {
+  WorldDesc d = box_of(cells, time_scale, precision);
   d.heat.model = HeatModel::none;
-  d.solute.time_scale = time_scale;
-  d.solute.max_supersteps = 1000;
   return d;
 }
 
+/// Saturated at 0.3 at 20 degrees and 0.5 at 60. Water's density and viscosity: nothing moves by itself.
 MaterialDesc salt_in(MaterialId water) {
   MaterialDesc m;
   m.name = "salt";
@@ -47,25 +32,13 @@ MaterialDesc salt_in(MaterialId water) {
 }
 
 Solution make(const WorldDesc& d, const std::function<void(MaterialDesc&)>& change = nullptr) {
-  auto w = World::create(d);
-  require(w);
-  Solution s{std::move(*w), {}, {}};
-  s.water = *s.world.add_material({});
-  MaterialDesc m = salt_in(s.water);
-  if (change) change(m);
-  const auto salt = s.world.add_material(m);
-  require(salt);
-  s.salt = *salt;
-  return s;
+  return make_solution(d, salt_in, change);
 }
 
 void fill(Solution& s, Vec3d low, Vec3d high, double fraction, double temperature = 20) {
   FluidDesc f;
-  f.shape = Shape::box(low * dx, high * dx);
-  f.material = s.water;
   f.temperature = temperature;
-  if (fraction > 0) f.fractions = {{s.salt, fraction}};
-  require(s.world.add_fluid(f));
+  fill(s, low, high, fraction, f);
 }
 
 void add_crystal(Solution& s, Vec3d low, Vec3d high, int growth, double temperature = 20,
@@ -110,7 +83,7 @@ void run(World& w, int steps) {
 TEST(Precipitation, WhatStaysInSolutionIsSaturated) {
   MELTSIM_NEEDS_BACKEND();
   for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    Solution s = make(box_of({11, 6, 6}, 1000, precision));
+    Solution s = make(box_at_rest({11, 6, 6}, 1000, precision));
     add_crystal(s, {0, 0, 0}, {3, 6, 6}, 4);
     fill(s, {3, 0, 0}, {11, 6, 6}, 0.5);
     const Sums before = sums(s.world, 0.3);
@@ -168,7 +141,7 @@ double thickness(World& w, double area) {
 TEST(Precipitation, ACrystalGrowsAsTheSquareRootOfTime) {
   MELTSIM_NEEDS_BACKEND();
   for (const double content : {0.4, 0.5}) {
-    WorldDesc d = box_of({48, 8, 8}, 500);
+    WorldDesc d = box_at_rest({48, 8, 8}, 500);
     d.domain.faces = {Face::wall, Face::wall, Face::periodic, Face::periodic, Face::periodic, Face::periodic};
     Solution s = make(d);
     add_crystal(s, {0, 0, 0}, {3, 8, 8}, 8);
@@ -194,7 +167,7 @@ TEST(Precipitation, DissolvingIsThatOfAConstantAtThatTemperature) {
   MELTSIM_NEEDS_BACKEND();
   std::vector<double> contents[2];
   for (int table = 0; table < 2; ++table) {
-    Solution s = make(box_of({12, 6, 6}, 700), [&](MaterialDesc& m) {
+    Solution s = make(box_at_rest({12, 6, 6}, 700), [&](MaterialDesc& m) {
       if (table != 0) return;
       m.solubility_points.clear();
       m.solubility = 0.4;
@@ -216,7 +189,7 @@ TEST(Precipitation, WhatDissolvedWarmComesBackCold) {
   MELTSIM_NEEDS_BACKEND();
   constexpr double heat = 2e4;
   for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    WorldDesc d = box_of({10, 6, 6}, 1000, precision);
+    WorldDesc d = box_at_rest({10, 6, 6}, 1000, precision);
     d.heat.model = HeatModel::enthalpy;
     d.heat.time_scale = 1e5;
     Solution s = make(d, [](MaterialDesc& m) { m.heat_of_solution = heat; });
@@ -261,7 +234,7 @@ TEST(Precipitation, WhatDissolvedWarmComesBackCold) {
 TEST(Precipitation, HeatOfSolutionComesBack) {
   MELTSIM_NEEDS_BACKEND();
   constexpr double heat = 2e5;
-  WorldDesc d = box_of({11, 6, 6}, 1000);
+  WorldDesc d = box_at_rest({11, 6, 6}, 1000);
   d.heat.model = HeatModel::enthalpy;
   d.heat.time_scale = 1e5;
   Solution s = make(d, [](MaterialDesc& m) { m.heat_of_solution = heat; });
@@ -290,7 +263,7 @@ TEST(Precipitation, HeatOfSolutionComesBack) {
 TEST(Precipitation, NothingNucleatesAndSaturatedSolutionRests) {
   MELTSIM_NEEDS_BACKEND();
   {
-    Solution s = make(box_of({8, 6, 6}, 500));  // supersaturated, no crystal
+    Solution s = make(box_at_rest({8, 6, 6}, 500));  // supersaturated, no crystal
     fill(s, {0, 0, 0}, {4, 6, 6}, 0.5);
     fill(s, {4, 0, 0}, {8, 6, 6}, 0.4);
     run(s.world, 100);
@@ -299,7 +272,7 @@ TEST(Precipitation, NothingNucleatesAndSaturatedSolutionRests) {
     EXPECT_EQ(s.world.synchronize().frozen, 0u);
   }
   {
-    Solution s = make(box_of({8, 6, 6}, 500));
+    Solution s = make(box_at_rest({8, 6, 6}, 500));
     add_crystal(s, {0, 0, 0}, {3, 6, 6}, 2, 40);
     fill(s, {3, 0, 0}, {8, 6, 6}, 0.4, 40);
     run(s.world, 100);
@@ -312,7 +285,7 @@ TEST(Precipitation, NothingNucleatesAndSaturatedSolutionRests) {
 // Sites that a body has: without growth a full crystal takes in nothing, and the layer beside it fills up and stays.
 TEST(Precipitation, WithoutSitesTheLayerAtTheCrystalFillsUp) {
   MELTSIM_NEEDS_BACKEND();
-  Solution s = make(box_of({11, 6, 6}, 1000));
+  Solution s = make(box_at_rest({11, 6, 6}, 1000));
   add_crystal(s, {0, 0, 0}, {3, 6, 6}, 0);
   fill(s, {3, 0, 0}, {11, 6, 6}, 0.5);
   run(s.world, 600);
@@ -325,7 +298,7 @@ TEST(Precipitation, WithoutSitesTheLayerAtTheCrystalFillsUp) {
 
 /// A crystal that moves, among solution that splashes, in single precision.
 Solution splash(int threads) {
-  WorldDesc d = box_of({16, 20, 10}, 3000, Precision::single_precision);
+  WorldDesc d = box_at_rest({16, 20, 10}, 3000, Precision::single_precision);
   d.threads = threads;
   d.gravity = {0, -9.81, 0};
   d.sound_speed = 0;
@@ -369,7 +342,7 @@ TEST(Precipitation, BadInputNamesFieldAndFix) {
     ASSERT_FALSE(result) << what;
     EXPECT_NE(result.error().message.find(what), std::string::npos) << result.error().message;
   };
-  Solution s = make(box_of({8, 8, 8}, 1));
+  Solution s = make(box_at_rest({8, 8, 8}, 1));
   const auto with = [&](const std::function<void(MaterialDesc&)>& change) {
     MaterialDesc m = salt_in(s.water);
     m.name = "other";

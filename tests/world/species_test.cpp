@@ -7,18 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "scenes.hpp"
+#include "solutions.hpp"
 
 namespace meltsim_test {
 namespace {
 
-constexpr double dx = 0.01;
 constexpr double pi = 3.14159265358979323846;
-
-struct Solution {
-  World world;
-  MaterialId water, salt;
-};
 
 /// A species of water's density and viscosity: nothing moves by itself.
 MaterialDesc species(MaterialId solvent, const char* name = "salt") {
@@ -31,41 +25,15 @@ MaterialDesc species(MaterialId solvent, const char* name = "salt") {
   return m;
 }
 
-/// A box of cells spacings without gravity. The step that sound allows is 0.01 s: D dt/dx^2 is 1e-3 per unit of time_scale.
-WorldDesc box_of(Vec3i cells, double time_scale = 1) {
-  WorldDesc d = describe();
-  d.precision = Precision::double_precision;
-  d.spacing = dx;
-  d.sound_speed = 1;
-  d.gravity = {0, 0, 0};
-  d.artificial_viscosity = 0.05;
-  d.domain.bounded = true;
-  d.domain.max = {cells.x * dx, cells.y * dx, cells.z * dx};
-  d.solute.time_scale = time_scale;
-  d.solute.max_supersteps = 1000;
-  return d;
-}
-
 Solution make(const WorldDesc& d, const std::function<void(MaterialDesc&)>& change = nullptr) {
-  auto w = World::create(d);
-  require(w);
-  Solution s{std::move(*w), {}, {}};
-  s.water = *s.world.add_material({});
-  MaterialDesc m = species(s.water);
-  if (change) change(m);
-  const auto salt = s.world.add_material(m);
-  require(salt);
-  s.salt = *salt;
-  return s;
+  return make_solution(
+      d, [](MaterialId water) { return species(water); }, change);
 }
 
 void fill(Solution& s, Vec3d low, Vec3d high, double fraction, Vec3d velocity = {}) {
   FluidDesc f;
-  f.shape = Shape::box(low * dx, high * dx);
-  f.material = s.water;
   f.velocity = velocity;
-  if (fraction > 0) f.fractions = {{s.salt, fraction}};
-  require(s.world.add_fluid(f));
+  fill(s, low, high, fraction, f);
 }
 
 double sum_of(World& w) {

@@ -548,6 +548,33 @@ TEST(Tension, SoundFollowsIt) {
   }
 }
 
+// A body that will melt into such a liquid is refused at once, not once it has melted; where heat stands still it is not.
+TEST(Tension, SoundFollowsWhatWillMelt) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double time_scale : {1.0, 0.0}) {
+    WorldDesc d = space();
+    d.heat.model = HeatModel::enthalpy;
+    d.heat.time_scale = time_scale;
+    d.sound_speed = 0.5 * physics::tension_sound_speed(sigma, 1000, dx);
+    World w = create(d);
+    MaterialDesc ice;
+    ice.name = "ice";
+    ice.melting_point = 0;
+    ice.melts_into = *w.add_material(water());
+    SolidDesc b;
+    b.material = *w.add_material(ice);
+    b.shape = Shape::box({0, 0, 0}, {4 * dx, 4 * dx, 4 * dx});
+    b.temperature = -5;
+    require(w.add_solid(b));
+    const Status s = w.prepare();
+    EXPECT_EQ(bool(s), time_scale == 0);
+    if (!s) {
+      EXPECT_NE(s.error().message.find("too low for the surface_tension"), std::string::npos)
+          << s.error().message;
+    }
+  }
+}
+
 TEST(Tension, BadInputIsRefused) {
   MELTSIM_NEEDS_BACKEND();
   World w = create(space());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exponential, logarithm, power, sine, cosine and arc tangent of the same bits everywhere: the libraries of a CPU and of a GPU round the last
-// bit differently.
+// Exponential, logarithm, power, sine, cosine and arc tangent of the same bits everywhere: the libraries of a CPU and of a GPU
+// round the last bit differently.
 //
 // Sources: the Taylor series of each, Muller (2016), Elementary Functions, chs. 9-11, for the reductions of the argument:
 //
