@@ -51,7 +51,7 @@ class Invariants {
   /// Empty, or what is wrong after stage s. `mass` is the sum at the upload, `thermal` that before the stage.
   std::string after(int s, double mass, double thermal) const {
     std::string wrong = written_values(stage_table[static_cast<std::size_t>(s)].writes);
-    if (wrong.empty() && s == stage_spatial_reorder) wrong = order(mass);
+    if (wrong.empty() && (s == stage_spatial_reorder || s == stage_spatial_settle)) wrong = order(mass);
     if (wrong.empty() && s == stage_thermal_exchange) wrong = heat(thermal);
     if (wrong.empty() && s == stage_topology_neighbours) wrong = surface_flags();
     if (wrong.empty() && s == stage_step_integrate) wrong = inside_walls();
@@ -133,7 +133,7 @@ class Invariants {
     const auto slot = fetch_(w_.f.slot_of_id, w_.particles);
     const auto tag = fetch_(w_.f.tag, w_.particles);
     for (std::size_t v = 0; v < mask.size(); ++v) {
-      if (state[v] != 1u) continue;
+      if (state[v] != vertex_live) continue;
       const bool surface = (tag[slot[id[v]]] & tag_surface) != 0u;
       if (surface != (popcount(mask[v]) < 27))
         return text("surface flag and neighbours disagree at vertex ", static_cast<std::uint64_t>(v));

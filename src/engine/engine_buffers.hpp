@@ -101,13 +101,8 @@ class EngineBuffers {
   w.f.name = static_cast<type*>(now_[field_##name]);
 #include "meltsim/fields.def"
 #undef MELTSIM_FIELD
-    w.before.position = static_cast<Vec4<T>*>(before_[field_position]);
-    w.before.velocity = static_cast<Vec4<T>*>(before_[field_velocity]);
-    w.before.enthalpy = static_cast<double*>(before_[field_enthalpy]);
-    w.before.solute = static_cast<double*>(before_[field_solute]);
-    w.before.mass = static_cast<T*>(before_[field_mass]);
-    w.before.tag = static_cast<std::uint32_t*>(before_[field_tag]);
-    w.before.id = static_cast<std::uint32_t*>(before_[field_id]);
+#define MELTSIM_MOVED(name, type) w.before.name = static_cast<type*>(before_[field_##name]);
+#include "meltsim/fields.def"
   }
 
   /// The state becomes what was before.
@@ -163,8 +158,8 @@ class EngineBuffers {
     if (is(now_[field_velocity], s.halt_velocity) != (s.halt_advanced == 0))
       std::swap(now_[field_velocity], before_[field_velocity]);
     if (!is(now_[field_id], s.halt_id))
-      for (const int i : {field_enthalpy, field_solute, field_mass, field_tag, field_id})
-        std::swap(now_[i], before_[i]);
+      for (int i = 0; i < field_count; ++i)
+        if (double_buffered(i) && i != field_position && i != field_velocity) std::swap(now_[i], before_[i]);
     link(w);
   }
 

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "engine/empty_sites.hpp"
 #include "engine/engine.hpp"
 #include "engine/frame.hpp"
+#include "engine/held.hpp"
 #include "engine/rounded.hpp"
 
 namespace meltsim {
@@ -28,47 +30,42 @@ std::vector<V> fetch(const E& ex, const V* from, std::size_t n) {
   return v;
 }
 
+// Arrays of fields.def that come from channels of particles, by slot.
+#define MELTSIM_BY_SLOT_particle(...) __VA_ARGS__
+#define MELTSIM_BY_SLOT_id(...)
+#define MELTSIM_BY_SLOT_vertex(...)
+
 /// The State channels of particles, by slot. What emitters will fill lies ready as if it had been removed.
 template <class T>
 struct ParticleArrays {
-  std::vector<Vec4<T>> position, velocity;
-  std::vector<T> mass;
-  std::vector<double> enthalpy;
-  std::vector<double> solute;  ///< an array of `capacity` per species
-  std::vector<std::uint32_t> tag, id;
-  ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species)
-      : position(capacity, Vec4<T>{0, 0, 0, 1}),
-        velocity(capacity),
-        mass(capacity, T(1)),
-        enthalpy(capacity, 0.0),
-        solute(capacity * species, 0.0),
-        tag(capacity, tag_removed),
-        id(capacity) {
+#define MELTSIM_MOVED(name, type) std::vector<type> name;
+#include "meltsim/fields.def"
+  ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species) {
+#define MELTSIM_MOVED(name, type) name.resize(capacity);
+#define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
+  MELTSIM_BY_SLOT_##owner(fill<Part_##part, host>(channel, s.array, first);)
+#include "meltsim/fields.def"
     for (std::size_t i = 0; i < capacity; ++i) id[i] = static_cast<std::uint32_t>(i);
-    for (std::size_t i = 0; i < s.position.size(); ++i) {
-      position[i] = with_w(cast<T>(s.position[i]), static_cast<T>(s.volume[i]));
-      velocity[i] = with_w(cast<T>(s.velocity[i]), T(0));
-      mass[i] = static_cast<T>(s.mass[i]);
-      enthalpy[i] = s.enthalpy[i];
-      tag[i] = s.tag[i];
-    }
+    solute.assign(capacity * species, 0.0);
     for (std::size_t k = 0; k < species; ++k)
       std::copy(s.solute[k].begin(), s.solute[k].end(),
                 solute.begin() + static_cast<std::ptrdiff_t>(k * capacity));
+  }
+
+ private:
+  template <class Part, class Host, class Item>
+  static void fill(std::vector<Item>& to, const std::vector<Host>& from,
+                   const std::common_type_t<Host>& to_come) {
+    for (std::size_t i = 0; i < to.size(); ++i) Part::put(to[i], i < from.size() ? from[i] : to_come);
   }
 };
 
 /// To the buffers that the frame points at.
 template <class E, class T>
 void put_particles(E& ex, const Frame<T>& w, const ParticleArrays<T>& a) {
-  put(ex, w.f.position, a.position);
-  put(ex, w.f.velocity, a.velocity);
-  put(ex, w.f.enthalpy, a.enthalpy);
+#define MELTSIM_MOVED(name, type) put(ex, w.f.name, a.name);
+#include "meltsim/fields.def"
   put(ex, w.f.enthalpy_of_id, a.enthalpy);  // slots are ids as yet
-  put(ex, w.f.solute, a.solute);
-  put(ex, w.f.mass, a.mass);
-  put(ex, w.f.tag, a.tag);
-  put(ex, w.f.id, a.id);
 }
 
 /// Tables of the scene.
@@ -102,28 +99,26 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
   put(ex, w.f.body_heat, body_heat);
 }
 
+/// An array of the state as the channel has it.
+template <class Part, class E, class Item, class Host>
+void put_as(E& ex, Item* to, const std::vector<Host>& from) {
+  if (to == nullptr) return;
+  std::vector<Item> items(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i) Part::put(items[i], from[i]);
+  put(ex, to, items);
+}
+
 /// Those channels of the lattice and its state that are in `which`.
 template <class E, class T>
 void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s, FieldSet which) {
   const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
-  put(ex, wanted(field_vertex_of_id, w.f.vertex_of_id), s.vertex_of_id);
-  put(ex, wanted(field_vertex_id, w.f.vertex_id), s.vertex_id);
+#define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
+  if constexpr (Owner::owner == Owner::vertex || Owner::owner == Owner::id) \
+    put_as<Part_##part>(ex, wanted(field_##channel, w.f.channel), s.array);
+#include "meltsim/fields.def"
   put(ex, wanted(field_vertex_site, w.f.vertex_site), l.vertex_site);
   put(ex, wanted(field_vertex_body, w.f.vertex_body), l.vertex_body);
-  put(ex, wanted(field_vertex_state, w.f.vertex_state), s.vertex_state);
-  put(ex, wanted(field_vertex_piece, w.f.vertex_piece), s.vertex_piece);
-  if (wanted(field_region_rotation, w.f.region_rotation) != nullptr) {
-    std::vector<Quat<T>> q;
-    for (const Quat<double>& r : s.region_rotation)
-      q.push_back({static_cast<T>(r.w), static_cast<T>(r.x), static_cast<T>(r.y), static_cast<T>(r.z)});
-    put(ex, w.f.region_rotation, q);
-  }
   put(ex, wanted(field_rigid_rotation, w.f.rigid_rotation), s.region_rotation);
-  if (wanted(field_contact_slip, w.f.contact_slip) != nullptr) {
-    std::vector<Vec3<T>> slip;
-    for (const Vec3d& x : s.contact_slip) slip.push_back(cast<T>(x));
-    put(ex, w.f.contact_slip, slip);
-  }
   if (wanted(field_site_vertex, w.f.site_vertex) != nullptr) put(ex, w.f.site_vertex, mark_empty_sites(l));
   put(ex, wanted(field_bodies, w.f.bodies), l.bodies);
   if (wanted(field_body_motion, w.f.body_motion) != nullptr) {
@@ -160,20 +155,31 @@ void put_status(E& ex, const Frame<T>& w, const SceneState& s) {
   if (w.f.status != nullptr) ex.upload(w.f.status, &status, sizeof status);
 }
 
+/// A channel as the array of the state has it, where the channel is there.
+template <class Part, class E, class Item, class Host>
+void fetch_as(const E& ex, const Item* from, std::size_t n, std::vector<Host>& to) {
+  if (from == nullptr) return;
+  const auto items = fetch(ex, from, n);
+  to.resize(n);
+  for (std::size_t i = 0; i < n; ++i) to[i] = Part::template get<Host>(items[i]);
+}
+
+/// A channel by slot to an array by id; `to_come` where the channel is not there.
+template <class Part, class Host, class Item>
+void sort_by_id(const std::vector<Item>& from, const std::vector<std::uint32_t>& id, std::size_t n,
+                const std::common_type_t<Host>& to_come, std::vector<Host>& to) {
+  to.resize(n, to_come);
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (id[i] < n) to[id[i]] = Part::template get<Host>(from[i]);
+}
+
 /// Waits; the State channels of the lattice that are there.
 template <class E, class T>
 void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
-  if (w.f.vertex_of_id != nullptr) s.vertex_of_id = fetch(ex, w.f.vertex_of_id, w.born);
-  if (w.f.vertex_id != nullptr) s.vertex_id = fetch(ex, w.f.vertex_id, w.vertices);
-  if (w.f.vertex_state != nullptr) s.vertex_state = fetch(ex, w.f.vertex_state, w.vertices);
-  if (w.f.vertex_piece != nullptr) s.vertex_piece = fetch(ex, w.f.vertex_piece, w.vertices);
-  if (w.f.region_rotation != nullptr) {
-    const auto q = fetch(ex, w.f.region_rotation, w.vertices);
-    s.region_rotation.resize(q.size());
-    for (std::size_t v = 0; v < q.size(); ++v)
-      s.region_rotation[v] = {static_cast<double>(q[v].w), static_cast<double>(q[v].x),
-                              static_cast<double>(q[v].y), static_cast<double>(q[v].z)};
-  }
+#define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
+  if constexpr (Owner::owner == Owner::vertex || Owner::owner == Owner::id) \
+    fetch_as<Part_##part>(ex, w.f.channel, Owner::owner == Owner::id ? w.born : w.vertices, s.array);
+#include "meltsim/fields.def"
   if (w.f.rigid_rotation != nullptr) {
     const auto q = fetch(ex, w.f.rigid_rotation, w.vertices);
     const auto body = fetch(ex, w.f.vertex_body, w.vertices);
@@ -187,45 +193,22 @@ void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
   }
   if (w.f.mesh_points != nullptr) s.mesh_points = fetch(ex, w.f.mesh_points, s.mesh_points.size());
   if (w.f.body_forces != nullptr) s.forces = fetch(ex, w.f.body_forces, s.motion.size());
-  if (w.f.contact_slip != nullptr) {
-    const auto slip = fetch(ex, w.f.contact_slip, w.vertices);
-    s.contact_slip.resize(slip.size());
-    for (std::size_t v = 0; v < slip.size(); ++v) s.contact_slip[v] = cast<double>(slip[v]);
-  }
 }
 
 /// Waits; every State channel in order of id.
 template <class E, class T>
 void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
   const std::size_t n = w.born, slots = w.particles;
-  const auto position = fetch(ex, w.f.position, slots), velocity = fetch(ex, w.f.velocity, slots);
-  const bool moved = w.f.enthalpy != nullptr;
-  const auto enthalpy = fetch(ex, moved ? w.f.enthalpy : w.f.enthalpy_of_id, slots);
-  const auto mass = fetch(ex, w.f.mass, slots);
-  const auto tag = fetch(ex, w.f.tag, slots), id = fetch(ex, w.f.id, slots);
-  for (std::uint32_t k = 0; k < w.species && w.f.solute != nullptr; ++k) {
-    const auto solute = fetch(ex, w.f.solute + k * w.capacity, slots);
-    s.solute[k].resize(n);
-    for (std::size_t i = 0; i < slots; ++i)
-      if (id[i] < n) s.solute[k][id[i]] = solute[i];
-  }
-  s.position.resize(n);
-  s.velocity.resize(n);
-  s.enthalpy.resize(n);
-  s.mass.resize(n);
-  s.volume.resize(n);
-  s.tag.resize(n);
+#define MELTSIM_MOVED(name, type) \
+  const auto name = fetch(ex, w.f.name, w.f.name != nullptr && field_##name != field_solute ? slots : 0);
+#include "meltsim/fields.def"
+#define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
+  MELTSIM_BY_SLOT_##owner(sort_by_id<Part_##part, host>(channel, id, n, first, s.array);)
+#include "meltsim/fields.def"
+  if (w.f.enthalpy == nullptr) fetch_as<Part_all>(ex, w.f.enthalpy_of_id, n, s.enthalpy);
+  for (std::uint32_t k = 0; k < w.species && w.f.solute != nullptr; ++k)
+    sort_by_id<Part_all, double>(fetch(ex, w.f.solute + k * w.capacity, slots), id, n, 0.0, s.solute[k]);
   s.vertex_of_id.resize(n, none);
-  for (std::size_t i = 0; i < slots; ++i) {
-    const std::uint32_t k = id[i];
-    if (k >= n) continue;  // to come
-    s.position[k] = cast<double>(xyz(position[i]));
-    s.velocity[k] = cast<double>(xyz(velocity[i]));
-    s.enthalpy[k] = enthalpy[moved ? i : k];
-    s.mass[k] = static_cast<double>(mass[i]);
-    s.volume[k] = static_cast<double>(position[i].w);
-    s.tag[k] = tag[i];
-  }
   download_lattice(ex, w, s);
   if (w.f.event_head != nullptr) {
     s.event_head = fetch(ex, w.f.event_head, 1).front();
@@ -244,6 +227,10 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.heat_level = (status.heat_idle & idle_level) != 0u;
   }
 }
+
+#undef MELTSIM_BY_SLOT_particle
+#undef MELTSIM_BY_SLOT_id
+#undef MELTSIM_BY_SLOT_vertex
 
 /// Waits. rolled_back: the World halted. What it has of that sub-step stands in the order of that one, which is not the
 /// state's.

@@ -46,6 +46,9 @@ using physics::WallBox;
 inline constexpr std::uint32_t none = 0xffffffffu;
 inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};
 
+/// Values of vertex_state: no particle, a solid one, one that melted in this sub-step.
+inline constexpr std::uint32_t vertex_free = 0, vertex_live = 1, vertex_melted = 2;
+
 /// Of site_vertex, where there is no vertex: and none within w along x either; nor along x and y.
 inline constexpr std::uint32_t empty_row = 0xfffffffeu, empty_plane = 0xfffffffdu;
 MELTSIM_HD bool is_vertex(std::uint32_t n) { return n < empty_plane; }
@@ -157,13 +160,8 @@ struct Clock {
 /// The double-buffered channels (owner particle or particle_species, lifetime State): the copy that holds the last good state.
 template <class T>
 struct PreviousViews {
-  const Vec4<T>* position = nullptr;
-  const Vec4<T>* velocity = nullptr;
-  const double* enthalpy = nullptr;
-  const double* solute = nullptr;
-  const T* mass = nullptr;
-  const std::uint32_t* tag = nullptr;
-  const std::uint32_t* id = nullptr;
+#define MELTSIM_MOVED(name, type) const type* name = nullptr;
+#include "meltsim/fields.def"
 };
 
 /// Where sph.advance puts the state at the end of the sub-step, as others still read that of its middle.

@@ -96,7 +96,7 @@ MELTSIM_HD void for_each_member(const Frame<T>& w, std::uint32_t v, std::uint32_
 /// Whether a vertex moves with a kinematic body.
 template <class T>
 MELTSIM_HD bool is_carried(const Frame<T>& w, std::uint64_t v) {
-  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].motion == body_kinematic;
+  return w.f.vertex_state[v] == vertex_live && w.f.bodies[w.f.vertex_body[v]].motion == body_kinematic;
 }
 
 /// Steps of a vertex from site (0, 0, 0) of its body's box.

@@ -19,6 +19,12 @@ enum Field : int {
 /// One bit per channel.
 __extension__ typedef unsigned __int128 FieldSet;
 
+/// State of particles that is copied from slot to slot as it is; it is there wherever there are particles.
+inline constexpr FieldSet copied_channels = FieldSet{0}
+#define MELTSIM_COPIED(name) | FieldSet{1} << field_##name
+#include "meltsim/fields.def"
+;
+
 /// Parts of channels that stages touch apart from what others touch: rows of the stage table may name them in
 /// place of the whole, and only the schedule (engine/schedule.hpp) tells them from it. A row that touches all of such
 /// a channel names both.
@@ -74,6 +80,8 @@ enum class Owner {
   world
 };
 enum class Lifetime { State, Static, Derived, Scratch };
+/// Whether state_hash() includes an array of the state, as fields.def says.
+enum class Hashed { always, live, freezing, never };
 
 struct FieldInfo {
   const char* name;

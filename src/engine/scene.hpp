@@ -19,16 +19,11 @@ namespace core {
 
 /// State of particles and lattice: what a snapshot holds.
 struct SceneState {
-  // per id
-  std::vector<Vec3d> position;  ///< relative to the origin
-  std::vector<Vec3d> velocity;
-  std::vector<double> enthalpy, mass, volume;            ///< volume: what position.w holds
-  std::array<std::vector<double>, most_species> solute;  ///< of the species that there are [kg]
-  std::vector<std::uint32_t> tag, vertex_of_id;
-  // per vertex
-  std::vector<std::uint32_t> vertex_id, vertex_state, vertex_piece;
-  std::vector<Quat<double>> region_rotation;  ///< of rigid bodies' vertices what rigid_rotation holds
-  std::vector<Vec3d> contact_slip;
+  // Per id and per vertex, as fields.def lists them. Of rigid bodies' vertices region_rotation is what rigid_rotation holds.
+#define MELTSIM_HELD(name, host, owner, channel, part, first, hashed) std::vector<host> name;
+#define MELTSIM_HELD_PER_SPECIES(name, host, owner, channel, part, first, hashed) \
+  std::array<std::vector<host>, most_species> name;
+#include "meltsim/fields.def"
   std::vector<physics::RigidMotion>
       motion;                           ///< per body; of those that are neither kinematic nor proxies nothing
   std::vector<MeshPoint> mesh_points;   ///< SceneLattice::mesh_points of them

@@ -18,7 +18,7 @@ using core::none;
 /// A vertex that shape matching moves: live and of a free body.
 template <class T>
 MELTSIM_HD bool moves(const Frame<T>& w, std::uint64_t v) {
-  return w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].motion == core::body_free;
+  return w.f.vertex_state[v] == core::vertex_live && w.f.bodies[w.f.vertex_body[v]].motion == core::body_free;
 }
 
 /// Whether rows and planes about v are summed.

@@ -21,7 +21,7 @@ MELTSIM_HD bool of_rigid(const Frame<T>& w, std::uint64_t v) {
 /// Whether it holds a particle of one.
 template <class T>
 MELTSIM_HD bool is_rigid(const Frame<T>& w, std::uint64_t v) {
-  return w.f.vertex_state[v] == 1u && of_rigid(w, v);
+  return w.f.vertex_state[v] == core::vertex_live && of_rigid(w, v);
 }
 
 /// Position in the lattice as built relative to another vertex of the body [m].
@@ -164,7 +164,7 @@ struct RigidCommitBody {
     w.f.rigid_rotation[v] = q;
     w.f.region_rotation[v] = {static_cast<T>(q.w), static_cast<T>(q.x), static_cast<T>(q.y),
                               static_cast<T>(q.z)};
-    if (w.f.vertex_state[v] != 1u) return;
+    if (w.f.vertex_state[v] != core::vertex_live) return;
     const Vec4<T> slip = w.f.slip_next[w.f.slot_of_id[w.f.vertex_id[v]]];
     w.f.contact_slip[v] = slip.w > T(0) ? xyz(slip) * (T(1) / slip.w) : Vec3<T>{};
   }

@@ -134,8 +134,7 @@ MELTSIM_HD std::uint32_t slot_of_vertex(const core::Frame<T>& w, std::uint64_t v
 /// Whether a vertex holds a solid particle.
 template <class T>
 MELTSIM_HD bool is_live(const core::Frame<T>& w, std::uint64_t v) {
-  constexpr std::uint32_t live = 1;
-  return w.f.vertex_state[v] == live && is_solid(w.f.tag[slot_of_vertex(w, v)]);
+  return w.f.vertex_state[v] == core::vertex_live && is_solid(w.f.tag[slot_of_vertex(w, v)]);
 }
 
 /// Marks the label of every piece that has a live vertex.

@@ -17,9 +17,6 @@ namespace sampling {
 
 inline constexpr std::uint32_t no_event = event_kinds;
 
-/// A vertex that holds nothing (topology/bodies.hpp: vertex_gone).
-inline constexpr std::uint32_t no_vertex = 0;
-
 template <class T>
 MELTSIM_HD std::uint64_t touch_columns(const Frame<T>& w) {
   return std::uint64_t{w.bodies} + core::wall_columns;
@@ -82,7 +79,7 @@ struct NoticeBody {
     }
     const auto v = static_cast<std::uint32_t>(n - w.particles);
     if (w.f.vertex_piece == nullptr || w.f.vertex_state == nullptr) return;
-    if (w.f.vertex_state[v] != no_vertex && w.f.vertex_piece[v] == v)
+    if (w.f.vertex_state[v] != core::vertex_free && w.f.vertex_piece[v] == v)
       add.lower(&w.f.new_piece[w.f.seen_piece[v]], v);
   }
 };
@@ -100,14 +97,14 @@ MELTSIM_HD std::uint32_t event_of_particle(const Frame<T>& w, std::uint64_t id) 
 /// the smallest label.
 template <class T>
 MELTSIM_HD std::uint32_t heir_of(const Frame<T>& w, std::uint32_t label) {
-  return w.f.vertex_state[label] != no_vertex ? w.f.vertex_piece[label] : w.f.new_piece[label];
+  return w.f.vertex_state[label] != core::vertex_free ? w.f.vertex_piece[label] : w.f.new_piece[label];
 }
 
 /// A label that was none before names a piece that came off another, unless it is that piece's new name.
 template <class T>
 MELTSIM_HD std::uint32_t event_of_vertex(const Frame<T>& w, std::uint32_t v) {
   if (w.f.vertex_piece == nullptr || w.f.vertex_state == nullptr) return no_event;
-  if (w.f.vertex_state[v] == no_vertex || w.f.vertex_piece[v] != v) return no_event;
+  if (w.f.vertex_state[v] == core::vertex_free || w.f.vertex_piece[v] != v) return no_event;
   const std::uint32_t from = w.f.seen_piece[v];
   return from == v || heir_of(w, from) == v ? no_event : static_cast<std::uint32_t>(EventKind::split);
 }

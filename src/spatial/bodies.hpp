@@ -80,6 +80,9 @@ MELTSIM_HD void reorder(const Frame<T>& w, std::uint64_t i, std::uint32_t from, 
   w.f.mass[i] = mass;
   w.f.tag[i] = tag;
   w.f.id[i] = id;
+#define MELTSIM_COPIED(name) \
+  if (w.f.name != nullptr) w.f.name[i] = w.before.name[from];
+#include "meltsim/fields.def"
   // A permutation: no two i share an id. Written all over memory, hence only for particles that are looked up later.
   if (core::slot_is_known(w, tag)) w.f.slot_of_id[id] = static_cast<std::uint32_t>(i);
 }

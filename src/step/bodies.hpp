@@ -125,7 +125,8 @@ struct SetOffBody {
   double time;
   bool places;
   MELTSIM_HD void operator()(std::uint64_t v) const {
-    const bool proxy = w.f.vertex_state[v] == 1u && w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy;
+    const bool proxy =
+        w.f.vertex_state[v] == core::vertex_live && w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy;
     if (!proxy && !core::is_carried(w, v)) return;
     const std::uint32_t slot = w.f.slot_of_id[w.f.vertex_id[v]];
     const physics::RigidPoint p = proxy ? core::proxy_point(w, v) : core::carried_point(w, v, time);

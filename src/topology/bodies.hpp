@@ -17,7 +17,9 @@ using core::Frame;
 using core::none;
 using core::row_changed;
 
-inline constexpr std::uint32_t vertex_gone = 0, vertex_live = 1, vertex_died = 2;
+using core::vertex_free;
+using core::vertex_live;
+using core::vertex_melted;
 
 /// Whether liquid froze onto a vertex in this step.
 template <class T>
@@ -47,9 +49,9 @@ struct MeltBody {
   }
   template <class Add>
   MELTSIM_HD void operator()(std::uint64_t v, const Item& item, const Add& add) const {
-    if (item.state == vertex_gone) return;
-    if (item.state == vertex_died) {  // of the step before
-      w.f.vertex_state[v] = vertex_gone;
+    if (item.state == vertex_free) return;
+    if (item.state == vertex_melted) {  // of the step before
+      w.f.vertex_state[v] = vertex_free;
       return;
     }
     const std::uint32_t slot = w.f.slot_of_id[item.id];
@@ -59,7 +61,7 @@ struct MeltBody {
     if (!physics::melts(m, surface, w.f.enthalpy[slot] / static_cast<double>(w.f.mass[slot])) &&
         !(surface && w.species != 0u && dissolved(material_of(tag), slot)))
       return;
-    w.f.vertex_state[v] = vertex_died;
+    w.f.vertex_state[v] = vertex_melted;
     w.f.tag[slot] =
         (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed | tag_kinematic)) | m.liquid;
     const std::uint32_t site = w.f.vertex_site[v];

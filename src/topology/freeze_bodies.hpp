@@ -152,7 +152,7 @@ struct PickBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     w.f.vertex_pick[i] = none;
-    if (w.f.vertex_state[i] != vertex_gone) return;
+    if (w.f.vertex_state[i] != vertex_free) return;
     const auto v = static_cast<std::uint32_t>(i);
     const Site<T> s = locate_site(w, v);
     if (s.donor == none) return;

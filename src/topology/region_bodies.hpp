@@ -37,7 +37,8 @@ MELTSIM_HD bool has_plane_changed(const Frame<T>& w, std::uint32_t site, const B
     if (w.f.site_vertex[row] != none) continue;
     for (int dx = -h; dx <= h; ++dx) {
       const std::uint32_t n = w.f.site_vertex[static_cast<std::int64_t>(row) + dx];
-      if (core::is_vertex(n) && (w.f.vertex_state[n] == vertex_died || was_born(w, n))) changed = row_changed;
+      if (core::is_vertex(n) && (w.f.vertex_state[n] == vertex_melted || was_born(w, n)))
+        changed = row_changed;
     }
   }
   return changed != 0u;

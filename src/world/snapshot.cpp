@@ -6,6 +6,7 @@
 #include <cstring>
 #include <initializer_list>
 
+#include "engine/held.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
@@ -87,6 +88,13 @@ class Reader {
   std::size_t left_;
 };
 
+/// The arrays of fields.def.
+bool read_held(Reader& r, core::SceneState& s) {
+  bool there = true;
+  core::each_held(s, most_species, [&](auto, auto& array, const auto&) { there = there && r.array(array); });
+  return there;
+}
+
 Error corrupt(const char* why) {
   return Error{ErrorCode::corrupt_data,
                core::text("snapshot: ", why, "; the World is unchanged, use another snapshot")};
@@ -153,26 +161,21 @@ std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
 Result<std::uint64_t> WorldImpl::state_hash() {
   fetch_state();
   Hash h;
-  h.add(state_.position);
-  h.add(state_.velocity);
-  h.add(state_.enthalpy);
-  for (const auto& content : state_.solute) h.add(content);
-  h.add(state_.mass);
-  h.add(state_.volume);
-  h.add(state_.tag);
+  core::each_held(state_, species_.size(), [&h](auto held, const auto& array, const auto&) {
+    if (!held.of_vertex && held.hashed == core::Hashed::always) h.add(array);
+  });
   const bool freezing = std::any_of(materials.begin(), materials.end(),
                                     [](const auto& m) { return m.freezes || !m.solubility_points.empty(); });
   // A vertex marked as melted in the last step and one that melted before are the same state.
   for (std::size_t v = 0; v < state_.vertex_state.size(); ++v) {
-    const std::uint32_t live = state_.vertex_state[v] == 1u ? 1u : 0u;
+    const std::uint32_t live = state_.vertex_state[v] == core::vertex_live ? 1u : 0u;
     h.add(&live, sizeof live);
     if (live == 0u) continue;
-    if (freezing) {
-      h.add(&state_.vertex_id[v], sizeof(std::uint32_t));
-    }
-    h.add(&state_.vertex_piece[v], sizeof(std::uint32_t));
-    h.add(&state_.region_rotation[v], sizeof(Quat<double>));
-    h.add(&state_.contact_slip[v], sizeof(Vec3d));
+    core::each_held(state_, 0, [&](auto held, const auto& array, const auto&) {
+      const bool included =
+          held.hashed == core::Hashed::live || (held.hashed == core::Hashed::freezing && freezing);
+      if (held.of_vertex && included) h.add(&array[v], sizeof array[v]);
+    });
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     if (bodies_[b].kinematic() || bodies_[b].proxy()) h.add(&state_.motion[b], sizeof(physics::RigidMotion));
@@ -217,19 +220,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
                       e.desc.temperature});
   w.array(hashes);
   w.array(layers);
-  w.array(state_.position);
-  w.array(state_.velocity);
-  w.array(state_.enthalpy);
-  for (const auto& content : state_.solute) w.array(content);
-  w.array(state_.mass);
-  w.array(state_.volume);
-  w.array(state_.tag);
-  w.array(state_.vertex_of_id);
-  w.array(state_.vertex_id);
-  w.array(state_.vertex_state);
-  w.array(state_.vertex_piece);
-  w.array(state_.region_rotation);
-  w.array(state_.contact_slip);
+  core::each_held(state_, most_species, [&w](auto, const auto& array, const auto&) { w.array(array); });
   w.array(state_.motion);
   w.array(taken);
   std::vector<std::uint64_t> deformed;  // per body: 1: mesh_points has its particles
@@ -271,22 +262,17 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
         r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(owed) && r.value(s.melted) &&
         r.value(s.frozen) && r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) &&
-        r.array(layers) && r.array(s.position) && r.array(s.velocity) && r.array(s.enthalpy) &&
-        r.array(s.solute[0]) && r.array(s.solute[1]) && r.array(s.solute[2]) && r.array(s.mass) &&
-        r.array(s.volume) && r.array(s.tag) && r.array(s.vertex_of_id) && r.array(s.vertex_id) &&
-        r.array(s.vertex_state) && r.array(s.vertex_piece) && r.array(s.region_rotation) &&
-        r.array(s.contact_slip) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
+        r.array(layers) && read_held(r, s) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
         r.array(s.mesh_points)) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
-  if (s.velocity.size() != n || s.enthalpy.size() != n || s.mass.size() != n || s.volume.size() != n ||
-      s.tag.size() != n || s.vertex_of_id.size() != n || s.vertex_id.size() != nv ||
-      s.vertex_piece.size() != nv || s.region_rotation.size() != nv || s.contact_slip.size() != nv ||
-      hashes.size() != material_count || s.motion.size() != body_count || taken.size() != body_count ||
-      deformed.size() != body_count)
-    return corrupt("arrays of different length");
-  static_assert(most_species == 3);
+  bool alike = hashes.size() == material_count && s.motion.size() == body_count &&
+               taken.size() == body_count && deformed.size() == body_count;
+  core::each_held(s, 0, [&](auto held, const auto& array, const auto&) {
+    alike = alike && array.size() == (held.of_vertex ? nv : n);
+  });
+  if (!alike) return corrupt("arrays of different length");
   if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
   // First what it belongs to: a snapshot of another scene is not damaged.
   const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
@@ -471,7 +457,7 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
       continue;
     }
     ++solid;
-    if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != 1u)
+    if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != core::vertex_live)
       return corrupt("a solid particle has no lattice vertex");
     if (body != lattice_.vertex_body[v] + 1u || material_of(tag) != bodies_[body - 1u].desc.material.index ||
         ((tag & tag_fixed) != 0u) != (fixed[body - 1u] != 0) ||
@@ -491,10 +477,10 @@ Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built,
   if (solid + s.melted != built + s.frozen) return corrupt("the number of solid particles is wrong");
   for (std::size_t v = 0; v < nv; ++v) {
     const std::uint32_t i = s.vertex_id[v];
-    if (s.vertex_state[v] > 2u) return corrupt("the state of a lattice vertex is unknown");
-    if (i >= n && (i != core::none || s.vertex_state[v] == 1u))
+    if (s.vertex_state[v] > core::vertex_melted) return corrupt("the state of a lattice vertex is unknown");
+    if (i >= n && (i != core::none || s.vertex_state[v] == core::vertex_live))
       return corrupt("a lattice vertex has no particle");
-    if (s.vertex_state[v] == 1u && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
+    if (s.vertex_state[v] == core::vertex_live && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
       return corrupt("a lattice vertex names a particle that is not its own");
     const std::uint32_t label = s.vertex_piece[v];
     if (label >= nv || lattice_.vertex_body[label] != lattice_.vertex_body[v])

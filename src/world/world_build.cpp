@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "engine/held.hpp"
 #include "engine/text.hpp"
 #include "exec/threads.hpp"
 #include "meltsim/physics/heat.hpp"
@@ -318,19 +319,9 @@ void make_room(std::vector<V>& v, std::size_t more) {
 }  // namespace
 
 void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t sites) {
-  make_room(state_.position, particles);
-  make_room(state_.velocity, particles);
-  make_room(state_.mass, particles);
-  make_room(state_.volume, particles);
-  make_room(state_.enthalpy, particles);
-  for (std::size_t k = 0; k < species_.size(); ++k) make_room(state_.solute[k], particles);
-  make_room(state_.tag, particles);
-  make_room(state_.vertex_of_id, particles);
-  make_room(state_.vertex_id, vertices);
-  make_room(state_.vertex_state, vertices);
-  make_room(state_.vertex_piece, vertices);
-  make_room(state_.region_rotation, vertices);
-  make_room(state_.contact_slip, vertices);
+  core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
+    make_room(array, held.of_vertex ? vertices : particles);
+  });
   make_room(lattice_.vertex_site, vertices);
   make_room(lattice_.vertex_body, vertices);
   make_room(lattice_.vertex_coordinates, vertices);
@@ -357,6 +348,18 @@ void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double sp
   for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k].push_back(fractions[k] * mass);
   state_.tag.push_back(tag);
   state_.vertex_of_id.push_back(vertex);
+  core::each_held(state_, species_.size(), [this](auto held, auto& array, const auto& added) {
+    if (!held.of_vertex) array.resize(state_.position.size(), added);
+  });
+}
+
+void WorldImpl::append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece) {
+  state_.vertex_id.push_back(id);
+  state_.vertex_state.push_back(state);
+  state_.vertex_piece.push_back(piece);
+  core::each_held(state_, species_.size(), [this](auto held, auto& array, const auto& added) {
+    if (held.of_vertex) array.resize(state_.vertex_id.size(), added);
+  });
 }
 
 /// Where particles are, removed ones included. What was added since the last call is hashed, nothing else, so that many
@@ -385,26 +388,16 @@ void WorldImpl::close_up() {
   std::size_t to = 0;
   for (std::size_t i = 0; i < drop.size(); ++i) {
     if (drop[i]) continue;
-    state_.position[to] = state_.position[i];
-    state_.velocity[to] = state_.velocity[i];
-    state_.mass[to] = state_.mass[i];
-    state_.volume[to] = state_.volume[i];
-    state_.enthalpy[to] = state_.enthalpy[i];
-    for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k][to] = state_.solute[k][i];
-    state_.tag[to] = state_.tag[i];
-    state_.vertex_of_id[to] = state_.vertex_of_id[i];
+    core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
+      if (!held.of_vertex) array[to] = array[i];
+    });
     if (state_.vertex_of_id[to] != none)
       state_.vertex_id[state_.vertex_of_id[to]] = static_cast<std::uint32_t>(to);
     ++to;
   }
-  state_.position.resize(to);
-  state_.velocity.resize(to);
-  state_.mass.resize(to);
-  state_.volume.resize(to);
-  state_.enthalpy.resize(to);
-  for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k].resize(to);
-  state_.tag.resize(to);
-  state_.vertex_of_id.resize(to);
+  core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
+    if (!held.of_vertex) array.resize(to);
+  });
 }
 
 Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {

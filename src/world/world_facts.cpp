@@ -163,7 +163,7 @@ void WorldImpl::take_census() {
   // A body whose shape already consists of several pieces.
   for (std::size_t v = 0; v < state_.vertex_piece.size(); ++v)
     c.apart = c.apart ||
-              (state_.vertex_state[v] == 1u &&
+              (state_.vertex_state[v] == core::vertex_live &&
                state_.vertex_piece[v] != state_.vertex_piece[bodies_[lattice_.vertex_body[v]].first_vertex]);
   census_ = std::move(c);
 }

@@ -409,6 +409,7 @@ class WorldImpl final : public Scheduler {
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
   void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
               std::uint32_t vertex, const Contents& fractions);
+  void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
   const core::PointGrid& places();
   void update_state();

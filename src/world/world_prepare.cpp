@@ -231,7 +231,7 @@ core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
   setup.channels = channels_of(facts);
   setup.particle_capacity = capacity_;
   if ((facts & core::fact_particles) != 0) {
-    setup.channels |= core::FieldSet{1} << core::field_vertex_of_id;
+    setup.channels |= core::copied_channels | core::FieldSet{1} << core::field_vertex_of_id;
     if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
   }
   // Regions are filled along arrayN when the scene is uploaded, also where nothing melts later.

@@ -206,7 +206,7 @@ Result<LatticeData> WorldImpl::lattice() {
   d.arrayN.assign(n * 27, 0);
   d.arrayR.assign(n * static_cast<std::size_t>(side) * side * side, 0);
   for (std::size_t v = 0; v < n; ++v) {
-    d.live.push_back(state_.vertex_state[v] == 1u ? 1 : 0);
+    d.live.push_back(state_.vertex_state[v] == core::vertex_live ? 1 : 0);
     d.body.push_back(lattice_.vertex_body[v] + 1);
     const core::BodyRow row = lattice_.bodies[lattice_.vertex_body[v]];
     const std::uint32_t site = lattice_.vertex_site[v];

@@ -233,16 +233,12 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     if (record.desc.fixed) tag |= tag_fixed;
     if (kinematic) tag |= tag_kinematic;
     const Vec3d x = positions[k] - origin;
-    state_.vertex_id.push_back(static_cast<std::uint32_t>(state_.position.size()));
+    append_vertex(static_cast<std::uint32_t>(state_.position.size()), core::vertex_live, none);
     lattice_.vertex_site.push_back(site);
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
     lattice_.vertex_coordinates.push_back(p);
     append(x, held ? Vec3d{} : s.velocity + cross(s.angular_velocity, x - center), density, h, tag,
            record.first_vertex + static_cast<std::uint32_t>(k), pure);
-    state_.vertex_state.push_back(1u);
-    state_.vertex_piece.push_back(none);
-    state_.region_rotation.push_back({});
-    state_.contact_slip.push_back({});
   }
   // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
   for (std::uint32_t v = record.first_vertex; v < record.first_vertex + record.vertices; ++v) {
@@ -271,11 +267,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     lattice_.vertex_site.push_back(static_cast<std::uint32_t>(site));
     lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
     lattice_.vertex_coordinates.push_back(p);
-    state_.vertex_id.push_back(none);
-    state_.vertex_state.push_back(0u);
-    state_.vertex_piece.push_back(v);
-    state_.region_rotation.push_back({});
-    state_.contact_slip.push_back({});
+    append_vertex(none, core::vertex_free, v);
   }
   core::BodyMotionRow rest;
   physics::RigidMotion motion;

@@ -162,7 +162,7 @@ def definitions(text):
 
 def check_channels(root):
     """Stages run side by side where the table says that they may (engine/schedule.hpp), so it has to be complete."""
-    fields = set(re.findall(r"^MELTSIM_FIELD\((\w+),", (root / "include/meltsim/fields.def").read_text(), re.M))
+    fields = set(re.findall(r"^MELTSIM_(?:FIELD|PARTICLE_STATE|VERTEX_STATE)\((\w+),", (root / "include/meltsim/fields.def").read_text(), re.M))
     table = root / "src/engine/pipeline.def"
     # Parts of channels; that a row names the right one, the tests of permuted orders show.
     parts = root / "src/engine/pipeline.hpp"
