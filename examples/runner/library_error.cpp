@@ -7,6 +7,8 @@
 #include <optional>
 #include <regex>
 
+#include "scene_options.hpp"
+
 namespace runner {
 
 namespace {
@@ -96,33 +98,17 @@ Failure library_failure(const meltsim::Error& error, const std::vector<FieldPlac
 }
 
 std::vector<FieldPlace> world_places(const Scene& scene) {
-  std::vector<FieldPlace> places{place(scene.particles, "support_radius", "support", scene.where)};
-  const auto add = [&](const Source& source, const char* section, const char* field) {
-    Source named = source;
-    named.path = section;
-    places.push_back(place(named, field, field, scene.where));
-  };
-  add(scene.particles, "particles", "spacing");
-  for (const char* field : {"gravity", "sound_speed", "density_error", "artificial_viscosity",
-                            "particle_shifting", "viscosity", "courant", "max_substeps", "pieces_interval"}) {
-    add(scene.solver, "solver", field);
+  std::vector<FieldPlace> places;
+  for (const Section& section : scene_sections()) {
+    Source named = scene.*section.source;
+    named.path = section.name;
+    for (const Option<Scene>& option : section.options()) {
+      if (option.field.empty()) continue;
+      const bool of_domain = section.options == domain_options;
+      const std::string field = of_domain ? "domain." + option.field : option.field;
+      places.push_back(place(named, field, option.key, scene.where));
+    }
   }
-  const auto add_dotted = [&](const Source& source, const std::string& section, const char* field,
-                              const char* key) {
-    Source named = source;
-    named.path = section;
-    places.push_back(place(named, section + "." + field, key, scene.where));
-  };
-  for (const char* field :
-       {"time_scale", "interval", "max_stages", "max_supersteps", "level_tolerance", "free_surface"})
-    add_dotted(scene.heat, "heat", field, field);
-  for (const char* field : {"time_scale", "max_supersteps"}) add_dotted(scene.solute, "solute", field, field);
-  for (const char* field : {"min", "max", "friction", "contact_angle", "velocity"})
-    add_dotted(scene.domain, "domain", field, field);
-  add_dotted(scene.domain, "domain", "faces", "walls");
-  Source heat = scene.heat;
-  heat.path = "heat";
-  places.push_back(place(heat, "domain.heat", "walls", scene.where));
   places.push_back({"domain", "domain", scene.domain.where.empty() ? scene.where : scene.domain.where});
   return places;
 }
@@ -130,7 +116,9 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
 std::vector<FieldPlace> item_places(const Source& source) {
   std::vector<FieldPlace> places;
   for (const auto& [key, where] : source.keys) places.push_back({key, source.path + "." + key, where});
-  places.push_back(place(source, "melts_into", "becomes", source.where));
+  for (const Option<SceneMaterial>& option : material_options())
+    if (!option.field.empty() && option.field != option.key)
+      places.push_back(place(source, option.field, option.key, source.where));
   for (const char* field : {"center", "axis", "radius"}) {
     if (source.keys.count("nozzle") > 0) places.push_back(place(source, field, "nozzle", source.where));
   }

@@ -10,7 +10,7 @@ namespace runner {
 meltsim::SurfaceHeatDesc load_surface(const Node& node);
 
 /// A number, or a list of [temperature, value].
-void load_property(const Node& node, const char* key, const char* unit, double& constant,
+void load_property(const Node& value, const char* key, const char* unit, double& constant,
                    std::vector<meltsim::PropertyPoint>& points);
 
 }  // namespace runner

@@ -113,11 +113,16 @@ void load_sections(const Node& root, Scene& scene) {
   using Reader = void (*)(const Node&, Scene&);
   // Materials come before what is made of them.
   const std::vector<std::pair<const char*, Reader>> readers{
-      {"domain", load_domain}, {"solver", load_solver}, {"heat", load_heat},
-      {"solute", load_solute}, {"time", load_time},     {"materials", load_materials},
-      {"fluids", load_fluids}, {"bodies", load_bodies}, {"emitters", load_emitters},
-      {"output", load_output}, {"probes", load_probes}, {"trade", load_trade}};
-  load_particles(root.require("particles", "{spacing: ...}, the distance of particles (m)"), scene);
+      {"materials", load_materials}, {"fluids", load_fluids}, {"bodies", load_bodies},
+      {"emitters", load_emitters},   {"output", load_output}, {"probes", load_probes},
+      {"trade", load_trade}};
+  root.require("particles", "{spacing: ...}, the distance of particles (m)");
+  for (const Section& section : scene_sections()) {
+    const auto node = root.find(section.name);
+    if (!node) continue;
+    const bool domain = section.options == domain_options, particles = section.options == particles_options;
+    (domain ? load_domain : particles ? load_particles : load_section)(section, *node, scene);
+  }
   for (const auto& [name, read] : readers) {
     if (const auto section = root.find(name)) read(*section, scene);
   }

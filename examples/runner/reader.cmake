@@ -47,6 +47,7 @@ add_library(meltsim_reader STATIC
   ${reader_dir}/particle_files.cpp
   ${reader_dir}/probes.cpp
   ${reader_dir}/resolution.cpp
+  ${reader_dir}/scene_options.cpp
   ${reader_dir}/suggest.cpp
   ${reader_dir}/show/camera.cpp
   ${reader_dir}/show/deflate.cpp

@@ -4,117 +4,20 @@
 #include <algorithm>
 
 #include "echo.hpp"
-#include "scene_keys.hpp"
+#include "scene_options.hpp"
 
 namespace runner {
 
 namespace {
 
-using meltsim::Face;
-
-const char* const face_keys[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
-
-Json domain_json(const meltsim::DomainDesc& domain) {
-  Json json;
-  if (domain.bounded) {
-    json["min"] = echo(domain.min);
-    json["max"] = echo(domain.max);
-  }
-  json["walls"] = domain.bounded ? Json::object() : Json("none");
-  Json velocity = Json::object();
-  for (std::size_t i = 0; i < 6 && domain.bounded; ++i) {
-    const Face face = domain.faces[i];
-    if (face == Face::periodic) json["walls"][std::string(1, face_keys[i][1])] = "periodic";
-    else json["walls"][face_keys[i]] = face == Face::open ? "open" : "wall";
-    if (length(domain.velocity[i]) > 0) velocity[face_keys[i]] = echo(domain.velocity[i]);
-  }
-  for (std::size_t i = 0; i < 6; ++i) {
-    const meltsim::OutletDesc& outlet = domain.outlets[i];
-    if (outlet.level) json["outlets"][face_keys[i]]["level"] = *outlet.level;
-    if (outlet.speed) json["outlets"][face_keys[i]]["speed"] = *outlet.speed;
-  }
-  json["no_slip"] = domain.no_slip;
-  json["friction"] = domain.friction;
-  if (domain.contact_angle != 90) json["contact_angle"] = domain.contact_angle;
-  if (!velocity.empty()) json["velocity"] = velocity;
-  return json;
-}
-
-Json time_json(const SceneTime& time) {
-  Json json;
-  json["dt"] = time.dt ? Json(*time.dt) : Json("auto");
-  json["stepping"] = time.adaptive ? "adaptive" : "fixed";
-  json["end"] = time.end;
-  json["fps"] = time.fps;
-  json["end_when"] = time.until_melted ? "melted" : "time";
-  json["tail"] = time.tail;
-  return json;
-}
-
-const char* name_of(meltsim::NeighbourSearch search) {
-  if (search == meltsim::NeighbourSearch::automatic) return "auto";
-  return search == meltsim::NeighbourSearch::tree ? "tree" : "grid";
-}
-
-Json solver_json(const meltsim::WorldDesc& world, const meltsim::Resolved& resolved) {
-  Json json;
-  json["gravity"] = echo(world.gravity);
-  json["sound_speed"] = resolved.sound_speed > 0 ? Json(resolved.sound_speed) : Json("auto");
-  if (world.density_error > 0 && world.sound_speed == 0) json["density_error"] = world.density_error;
-  json["artificial_viscosity"] = world.artificial_viscosity;
-  json["tension"] = world.tension;
-  json["particle_shifting"] = world.particle_shifting;
-  json["neighbour_search"] = name_of(resolved.neighbour_search);
-  json["viscosity"] = keys::viscosity.at(static_cast<std::size_t>(world.viscosity));
-  json["courant"] = world.courant;
-  json["max_substeps"] = world.max_substeps;
-  json["pieces_interval"] = world.pieces_interval;
-  json["stray"] = keys::stray.at(static_cast<std::size_t>(world.stray));
-  return json;
-}
-
-/// Null when nothing is set.
-Json surface_json(const meltsim::SurfaceHeatDesc& surface) {
-  if (surface.temperature) return {{"temperature", *surface.temperature}};
-  if (surface.flux == 0 && surface.convection == 0 && surface.emissivity == 0) return {};
-  return {{"flux", surface.flux},
-          {"convection", surface.convection},
-          {"emissivity", surface.emissivity},
-          {"ambient", surface.ambient}};
-}
-
-/// A number, or the points.
-Json property_json(double constant, const std::vector<meltsim::PropertyPoint>& points) {
-  if (points.empty()) return constant;
-  Json list = Json::array();
-  for (const auto& p : points) list.push_back({p.temperature, p.value});
-  return list;
-}
-
-Json heat_json(const Scene& scene) {
-  const meltsim::HeatDesc& heat = scene.world.heat;
-  const char* models[] = {"none", "paper", "iwasaki", "enthalpy"};
-  Json json = {{"model", models[static_cast<std::size_t>(heat.model)]},
-               {"time_scale", heat.time_scale},
-               {"interval", heat.interval > 0 ? Json(heat.interval) : Json("auto")},
-               {"max_stages", heat.max_stages},
-               {"max_supersteps", heat.max_supersteps},
-               {"level_tolerance", heat.level_tolerance}};
-  if (const Json surface = surface_json(heat.free_surface); !surface.is_null())
-    json["free_surface"] = surface;
-  for (std::size_t i = 0; i < 6; ++i) {
-    const Json wall = surface_json(scene.world.domain.heat[i]);
-    if (!wall.is_null()) json["walls"][face_keys[i]] = wall;
-  }
-  for (const SceneHeatRegion& region : scene.heat_regions) {
-    Json r = {{"name", region.desc.name}, {"shape", region.shape.echo}};
-    if (region.desc.temperature) r["temperature"] = *region.desc.temperature;
-    else r["source"] = region.desc.source;
-    r["from"] = region.desc.from;
-    r["until"] = echo_number(region.desc.until);
-    json["regions"].push_back(r);
-  }
-  return json;
+/// The scene with derived values in place of `auto`.
+Scene with_derived(const Scene& scene, const meltsim::Resolved& resolved) {
+  Scene said = scene;
+  if (scene.world.sound_speed > 0) said.world.density_error = 0;
+  said.world.sound_speed = resolved.sound_speed;
+  said.world.support_radius = resolved.support_radius;
+  said.world.neighbour_search = resolved.neighbour_search;
+  return said;
 }
 
 /// Null where nothing is dissolved.
@@ -124,37 +27,13 @@ Json fractions_json(const SceneFractions& fractions) {
   return json;
 }
 
+/// Without what says nothing: of a material that has no solvent, of a stiffness that youngs_modulus replaces.
 Json material_json(const SceneMaterial& material) {
-  const meltsim::MaterialDesc& desc = material.desc;
-  Json json;
-  json["density"] = property_json(desc.density, desc.density_points);
-  json["viscosity"] = property_json(desc.viscosity, desc.viscosity_points);
-  json["conductivity"] = property_json(desc.conductivity, desc.conductivity_points);
-  json["heat_capacity"] = property_json(desc.heat_capacity, desc.heat_capacity_points);
-  if (desc.diffusivity) json["diffusivity"] = *desc.diffusivity;
-  json["melting_point"] = echo_number(desc.melting_point);
-  json["latent_heat"] = desc.latent_heat;
-  if (!material.becomes.empty()) json["becomes"] = material.becomes;
-  if (desc.freezes) json["freezes"] = true;
-  if (!material.dissolves_in.empty()) {
-    json["dissolves_in"] = material.dissolves_in;
-    json["solubility"] = property_json(desc.solubility, desc.solubility_points);
-    json["diffusivity_in"] = desc.diffusivity_in;
-    json["heat_of_solution"] = desc.heat_of_solution;
-    if (desc.transfer_coefficient) json["transfer_coefficient"] = *desc.transfer_coefficient;
-  }
-  json["region_half_width"] = desc.region_half_width;
-  if (desc.youngs_modulus > 0) json["youngs_modulus"] = desc.youngs_modulus;
-  else json["stiffness"] = desc.stiffness;
-  json["damping"] = desc.damping;
-  json["friction"] = desc.friction;
-  if (desc.surface_tension > 0) json["surface_tension"] = desc.surface_tension;
-  if (desc.contact_angle != 90) json["contact_angle"] = desc.contact_angle;
-  const bool yields = desc.yield_stress > 0 || !desc.yield_stress_points.empty();
-  if (yields) json["yield_stress"] = property_json(desc.yield_stress, desc.yield_stress_points);
-  if (desc.flow_index != 1) json["flow_index"] = desc.flow_index;
-  if (yields || desc.flow_index != 1) json["regularisation"] = desc.regularisation;
-  if (material.color) json["color"] = *material.color;
+  Json json = options_json(material_options(), material);
+  json.erase(material.desc.youngs_modulus > 0 ? "stiffness" : "youngs_modulus");
+  if (material.dissolves_in.empty())
+    for (const char* key : {"solubility", "diffusivity_in", "heat_of_solution", "transfer_coefficient"})
+      json.erase(key);
   return json;
 }
 
@@ -244,15 +123,12 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
   Json json;
   json["meltsim"] = 1;
   if (!scene.title.empty()) json["title"] = scene.title;
-  json["domain"] = domain_json(scene.world.domain);
-  json["particles"] = {{"spacing", scene.world.spacing}, {"support", resolved.support_radius}};
-  json["time"] = time_json(scene.time);
-  json["solver"] = solver_json(scene.world, resolved);
-  json["heat"] = heat_json(scene);
-  if (std::any_of(scene.materials.begin(), scene.materials.end(),
-                  [](const SceneMaterial& m) { return !m.dissolves_in.empty(); }))
-    json["solute"] = {{"time_scale", scene.world.solute.time_scale},
-                      {"max_supersteps", scene.world.solute.max_supersteps}};
+  const Scene said = with_derived(scene, resolved);
+  const bool solutes = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                   [](const SceneMaterial& m) { return !m.dissolves_in.empty(); });
+  for (const Section& section : scene_sections())
+    if (section.options != solute_options || solutes)
+      json[section.name] = options_json(section.options(), said);
   for (const SceneMaterial& material : scene.materials)
     json["materials"][material.desc.name] = material_json(material);
   for (const SceneFluid& fluid : scene.fluids) {

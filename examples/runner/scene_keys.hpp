@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every key a scene may have, in one place: the reader, its suggestions and the schema test use these lists.
+// Keys and words of a scene that are no rows of scene_options.cpp: the reader, its suggestions and the schema test use
+// these lists.
 #pragma once
 
 #include <string>
@@ -11,46 +12,9 @@ using List = std::vector<std::string>;
 
 inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat", "solute",
                         "materials", "fluids", "bodies", "emitters",  "probes", "output", "trade"};
-inline const List domain{"min",      "max",           "walls",    "no_slip",
-                         "friction", "contact_angle", "velocity", "outlets"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
-inline const List particles{"spacing", "support"};
-inline const List time{"dt", "stepping", "end", "fps", "end_when", "tail"};
-inline const List solver{"gravity", "sound_speed",       "density_error",    "artificial_viscosity",
-                         "tension", "particle_shifting", "neighbour_search", "viscosity",
-                         "courant", "max_substeps",      "pieces_interval",  "stray"};
-inline const List heat{"interval",        "model",        "time_scale", "max_stages", "max_supersteps",
-                       "level_tolerance", "free_surface", "walls",      "regions"};
-inline const List solute{"time_scale", "max_supersteps"};
-inline const List surface_heat{"temperature", "flux", "convection", "emissivity", "ambient"};
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
-inline const List material{"density",
-                           "viscosity",
-                           "conductivity",
-                           "heat_capacity",
-                           "diffusivity",
-                           "K",
-                           "melting_point",
-                           "latent_heat",
-                           "becomes",
-                           "region_half_width",
-                           "stiffness",
-                           "damping",
-                           "friction",
-                           "freezes",
-                           "youngs_modulus",
-                           "surface_tension",
-                           "contact_angle",
-                           "color",
-                           "dissolves_in",
-                           "solubility",
-                           "diffusivity_in",
-                           "heat_of_solution",
-                           "transfer_coefficient",
-                           "yield_stress",
-                           "flow_index",
-                           "regularisation"};
 inline const List fluid{"shape", "material", "temperature", "velocity", "fractions"};
 inline const List body{
     "name",  "shape",      "material", "density", "temperature", "velocity", "angular_velocity",

@@ -3,18 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
-#include "scene_keys.hpp"
+#include "scene_options.hpp"
 
 namespace runner {
 namespace {
 
-using Json = nlohmann::json;
+const char* const schema_file = SCENES_DIRECTORY "/scene.schema.json";
+const char* const manual_file = SCENES_DIRECTORY "/../../docs/runner.md";
 
 const Json& schema() {
-  static const Json json = Json::parse(std::ifstream(SCENES_DIRECTORY "/scene.schema.json"));
+  static const Json json = Json::parse(std::ifstream(schema_file));
   return json;
 }
 
@@ -36,13 +39,7 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   const Json& top = schema().at("properties");
   const Json& defs = schema().at("$defs");
   EXPECT_EQ(properties(schema()), sorted(keys::scene));
-  EXPECT_EQ(properties(top.at("domain")), sorted(keys::domain));
   EXPECT_EQ(properties(top.at("domain").at("properties").at("walls").at("oneOf").at(1)), sorted(keys::faces));
-  EXPECT_EQ(properties(top.at("particles")), sorted(keys::particles));
-  EXPECT_EQ(properties(top.at("time")), sorted(keys::time));
-  EXPECT_EQ(properties(top.at("solver")), sorted(keys::solver));
-  EXPECT_EQ(properties(top.at("heat")), sorted(keys::heat));
-  EXPECT_EQ(properties(top.at("solute")), sorted(keys::solute));
   EXPECT_EQ(properties(top.at("output")), sorted(keys::output));
   EXPECT_EQ(properties(top.at("output").at("properties").at("camera")), sorted(keys::camera));
   EXPECT_EQ(properties(top.at("output").at("properties").at("picture")), sorted(keys::picture));
@@ -52,15 +49,84 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   for (const std::string& word : keys::observables) words += (words.size() > 2 ? "|" : "") + word;
   EXPECT_EQ(top.at("trade").at("properties").at("observe").at("items").at("pattern").get<std::string>(),
             words + ")(@.+)?$");
-  EXPECT_EQ(properties(defs.at("material")), sorted(keys::material));
   EXPECT_EQ(properties(defs.at("fluid")), sorted(keys::fluid));
   EXPECT_EQ(properties(defs.at("body")), sorted(keys::body));
   EXPECT_EQ(properties(defs.at("emitter")), sorted(keys::emitter));
   EXPECT_EQ(properties(defs.at("emitter").at("properties").at("nozzle")), sorted(keys::nozzle));
   EXPECT_EQ(properties(defs.at("probe")), sorted(keys::probe));
-  EXPECT_EQ(properties(defs.at("surface_heat")), sorted(keys::surface_heat));
   EXPECT_EQ(properties(defs.at("heat_region")), sorted(keys::heat_region));
   EXPECT_EQ(properties(top.at("heat").at("properties").at("walls")), sorted(keys::faces));
+}
+
+/// Markdown without links and marks of code.
+std::string plain(const std::string& doc) {
+  static const std::regex link("\\[([^\\]]*)\\]\\([^)]*\\)");
+  std::string text = std::regex_replace(doc, link, "$1");
+  text.erase(std::remove(text.begin(), text.end(), '`'), text.end());
+  return text;
+}
+
+/// What the table of options makes of the schema's properties of a section; what it leaves to the schema stays.
+template <class D>
+void put_schema(const Options<D>& options, Json& section) {
+  Json properties = Json::object();
+  for (const Option<D>& option : options) {
+    Json& property = properties[option.key];
+    if (!option.schema.is_null()) property = option.schema;
+    else property = section.value(Json::json_pointer("/properties/" + option.key), Json());
+    if (!option.doc.empty()) property["description"] = plain(option.doc);
+  }
+  section["properties"] = properties;
+}
+
+template <class D>
+std::string rows(const Options<D>& options, const std::string& section) {
+  std::string text;
+  for (const Option<D>& option : options) {
+    const std::string name = section.empty() ? option.key : section + "." + option.key;
+    text += "| `" + name + "` | " + option.otherwise + (option.otherwise.empty() ? "" : " ") + "| " +
+            option.doc + " |\n";
+  }
+  return text;
+}
+
+/// Puts rows between the marks of a table, `<!-- name -->` and `<!-- end -->`.
+void put_rows(std::string& manual, const std::string& name, const std::string& rows) {
+  const std::string mark = "<!-- options of " + name + " -->\n";
+  const std::size_t begin = manual.find(mark);
+  ASSERT_NE(begin, std::string::npos) << name;
+  const std::size_t first = begin + mark.size(), last = manual.find("<!-- end -->", first);
+  ASSERT_NE(last, std::string::npos) << name;
+  manual.replace(first, last - first, "| key | default | meaning |\n|---|---|---|\n" + rows);
+}
+
+std::string text_of(const char* file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// The schema and the tables of the manual are what the rows of scene_options.cpp make. With MELTSIM_WRITE_OPTIONS set, both
+// are written anew.
+TEST(Schema, AndManualFollowFromTheTableOfOptions) {
+  Json json = schema();
+  std::string manual = text_of(manual_file), sections;
+  for (const Section& section : scene_sections()) {
+    put_schema(section.options(), json["properties"][section.name]);
+    sections += rows(section.options(), section.name);
+  }
+  put_schema(material_options(), json["$defs"]["material"]);
+  put_schema(surface_heat_options(), json["$defs"]["surface_heat"]);
+  put_rows(manual, "sections", sections);
+  put_rows(manual, "a material", rows(material_options(), ""));
+  put_rows(manual, "a surface", rows(surface_heat_options(), ""));
+  if (std::getenv("MELTSIM_WRITE_OPTIONS") != nullptr) {
+    std::ofstream(schema_file) << json.dump(2) << "\n";
+    std::ofstream(manual_file) << manual;
+    GTEST_SKIP() << "wrote " << schema_file << " and " << manual_file;
+  }
+  const char* const fix = "run test_runner with MELTSIM_WRITE_OPTIONS=1";
+  EXPECT_EQ(text_of(schema_file), json.dump(2) + "\n") << fix;
+  EXPECT_EQ(text_of(manual_file), manual) << fix;
 }
 
 TEST(Schema, KnowsTheShapesOfTheReader) {
