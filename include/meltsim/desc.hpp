@@ -250,6 +250,43 @@ struct HeatRegionDesc {
   double until = infinity;            ///< ceases to act [s]
 };
 
+/// What a force field does to the particles in it; formulas: physics/force_field.hpp.
+enum class ForceFieldKind : std::uint8_t {
+  uniform,  ///< accelerates by `acceleration`
+  radial,   ///< away from `center` by `strength`, or towards it where that is negative
+  vortex,   ///< around `axis` through `center` by `strength`, anticlockwise seen against the axis
+  drag      ///< towards the velocity of a wind, at `rate`
+};
+
+/// A part of space in which particles are accelerated: a fan, a magnet, a whirl, wind. Acts on liquid and on bodies that can move:
+/// rigid bodies and proxies feel force and torque, kinematic, fixed and held bodies nothing, nor does liquid that a nozzle holds. Fields
+/// are accelerations: the same for light and heavy particles; several add up.
+struct ForceFieldDesc {
+  std::string name;                               ///< empty = "field<N>"
+  ForceFieldKind kind = ForceFieldKind::uniform;  ///< what it does
+  /// Where [m]: a box, a sphere or a cylinder, also moved, turned and scaled, with a sharp edge. Empty: everywhere. On periodic axes the
+  /// nearest image of its centre counts.
+  std::optional<Shape> shape;
+  Vec3d acceleration;  ///< A of a uniform field [m/s^2]
+  /// The point of a radial field, of a vortex's axis, of the wind's rotation [m]; empty = the centre of the shape, everywhere (0, 0, 0).
+  std::optional<Vec3d> center;
+  Vec3d axis{0, 1, 0};  ///< of a vortex, of any length but 0
+  double strength = 0;  ///< s of a radial field or a vortex at the distance `radius` [m/s^2]
+  /// R of a radial field or a vortex: within it the acceleration grows linearly with the distance [m]. 0, with power 0: it is `strength`
+  /// at every distance.
+  double radius = 0;
+  /// p of a radial field or a vortex: beyond `radius` the acceleration goes as the distance to this power: 1 (a spring, a rigid rotation
+  /// that speeds up), 0, -1, -2 (gravity).
+  int power = 0;
+  Vec3d velocity;          ///< of the wind at `center` [m/s]
+  Vec3d angular_velocity;  ///< of the wind about `center` [rad/s]
+  double rate = 0;     ///< k of drag: what moves on its own takes up the wind's velocity as exp(-k t) [1/s]
+  bool liquid = true;  ///< acts on liquid
+  bool bodies = true;  ///< acts on bodies that can move
+  double from = 0;     ///< acts in sub-steps that begin at this time or later [s]
+  double until = infinity;  ///< and before this one [s]
+};
+
 /// A nozzle that emits liquid at a steady speed v, a mass of rho A v per second; its opening A is a disc or a rectangle, such
 /// as the upstream end of a channel. The nozzle is a pipe about two
 /// spacings long in which liquid moves at `speed` along the axis, whatever forces act on it, so that weight and viscosity

@@ -23,6 +23,7 @@ using BodyId = Handle<struct BodyTag>;              ///< from World::add_solid()
 using HeatRegionId = Handle<struct HeatRegionTag>;  ///< from World::add_heat_region()
 using EmitterId = Handle<struct EmitterTag>;        ///< from World::add_emitter()
 using ProbeId = Handle<struct ProbeTag>;            ///< from World::add_probe()
+using ForceFieldId = Handle<struct ForceFieldTag>;  ///< from World::add_force_field()
 
 }  // namespace v0
 }  // namespace meltsim

@@ -251,6 +251,36 @@ typedef struct meltsim_heat_region_desc {
   double until;               /* ceases to act [s] */
 } meltsim_heat_region_desc;
 
+/* What a force field does: meltsim_force_field_desc::kind. */
+enum {
+  MELTSIM_FIELD_UNIFORM = 0, /* accelerates by `acceleration` */
+  MELTSIM_FIELD_RADIAL = 1,  /* away from `center` by `strength`, or towards it where that is negative */
+  MELTSIM_FIELD_VORTEX = 2,  /* around `axis` through `center` by `strength` */
+  MELTSIM_FIELD_DRAG = 3     /* towards the velocity of a wind, at `rate` */
+};
+
+/* A part of space in which liquid and bodies that can move are accelerated (meltsim/desc.hpp: ForceFieldDesc). */
+typedef struct meltsim_force_field_desc {
+  uint32_t size;              /* sizeof(meltsim_force_field_desc) */
+  int32_t kind;               /* one of the above */
+  const char* name;           /* copied; null: field<N>, or the name that it has */
+  const meltsim_shape* shape; /* a box, a sphere or a cylinder, moved, turned and scaled; null: everywhere */
+  double acceleration[3];     /* of a uniform field [m/s^2] */
+  int32_t has_center; /* whether `center` is given; otherwise that of the shape, everywhere the origin */
+  int32_t power;      /* beyond `radius` strength goes as the distance to this power: 1, 0, -1, -2 */
+  double center[3];   /* of a radial field, of a vortex's axis, of the wind's rotation [m] */
+  double axis[3];     /* of a vortex */
+  double strength;    /* of a radial field or a vortex at `radius` [m/s^2] */
+  double radius;      /* within it strength grows linearly from 0 [m] */
+  double velocity[3]; /* of the wind [m/s] */
+  double angular_velocity[3]; /* of the wind about `center` [rad/s] */
+  double rate;                /* at which a difference from the wind decays [1/s] */
+  double from;                /* begins to act [s] */
+  double until;               /* ceases to act [s] */
+  int32_t liquid;             /* acts on liquid */
+  int32_t bodies;             /* acts on bodies that can move */
+} meltsim_force_field_desc;
+
 /* How a kinematic body moves from the next step on. */
 typedef struct meltsim_body_motion {
   uint32_t size;              /* sizeof(meltsim_body_motion) */
@@ -349,6 +379,7 @@ MELTSIM_C_API void meltsim_fluid_desc_init_sized(meltsim_fluid_desc* to, size_t 
 MELTSIM_C_API void meltsim_solid_desc_init_sized(meltsim_solid_desc* to, size_t size);
 MELTSIM_C_API void meltsim_emitter_desc_init_sized(meltsim_emitter_desc* to, size_t size);
 MELTSIM_C_API void meltsim_heat_region_desc_init_sized(meltsim_heat_region_desc* to, size_t size);
+MELTSIM_C_API void meltsim_force_field_desc_init_sized(meltsim_force_field_desc* to, size_t size);
 MELTSIM_C_API void meltsim_body_motion_init_sized(meltsim_body_motion* to, size_t size);
 MELTSIM_C_API void meltsim_proxy_state_init_sized(meltsim_proxy_state* to, size_t size);
 MELTSIM_C_API void meltsim_emitter_setting_init_sized(meltsim_emitter_setting* to, size_t size);
@@ -376,6 +407,9 @@ static inline void meltsim_emitter_desc_init(meltsim_emitter_desc* to) {
 } /* size and defaults */
 static inline void meltsim_heat_region_desc_init(meltsim_heat_region_desc* to) {
   meltsim_heat_region_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+static inline void meltsim_force_field_desc_init(meltsim_force_field_desc* to) {
+  meltsim_force_field_desc_init_sized(to, sizeof *to);
 } /* size and defaults */
 static inline void meltsim_body_motion_init(meltsim_body_motion* to) {
   meltsim_body_motion_init_sized(to, sizeof *to);
@@ -422,6 +456,10 @@ MELTSIM_C_API meltsim_status meltsim_world_add_emitter(meltsim_world* world, con
                                                        meltsim_id* id);
 MELTSIM_C_API meltsim_status meltsim_world_add_heat_region(meltsim_world* world,
                                                            const meltsim_heat_region_desc* desc,
+                                                           meltsim_id* id);
+/* At most 16 at a time. */
+MELTSIM_C_API meltsim_status meltsim_world_add_force_field(meltsim_world* world,
+                                                           const meltsim_force_field_desc* desc,
                                                            meltsim_id* id);
 MELTSIM_C_API meltsim_status meltsim_world_add_probe(meltsim_world* world, const meltsim_probe_desc* desc,
                                                      meltsim_id* id);
@@ -494,6 +532,10 @@ MELTSIM_C_API meltsim_status meltsim_world_set_free_surface_heat(meltsim_world* 
 /* A region holds `temperature`, or, where that is null, releases `source` [W/m^3]. */
 MELTSIM_C_API meltsim_status meltsim_world_set_heat_region(meltsim_world* world, meltsim_id region,
                                                            const double* temperature, double source);
+/* Replaces a force field: place, kind and strength; without waiting. Takes one out. */
+MELTSIM_C_API meltsim_status meltsim_world_set_force_field(meltsim_world* world, meltsim_id field,
+                                                           const meltsim_force_field_desc* desc);
+MELTSIM_C_API meltsim_status meltsim_world_remove_force_field(meltsim_world* world, meltsim_id field);
 MELTSIM_C_API meltsim_status meltsim_world_set_heat_time_scale(meltsim_world* world,
                                                                double scale); /* 0 stops heat */
 MELTSIM_C_API meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitter,
@@ -539,6 +581,8 @@ typedef struct meltsim_totals {
   double temperature_min;  /* [degrees Celsius] */
   double temperature_mean; /* [degrees Celsius] */
   double temperature_max;  /* [degrees Celsius] */
+  double field_work;       /* of force fields since the World was created [J] */
+  double field_impulse[3]; /* likewise [N s] */
 } meltsim_totals;
 /* Waits for all steps. */
 MELTSIM_C_API meltsim_status meltsim_world_totals(meltsim_world* world, meltsim_totals* totals);

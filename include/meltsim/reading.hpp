@@ -56,6 +56,9 @@ struct Totals {
   /// liquid that a solid melts into, whether or not that liquid can freeze.
   double latent = 0;
   double heat_in = 0;  ///< through surfaces and from sources since the World was created [J]
+  double field_work =
+      0;                ///< of force fields since the World was created: what they gave to kinetic energy [J]
+  Vec3d field_impulse;  ///< likewise [N s]
   double temperature_min = 0, temperature_mean = 0, temperature_max = 0;  ///< [degrees Celsius]
   Vec3d solid_center;                                    ///< centre of mass of all solid particles [m]
   double max_speed = 0;                                  ///< [m/s]
@@ -74,6 +77,8 @@ struct Ledger {
   double kinetic = 0, potential = 0;   ///< [J]
   double thermal = 0, latent = 0;      ///< [J]; thermal includes latent
   double heat_in = 0;                  ///< heat that entered since the World was created [J]
+  double field_work = 0;               ///< of force fields since the World was created [J]
+  Vec3d field_impulse;                 ///< likewise [N s]
   /// Of every species, in the order in which its materials were added: all of it, dissolved or not [kg].
   std::array<double, most_species> solute{};
   /// Heat that what is dissolved now has taken up (MaterialDesc::heat_of_solution) [J]: thermal and solution together change by

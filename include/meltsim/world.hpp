@@ -119,17 +119,44 @@ constexpr std::uint32_t fold_sizes(std::initializer_list<std::size_t> sizes) {
 
 /// Of the structs that pass between a host and the library. Compared at World::create, so that a host that was compiled before
 /// one of them grew gets an error instead of numbers read from the wrong places; members of one size that swap go unnoticed.
-inline constexpr std::uint32_t layout_of_headers =
-    fold_sizes({sizeof(WorldDesc),      sizeof(MaterialDesc),    sizeof(FluidDesc),    sizeof(SolidDesc),
-                sizeof(EmitterDesc),    sizeof(EmitterSetting),  sizeof(BodyMotion),   sizeof(ProxyState),
-                sizeof(HeatRegionDesc), sizeof(SurfaceHeatDesc), sizeof(ProbeDesc),    sizeof(ProbeSeries),
-                sizeof(SurfaceDesc),    sizeof(SurfaceMesh),     sizeof(SurfaceView),  sizeof(ReadRequest),
-                sizeof(Reading),        sizeof(RenderDesc),      sizeof(RenderView),   sizeof(StepResult),
-                sizeof(Totals),         sizeof(Ledger),          sizeof(ParticleData), sizeof(PieceInfo),
-                sizeof(BodyForces),     sizeof(EventWatch),      sizeof(Event),        sizeof(Ray),
-                sizeof(RayHit),         sizeof(Overlap),         sizeof(Plan),         sizeof(StageContext),
-                sizeof(CustomStage),    sizeof(LatticeData),     sizeof(Resolved),     sizeof(TimedStep),
-                sizeof(Error)});
+inline constexpr std::uint32_t layout_of_headers = fold_sizes({sizeof(WorldDesc),
+                                                               sizeof(MaterialDesc),
+                                                               sizeof(FluidDesc),
+                                                               sizeof(SolidDesc),
+                                                               sizeof(EmitterDesc),
+                                                               sizeof(EmitterSetting),
+                                                               sizeof(BodyMotion),
+                                                               sizeof(ProxyState),
+                                                               sizeof(HeatRegionDesc),
+                                                               sizeof(ForceFieldDesc),
+                                                               sizeof(SurfaceHeatDesc),
+                                                               sizeof(ProbeDesc),
+                                                               sizeof(ProbeSeries),
+                                                               sizeof(SurfaceDesc),
+                                                               sizeof(SurfaceMesh),
+                                                               sizeof(SurfaceView),
+                                                               sizeof(ReadRequest),
+                                                               sizeof(Reading),
+                                                               sizeof(RenderDesc),
+                                                               sizeof(RenderView),
+                                                               sizeof(StepResult),
+                                                               sizeof(Totals),
+                                                               sizeof(Ledger),
+                                                               sizeof(ParticleData),
+                                                               sizeof(PieceInfo),
+                                                               sizeof(BodyForces),
+                                                               sizeof(EventWatch),
+                                                               sizeof(Event),
+                                                               sizeof(Ray),
+                                                               sizeof(RayHit),
+                                                               sizeof(Overlap),
+                                                               sizeof(Plan),
+                                                               sizeof(StageContext),
+                                                               sizeof(CustomStage),
+                                                               sizeof(LatticeData),
+                                                               sizeof(Resolved),
+                                                               sizeof(TimedStep),
+                                                               sizeof(Error)});
 
 class WorldImpl;
 
@@ -151,6 +178,10 @@ class MELTSIM_API World {
   Result<BodyId> add_solid(const SolidDesc& desc);            ///< samples a body on the lattice
   Result<EmitterId> add_emitter(const EmitterDesc& desc);     ///< begins at EmitterDesc::from
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& desc);  ///< begins at HeatRegionDesc::from
+  /// Adds a force field; at most physics::most_force_fields (16) at a time. The first one makes the next step plan anew, which
+  /// synchronises; with one there it waits for nothing. A field that may make particles faster than anything before makes sound faster,
+  /// as set_gravity: add it with the largest values that it will have. Errors: invalid_argument (names the field), capacity.
+  Result<ForceFieldId> add_force_field(const ForceFieldDesc& desc);
   /// Adds a probe, which changes no particle and no bit of later states. Synchronises. At most 64 probes, 524,288 values per
   /// sample of all probes together, and 4,194,304 heights of level probes (one per half spacing of a line). Errors:
   /// invalid_argument (names the field), capacity, out_of_memory.
@@ -161,6 +192,9 @@ class MELTSIM_API World {
   /// Removes a body: all that is solid of it. What has melted off it stays, and its name stays taken. Its handle is then
   /// refused everywhere, also by a second remove(); probes on it read 0. Errors: invalid_argument, out_of_memory.
   Status remove(BodyId body);
+  /// Removes a force field, whose handle is then refused. Does not synchronise; without any field left the next step plans anew.
+  /// Errors: invalid_argument.
+  Status remove(ForceFieldId field);
   /// Removes the liquid whose particles have their centres in a shape; returns how many. Errors: invalid_argument (the
   /// shape), out_of_memory.
   Result<std::uint64_t> remove_liquid(const Shape& shape);
@@ -257,6 +291,11 @@ class MELTSIM_API World {
   /// Sets what a heat region does while it acts: it holds `temperature` [degrees Celsius] or, where that is empty, releases
   /// `source` [W/m^3]. Shape and times stay. Errors: invalid_argument (names the field).
   Status set_heat_region(HeatRegionId region, const std::optional<double>& temperature, double source = 0);
+  /// Replaces a force field: place, kind and strength, from the next step on; one small kernel. An empty name keeps the name. Plans
+  /// anew as set_gravity where particles may become faster than ever before. Errors: invalid_argument (names the field).
+  Status set_force_field(ForceFieldId field, const ForceFieldDesc& desc);
+  /// Returns a force field as it is now, its name filled in. Does not wait. Errors: invalid_argument.
+  Result<ForceFieldDesc> force_field(ForceFieldId field);
 
   /// Allocates, uploads and plans for the next step. step() calls it if something was added; call it yourself
   /// to keep the first step free of allocation. Synchronises if something was added. Errors: capacity, out_of_memory.

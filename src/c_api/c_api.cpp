@@ -176,6 +176,8 @@ meltsim_totals totals_of(const meltsim::Totals& t) {
   c.temperature_min = t.temperature_min;
   c.temperature_mean = t.temperature_mean;
   c.temperature_max = t.temperature_max;
+  c.field_work = t.field_work;
+  put(c.field_impulse, t.field_impulse);
   return c;
 }
 
@@ -394,6 +396,14 @@ static void fill(meltsim_heat_region_desc* desc) {
   desc->size = sizeof *desc;
   desc->until = meltsim::HeatRegionDesc{}.until;
 }
+static void fill(meltsim_force_field_desc* desc) {
+  const meltsim::ForceFieldDesc d;
+  *desc = {};
+  desc->size = sizeof *desc;
+  put(desc->axis, d.axis);
+  desc->until = d.until;
+  desc->liquid = desc->bodies = 1;
+}
 static void fill(meltsim_body_motion* motion) {
   *motion = {};
   motion->size = sizeof *motion;
@@ -427,6 +437,28 @@ static void fill(meltsim_render_desc* desc) {
   desc->hottest = meltsim::RenderDesc{}.hottest;
 }
 
+static meltsim::ForceFieldDesc field_of(const meltsim_force_field_desc* desc) {
+  const meltsim_force_field_desc c = read(desc, "desc", defaults_of<meltsim_force_field_desc>());
+  meltsim::ForceFieldDesc d;
+  if (c.name != nullptr) d.name = c.name;
+  d.kind = option<meltsim::ForceFieldKind>(c.kind, MELTSIM_FIELD_DRAG, "desc.kind");
+  if (c.shape != nullptr) d.shape = c.shape->shape;
+  d.acceleration = vec(c.acceleration);
+  if (c.has_center != 0) d.center = vec(c.center);
+  d.axis = vec(c.axis);
+  d.strength = c.strength;
+  d.radius = c.radius;
+  d.power = c.power;
+  d.velocity = vec(c.velocity);
+  d.angular_velocity = vec(c.angular_velocity);
+  d.rate = c.rate;
+  d.liquid = c.liquid != 0;
+  d.bodies = c.bodies != 0;
+  d.from = c.from;
+  d.until = c.until;
+  return d;
+}
+
 extern "C" {
 
 void meltsim_world_desc_init_sized(meltsim_world_desc* to, size_t size) { init_sized(to, size); }
@@ -436,6 +468,7 @@ void meltsim_fluid_desc_init_sized(meltsim_fluid_desc* to, size_t size) { init_s
 void meltsim_solid_desc_init_sized(meltsim_solid_desc* to, size_t size) { init_sized(to, size); }
 void meltsim_emitter_desc_init_sized(meltsim_emitter_desc* to, size_t size) { init_sized(to, size); }
 void meltsim_heat_region_desc_init_sized(meltsim_heat_region_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_force_field_desc_init_sized(meltsim_force_field_desc* to, size_t size) { init_sized(to, size); }
 void meltsim_body_motion_init_sized(meltsim_body_motion* to, size_t size) { init_sized(to, size); }
 void meltsim_proxy_state_init_sized(meltsim_proxy_state* to, size_t size) { init_sized(to, size); }
 void meltsim_emitter_setting_init_sized(meltsim_emitter_setting* to, size_t size) { init_sized(to, size); }
@@ -628,6 +661,22 @@ meltsim_status meltsim_world_add_heat_region(meltsim_world* world, const meltsim
     const meltsim::HeatRegionId made = expect(world_of(world).add_heat_region(d));
     if (id != nullptr) *id = id_of(made);
   });
+}
+
+meltsim_status meltsim_world_add_force_field(meltsim_world* world, const meltsim_force_field_desc* desc,
+                                             meltsim_id* id) {
+  return guarded([&] {
+    const meltsim::ForceFieldId made = expect(world_of(world).add_force_field(field_of(desc)));
+    if (id != nullptr) *id = id_of(made);
+  });
+}
+meltsim_status meltsim_world_set_force_field(meltsim_world* world, meltsim_id field,
+                                             const meltsim_force_field_desc* desc) {
+  return guarded(
+      [&] { expect(world_of(world).set_force_field(handle<meltsim::ForceFieldId>(field), field_of(desc))); });
+}
+meltsim_status meltsim_world_remove_force_field(meltsim_world* world, meltsim_id field) {
+  return guarded([&] { expect(world_of(world).remove(handle<meltsim::ForceFieldId>(field))); });
 }
 
 meltsim_status meltsim_world_add_probe(meltsim_world* world, const meltsim_probe_desc* desc, meltsim_id* id) {

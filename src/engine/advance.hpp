@@ -81,16 +81,15 @@ MELTSIM_HD bool is_driven(const Frame<T>& w, std::uint32_t tag) {
          ((tag & tag_kinematic) != 0u || moves_rigidly(w.f.bodies[body_of(tag) - 1u]));
 }
 
-/// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity acts on it.
+/// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity and force fields act on it.
 /// Where liquid diverges, other forces make it that fast.
 template <class T>
-MELTSIM_HD bool strays(const Frame<T>& w, const Produced<T>& p, Vec3<T> v) {
+MELTSIM_HD bool strays(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v) {
   const T limit2 = w.c.stray_speed * w.c.stray_speed;  // infinite: nothing does
   if (!(dot(v, v) > limit2) || !is_fluid(p.tag)) return false;
-  const Vec3<T> before = xyz(p.velocity), others = p.acceleration - w.f.clock->gravity;
-  constexpr T share2 = T(1e-4);  // a hundredth of gravity
-  return dot(before, before) <= limit2 &&
-         dot(others, others) <= share2 * dot(w.f.clock->gravity, w.f.clock->gravity);
+  const Vec3<T> before = xyz(p.velocity), pull = pull_at(w, i), others = p.acceleration - pull;
+  constexpr T share2 = T(1e-4);  // a hundredth of the pull
+  return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(pull, pull);
 }
 
 /// x within the period of periodic axes.
@@ -154,7 +153,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
       v = w.f.carried_velocity[vertex];
       if (w.f.carried_volume != nullptr && (tag & tag_kinematic) != 0u) volume = w.f.carried_volume[vertex];
     } else if (end.moved) {
-      const bool astray = strays(w, p, v), left = move(w, p, x, v);
+      const bool astray = strays(w, i, p, v), left = move(w, p, x, v);
       if (astray || left) {
         end.check.counts += left ? ParticleCheck<T>::removed : ParticleCheck<T>::strayed;
         if (astray) end.check.speed = T(0);  // no matter to what is left

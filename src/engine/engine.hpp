@@ -144,6 +144,9 @@ class Engine {
   virtual void respeed(Vec3d from, Vec3d to) = 0;
   /// What region `row` of the constants does from the next sub-step on; held: temperature. Does not wait.
   virtual void set_heat_region(std::uint32_t row, bool held, double temperature, double source) = 0;
+  /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.
+  virtual void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,
+                               std::uint32_t count) = 0;
   /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
   virtual void substep(const SubstepArguments& arguments) = 0;
   /// Whether substep() returns before its work is done.

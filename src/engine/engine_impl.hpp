@@ -178,6 +178,12 @@ class EngineImpl final : public Engine {
     if (row < w_.c.heat_regions) step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
   }
 
+  void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,
+                       std::uint32_t count) override {
+    if (w_.f.force_fields == nullptr) return;  // the next plan has it
+    unguarded([&] { step::set_force_field<E, T>(ex_, w_, row, round_field<T>(field), count); });
+  }
+
   void substep(const SubstepArguments& a) override {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)

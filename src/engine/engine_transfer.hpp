@@ -93,6 +93,13 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
                        r.temperature, static_cast<T>(r.source), r.from, r.until});
   put(ex, w.f.heat_regions, regions);
   put(ex, w.f.heat_region_cells, c.heat_region_cells);
+  if (w.f.force_fields != nullptr) {
+    ForceFields<T> fields;
+    fields.count = c.force_fields.count;
+    for (std::uint32_t k = 0; k < physics::most_force_fields; ++k)
+      fields.row[k] = round_field<T>(c.force_fields.row[k]);
+    ex.upload(w.f.force_fields, &fields, sizeof fields);
+  }
   std::vector<BodyHeat<T>> body_heat;
   for (const BodyHeat<double>& b : c.body_heat)
     body_heat.push_back({round_condition<T>(b.surface), static_cast<T>(b.source)});
@@ -150,6 +157,8 @@ void put_status(E& ex, const Frame<T>& w, const SceneState& s) {
   status.removed = static_cast<std::int64_t>(s.removed);
   status.strayed = static_cast<std::int64_t>(s.strayed);
   status.heat_in = s.heat_in;
+  status.field_work = s.field_work;
+  status.field_impulse = s.field_impulse;
   status.particles = w.born;
   status.heat_idle = s.heat_level ? idle_level : 0u;
   if (w.f.status != nullptr) ex.upload(w.f.status, &status, sizeof status);
@@ -224,6 +233,8 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.removed = static_cast<std::uint64_t>(status.removed);
     s.strayed = static_cast<std::uint64_t>(status.strayed);
     s.heat_in = status.heat_in;
+    s.field_work = status.field_work;
+    s.field_impulse = status.field_impulse;
     s.heat_level = (status.heat_idle & idle_level) != 0u;
   }
 }

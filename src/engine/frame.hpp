@@ -14,6 +14,7 @@
 #include "meltsim/material.hpp"
 #include "meltsim/particle_tag.hpp"
 #include "meltsim/physics/coupling.hpp"
+#include "meltsim/physics/force_field.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/material_table.hpp"
@@ -34,6 +35,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
+using physics::FieldAccount;
+using physics::ForceFields;
 using physics::MaterialProperties;
 using physics::MaterialRow;
 using physics::MeshPoint;
@@ -362,6 +365,13 @@ MELTSIM_HD double& solute_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i
 template <class T>
 MELTSIM_HD bool slot_is_known(const Frame<T>& w, std::uint32_t tag) {
   return w.slots_of_all || is_solid(tag) || is_removed(tag) || body_of(tag) != 0u;
+}
+
+/// What pulls on the particle at slot i beside other particles and walls: gravity and force fields [m/s^2].
+template <class T>
+MELTSIM_HD Vec3<T> pull_at(const Frame<T>& w, std::uint64_t i) {
+  const Vec3<T> gravity = w.f.clock->gravity;
+  return w.f.field_acceleration != nullptr ? gravity + w.f.field_acceleration[i] : gravity;
 }
 
 /// Enthalpy of the particle at slot i, wherever the scene keeps it [J].

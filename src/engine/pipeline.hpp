@@ -137,6 +137,7 @@ enum Fact : std::uint32_t {
   fact_tension = 1u << 28,  ///< a liquid has surface tension
   fact_outlets = 1u << 29,  ///< liquid leaves against a level
   fact_strain = 1u << 30,   ///< a liquid's viscosity depends on its shear rate; with fact_viscosity
+  fact_fields = 1u << 31,   ///< force fields; with liquid or bodies that can move
 };
 
 inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
@@ -161,7 +162,7 @@ inline constexpr FieldSet read_where_there =
     F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) | F(density) | F(group_key) |
     F(group_begin) | F(tree_box) | F(piece) | F(contact_normal) | F(body_motion) | F(carried_position) |
     F(carried_velocity) | F(liquid_bits) | F(shape_velocity) | F(mesh_points) | F(site_vertex) |
-    F(vertex_site);
+    F(vertex_site) | F(field_acceleration);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \
@@ -229,7 +230,7 @@ constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
     if (!consistent(facts)) continue;
     const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
     constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces |
-                                   fact_events | fact_species | fact_strain;
+                                   fact_events | fact_species | fact_strain | fact_fields;
     if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
   }
   return true;

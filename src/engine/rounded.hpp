@@ -16,6 +16,30 @@ physics::SurfaceCondition<T> round_condition(const physics::SurfaceCondition<dou
 }
 
 template <class T>
+physics::ForceField<T> round_field(const physics::ForceField<double>& f) {
+  physics::ForceField<T> r;
+  r.on = f.on;
+  r.kind = f.kind;
+  r.region = f.region;
+  r.liquid = f.liquid;
+  r.bodies = f.bodies;
+  r.power = f.power;
+  r.center = cast<T>(f.center);
+  for (int k = 0; k < 3; ++k) r.axes[k] = cast<T>(f.axes[k]);
+  r.half = cast<T>(f.half);
+  r.about = cast<T>(f.about);
+  r.axis = cast<T>(f.axis);
+  r.vector = cast<T>(f.vector);
+  r.spin = cast<T>(f.spin);
+  r.strength = static_cast<T>(f.strength);
+  r.radius = static_cast<T>(f.radius);
+  r.rate = static_cast<T>(f.rate);
+  r.from = f.from;
+  r.until = f.until;
+  return r;
+}
+
+template <class T>
 physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {
   physics::PropertyTable<T> r;
   r.points = p.points;

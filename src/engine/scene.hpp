@@ -36,6 +36,8 @@ struct SceneState {
   std::uint64_t melted = 0, frozen = 0, removed = 0,
                 strayed = 0;  ///< before the last upload; removed: strayed, too
   double heat_in = 0;         ///< likewise [J]
+  double field_work = 0;      ///< likewise [J]
+  Vec3d field_impulse;        ///< likewise [N s]
   bool heat_level = false;    ///< temperatures are level: no heat flows
 };
 
@@ -77,6 +79,7 @@ struct SceneConstants {
   std::vector<std::uint32_t> heat_region_cells;
   std::vector<BodyHeat<double>> body_heat;            ///< per body, or empty
   std::uint32_t event_kinds = 0, event_capacity = 0;  ///< 0: events are not watched
+  ForceFields<double> force_fields;
 };
 
 /// Cells along one axis of a bounded domain.

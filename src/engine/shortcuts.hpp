@@ -18,9 +18,9 @@ inline bool can_count_ahead(std::uint64_t stages) {
 }
 
 /// Scenes in which sph.advance never runs.
-inline constexpr std::uint32_t not_advancing = fact_solid | fact_melt | fact_shifting | fact_viscosity |
-                                               fact_implicit | fact_heat_enthalpy | fact_heat_paper |
-                                               fact_heat_iwasaki | fact_events | fact_species | fact_tension;
+inline constexpr std::uint32_t not_advancing =
+    fact_solid | fact_melt | fact_shifting | fact_viscosity | fact_implicit | fact_heat_enthalpy |
+    fact_heat_paper | fact_heat_iwasaki | fact_events | fact_species | fact_tension | fact_fields;
 
 /// Whether sph.advance may take the place of sph.forces and step.integrate: nothing runs between them or behind.
 inline bool can_advance(std::uint64_t stages) {

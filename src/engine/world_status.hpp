@@ -167,6 +167,8 @@ struct WorldStatus {
   std::int64_t removed = 0;                 ///< likewise: all that are marked so
   std::int64_t strayed = 0;                 ///< those of them that fell out of the scene
   double heat_in = 0;                       ///< likewise [J]
+  double field_work = 0;                    ///< likewise, of force fields [J]
+  Vec3<double> field_impulse;               ///< likewise [N s]
   double step_speed = 0, step_density = 0;  ///< largest speed and phi of the last sub-step that counts
   double step_excess = 0;                   ///< its mean of rho/rho0 - 1 where above 0
   std::uint64_t ledger_step = 0;            ///< its index; 0: none since the upload

@@ -132,7 +132,7 @@ struct LiquidOnWallBody {
         force += n * dot(n, core::tension_of_walls<Periodic>(w, i, tag));
       if (liquid)
         force +=
-            n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, w.f.clock->gravity)) * w.f.mass[i];
+            n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, core::pull_at(w, i))) * w.f.mass[i];
     }
     if (liquid && w.c.no_slip != 0u)
       force += physics::wall_viscous_force(

@@ -41,6 +41,16 @@ class BoxNode final : public ShapeNode {
     return ordered("z", box_.min.z, box_.max.z);
   }
 
+  bool primitive(const Affine& to_world, PlacedPrimitive& out) const override {
+    const double s = to_world.scale();
+    out.kind = PlacedPrimitive::Kind::box;
+    out.center = to_world((box_.min + box_.max) * 0.5);
+    const Vec3d axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int k = 0; k < 3; ++k) out.axes[k] = to_world.direction(axes[k]) * (1 / s);
+    out.half = (box_.max - box_.min) * (0.5 * s);
+    return true;
+  }
+
  private:
   static Status ordered(const std::string& axis, double min, double max) {
     if (min < max) return {};

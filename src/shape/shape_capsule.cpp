@@ -45,6 +45,17 @@ class CapsuleNode final : public ShapeNode {
     return check_positive("capsule.radius", radius_);
   }
 
+  bool primitive(const Affine& to_world, PlacedPrimitive& out) const override {
+    if (!sphere_) return false;
+    const double s = to_world.scale();
+    out.kind = PlacedPrimitive::Kind::sphere;
+    out.center = to_world(a_);
+    const Vec3d axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int k = 0; k < 3; ++k) out.axes[k] = to_world.direction(axes[k]) * (1 / s);
+    out.half = Vec3d{radius_, radius_, radius_} * s;
+    return true;
+  }
+
  private:
   Vec3d a_, b_, along_;
   double radius_, inverse_squared_ = 0, reach_squared_ = 0;

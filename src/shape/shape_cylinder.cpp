@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Half open along the axis (the cap at `a` is inside, the one at `b` outside), as the box is; closed around
 // it.
+#include <cmath>
+
 #include "shape/box_ops.hpp"
 #include "shape/shape_check.hpp"
 #include "shape/shape_primitives.hpp"
@@ -40,6 +42,19 @@ class CylinderNode final : public ShapeNode {
     if (Status s = check_point("cylinder.b", b_); !s) return s;
     if (!(height_ > 0)) return refuse_shape("cylinder.a equals cylinder.b; the axis must have a length");
     return check_positive("cylinder.radius", radius_);
+  }
+
+  bool primitive(const Affine& to_world, PlacedPrimitive& out) const override {
+    const double s = to_world.scale();
+    out.kind = PlacedPrimitive::Kind::cylinder;
+    out.center = to_world((a_ + b_) * 0.5);
+    out.axes[2] = to_world.direction(axis_) * (1 / s);
+    const Vec3d n = out.axes[2];
+    const Vec3d aside = std::fabs(n.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    out.axes[0] = unit(cross(n, aside));
+    out.axes[1] = cross(n, out.axes[0]);
+    out.half = Vec3d{radius_, radius_, 0.5 * height_} * s;
+    return true;
   }
 
  private:

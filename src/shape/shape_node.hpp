@@ -15,6 +15,15 @@ inline namespace v0 {
 /// counts as on the face, and each shape says on which side its faces lie.
 inline double tie_width(double size, double magnitude) { return 1e-9 * size + 2e-15 * magnitude; }
 
+/// A box, a sphere or a cylinder anywhere in the World.
+struct PlacedPrimitive {
+  enum class Kind { box, sphere, cylinder } kind = Kind::box;
+  Vec3d center;   ///< [m]
+  Vec3d axes[3];  ///< unit vectors along its sides; the last one along the cylinder
+  Vec3d
+      half;  ///< half its sides; sphere: the radius three times; cylinder: radius, radius, half its height [m]
+};
+
 class ShapeNode {
  public:
   explicit ShapeNode(int depth = 1) : depth_(depth) {}
@@ -29,6 +38,13 @@ class ShapeNode {
   virtual void fill(const Lattice& lattice, SiteMask& mask) const;
   /// Whether it is a mesh: then what that is in the World.
   virtual bool mesh(const Affine& to_world, TriangleMesh& out) const {
+    static_cast<void>(to_world);
+    static_cast<void>(out);
+    return false;
+  }
+
+  /// Whether it is one of these, moved, turned and scaled: then which. Only called on valid shapes.
+  virtual bool primitive(const Affine& to_world, PlacedPrimitive& out) const {
     static_cast<void>(to_world);
     static_cast<void>(out);
     return false;

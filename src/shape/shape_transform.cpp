@@ -60,6 +60,10 @@ class TransformNode final : public ShapeNode {
     return valid() && child_->mesh(compose(to_world, to_parent_), out);
   }
 
+  bool primitive(const Affine& to_world, PlacedPrimitive& out) const override {
+    return valid() && child_->primitive(compose(to_world, to_parent_), out);
+  }
+
  private:
   static Status check(Vec3d offset, Vec3d axis, double angle, double scale) {
     if (Status s = check_point("transformed.offset", offset); !s) return s;

@@ -208,6 +208,76 @@ struct SetHeatRegionBody {
   }
 };
 
+/// A force field changes.
+template <class T>
+struct SetForceFieldBody {
+  core::ForceFields<T>* fields;
+  std::uint32_t row, count;
+  physics::ForceField<T> field;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    fields->row[row] = field;
+    fields->count = count;
+  }
+};
+
+/// Acceleration of a particle by force fields, one after another: drag sees the velocity that those before it lead to.
+template <class T>
+struct FieldsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const std::uint32_t tag = w.f.tag[i];
+    const bool liquid = is_fluid(tag) && !is_held(tag);
+    const bool body = is_solid(tag) && (tag & (tag_fixed | tag_kinematic)) == 0u && !is_removed(tag);
+    Vec3<T> a{};
+    if (liquid || body) {
+      const core::Clock<T>& clock = *w.f.clock;
+      const Vec3<T> x = xyz(w.f.position[i]), v = xyz(w.f.velocity[i]);
+      const std::uint32_t count = w.f.force_fields->count;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        const physics::ForceField<T>& field = w.f.force_fields->row[k];
+        if (field.on == 0u || (liquid ? field.liquid : field.bodies) == 0u) continue;
+        if (!(clock.time >= field.from && clock.time < field.until)) continue;
+        if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
+        a += physics::force_field_acceleration(field, spatial::separation(w.grid, x, field.about),
+                                               v + a * clock.dt, clock.dt);
+      }
+      Vec3<T> more = a;
+      if (liquid) {
+        // What images lack at a floor follows from all that pulls.
+        const auto walls = physics::wall_view(w.c.walls, x);
+        if (walls.axes != 0u)
+          more += physics::floor_push(w.c.walls, w.c.kernel, walls, clock.gravity + a) -
+                  physics::floor_push(w.c.walls, w.c.kernel, walls, clock.gravity);
+      }
+      w.f.acceleration[i] += more;
+    }
+    w.f.field_acceleration[i] = a;
+  }
+};
+
+/// Work and impulse of force fields on a particle at its present velocity, over half a sub-step.
+template <class T>
+struct FieldWorkBody {
+  Frame<T> w;
+  MELTSIM_HD physics::FieldWork operator()(std::uint64_t i) const {
+    return physics::half_field_work(w.f.mass[i], w.f.field_acceleration[i], xyz(w.f.velocity[i]),
+                                    w.f.clock->dt);
+  }
+};
+template <class T>
+struct KeepFieldWorkBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(const physics::FieldWork& s) const { w.f.field_account->begun = s; }
+};
+template <class T>
+struct AddFieldWorkBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(const physics::FieldWork& s) const {
+    w.f.status->field_work += w.f.field_account->begun.work + s.work;
+    w.f.status->field_impulse += w.f.field_account->begun.impulse + s.impulse;
+  }
+};
+
 /// Where particles of kinematic bodies are at the end of the sub-step, and how fast then.
 template <class T>
 struct CarryBody {

@@ -59,6 +59,25 @@ void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool hel
 
 /// Between sub-steps; not a stage.
 template <class E, class T>
+void set_force_field(E& ex, const core::Frame<T>& w, std::uint32_t row, const physics::ForceField<T>& field,
+                     std::uint32_t count) {
+  ex.for_each(1, SetForceFieldBody<T>{w.f.force_fields, row, count, field});
+}
+
+/// Behind all other forces but those of shape matching, and ahead of implicit viscosity.
+template <class E, class T>
+void fields(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, FieldsBody<T>{w});
+  ex.reduce(w.particles, FieldWorkBody<T>{w}, &w.f.field_account->sum, KeepFieldWorkBody<T>{w});
+}
+/// Behind step.integrate.
+template <class E, class T>
+void work(E& ex, const core::Frame<T>& w) {
+  ex.reduce(w.particles, FieldWorkBody<T>{w}, &w.f.field_account->sum, AddFieldWorkBody<T>{w});
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
 void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a) {
   ex.reduce(w.particles, MassOfBodyBody<T>{w, a}, &w.f.push->sums, MakePushBody<T>{w, a});
   ex.for_each(w.particles, PushBody<T>{w, a});

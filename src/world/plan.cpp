@@ -30,6 +30,8 @@ std::string WorldImpl::reason_of_change(const core::StageInfo& info) const {
   if ((info.need & core::fact_mobile) != 0 && (facts_ & core::fact_mobile) == 0 &&
       any_body([](const BodyRecord& b) { return !b.desc.fixed; }))
     return "every body that could move has melted";
+  if ((info.need & core::fact_fields) != 0 && any_field())
+    return "nothing that force fields could move is there";
   if ((info.need & core::fact_heat_boundary) != 0 && !heat_regions_.empty()) {
     const double next = next_region();
     return std::isfinite(next) ? core::text("no heat region acts before ", next, " s")

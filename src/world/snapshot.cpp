@@ -19,9 +19,9 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
+// 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
 // keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 11;
+constexpr std::uint32_t format_version = 12;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -202,6 +202,8 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(origin_);
   w.value(lattice_hash());
   w.value(state_.heat_in);
+  w.value(state_.field_work);
+  w.value(state_.field_impulse);
   w.value(heat_owed_);
   w.value(state_.melted);
   w.value(state_.frozen);
@@ -260,9 +262,10 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   std::vector<std::uint64_t> taken, deformed;
   if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
         r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
-        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(owed) && r.value(s.melted) &&
-        r.value(s.frozen) && r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) &&
-        r.array(layers) && read_held(r, s) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
+        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.field_work) &&
+        r.value(s.field_impulse) && r.value(owed) && r.value(s.melted) && r.value(s.frozen) &&
+        r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
+        read_held(r, s) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
         r.array(s.mesh_points)) ||
       r.left() != 0)
     return corrupt("truncated");
@@ -303,7 +306,9 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
     if (taken[b] > bodies_[b].vertices + s.frozen + 1) return corrupt("a body has lost more than it had");
     built += bodies_[b].vertices - (taken[b] == 0 ? 0 : taken[b] - 1);
   }
-  if (Status status = check_snapshot(s, built, origin, new_time, {sound, speed, seen.speed, s.heat_in, owed});
+  if (Status status = check_snapshot(s, built, origin, new_time,
+                                     {sound, speed, seen.speed, s.heat_in, s.field_work, s.field_impulse.x,
+                                      s.field_impulse.y, s.field_impulse.z, owed});
       !status)
     return status;
   if (Status status = check_mesh_points(deformed, s.mesh_points, new_time); !status) return status;
@@ -360,6 +365,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   halt_step_ = 0;
   halt_reason_.clear();
   carried_ = {};
+  if (sound > 0 && any_field()) derive_sound_speed();  // fields are the World's: they may be others than then
   dirty_ = true;
   return {};
 }

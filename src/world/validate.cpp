@@ -468,6 +468,46 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
   return {};
 }
 
+Status validate(const ForceFieldDesc& f) {
+  const std::string p = "force field \"" + f.name + "\": ";
+  if (f.kind > ForceFieldKind::drag)
+    return invalid(p, "kind: there is no kind ", static_cast<std::uint32_t>(f.kind),
+                   "; use uniform, radial, vortex or drag");
+  const std::pair<const char*, Vec3d> vectors[] = {{"acceleration", f.acceleration},
+                                                   {"center", f.center.value_or(Vec3d{})},
+                                                   {"axis", f.axis},
+                                                   {"velocity", f.velocity},
+                                                   {"angular_velocity", f.angular_velocity}};
+  const char* units[] = {"m/s^2", "m", "", "m/s", "rad/s"};
+  for (std::size_t k = 0; k < 5; ++k)
+    if (Status s = bounded_vector(p + vectors[k].first, vectors[k].second, units[k]); !s) return s;
+  const bool falls_off = f.kind == ForceFieldKind::radial || f.kind == ForceFieldKind::vortex;
+  if (f.kind == ForceFieldKind::vortex && !(length(f.axis) > 1e-15))
+    return invalid(p, "axis: must have a length, got ", f.axis, "; {0, 1, 0} is upright");
+  if (!(std::fabs(f.strength) <= 1e15))
+    return invalid(p, "strength: must be finite m/s^2, at most 1e15, got ", f.strength,
+                   "; negative attracts, or turns the other way");
+  if (!(f.radius >= 0 && f.radius <= 1e15))
+    return invalid(p, "radius: must be finite and >= 0 m, got ", f.radius,
+                   "; 0 is the same acceleration at every distance");
+  if (falls_off && (f.power < -2 || f.power > 1))
+    return invalid(p, "power: must be 1, 0, -1 or -2, got ", f.power, "; 0 does not fall off, -2 is gravity");
+  if (falls_off && f.power != 0 && !(f.radius > 1e-15))
+    return invalid(p, "radius: must be > 0 m where power is ", f.power, ", got ", f.radius,
+                   "; it is the distance at which the acceleration is `strength`");
+  if (Status s = at_least(p + "rate", f.rate, 0, "1/s", "1/rate is the time in which a difference decays");
+      !s)
+    return s;
+  if (Status s = measurable(p + "rate", f.rate, "1/s"); !s) return s;
+  if (!f.liquid && !f.bodies)
+    return invalid(p, "liquid: is false and so is bodies: it acts on nothing; set one of them");
+  if (!(std::isfinite(f.from) && f.from >= 0))
+    return invalid(p, "from: must be finite and >= 0 s, got ", f.from, "; 0 starts at once");
+  if (!(f.until > f.from))
+    return invalid(p, "until: must be after from (", f.from, " s), got ", f.until, "; infinity never stops");
+  return {};
+}
+
 double outlet_head(const WorldDesc& d, std::size_t face) {
   const std::size_t down = axis_of(d.gravity);
   if (!d.domain.outlets[face].level || down == 3) return 0;

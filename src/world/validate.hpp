@@ -29,6 +29,7 @@ double support_of(const WorldDesc& desc);
 /// `model`: of the World, for conditions that need the enthalpy model. `what` ends in ": " or ".".
 Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& what);
 Status validate(const HeatRegionDesc& r, HeatModel model);
+Status validate(const ForceFieldDesc& f);
 /// The row of a description.
 physics::SurfaceCondition<double> condition_of(const SurfaceHeatDesc& s);
 

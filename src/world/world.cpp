@@ -106,6 +106,18 @@ Result<BodyId> World::add_solid(const SolidDesc& d) {
 Result<HeatRegionId> World::add_heat_region(const HeatRegionDesc& desc) {
   return alone<Result<HeatRegionId>>(impl_.get(), [&] { return impl_->add_heat_region(desc); });
 }
+Result<ForceFieldId> World::add_force_field(const ForceFieldDesc& desc) {
+  return alone<Result<ForceFieldId>>(impl_.get(), [&] { return impl_->add_force_field(desc); });
+}
+Status World::set_force_field(ForceFieldId field, const ForceFieldDesc& desc) {
+  return alone<Status>(impl_.get(), [&] { return impl_->set_force_field(field, desc); });
+}
+Result<ForceFieldDesc> World::force_field(ForceFieldId field) {
+  return alone<Result<ForceFieldDesc>>(impl_.get(), [&] { return impl_->force_field(field); });
+}
+Status World::remove(ForceFieldId field) {
+  return alone<Status>(impl_.get(), [&] { return impl_->remove_force_field(field); });
+}
 Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
   return alone<Result<EmitterId>>(impl_.get(), [&] { return impl_->add_emitter(d); });
 }

@@ -251,6 +251,7 @@ std::uint32_t WorldImpl::facts() const {
       !solution_heats() && !emitting() && desc.heat.level_tolerance > 0)
     f |= core::fact_levels;
   f &= ~disabled_facts_;
+  if ((f & (core::fact_fluid | core::fact_mobile)) != 0 && any_field()) f |= core::fact_fields;
   if ((f & core::fact_particles) == 0) return f;
   if ((f & core::fact_fluid) == 0) f |= core::fact_dry;
   return f | search_.facts;

@@ -22,6 +22,7 @@
 #include "meltsim/world.hpp"
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
+#include "shape/shape_node.hpp"
 #include "world/growth_sites.hpp"
 #include "world/material_values.hpp"
 #include "world/point_grid.hpp"
@@ -111,6 +112,13 @@ struct HeatRegionRecord {
   bool acts = false;  ///< in the step that is being taken, or at the time that it is
 };
 
+struct ForceFieldRecord {
+  ForceFieldDesc desc;
+  PlacedPrimitive place;     ///< its shape, where it has one
+  std::uint32_t serial = 0;  ///< of its handle
+  bool used = false;         ///< there is a field in this row
+};
+
 class WorldImpl final : public Scheduler {
  public:
   // world_build.cpp
@@ -123,6 +131,11 @@ class WorldImpl final : public Scheduler {
   Result<BodyId> add_solid(const SolidDesc& s);
   // world_heat.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
+  // world_fields.cpp
+  Result<ForceFieldId> add_force_field(const ForceFieldDesc& f);
+  Status set_force_field(ForceFieldId id, const ForceFieldDesc& f);
+  Status remove_force_field(ForceFieldId id);
+  Result<ForceFieldDesc> force_field(ForceFieldId id) const;
   // world_motion.cpp
   Status set_motion(BodyId id, const BodyMotion& m);
   Result<BodyMotion> motion(BodyId id);
@@ -244,6 +257,24 @@ class WorldImpl final : public Scheduler {
   core::Surroundings surroundings() const;
   void surround();
   void see_along(Vec3d gravity);
+  /// What force fields may do.
+  struct FieldReach {
+    double pull = 0;     ///< largest acceleration [m/s^2]
+    double squared = 0;  ///< square of the speed that accelerations lead to [m^2/s^2]
+    double wind = 0;     ///< largest speed of a wind [m/s]
+  };
+  const ForceFieldRecord* field_of(ForceFieldId id) const;
+  bool any_field() const;
+  Status check_field(const char* call, ForceFieldDesc& f, PlacedPrimitive& place,
+                     const ForceFieldRecord* own) const;
+  Box box_of(const ForceFieldRecord& r) const;
+  static Vec3d point_of(const ForceFieldRecord& r);
+  FieldReach reach_of(const ForceFieldRecord& r) const;
+  FieldReach reach_of_fields() const;
+  physics::ForceField<double> field_row(const ForceFieldRecord& r) const;
+  std::uint32_t field_rows() const;
+  void field_changed(std::uint32_t row);
+  static Status no_such_field(const char* call, ForceFieldId id);
   void see_speed(double speed);
   Status check_body(const char* call, BodyId id) const;
   Status push(const char* call, const core::PushArguments& a);
@@ -467,6 +498,8 @@ class WorldImpl final : public Scheduler {
   std::unordered_set<std::string> body_names_;
   std::vector<EmitterRecord> emitters_;
   std::vector<HeatRegionRecord> heat_regions_;
+  std::array<ForceFieldRecord, physics::most_force_fields> force_fields_;  ///< the rows of the backend
+  std::uint32_t next_field_ = 0;                                           ///< serial of the next one
   core::SceneState state_;
   std::optional<core::PointGrid> places_;  ///< positions of `state_` by id, while things are added
   std::vector<std::uint32_t> holes_;       ///< ids whose liquid was displaced before the first step

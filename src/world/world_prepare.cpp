@@ -118,8 +118,13 @@ void WorldImpl::derive_sound_speed() {
     return;
   }
   const double depth = seen_.high >= seen_.low ? fall_height() + desc.spacing : 0;
+  double speed = seen_.speed;
+  if (any_field()) {
+    const FieldReach fields = reach_of_fields();
+    speed = std::sqrt(std::pow(std::max(speed, fields.wind), 2) + fields.squared);
+  }
   double c =
-      physics::sound_speed_for(seen_.speed, length(desc.gravity), depth,
+      physics::sound_speed_for(speed, length(desc.gravity), depth,
                                desc.density_error > 0 ? desc.density_error : physics::usual_density_error);
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (materials[i].surface_tension > 0)
@@ -204,6 +209,9 @@ core::SceneConstants WorldImpl::constants() const {
        ++m)  // what follows from the sound speed was not known before
     c.properties[m].flow = flow_of(materials[m]);
   fill_heat_boundary(c);
+  c.force_fields.count = field_rows();
+  for (std::uint32_t k = 0; k < physics::most_force_fields; ++k)
+    c.force_fields.row[k] = field_row(force_fields_[k]);
   c.emitter_points = emitter_points_;
   for (std::size_t m = 0; m < materials.size(); ++m)
     if (used(m))
@@ -410,7 +418,9 @@ void WorldImpl::derive_limits() {
       physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
   if (fluid || mobile) {
     static_dt_ = mobile ? spring_dt_ : acoustic;
-    const double g = length(desc.gravity);
+    const FieldReach fields = any_field() ? reach_of_fields() : FieldReach{};
+    const double g = length(desc.gravity) + fields.pull;
+    if (fields.wind > 0) static_dt_ = std::min(static_dt_, desc.courant * support / fields.wind);
     if (g > 0) static_dt_ = std::min(static_dt_, physics::force_dt(desc.courant, support, g));
     // What was added, not what was read: where a host looks may not change what it sees.
     if (seen_.speed > 0) static_dt_ = std::min(static_dt_, desc.courant * support / seen_.speed);

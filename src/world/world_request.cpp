@@ -69,6 +69,8 @@ Totals WorldImpl::totals_of(const core::StateReading& s, const StepResult& r, co
   t.thermal = l.thermal;
   t.latent = l.latent;
   t.heat_in = l.heat_in;
+  t.field_work = l.field_work;
+  t.field_impulse = l.field_impulse;
   if (s.sums.mass > 0) {
     t.temperature_min = s.extents.coldest;
     t.temperature_max = s.extents.hottest;
@@ -97,6 +99,8 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.thermal = s.sums.thermal;
   l.latent = s.sums.latent;
   l.heat_in = now.heat_in;
+  l.field_work = now.field_work;
+  l.field_impulse = now.field_impulse;
   std::copy(std::begin(s.contents.solute), std::end(s.contents.solute), l.solute.begin());
   l.solution = s.contents.solution;
   if (now.ledger_step == 0) {  // no sub-step since the upload

@@ -93,6 +93,7 @@ Status WorldImpl::load_state(int slot) {
   holes_.clear();
   state_stale_ = true;
   ++restored_;
+  plan_changed_ = plan_changed_ || facts() != facts_;  // settings may have changed since it was saved
   return {};
 }
 

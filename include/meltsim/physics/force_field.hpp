@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Force fields: accelerations that a host gives to particles in a region of space.
+//
+// Sources: uniform, radial and vortex fields as in the particle systems of Reeves (1983), ACM Trans. Graph. 2:91, and Sims (1990),
+// Comput. Graph. 24(4):405. Falling off with distance as gravity of a homogeneous ball does (Newton 1687, Principia, book I,
+// prop. 71-73) and as the swirl of a Rankine vortex (Rankine 1858, Manual of Applied Mechanics, art. 633), that is linearly within
+// a core. Drag: linear, the law of Stokes (1851), over a sub-step by its exact solution (exponential integrator: Hochbruck &
+// Ostermann 2010, Acta Numerica 19:209, sec. 2):
+//
+//   uniform  a = A                                                          m/s^2
+//   radial   a = s f(r) e_r                  e_r away from the point        m/s^2
+//   vortex   a = s f(r) n x e_r              r, e_r from the axis           m/s^2
+//   drag     a = (u + w x x - v) (1 - exp(-k dt))/dt                        m/s^2
+//   f(r)     = r/R for r < R or p = 1, else (r/R)^p                         -
+//
+//   symbol  meaning                                                       unit
+//   s       acceleration at the distance R                                m/s^2
+//   R       radius of the core; 0 with p = 0: f = 1 at every distance     m
+//   p       1, 0, -1 or -2                                                -
+//   n       unit vector along the axis through the point                  -
+//   u, w    velocity and angular velocity of the wind, about the point    m/s, rad/s
+//   x, v    place of the particle from the point, its velocity            m, m/s
+//   k       rate at which the difference in velocity decays, 1/tau        1/s
+//
+// Deviations: fields are accelerations, the same for light and heavy particles; on a particle of liquid in a wind on which
+// nothing else acts, and on a body all of which is in it, drag is exact for any dt; beside other forces it is of first order in k dt.
+#pragma once
+
+#include "meltsim/physics/elementary.hpp"
+#include "meltsim/physics/math.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// Most force fields of a World at a time.
+inline constexpr std::uint32_t most_force_fields = 16;
+
+/// What a force field does.
+enum class ForceKind : std::uint32_t { uniform, radial, vortex, drag };
+/// Where it does so.
+enum class ForceRegion : std::uint32_t { everywhere, box, sphere, cylinder };
+
+/// One force field, in stored coordinates.
+template <class T>
+struct ForceField {
+  std::uint32_t on{};  ///< 0: an empty row
+  ForceKind kind{};
+  ForceRegion region{};
+  std::uint32_t liquid{}, bodies{};  ///< 1: acts on liquid; on bodies that can move
+  std::int32_t power{};              ///< p
+  Vec3<T> center{};                  ///< of the region [m]
+  Vec3<T> axes[3]{};                 ///< unit vectors along its sides; the last one along a cylinder
+  Vec3<T> half{};  ///< half its sides; of a sphere x: radius; of a cylinder x: radius, z: half its height [m]
+  Vec3<T> about{};             ///< the point [m]
+  Vec3<T> axis{};              ///< n
+  Vec3<T> vector{};            ///< A [m/s^2] or u [m/s]
+  Vec3<T> spin{};              ///< w [rad/s]
+  T strength{};                ///< s [m/s^2]
+  T radius{};                  ///< R [m]
+  T rate{};                    ///< k [1/s]
+  double from = 0, until = 0;  ///< acts in sub-steps that begin in [from, until) [s]
+};
+
+/// The fields of a World: the first `count` rows, some of them empty.
+template <class T>
+struct ForceFields {
+  std::uint32_t count{};                 ///< rows that may be in use
+  ForceField<T> row[most_force_fields];  ///< the fields
+};
+
+/// Whether a place d [m] from the centre of the region is in it. Faces count.
+template <class T>
+MELTSIM_HD bool in_force_region(const ForceField<T>& f, Vec3<T> d) {
+  if (f.region == ForceRegion::everywhere) return true;
+  if (f.region == ForceRegion::sphere) return dot(d, d) <= f.half.x * f.half.x;
+  const T x = dot(d, f.axes[0]), y = dot(d, f.axes[1]), z = dot(d, f.axes[2]);
+  if (!(std::fabs(z) <= f.half.z)) return false;
+  if (f.region == ForceRegion::cylinder) return x * x + y * y <= f.half.x * f.half.x;
+  return std::fabs(x) <= f.half.x && std::fabs(y) <= f.half.y;
+}
+
+/// s f(r)/r, by which a vector of length r is to be multiplied [1/s^2].
+template <class T>
+MELTSIM_HD T force_falloff(const ForceField<T>& f, T r) {
+  if (f.radius > T(0) && (f.power == 1 || r < f.radius)) return f.strength / f.radius;
+  if (!(r > T(0))) return T(0);
+  T share = T(1) / r;
+  for (std::int32_t k = f.power; k < 0; ++k) share *= f.radius / r;
+  return f.strength * share;
+}
+
+/// (1 - exp(-k dt))/dt: the share of the difference in velocity that drag takes in a sub-step, over that [1/s].
+template <class T>
+MELTSIM_HD T drag_share(T rate, T dt) {
+  const double k = static_cast<double>(rate), x = k * static_cast<double>(dt);
+  if (x < 1e-5) return static_cast<T>(k * (1 - x * (0.5 - x / 6)));  // else the difference would cancel
+  return static_cast<T>((1 - exponential(-x)) / static_cast<double>(dt));
+}
+
+/// Acceleration by a field that acts on a particle at x [m] from its point with velocity v, in a sub-step of dt [m/s^2].
+template <class T>
+MELTSIM_HD Vec3<T> force_field_acceleration(const ForceField<T>& f, Vec3<T> x, Vec3<T> v, T dt) {
+  switch (f.kind) {
+    case ForceKind::radial:
+      return x * force_falloff(f, length(x));
+    case ForceKind::vortex: {
+      const Vec3<T> across = x - f.axis * dot(x, f.axis);
+      return cross(f.axis, across) * force_falloff(f, length(across));
+    }
+    case ForceKind::drag:
+      return (f.vector + cross(f.spin, x) - v) * drag_share(f.rate, dt);
+    default:
+      return f.vector;
+  }
+}
+
+/// Impulse and work of the fields: sums over particles.
+struct FieldWork {
+  double work = 0;                                                        ///< [J]
+  Vec3<double> impulse{};                                                 ///< [N s]
+  MELTSIM_HD static FieldWork combine(FieldWork a, const FieldWork& b) {  ///< sum of both
+    a.work += b.work;
+    a.impulse += b.impulse;
+    return a;
+  }
+};
+
+/// Those of a sub-step: at its beginning, and what is summed now.
+struct FieldAccount {
+  FieldWork sum, begun;  ///< of the reduction under way; at the beginning
+};
+
+/// Half of what a field acceleration a does to a particle of mass m in a sub-step: work at the velocity v of its beginning, or of
+/// its end. Both halves are the field's part of the change in kinetic energy, (v + v')/2 . m a dt, exactly.
+template <class T>
+MELTSIM_HD FieldWork half_field_work(T mass, Vec3<T> a, Vec3<T> v, T dt) {
+  const double m = 0.5 * static_cast<double>(mass) * static_cast<double>(dt);
+  const Vec3<double> force = cast<double>(a) * m;
+  return {dot(force, cast<double>(v)), force};
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim
