@@ -20,7 +20,7 @@ using meltsim::MaterialId;
 class Builder {
  public:
   Builder(const Scene& scene, meltsim::World world)
-      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, 0, {}} {}
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, {}, 0, {}} {}
 
   Built build() && {
     for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);
@@ -28,6 +28,8 @@ class Builder {
     for (const SceneBody& body : scene_.bodies) add(body);
     for (const SceneEmitter& emitter : scene_.emitters) add(emitter);
     for (const SceneHeatRegion& region : scene_.heat_regions) add(region);
+    for (const SceneForceField& field : scene_.force_fields)
+      built_.force_field_ids.push_back(accept(built_.world.add_force_field(field.desc), field.source));
     const meltsim::Status ready = built_.world.prepare();
     if (!ready) {
       if (ready.error().code == meltsim::ErrorCode::out_of_memory)

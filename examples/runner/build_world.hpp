@@ -19,6 +19,7 @@ struct Built {
   std::vector<std::string> materials;          ///< by the index in a particle's tag
   std::vector<meltsim::MaterialId> material_ids;
   std::vector<bool> body_melts;  ///< per body of the scene
+  std::vector<meltsim::ForceFieldId> force_field_ids;
   std::uint64_t meltable = 0;    ///< solid particles that can melt
   ProbeGroups probes;            ///< once add_probes() was called; the World of a viewer has none
 };

@@ -22,6 +22,7 @@ void load_materials(const Node& node, Scene& scene);
 void load_fluids(const Node& node, Scene& scene);
 void load_bodies(const Node& node, Scene& scene);
 void load_emitters(const Node& node, Scene& scene);
+void load_force_fields(const Node& node, Scene& scene);
 void load_probes(const Node& node, Scene& scene);
 void load_output(const Node& node, Scene& scene);
 void load_trade(const Node& node, Scene& scene);  ///< names are checked once the World is there

@@ -113,9 +113,10 @@ void load_sections(const Node& root, Scene& scene) {
   using Reader = void (*)(const Node&, Scene&);
   // Materials come before what is made of them.
   const std::vector<std::pair<const char*, Reader>> readers{
-      {"materials", load_materials}, {"fluids", load_fluids}, {"bodies", load_bodies},
-      {"emitters", load_emitters},   {"output", load_output}, {"probes", load_probes},
-      {"trade", load_trade}};
+      {"materials", load_materials}, {"fluids", load_fluids},
+      {"bodies", load_bodies},       {"emitters", load_emitters},
+      {"output", load_output},       {"probes", load_probes},
+      {"trade", load_trade},         {"force_fields", load_force_fields}};
   root.require("particles", "{spacing: ...}, the distance of particles (m)");
   for (const Section& section : scene_sections()) {
     const auto node = root.find(section.name);
@@ -126,7 +127,7 @@ void load_sections(const Node& root, Scene& scene) {
   for (const auto& [name, read] : readers) {
     if (const auto section = root.find(name)) read(*section, scene);
   }
-  for (const char* named : {"bodies", "emitters", "probes"}) check_names(root, named);
+  for (const char* named : {"bodies", "emitters", "probes", "force_fields"}) check_names(root, named);
   check_units(root, scene);
   for (const SceneMaterial& material : scene.materials)
     add_look(scene.output, material.desc.name, material.color);

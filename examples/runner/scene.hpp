@@ -78,6 +78,12 @@ struct SceneHeatRegion {
   Source source;
 };
 
+struct SceneForceField {
+  std::optional<SceneShape> shape;  ///< nothing: everywhere
+  meltsim::ForceFieldDesc desc;
+  Source source;
+};
+
 struct SceneProbe {
   meltsim::ProbeDesc desc;  ///< fields as the scene names them; of points one, or none
   std::string body;         ///< its name, of kinds force and heat
@@ -129,6 +135,7 @@ struct Scene {
   std::vector<SceneBody> bodies;
   std::vector<SceneEmitter> emitters;
   std::vector<SceneHeatRegion> heat_regions;
+  std::vector<SceneForceField> force_fields;
   std::vector<SceneProbe> probes;
   SceneTrade trade;
   SceneOutput output;

@@ -60,6 +60,36 @@ Json body_json(const SceneBody& body) {
   return json;
 }
 
+/// What its kind uses.
+Json field_json(const SceneForceField& field) {
+  const meltsim::ForceFieldDesc& desc = field.desc;
+  Json json = {{"name", desc.name}, {"kind", keys::field_kind.at(static_cast<std::size_t>(desc.kind))}};
+  if (field.shape) json["shape"] = field.shape->echo;
+  if (desc.center) json["center"] = echo(*desc.center);
+  switch (desc.kind) {
+    case meltsim::ForceFieldKind::uniform:
+      json["acceleration"] = echo(desc.acceleration);
+      break;
+    case meltsim::ForceFieldKind::drag:
+      json["velocity"] = echo(desc.velocity);
+      json["angular_velocity"] = echo(desc.angular_velocity);
+      json["rate"] = desc.rate;
+      break;
+    case meltsim::ForceFieldKind::vortex:
+      json["axis"] = echo(desc.axis);
+      [[fallthrough]];
+    case meltsim::ForceFieldKind::radial:
+      json["strength"] = desc.strength;
+      json["radius"] = desc.radius;
+      json["power"] = desc.power;
+  }
+  json["liquid"] = desc.liquid;
+  json["bodies"] = desc.bodies;
+  json["from"] = desc.from;
+  json["until"] = echo_number(desc.until);
+  return json;
+}
+
 Json emitter_json(const SceneEmitter& emitter) {
   const meltsim::EmitterDesc& desc = emitter.desc;
   Json json;
@@ -141,6 +171,7 @@ Json scene_json(const Scene& scene, const meltsim::Resolved& resolved) {
   }
   for (const SceneBody& body : scene.bodies) json["bodies"].push_back(body_json(body));
   for (const SceneEmitter& emitter : scene.emitters) json["emitters"].push_back(emitter_json(emitter));
+  for (const SceneForceField& field : scene.force_fields) json["force_fields"].push_back(field_json(field));
   for (const SceneProbe& probe : scene.probes) json["probes"].push_back(probe_json(probe));
   const Json trade = trade_json(scene.trade);
   if (!trade.empty()) json["trade"] = trade;

@@ -10,8 +10,9 @@ namespace runner::keys {
 
 using List = std::vector<std::string>;
 
-inline const List scene{"meltsim",   "title",  "domain", "particles", "time",   "solver", "heat", "solute",
-                        "materials", "fluids", "bodies", "emitters",  "probes", "output", "trade"};
+inline const List scene{"meltsim", "title",  "domain",    "particles",   "time",   "solver",
+                        "heat",    "solute", "materials", "fluids",      "bodies", "emitters",
+                        "probes",  "output", "trade",     "force_fields"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
 inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
@@ -23,6 +24,11 @@ inline const List body{
 inline const List emitter{"name", "nozzle", "speed",         "material", "temperature",
                           "from", "until",  "max_particles", "fractions"};
 inline const List nozzle{"center", "axis", "radius", "width", "height", "up"};
+inline const List field{"name",     "kind",   "shape", "acceleration", "center",   "axis",
+                        "strength", "radius", "power", "rate",         "velocity", "angular_velocity",
+                        "liquid",   "bodies", "from",  "until"};
+inline const List field_kind{"uniform", "radial", "vortex",
+                             "drag"};  ///< in the order of meltsim::ForceFieldKind
 inline const List outlet{"level", "speed"};
 inline const List probe{"name", "kind",  "at",     "fields", "every", "body",
                         "wall", "about", "normal", "radius", "along", "size"};

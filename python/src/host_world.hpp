@@ -26,6 +26,7 @@ using Material = Named<meltsim::MaterialTag>;
 using Body = Named<meltsim::BodyTag>;
 using Emitter = Named<meltsim::EmitterTag>;
 using HeatRegion = Named<meltsim::HeatRegionTag>;
+using ForceField = Named<meltsim::ForceFieldTag>;
 using Probe = Named<meltsim::ProbeTag>;
 
 class HostWorld;
@@ -79,6 +80,7 @@ class HostWorld {
   std::vector<Material> materials;
   std::vector<Body> bodies;
   std::vector<Probe> probes;
+  std::vector<ForceField> fields;  ///< that there are
   runner::Scene scene;
   std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive
   std::atomic<int> packed{0};                ///< of render_view() that are

@@ -132,6 +132,8 @@ void bind_readings(nb::module_& m) {
       .add("thermal", &Totals::thermal, "Latent heat included [J].")
       .add("latent", &Totals::latent, "The part of thermal that is latent heat [J].")
       .add("heat_in", &Totals::heat_in, "Through surfaces and from sources since the World was created [J].")
+      .add("field_work", &Totals::field_work, "Of force fields since the World was created [J].")
+      .add("field_impulse", &Totals::field_impulse, "Likewise [N s].")
       .add("temperature_min", &Totals::temperature_min, "[degrees Celsius]")
       .add("temperature_mean", &Totals::temperature_mean, "[degrees Celsius]")
       .add("temperature_max", &Totals::temperature_max, "[degrees Celsius]")
@@ -156,6 +158,8 @@ void bind_readings(nb::module_& m) {
       .add("thermal", &Ledger::thermal, "Latent heat included [J].")
       .add("latent", &Ledger::latent, "[J]")
       .add("heat_in", &Ledger::heat_in, "[J]")
+      .add("field_work", &Ledger::field_work, "Of force fields since the World was created [J].")
+      .add("field_impulse", &Ledger::field_impulse, "Likewise [N s].")
       .add("max_speed", &Ledger::max_speed, "[m/s]")
       .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.")
       .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].");

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "build_world.hpp"
@@ -388,6 +389,43 @@ const Keys<HeatRegionDesc>& region_keys() {
   return keys;
 }
 
+const Keys<ForceFieldDesc>& field_keys() {
+  using D = ForceFieldDesc;
+  static const Keys<D> keys{
+      {"kind", "str", "\"uniform\", \"radial\", \"vortex\" or \"drag\"",
+       set_to(&D::kind, {"uniform", "radial", "vortex", "drag"})},
+      {"shape", "Shape | None", "a box, a sphere or a cylinder, also transformed; None: everywhere",
+       [](D& d, const std::string& name, nb::handle v) {
+         if (v.is_none()) return d.shape.reset();
+         if (!nb::isinstance<Shape>(v))
+           wrong_type(name + ": expected a meltsim.Shape or None, got " + shown(v));
+         d.shape = nb::cast<Shape>(v);
+       }},
+      {"name", "str", "empty: field<N>", set_to(&D::name)},
+      {"acceleration", vector_type, "of a uniform field [m/s^2]", set_to(&D::acceleration)},
+      {"center", "Sequence[float] | None",
+       "of a radial field, of a vortex's axis, of the wind's rotation [m]; None: the shape's",
+       [](D& d, const std::string& name, nb::handle v) {
+         d.center = v.is_none() ? std::nullopt : std::optional<Vec3d>(vector(name, v));
+       }},
+      {"axis", vector_type, "of a vortex", set_to(&D::axis)},
+      {"strength", "float", "of a radial field or a vortex at the radius [m/s^2]; negative attracts",
+       set_to(&D::strength)},
+      {"radius", "float", "within it a radial field or a vortex grows linearly from its centre [m]",
+       set_to(&D::radius)},
+      {"power", "int", "beyond the radius it goes as the distance to this power: 1, 0, -1, -2",
+       set_to(&D::power)},
+      {"velocity", vector_type, "of the wind of drag [m/s]", set_to(&D::velocity)},
+      {"angular_velocity", vector_type, "of that wind about the center [rad/s]",
+       set_to(&D::angular_velocity)},
+      {"rate", "float", "at which a difference from the wind decays [1/s]", set_to(&D::rate)},
+      {"liquid", "bool", "acts on liquid", set_to(&D::liquid)},
+      {"bodies", "bool", "acts on bodies that can move", set_to(&D::bodies)},
+      {"start", "float", "begins to act [s]", set_to(&D::from)},
+      {"until", "float", "ceases to act [s]", set_to(&D::until)}};
+  return keys;
+}
+
 const Keys<ProbeInput>& probe_keys() {
   using D = ProbeDesc;
   const auto d = [](auto member) { return of(&ProbeInput::desc, member); };
@@ -555,6 +593,9 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
     const std::string& name = loaded.scene.bodies[i].desc.name;
     self->bodies.push_back({self->serial(), id, name.empty() ? "body" + std::to_string(i) : name});
   }
+  for (std::size_t i = 0; i < built.force_field_ids.size(); ++i)
+    self->fields.push_back(
+        {self->serial(), built.force_field_ids[i], loaded.scene.force_fields[i].desc.name});
 }
 
 template <class N>
@@ -772,6 +813,7 @@ void bind_world(nb::module_& m) {
   bind_named<Body>(m, "Body", "A body of a World.");
   bind_named<Emitter>(m, "Emitter", "An emitter of a World.");
   bind_named<HeatRegion>(m, "HeatRegion", "A heat region of a World.");
+  bind_named<ForceField>(m, "ForceField", "A force field of a World.");
   bind_named<Probe>(m, "Probe", "A probe of a World.");
   bind_state(m);
   bind_pack(m);
@@ -812,6 +854,9 @@ void bind_world(nb::module_& m) {
       emitter_doc = documented("Adds a round nozzle.", emitter_keys()),
       region_sig = signature("add_heat_region", region_keys(), 1, 1, "HeatRegion"),
       region_doc = documented("Adds a part of space that heats, cools or holds temperatures.", region_keys()),
+      field_sig = signature("add_force_field", field_keys(), 2, 1, "ForceField"),
+      field_doc = documented("Adds a part of space in which liquid and bodies that can move are accelerated.",
+                             field_keys()),
       probe_sig = signature("add_probe", probe_keys(), 2, 0, "Probe"),
       probe_doc =
           documented("Adds a probe, sampled inside the sub-steps; take_samples() reads it.", probe_keys());
@@ -922,6 +967,36 @@ void bind_world(nb::module_& m) {
                 desc.name};
           },
           nb::sig(region_sig.c_str()), region_doc.c_str())
+      .def(
+          "add_force_field",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            ForceFieldDesc desc;
+            describe(desc, field_keys(), "add_force_field", 2, args, kwargs);
+            const ForceFieldId id =
+                away(w, true, [&](World& world) { return expect(world.add_force_field(desc)); });
+            ForceField field{w.serial(), id, away(w, false, [&](World& world) {
+                               return expect(world.force_field(id)).name;
+                             })};
+            w.fields.push_back(field);
+            return field;
+          },
+          nb::sig(field_sig.c_str()), field_doc.c_str())
+      .def(
+          "set_force_field",
+          [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
+            if (args.size() != 1)
+              refuse("field: set_force_field takes a field, then what of it changes by keyword");
+            const ForceFieldId id = w.resolve("field", w.fields, args[0], "force field");
+            ForceFieldDesc desc = away(w, false, [&](World& world) { return expect(world.force_field(id)); });
+            describe(desc, field_keys(), "set_force_field", 0, nb::borrow<nb::args>(nb::make_tuple()),
+                     kwargs);
+            away(w, true, [&](World& world) { expect(world.set_force_field(id, desc)); });
+            for (ForceField& known : w.fields)
+              if (known.id == id) known.name = desc.name;
+          },
+          nb::sig("def set_force_field(self, field: str | ForceField, **changes: Any) -> None"),
+          "Changes a force field from the next step on: the arguments of add_force_field(), those that are "
+          "given. Without waiting.")
       .def(
           "add_probe",
           [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
@@ -1127,12 +1202,21 @@ void bind_world(nb::module_& m) {
           "Waits.")
       .def(
           "remove",
-          [](HostWorld& w, nb::object body) {
-            const BodyId id = w.resolve("body", w.bodies, body, "body");
+          [](HostWorld& w, nb::object what) {
+            if (nb::isinstance<ForceField>(what)) {
+              const ForceFieldId id = w.resolve("field", w.fields, what, "force field");
+              away(w, true, [&](World& world) { expect(world.remove(id)); });
+              w.fields.erase(std::remove_if(w.fields.begin(), w.fields.end(),
+                                            [&](const ForceField& f) { return f.id == id; }),
+                             w.fields.end());
+              return;
+            }
+            const BodyId id = w.resolve("body", w.bodies, what, "body");
             away(w, true, [&](World& world) { expect(world.remove(id)); });
           },
-          "body"_a, nb::sig("def remove(self, body: Body | str) -> None"),
-          "Removes a body: all that is solid of it. Its name stays taken.")
+          "body"_a, nb::sig("def remove(self, body: Body | str | ForceField) -> None"),
+          "Removes a body, by its name, too: all that is solid of it, and its name stays taken. Or a force "
+          "field.")
       .def(
           "remove_liquid",
           [](HostWorld& w, const Shape& shape) {

@@ -83,11 +83,17 @@ WorldImpl::FieldReach WorldImpl::reach_of(const ForceFieldRecord& r) const {
   if (inverted(box) || !finite(box.min) || !finite(box.max)) return out;
   const ForceFieldDesc& f = r.desc;
   const Vec3d point = point_of(r), size = box.max - box.min;
-  double far = 0;
-  for (int corner = 0; corner < 8; ++corner)
-    far = std::max(far, length(Vec3d{corner & 1 ? box.min.x : box.max.x, corner & 2 ? box.min.y : box.max.y,
-                                     corner & 4 ? box.min.z : box.max.z} -
-                               point));
+  const bool vortex = f.kind == ForceFieldKind::vortex;
+  const Vec3d axis = vortex ? f.axis * (1 / length(f.axis)) : Vec3d{};
+  double far = 0;  // from the point, or from the axis of a vortex
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d d =
+        Vec3d{(corner & 1) != 0 ? box.min.x : box.max.x, (corner & 2) != 0 ? box.min.y : box.max.y,
+              (corner & 4) != 0 ? box.min.z : box.max.z} -
+        point;
+    far = std::max(far, length(d - axis * dot(d, axis)));
+  }
+  if (!(far > 0)) return out;
   constexpr double turn = 6.283185307179586;
   switch (f.kind) {
     case ForceFieldKind::uniform: {
@@ -99,9 +105,17 @@ WorldImpl::FieldReach WorldImpl::reach_of(const ForceFieldRecord& r) const {
     case ForceFieldKind::drag:
       if (f.rate > 0) out.wind = length(f.velocity) + length(f.angular_velocity) * far;
       break;
-    default:
-      out.pull = std::fabs(f.strength) * (f.power == 1 ? std::max(1.0, far / f.radius) : 1.0);
-      out.squared = 2 * out.pull * far * (f.kind == ForceFieldKind::vortex ? turn : 1.0);
+    default: {
+      const double strength = std::fabs(f.strength), core = std::min(f.radius, far);
+      out.pull = strength * (f.power == 1 ? std::max(1.0, far / f.radius) : 1.0);
+      if (f.power == 1) out.squared = strength * far * far / f.radius * (vortex ? 2 * turn : 1.0);
+      // Once around where that gives the most, for f falls off as fast as circles grow, or faster; or along a ray.
+      else if (vortex) out.squared = 2 * turn * strength * (f.power == 0 ? far : core);
+      else if (f.power == 0) out.squared = 2 * strength * far;
+      else if (f.power == -1)
+        out.squared = strength * core * (1 + 2 * std::log(std::max(1.0, far / f.radius)));
+      else out.squared = strength * core * (1 + 2 * (1 - core / std::max(core, far)));
+    }
   }
   return out;
 }
@@ -172,8 +186,8 @@ void WorldImpl::field_changed(std::uint32_t row) {
   if (sound > 0) derive_sound_speed();
   if (dirty_) return;  // prepare() does the rest
   engine->set_force_field(row, field_row(force_fields_[row]), field_rows());
+  derive_limits();  // also ahead of another plan: stable_dt() tells what the next step will be
   if (sound_speed_ != sound || facts() != facts_) plan_changed_ = true;
-  else derive_limits();
 }
 
 Result<ForceFieldId> WorldImpl::add_force_field(const ForceFieldDesc& f) {

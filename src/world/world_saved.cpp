@@ -55,10 +55,10 @@ Status WorldImpl::load_state(int slot) {
     return invalid("load_state: slot: nothing is saved under ", slot,
                    "; call save_state() first, of a World that has not halted");
   if (dirty_ || v.layout != layout_)
-    return invalid(
-        "load_state: slot: what was saved under ", slot,
-        " is lost, since something was added, removed or restored, or the plan changed; save again, or "
-        "restore a snapshot");
+    return invalid("load_state: slot: what was saved under ", slot,
+                   " is lost: something was added, removed, held, let go or restored, forces or events began "
+                   "to be watched, a material "
+                   "(set_material) or the plan changed; save again, or restore a snapshot");
   auto emitters = v.emitters;  // from here on nothing fails
   auto motion = v.motion;
   auto mesh_points = v.mesh_points;

@@ -77,13 +77,9 @@ Status WorldImpl::set_gravity(Vec3d gravity) {
                             [](const ProbeRecord& p) { return p.desc.kind == ProbeKind::level; }))
     probes_stale_ = true;
   if (dirty_) return {};
-  if (sound_speed_ != sound) {
-    plan_changed_ = true;
-    engine->surround(surroundings());
-    return {};
-  }
-  surround();
   derive_limits();
+  surround();
+  if (sound_speed_ != sound) plan_changed_ = true;
   return {};
 }
 
@@ -260,8 +256,8 @@ void WorldImpl::see_speed(double speed) {
   const double sound = sound_speed_;
   if (sound > 0) derive_sound_speed();
   if (dirty_) return;
+  derive_limits();
   if (sound_speed_ != sound) plan_changed_ = true;
-  else derive_limits();
 }
 
 Status WorldImpl::apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse) {

@@ -479,6 +479,49 @@ class Sequence {
     refusable_ = false;
   }
 
+  Vec3d direction() { return {random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1)}; }
+  /// Adds, changes or removes a force field; sometimes by the handle of one that is gone.
+  void push_about() {
+    ForceFieldDesc f;
+    f.kind =
+        pick({ForceFieldKind::uniform, ForceFieldKind::radial, ForceFieldKind::vortex, ForceFieldKind::drag});
+    const Vec3d corner = low_ + size_ * 0.2;
+    if (chance(0.3)) f.shape = shape();  // most kinds of which are refused
+    else if (chance(0.5))
+      f.shape = pick({Shape::box(corner, corner + size_ * 0.5), Shape::sphere(corner, 4 * dx_),
+                      Shape::cylinder(low_, low_ + size_, 3 * dx_)})
+                    .transformed({}, {0, 0, 1}, random_.uniform(0, 1));
+    f.acceleration = or_extreme(direction() * random_.uniform(0, 20), 0.03);
+    if (chance(0.5)) f.center = corner;
+    f.axis = direction();
+    f.strength = or_extreme(random_.uniform(-20, 20), 0.03);
+    f.radius = or_extreme(random_.uniform(0, 6 * dx_), 0.03);
+    f.power = pick({0, 0, 1, -1, -2, 3});
+    f.velocity = or_extreme(direction() * random_.uniform(0, 3), 0.03);
+    f.angular_velocity = direction() * random_.uniform(0, 2);
+    f.rate = or_extreme(pick({0.0, 1.0, 30.0, 1e6}), 0.03);
+    f.liquid = chance(0.9);
+    f.bodies = chance(0.9);
+    if (chance(0.2)) f.until = or_extreme(random_.uniform(0, 0.3), 0.1);
+    const bool adds = fields_.empty() || chance(0.4), removes = !adds && chance(0.3);
+    note("force field kind ", int(f.kind), " strength ", f.strength, " rate ", f.rate,
+         adds      ? " added"
+         : removes ? " removed"
+                   : " changed");
+    refusable_ = true;
+    if (adds) {
+      const auto id = guarded_call("add_force_field", [&] { return world_->add_force_field(f); });
+      if (id) fields_.push_back(*id);
+    } else {
+      const ForceFieldId id = fields_[random_.below(static_cast<std::uint32_t>(fields_.size()))];
+      if (removes) (void)guarded_call("remove", [&] { return world_->remove(id); });
+      else (void)guarded_call("set_force_field", [&] { return world_->set_force_field(id, f); });
+    }
+    refusable_ = false;
+    moves(length(f.velocity) +
+          std::sqrt(2 * (length(f.acceleration) + std::fabs(f.strength)) * 10 * length(size_)));
+  }
+
   void moves(double speed) {
     if (finite(speed)) speed_scale_ = std::max(speed_scale_, speed);
   }
@@ -814,8 +857,9 @@ class Sequence {
     else if (what < 0.935) save_and_go_back();
     else if (what < 0.94) feel();
     else if (what < 0.95) deform();
-    else if (what < 0.96) look_about();
-    else if (what < 0.98) schedule();
+    else if (what < 0.955) look_about();
+    else if (what < 0.97) push_about();
+    else if (what < 0.985) schedule();
     else {
       note("prepare");
       const Status s = world_->prepare();
@@ -840,6 +884,7 @@ class Sequence {
   std::vector<MaterialId> materials_, liquids_, solids_, species_;
   std::vector<BodyId> bodies_;
   std::vector<std::pair<BodyId, std::vector<Vec3d>>> meshes_;  ///< bodies that deform, and their corners
+  std::vector<ForceFieldId> fields_;                           ///< removed ones included
   std::map<std::uint32_t, double> masses_;
   std::vector<ReadTicket> tickets_;
   bool halted_ = false, emits_ = false, refusable_ = false;

@@ -55,6 +55,7 @@ TEST(Schema, KnowsTheKeysOfTheReader) {
   EXPECT_EQ(properties(defs.at("emitter").at("properties").at("nozzle")), sorted(keys::nozzle));
   EXPECT_EQ(properties(defs.at("probe")), sorted(keys::probe));
   EXPECT_EQ(properties(defs.at("heat_region")), sorted(keys::heat_region));
+  EXPECT_EQ(properties(defs.at("force_field")), sorted(keys::field));
   EXPECT_EQ(properties(top.at("heat").at("properties").at("walls")), sorted(keys::faces));
 }
 
@@ -165,6 +166,8 @@ TEST(Schema, KnowsTheWordsOfTheReader) {
   fields.insert(fields.end(), keys::flux_field.begin(), keys::flux_field.end());
   EXPECT_EQ(words(probe.at("fields").at("items")), sorted(fields));
   EXPECT_EQ(words(probe.at("wall")), sorted(keys::one_face));
+  EXPECT_EQ(words(schema().at("$defs").at("force_field").at("properties").at("kind")),
+            sorted(keys::field_kind));
 }
 
 }  // namespace

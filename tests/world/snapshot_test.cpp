@@ -251,6 +251,11 @@ TEST(Saved, WhatIsLostOrWasNeverThereIsRefusedByName) {
   require(s.world.step(0.005));
   require(s.world.load_state(0));
   EXPECT_EQ(*s.world.state_hash(), hash);
+  MaterialDesc thicker = s.world.material(s.water);
+  thicker.viscosity *= 2;
+  require(s.world.set_material(s.water, thicker));
+  refused(s.world.load_state(0), "set_material");
+  EXPECT_EQ(*s.world.state_hash(), hash);
 }
 
 // A reading that is open keeps its values, whatever is gone back to.
