@@ -222,16 +222,16 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vec3i& p = points[k];
     const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
-    int direct = 0;
+    std::uint32_t mask = 0, bit = 0;
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx)
-          direct += lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none ? 1 : 0;
+        for (int dx = -1; dx <= 1; ++dx, ++bit)
+          if (lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none) mask |= 1u << bit;
     std::uint32_t tag =
         s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
-    if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
     if (record.desc.fixed) tag |= tag_fixed;
     if (kinematic) tag |= tag_kinematic;
+    tag = core::lattice_bits(tag, mask);
     const Vec3d x = positions[k] - origin;
     append_vertex(static_cast<std::uint32_t>(state_.position.size()), core::vertex_live, none);
     lattice_.vertex_site.push_back(site);
