@@ -7,6 +7,7 @@ import sys
 lib = c.CDLL(sys.argv[1])
 lib.meltsim_error_text.restype = c.c_char_p
 lib.meltsim_world_time.restype = c.c_double
+lib.meltsim_world_stable_dt.restype = c.c_double
 Vec = c.c_double * 3
 
 
@@ -188,17 +189,21 @@ def state_hash(handle):
 
 step = lambda handle, seconds: lib.meltsim_world_step(handle, c.c_double(seconds))  # noqa: E731
 
-# Free fall: leap-frog integrates a constant force exactly; 2e-6 and 1e-5: single precision of 1 m and of 2 m/s.
+# Free fall: leap-frog integrates a constant force exactly; 2e-6: single precision of 1 m and, of the body's mean, of 2 m/s over 70
+# sub-steps. Its particles tremble: shape matching answers to the rounding of their positions, 2^-25 m between 0.25 and 0.5 m, over a
+# sub-step. Measured: 0.7 of that where multiplications and additions are fused, 3.3 where they are not (MELTSIM_REPRODUCIBLE); 4 allowed.
 a = world()
 status, count, before, _ = particles(a, 27)
 assert (status, count) == (0, 27), text()
 for _ in range(10):
     assert step(a, 0.02) == 0, text()
 _, _, after, velocity = particles(a, 27)
+substep = 0.02 / math.ceil(0.02 / lib.meltsim_world_stable_dt(a))
 for i in range(27):
     for k, moved in enumerate((0.2, 2 * 0.2 - 0.5 * 9.81 * 0.04, 0)):
         assert abs(after[3 * i + k] - before[3 * i + k] - moved) < 2e-6
-    assert abs(velocity[3 * i + 1] - (2 - 9.81 * 0.2)) < 1e-5
+    assert abs(velocity[3 * i + 1] - (2 - 9.81 * 0.2)) < 4 * 2**-25 / substep, velocity[3 * i + 1]
+assert abs(sum(velocity[1::3]) / 27 - (2 - 9.81 * 0.2)) < 2e-6
 assert abs(lib.meltsim_world_time(a) - 0.2) < 1e-12
 
 # A snapshot goes on with the same bits, in another World too.
