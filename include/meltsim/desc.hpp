@@ -317,6 +317,9 @@ struct EmitterSetting {
   std::optional<bool> on;             ///< false: no further layers come; those in the pipe leave it
   std::optional<double> speed;        ///< v [m/s], > 0; of the liquid in the pipe, too
   std::optional<double> temperature;  ///< of layers to come [degrees Celsius]
+  /// Where the end of the pipe is from the next step on [m]; the liquid in the pipe moves with it at once. The pipe keeps its direction
+  /// and has to fit within walls and off other nozzles; keep it clear of bodies, which is not looked at.
+  std::optional<Vec3d> center;
 };
 
 }  // namespace v0

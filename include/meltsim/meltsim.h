@@ -314,6 +314,9 @@ typedef struct meltsim_emitter_setting {
   int32_t reserved;        /* 0 */
   double speed;            /* [m/s], of the liquid in the pipe, too */
   double temperature;      /* of layers to come [degrees Celsius] */
+  double center[3];        /* end of the pipe from the next step on [m] */
+  int32_t has_center;      /* whether `center` holds */
+  int32_t reserved2;       /* 0 */
 } meltsim_emitter_setting;
 
 /* A probe: samples inside the sub-steps. */
@@ -811,11 +814,16 @@ typedef struct meltsim_render_view {
   const uint32_t* tag;          /* as meltsim_particles */
   const uint32_t* piece;        /* label of the piece, 0 for liquid */
   const uint32_t* color; /* red in the lowest byte, then green, blue, opacity; null: none were asked for */
+  uint64_t serial;       /* for meltsim_world_check_view() */
 } meltsim_render_view;
 /* Packs the particles as the steps so far leave them. On CUDA nothing waits: use the arrays on `stream`. They stay until the next
  * call. `desc` may be null: no colours. */
 MELTSIM_C_API meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_render_desc* desc,
                                                        meltsim_render_view* view);
+
+/* Whether the arrays of a view are still what they were: MELTSIM_INVALID_ARGUMENT, and why, where another call has taken their memory.
+ * Does not wait; for the asserts of a debug build. */
+MELTSIM_C_API meltsim_status meltsim_world_check_view(meltsim_world* world, const meltsim_render_view* view);
 
 /* Copies the state to `buffer`, for meltsim_world_restore(). *bytes is set to the size of the state; where `capacity` is less,
  * nothing is copied and MELTSIM_CAPACITY is returned. `buffer` may be null if `capacity` is 0. Waits for all steps. */

@@ -65,6 +65,7 @@ struct StageContext {
   const double* enthalpy_of_id = nullptr;
   const std::uint32_t* id = nullptr;   ///< stable id per particle
   const std::uint32_t* tag = nullptr;  ///< see meltsim/particle_tag.hpp
+  std::uint64_t serial = 0;  ///< of World::device_state(), for World::check_view(); 0 in a custom stage
 };
 
 using CustomStageFunction = void (*)(const StageContext&, void* user);  ///< called once per sub-step

@@ -69,6 +69,7 @@ struct SurfaceView {
   const std::uint32_t* body = nullptr;      ///< per vertex, as SurfaceMesh::body
   const std::uint32_t* material = nullptr;  ///< per vertex, as SurfaceMesh::material
   const std::uint32_t* triangle = nullptr;  ///< 3 vertices per triangle, counter-clockwise seen from outside
+  std::uint64_t serial = 0;                 ///< for World::check_view()
 };
 
 }  // namespace v0

@@ -105,6 +105,7 @@ struct RenderView {
   const std::uint32_t* piece = nullptr;    ///< label of the connected piece, 0 for liquid
   /// Red in the lowest byte, then green, blue, opacity; 0 of removed particles. Null if no colours were asked for.
   const std::uint32_t* color = nullptr;
+  std::uint64_t serial = 0;  ///< for World::check_view()
 };
 
 /// States of a World that may be saved at a time in the backend's memory.
@@ -432,6 +433,12 @@ class MELTSIM_API World {
   /// while steps are taken, until the next surface(), surface_view(), prepare() after something was added, or restore().
   /// Errors: as surface().
   Result<SurfaceView> surface_view(const SurfaceDesc& desc = {});
+
+  // Views of the backend's memory hold as long as what made them says; a pointer cannot tell. These do, in any build, without waiting:
+  // call them where your debug build uses a view. Errors: invalid_argument (the view is of another World, or past its time).
+  Status check_view(const StageContext& view) const;  ///< of device_state()
+  Status check_view(const RenderView& view) const;    ///< of render_view()
+  Status check_view(const SurfaceView& view) const;   ///< of surface_view()
 
   /// Pointers to the particles as the steps enqueued so far leave them, in the backend's memory, in an order of the
   /// backend's; removed ones among them have tag_removed. On CUDA nothing waits: kernels and copies that the host enqueues on

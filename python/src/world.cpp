@@ -1250,8 +1250,10 @@ void bind_world(nb::module_& m) {
           "Gives a free body an impulse at its centre of mass [N s] and an angular impulse about it [N m s].")
       .def(
           "set_emitter",
-          [](HostWorld& w, const Emitter& emitter, nb::object on, nb::object speed, nb::object temperature) {
+          [](HostWorld& w, const Emitter& emitter, nb::object on, nb::object speed, nb::object temperature,
+             nb::object center) {
             EmitterSetting setting;
+            if (!center.is_none()) setting.center = vector("center", center);
             if (!on.is_none()) setting.on = boolean("on", on);
             if (!speed.is_none()) setting.speed = number("speed", speed);
             if (!temperature.is_none()) setting.temperature = number("temperature", temperature);
@@ -1259,11 +1261,11 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_emitter(id, setting)); });
           },
           "emitter"_a, nb::kw_only(), "on"_a = nb::none(), "speed"_a = nb::none(),
-          "temperature"_a = nb::none(),
+          "temperature"_a = nb::none(), "center"_a = nb::none(),
           nb::sig("def set_emitter(self, emitter: Emitter, *, on: bool | None = None, speed: float | None = "
-                  "None, temperature: float | None = None) -> None"),
+                  "None, temperature: float | None = None, center: Sequence[float] | None = None) -> None"),
           "Turns an emitter on or off, changes its speed [m/s] or the temperature of what is to come "
-          "[degrees Celsius].")
+          "[degrees Celsius], or moves it [m].")
       .def(
           "set_gravity",
           [](HostWorld& w, Vector gravity) {

@@ -429,6 +429,9 @@ def test_a_world_is_steered_between_steps():
     other.remove("block")
     tap = other.add_emitter((0.3, 0.7, 0.3), "water", radius=0.1, speed=1, until=1.0)
     other.set_emitter(tap, on=False)
+    other.set_emitter(tap, center=(0.35, 0.7, 0.3))
+    with pytest.raises(meltsim.Error, match="center: must be finite"):
+        other.set_emitter(tap, center=(0.35, math.inf, 0.3))
     other.step(0.01)
     assert other.totals().heat_in > 0
 

@@ -850,6 +850,7 @@ meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitte
     if (c.has_on != 0) s.on = c.on != 0;
     if (c.has_speed != 0) s.speed = c.speed;
     if (c.has_temperature != 0) s.temperature = c.temperature;
+    if (c.has_center != 0) s.center = vec(c.center);
     expect(world_of(world).set_emitter(handle<meltsim::EmitterId>(emitter), s));
   });
 }
@@ -1181,7 +1182,15 @@ meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_ren
     to.tag = v.tag;
     to.piece = v.piece;
     to.color = v.color;
+    to.serial = v.serial;
     write(view, "view", to);
+  });
+}
+meltsim_status meltsim_world_check_view(meltsim_world* world, const meltsim_render_view* view) {
+  return guarded([&] {
+    meltsim::RenderView v;
+    v.serial = read(view, "view", meltsim_render_view{}).serial;
+    expect(world_of(world).check_view(v));
   });
 }
 

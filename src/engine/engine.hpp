@@ -142,6 +142,9 @@ class Engine {
   virtual void push(const PushArguments& push) = 0;
   /// Liquid that a nozzle holds and that moves at `from` moves at `to`. Does not wait.
   virtual void respeed(Vec3d from, Vec3d to) = 0;
+  /// Liquid that a nozzle holds moves by `shift`: what has its velocity and lies in its pipe, from `begin` along the velocity for
+  /// `length`, within `reach` of its axis. Does not wait.
+  virtual void shift(Vec3d velocity, Vec3d begin, double length, double reach, Vec3d shift) = 0;
   /// What region `row` of the constants does from the next sub-step on; held: temperature. Does not wait.
   virtual void set_heat_region(std::uint32_t row, bool held, double temperature, double source) = 0;
   /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.

@@ -174,6 +174,12 @@ class EngineImpl final : public Engine {
     count_anew_ = true;
   }
 
+  void shift(Vec3d velocity, Vec3d begin, double length, double reach, Vec3d by) override {
+    if (rolled_back_ || w_.born == 0) return;
+    step::shift<E, T>(ex_, w_, velocity, begin, length, reach, by);
+    count_anew_ = true;
+  }
+
   void set_heat_region(std::uint32_t row, bool held, double temperature, double source) override {
     if (row < w_.c.heat_regions) step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
   }

@@ -27,6 +27,9 @@ void set_off(E& ex, const core::Frame<T>& w, double time, bool places);
 template <class E, class T>
 void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to);
 template <class E, class T>
+void shift(E& ex, const core::Frame<T>& w, Vec3<double> velocity, Vec3<double> begin, double length,
+           double reach, Vec3<double> by);
+template <class E, class T>
 void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a);
 template <class E, class T>
 void set_heat_region(E& ex, const core::Frame<T>& w, std::uint32_t row, bool held, double temperature,
@@ -133,6 +136,8 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
   template void set_heat_region<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, bool, double, double); \
   template void set_force_field<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t,                        \
                                          const physics::ForceField<T>&, std::uint32_t);                      \
+  template void shift<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>, double, double,     \
+                               Vec3<double>);                                                                \
   template void respeed<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>);
 
 /// All that a reading enqueues, likewise.

@@ -194,6 +194,23 @@ struct RespeedBody {
   }
 };
 
+/// Particles that a nozzle holds move with it: those of its velocity, to the last bit, in its pipe.
+template <class T>
+struct ShiftBody {
+  Frame<T> w;
+  Vec3<T> velocity, begin, axis, by;
+  T length, reach;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const Vec4<T> v = w.f.velocity[i], x = w.f.position[i];
+    if (!is_held(w.f.tag[i]) || v.x != velocity.x || v.y != velocity.y || v.z != velocity.z) return;
+    const Vec3<T> d = spatial::separation(w.grid, xyz(x), begin);
+    const T along = dot(d, axis);
+    const Vec3<T> across = d - axis * along;
+    if (along < -w.c.spacing || along > length || dot(across, across) > reach * reach) return;
+    w.f.position[i] = with_w(core::wrapped(w, xyz(x) + by), x.w);
+  }
+};
+
 /// A heat region gets another temperature or source.
 template <class T>
 struct SetHeatRegionBody {

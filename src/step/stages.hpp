@@ -89,6 +89,15 @@ void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to)
   ex.for_each(w.particles, RespeedBody<T>{w, cast<T>(from), cast<T>(to)});
 }
 
+/// What a nozzle holds moves with it; not a stage.
+template <class E, class T>
+void shift(E& ex, const core::Frame<T>& w, Vec3<double> velocity, Vec3<double> begin, double length,
+           double reach, Vec3<double> by) {
+  const Vec3<double> axis = velocity * (1 / meltsim::length(velocity));
+  ex.for_each(w.particles, ShiftBody<T>{w, cast<T>(velocity), cast<T>(begin), cast<T>(axis), cast<T>(by),
+                                        static_cast<T>(length), static_cast<T>(reach)});
+}
+
 template <class E, class T>
 void outlets(E& ex, const core::Frame<T>& w) {
   for (std::uint32_t f = 0; f < 6u; ++f)

@@ -220,7 +220,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_)
     layers.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
-                      e.desc.temperature});
+                      e.desc.temperature, e.desc.center});
   w.array(hashes);
   w.array(layers);
   core::each_held(state_, most_species, [&w](auto, const auto& array, const auto&) { w.array(array); });
@@ -378,6 +378,7 @@ void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {
   e.desc.from = s.from;
   e.desc.speed = s.speed;
   e.desc.temperature = s.temperature;
+  e.desc.center = s.center;
 }
 
 /// Whether a nozzle can be in that state.
@@ -385,7 +386,7 @@ Status WorldImpl::check_emitter(std::size_t k, const EmitterState& s, double new
   EmitterRecord e = emitters_[k];
   put_emitter(s, e);
   if (!std::isfinite(s.from) || !(s.speed > 0 && s.speed < 1e15) || !std::isfinite(s.temperature) ||
-      !(s.temperature >= absolute_zero) || s.on > 1)
+      !(s.temperature >= absolute_zero) || s.on > 1 || !finite(s.center))
     return corrupt("a nozzle's setting is not usable");
   if (s.first_layer > layers_before(e, new_time) || s.skipped > layers_before(e, new_time))
     return corrupt("a nozzle's first layer is yet to come");

@@ -287,6 +287,15 @@ Result<SurfaceView> World::surface_view(const SurfaceDesc& d) {
 Result<StageContext> World::device_state() {
   return alone<Result<StageContext>>(impl_.get(), [&] { return impl_->device_state(); });
 }
+Status World::check_view(const StageContext& view) const {
+  return alone<Status>(impl_.get(), [&] { return impl_->check_view(view); });
+}
+Status World::check_view(const RenderView& view) const {
+  return alone<Status>(impl_.get(), [&] { return impl_->check_view(view); });
+}
+Status World::check_view(const SurfaceView& view) const {
+  return alone<Status>(impl_.get(), [&] { return impl_->check_view(view); });
+}
 Plan World::plan() {
   return guarded_report<Plan>([&] { return impl_->plan(); });
 }

@@ -473,7 +473,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   const core::NozzleLayer layer = core::nozzle_layer(e, desc.spacing);
   const std::vector<Vec3d>& disc = layer.points;
   fetch_state();
-  if (Status s = check_nozzle(e, what, disc); !s) return s.error();
+  if (Status s = check_nozzle(e, what, disc, nullptr); !s) return s.error();
   r.layer_distance = layer.distance;
   r.held_layers =
       std::max(1u, static_cast<std::uint32_t>(std::lround(nozzle_length * desc.spacing / layer.distance)));
@@ -583,9 +583,9 @@ std::vector<Vec3d> WorldImpl::places_of(const EmitterRecord& e) const {
 }
 
 /// A nozzle is a disc with thickness: its points and where they come out must be within the domain, off its walls, and off
-/// bodies and other nozzles that are open at the same time.
-Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
-                               const std::vector<Vec3d>& disc) const {
+/// bodies and other nozzles that are open at the same time. Of one that moves, `moved`, bodies are not looked at: that would wait.
+Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
+                               const EmitterRecord* moved) const {
   const double dx = desc.spacing;
   const Vec3d ahead = core::unit(e.axis) * (nozzle_reach * dx);
   const std::string opening = core::is_rectangle(e)
@@ -602,16 +602,20 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what,
     if (!has_room(desc.domain, dx, x + ahead))
       return invalid(what, "center: the nozzle blows against a wall at ", x + ahead,
                      ", less than two spacings (", nozzle_reach * dx, " m) ahead; move it back or turn it");
+    const Vec3d begin = x - core::unit(e.axis) * (moved != nullptr ? moved->lead : 0.0);
+    if (!inside_domain(desc.domain, begin) || !has_room(desc.domain, dx, begin))
+      return invalid(what, "center: the nozzle's pipe begins in a wall or out of the domain at ", begin,
+                     "; keep it half a spacing (", 0.5 * dx, " m) off walls");
     own.add(x, 0);
     own.add(x + ahead * 0.5, 0);
   }
-  for (std::size_t i = 0; i < state_.position.size(); ++i)
+  for (std::size_t i = 0; i < state_.position.size() && moved == nullptr; ++i)
     if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, any))
       return invalid(what, "center: the nozzle's ", opening, " lies in body \"",
                      bodies_[body_of(state_.tag[i]) - 1].desc.name, "\" at ", state_.position[i] + origin_,
                      "; move the nozzle or the body a spacing apart");
   for (const EmitterRecord& other : emitters_) {
-    if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
+    if (&other == moved || other.desc.from >= e.until || e.from >= other.desc.until) continue;
     for (const Vec3d& p : places_of(other))
       if (own.near(p, any))
         return invalid(what, "center: the nozzle's opening overlaps that of emitter \"", other.desc.name,

@@ -78,6 +78,7 @@ struct EmitterRecord {
 struct EmitterState {
   std::uint64_t first_layer = 0, skipped = 0, on = 1;
   double from = 0, speed = 0, temperature = 0;
+  Vec3d center;
 };
 
 struct ProbeRecord {
@@ -201,6 +202,10 @@ class WorldImpl final : public Scheduler {
   // world_query.cpp
   Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought);
   Result<Overlap> overlap(const Shape& shape);
+  // world_view.cpp
+  Status check_view(const StageContext& view) const;
+  Status check_view(const RenderView& view) const;
+  Status check_view(const SurfaceView& view) const;
   // world_surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   Result<SurfaceView> surface_view(const SurfaceDesc& d,
@@ -432,7 +437,8 @@ class WorldImpl final : public Scheduler {
                std::vector<Vec3d>& positions, Vec3d& origin) const;
   Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
                        double specific_enthalpy, Vec3d velocity) const;
-  Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc) const;
+  Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
+                      const EmitterRecord* moved) const;
   Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
                       std::vector<Vec3i>& free, core::SiteBox& box) const;
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
@@ -610,6 +616,15 @@ class WorldImpl final : public Scheduler {
     std::vector<physics::MeshPoint> mesh_points;
     Census census;
   };
+  /// Of the views that were made last: their number, and what must not have changed since.
+  struct Made {
+    std::uint64_t serial = 0, layout = 0, uploads = 0, restored = 0, steps = 0;
+  };
+  std::uint64_t mark_view(Made& made, bool anew);
+  Status check_view(const char* call, const Made& made, std::uint64_t serial) const;
+  Made state_view_, render_view_, surface_view_;
+  std::uint32_t views_ = 0;    ///< serials given out
+  std::uint64_t uploads_ = 0;  ///< how often the engine was given the scene anew
   Status check_slot(const char* call, int slot) const;
   std::array<SavedState, most_saved_states> saved_;
   std::uint64_t layout_ = 0;    ///< of the engine's memory: how often it was made anew or changed

@@ -294,6 +294,7 @@ Status WorldImpl::prepare() {
   ++layout_;  // states saved before are of another layout
   if (std::any_of(saved_.begin(), saved_.end(), [](const SavedState& s) { return s.layout != 0; }))
     engine->forget_saved();
+  ++uploads_;
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);

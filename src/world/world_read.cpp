@@ -63,11 +63,13 @@ Result<StageContext> WorldImpl::device_state() {
     nothing.backend = engine->backend();
     nothing.precision = desc.precision;
     nothing.time = time;
+    nothing.serial = mark_view(state_view_, false);
     return nothing;
   }
   StageContext c = engine->context();
   c.acceleration = nullptr;
   c.time = time;
+  c.serial = mark_view(state_view_, false);
   return c;
 }
 
@@ -138,6 +140,7 @@ Result<RenderView> WorldImpl::render_view(const RenderDesc& d) {
   RenderView v;
   v.backend = engine->backend();
   v.origin = origin_;
+  v.serial = mark_view(render_view_, true);
   v.radius = static_cast<float>(0.5 * desc.spacing);
   if ((facts_ & core::fact_particles) == 0) return v;
   core::PackedParticles p;

@@ -294,6 +294,13 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
       std::min(std::max(asked.from, 0.0), asked.until);  // a changed speed moves where its layers count from
   if (Status s = core::validate(asked, desc.spacing); !s)
     return Error{s.error().code, "set_emitter: " + s.error().message};
+  if (setting.center) {
+    asked.center = *setting.center;
+    std::vector<Vec3d> disc(emitter_points_.begin() + r.first_point,
+                            emitter_points_.begin() + r.first_point + r.points);
+    if (!finite(asked.center)) return invalid(what, "center: must be finite, got ", asked.center);
+    if (Status s = check_nozzle(asked, what, disc, &emitters_[id.index]); !s) return s;
+  }
   const auto row = material_rows()[r.desc.material.index];
   const double h = physics::enthalpy_of(row, r.desc.temperature);
   const Vec3d axis = core::unit(r.desc.axis);
@@ -316,6 +323,14 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
                  core::text(what, "speed: would emit ", double(r.layers) * r.points,
                             " particles until its end; shorten it or set max_particles")};
   if (Status s = prepare(); !s) return s;
+  if (setting.center) {  // ahead of the change of speed, by which its liquid is found
+    const Vec3d begin = r.desc.center - origin_ - axis * r.lead;
+    r.desc.center = *setting.center;
+    engine->shift(axis * before, begin, (r.held_layers + 1) * r.layer_distance,
+                  core::nozzle_reach_across(r.desc) + 0.5 * desc.spacing,
+                  r.desc.center - emitters_[id.index].desc.center);
+    state_stale_ = true;
+  }
   emitters_[id.index] = r;
   if (r.desc.speed != before) {
     engine->respeed(axis * before, axis * r.desc.speed);

@@ -36,6 +36,7 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
   if (Status s = prepare(); !s) return s.error();
   SurfaceView view;
   view.backend = engine->backend();
+  view.serial = mark_view(surface_view_, true);
   const bool solids = (facts_ & core::fact_solid) != 0;
   const std::uint32_t needed = d.of == SurfaceOf::liquid ? core::fact_fluid : core::fact_solid;
   if ((facts_ & needed) == 0) return view;
@@ -58,6 +59,7 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
   }
   if (!halted) return halted.error();
   view.origin += origin_;
+  view.serial = surface_view_.serial;  // the engine has filled in the rest
   return view;
 }
 

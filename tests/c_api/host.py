@@ -98,7 +98,7 @@ class RenderDesc(c.Structure):
 class RenderView(c.Structure):
     _fields_ = [("size", c.c_uint32), ("backend", c.c_int32), ("stream", c.c_void_p), ("count", c.c_uint64), ("origin", Vec), ("radius", c.c_double),
                 ("position", c.POINTER(c.c_float)), ("velocity", c.c_void_p), ("temperature", c.POINTER(c.c_float)), ("rest", c.c_void_p * 3),
-                ("tag", c.POINTER(c.c_uint32)), ("piece", c.c_void_p), ("color", c.POINTER(c.c_uint32))]
+                ("tag", c.POINTER(c.c_uint32)), ("piece", c.c_void_p), ("color", c.POINTER(c.c_uint32)), ("serial", c.c_uint64)]
 
 
 class Ray(c.Structure):
@@ -112,7 +112,8 @@ class RayHit(c.Structure):
 
 class EmitterSetting(c.Structure):
     _fields_ = [("size", c.c_uint32), ("has_on", c.c_int32), ("has_speed", c.c_int32), ("has_temperature", c.c_int32), ("on", c.c_int32),
-                ("reserved", c.c_int32), ("speed", c.c_double), ("temperature", c.c_double)]
+                ("reserved", c.c_int32), ("speed", c.c_double), ("temperature", c.c_double), ("center", Vec), ("has_center", c.c_int32),
+                ("reserved2", c.c_int32)]
 
 
 class EmitterDesc(c.Structure):
@@ -275,9 +276,14 @@ material = made(MaterialDesc, lib.meltsim_material_desc_init_sized)
 assert lib.meltsim_world_add_material(tap, c.byref(material), c.byref(ident)) == 0, text()
 emitter = made(EmitterDesc, lib.meltsim_emitter_desc_init_sized)
 emitter.radius, emitter.speed, emitter.until, emitter.material = 0.2, 2, 0.5, ident
-assert lib.meltsim_world_add_emitter(tap, c.byref(emitter), None) == 0, text()
-for _ in range(10):
-    assert step(tap, 0.05) == 0, text()
+nozzle, moves = Id(), made(EmitterSetting, lib.meltsim_emitter_setting_init_sized)
+assert lib.meltsim_world_add_emitter(tap, c.byref(emitter), c.byref(nozzle)) == 0, text()
+moves.has_center = 1
+for k in range(10):  # it moves meanwhile
+    moves.center = Vec(0.02 * k, 0, 0)
+    assert step(tap, 0.05) == 0 and lib.meltsim_world_set_emitter(tap, nozzle, c.byref(moves)) == 0, text()
+moves.center = Vec(math.inf, 0, 0)
+assert lib.meltsim_world_set_emitter(tap, nozzle, c.byref(moves)) == 1 and "center" in text()
 assert lib.meltsim_world_totals(tap, c.byref(totals)) == 0
 assert abs(totals.mass - 125.66) < 13, totals.mass  # one layer of a spacing: 13 kg
 lib.meltsim_world_destroy(tap)
@@ -401,8 +407,12 @@ assert lib.meltsim_reading_probe(reading, 1, c.byref(series)) == 1 and "index" i
 lib.meltsim_reading_destroy(reading)
 how, view = made(RenderDesc, lib.meltsim_render_desc_init_sized), RenderView(size=c.sizeof(RenderView))
 assert lib.meltsim_world_render_view(box, None, c.byref(view)) == 0 and view.count == 27 and not view.color, text()
+assert lib.meltsim_world_check_view(box, c.byref(view)) == 0, text()
+old_view = RenderView.from_buffer_copy(view)
 how.color, how.colors, how.color_count = 1, (c.c_uint32 * 1)(0xff123456), 1
 assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 0 and all(view.color[k] == 0xff123456 for k in range(27)), text()
+assert lib.meltsim_world_check_view(box, c.byref(view)) == 0, text()
+assert lib.meltsim_world_check_view(box, c.byref(old_view)) == 1 and "past its time" in text()
 how.color, how.coldest, how.hottest = 2, 5, 5
 assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 1 and "hottest" in text()
 assert lib.meltsim_world_stop_events(box) == 0 and lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 1

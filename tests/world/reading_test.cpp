@@ -436,6 +436,49 @@ TEST(DeviceState, IsTheStateOfTheStepsSoFar) {
   }
 }
 
+// What a debug build asks of a view: that it is of this World, and not past its time. Of a state that ends with the next step, of a pack with the
+// next pack, of a surface with the next surface or upload.
+TEST(DeviceState, AViewPastItsTimeIsFoundOut) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe());
+  Scene other = ice_in_water(describe());
+  World& w = s.world;
+  const auto past = [](const Status& r, const std::string& word) {
+    ASSERT_FALSE(r) << word;
+    EXPECT_EQ(r.error().code, ErrorCode::invalid_argument);
+    EXPECT_NE(r.error().message.find(word), std::string::npos) << r.error().message;
+  };
+  const StageContext state = *w.device_state(), again = *w.device_state();
+  const RenderView pack = *w.render_view();
+  const SurfaceView surface = *w.surface_view();
+  require(w.check_view(state));
+  require(w.check_view(again));
+  require(w.check_view(pack));
+  require(w.check_view(surface));
+  past(other.world.check_view(state), "another World");
+  past(w.check_view(StageContext{}), "no call");
+  past(w.check_view(RenderView{}), "no call");
+  require(w.step(0.005));
+  past(w.check_view(state), "a step was taken");
+  require(w.check_view(pack));  // packs and surfaces are copies
+  require(w.check_view(surface));
+  require(w.render_view());
+  past(w.check_view(pack), "call render_view() again");
+  const StageContext now = *w.device_state();
+  require(w.check_view(now));
+  past(w.check_view(state), "a later one");
+  require(w.save_state(0));
+  require(w.load_state(0));
+  past(w.check_view(now), "another state");
+  const StageContext before = *w.device_state();
+  MaterialDesc m;
+  m.name = "other";
+  require(w.add_material(m));
+  past(w.check_view(before), "added");
+  require(w.prepare());
+  past(w.check_view(surface), "added");
+}
+
 TEST(DeviceState, OfNothing) {
   WorldDesc d = describe();
   d.backend = Backend::cpu;

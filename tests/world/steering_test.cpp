@@ -824,6 +824,74 @@ TEST(Steering, EmittersChangeSpeedTemperatureAndStop) {
   EXPECT_EQ(layers_of(c.world), 3u);
 }
 
+// A tap that the host moves: what it holds moves with it, and what it lets go of falls where it is then. Layers are those of a tap at
+// rest: the same particles, as many, at the place of the tap by the distance moved, to rounding.
+TEST(Steering, AnEmitterMovesWithWhatItHolds) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto tap = [](bool moves) {
+    WorldDesc d = steered_desc({4, 4, 4});
+    d.gravity = {};
+    World w = make(d);
+    EmitterDesc e;
+    e.material = *w.add_material({});
+    e.center = {1, 3, 2};
+    e.radius = 0.25;
+    e.speed = 2;
+    e.until = 1;
+    const EmitterId id = *w.add_emitter(e);
+    for (int k = 0; k < 20; ++k) {
+      require(w.step(0.01));
+      EmitterSetting to;
+      to.center = Vec3d{1 + 0.05 * (k + 1), 3, 2};
+      if (moves) require(w.set_emitter(id, to));
+    }
+    return std::pair{std::move(w), id};
+  };
+  auto [still, a] = tap(false);
+  auto [moved, b] = tap(true);
+  const ParticleData p = *still.particles(), q = *moved.particles();
+  ASSERT_EQ(p.id, q.id);
+  ASSERT_GT(p.id.size(), 50u);
+  int held = 0, free = 0;
+  double last = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i) {
+    const Vec3d by = q.position[i] - p.position[i];
+    if (is_held(q.tag[i])) {
+      EXPECT_LT(length(by - Vec3d{1, 0, 0}), 1e-9) << "what is in the pipe is where the pipe is";
+      EXPECT_LT(length(q.velocity[i] - Vec3d{0, -2, 0}), 1e-12);
+      ++held;
+    } else {
+      EXPECT_LT(by.x, 1.05);  // a layer that spreads a little differently
+      EXPECT_GT(by.x, 0.05);
+      last = std::max(last, by.x);
+      ++free;
+    }
+  }
+  EXPECT_GT(held, 10);
+  EXPECT_GT(free, 20);
+  EXPECT_GT(last, 0.7);
+  const auto snapshot = *moved.snapshot();
+  for (int k = 0; k < 5; ++k) require(moved.step(0.01));
+  const std::uint64_t end = *moved.state_hash();
+  EmitterSetting back;
+  back.center = Vec3d{1, 3, 2};
+  require(moved.set_emitter(b, back));
+  require(moved.restore(snapshot.data(), snapshot.size()));  // the place is part of the state
+  for (int k = 0; k < 5; ++k) require(moved.step(0.01));
+  EXPECT_EQ(*moved.state_hash(), end);
+  EmitterSetting bad;
+  for (const auto& [center, word] :
+       {std::pair{Vec3d{0, 3, 2}, "reaches into a wall"},
+        std::pair{Vec3d{9, 3, 2}, "wall or out of the domain"}, std::pair{Vec3d{infinity, 3, 2}, "finite"},
+        std::pair{Vec3d{1, 3.95, 2}, "pipe begins"}}) {
+    bad.center = center;
+    const Status s = moved.set_emitter(b, bad);
+    ASSERT_FALSE(s) << word;
+    EXPECT_NE(s.error().message.find(word), std::string::npos) << s.error().message;
+  }
+  EXPECT_EQ(*moved.state_hash(), end);
+}
+
 TEST(Steering, RefusesEmittersThatCannotBe) {
   MELTSIM_NEEDS_BACKEND();
   Jet a = jet(), other = jet();
