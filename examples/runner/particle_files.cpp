@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <initializer_list>
 #include <iterator>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "files.hpp"
@@ -80,28 +82,70 @@ std::vector<std::string> content_columns(const meltsim::ParticleFrame& frame,
 
 namespace {
 
+/// THE columns of frames: visit(member, name in VTP, names in PLY), in the order of PLY. `Points` are no column of VTP.
+template <class Visit>
+void each_column(const Visit& visit) {
+  visit(&FrameParticle::position, "Points", {"x", "y", "z"});
+  visit(&FrameParticle::velocity, "velocity", {"vx", "vy", "vz"});
+  visit(&FrameParticle::temperature, "temperature", {"temperature"});
+  visit(&FrameParticle::phase, "phase", {"phase"});
+  visit(&FrameParticle::body, "body", {"body"});
+  visit(&FrameParticle::id, "id", {"id"});
+  visit(&FrameParticle::material, "material", {"material"});
+  visit(&FrameParticle::liquid_fraction, "liquid_fraction", {"liquid_fraction"});
+}
+using Names = std::initializer_list<const char*>;
+
+/// How both kinds of file name a type.
+struct TypeNames {
+  const char *ply, *vtp;
+};
+constexpr TypeNames names_of(float) { return {"float", "Float32"}; }
+constexpr TypeNames names_of(std::uint8_t) { return {"uchar", "UInt8"}; }
+constexpr TypeNames names_of(std::int32_t) { return {"int", "Int32"}; }
+constexpr TypeNames names_of(std::uint32_t) { return {"uint", "UInt32"}; }
+
+/// The item of a member and how many there are.
+template <class M>
+struct Items {
+  using Item = M;
+  static constexpr int count = 1;
+  static const M& at(const M& value, int) { return value; }
+};
+template <class M, std::size_t N>
+struct Items<M[N]> {
+  using Item = M;
+  static constexpr int count = static_cast<int>(N);
+  static const M& at(const M (&value)[N], int k) { return value[k]; }
+};
+
 std::string ply_header(std::size_t particles, double time, const std::vector<std::string>& contents) {
   std::string text = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment meltsim particles\ncomment time_s {:.9g}\n"
       "comment units m, m/s, degrees Celsius; phase 0 liquid, 1 solid\nelement vertex {}\n",
       time, particles);
-  for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "temperature"}) {
-    text += fmt::format("property float {}\n", name);
-  }
-  text +=
-      "property uchar phase\nproperty int body\nproperty uint id\nproperty int material\n"
-      "property float liquid_fraction\n";
+  each_column([&text](auto member, const char*, Names names) {
+    using Item =
+        typename Items<std::remove_reference_t<decltype(std::declval<FrameParticle&>().*member)>>::Item;
+    for (const char* name : names) text += fmt::format("property {} {}\n", names_of(Item{}).ply, name);
+  });
   for (const std::string& name : contents) text += fmt::format("property float {}\n", name);
   return text + "end_header\n";
 }
 
-constexpr std::size_t ply_row = 45;  ///< bytes, of what is put below but contents
+/// Bytes of a row of PLY, without contents.
+std::size_t ply_row() {
+  std::size_t bytes = 0;
+  each_column(
+      [&bytes](auto member, const char*, Names) { bytes += sizeof(std::declval<FrameParticle&>().*member); });
+  return bytes;
+}
 
 /// Appends `count` rows; get(i) is the i-th particle.
 template <class Get>
 void append_ply_rows(std::string& text, std::size_t count, std::size_t species, const Get& get) {
   const std::size_t begin = text.size();
-  text.resize(begin + count * (ply_row + species * sizeof(float)));
+  text.resize(begin + count * (ply_row() + species * sizeof(float)));
   char* to = text.data() + begin;
   const auto put = [&to](const auto& value) {
     std::memcpy(to, &value, sizeof(value));
@@ -109,14 +153,7 @@ void append_ply_rows(std::string& text, std::size_t count, std::size_t species, 
   };
   for (std::size_t i = 0; i < count; ++i) {
     const FrameParticle p = get(i);
-    put(p.position);
-    put(p.velocity);
-    put(p.temperature);
-    put(p.phase);
-    put(p.body);
-    put(p.id);
-    put(p.material);
-    put(p.liquid_fraction);
+    each_column([&](auto member, const char*, Names) { put(p.*member); });
     for (std::size_t k = 0; k < species; ++k) put(p.contents[k]);
   }
 }
@@ -158,21 +195,24 @@ struct VtpParts {
 /// at(i) is the i-th particle.
 template <class At>
 VtpParts vtp_parts(std::size_t n, double time, const std::vector<std::string>& contents, const At& at) {
-  constexpr std::size_t row = 61, headings = 1024;  // bytes of a particle; lengths of arrays, generously
-  VtpArrays arrays((row + contents.size() * sizeof(float)) * n + headings);
-  arrays.add<float>("Float32", "velocity", 3, n, [&](std::size_t i, int c) { return at(i).velocity[c]; });
-  arrays.add<float>("Float32", "temperature", 1, n, [&](std::size_t i, int) { return at(i).temperature; });
-  arrays.add<std::uint8_t>("UInt8", "phase", 1, n, [&](std::size_t i, int) { return at(i).phase; });
-  arrays.add<std::int32_t>("Int32", "body", 1, n, [&](std::size_t i, int) { return at(i).body; });
-  arrays.add<std::uint32_t>("UInt32", "id", 1, n, [&](std::size_t i, int) { return at(i).id; });
-  arrays.add<std::int32_t>("Int32", "material", 1, n, [&](std::size_t i, int) { return at(i).material; });
-  arrays.add<float>("Float32", "liquid_fraction", 1, n,
-                    [&](std::size_t i, int) { return at(i).liquid_fraction; });
+  constexpr std::size_t headings = 1024;  // lengths of arrays, generously
+  const std::size_t row = ply_row() + 2 * sizeof(std::int64_t) + contents.size() * sizeof(float);
+  VtpArrays arrays(row * n + headings);
+  const auto add = [&](auto member, const char* name) {
+    using Column = Items<std::remove_reference_t<decltype(std::declval<FrameParticle&>().*member)>>;
+    using Item = typename Column::Item;
+    arrays.add<Item>(names_of(Item{}).vtp, name, Column::count, n,
+                     [&at, member](std::size_t i, int c) { return Column::at(at(i).*member, c); });
+  };
+  const std::string place = "Points";
+  each_column([&](auto member, const char* name, Names) {
+    if (name != place) add(member, name);
+  });
   for (std::size_t k = 0; k < contents.size(); ++k)
     arrays.add<float>("Float32", contents[k].c_str(), 1, n,
                       [&](std::size_t i, int) { return at(i).contents[k]; });
   const std::string point_data = arrays.take_xml();
-  arrays.add<float>("Float32", "Points", 3, n, [&](std::size_t i, int c) { return at(i).position[c]; });
+  add(&FrameParticle::position, place.c_str());
   const std::string points = arrays.take_xml();
   arrays.add<std::int64_t>("Int64", "connectivity", 1, n,
                            [](std::size_t i, int) { return static_cast<std::int64_t>(i); });

@@ -38,7 +38,7 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
       directory_(std::move(directory)),
       probe_table_(scene, built.probes),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
-      bodies_(open_table(directory_.file("bodies.csv"), bodies_header, 1, resumed)),
+      bodies_(open_table(directory_.file("bodies.csv"), bodies_header(), 1, resumed)),
       probes_(open_table(directory_.file("probes.csv"), probes_header, 1, resumed)),
       export_(scene, directory_, times_of(kept_stats_)),
       pictures_(scene, directory_, built, planned_frames, resumed) {

@@ -11,8 +11,7 @@
 
 namespace runner {
 
-extern const std::vector<std::string> stats_columns;
-extern const std::string probes_header, bodies_header;
+extern const std::string probes_header;
 
 /// One row of stats.csv.
 struct StatsRow {
@@ -28,6 +27,7 @@ struct StatsRow {
 };
 
 std::string stats_header();
+std::string bodies_header();
 std::string stats_line(const StatsRow& row);
 Json stats_json(const StatsRow& row);  ///< column -> value
 
