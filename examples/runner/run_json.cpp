@@ -32,8 +32,11 @@ Json plan_json(const meltsim::Plan& plan) {
                               {"runs", stage.runs},
                               {"reason", stage.reason},
                               {"interval", stage.interval},
+                              {"track", stage.track},
                               {"median_ms", stage.median_ms}});
   }
+  for (const meltsim::FusionReport& fusion : plan.fusions)
+    json["fusions"].push_back({{"name", fusion.name}, {"holds", fusion.holds}, {"reason", fusion.reason}});
   for (const meltsim::ChannelReport& channel : plan.channels) {
     json["channels"].push_back({{"name", channel.name},
                                 {"type", channel.type},

@@ -21,6 +21,14 @@ struct StageReport {
   std::string reason;    ///< why it runs or why it is left out
   int interval = 1;      ///< runs every so many sub-steps; 0: when the host calls for it
   double median_ms = 0;  ///< median over the last timed sub-steps, run alone; 0 if none was timed
+  /// Stages on different tracks may run concurrently; -1: stages run one by one, as on a CPU and beside stages of the host.
+  int track = -1;
+};
+/// Work of one stage that another does in passing, with the same results.
+struct FusionReport {
+  std::string name;    ///< sph.advance, step.count_ahead
+  bool holds = false;  ///< in sub-steps that are not timed stage by stage
+  std::string reason;  ///< what is fused, or where it would be
 };
 /// A channel (a buffer) in the plan.
 struct ChannelReport {
@@ -35,6 +43,7 @@ struct ChannelReport {
 struct Plan {
   std::vector<StageReport> stages;      ///< in the order of a sub-step
   std::vector<ChannelReport> channels;  ///< in the order of fields.def
+  std::vector<FusionReport> fusions;    ///< as sub-steps run
   std::string error;        ///< why nothing can run (the error of World::prepare()); empty: everything can
   std::uint64_t bytes = 0;  ///< of all buffers together
   /// CUDA graphs made since the last change of the scene: one per kind of sub-step; later sub-steps replay them.

@@ -7,6 +7,7 @@
 #include "failure.hpp"
 #include "host_world.hpp"
 #include "resolution.hpp"
+#include "scene_options.hpp"
 
 namespace meltsim_python {
 
@@ -98,82 +99,113 @@ const Keys<DomainDesc>& domain_keys() {
   return keys;
 }
 
+/// A value of Python as a scene would give it.
+YAML::Node yaml_of(nb::handle v) {
+  if (PyBool_Check(v.ptr())) return YAML::Load(v.is(Py_True) ? "true" : "false");
+  if (PyUnicode_Check(v.ptr())) return YAML::Node(nb::cast<std::string>(v));
+  return YAML::Load(
+      nb::cast<std::string>(nb::str(nb::isinstance<nb::tuple>(v) ? nb::handle(nb::list(v)) : v)));
+}
+
+/// Adds the options of solver: of scene files (runner/scene_options.cpp) that the table has no row for.
+Keys<WorldDesc> with_solver_options(Keys<WorldDesc> keys) {
+  for (const runner::Option<runner::Scene>& option : runner::solver_options()) {
+    const bool there = std::any_of(keys.begin(), keys.end(),
+                                   [&](const Key<WorldDesc>& key) { return key.name == option.key; });
+    if (there) continue;
+    keys.push_back({option.key.c_str(), "Any", option.doc.c_str(),
+                    [&option](WorldDesc& d, const std::string& name, nb::handle v) {
+                      runner::Scene scene;
+                      scene.world = d;
+                      try {
+                        option.load(runner::Node(yaml_of(v), std::make_shared<runner::Document>()), scene);
+                      } catch (const runner::Failure& failure) {
+                        const std::string said = failure.what();
+                        const std::size_t at = said.find("expected");
+                        refuse(name + ": " + (at == std::string::npos ? said : said.substr(at)));
+                      }
+                      d = scene.world;
+                    }});
+  }
+  return keys;
+}
+
 const Keys<WorldDesc>& world_keys() {
   const auto heat = [](auto member) {
     return
         [set = set_to(member)](WorldDesc& d, const std::string& name, nb::handle v) { set(d.heat, name, v); };
   };
-  static const Keys<WorldDesc> keys{
-      {"spacing", "float", "distance of particles [m]; halving it makes 8 times as many",
-       set_to(&WorldDesc::spacing)},
-      {"domain", "dict[str, Any] | tuple[Sequence[float], Sequence[float]] | None",
-       "where particles may be: (min, max), a box of walls [m], or a dict with min, max, faces, no_slip, "
-       "friction, contact_angle, velocity, heat; None: unbounded",
-       [](WorldDesc& d, const std::string& name, nb::handle v) {
-         d.domain = {};
-         if (v.is_none()) return;
-         d.domain.bounded = true;
-         if (nb::isinstance<nb::dict>(v)) return describe(d.domain, domain_keys(), name, v);
-         nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
-         if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
-           PyErr_Clear();
-           wrong_type(name + ": expected (min, max), a dict or None, got " + shown(v));
-         }
-         d.domain.min = vector(name + ": min", PySequence_Fast_GET_ITEM(pair.ptr(), 0));
-         d.domain.max = vector(name + ": max", PySequence_Fast_GET_ITEM(pair.ptr(), 1));
-       }},
-      {"gravity", vector_type, "[m/s^2]", set_to(&WorldDesc::gravity)},
-      {"heat_model", "str", "\"none\", \"paper\", \"iwasaki\" or \"enthalpy\"",
-       [](WorldDesc& d, const std::string& name, nb::handle v) {
-         d.heat.model = static_cast<HeatModel>(choice(name, v, {"none", "paper", "iwasaki", "enthalpy"}));
-       }},
-      {"heat_time_scale", "float", "heat runs so many times faster than motion (time lapse)",
-       heat(&HeatDesc::time_scale)},
-      {"heat_interval", "int", "most sub-steps that share a step of heat, within a step; 0: chosen",
-       heat(&HeatDesc::interval)},
-      {"heat_max_stages", "int", "stages per super-step of heat", heat(&HeatDesc::max_stages)},
-      {"heat_max_supersteps", "int", "super-steps of heat in a sub-step; a step that needs more is refused",
-       heat(&HeatDesc::max_supersteps)},
-      {"heat_level_tolerance", "float", "temperatures that differ by no more count as level [K]",
-       heat(&HeatDesc::level_tolerance)},
-      {"heat_free_surface", "dict[str, float]",
-       "heat through the liquid's free surface; keys as of add_solid's surface",
-       [](WorldDesc& d, const std::string& name, nb::handle v) {
-         describe(d.heat.free_surface, surface_heat_keys(), name, v);
-       }},
-      {"solute_time_scale", "float", "species diffuse and dissolve so many times faster than motion",
-       [](WorldDesc& d, const std::string& name, nb::handle v) { d.solute.time_scale = number(name, v); }},
-      {"solute_max_supersteps", "int",
-       "most sweeps per species in a sub-step; a step that needs more is refused",
-       [](WorldDesc& d, const std::string& name, nb::handle v) {
-         d.solute.max_supersteps = static_cast<int>(std::clamp<long long>(integer(name, v), 0, 1 << 30));
-       }},
-      {"support_radius", "float", "H [m]; 0: 2.5 spacings", set_to(&WorldDesc::support_radius)},
-      {"sound_speed", "float", "c [m/s]; 0: derived from the depth", set_to(&WorldDesc::sound_speed)},
-      {"artificial_viscosity", "float", "damps acoustic noise; 0.01 to 0.1",
-       set_to(&WorldDesc::artificial_viscosity)},
-      {"tension", "bool", "allows pressures below 0", set_to(&WorldDesc::tension)},
-      {"particle_shifting", "bool", "keeps liquid evenly spread; needs tension",
-       set_to(&WorldDesc::particle_shifting)},
-      {"viscosity", "str", "how viscosity enters a sub-step: \"automatic\", \"explicit\" or \"implicit\"",
-       set_to(&WorldDesc::viscosity, {"automatic", "explicit", "implicit"})},
-      {"courant", "float", "sub-steps keep c dt / H at or below this", set_to(&WorldDesc::courant)},
-      {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
-       set_to(&WorldDesc::stray, {"remove", "halt"})},
-      {"max_substeps", "int", "a step that needs more is refused", set_to(&WorldDesc::max_substeps)},
-      {"density_error", "float", "compression at rest that the derived sound speed allows; 0: 0.005",
-       set_to(&WorldDesc::density_error)},
-      {"pieces_interval", "int", "sub-steps between searches for pieces that came apart",
-       set_to(&WorldDesc::pieces_interval)},
-      {"backend", "str", "\"automatic\", \"cpu\" or \"cuda\"", set_to(&WorldDesc::backend, backends)},
-      {"precision", "str", "\"single\" or \"double\"", set_to(&WorldDesc::precision, precisions)},
-      {"device", "int", "CUDA device", set_to(&WorldDesc::device)},
-      {"stream", "int",
-       "a cudaStream_t of the host, such as cupy.cuda.Stream.ptr; 0: the World makes its own",
-       [](WorldDesc& d, const std::string& name, nb::handle v) {
-         d.stream = reinterpret_cast<void*>(static_cast<std::intptr_t>(integer(name, v)));
-       }},
-      {"threads", "int", "CPU threads; 0: one per processor", set_to(&WorldDesc::threads)}};
+  static const Keys<WorldDesc> keys = with_solver_options(
+      {{"spacing", "float", "distance of particles [m]; halving it makes 8 times as many",
+        set_to(&WorldDesc::spacing)},
+       {"domain", "dict[str, Any] | tuple[Sequence[float], Sequence[float]] | None",
+        "where particles may be: (min, max), a box of walls [m], or a dict with min, max, faces, no_slip, "
+        "friction, contact_angle, velocity, heat; None: unbounded",
+        [](WorldDesc& d, const std::string& name, nb::handle v) {
+          d.domain = {};
+          if (v.is_none()) return;
+          d.domain.bounded = true;
+          if (nb::isinstance<nb::dict>(v)) return describe(d.domain, domain_keys(), name, v);
+          nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
+          if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
+            PyErr_Clear();
+            wrong_type(name + ": expected (min, max), a dict or None, got " + shown(v));
+          }
+          d.domain.min = vector(name + ": min", PySequence_Fast_GET_ITEM(pair.ptr(), 0));
+          d.domain.max = vector(name + ": max", PySequence_Fast_GET_ITEM(pair.ptr(), 1));
+        }},
+       {"gravity", vector_type, "[m/s^2]", set_to(&WorldDesc::gravity)},
+       {"heat_model", "str", "\"none\", \"paper\", \"iwasaki\" or \"enthalpy\"",
+        [](WorldDesc& d, const std::string& name, nb::handle v) {
+          d.heat.model = static_cast<HeatModel>(choice(name, v, {"none", "paper", "iwasaki", "enthalpy"}));
+        }},
+       {"heat_time_scale", "float", "heat runs so many times faster than motion (time lapse)",
+        heat(&HeatDesc::time_scale)},
+       {"heat_interval", "int", "most sub-steps that share a step of heat, within a step; 0: chosen",
+        heat(&HeatDesc::interval)},
+       {"heat_max_stages", "int", "stages per super-step of heat", heat(&HeatDesc::max_stages)},
+       {"heat_max_supersteps", "int", "super-steps of heat in a sub-step; a step that needs more is refused",
+        heat(&HeatDesc::max_supersteps)},
+       {"heat_level_tolerance", "float", "temperatures that differ by no more count as level [K]",
+        heat(&HeatDesc::level_tolerance)},
+       {"heat_free_surface", "dict[str, float]",
+        "heat through the liquid's free surface; keys as of add_solid's surface",
+        [](WorldDesc& d, const std::string& name, nb::handle v) {
+          describe(d.heat.free_surface, surface_heat_keys(), name, v);
+        }},
+       {"solute_time_scale", "float", "species diffuse and dissolve so many times faster than motion",
+        [](WorldDesc& d, const std::string& name, nb::handle v) { d.solute.time_scale = number(name, v); }},
+       {"solute_max_supersteps", "int",
+        "most sweeps per species in a sub-step; a step that needs more is refused",
+        [](WorldDesc& d, const std::string& name, nb::handle v) {
+          d.solute.max_supersteps = static_cast<int>(std::clamp<long long>(integer(name, v), 0, 1 << 30));
+        }},
+       {"support_radius", "float", "H [m]; 0: 2.5 spacings", set_to(&WorldDesc::support_radius)},
+       {"sound_speed", "float", "c [m/s]; 0: derived from the depth", set_to(&WorldDesc::sound_speed)},
+       {"artificial_viscosity", "float", "damps acoustic noise; 0.01 to 0.1",
+        set_to(&WorldDesc::artificial_viscosity)},
+       {"tension", "bool", "allows pressures below 0", set_to(&WorldDesc::tension)},
+       {"particle_shifting", "bool", "keeps liquid evenly spread; needs tension",
+        set_to(&WorldDesc::particle_shifting)},
+       {"viscosity", "str", "how viscosity enters a sub-step: \"automatic\", \"explicit\" or \"implicit\"",
+        set_to(&WorldDesc::viscosity, {"automatic", "explicit", "implicit"})},
+       {"courant", "float", "sub-steps keep c dt / H at or below this", set_to(&WorldDesc::courant)},
+       {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
+        set_to(&WorldDesc::stray, {"remove", "halt"})},
+       {"max_substeps", "int", "a step that needs more is refused", set_to(&WorldDesc::max_substeps)},
+       {"density_error", "float", "compression at rest that the derived sound speed allows; 0: 0.005",
+        set_to(&WorldDesc::density_error)},
+       {"pieces_interval", "int", "sub-steps between searches for pieces that came apart",
+        set_to(&WorldDesc::pieces_interval)},
+       {"backend", "str", "\"automatic\", \"cpu\" or \"cuda\"", set_to(&WorldDesc::backend, backends)},
+       {"precision", "str", "\"single\" or \"double\"", set_to(&WorldDesc::precision, precisions)},
+       {"device", "int", "CUDA device", set_to(&WorldDesc::device)},
+       {"stream", "int",
+        "a cudaStream_t of the host, such as cupy.cuda.Stream.ptr; 0: the World makes its own",
+        [](WorldDesc& d, const std::string& name, nb::handle v) {
+          d.stream = reinterpret_cast<void*>(static_cast<std::intptr_t>(integer(name, v)));
+        }},
+       {"threads", "int", "CPU threads; 0: one per processor", set_to(&WorldDesc::threads)}});
   return keys;
 }
 

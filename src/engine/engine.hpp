@@ -13,6 +13,7 @@
 #include "engine/ray_rows.hpp"
 #include "engine/reading_frame.hpp"
 #include "engine/scene.hpp"
+#include "engine/shortcuts.hpp"
 #include "engine/steered.hpp"
 #include "engine/surface_request.hpp"
 #include "meltsim/result.hpp"
@@ -55,6 +56,13 @@ struct SubstepArguments {
   const std::vector<Reshaped>* reshaped = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
   std::uint64_t sample_at = 0;  ///< where their values go: first of the samples' values
+};
+
+/// How the engine carries out a sub-step of certain stages.
+struct Arrangement {
+  std::array<std::int8_t, stage_count>
+      track{};  ///< of stages that run concurrently; -1: none, in the order of the table
+  std::array<bool, fusion_count> fused{};
 };
 
 /// Numbers for timings beyond the stage table.
@@ -199,6 +207,8 @@ class Engine {
   virtual void enable_timings(int every) = 0;
   virtual double median_ms(int stage) = 0;  ///< custom_stage + k for custom stage k
   virtual StageContext context() const = 0;
+  /// Of a sub-step of these stages (a bit each) that is not timed stage by stage.
+  virtual Arrangement arrangement(std::uint64_t stages) const = 0;
   /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
   /// the last good one. Timed as stage surface_stage.
   /// mesh: null where the view is all that is wanted.

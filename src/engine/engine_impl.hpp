@@ -198,17 +198,17 @@ class EngineImpl final : public Engine {
     count_anew_ = count_anew_ || a.bursts != nullptr || a.steered != nullptr || a.reshaped != nullptr;
     if (w_.born == 0) return;
     buffers_.turn(w_);
-    // A host's own stages may do anything, timings and checks look at stages one by one.
-    const bool own_stages = custom_ != nullptr && !custom_->empty();
+    // A host's own stages may do anything, timings take stages one by one.
+    const bool own_stages = has_own_stages();
     const Sample sample = sampling_.next();
     timed_ = sample == Sample::stages;
-    const bool plain = !timed_ && !checked_build && !own_stages;
+    const bool plain = !timed_ && !own_stages;
     // As long as this one is, so that particles drift as far; and nothing moves them between the two.
     const bool alone = !own_stages && !ex_.host_captures();
     w_.counted = alone && w_.count_ahead && !count_anew_ && counted_dt_ == a.dt;
-    w_.count_ahead = alone && can_count_ahead(a.stages);
+    w_.count_ahead = alone && can_fuse_stages(fusion_count_ahead, a.stages);
     w_.cells_begun = w_.counted && plain;
-    const bool advances = plain && buffers_.has_spare_position() && liquid_alone(w_) && can_advance(a.stages);
+    const bool advances = plain && may_advance(a.stages);
     w_.next = advances ? buffers_.spare() : NextViews<T>{};
     counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
@@ -247,13 +247,19 @@ class EngineImpl final : public Engine {
     if (plain) {
       const bool whole = sample == Sample::whole;
       if (whole) ex_.begin_stage(whole_substep, "sub-step");
-      ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
+      if constexpr (checked_build) {  // looks between the stages: nothing that could be repeated
+        begin();
+        run_plain(a);
+      } else {
+        ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
+      }
       if (whole) ex_.end_stage(whole_substep);
     } else {
       begin();
       run_stages(a);
     }
     if (advances) buffers_.take_spare(w_);
+    if (advances && checked_build) look_at(stage_step_integrate, 0);
     ex_.pace();
   }
 
@@ -413,6 +419,17 @@ class EngineImpl final : public Engine {
     Status s = probes_.follow_rays(ex_, w_, rays, sought, hits);
     if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
     return s ? fault_status() : s;
+  }
+
+  Arrangement arrangement(std::uint64_t stages) const override {
+    Arrangement a;
+    const bool own = has_own_stages();
+    a.track.fill(-1);
+    a.fused[fusion_advance] = !own && may_advance(stages);
+    a.fused[fusion_count_ahead] = !own && can_fuse_stages(fusion_count_ahead, stages);
+    if constexpr (runs_tracks<E>)
+      if (!own) a.track = schedule(stages, a.fused[fusion_advance]).track;
+    return a;
   }
 
   StageContext context() const override {
@@ -625,6 +642,18 @@ class EngineImpl final : public Engine {
     step::set_off<E, T>(ex_, w_, a.time, jumps);
   }
 
+  bool has_own_stages() const { return custom_ != nullptr && !custom_->empty(); }
+  bool may_advance(std::uint64_t stages) const {
+    return buffers_.has_spare_position() && liquid_alone(w_) && can_fuse_stages(fusion_advance, stages);
+  }
+
+  /// The schedule of a sub-step, on executors that have tracks.
+  Schedule schedule(std::uint64_t stages, bool advances) const {
+    const bool stays = w_.c.open_faces == 0u && !std::isfinite(w_.c.stray_speed);
+    const std::uint64_t barriers = !advances ? usual_barriers : stays ? probing_barriers : advancing_barriers;
+    return make_schedule(stages & ~stage_bit(stage_step_begin), barriers);
+  }
+
   /// All but step.begin, which the clock makes different every time.
   void run_stages(const SubstepArguments& a) {
     for (int s = 0; s < stage_count; ++s) {
@@ -644,11 +673,7 @@ class EngineImpl final : public Engine {
     if constexpr (!runs_tracks<E>) {
       run_stages(a);
     } else {
-      const bool stays = w_.c.open_faces == 0u && !std::isfinite(w_.c.stray_speed);
-      const std::uint64_t barriers = w_.next.position == nullptr ? usual_barriers
-                                     : stays                     ? probing_barriers
-                                                                 : advancing_barriers;
-      const Schedule plan = make_schedule(a.stages & ~(std::uint64_t{1} << stage_step_begin), barriers);
+      const Schedule plan = schedule(a.stages, w_.next.position != nullptr);
       ex_.begin_tracks();
       for (const int s : EnqueueOrder<E>::of(ex_, plan)) {
         const auto at = static_cast<std::size_t>(s);
@@ -673,7 +698,7 @@ class EngineImpl final : public Engine {
   void run_unless_done(int s) {
     if constexpr (can_fuse<E>) {
       if (w_.next.position != nullptr) {
-        if (s == stage_sph_forces) sph::advance<E, T>(ex_, w_);
+        if (s == stage_sph_forces) run(s, sph::advance<E, T>);
         if (s == stage_sph_forces || s == stage_step_integrate) return;
       }
     }
@@ -719,20 +744,27 @@ class EngineImpl final : public Engine {
     if (heat) ex_.set_guard(&w_.f.status->halted);
   }
 
-  /// Waits before and after; the first broken invariant is a fault, which halts the World.
-  void run_checked(int s, StageFunction<E, T> function) {
+  /// Waits; the first broken invariant after a stage is a fault, which halts the World.
+  void look_at(int s, double thermal, double account = 0) {
     ex_.synchronize();
     const auto copy = [this](const auto* from, std::size_t n) { return fetch(ex_, from, n); };
     Invariants<T, decltype(copy)> invariants(w_, copy);
-    double thermal = 0;
-    if (s == stage_thermal_exchange) {
-      thermal = invariants.thermal();
-      if (w_.f.heat_account != nullptr) invariants.account_before = copy(w_.f.heat_account, 1).front().step;
-    }
-    function(ex_, w_);
-    ex_.synchronize();
+    invariants.account_before = account;
     const bool halted = w_.f.status != nullptr && copy(w_.f.status, 1).front().halted != 0;
     if (!halted && broken_.empty()) broken_ = invariants.after(s, mass_, thermal);
+  }
+
+  /// Waits before and after.
+  void run_checked(int s, StageFunction<E, T> function) {
+    ex_.synchronize();
+    const auto copy = [this](const auto* from, std::size_t n) { return fetch(ex_, from, n); };
+    double thermal = 0, account = 0;
+    if (s == stage_thermal_exchange) {
+      thermal = Invariants<T, decltype(copy)>(w_, copy).thermal();
+      if (w_.f.heat_account != nullptr) account = copy(w_.f.heat_account, 1).front().step;
+    }
+    function(ex_, w_);
+    look_at(s, thermal, account);
   }
 
   void run_custom(int k, const SubstepArguments& a) {

@@ -56,9 +56,20 @@ Plan WorldImpl::plan() {
   const auto is_disabled = [&](const std::string& module) {
     return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
   };
+  std::uint64_t running = 0;
+  for (int s = 0; s < core::stage_count; ++s)
+    if (core::runs(core::stage_table[static_cast<std::size_t>(s)], facts_ | probe_facts()))
+      running |= core::stage_bit(s);
+  const core::Arrangement arrangement = engine->arrangement(running);
+  for (int f = 0; f < core::fusion_count; ++f) {
+    const core::FusionInfo& info = core::fusion_table[f];
+    const bool holds = arrangement.fused[static_cast<std::size_t>(f)];
+    p.fusions.push_back({info.name, holds, holds ? info.why : info.why_not});
+  }
   for (int s = 0; s < core::stage_count; ++s) {
     const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
     StageReport r;
+    r.track = arrangement.track[static_cast<std::size_t>(s)];
     r.name = info.name;
     r.module = info.module;
     r.runs = core::runs(info, facts_ | probe_facts());
@@ -98,11 +109,18 @@ Plan WorldImpl::plan() {
 }
 
 std::string Plan::to_string() const {
-  std::string out = "stage                  runs  every  median ms  reason\n";
+  std::string out = "stage                  runs  every  track  median ms  reason\n";
   char line[256];
   for (const StageReport& s : stages) {
-    std::snprintf(line, sizeof line, "%-22s %-5s %5d  %9.4f  %s\n", s.name.c_str(), s.runs ? "yes" : "no",
-                  s.interval, s.median_ms, s.reason.c_str());
+    std::snprintf(line, sizeof line, "%-22s %-5s %5d  %5s  %9.4f  %s\n", s.name.c_str(),
+                  s.runs ? "yes" : "no", s.interval, s.track < 0 ? "-" : std::to_string(s.track).c_str(),
+                  s.median_ms, s.reason.c_str());
+    out += line;
+  }
+  out += "fusion                 holds\n";
+  for (const FusionReport& f : fusions) {
+    std::snprintf(line, sizeof line, "%-22s %-5s %s\n", f.name.c_str(), f.holds ? "yes" : "no",
+                  f.reason.c_str());
     out += line;
   }
   out += "channel                bytes        owner         lifetime\n";

@@ -39,8 +39,11 @@ TEST(Checked, BrokenValuesOrderAndMassAreNamed) {
   w.f.density[1] = density;
 
   EXPECT_NE(look.after(core::stage_spatial_reorder, 2 * mass, 0).find("mass fell"), std::string::npos);
+  EXPECT_NE(look.after(core::stage_spatial_settle, 2 * mass, 0).find("mass fell"), std::string::npos);
   std::swap(w.f.slot_of_id[0], w.f.slot_of_id[1]);
+  // Both ways to sort: cells that are counted, the usual case, and keys.
   EXPECT_NE(look.after(core::stage_spatial_reorder, mass, 0).find("inverse"), std::string::npos);
+  EXPECT_NE(look.after(core::stage_spatial_settle, mass, 0).find("inverse"), std::string::npos);
 }
 
 }  // namespace

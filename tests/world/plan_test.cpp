@@ -50,6 +50,42 @@ TEST(Plan, WaterAloneHasNoLatticeNoTopologyNoHeat) {
     EXPECT_EQ(bytes(p, c), 0u) << c;
 }
 
+bool holds(const Plan& p, const std::string& fusion) {
+  for (const FusionReport& f : p.fusions)
+    if (f.name == fusion) return f.holds;
+  ADD_FAILURE() << "no fusion " << fusion;
+  return false;
+}
+
+void do_nothing(const StageContext&, void*) {}
+
+// A CPU runs stages one by one, in the order of the table; beside a stage of the host's a GPU does so, too.
+TEST(Plan, SaysHowASubStepIsCarriedOut) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene scene;
+  scene.block = 0;
+  Scene s = ice_in_water(describe(), scene);
+  const bool gpu = s.world.backend() == Backend::cuda;
+  const Plan water = s.world.plan();
+  EXPECT_EQ(holds(water, "sph.advance"), gpu);
+  EXPECT_TRUE(holds(water, "step.count_ahead"));
+  EXPECT_NE(water.to_string().find("step.count_ahead"), std::string::npos);
+  for (const StageReport& r : water.stages) {
+    const bool on_a_track = gpu && r.runs && r.name != "step.begin";
+    EXPECT_EQ(r.track >= 0, on_a_track) << r.name;
+  }
+  CustomStage own;
+  own.name = "nothing";
+  own.run = do_nothing;
+  require(s.world.scheduler().insert_after("sph.forces", own));
+  const Plan beside = s.world.plan();
+  for (const FusionReport& f : beside.fusions) EXPECT_FALSE(f.holds) << f.name;
+  for (const StageReport& r : beside.stages) EXPECT_EQ(r.track, -1) << r.name;
+  require(s.world.scheduler().remove("nothing"));
+  Scene mixed = ice_in_water(describe());
+  EXPECT_FALSE(holds(mixed.world.plan(), "sph.advance"));
+}
+
 TEST(Plan, ASolidAloneHasNoLiquidStages) {
   MELTSIM_NEEDS_BACKEND();
   IceScene scene;
