@@ -92,16 +92,6 @@ MELTSIM_HD bool strays(const Frame<T>& w, std::uint64_t i, const Produced<T>& p,
   return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(pull, pull);
 }
 
-/// x within the period of periodic axes.
-template <class T>
-MELTSIM_HD Vec3<T> wrapped(const Frame<T>& w, Vec3<T> x) {
-  if (w.grid.periodic == 0u) return x;
-  x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
-  x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
-  x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
-  return x;
-}
-
 /// Moves x and v to the end of the sub-step; true: p has left through an open face.
 template <class T>
 MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T>& v) {

@@ -148,12 +148,9 @@ class Invariants {
     const auto tag = fetch_(w_.f.tag, w_.particles);
     for (std::size_t i = 0; i < position.size(); ++i) {
       if (is_removed(tag[i])) continue;
-      const Vec4<T> x = position[i];
-      const T low[3] = {x.x - w_.c.domain_min.x, x.y - w_.c.domain_min.y, x.z - w_.c.domain_min.z};
-      const T high[3] = {w_.c.domain_max.x - x.x, w_.c.domain_max.y - x.y, w_.c.domain_max.z - x.z};
-      for (int a = 0; a < 3; ++a)
-        if ((((w_.c.walls.faces >> (2 * a)) & 1u) != 0u && low[a] < T(0)) ||
-            (((w_.c.walls.faces >> (2 * a + 1)) & 1u) != 0u && high[a] < T(0)))
+      const physics::FaceDistances<T> d = physics::face_distances(w_.c.walls, xyz(position[i]));
+      for (int face = 0; face < 6; ++face)
+        if (((w_.c.walls.faces >> face) & 1u) != 0u && d[face] < T(0))
           return text("slot ", static_cast<std::uint64_t>(i), " is outside a wall");
     }
     return {};

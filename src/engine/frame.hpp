@@ -266,11 +266,11 @@ struct Views {
 /// Constants of the scene.
 template <class T>
 struct Constants {
+#define MELTSIM_CONSTANT(name, type, value, doc) type name = static_cast<type>(value);
+#include "engine/constants.def"
+#undef MELTSIM_CONSTANT
   SphKernel<T> kernel;
   WallBox<T> walls;
-  T spacing{};
-  T sound_speed{};
-  T artificial_viscosity{};
   T lowest_phi = T(1);  ///< below it the pressure falls no further: 1, or 0 with tension
   T wall_friction{};
   T wall_wetting{};  ///< cosine of the contact angle of walls
@@ -284,11 +284,8 @@ struct Constants {
   physics::Outlets<T> outlets;
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
-  T leak_distance2{};          ///< square of the distance below which liquid meets solid as a contact [m^2]
-  T courant{};                 ///< share of H a particle may move per sub-step before a flag is raised
-  T stray_speed{};             ///< liquid that falls faster is removed [m/s]; infinite: none is
-  double level_tolerance = 0;  ///< temperatures that differ by no more are level [K]
-  double heat_bound = 0;       ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
+  T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
+  double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
 };
 
 /// One burst of an emitter: a layer of its nozzle.
@@ -358,6 +355,16 @@ struct Frame {
 template <class T>
 MELTSIM_HD double& solute_at(const Frame<T>& w, std::uint32_t k, std::uint64_t i) {
   return w.f.solute[k * w.capacity + i];
+}
+
+/// x within the period of periodic axes.
+template <class T>
+MELTSIM_HD Vec3<T> wrapped(const Frame<T>& w, Vec3<T> x) {
+  if (w.grid.periodic == 0u) return x;
+  x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
+  x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
+  x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
+  return x;
 }
 
 /// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the

@@ -116,18 +116,15 @@ void fill_surroundings(Frame<T>& w, const Surroundings& s) {
 template <class E, class T>
 void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
   Constants<T>& k = w.c;
+#define MELTSIM_CONSTANT(name, type, value, doc) k.name = static_cast<type>(c.name);
+#include "engine/constants.def"
+#undef MELTSIM_CONSTANT
   k.kernel = physics::make_kernel<T>(c.support, c.spacing);
-  k.spacing = static_cast<T>(c.spacing);
-  k.sound_speed = static_cast<T>(c.sound_speed);
-  k.artificial_viscosity = static_cast<T>(c.artificial_viscosity);
   k.lowest_phi = c.tension ? T(0) : T(1);
   k.wall_friction = static_cast<T>(c.domain.friction);
   k.wall_wetting = static_cast<T>(physics::wetting_cosine(c.domain.contact_angle));
   k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
   k.no_slip = c.domain.no_slip ? 1u : 0u;
-  k.courant = static_cast<T>(c.courant);
-  k.stray_speed = static_cast<T>(c.stray_speed);
-  k.level_tolerance = c.level_tolerance;
   k.domain_min = k.walls.min = cast<T>(c.domain.min);
   k.domain_max = k.walls.max = cast<T>(c.domain.max);
   k.walls.support = static_cast<T>(c.support);

@@ -37,6 +37,14 @@ MELTSIM_HD std::uint32_t neighbour_bit(int dx, int dy, int dz) {
   return static_cast<std::uint32_t>((dx + 1) + 3 * (dy + 1) + 9 * (dz + 1));
 }
 
+/// visit(dx, dy, dz) for the 27 sites around one, itself included, x fastest: in the order of neighbour_bit.
+template <class Visit>
+MELTSIM_HD void each_direct(const Visit& visit) {
+  for (int dz = -1; dz <= 1; ++dz)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) visit(dx, dy, dz);
+}
+
 MELTSIM_HD std::uint32_t region_bit(int w, int dx, int dy, int dz) {
   const int side = 2 * w + 1;
   return static_cast<std::uint32_t>((dx + w) + side * ((dy + w) + side * (dz + w)));

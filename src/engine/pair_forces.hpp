@@ -21,7 +21,7 @@ MELTSIM_HD T viscosity_of(const Frame<T>& w, std::uint64_t i, const MaterialRow<
 template <class T, class Visit>
 MELTSIM_HD void for_each_near_wall(const Frame<T>& w, Vec3<T> x, const Visit& visit) {
   const auto& b = w.c.walls;
-  const T d[6] = {x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z};
+  const physics::FaceDistances<T> d = physics::face_distances(b, x);
   for (int k = 0; k < 6; ++k)
     if (((b.faces >> k) & 1u) != 0u && d[k] < b.support) visit(k, d[k]);
 }

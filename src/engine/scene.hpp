@@ -61,10 +61,11 @@ struct Surroundings {
 
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
-  double spacing = 0, support = 0, sound_speed = 0, artificial_viscosity = 0, courant = 0.4;
-  double level_tolerance = 0;     ///< HeatDesc::level_tolerance [K]
-  double spring_dt = 1;           ///< the step that goals and contacts go by [s]
-  double stray_speed = infinity;  ///< liquid that falls faster than this is removed [m/s]
+#define MELTSIM_CONSTANT(name, type, value, doc) double name = value;
+#include "engine/constants.def"
+#undef MELTSIM_CONSTANT
+  double support = 0;    ///< H [m]
+  double spring_dt = 1;  ///< the step that goals and contacts go by [s]
   bool tension = false;
   bool one_liquid = false;  ///< no two materials are liquid, now or by melting or emission
   Surroundings surroundings;

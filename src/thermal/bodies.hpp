@@ -89,8 +89,7 @@ MELTSIM_HD physics::SurfaceRate<T> boundary_heat(const Frame<T>& w, std::uint64_
   const std::uint32_t walls = w.f.clock->heated_walls;
   if (walls != 0u) {
     const Vec4<T> x = w.f.position[i];
-    const T d[6] = {x.x - w.c.walls.min.x, w.c.walls.max.x - x.x, x.y - w.c.walls.min.y,
-                    w.c.walls.max.y - x.y, x.z - w.c.walls.min.z, w.c.walls.max.z - x.z};
+    const physics::FaceDistances<T> d = physics::face_distances(w.c.walls, xyz(x));
     for (int face = 0; face < 6; ++face)
       if (((walls >> face) & 1u) != 0u && d[face] < w.c.wall_exchange.support)
         add(physics::surface_heat(

@@ -80,33 +80,24 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
   const Vec3<T> origin = vertex_place(w, s.donor);
   Vec3<T> sum{};
   T count = 0;
-  for (int dz = -1; dz <= 1; ++dz)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx) {
-        const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
-        if (n == none) continue;
-        sum += spatial::separation(w.grid, vertex_place(w, n), origin) +
-               wanted_offset(w, v, n, b, carried, dx, dy, dz);
-        count += T(1);
-      }
+  core::each_direct([&](int dx, int dy, int dz) {
+    const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
+    if (n == none) return;
+    sum += spatial::separation(w.grid, vertex_place(w, n), origin) +
+           wanted_offset(w, v, n, b, carried, dx, dy, dz);
+    count += T(1);
+  });
   const Vec3<T> mean = sum * (T(1) / count);
   const T tolerance = T(physics::site_agreement) * w.c.spacing;
   bool agreed = true;
-  for (int dz = -1; dz <= 1; ++dz)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx) {
-        const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
-        if (n == none) continue;
-        const Vec3<T> off = spatial::separation(w.grid, vertex_place(w, n), origin) +
-                            wanted_offset(w, v, n, b, carried, dx, dy, dz) - mean;
-        agreed = agreed && dot(off, off) <= tolerance * tolerance;
-      }
-  Vec3<T> x = origin + mean;
-  if (w.grid.periodic != 0u) {
-    x.x -= w.grid.period.x * std::floor((x.x - w.c.domain_min.x) * w.grid.inv_period.x);
-    x.y -= w.grid.period.y * std::floor((x.y - w.c.domain_min.y) * w.grid.inv_period.y);
-    x.z -= w.grid.period.z * std::floor((x.z - w.c.domain_min.z) * w.grid.inv_period.z);
-  }
+  core::each_direct([&](int dx, int dy, int dz) {
+    const std::uint32_t n = live_at(w, v, b, dx, dy, dz);
+    if (n == none) return;
+    const Vec3<T> off = spatial::separation(w.grid, vertex_place(w, n), origin) +
+                        wanted_offset(w, v, n, b, carried, dx, dy, dz) - mean;
+    agreed = agreed && dot(off, off) <= tolerance * tolerance;
+  });
+  const Vec3<T> x = core::wrapped(w, origin + mean);
   const std::uint32_t faces = w.c.walls.faces | w.c.open_faces;
   const T margin = T(physics::site_margin) * w.c.spacing;
   agreed = agreed && clear_of(x.x, w.c.domain_min.x, w.c.domain_max.x, margin, faces) &&

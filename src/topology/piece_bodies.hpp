@@ -14,11 +14,10 @@ MELTSIM_HD void for_each_direct(const Frame<T>& w, std::uint32_t v, const Visit&
   const std::uint32_t mask = w.f.neighbour_mask[v];
   const BodyRow b = w.f.bodies[w.f.vertex_body[v]];
   const std::uint32_t site = w.f.vertex_site[v];
-  std::uint32_t bit = 0;
-  for (int dz = -1; dz <= 1; ++dz)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx, ++bit)
-        if (((mask >> bit) & 1u) != 0u) visit(w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]);
+  core::each_direct([&](int dx, int dy, int dz) {
+    if (((mask >> core::neighbour_bit(dx, dy, dz)) & 1u) != 0u)
+      visit(w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]);
+  });
 }
 
 /// Whether nothing has melted or frozen since the last search for pieces, so that the next one may return at once.

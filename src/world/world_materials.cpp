@@ -151,7 +151,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     if (!properties_.empty() && has_tables(properties_[i])) r.tables = &properties_[i];
     r.coldest = physics::enthalpy_of(r, -physics::kelvin_offset);
     r.shape_stiffness = own.stiffness;
-    r.modulus_rate = own.youngs_modulus / (own.density * desc.spacing * desc.spacing);
+    r.modulus_rate = physics::modulus_rate(own.youngs_modulus, own.density, desc.spacing);
     r.shape_damping = own.damping;
     r.friction = own.friction;
     r.tension = own.surface_tension;

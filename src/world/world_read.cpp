@@ -214,13 +214,11 @@ Result<LatticeData> WorldImpl::lattice() {
     const core::BodyRow row = lattice_.bodies[lattice_.vertex_body[v]];
     const std::uint32_t site = lattice_.vertex_site[v];
     if (!masks.neighbour_mask.empty())
-      for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy)
-          for (int dx = -1; dx <= 1; ++dx) {
-            const std::uint32_t bit = core::neighbour_bit(dx, dy, dz);
-            if ((masks.neighbour_mask[v] >> bit) & 1u)
-              d.arrayN[v * 27 + bit] = lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] + 1;
-          }
+      core::each_direct([&](int dx, int dy, int dz) {
+        const std::uint32_t bit = core::neighbour_bit(dx, dy, dz);
+        if ((masks.neighbour_mask[v] >> bit) & 1u)
+          d.arrayN[v * 27 + bit] = lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] + 1;
+      });
     if (masks.region_mask.empty()) continue;
     const int own = row.region_half_width;
     for (int dz = -own; dz <= own; ++dz)

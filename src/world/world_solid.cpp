@@ -222,11 +222,11 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vec3i& p = points[k];
     const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
-    std::uint32_t mask = 0, bit = 0;
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx, ++bit)
-          if (lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none) mask |= 1u << bit;
+    std::uint32_t mask = 0;
+    core::each_direct([&](int dx, int dy, int dz) {
+      if (lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none)
+        mask |= 1u << core::neighbour_bit(dx, dy, dz);
+    });
     std::uint32_t tag =
         s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
     if (record.desc.fixed) tag |= tag_fixed;
@@ -248,15 +248,12 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
     while (!stack.empty()) {
       const std::uint32_t u = stack.back();
       stack.pop_back();
-      for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy)
-          for (int dx = -1; dx <= 1; ++dx) {
-            const std::uint32_t n =
-                lattice_.site_vertex[core::site_at(lattice_.vertex_site[u], row, dx, dy, dz)];
-            if (n == none || state_.vertex_piece[n] != none) continue;
-            state_.vertex_piece[n] = v;
-            stack.push_back(n);
-          }
+      core::each_direct([&](int dx, int dy, int dz) {
+        const std::uint32_t n = lattice_.site_vertex[core::site_at(lattice_.vertex_site[u], row, dx, dy, dz)];
+        if (n == none || state_.vertex_piece[n] != none) return;
+        state_.vertex_piece[n] = v;
+        stack.push_back(n);
+      });
     }
   }
   // Free sites come after all that are occupied; each is the label of nothing but itself.

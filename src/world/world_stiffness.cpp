@@ -45,7 +45,7 @@ int WorldImpl::widest_half_width(const MaterialDesc& m) const {
 }
 
 double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
-  if (m.youngs_modulus > 0) return m.youngs_modulus / (m.density * desc.spacing * desc.spacing);
+  if (m.youngs_modulus > 0) return physics::modulus_rate(m.youngs_modulus, m.density, desc.spacing);
   return m.stiffness * physics::region_wave_speed2(m.region_half_width) / (spring_dt_ * spring_dt_);
 }
 

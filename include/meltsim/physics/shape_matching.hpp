@@ -272,6 +272,11 @@ MELTSIM_HD int modulus_half_width(double modulus_rate, int least, int most, doub
   return w;
 }
 
+/// E/(rho dx^2) [1/s^2] of Young's modulus E [Pa]: what regions of whatever width have to come to.
+inline double modulus_rate(double youngs_modulus, double density, double spacing) {
+  return youngs_modulus / (density * spacing * spacing);
+}
+
 /// Young's modulus [Pa] of shape matching with stiffness alpha at a step dt [s].
 MELTSIM_HD double shape_modulus(double stiffness, int half_width, double density, double spacing, double dt) {
   const double speed = spacing / dt;

@@ -45,6 +45,19 @@ struct WallBox {
   T push_scale = T(1);    ///< of floor_push
 };
 
+/// Distance of a place to each of the six faces [m], negative beyond one, in the order of `faces`.
+template <class T>
+struct FaceDistances {
+  T of[6];  ///< -x, +x, -y, +y, -z, +z
+  /// Of face 0..5.
+  MELTSIM_HD T operator[](int face) const { return of[face]; }
+};
+/// Those of x.
+template <class T>
+MELTSIM_HD FaceDistances<T> face_distances(const WallBox<T>& b, Vec3<T> x) {
+  return {{x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z}};
+}
+
 /// The walls within reach of one particle: the nearest one per axis.
 template <class T>
 struct WallView {
