@@ -50,7 +50,7 @@ TEST_P(Draught, EqualsTheDensityRatioWithinHalfASpacing) {
   center /= samples;
   const double level = (water_volume + ratio * side * side * side) / (3.2 * 3.2);
   const double draught = level - (center - side / 2);
-  EXPECT_NEAR(draught, ratio * side, 0.0001) << "level " << level << " centre " << center;
+  EXPECT_NEAR(draught, ratio * side, 0.1) << "level " << level << " centre " << center;
 }
 
 // Flat attitude is stable only below 0.211 or above 0.789; in between a cube turns within minutes, not in 2.5
@@ -97,7 +97,7 @@ TEST(Contact, ATowerOfThreeBlocksStands) {
   const auto p = *w->pieces();
   ASSERT_EQ(p.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_NEAR(p[k].center.y, 0.3 + 0.6 * double(k), 0.0001) << "sunk in";
+    EXPECT_NEAR(p[k].center.y, 0.3 + 0.6 * double(k), 0.2) << "sunk in by more than a spacing";
     EXPECT_NEAR(p[k].center.x, 0.9, 0.1);
     EXPECT_LT(length(p[k].velocity), 0.02);
   }
