@@ -38,13 +38,13 @@ struct PlaceBody {
 };
 
 // Running sums in one launch, by decoupled look-back (Merrill & Garland 2016, Single-pass parallel prefix scan): a block
-// tells what its tile sums up to as soon as it knows, then looks back until somebody ahead knows all before. CUB's has a
+// publishes the sum of its tile as soon as it has it, then looks back until a block ahead has the sum of all before. CUB's has a
 // launch ahead that clears what tiles tell; here it carries the number of the turn, so that what they told the last time
 // counts for nothing.
 inline constexpr unsigned tile_threads = 256, tile_items = sum_tile / tile_threads;
 static_assert(tile_items == 8);
 
-/// What a tile tells: turn (30 bits), how much it knows (2), sum (32).
+/// What a tile tells: turn (30 bits), how much the sum covers (2), sum (32).
 enum class Known : std::uint32_t { nothing = 0, own = 1, all = 2 };
 __device__ inline std::uint64_t told(std::uint32_t turn, Known known, std::uint32_t sum) {
   return static_cast<std::uint64_t>(turn << 2u | static_cast<std::uint32_t>(known)) << 32u | sum;

@@ -157,7 +157,7 @@ __global__ void __launch_bounds__(block) select(const std::uint32_t* guard, std:
         static_cast<std::uint32_t>(i);
 }
 
-// Most blocks over a list, per multiprocessor; how long it is, the device knows. Starting a block beyond its end
+// Most blocks over a list, per multiprocessor; its length is on the device. Starting a block beyond its end
 // costs a nanosecond (8,448 of them 7 us), too few blocks even out less.
 inline constexpr unsigned listed_blocks = 16;
 

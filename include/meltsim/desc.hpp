@@ -177,7 +177,7 @@ struct ProxyState {
   Quat<double> orientation;  ///< relative to the body as built: a unit quaternion
   Vec3d velocity;            ///< of its centre of mass [m/s]
   Vec3d angular_velocity;    ///< [rad/s]
-  /// What forces that only the host knows (its joints, motors and contacts) give it beside gravity [m/s^2]: of a body that rests
+  /// What the host's own forces (its joints, motors and contacts) give it beside gravity [m/s^2]: of a body that rests
   /// on a floor of the host's, minus gravity. It acts until the next state.
   Vec3d acceleration;
   /// Puts the body there at once. Otherwise it gets there within the next step, beside its motion, at a tenth of the sound speed

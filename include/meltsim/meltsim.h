@@ -301,7 +301,7 @@ typedef struct meltsim_proxy_state {
   double orientation[4];      /* relative to the body as built: a unit quaternion w, x, y, z */
   double velocity[3];         /* of the centre of mass [m/s] */
   double angular_velocity[3]; /* [rad/s] */
-  double acceleration[3];     /* by forces that only the host knows, beside gravity [m/s^2] */
+  double acceleration[3];     /* by the host's own forces, beside gravity [m/s^2] */
 } meltsim_proxy_state;
 
 /* Changes to an emitter: those whose has_... is set. */
@@ -719,7 +719,7 @@ MELTSIM_C_API meltsim_status meltsim_reading_probe(const meltsim_reading* readin
 /* Frees a reading; null does nothing. */
 MELTSIM_C_API void meltsim_reading_destroy(meltsim_reading* reading);
 
-/* Particles by id. The caller sets `size`, `capacity` and the arrays it wants; others are null. */
+/* Particles by id. The caller sets `size`, `capacity` and the arrays to fill; others are null. */
 typedef struct meltsim_particles {
   uint32_t size;           /* sizeof(meltsim_particles) */
   uint32_t reserved;       /* 0 */

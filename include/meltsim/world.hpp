@@ -316,8 +316,8 @@ class MELTSIM_API World {
   /// stops ahead of a sub-step that would end too late by the measured cost of those before it: a running mean and two
   /// deviations. Sub-steps are as long as those of step(dt), however many are taken, so that a short budget makes the
   /// simulation slower and never less stable. At least one is taken, so that a World goes on whatever the budget;
-  /// TimedStep::over_budget then says that one alone takes longer. What is owed is forgotten: a host that wants to catch up
-  /// asks for it with the next dt. What is not of sub-steps (prepare(), a change of plan) counts towards the budget, but is
+  /// TimedStep::over_budget then says that one alone takes longer. What is owed is forgotten: a host that is to catch up
+  /// adds it to the next dt. What is not of sub-steps (prepare(), a change of plan) counts towards the budget, but is
   /// not cut short. Errors: invalid_argument (`milliseconds` not above 0; infinity is allowed; a World whose stream the host
   /// captures), those of step(); an interrupted one counts up to time(), as there.
   Result<TimedStep> step_within(double dt, double milliseconds);

@@ -82,7 +82,7 @@ T& given(T* pointer, const char* name) {
   return *pointer;
 }
 
-/// The part of a struct that the host knows, over the defaults of the rest.
+/// The part of a struct that the host was compiled with, over the defaults of the rest.
 template <class D>
 D read(const D* desc, const char* name, const D& defaults) {
   const std::uint32_t size = given(desc, name).size;

@@ -181,7 +181,7 @@ MELTSIM_HD void give_up(const Frame<T>& w, std::uint64_t step, Halt why) {
   s.heat_idle |= idle_halted;
 }
 
-/// The host wants to stop, ahead of step.integrate.
+/// Abandons the sub-step because the host asked to stop; ahead of step.integrate.
 template <class T>
 struct GiveUpBody {
   Frame<T> w;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Marching cubes: the triangles in a cell for each of the 256 ways its corners can be inside. Not a table
-// that somebody published: traced by the rule below, so that neighbouring cells agree by construction.
+// that was published: traced by the rule below, so that neighbouring cells agree by construction.
 //
 //   corner c of a cell    offset (c & 1, c >> 1 & 1, c >> 2) from its low node
 //   edge 4 a + k          along axis a from the corner with bit 0 of k in axis a + 1 and bit 1 in axis a + 2

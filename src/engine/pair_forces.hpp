@@ -102,7 +102,7 @@ struct LiquidOnSolid {
     sum.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[slot], w.f.mass[k],
                                       -pair.x_ij, i.v - own.v, pair.r2);
   }
-  /// Who is no liquid has no weight.
+  /// Neighbours that are no liquid have no weight.
   struct Lanes {
     spatial::LaneVectors<T> v, of;
     Stored at(std::size_t k) const { return {{v.x[k], v.y[k], v.z[k]}, v.w[k], of.x[k], of.y[k]}; }

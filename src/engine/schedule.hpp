@@ -22,7 +22,7 @@ inline constexpr bool runs_tracks = false;
 template <class E>
 inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().begin_tracks())>> = true;
 
-/// As many as melting takes: shape matching, the search and contact, contact's normals, its loads, forces, who is wet, heat.
+/// As many as melting takes: shape matching, the search and contact, contact's normals, its loads, forces, wetted solids, heat.
 /// A stage that finds no track of its own waits for one that it need not wait for.
 inline constexpr int most_tracks = 7;
 

@@ -18,7 +18,7 @@ inline namespace v0 {
 #include "engine/pipeline.def"
 #undef MELTSIM_STAGE
 
-// Not stages: called when the scene changes, when a layer is due, when somebody asks, after a roll-back.
+// Not stages: called when the scene changes, when a layer is due, on a call of the host, after a roll-back.
 namespace step {
 template <class E, class T>
 void steer(E& ex, const core::Frame<T>& w, const core::Steered* steered, std::uint32_t n);

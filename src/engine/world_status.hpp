@@ -28,7 +28,7 @@ enum HeatIdle : std::uint32_t { idle_level = 1u, idle_halted = 2u };
 /// What changes phase although no heat flows.
 enum HeatPending : std::uint32_t { pending_melt = 1u, pending_freeze = 2u };
 
-/// How far apart temperatures are [degrees Celsius], and who is to change phase.
+/// How far apart temperatures are [degrees Celsius], and whether something is to change phase.
 struct HeatSpread {
   double low = 1e300, high = -1e300;
   std::uint32_t pending = 0;

@@ -26,7 +26,7 @@
 //                                begin[b] = first of bucket b, begin[m] = n. counts holds count_room(m), 0 before the
 //                                first time. Where the guard holds begin may be lost, and nothing else
 //   begin_buckets(m, counts, begin, first), fill_buckets(n, bucket_of, begin, order, counts)
-//                                the same in two, where somebody has set bucket_of and added up counts (add.count)
+//                                the same in two, where a stage before has set bucket_of and added up counts (add.count)
 //                                since the last time. first(0) runs beside the one
 //   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer),
 //                                add.count(counters, k), add.set(address, bits) and add.clear(address, bits): exact
@@ -400,7 +400,7 @@ class CpuExec {
   bool reached(void*) const { return true; }
   void wait_for_mark(void*) const {}
   void pace() const {}
-  /// Where the host says that it wants to stop; stages that take long ask in between.
+  /// Flag by which the host asks to stop; long stages read it between their parts.
   void watch(const std::atomic<bool>* asked) { asked_ = asked; }
   bool asked_to_stop() const { return asked_ != nullptr && asked_->load(std::memory_order_relaxed); }
   /// Bytes that may still be allocated: a system that promises more than it has ends processes later.

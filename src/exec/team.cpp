@@ -37,7 +37,7 @@ constexpr State inside(State s) { return s & (one_member - 1); }
 constexpr int members_of(State s) { return static_cast<int>((s >> count_bits) & (one_member - 1)); }
 constexpr State job_of(State s) { return s / one_job; }
 
-/// done() within `patience`; not tried where threads outnumber processors, since whoever is waited for needs this one.
+/// done() within `patience`; not tried where threads outnumber processors, since the thread that is waited for needs this processor.
 template <class Done>
 bool soon(bool patient, const Done& done) {
   if (done()) return true;
@@ -74,7 +74,7 @@ class WithoutSignals {
 
 struct Team::Shared {
   std::atomic<State> state{0};
-  Work work = nullptr;  ///< written while no job is open and nobody inside
+  Work work = nullptr;  ///< written while no job is open and no thread is inside
   const void* data = nullptr;
   std::atomic<bool> ending{false};
   std::atomic<int> asleep{0};  ///< helpers that need a call
@@ -83,7 +83,7 @@ struct Team::Shared {
   std::condition_variable called, left;
 
   void call() {
-    { const std::lock_guard<std::mutex> lock(mutex); }  // nobody is between looking and sleeping
+    { const std::lock_guard<std::mutex> lock(mutex); }  // no thread is between looking and sleeping
     called.notify_all();
   }
 };

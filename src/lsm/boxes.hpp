@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows and planes of members (physics/shape_matching.hpp: BoxSums): whom they hold, walking them, and what their sums
+// Rows and planes of members (physics/shape_matching.hpp: BoxSums): their members, walking them, and what their sums
 // are relative to. The row about a vertex are the live ones within w of it along x, the plane about it the rows about
 // those within w along y. A vertex that has melted has them, too; where no vertex ever was, there are none.
 // Regions that are made of such planes are told when they are filled (topology/region_bodies.hpp: is_boxed).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The neighbour loop. The first sweep of a sub-step goes through the candidates and stores who is within H
+// The neighbour loop. The first sweep of a sub-step goes through the candidates and stores which of them are within H
 // (neighbour_words.hpp); every later one visits only those.
 #pragma once
 
@@ -17,7 +17,7 @@ enum class SearchKind { periodic, plain, counted };
 template <bool Periodic>
 inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : SearchKind::plain;
 
-/// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores who is near to each of
+/// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores the neighbours of each of
 /// them. Where branches are dear, candidates that are not near are visited, too; what vanishes beyond H needs no branch.
 template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
 MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, SomeRows set,
@@ -76,7 +76,7 @@ MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, 
   }
 }
 
-/// visit(x_j, r2) for every candidate of particle i in one part of its rows, and stores who is near as set `part` of words:
+/// visit(x_j, r2) for every candidate of particle i in one part of its rows, and stores the neighbours as set `part` of words:
 /// the first sweep of a sub-step.
 template <SearchKind kind, class T, class Visit>
 MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_t part, std::uint32_t parts,

@@ -6,7 +6,7 @@
 // largest halves of at most 8 particles and no longer than H. Above them eight neighbours along the curve
 // share a box, whatever halves they are of: that needs no links, and boxes are exact at every level.
 //
-// The order depends on positions and ids alone. Nothing here knows the size of the domain.
+// The order depends on positions and ids alone. Nothing here depends on the size of the domain.
 #pragma once
 
 #include "spatial/bodies.hpp"

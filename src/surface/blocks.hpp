@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where things are: cells of the particle grid, which are also the blocks of nodes, and who is next to whom.
+// Where things are: cells of the particle grid, which are also the blocks of nodes, and the neighbours of each.
 //
 // Only blocks near the surface are listed. A group (an occupied cell) lists itself unless it is deep: all 27
 // cells around it occupied, no surface particle in them. An empty cell beside groups is listed by the first

@@ -141,7 +141,7 @@ struct StageBody {
     const HeatOperand<T> other = w.f.heat_operand[j];
     return {other.temperature, own.operand.resistivity + other.resistivity};
   }
-  /// What changes its phase conducts by who is at the other end.
+  /// The conductivity of a particle that changes phase depends on the particle at the other end.
   MELTSIM_HD void settle(const Own& own, Stored& s, std::uint64_t i, std::uint32_t j) const {
     if (s.resistivities < T(0))
       s.resistivities = toward(w, i, own.operand, s.temperature) +

@@ -114,7 +114,7 @@ struct MaskWriter {
   }
 };
 
-/// fill_region for a half-width that the compiler knows.
+/// fill_region for a half-width that is a compile-time constant.
 template <int H, class T>
 MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
   using Planes = RegionPlanes<H>;

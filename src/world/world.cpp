@@ -15,7 +15,7 @@ using core::guarded;
 using core::guarded_report;
 
 namespace {
-/// Says who is in a call of a World: one thread at a time. A host's own stage may call the World that runs it.
+/// Marks a World as in use by this thread: one thread at a time. A host's own stage may call the World that runs it.
 class Use {
  public:
   explicit Use(WorldImpl* impl) : impl_(impl) {

@@ -209,7 +209,7 @@ bool WorldImpl::solution_heats() const {
          });
 }
 
-/// Whether a body is dissolving, as far as the host knows.
+/// Whether a body is dissolving, according to the state on the host.
 bool WorldImpl::dissolves() const {
   if (!species_used_ || !(desc.solute.time_scale > 0) || (disabled_facts_ & core::fact_species) != 0)
     return false;

@@ -564,7 +564,7 @@ StepResult WorldImpl::collect() {
   r.halted = halted_;
   r.halt_reason = halt_reason_;
   r.halt_step = halt_step_;
-  if (dirty_) {  // the host knows
+  if (dirty_) {  // the state is on the host
     r.melted = state_.melted;
     r.frozen = state_.frozen;
     r.removed = state_.removed - state_.strayed;

@@ -13,7 +13,7 @@
 //   v, w     velocity of the centre of mass, angular velocity                              m/s, rad/s
 //   J, L     impulse and angular impulse about x in a sub-step: pressure, viscosity,
 //            contact, not gravity                                                          N s, N m s
-//   g, a     gravity; acceleration by forces that only the host knows                      m/s^2
+//   g, a     gravity; acceleration by the host's own forces                               m/s^2
 //   dx, dr   what the host's pose was ahead of the proxy's, over the step of the host      m/s, rad/s
 //
 //   M v' = M v + J + M (g + a) dt, and the rotation of rigid_piece.hpp under R I R^T w, then + L;
