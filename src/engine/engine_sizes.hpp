@@ -81,7 +81,8 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
     }
     set(Owner::tree_node, nodes);
   }
-  n.spare_position = fuses && (s.facts & fact_fluid) != 0 && (s.facts & fusion_table[fusion_advance].never) == 0 &&
+  n.spare_position = fuses && (s.facts & fact_fluid) != 0 &&
+                     (s.facts & fusion_table[fusion_advance].never) == 0 &&
                      l.vertex_site.empty();  // what was solid keeps sph.advance away
   set(Owner::particle, s.particle_capacity);
   set(Owner::particle_species, s.particle_capacity * c.species.size());

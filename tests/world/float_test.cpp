@@ -9,7 +9,7 @@ namespace {
 
 class Draught : public ::testing::TestWithParam<double> {};
 
-TEST_P(Draught, EqualsTheDensityRatioWithinHalfASpacing) {
+TEST_P(Draught, EqualsTheDensityRatioWithinATenthOfASpacing) {
   MELTSIM_NEEDS_BACKEND();
   const double ratio = GetParam();
   WorldDesc d = describe();
@@ -28,7 +28,7 @@ TEST_P(Draught, EqualsTheDensityRatioWithinHalfASpacing) {
   f.shape = Shape::box({0, 0, 0}, {3.2, 1.6, 3.2});
   f.material = water;
   require(w->add_fluid(f));
-  const double side = 1.2;  // 6 spacings: half of one is 8 % of the draught's range
+  const double side = 1.2;  // 6 spacings; a tenth of one is 8 % of the least draught
   SolidDesc b;
   // Starts at the lattice site nearest to its draught; it must stay there.
   const double floor = 0.2 * std::round((1.6 - ratio * side) / 0.2);
@@ -50,7 +50,8 @@ TEST_P(Draught, EqualsTheDensityRatioWithinHalfASpacing) {
   center /= samples;
   const double level = (water_volume + ratio * side * side * side) / (3.2 * 3.2);
   const double draught = level - (center - side / 2);
-  EXPECT_NEAR(draught, ratio * side, 0.1) << "level " << level << " centre " << center;
+  // It is off by 0.003 m or less; what is left of the heave is as large.
+  EXPECT_NEAR(draught, ratio * side, 0.02) << "level " << level << " centre " << center;
 }
 
 // Flat attitude is stable only below 0.211 or above 0.789; in between a cube turns within minutes, not in 2.5
@@ -97,7 +98,8 @@ TEST(Contact, ATowerOfThreeBlocksStands) {
   const auto p = *w->pieces();
   ASSERT_EQ(p.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_NEAR(p[k].center.y, 0.3 + 0.6 * double(k), 0.2) << "sunk in by more than a spacing";
+    // Contacts give way by 0.001 m.
+    EXPECT_NEAR(p[k].center.y, 0.3 + 0.6 * double(k), 0.02) << "sunk in by more than a tenth of a spacing";
     EXPECT_NEAR(p[k].center.x, 0.9, 0.1);
     EXPECT_LT(length(p[k].velocity), 0.02);
   }
