@@ -20,8 +20,8 @@ struct Built {
   std::vector<meltsim::MaterialId> material_ids;
   std::vector<bool> body_melts;  ///< per body of the scene
   std::vector<meltsim::ForceFieldId> force_field_ids;
-  std::uint64_t meltable = 0;    ///< solid particles that can melt
-  ProbeGroups probes;            ///< once add_probes() was called; the World of a viewer has none
+  std::uint64_t meltable = 0;  ///< solid particles that can melt
+  ProbeGroups probes;          ///< once add_probes() was called; the World of a viewer has none
 };
 
 /// Builds and prepares the world. Failures carry the place in the scene.

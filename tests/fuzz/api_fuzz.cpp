@@ -390,10 +390,12 @@ class Sequence {
     if (wild_ && chance(0.1)) to.pop_back();
     note("update_mesh ", id.index);
     refusable_ = true;  // growth, beyond a wall, too fast
-    const double stable = world_->stable_dt();
+    const double stable = world_->stable_dt(), dt = finite(stable) && stable > 0 ? stable : 1e-3;
+    double farthest = 0;
+    for (std::size_t k = 0; k < to.size(); ++k) farthest = std::max(farthest, length(to[k] - corners[k]));
     if (guarded_call("update_mesh", [&] { return world_->update_mesh(id, to, velocities); })) {
-      if (guarded_call("step", [&] { return world_->step(finite(stable) && stable > 0 ? stable : 1e-3); }))
-        corners = to;
+      moves(farthest / dt);  // of a body that is alone it may be any speed
+      if (guarded_call("step", [&] { return world_->step(dt); })) corners = to;
       else  // it would be refused for ever
         (void)guarded_call("update_mesh", [&] { return world_->update_mesh(id, corners); });
     }
@@ -463,7 +465,26 @@ class Sequence {
     if (id) {
       moves(e.speed);
       emits_ = true;
+      emitters_.push_back({*id, e});
     }
+  }
+
+  /// Turns a nozzle off or on, changes its speed, moves it: a little as a host does, or anywhere.
+  void set_emitter() {
+    if (emitters_.empty()) return add_emitter();
+    auto& [id, e] = emitters_[random_.below(static_cast<std::uint32_t>(emitters_.size()))];
+    EmitterSetting to;
+    if (chance(0.3)) to.on = chance(0.6);
+    if (chance(0.3)) to.speed = or_extreme(e.speed * random_.uniform(0.5, 1.5), 0.03);
+    if (chance(0.6))
+      to.center = chance(0.8) ? or_extreme(e.center + direction() * dx_, 0.03) : or_extreme(place(), 0.03);
+    note("set_emitter speed ", to.speed.value_or(0), " to ", to.center.value_or(Vec3d{}).x);
+    refusable_ = true;
+    const auto s = guarded_call("set_emitter", [&] { return world_->set_emitter(id, to); });
+    refusable_ = false;
+    if (!s) return;
+    if (to.speed) moves(*to.speed);
+    if (to.center) e.center = *to.center;
   }
 
   void add_heat_region() {
@@ -848,7 +869,8 @@ class Sequence {
     else if (what < 0.14) change_material();
     else if (what < 0.26) add_fluid();
     else if (what < 0.36) add_solid();
-    else if (what < 0.41) add_emitter();
+    else if (what < 0.40) add_emitter();
+    else if (what < 0.41) set_emitter();
     else if (what < 0.45) add_heat_region();
     else if (what < 0.70) step_some();
     else if (what < 0.78) read_totals();
@@ -884,7 +906,8 @@ class Sequence {
   std::vector<MaterialId> materials_, liquids_, solids_, species_;
   std::vector<BodyId> bodies_;
   std::vector<std::pair<BodyId, std::vector<Vec3d>>> meshes_;  ///< bodies that deform, and their corners
-  std::vector<ForceFieldId> fields_;                           ///< removed ones included
+  std::vector<std::pair<EmitterId, EmitterDesc>> emitters_;
+  std::vector<ForceFieldId> fields_;  ///< removed ones included
   std::map<std::uint32_t, double> masses_;
   std::vector<ReadTicket> tickets_;
   bool halted_ = false, emits_ = false, refusable_ = false;

@@ -44,22 +44,24 @@ enum class ForceRegion : std::uint32_t { everywhere, box, sphere, cylinder };
 /// One force field, in stored coordinates.
 template <class T>
 struct ForceField {
-  std::uint32_t on{};  ///< 0: an empty row
-  ForceKind kind{};
-  ForceRegion region{};
-  std::uint32_t liquid{}, bodies{};  ///< 1: acts on liquid; on bodies that can move
-  std::int32_t power{};              ///< p
-  Vec3<T> center{};                  ///< of the region [m]
-  Vec3<T> axes[3]{};                 ///< unit vectors along its sides; the last one along a cylinder
+  std::uint32_t on{};      ///< 0: an empty row
+  ForceKind kind{};        ///< what it does
+  ForceRegion region{};    ///< where
+  std::uint32_t liquid{};  ///< 1: acts on liquid
+  std::uint32_t bodies{};  ///< 1: acts on bodies that can move
+  std::int32_t power{};    ///< p
+  Vec3<T> center{};        ///< of the region [m]
+  Vec3<T> axes[3]{};       ///< unit vectors along its sides; the last one along a cylinder
   Vec3<T> half{};  ///< half its sides; of a sphere x: radius; of a cylinder x: radius, z: half its height [m]
-  Vec3<T> about{};             ///< the point [m]
-  Vec3<T> axis{};              ///< n
-  Vec3<T> vector{};            ///< A [m/s^2] or u [m/s]
-  Vec3<T> spin{};              ///< w [rad/s]
-  T strength{};                ///< s [m/s^2]
-  T radius{};                  ///< R [m]
-  T rate{};                    ///< k [1/s]
-  double from = 0, until = 0;  ///< acts in sub-steps that begin in [from, until) [s]
+  Vec3<T> about{};   ///< the point [m]
+  Vec3<T> axis{};    ///< n
+  Vec3<T> vector{};  ///< A [m/s^2] or u [m/s]
+  Vec3<T> spin{};    ///< w [rad/s]
+  T strength{};      ///< s [m/s^2]
+  T radius{};        ///< R [m]
+  T rate{};          ///< k [1/s]
+  double from = 0;   ///< acts in sub-steps that begin at this time or later [s]
+  double until = 0;  ///< and before this one [s]
 };
 
 /// The fields of a World: the first `count` rows, some of them empty.
@@ -128,7 +130,8 @@ struct FieldWork {
 
 /// Those of a sub-step: at its beginning, and what is summed now.
 struct FieldAccount {
-  FieldWork sum, begun;  ///< of the reduction under way; at the beginning
+  FieldWork sum;    ///< of the reduction under way
+  FieldWork begun;  ///< of the beginning of the sub-step
 };
 
 /// Half of what a field acceleration a does to a particle of mass m in a sub-step: work at the velocity v of its beginning, or of
