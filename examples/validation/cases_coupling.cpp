@@ -311,6 +311,72 @@ void stokes(const Settings& s, Report& r) {
   }
 }
 
+// A half-submerged sphere of 0.3 m in water 3 diameters deep, let go a tenth of its diameter above its balance. Its first swing
+// ends after half of the period of Kramer et al., the next one after a whole period.
+void heave(const Settings& s, Report& r) {
+  constexpr int across = 8, wide = 6 * across, deep = 3 * across;
+  constexpr double diameter = 0.3, h = diameter / across, period = 0.76, level = deep * h, every = 0.01;
+  WorldDesc d = box(s, h, {wide, deep + across, wide}, Face::wall, Face::wall, Face::wall);
+  d.sound_speed = 40;
+  Run run(d, r);
+  run.solid("sphere", Shape::sphere({wide * h / 2, level + 0.1 * diameter, wide * h / 2}, diameter / 2),
+            run.material("solid", 499, 0));
+  run.fluid(Shape::box({0, 0, 0}, {wide * h, level, wide * h}), run.material("water", 998, 1e-3));
+  Curve path{"meltsim", {}, {}, false};
+  for (int k = 1; k * every < 1.3 * period; ++k) {
+    if (!run.to(k * every)) return;
+    path.x.push_back(k * every / period);
+    path.y.push_back((solid_of(run.particles()).centre - level) / diameter);
+  }
+  // Sound that the start sends up and down the tank takes 4 depths/c = 0.09 s: the sphere turns where what it gains over that
+  // time changes its sign.
+  constexpr std::size_t half = 4;
+  std::vector<double> turns;
+  double before = 0;
+  for (std::size_t k = half; k + half < path.y.size(); ++k) {
+    const double gain = path.y[k + half] - path.y[k - half];
+    if (before * gain < 0) turns.push_back(period * path.x[k] - every * gain / (gain - before));
+    before = gain;
+  }
+  turns.resize(2, 0);
+  r.relative("end of the first swing", turns[0], 0.5 * period, 10, "8 spacings to a diameter");
+  r.relative("end of the second swing", turns[1], period, 10, "8 spacings to a diameter");
+  r.plots.push_back(
+      {"coupling_heave", "A sphere that heaves", "t / 0.76 s", "height of its centre / D", {path}});
+}
+
+// A sphere twice as dense as the liquid sinks through 8 diameters of it, in an array 6 diameters wide, under the gravity at which
+// Schiller & Naumann give its speed; that is read between 5 and 2 diameters above the floor.
+void settling(const Settings& s, Report& r) {
+  for (const double reynolds : {1.0, 20.0, 100.0}) {
+    if (!r.error.empty()) return;
+    constexpr int across = 8, wide = 6 * across;
+    constexpr double diameter = across * dx, speed = 0.05;
+    const double mu = 1000 * speed * diameter / reynolds,
+                 drag = 24 / reynolds * (1 + 0.15 * std::pow(reynolds, 0.687)),
+                 gravity = 0.75 * drag * speed * speed / diameter;
+    WorldDesc d = box(s, dx, {wide, 9 * across, wide}, Face::periodic, Face::wall, Face::periodic);
+    d.gravity = {0, -gravity, 0};
+    d.artificial_viscosity = 0;  // it would be larger than that of the liquid
+    d.sound_speed = std::max(10 * std::sqrt(2 * gravity * 8 * diameter), 50 * speed);
+    Run run(d, r);
+    const double middle = 0.5 * wide * dx;
+    run.solid("sphere", Shape::sphere({middle, 6.5 * diameter, middle}, 0.5 * diameter),
+              run.material("solid", 2000, 0));
+    run.fluid(Shape::box({0, 0, 0}, {wide * dx, 8 * diameter, wide * dx}), run.material("water", 1000, mu));
+    double high = 0, at = 0, mean = 0;
+    const double latest = 4 * 6 * diameter / speed;
+    for (double t = 1; t < latest && mean == 0; t += 1) {
+      if (!run.to(t)) return;
+      const double y = solid_of(run.particles()).centre;
+      if (at == 0 && y < 5 * diameter) high = y, at = t;
+      if (y < 2 * diameter) mean = (high - y) / (t - at);
+    }
+    r.relative("speed at Re " + std::to_string(static_cast<int>(reynolds)), mean, speed, 15,
+               "8 spacings to a diameter; neighbours in the array take up to 5 % at Re 1");
+  }
+}
+
 }  // namespace
 
 std::vector<Case> coupling_cases() {
@@ -330,6 +396,9 @@ std::vector<Case> coupling_cases() {
        overturn},
       {"coupling.added_mass", "a sphere set in motion in liquid", "potential flow; Zuber (1964) for an array",
        false, added_mass},
+      {"coupling.heave", "a half-submerged sphere let go", "Kramer et al. (2021), Energies 14:269", true,
+       heave},
+      {"coupling.settling", "a sphere sinks", "Schiller & Naumann (1933)", true, settling},
       {"coupling.stokes", "slow flow through a cubic array of spheres", "Hasimoto (1959)", false, stokes},
   };
 }
