@@ -98,7 +98,7 @@ gpu_tests() {
   home=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$build/CMakeCache.txt" 2> /dev/null)
   [ -x "$build/bin/meltsim_gpu_tests" ] || { echo "no $build/bin/meltsim_gpu_tests: built without GoogleTest?"; return 1; }
   if [ "$home" = "$root" ] && command -v ctest > /dev/null; then
-    (cd "$build" && ctest -L gpu --no-tests=error --parallel 4 --output-on-failure --output-junit "$work/tests.xml")
+    (cd "$build" && ctest -L gpu --no-tests=error --parallel 8 --output-on-failure --output-junit "$work/tests.xml")
   else  # built elsewhere: CTest's paths mean nothing here
     "$build/bin/meltsim_gpu_tests" --gtest_output="xml:$work/tests.xml" && "$build/bin/meltsim_gpu_world_tests"
   fi
