@@ -2,9 +2,11 @@
 // CPU against CUDA, stage by stage: custom stages after every built-in one copy what a stage may see; a scene
 // that has been moving for a while (written by the CPU, restored on both) goes through one step on each.
 //
-// Errors are medians over particles, relative to the value or, where that is larger, to a hundredth of the
-// channel's root mean square: half of the particles agree better than the number given, and values near zero
-// do not count.
+// Errors are relative to the value or, where that is larger, to a hundredth of the channel's root mean square, so that
+// values near zero do not count. Particles are compared by what they are beside (Class): half of a class agree better than
+// the number given, nine tenths than `nine_tenths` times it, all than `worst` times it: images in walls double the terms of a
+// sum, and near corners pressures cancel each other. On an H200 nine tenths came to 3.1 times the number at most
+// (accelerations at walls), all to 11 times.
 //
 // Tolerances in single precision. 3e-6: a sum over 65 neighbours, fused operations on one side only. Stiff
 // channels get more: pressure is c^2 (phi - 1), so one unit in the last place of phi, 1.2e-7, is 1e-4 of a
@@ -19,6 +21,7 @@
 #include <string>
 
 #include "gpu/melting_scene.hpp"
+#include "meltsim/particle_tag.hpp"
 #include "support/require_gpu.hpp"
 
 namespace {
@@ -35,14 +38,17 @@ struct Tolerance {
   double plain, stiff;
 };
 
+constexpr double nine_tenths = 5, worst = 50;
+
 Tolerance tolerance(Precision precision) {
   return precision == Precision::single_precision ? Tolerance{3e-6, 2e-4} : Tolerance{6e-14, 2e-12};
 }
 
-double median_error(const Channel& cpu, const Channel& cuda) {
-  if (cpu.values.size() != cuda.values.size()) return INFINITY;
+/// Of every particle.
+std::vector<double> errors_of(const Channel& cpu, const Channel& cuda) {
   const std::size_t w = cpu.width, n = cpu.values.size() / w;
-  if (n == 0) return 0;
+  if (cpu.values.size() != cuda.values.size())
+    return std::vector<double>(std::max<std::size_t>(n, 1), INFINITY);
   std::vector<double> size(n, 0.0), error(n, 0.0);
   double square = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -59,8 +65,58 @@ double median_error(const Channel& cpu, const Channel& cuda) {
     if (error[i] > 0) error[i] /= std::max(std::sqrt(size[i]), floor);
     if (std::isnan(error[i])) error[i] = INFINITY;
   }
-  std::nth_element(error.begin(), error.begin() + static_cast<std::ptrdiff_t>(n / 2), error.end());
-  return error[n / 2];
+  return error;
+}
+
+double quantile(std::vector<double> v, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
+  std::nth_element(v.begin(), v.begin() + at, v.end());
+  return v[static_cast<std::size_t>(at)];
+}
+
+/// What particles are beside: a fault in few of them shows in their class.
+enum Class { inner_liquid, at_walls, at_bodies, solid_surface, solid_inside, class_count };
+const char* const class_names[class_count] = {"liquid", "at walls", "liquid at bodies", "surface of bodies",
+                                              "inside bodies"};
+
+bool is_surface(meltsim::ParticleTag tag) {
+  return meltsim::is_solid(tag) && (tag & meltsim::tag_surface) != 0u;
+}
+
+/// Per id.
+std::vector<Class> classes_of(const meltsim::ParticleData& d, double side) {
+  std::vector<meltsim::Vec3d> surface;
+  for (std::size_t i = 0; i < d.id.size(); ++i)
+    if (is_surface(d.tag[i])) surface.push_back(d.position[i]);
+  std::vector<Class> classes;
+  for (std::size_t i = 0; i < d.id.size(); ++i) {
+    const meltsim::Vec3d x = d.position[i];
+    const auto near = [&](const meltsim::Vec3d& s) { return dot(s - x, s - x) < 2.25 * spacing * spacing; };
+    const double wall = std::min({x.x, x.y, x.z, side - x.x, side - x.y, side - x.z});
+    if (meltsim::is_solid(d.tag[i])) classes.push_back(is_surface(d.tag[i]) ? solid_surface : solid_inside);
+    else if (std::any_of(surface.begin(), surface.end(), near)) classes.push_back(at_bodies);
+    else classes.push_back(wall < 1.5 * spacing ? at_walls : inner_liquid);
+  }
+  return classes;
+}
+
+/// Compares a channel class by class.
+void compare(const Channel& cpu, const Channel& cuda, const std::vector<Class>& classes, double allowed,
+             const std::string& what) {
+  const std::vector<double> errors = errors_of(cpu, cuda);
+  ASSERT_EQ(errors.size(), classes.size()) << what;
+  for (int c = 0; c < class_count; ++c) {
+    std::vector<double> of;
+    for (std::size_t i = 0; i < errors.size(); ++i)
+      if (classes[i] == c) of.push_back(errors[i]);
+    if (of.empty()) continue;
+    const double half = quantile(of, 0.5), most = quantile(of, 0.9), all = quantile(of, 1);
+    std::printf("  %-46s %-18s %5zu: %.1e %.1e %.1e\n", what.c_str(), class_names[c], of.size(), half, most,
+                all);
+    EXPECT_LE(half, allowed) << what << ", half of " << class_names[c];
+    EXPECT_LE(most, nine_tenths * allowed) << what << ", nine tenths of " << class_names[c];
+    EXPECT_LE(all, worst * allowed) << what << ", all of " << class_names[c];
+  }
 }
 
 /// Host memory of what a stage sees.
@@ -167,6 +223,7 @@ class Parity : public ::testing::TestWithParam<Precision> {
 void Parity::compare_stages() {
   const auto state = developed(scene_);
   World cpu = restored(scene_, Backend::cpu, state), cuda = restored(scene_, Backend::cuda, state);
+  const auto classes = classes_of(value_of(cpu.particles()), scene_.side * spacing);
   const auto expected = stages_of_a_step(cpu), got = stages_of_a_step(cuda);
   ASSERT_EQ(expected.size(), got.size());
   ASSERT_GE(expected.size(), 10u) << "the scene does not run enough stages to say anything";
@@ -174,9 +231,8 @@ void Parity::compare_stages() {
   for (std::size_t s = 0; s < expected.size(); ++s) {
     ASSERT_FALSE(expected[s].channels.empty()) << expected[s].stage << " did not run";
     for (const auto& [name, channel] : expected[s].channels) {
-      const double error = median_error(channel, got[s].channels.at(name));
-      std::printf("  %-22s %-13s %.1e\n", expected[s].stage.c_str(), name.c_str(), error);
-      EXPECT_LE(error, stiff(name) ? t.stiff : t.plain) << expected[s].stage << ": " << name;
+      compare(channel, got[s].channels.at(name), classes, stiff(name) ? t.stiff : t.plain,
+              expected[s].stage + ": " + name);
     }
   }
 }
@@ -216,6 +272,7 @@ void Parity::compare_steps() {
   World cpu = restored(scene_, Backend::cpu, state), cuda = restored(scene_, Backend::cuda, state);
   ASSERT_EQ(value_of(cpu.state_hash()), value_of(cuda.state_hash()));
   const Tolerance t = allowed();
+  const auto classes = classes_of(value_of(cpu.particles()), scene_.side * spacing);
   int steps = 0;
   for (const int until : {1, 5}) {
     step(cpu, until - steps);
@@ -223,11 +280,10 @@ void Parity::compare_steps() {
     steps = until;
     const auto expected = particles_of(cpu), got = particles_of(cuda);
     for (const auto& [name, channel] : expected) {
-      const double error = median_error(channel, got.at(name));
-      std::printf("  after %d step(s) %-13s %.1e\n", until, name.c_str(), error);
       // Every sub-step adds its own rounding of phi to the velocities: c 6e-8 times a few, against a liquid
       // that is nearly at rest.
-      EXPECT_LE(error, until * (stiff(name) ? t.stiff : t.plain)) << name << " after " << until;
+      compare(channel, got.at(name), classes, until * (stiff(name) ? t.stiff : t.plain),
+              name + " after " + std::to_string(until));
     }
     const auto a = value_of(cpu.totals()), b = value_of(cuda.totals());
     // The same masses in another order: each addition rounds by half a unit in the last place of the sum at most.
