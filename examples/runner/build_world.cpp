@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "check_units.hpp"
 #include "expect.hpp"
 #include "library_error.hpp"
 #include "load_scene.hpp"
+#include "meltsim/physics/fluid.hpp"
 #include "memory.hpp"
 
 namespace runner {
@@ -131,6 +133,11 @@ class Builder {
 
 }  // namespace
 
+double error_at(double density_error, double sound_factor) {
+  const double e = density_error > 0 ? density_error : meltsim::physics::usual_density_error;
+  return std::clamp(e / (sound_factor * sound_factor), 1e-5, 0.1);
+}
+
 Built build_world(const Scene& scene, const MachineOptions& machine) {
   check_frames(scene);
   check_particle_budget(scene);
@@ -145,6 +152,10 @@ Built build_world(const Scene& scene, const MachineOptions& machine) {
   };
   if (scene.sound_factor == 1 || desc.sound_speed > 0) return build();
   // What `auto` comes to, only the scene's contents tell.
+  if (desc.follow_sound_speed) {  // it stays derived
+    desc.density_error = error_at(desc.density_error, scene.sound_factor);
+    return build();
+  }
   const double automatic = build().world.resolved().sound_speed;
   desc.sound_speed = automatic * scene.sound_factor;
   desc.density_error = 0;

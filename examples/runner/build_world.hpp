@@ -27,6 +27,9 @@ struct Built {
 /// Builds and prepares the world. Failures carry the place in the scene.
 Built build_world(const Scene& scene, const MachineOptions& machine);
 
+/// The density_error at which a derived sound speed is `sound_factor` times as large.
+double error_at(double density_error, double sound_factor);
+
 /// "cpu, 2 threads (no usable CUDA device)": what was chosen and why.
 std::string backend_text(meltsim::World& world);
 const char* backend_name(meltsim::Backend backend);

@@ -122,6 +122,7 @@ void take_settings(Scene& scene, const Json& settings, Log& log) {
     scene.world.sound_speed = number("sound_speed");
     scene.world.density_error = 0;
   }
+  if (number("density_error") > 0) scene.world.density_error = number("density_error");
   if (number("courant") > 0) scene.world.courant = number("courant");
   scene.time.adaptive = true;
   scene.time.dt = number("dt") > 0 ? std::optional<double>(number("dt")) : std::nullopt;

@@ -224,6 +224,18 @@ const Options<Scene>& solver_options() {
             if (s.world.sound_speed > 0) value.fail("sound_speed decides; drop one of them");
           },
           [](const Scene& s) { return s.world.density_error > 0 ? Json(s.world.density_error) : Json(); }),
+      custom<Scene>(
+          "follow_sound_speed", "follow_sound_speed", "false",
+          "the derived sound speed falls, down to a quarter, where a scene calms down, and is back before a "
+          "splash comes; compression stays within `density_error`. Liquid at rest at a quarter of its height "
+          "takes half the sub-steps. [Steps](design/steps.md#a-sound-speed-that-follows)",
+          {{"type", "boolean"}},
+          [](const Node& value, Scene& s) {
+            s.world.follow_sound_speed = value.boolean();
+            if (s.world.follow_sound_speed && s.world.sound_speed > 0)
+              value.fail("sound_speed stays as it is; leave it out and set density_error, or drop this key");
+          },
+          [](const Scene& s) { return s.world.follow_sound_speed ? Json(true) : Json(); }),
       number<Scene>("artificial_viscosity", "artificial_viscosity", OF_WORLD(artificial_viscosity),
                     "Monaghan's alpha", between(0, 1), "0.05", "Monaghan's alpha"),
       flag<Scene>("tension", "", OF_WORLD(tension), "false",

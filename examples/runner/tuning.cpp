@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "build_world.hpp"
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
@@ -282,7 +283,9 @@ Scene Tuning::with(const Knobs& knobs) const {
           std::ceil(static_cast<double>(emitter.desc.max_particles) / std::pow(x, 3)));
   meltsim::WorldDesc& world = scene.world;
   scene.sound_factor = 1;
-  if (!heat_only_) {
+  if (!heat_only_ && world.follow_sound_speed) {
+    world.density_error = error_at(world.density_error, knobs[Knob::sound_speed]);
+  } else if (!heat_only_) {
     world.sound_speed = sound_speed_ * knobs[Knob::sound_speed];
     world.density_error = 0;
   }
@@ -340,8 +343,9 @@ std::string Tuning::settings_text(const Knobs& knobs) const {
   std::string text =
       fmt::format("spacing {:.3g} m (x {:.2f})", scene.world.spacing, scene.world.spacing / spacing_);
   if (!heat_only_)
-    text += fmt::format(", sound speed {:.3g} m/s (x {:.2f}), Courant number {:.2g}", scene.world.sound_speed,
-                        knobs[Knob::sound_speed], scene.world.courant);
+    text +=
+        fmt::format(", sound speed {:.3g} m/s (x {:.2f}), Courant number {:.2g}",
+                    sound_speed_ * knobs[Knob::sound_speed], knobs[Knob::sound_speed], scene.world.courant);
   if (step_ > 0)
     text += fmt::format(", steps of {:.3g} s at most (x {:.2f})", *scene.time.dt, knobs[Knob::step]);
   return text;
@@ -353,7 +357,8 @@ Json Tuning::settings_json(const Knobs& knobs) const {
   for (std::size_t k = 0; k < trade::knob_count; ++k)
     json["multiples"][trade::knob_name(static_cast<Knob>(k))] = knobs.value[k];
   json["spacing"] = scene.world.spacing;
-  if (!heat_only_) json["sound_speed"] = scene.world.sound_speed;
+  if (!heat_only_ && scene.world.follow_sound_speed) json["density_error"] = scene.world.density_error;
+  else if (!heat_only_) json["sound_speed"] = scene.world.sound_speed;
   json["courant"] = scene.world.courant;
   if (step_ > 0) json["dt"] = *scene.time.dt;
   return json;

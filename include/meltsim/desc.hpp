@@ -144,6 +144,12 @@ struct WorldDesc {
   /// What the derived sound speed allows liquid at rest to be compressed by at its lowest place [-], 1e-5..0.1; automatic =
   /// 0.005, c = 10 v_max. Cost goes as its root. Not together with sound_speed.
   double density_error = 0;
+  /// The derived sound speed holds for the whole run; true: it follows what moves, down to a quarter of that and up to it, so
+  /// that a scene that calms down takes fewer sub-steps (docs/design/steps.md). Compression stays within density_error;
+  /// Ledger::sound_work is what the change gave the liquid. Deformable bodies become softer in proportion, so one with a
+  /// youngs_modulus that is not molten yet keeps the speed where it is. step() then waits for results, once in 32 sub-steps.
+  /// Not together with sound_speed.
+  bool follow_sound_speed = false;
   int pieces_interval = 16;  ///< sub-steps between searches for pieces that came apart, >= 1
 };
 

@@ -142,7 +142,7 @@ typedef struct meltsim_world_desc {
   meltsim_outlet outlets[6];         /* what is beyond open faces, in the order of `faces` */
   double density_error;              /* compression at rest that a derived sound speed allows; 0: 0.005 */
   int32_t heat_interval;             /* most sub-steps that share a step of heat, within a step; 0: chosen */
-  int32_t reserved;                  /* 0 */
+  int32_t follow_sound_speed;        /* the derived sound speed follows what moves, 0 or 1 */
 } meltsim_world_desc;
 
 /* A substance. */

@@ -87,6 +87,10 @@ struct Ledger {
   double max_speed = 0;                                  ///< [m/s]
   double density_error_mean = 0, density_error_max = 0;  ///< rho/rho0 - 1 over liquid with rho > rho0
   double courant = 0;                                    ///< (c + max_speed) dt / H of that sub-step
+  double sound_speed = 0;                                ///< c of that sub-step [m/s]; 0 before the first
+  /// Work on compressed liquid by a sound speed that changes [J] (WorldDesc::follow_sound_speed): kinetic, potential and elastic
+  /// energy together change by it, where nothing else drives or damps. About density_error of the potential energy.
+  double sound_work = 0;
 };
 
 /// Particles copied to the host, sorted by id. Arrays are parallel. From the first step on an id names the same particle

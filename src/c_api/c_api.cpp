@@ -507,6 +507,7 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
     d.heat.time_scale = c.heat_time_scale;
     d.heat.interval = c.heat_interval;
     d.density_error = c.density_error;
+    d.follow_sound_speed = c.follow_sound_speed != 0;
     d.max_substeps = c.max_substeps;
     *world = new meltsim_world{expect(meltsim::World::create(d, c.version))};
   });

@@ -56,6 +56,7 @@ struct SubstepArguments {
   const std::vector<Reshaped>* reshaped = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
   std::uint64_t sample_at = 0;  ///< where their values go: first of the samples' values
+  double spring_stretch = 1;    ///< how much longer the step that springs go by is than the scene's
 };
 
 /// How the engine carries out a sub-step of certain stages.
@@ -158,6 +159,13 @@ class Engine {
   /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.
   virtual void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,
                                std::uint32_t count) = 0;
+  /// Waits. What the sound speed follows from, of the last good state.
+  virtual SoundLook look() = 0;
+  /// The sound speed of the next sub-steps [m/s], of pressures alone, until the next upload() or adapt(). change: of its square, whose
+  /// work on what is compressed is counted; 0 where it was told before. Does not wait.
+  virtual void set_sound_speed(double speed, double change) = 0;
+  /// Waits. That work since the last call [J].
+  virtual double take_sound_work() = 0;
   /// Enqueues one sub-step. No allocation, no copy from the host; waits only where much is enqueued already.
   virtual void substep(const SubstepArguments& arguments) = 0;
   /// Whether substep() returns before its work is done.

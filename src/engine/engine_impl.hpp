@@ -47,6 +47,7 @@ class EngineImpl final : public Engine {
     readings_.release(ex_);
     mesh_staging_.release(ex_);
     for (void* const mark : marks_) ex_.release_mark(mark);
+    if (sound_ != nullptr) ex_.release(sound_);
   }
 
   Backend backend() const override { return E::backend; }
@@ -103,7 +104,8 @@ class EngineImpl final : public Engine {
     w_.born = static_cast<std::uint32_t>(state.position.size());
     use_slots(slots_for(w_.born));
     put_state(c, l, state);
-    rolled_back_ = abandoned_ = false;
+    rolled_back_ = abandoned_ = sized_ = false;
+    materials_ = static_cast<std::uint32_t>(c.materials.size());
     count_anew_ = true;
     last_index_ = 0;
     w_.solids = w_.vertices != 0 || std::any_of(state.tag.begin(), state.tag.end(), is_solid);
@@ -134,6 +136,8 @@ class EngineImpl final : public Engine {
     buffers_.link(w_);
     scales_ = scales_of(c, l);
     fill_constants<E>(w_, c, l, n);
+    materials_ = static_cast<std::uint32_t>(c.materials.size());
+    sized_ = false;
     w_.slots_of_all = asks_by_id(setup.facts);
     put_tables(ex_, w_, c);
     put_lattice(ex_, w_, l, state, grown);
@@ -190,6 +194,31 @@ class EngineImpl final : public Engine {
     unguarded([&] { step::set_force_field<E, T>(ex_, w_, row, round_field<T>(field), count); });
   }
 
+  SoundLook look() override {
+    SoundLook seen;
+    last_good();
+    if (w_.f.status == nullptr || w_.born == 0 || rolled_back_ || !has_sound_room()) return seen;
+    step::look<E, T>(ex_, w_, sized_ && w_.f.density != nullptr, &sound_->look);
+    ex_.download(&seen, &sound_->look, sizeof seen);
+    return seen;
+  }
+
+  void set_sound_speed(double speed, double change) override {
+    if (rolled_back_ || w_.f.materials == nullptr || !has_sound_room()) return;
+    const bool counts = sized_ && w_.f.density != nullptr && w_.born != 0;
+    step::set_sound_speed<E, T>(ex_, w_, materials_, speed, counts ? change : 0.0, &sound_->sum,
+                                &sound_->account);
+  }
+
+  double take_sound_work() override {
+    if (sound_ == nullptr) return 0;
+    SoundWork work;
+    ex_.download(&work, &sound_->account, sizeof work);
+    const SoundWork none;
+    ex_.upload(&sound_->account, &none, sizeof none);
+    return work.done;
+  }
+
   void substep(const SubstepArguments& a) override {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
@@ -213,7 +242,7 @@ class EngineImpl final : public Engine {
     counted_dt_ = a.dt;
     w_.clock.dt = static_cast<T>(a.dt);
     w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
-    w_.clock.spring_dt = static_cast<T>(scales_.spring_dt);
+    w_.clock.spring_dt = static_cast<T>(scales_.spring_dt * a.spring_stretch);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
     w_.clock.end = a.end;
@@ -260,6 +289,7 @@ class EngineImpl final : public Engine {
     }
     if (advances) buffers_.take_spare(w_);
     if (advances && checked_build) look_at(stage_step_integrate, 0);
+    sized_ = true;
     ex_.pace();
   }
 
@@ -334,7 +364,7 @@ class EngineImpl final : public Engine {
     w_.born = s.born;
     use_slots(slots_for(w_.born));
     last_index_ = s.last_index;
-    rolled_back_ = abandoned_ = false;
+    rolled_back_ = abandoned_ = sized_ = false;
     count_anew_ = true;
     if (w_.f.status == nullptr) return;
     ex_.set_guard(s.missing());
@@ -457,6 +487,18 @@ class EngineImpl final : public Engine {
     std::uint64_t bytes = 0, last_index = 0;
     std::uint32_t born = 0;
   };
+  /// Where what the sound speed follows from, and the work of its changes, come to lie.
+  struct SoundRoom {
+    SoundLook look;
+    SoundWork sum, account;
+  };
+  bool has_sound_room() {
+    if (sound_ != nullptr) return true;
+    sound_ = static_cast<SoundRoom*>(ex_.allocate(sizeof *sound_));
+    const SoundRoom empty;
+    if (sound_ != nullptr) ex_.upload(sound_, &empty, sizeof empty);
+    return sound_ != nullptr;
+  }
   void drop_saved() {
     for (Saved& s : saved_) {
       if (s.memory != nullptr) ex_.release(s.memory);
@@ -788,7 +830,10 @@ class EngineImpl final : public Engine {
   const std::vector<PlacedStage>* custom_ = nullptr;
   Scales scales_;
   std::uint64_t last_index_ = 0;
-  std::uint64_t reserved_ = 0;  ///< items that verbs may work on
+  SoundRoom* sound_ = nullptr;   ///< null until it is asked for
+  std::uint32_t materials_ = 0;  ///< rows of the table
+  bool sized_ = false;           ///< densities are those of a sub-step since the upload
+  std::uint64_t reserved_ = 0;   ///< items that verbs may work on
   std::array<Saved, most_saved_states> saved_;
   void* marks_[2] = {nullptr, nullptr};
   Sampling sampling_;

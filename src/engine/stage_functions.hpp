@@ -38,6 +38,11 @@ template <class E, class T>
 void set_force_field(E& ex, const core::Frame<T>& w, std::uint32_t row, const physics::ForceField<T>& field,
                      std::uint32_t count);
 template <class E, class T>
+void set_sound_speed(E& ex, const core::Frame<T>& w, std::uint32_t materials, double speed, double change,
+                     core::SoundWork* sum, core::SoundWork* account);
+template <class E, class T>
+void look(E& ex, const core::Frame<T>& w, bool sized, core::SoundLook* to);
+template <class E, class T>
 void loaded(E& ex, const core::Frame<T>& w, const std::uint32_t* missing, std::uint64_t step);
 template <class E, class T>
 void emit(E& ex, const core::Frame<T>& w);
@@ -138,6 +143,9 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
                                          const physics::ForceField<T>&, std::uint32_t);                      \
   template void shift<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>, double, double,     \
                                Vec3<double>);                                                                \
+  template void set_sound_speed<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, double, double,        \
+                                         core::SoundWork*, core::SoundWork*);                                \
+  template void look<Exec, T>(Exec&, const core::Frame<T>&, bool, core::SoundLook*);                         \
   template void respeed<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>);
 
 /// All that a reading enqueues, likewise.

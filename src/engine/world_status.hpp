@@ -58,6 +58,27 @@ struct LedgerSums {
   }
 };
 
+/// What the sound speed follows from, over everything that moves.
+struct SoundLook {
+  double head = -1e300;       ///< largest v^2/2 - g.x, x relative to the stored origin [m^2/s^2]
+  std::uint32_t elastic = 0;  ///< 1: a deformable body has a youngs_modulus
+  MELTSIM_HD static SoundLook combine(SoundLook a, const SoundLook& b) {
+    a.head = maximum(a.head, b.head);
+    a.elastic |= b.elastic;
+    return a;
+  }
+};
+
+/// What a change of the sound speed does.
+struct SoundWork {
+  double mass = 0;  ///< sum of m u/c^2 at the change [kg]
+  double done = 0;  ///< since the host took it last [J]
+  MELTSIM_HD static SoundWork combine(SoundWork a, const SoundWork& b) {
+    a.mass += b.mass;
+    return a;
+  }
+};
+
 /// The same of species: contents [kg], heat that what is dissolved has taken up [J].
 struct ContentSums {
   double solute[most_species] = {}, solution = 0;

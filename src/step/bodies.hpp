@@ -6,6 +6,8 @@
 #include "engine/lattice.hpp"
 #include "engine/steered.hpp"
 #include "meltsim/physics/emission.hpp"
+#include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/sound_speed.hpp"
 #include "spatial/rows.hpp"
 
 namespace meltsim {
@@ -99,6 +101,58 @@ struct OutletSpeedBody {
         s, static_cast<double>(w.c.spacing), static_cast<double>(w.c.sound_speed),
         static_cast<double>(w.c.outlets.floor[face]), static_cast<double>(w.c.outlets.head[face]),
         static_cast<double>(length(w.f.clock->gravity))));
+  }
+};
+
+/// Every material gets the stiffness of another sound speed.
+template <class T>
+struct SetSoundSpeedBody {
+  physics::MaterialRow<T>* rows;
+  double speed;
+  MELTSIM_HD void operator()(std::uint64_t m) const {
+    rows[m].tait_stiffness =
+        static_cast<T>(physics::tait_stiffness(static_cast<double>(rows[m].density), speed));
+  }
+};
+
+/// How far liquid is compressed, as of the last sub-step's densities.
+template <class T>
+struct CompressionBody {
+  Frame<T> w;
+  MELTSIM_HD core::SoundWork operator()(std::uint64_t i) const {
+    core::SoundWork s;
+    if (!is_fluid(w.f.tag[i])) return s;
+    s.mass =
+        static_cast<double>(w.f.mass[i]) *
+        physics::compression_share(static_cast<double>(w.f.density[i]), static_cast<double>(w.c.lowest_phi));
+    return s;
+  }
+};
+
+/// The work of a change of c^2.
+struct SoundWorkBody {
+  core::SoundWork* account;
+  double change;  ///< [m^2/s^2]
+  MELTSIM_HD void operator()(const core::SoundWork& s) const { account->done += s.mass * change; }
+};
+
+/// What the sound speed follows from.
+template <class T>
+struct LookBody {
+  Frame<T> w;
+  bool sized;  ///< densities are of the last sub-step
+  MELTSIM_HD core::SoundLook operator()(std::uint64_t i) const {
+    core::SoundLook s;
+    const std::uint32_t tag = w.f.tag[i];
+    if (is_removed(tag) || (is_solid(tag) && (tag & (tag_fixed | tag_kinematic)) != 0u)) return s;
+    if (!is_fluid(tag) || is_held(tag) || !sized ||
+        static_cast<double>(w.f.density[i]) >= physics::spray_filling)
+      s.head = physics::specific_head(cast<double>(xyz(w.f.velocity[i])), cast<double>(w.clock.gravity),
+                                      cast<double>(xyz(w.f.position[i])));
+    if (is_solid(tag) && w.f.materials[material_of(tag)].modulus_rate > T(0) &&
+        w.f.bodies[body_of(tag) - 1u].motion == core::body_free)
+      s.elastic = 1u;
+    return s;
   }
 };
 

@@ -78,6 +78,20 @@ void work(E& ex, const core::Frame<T>& w) {
 
 /// Between sub-steps; not a stage.
 template <class E, class T>
+void set_sound_speed(E& ex, const core::Frame<T>& w, std::uint32_t materials, double speed, double change,
+                     core::SoundWork* sum, core::SoundWork* account) {
+  if (change != 0) ex.reduce(w.particles, CompressionBody<T>{w}, sum, SoundWorkBody{account, change});
+  ex.for_each(materials, SetSoundSpeedBody<T>{w.f.materials, speed});
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
+void look(E& ex, const core::Frame<T>& w, bool sized, core::SoundLook* to) {
+  ex.reduce(w.particles, LookBody<T>{w, sized}, to);
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
 void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a) {
   ex.reduce(w.particles, MassOfBodyBody<T>{w, a}, &w.f.push->sums, MakePushBody<T>{w, a});
   ex.for_each(w.particles, PushBody<T>{w, a});

@@ -25,6 +25,8 @@ constexpr std::uint32_t format_version = 12;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
+/// The sound speed follows what moves: where it is stands at the end.
+constexpr std::uint32_t follows_sound_bit = 4u;
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -188,6 +190,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   // What follows from something that was added, such as the sound speed, is part of what is stored.
   if (Status s = prepare(); !s) return s.error();
   fetch_state();
+  take_sound_work();
   Writer w;
   w.bytes.insert(w.bytes.end(), magic, magic + 8);
   w.value(format_version);
@@ -212,7 +215,8 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   w.value(state_.strayed);
   // 64 bits, so that what follows stays aligned.
   w.value(static_cast<std::uint64_t>((state_.heat_level ? heat_level_bit : 0u) |
-                                     (may_melt_ ? may_melt_bit : 0u)));
+                                     (may_melt_ ? may_melt_bit : 0u) |
+                                     (follows_sound() ? follows_sound_bit : 0u)));
   std::vector<std::uint64_t> hashes;
   std::vector<EmitterState> layers;
   std::vector<std::uint64_t> taken;  // per body: particles that went with it and one; 0: it is there
@@ -231,6 +235,7 @@ Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
     deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
   w.array(deformed);
   w.array(state_.mesh_points);
+  if (follows_sound()) w.value(sound_);
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
@@ -258,6 +263,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   Vec3d origin;
   core::SceneState s;
   std::uint64_t flags = 0;
+  FollowedSound followed;
   std::vector<std::uint64_t> hashes;
   std::vector<EmitterState> layers;
   std::vector<std::uint64_t> taken, deformed;
@@ -267,7 +273,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
         r.value(s.field_impulse) && r.value(owed) && r.value(s.melted) && r.value(s.frozen) &&
         r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
         read_held(r, s) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
-        r.array(s.mesh_points)) ||
+        r.array(s.mesh_points) && ((flags & follows_sound_bit) == 0 || r.value(followed))) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
@@ -318,6 +324,11 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
     return corrupt("a height is not usable");
   if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0 || owed < 0)
     return corrupt("a speed or height is not usable");
+  const auto usable = [](double v) { return v >= 0 && std::isfinite(v); };
+  if (!usable(followed.now) || followed.now > sound * (1 + 1e-9) || !usable(followed.told) ||
+      !usable(followed.level) || followed.level > sound * (1 + 1e-9) || !std::isfinite(followed.head) ||
+      !std::isfinite(followed.work) || followed.elastic > 1)
+    return corrupt("a sound speed is not usable");
   for (std::size_t k = 0; k < layers.size(); ++k)
     if (Status status = check_emitter(k, layers[k], new_time); !status) return status;
   const std::vector<char> held = fixed_in(s);
@@ -349,6 +360,8 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   state_.forces.assign(bodies_.size(), {});
   forget_events();
   added_ = !(sound > 0);
+  sound_ = followed;
+  look_now_ = !(followed.now > 0);
   origin_ = origin;
   origin_set_ = true;
   for (std::size_t k = 0; k < layers.size(); ++k) {

@@ -268,6 +268,10 @@ Status validate(const WorldDesc& d) {
     return s;
   if (d.max_substeps < 1)
     return invalid("max_substeps: must be >= 1, got ", d.max_substeps, "; the default is 64");
+  if (d.follow_sound_speed && d.sound_speed != 0)
+    return invalid("follow_sound_speed: a sound_speed of ", d.sound_speed,
+                   " m/s stays as it is; leave sound_speed 0 and set density_error, or follow_sound_speed to "
+                   "false");
   if (d.density_error != 0) {
     if (Status s = within("density_error", d.density_error, 1e-5, 0.1, "", "0 is 0.005"); !s) return s;
     if (d.sound_speed != 0)

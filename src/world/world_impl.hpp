@@ -3,7 +3,7 @@
 // world_remove.cpp, world_motion.cpp (kinematic bodies), world_mesh.cpp (those that deform), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
 // (settings, pushes, emitters), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables),
 // world_species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
-// world_stiffness.cpp (moduli), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
+// world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
 // world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
 // snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.
 #pragma once
@@ -256,6 +256,14 @@ class WorldImpl final : public Scheduler {
 
  private:
   class Limit;
+  /// Sub-steps of one length, and how heat is spread over them.
+  struct StepPart {
+    int substeps = 0, heat_every = 1, heat_rounds = 0;
+    double heat_span = 0;  ///< the longest time that one step of heat takes in [s]
+    bool heats(int k) const { return (k + 1) * heat_rounds / substeps > k * heat_rounds / substeps; }
+  };
+  Status plan_part(double rest, core::SubstepArguments& a, StepPart& part) const;
+  void begin_motions(core::SubstepArguments& a, bool first);
   Status step(double dt, Limit* limit, TimedStep* done);
   Result<TimedStep> limited_step(double dt, double seconds, std::uint64_t substeps);
   static std::uint32_t next_number();
@@ -368,6 +376,21 @@ class WorldImpl final : public Scheduler {
   Status check_curves() const;
   Status check_expansion(const MaterialDesc& m, double time_scale) const;
   double fall_height() const;
+  double lowest_place() const;
+  // world_sound.cpp
+  bool follows_sound() const;
+  double largest_substep() const;
+  double scene_length() const;
+  double driven_head(double from, double until) const;
+  void look_at_sound();
+  int part_length() const;
+  void plan_sound(double span);
+  bool at_full_sound();
+  double sound_now() const;
+  double spring_stretch() const;
+  void tell_sound();
+  void go_on_with_sound(double dt);
+  void take_sound_work();
   physics::FlowCurve<double> flow_of(const MaterialDesc& m) const;
   double largest_viscosity(const MaterialDesc& m) const;
   double least_viscosity(const MaterialDesc& m) const;
@@ -401,7 +424,7 @@ class WorldImpl final : public Scheduler {
     std::uint64_t solids_built = 0;
     bool emitter_exhausted = false;
     Vec3d origin;
-    double sound_speed = 0;
+    double sound_speed = 0, sound_work = 0;
   };
   Moment now() const;
   static StepResult result_of(const core::WorldStatus& s, const Moment& at);
@@ -529,7 +552,18 @@ class WorldImpl final : public Scheduler {
     Vec3d min{infinity, infinity, infinity}, max{-infinity, -infinity, -infinity};
   } seen_;
   std::size_t seen_particles_ = 0, seen_emitters_ = 0, seen_bodies_ = 0;  ///< they are in it
-  double sound_speed_ = 0;
+  double sound_speed_ = 0;  ///< of the scene: the derived one, or WorldDesc::sound_speed
+  /// Where the sound speed follows what moves (world_sound.cpp); snapshots hold it.
+  struct FollowedSound {
+    double level = 0;           ///< c that sub-steps are made for [m/s]; 0: the scene's
+    double now = 0;             ///< c of the next sub-step [m/s]; 0: nothing was looked at yet
+    double head = 0;            ///< found at the last look, above the lowest place [m^2/s^2]
+    double told = 0;            ///< that of the last sub-step, which the engine has [m/s]
+    double work = 0;            ///< of changes, up to the last look [J]
+    std::uint64_t elastic = 0;  ///< SoundLook::elastic
+  } sound_;
+  double sound_target_ = 0;  ///< where c goes until the next plan [m/s]
+  bool look_now_ = true;  ///< something was changed by the host: the next part of a step begins with a look
   double last_max_speed_ = 0;  ///< seen at the last synchronize() [m/s]
   /// Per material: liquid, or solid, of it is or was in the scene, is to be emitted, or can come to be by melting. What only
   /// lies in the table costs nothing.
@@ -566,6 +600,8 @@ class WorldImpl final : public Scheduler {
   double spring_dt_ = 0;            ///< what contacts and bodies without a modulus go by [s]
   double spring_share_ = 1;         ///< of the acoustic step
   double static_dt_ = infinity;     ///< largest sub-step [s] whatever moves
+  double rest_dt_ = infinity;       ///< what of it does not follow from sound [s]
+  double sound_dt_ = infinity;      ///< what of it is inversely as the sound speed [s]
   double substep_ = 0;              ///< the last one [s], 0 before the first
   core::SubstepCost substep_cost_;  ///< by the wall clock, of step_within()
   StepResult carried_;              ///< extremes seen by a synchronize() of the World's own
@@ -611,6 +647,7 @@ class WorldImpl final : public Scheduler {
     double time = 0, substep = 0, last_max_speed = 0, plan_until = 0, heat_owed = 0;
     std::uint64_t steps = 0, born = 0, noted_step = 0;
     bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false;
+    FollowedSound sound;
     std::vector<EmitterRecord> emitters;
     std::vector<physics::RigidMotion> motion;
     std::vector<physics::MeshPoint> mesh_points;

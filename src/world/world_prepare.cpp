@@ -92,12 +92,16 @@ void WorldImpl::look_at_added() {
   seen_particles_ = state_.position.size();
   seen_emitters_ = emitters_.size();
   added_ = false;
+  look_now_ = true;
   derive_sound_speed();
 }
 
 /// How far what was added may fall [m]: to the lowest corner of a bounded domain, however gravity is tilted, else to the lowest
 /// place where something was added.
-double WorldImpl::fall_height() const {
+double WorldImpl::fall_height() const { return seen_.high >= seen_.low ? seen_.high - lowest_place() : 0; }
+
+/// Along "up" [m].
+double WorldImpl::lowest_place() const {
   const double g = length(desc.gravity);
   double low = seen_.low;
   if (desc.domain.bounded && seen_.high >= low) {
@@ -107,7 +111,7 @@ double WorldImpl::fall_height() const {
                          std::min(a.z * up.z, b.z * up.z);
     if (std::isfinite(floor) && floor < low) low = floor;
   }
-  return seen_.high >= low ? seen_.high - low : 0;
+  return low;
 }
 
 /// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Once the
@@ -296,6 +300,7 @@ Status WorldImpl::prepare() {
     engine->forget_saved();
   ++uploads_;
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
+  tell_sound();
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
   places_.reset();
@@ -345,6 +350,7 @@ Status WorldImpl::adapt() {
     derive_limits();
     return s;
   }
+  tell_sound();
   noted_step_ = steps + 1;
   plan_changed_ = false;
   return {};
@@ -390,7 +396,8 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
   diffuses_ =
       std::isfinite(viscous_dt_) && (desc.viscosity == Viscosity::implicit ||
                                      (desc.viscosity == Viscosity::automatic && viscous_dt_ < static_dt_));
-  if (!diffuses_) static_dt_ = std::min(static_dt_, viscous_dt_);
+  if (!diffuses_) rest_dt_ = std::min(rest_dt_, viscous_dt_);
+  static_dt_ = std::min(sound_dt_, rest_dt_);
   strong_pull_ = std::any_of(bodies_.begin(), bodies_.end(), [this](const BodyRecord& b) {
     const MaterialDesc& m = materials[b.desc.material.index];
     return !b.desc.fixed && !b.rigid() && 2 * m.damping + alpha_of(m, spring_dt_) > physics::single_step_pull;
@@ -399,7 +406,7 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
 
 /// What step() needs of the scene, worked out once: it must not search or allocate per step.
 void WorldImpl::derive_limits() {
-  static_dt_ = infinity;
+  sound_dt_ = rest_dt_ = infinity;
   heat_lambda_ = 0;
   const double support = core::support_of(desc);
   // Of bodies as they were added, not of what is left of them by now.
@@ -418,26 +425,27 @@ void WorldImpl::derive_limits() {
   const double drag =
       physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
   if (fluid || mobile) {
-    static_dt_ = mobile ? spring_dt_ : acoustic;
+    sound_dt_ = mobile ? spring_dt_ : acoustic;
     const FieldReach fields = any_field() ? reach_of_fields() : FieldReach{};
     const double g = length(desc.gravity) + fields.pull;
-    if (fields.wind > 0) static_dt_ = std::min(static_dt_, desc.courant * support / fields.wind);
-    if (g > 0) static_dt_ = std::min(static_dt_, physics::force_dt(desc.courant, support, g));
+    if (fields.wind > 0) rest_dt_ = std::min(rest_dt_, desc.courant * support / fields.wind);
+    if (g > 0) rest_dt_ = std::min(rest_dt_, physics::force_dt(desc.courant, support, g));
     // What was added, not what was read: where a host looks may not change what it sees.
-    if (seen_.speed > 0) static_dt_ = std::min(static_dt_, desc.courant * support / seen_.speed);
+    if (seen_.speed > 0) rest_dt_ = std::min(rest_dt_, desc.courant * support / seen_.speed);
   }
   if (fluid) {
-    static_dt_ = std::min(static_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
-    if (mobile && drag > 0) static_dt_ = std::min(static_dt_, physics::drag_dt(drag, lightest, sum));
+    sound_dt_ = std::min(sound_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
+    if (mobile && drag > 0) rest_dt_ = std::min(rest_dt_, physics::drag_dt(drag, lightest, sum));
   }
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (fluid && liquid_used_[i] != 0u && materials[i].surface_tension > 0) {
       const double tension = materials[i].surface_tension, density = least_density(i);
-      static_dt_ = std::min(static_dt_, physics::capillary_dt(tension, density, desc.spacing));
+      rest_dt_ = std::min(rest_dt_, physics::capillary_dt(tension, density, desc.spacing));
       // The skin acts along the lines between particles alone: a third of a viscosity.
       const double skin = physics::skin_viscosity(tension, density, desc.spacing) / 3;
-      static_dt_ = std::min(static_dt_, physics::viscous_dt(skin / density, sum) / physics::viscous_margin);
+      rest_dt_ = std::min(rest_dt_, physics::viscous_dt(skin / density, sum) / physics::viscous_margin);
     }
+  static_dt_ = std::min(sound_dt_, rest_dt_);
   limit_viscosity(sum, drag);
   limit_solute(sum);
   rows_ = material_rows();

@@ -101,6 +101,7 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.heat_in = now.heat_in;
   l.field_work = now.field_work;
   l.field_impulse = now.field_impulse;
+  l.sound_work = at.sound_work;
   std::copy(std::begin(s.contents.solute), std::end(s.contents.solute), l.solute.begin());
   l.solution = s.contents.solution;
   if (now.ledger_step == 0) {  // no sub-step since the upload
@@ -110,6 +111,7 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.max_speed = now.step_speed;
   l.density_error_mean = now.step_excess;
   l.density_error_max = std::max(0.0, now.step_density - 1);
+  l.sound_speed = at.sound_speed;
   l.courant = (at.sound_speed + now.step_speed) * now.ledger_dt / core::support_of(desc);
   return l;
 }

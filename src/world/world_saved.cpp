@@ -37,6 +37,8 @@ Status WorldImpl::save_state(int slot) {
   v.may_melt = may_melt_;
   v.was_emitting = was_emitting_;
   v.plan_changed = plan_changed_;
+  take_sound_work();
+  v.sound = sound_;
   v.emitters = emitters_;
   v.motion = state_.motion;
   v.mesh_points = state_.mesh_points;
@@ -78,6 +80,10 @@ Status WorldImpl::load_state(int slot) {
   may_melt_ = v.may_melt;
   was_emitting_ = v.was_emitting;
   plan_changed_ = v.plan_changed;
+  take_sound_work();  // of what is undone
+  sound_ = v.sound;
+  look_now_ = false;
+  tell_sound();
   emitters_ = std::move(emitters);
   state_.motion = std::move(motion);
   state_.mesh_points = std::move(mesh_points);

@@ -71,6 +71,7 @@ Status WorldImpl::set_gravity(Vec3d gravity) {
     return {};
   }
   const double sound = sound_speed_;
+  look_now_ = true;
   if (turned) see_along(gravity);
   if (sound > 0) derive_sound_speed();
   if (turned && std::any_of(probes_.begin(), probes_.end(),
@@ -227,6 +228,7 @@ Status WorldImpl::push(const char* call, const core::PushArguments& a) {
                  core::text(call, ": the World halted: ", halt_reason_, "; restore a snapshot to go on")};
   if (Status s = prepare(); !s) return s;
   engine->push(a);
+  look_now_ = true;
   state_stale_ = true;
   return {};
 }

@@ -10,6 +10,7 @@
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/shape_matching.hpp"
+#include "meltsim/physics/sound_speed.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
 #include "world/nozzle.hpp"
 #include "world/validate.hpp"
@@ -34,9 +35,10 @@ double WorldImpl::stable_dt() {
 
 double WorldImpl::stable_dt(double speed) const {
   // A particle may cross courant H per sub-step before a flag is raised.
-  return speed > 0 && std::isfinite(static_dt_)
-             ? std::min(static_dt_, desc.courant * core::support_of(desc) / speed)
-             : static_dt_;
+  const double largest = largest_substep();
+  return speed > 0 && std::isfinite(largest)
+             ? std::min(largest, desc.courant * core::support_of(desc) / speed)
+             : largest;
 }
 
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {
@@ -198,12 +200,14 @@ Status WorldImpl::check_heat_work(double dt, double supersteps) const {
 }
 
 double WorldImpl::substeps_of(double dt) const {
-  return std::ceil(dt / std::min({static_dt_, motion_dt(), longest_substep}) * (1 - 1e-9));
+  return std::ceil(dt / std::min({largest_substep(), motion_dt(), longest_substep}) * (1 - 1e-9));
 }
 
-/// Refuses a step of more sub-steps than there may be.
+/// Refuses a step of more sub-steps than there may be; where the sound speed follows what moves, of more than at its
+/// largest, so that whether a step is taken does not hang on a splash.
 Status WorldImpl::check_substeps(double dt) const {
-  const double wanted = substeps_of(dt), largest = std::min({static_dt_, motion_dt(), longest_substep});
+  const double largest = std::min({static_dt_, motion_dt(), longest_substep});
+  const double wanted = std::ceil(dt / largest * (1 - 1e-9));
   if (!(wanted > desc.max_substeps)) return {};
   return Error{ErrorCode::step_too_large,
                core::text("step: dt: ", dt, " s needs ", wanted, " sub-steps of at most ", largest,
@@ -350,87 +354,121 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
     return Error{ErrorCode::halted,
                  "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
   if (Status s = check_substeps(dt); !s) return not_taken(s);
-  const int n = std::max(1, static_cast<int>(substeps_of(dt)));
-  core::SubstepArguments a;
-  a.dt = dt / n;
-  // Steps of heat are spread evenly over the sub-steps; the last one ends the step.
-  const int every = heat_interval(a.dt), rounds = (n + every - 1) / every;
-  const auto heats = [&](int k) { return (k + 1) * rounds / n > k * rounds / n; };
-  double heat_span =
-      std::max(heat_owed_ + a.dt, a.dt * ((n + rounds - 1) / rounds));  // the longest there will be
-  heat_plan(heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
-  if (Status s = check_heat_work(heat_span, a.heat_supersteps); !s) return not_taken(s);
-  viscous_plan(a.dt, a);
-  if (Status s = check_viscous_work(a.dt, a.viscous_supersteps); !s) return not_taken(s);
-  solute_plan(a.dt, a);
-  if (Status s = check_solute_work(a.dt, a); !s) return not_taken(s);
-  substep_ = a.dt;
   const double start = time;
   if (limit != nullptr) limit->begin();
-  int taken = 0, unheated = 0;
-  const auto interrupted = [&](int k) {
+  // Where the sound speed follows what moves, a step is taken in parts that are planned one by one; else there is one.
+  int taken = 0, planned = 0;
+  bool goes_on = true;
+  double simulated = 0;
+  while (goes_on) {
+    const int before = taken;
+    const double from = before == 0 ? start : time, rest = before == 0 ? dt : start + dt - from;
+    core::SubstepArguments a;
+    StepPart part;
+    if (follows_sound()) plan_sound(rest);
+    Status fits = plan_part(rest, a, part);
+    if (!fits && at_full_sound()) fits = plan_part(rest, a, part);
+    if (!fits && before == 0) return not_taken(fits);
+    substep_ = a.dt;
+    const int n = part.substeps, last = follows_sound() ? std::min(n, part_length()) : n;
+    planned = before + n;
+    int unheated = 0;
+    const auto interrupted = [&](int k) {
+      heat_owed_ += a.dt * unheated;
+      return Error{
+          ErrorCode::interrupted,
+          core::text("step: interrupted after ", before + k, " of ", planned, " sub-steps, ", time - start,
+                     " of ", dt, " s; the World is good up to there, call step again to go on")};
+    };
+    int k = 0;
+    for (; k < last; ++k) {
+      if (limit != nullptr && !limit->allows(static_cast<std::uint64_t>(taken))) break;
+      if (interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
+      a.time = from + rest * k / n;
+      const double end = k + 1 == n ? start + dt : from + rest * (k + 1) / n;
+      a.index = steps + 1;
+      a.end = end;
+      begin_motions(a, taken == 0);
+      // A step that is broken off again and again would never get as far as its share.
+      const double span = heat_owed_ + a.dt * (unheated + 1);
+      const bool heat = part.heats(k) || span > (part.heat_every - 0.5) * a.dt;
+      if (heat && span != part.heat_span) {
+        part.heat_span = span;
+        heat_plan(span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
+      }
+      a.stages = stage_bits(a.index, heat);
+      a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
+      begin_sample(a, end);
+      const FollowedSound sound = sound_;
+      if (follows_sound()) go_on_with_sound(a.dt);
+      a.spring_stretch = spring_stretch();
+      state_stale_ = true;
+      ++steps;
+      engine->substep(a);
+      if (engine->abandoned()) {  // back to where it began, as of a World that halted
+        fetch_state();
+        dirty_ = true;
+        sound_ = sound;
+        interrupted_.store(false, std::memory_order_relaxed);
+        return interrupted(k);
+      }
+      end_sample(a, end);
+      time = end;
+      ++taken;
+      unheated = heat ? 0 : unheated + 1;
+      if (heat) heat_owed_ = 0;
+    }
     heat_owed_ += a.dt * unheated;
-    return Error{ErrorCode::interrupted,
-                 core::text("step: interrupted after ", k, " of ", n, " sub-steps, ", time - start, " of ",
-                            dt, " s; the World is good up to there, call step again to go on")};
-  };
-  for (int k = 0; k < n; ++k) {
-    if (limit != nullptr && !limit->allows(static_cast<std::uint64_t>(k))) break;
-    if (interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
-    a.time = start + dt * k / n;
-    const double end = k + 1 == n ? start + dt : start + dt * (k + 1) / n;
-    a.index = steps + 1;
-    a.end = end;
-    a.steered = nullptr;
-    if (k == 0 && !steered_.empty()) {
-      a.steered = &steered_;
-      for (const core::Steered& s : steered_) {
-        if (bodies_[s.body].kinematic()) state_.motion[s.body] = s.motion;  // the device moves proxies
-        motions_[s.body].reset();
-        proxies_[s.body].reset();
-      }
-    }
-    a.reshaped = nullptr;
-    if (k == 0 && !reshaped_.empty()) {
-      a.reshaped = &reshaped_;
-      for (const core::Reshaped& r : reshaped_) {
-        std::copy(r.points, r.points + r.count, state_.mesh_points.begin() + std::ptrdiff_t{r.first});
-        meshes_[r.body].set = false;
-      }
-    }
-    // A step that is broken off again and again would never get as far as its share.
-    const double span = heat_owed_ + a.dt * (unheated + 1);
-    const bool heat = heats(k) || span > (every - 0.5) * a.dt;
-    if (heat && span != heat_span) {
-      heat_span = span;
-      heat_plan(heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
-    }
-    a.stages = stage_bits(a.index, heat);
-    a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
-    begin_sample(a, end);
-    state_stale_ = true;
-    ++steps;
-    engine->substep(a);
-    if (engine->abandoned()) {  // back to where it began, as of a World that halted
-      fetch_state();
-      dirty_ = true;
-      interrupted_.store(false, std::memory_order_relaxed);
-      return interrupted(k);
-    }
-    end_sample(a, end);
-    time = end;
-    taken = k + 1;
-    unheated = heat ? 0 : unheated + 1;
-    if (heat) heat_owed_ = 0;
+    simulated = k == n ? dt : (from - start) + rest * k / n;
+    if (follows_sound() && k == last && steps % physics::sound_interval == 0) look_at_sound();
+    goes_on = k == last && k < n;
   }
-  heat_owed_ += a.dt * unheated;
   if (limit == nullptr) return {};
   limit->end(static_cast<std::uint64_t>(taken));
   done->substeps = static_cast<std::uint64_t>(taken);
-  done->planned = static_cast<std::uint64_t>(n);
-  done->simulated = taken == n ? dt : dt * taken / n;
+  done->planned = static_cast<std::uint64_t>(planned);
+  done->simulated = simulated;
   done->owed = dt - done->simulated;
   return {};
+}
+
+/// Divides the rest of a step into sub-steps, with the stages of heat, viscosity and species that they need. An error, with all
+/// of it set nevertheless, where that is more work than is allowed.
+Status WorldImpl::plan_part(double rest, core::SubstepArguments& a, StepPart& part) const {
+  const int n = std::max(1, static_cast<int>(substeps_of(rest)));
+  part.substeps = n;
+  a.dt = rest / n;
+  // Steps of heat are spread evenly over the sub-steps; the last one ends the step.
+  part.heat_every = heat_interval(a.dt);
+  part.heat_rounds = (n + part.heat_every - 1) / part.heat_every;
+  part.heat_span = std::max(heat_owed_ + a.dt, a.dt * ((n + part.heat_rounds - 1) / part.heat_rounds));
+  heat_plan(part.heat_span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
+  viscous_plan(a.dt, a);
+  solute_plan(a.dt, a);
+  if (Status s = check_heat_work(part.heat_span, a.heat_supersteps); !s) return s;
+  if (Status s = check_viscous_work(a.dt, a.viscous_supersteps); !s) return s;
+  return check_solute_work(a.dt, a);
+}
+
+/// What hosts have set of kinematic bodies and proxies goes with the first sub-step of a step.
+void WorldImpl::begin_motions(core::SubstepArguments& a, bool first) {
+  a.steered = nullptr;
+  if (first && !steered_.empty()) {
+    a.steered = &steered_;
+    for (const core::Steered& s : steered_) {
+      if (bodies_[s.body].kinematic()) state_.motion[s.body] = s.motion;  // the device moves proxies
+      motions_[s.body].reset();
+      proxies_[s.body].reset();
+    }
+  }
+  a.reshaped = nullptr;
+  if (first && !reshaped_.empty()) {
+    a.reshaped = &reshaped_;
+    for (const core::Reshaped& r : reshaped_) {
+      std::copy(r.points, r.points + r.count, state_.mesh_points.begin() + std::ptrdiff_t{r.first});
+      meshes_[r.body].set = false;
+    }
+  }
 }
 
 std::string WorldImpl::halt_text(const core::WorldStatus& s) {
@@ -505,7 +543,7 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
 WorldImpl::Moment WorldImpl::now() const {
   const bool spent =
       std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return exhausted(e); });
-  return {steps, time, solids_built_, spent, origin_, sound_speed_};
+  return {steps, time, solids_built_, spent, origin_, sound_now(), sound_.work};
 }
 
 /// What a status of that moment says, but for halts.
@@ -602,7 +640,7 @@ Resolved WorldImpl::resolved() {
   r.neighbour_reason = search_.reason;
   r.support_radius = core::support_of(desc);
   r.sound_speed = (facts_ & core::fact_particles) != 0 ? sound_speed_ : 0;
-  r.stable_dt = static_dt_;
+  r.stable_dt = largest_substep();
   r.origin = origin_;
   for (const MaterialDesc& m : materials) r.stiffness.push_back(stiffness_of(m));
   double heat_dt = 0, bound = 0;
