@@ -216,11 +216,43 @@ class Trade {
 
 }  // namespace
 
+namespace {
+
+/// Means over starts that are alike, with the scene's own settings.
+int print_ensemble(const Scene& scene, const TradeOptions& options) {
+  Tuning tuning(scene, options.machine, options.observe, "--observe");
+  std::vector<trade::Measurement> runs;
+  double seconds = 0;
+  for (int n = 0; n < *options.ensemble; ++n) {
+    trade::Knobs knobs;
+    knobs.stir = n;
+    runs.push_back(tuning.measure(knobs, meltsim::infinity));
+    seconds += runs.back().wall_s;
+  }
+  const std::vector<trade::Observable>& observables = tuning.problem().observables;
+  const std::vector<trade::Mean> means = expect(trade::average(observables, runs));
+  fmt::print("{}: {} starts that differ by 0.0001 of gravity each, {:.3g} s\n{:<20} {:>12} {:>12} {:>14}\n",
+             scene.name, *options.ensemble, seconds, "observable", "mean", "one run", "mean known to");
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    const trade::Observable& o = observables[k];
+    const std::string unit = o.unit.empty() ? "" : " " + o.unit;
+    fmt::print("{:<20} {:>12} {:>12} {:>14}{}\n", o.name,
+               means[k].values.empty() ? "-" : fmt::format("{:.4g}{}", means[k].values.back(), unit),
+               fmt::format("+-{:.2g}{}", means[k].spread, unit),
+               fmt::format("+-{:.2g}{}", means[k].error, unit),
+               means[k].runs < *options.ensemble ? fmt::format(" ({} of them ended)", means[k].runs) : "");
+  }
+  fmt::print("means of curves are those at the end; spreads are the largest over the run\n");
+  return 0;
+}
+
+}  // namespace
+
 int cmd_trade(const TradeOptions& options) {
   if (!options.out.empty()) refuse_existing(options.out);
   Scene scene = load_scene(options.scene);
   if (options.time) scene.time.end = *options.time;
-  return Trade(scene, options).run();
+  return options.ensemble ? print_ensemble(scene, options) : Trade(scene, options).run();
 }
 
 }  // namespace runner

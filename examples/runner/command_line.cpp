@@ -144,6 +144,8 @@ class CommandLine {
     value(trade, "--time", "S", "simulated seconds, instead of the scene's end");
     value(trade, "--time-limit", "S", "seconds for all probes; 60 by default");
     value(trade, "--points", "N", "of the front; 8 by default");
+    value(trade, "--ensemble", "N",
+          "instead of a front: means over N starts that are alike, and their spread");
     value(trade, "--out", "DIR", "directory to write to; by default a new out/<name>-trade-NNN");
     trade->add_flag("--support", typed_.support, "also compare a support of 0.8 times the scene's");
     trade->add_flag("--no-measure", typed_.no_measure, "do not run points of the front");
@@ -334,6 +336,8 @@ class CommandLine {
     if (typed_.has("--time-limit"))
       options.seconds = option_positive("--time-limit", typed_.get("--time-limit"));
     if (typed_.has("--points")) options.points = option_between("--points", typed_.get("--points"), 2, 100);
+    if (typed_.has("--ensemble"))
+      options.ensemble = option_between("--ensemble", typed_.get("--ensemble"), 2, 1000);
     options.cache = !typed_.no_cache;
     options.support = typed_.support;
     options.measure = !typed_.no_measure;

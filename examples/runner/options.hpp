@@ -69,6 +69,7 @@ struct TradeOptions {
   std::optional<double> time;   ///< simulated seconds
   double seconds = 60;
   int points = 8;
+  std::optional<int> ensemble;  ///< instead of a front: that many starts that are alike
   bool cache = true, support = false;
   bool measure = true;  ///< points of the front are run
   std::string out;      ///< empty = a new out/<name>-trade-NNN

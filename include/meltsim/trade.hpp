@@ -202,6 +202,25 @@ MELTSIM_API Result<std::vector<Choice>> front(const Study& study, const std::str
 MELTSIM_API Difference delivered(const Study& study, std::size_t observable, const Knobs& actual,
                                  const std::vector<double>& values);
 
+/// What starts that are alike have in common, of one observable. Where single runs are chaotic, means are what converges.
+struct Mean {
+  std::vector<double>
+      values;         ///< as compared; the mean over the runs. NaN where fewer than two of them have a number
+  double spread = 0;  ///< standard deviation of one run: the largest over the values, in the unit
+  double error = 0;   ///< standard error of the mean: spread / root of the number of runs, in the unit
+  int runs = 0;       ///< how many count: complete ones
+};
+
+/// Means over measurements that differ in their start alone, per observable. Those that are not complete do not count. Error:
+/// invalid_argument where fewer than two are complete, or values are of different number.
+MELTSIM_API Result<std::vector<Mean>> average(const std::vector<Observable>& observables,
+                                              const std::vector<Measurement>& runs);
+
+/// Runs the problem `runs` times, at least twice, with Knobs::stir 0 to runs - 1, and averages. `members`: what came of each, if
+/// not null. Errors: those of measure() and of average().
+MELTSIM_API Result<std::vector<Mean>> ensemble(const Problem& problem, const Knobs& knobs, int runs,
+                                               std::vector<Measurement>* members = nullptr);
+
 }  // namespace trade
 }  // namespace v0
 }  // namespace meltsim

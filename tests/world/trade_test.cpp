@@ -319,6 +319,34 @@ trade::Problem column() {
   return p;
 }
 
+// Three runs of two observables, one that did not end, and a time that one run never reaches.
+TEST(Ensemble, MeanAndSpreadOfWhatEnded) {
+  std::vector<trade::Observable> observables(2);
+  observables[0].name = "front";
+  observables[1].name = "melt_time";
+  const double never = std::numeric_limits<double>::quiet_NaN();
+  std::vector<trade::Measurement> runs(4);
+  runs[0].values = {{1e6 + 1, 5}, {2}};
+  runs[1].values = {{1e6 + 2, 5}, {never}};
+  runs[2].values = {{1e6 + 6, 5}, {4}};
+  runs[3].complete = false;
+  const auto means = trade::average(observables, runs);
+  ASSERT_TRUE(means) << means.error().message;
+  EXPECT_EQ((*means)[0].runs, 3);
+  EXPECT_DOUBLE_EQ((*means)[0].values[0], 1e6 + 3);
+  EXPECT_DOUBLE_EQ((*means)[0].values[1], 5);
+  EXPECT_DOUBLE_EQ((*means)[0].spread, std::sqrt((4 + 1 + 9) / 2.0));  // to the last digits, beside 1e6
+  EXPECT_DOUBLE_EQ((*means)[0].error, (*means)[0].spread / std::sqrt(3.0));
+  EXPECT_DOUBLE_EQ((*means)[1].values[0], 3);
+  runs.resize(1);
+  EXPECT_FALSE(trade::average(observables, runs));
+  runs.push_back(runs[0]);
+  runs[1].values[0].pop_back();
+  const auto other = trade::average(observables, runs);
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().message.find("\"front\" in different number"), std::string::npos);
+}
+
 TEST(Measure, AWorldIsSteppedToItsEndAndRepeats) {
   const trade::Problem problem = column();
   Knobs knobs;
