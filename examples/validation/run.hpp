@@ -39,6 +39,10 @@ class Run {
   std::uint64_t fluid(const FluidDesc& f) {
     return take([&] { return world_->add_fluid(f); });
   }
+  bool field(const ForceFieldDesc& f) {
+    take([&] { return world_->add_force_field(f); });
+    return good();
+  }
   bool emitter(const EmitterDesc& e) {
     take([&] { return world_->add_emitter(e); });
     return good();
