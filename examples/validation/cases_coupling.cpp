@@ -390,7 +390,9 @@ void drift(const Settings& s, Report& r) {
     constexpr double diameter = across * dx, speed = 0.05, until = 8 * diameter / speed;
     const double mu = 1000 * speed * diameter / reynolds,
                  drag = 24 / reynolds * (1 + 0.15 * std::pow(reynolds, 0.687));
-    Run run(sphere_array(s, cells, 50 * speed), r);
+    WorldDesc d = sphere_array(s, cells, 50 * speed);
+    d.gravity = {0, 0, 0};
+    Run run(d, r);
     const SphereArray a = sphere_in(run, across, cells, 2000, mu, {}, false);
     const double volume = 4 * pi / 3 * a.radius * a.radius * a.radius,
                  force = drag * 500 * speed * speed * pi * a.radius * a.radius;
