@@ -43,7 +43,7 @@ struct ParticleArrays {
   ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species) {
 #define MELTSIM_MOVED(name, type) name.resize(capacity);
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
-  MELTSIM_BY_SLOT_##owner(fill<Part_##part, host>(channel, s.array, first);)
+  MELTSIM_BY_SLOT_##owner(fill<Part_##part>(channel, s.array, host(first));)
 #include "meltsim/fields.def"
     for (std::size_t i = 0; i < capacity; ++i) id[i] = static_cast<std::uint32_t>(i);
     solute.assign(capacity * species, 0.0);
@@ -54,8 +54,7 @@ struct ParticleArrays {
 
  private:
   template <class Part, class Host, class Item>
-  static void fill(std::vector<Item>& to, const std::vector<Host>& from,
-                   const std::common_type_t<Host>& to_come) {
+  static void fill(std::vector<Item>& to, const std::vector<Host>& from, const Host& to_come) {
     for (std::size_t i = 0; i < to.size(); ++i) Part::put(to[i], i < from.size() ? from[i] : to_come);
   }
 };
