@@ -18,16 +18,12 @@ inline constexpr ParticleTag tag_fixed = 0x00000400u;          ///< belongs to a
 inline constexpr ParticleTag tag_removed = 0x00000800u;        ///< left through an open face
 inline constexpr ParticleTag tag_held = 0x00001000u;  ///< liquid in a nozzle: moves at the nozzle's velocity
 inline constexpr ParticleTag tag_kinematic = 0x00002000u;  ///< beside tag_fixed: the host moves the body
-inline constexpr ParticleTag tag_backed =
-    0x00004000u;                           ///< in a full 2 x 2 x 2 block of a body that is not animated
-inline constexpr int tag_body_shift = 16;  ///< body index + 1; kept after melting
+inline constexpr int tag_body_shift = 16;                  ///< body index + 1; kept after melting
 
 MELTSIM_HD std::uint32_t material_of(ParticleTag t) { return t & tag_material_mask; }  ///< MaterialId::index
 MELTSIM_HD std::uint32_t body_of(ParticleTag t) { return t >> tag_body_shift; }        ///< BodyId::index + 1
 /// In a body.
 MELTSIM_HD bool is_solid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == tag_solid; }
-/// Part of a layer at least two particles thick, through which liquid does not slip.
-MELTSIM_HD bool is_backed(ParticleTag t) { return (t & tag_backed) != 0u; }
 MELTSIM_HD bool is_fluid(ParticleTag t) { return (t & (tag_solid | tag_removed)) == 0u; }  ///< liquid
 /// Liquid in a nozzle.
 MELTSIM_HD bool is_held(ParticleTag t) { return (t & (tag_solid | tag_removed | tag_held)) == tag_held; }

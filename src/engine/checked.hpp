@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "engine/frame.hpp"
-#include "engine/lattice.hpp"
 #include "engine/pipeline.hpp"
 #include "engine/text.hpp"
 
@@ -126,7 +125,7 @@ class Invariants {
                : std::string();
   }
 
-  /// What a tag says of its vertex's surroundings is what its live direct neighbours say.
+  /// SBP = fewer than 27 live direct neighbours.
   std::string surface_flags() const {
     const auto mask = fetch_(w_.f.neighbour_mask, w_.vertices);
     const auto state = fetch_(w_.f.vertex_state, w_.vertices);
@@ -135,10 +134,9 @@ class Invariants {
     const auto tag = fetch_(w_.f.tag, w_.particles);
     for (std::size_t v = 0; v < mask.size(); ++v) {
       if (state[v] != vertex_live) continue;
-      const ParticleTag is = tag[slot[id[v]]];
-      if (is != lattice_bits(is, mask[v]))
-        return text("surface flag or backing and neighbours disagree at vertex ",
-                    static_cast<std::uint64_t>(v));
+      const bool surface = (tag[slot[id[v]]] & tag_surface) != 0u;
+      if (surface != (popcount(mask[v]) < 27))
+        return text("surface flag and neighbours disagree at vertex ", static_cast<std::uint64_t>(v));
     }
     return {};
   }

@@ -12,27 +12,6 @@ namespace core {
 inline constexpr std::uint32_t self_bit = 13;         ///< offset (0,0,0) among 27
 inline constexpr std::uint32_t full_neighbours = 27;  ///< an IBP has all of them
 
-/// Whether a vertex with these live direct neighbours (bit (dx+1)+3(dy+1)+9(dz+1)) is in a block of 2 x 2 x 2 live vertices.
-MELTSIM_HD bool in_full_block(std::uint32_t mask) {
-  constexpr std::uint32_t first = 0x361bu;  // bits 0, 1, 3, 4, 9, 10, 12, 13: the block towards -x, -y, -z
-  bool full = false;
-  for (int z = 0; z <= 9; z += 9)
-    for (int y = 0; y <= 3; y += 3)
-      for (int x = 0; x <= 1; ++x) {
-        const std::uint32_t block = first << (x + y + z);
-        full = full || (mask & block) == block;
-      }
-  return full;
-}
-
-/// The bits of a tag that follow from the live direct neighbours of the particle's vertex.
-MELTSIM_HD ParticleTag lattice_bits(ParticleTag tag, std::uint32_t mask) {
-  tag &= ~(tag_surface | tag_backed);
-  if (popcount(mask) < full_neighbours) tag |= tag_surface;
-  if ((tag & tag_kinematic) == 0u && in_full_block(mask)) tag |= tag_backed;
-  return tag;
-}
-
 MELTSIM_HD std::uint32_t neighbour_bit(int dx, int dy, int dz) {
   return static_cast<std::uint32_t>((dx + 1) + 3 * (dy + 1) + 9 * (dz + 1));
 }

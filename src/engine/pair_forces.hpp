@@ -98,7 +98,6 @@ struct LiquidOnSolid {
   }
   MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Stored& i, std::uint64_t k, std::uint32_t slot,
                            const spatial::Pair<T>& pair) const {
-    if (is_backed(w.f.tag[k])) return;
     sum.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[slot], w.f.mass[k],
                                       -pair.x_ij, i.v - own.v, pair.r2);
   }

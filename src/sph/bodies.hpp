@@ -225,7 +225,6 @@ struct ForcesBody {
   }
   MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Other& other, std::uint64_t i, std::uint32_t j,
                            const spatial::Pair<T>& pair) const {
-    if (is_backed(w.f.tag[j])) return;
     sum.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], pair.x_ij,
                                      xyz(own.v) - other.v, pair.r2);
   }

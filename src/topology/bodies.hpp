@@ -63,8 +63,7 @@ struct MeltBody {
       return;
     w.f.vertex_state[v] = vertex_melted;
     w.f.tag[slot] =
-        (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_backed | tag_fixed | tag_kinematic)) |
-        m.liquid;
+        (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed | tag_kinematic)) | m.liquid;
     const std::uint32_t site = w.f.vertex_site[v];
     add.clear(core::site_word(w, site), core::site_bit(site));
     add(&w.f.status->died, 1);
@@ -105,8 +104,8 @@ MELTSIM_HD std::uint32_t has_changed(const Frame<T>& w) {
   return w.f.status->died != 0 || w.f.status->born != 0u ? 1u : 0u;
 }
 
-/// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP; a
-/// full block of 2 x 2 x 2 makes it backed. A melted vertex empties its own. Each vertex writes to its own particle and no other.
+/// arrayN: drops melted direct neighbours and takes in frozen ones; fewer than 27 makes an SBP, 27 an IBP. A
+/// melted vertex empties its own. Each vertex writes to its own particle and no other.
 /// It also stores the live sites in the row about a vertex, melted or not, and whether they changed, for topology.regions.
 template <class T>
 struct NeighboursBody {
@@ -133,7 +132,7 @@ struct NeighboursBody {
     w.f.neighbour_mask[v] = mask;
     if (mask == 0u) return;
     std::uint32_t& tag = w.f.tag[w.f.slot_of_id[item.id]];
-    tag = core::lattice_bits(tag, mask);
+    tag = popcount(mask) < core::full_neighbours ? tag | tag_surface : tag & ~tag_surface;
   }
 };
 

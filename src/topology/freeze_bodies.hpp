@@ -211,7 +211,7 @@ struct JoinBody {
       velocity = cast<T>(core::carried_point(w, v, w.f.clock->end).velocity);
     w.f.position[slot] = with_w(s.position, w.c.spacing * w.c.spacing * w.c.spacing);
     w.f.velocity[slot] = with_w(velocity, T(0));
-    w.f.tag[slot] = (donor_tag & ~tag_backed) | tag_surface;
+    w.f.tag[slot] = donor_tag | tag_surface;
     w.f.vertex_of_id[id] = v;
     w.f.vertex_id[v] = id;
     w.f.vertex_piece[v] = w.f.vertex_piece[s.donor];

@@ -104,8 +104,7 @@ Error corrupt(const char* why) {
 
 /// All that a tag may have set.
 constexpr std::uint32_t known_tag_bits = tag_material_mask | tag_solid | tag_surface | tag_fixed |
-                                         tag_removed | tag_held | tag_kinematic | tag_backed |
-                                         0xffffu << tag_body_shift;
+                                         tag_removed | tag_held | tag_kinematic | 0xffffu << tag_body_shift;
 
 bool all_finite(const std::vector<Vec3d>& v) {
   for (const Vec3d& x : v)

@@ -222,16 +222,15 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Vec3i& p = points[k];
     const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
-    std::uint32_t mask = 0;
+    int direct = 0;
     core::each_direct([&](int dx, int dy, int dz) {
-      if (lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none)
-        mask |= 1u << core::neighbour_bit(dx, dy, dz);
+      direct += lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none ? 1 : 0;
     });
     std::uint32_t tag =
         s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
+    if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
     if (record.desc.fixed) tag |= tag_fixed;
     if (kinematic) tag |= tag_kinematic;
-    tag = core::lattice_bits(tag, mask);
     const Vec3d x = positions[k] - origin;
     append_vertex(static_cast<std::uint32_t>(state_.position.size()), core::vertex_live, none);
     lattice_.vertex_site.push_back(site);

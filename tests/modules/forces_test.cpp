@@ -31,8 +31,7 @@ struct Scene {
     for (const Vec3i& p : block(10, 8, 8)) {
       const Vec3d x = Vec3d{p.x + 0.5, p.y + 0.5, p.z + 0.5} * (0.9 * dx) + random.vector(0.1 * dx);
       const bool solid = p.x < 4 && p.y < 4;
-      const std::uint32_t tag = solid ? 1u | tag_solid | (p.z % 2 == 0 ? tag_backed : 0u) : p.y < 4 ? 2u : 0u;
-      add_particle(state, constants, x, tag, random.vector(1));
+      add_particle(state, constants, x, solid ? 1u | tag_solid : p.y < 4 ? 2u : 0u, random.vector(1));
     }
   }
 };
@@ -142,7 +141,7 @@ struct Oracle {
         solid(j) ? 2 * a.viscosity : 2 * a.viscosity * b.viscosity / (a.viscosity + b.viscosity);
     const double rho = solid(j) ? a.density : 0.5 * (a.density + b.density);
     double leak = 0;  // contact from 0.9 dx inwards, per distance
-    if (solid(j) && (tag[j] & tag_backed) == 0u && r < 0.9 * dx) {
+    if (solid(j) && r < 0.9 * dx) {
       const double m = mass[i] * mass[j] / (mass[i] + mass[j]);
       leak =
           std::max(0.0, 0.15 * m / (dt * dt) * (0.9 * dx - r) - std::sqrt(0.15) * m / dt * dot(u, d) / r) / r;

@@ -314,7 +314,7 @@ class AllPairs {
         d * (V * f(r) * -rho * c_.artificial_viscosity * c_.sound_speed * 0.5 * H() * approach);
     const Vec3d drag = u * (-mu * V * L(r));
     Vec3d leak{};
-    if (to_solid && (tag_[j] & tag_backed) == 0u && r < 0.9 * c_.spacing) {
+    if (to_solid && r < 0.9 * c_.spacing) {
       const double m = mass_[i] * mass_[j] / (mass_[i] + mass_[j]), t = c_.spring_dt;
       const double spring = 0.15 * m / (t * t) * (0.9 * c_.spacing - r);
       leak = d *

@@ -65,7 +65,6 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     std::uint32_t tag = solid ? 1u | tag_solid | 1u << tag_body_shift : 0u;
     if (!solid && c.one_liquid == false && n.y < count.y / 2) tag = 2u;
     if (solid && n.x == 0) tag |= tag_surface;
-    if (solid && n.z % 2 == 0) tag |= tag_backed;  // no spring against leaks there
     if (random.below(50) == 0) tag |= tag_removed;
     const std::uint32_t i = add_particle(p.state, c, x, tag, random.vector(1));
     // A third holds both phases.

@@ -104,8 +104,7 @@ inline constexpr double leak_distance = 0.9;
 
 /// Safeguard against leaks through thin solids: the contact spring of contact.hpp on the liquid particle [N],
 /// without friction; the solid receives the negative. It stops particles of up to 0.15 dx/dt_s normal to a
-/// single layer. Layers of two particles and more hold without it, and on the steps of a sampled surface it would catch what
-/// slides along: particles with tag_backed have none.
+/// single layer.
 /// x_ik, v_ik as in CouplingPair.
 template <class T>
 MELTSIM_HD Vec3<T> leak_force(T spacing, T spring_dt, T fluid_mass, T solid_mass, Vec3<T> x_ik, Vec3<T> v_ik,
