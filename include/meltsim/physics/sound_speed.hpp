@@ -34,8 +34,10 @@ namespace physics {
 
 /// Least share of the derived sound speed that it falls to.
 inline constexpr double least_sound_share = 0.25;
-/// Passages of sound through the scene in which c grows, and falls, e-fold.
-inline constexpr double sound_rise = 4, sound_fall = 16;
+/// Passages of sound through the scene in which c grows e-fold.
+inline constexpr double sound_rise = 4;
+/// Passages of sound through the scene in which c falls e-fold: slower than it grows, for a splash cannot wait.
+inline constexpr double sound_fall = 16;
 /// Volume fraction below which liquid is spray: three particles beside each other have 0.36, a sheet of one layer 0.6.
 inline constexpr double spray_filling = 0.4;
 /// Sub-steps get longer by this factor at once, not less: a GPU records a sub-step anew for every length.
