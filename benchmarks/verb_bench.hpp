@@ -5,7 +5,7 @@
 #include <random>
 
 #include "bench.hpp"
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 
 namespace bench {
 

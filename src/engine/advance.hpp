@@ -4,7 +4,7 @@
 // is alone.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/emission.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/walls.hpp"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/frame.hpp"
 #include "engine/pipeline.hpp"
 #include "engine/text.hpp"
+#include "frame/frame.hpp"
 
 namespace meltsim {
 inline namespace v0 {

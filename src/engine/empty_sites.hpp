@@ -6,14 +6,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/lattice.hpp"
 #include "engine/scene.hpp"
+#include "frame/lattice.hpp"
 
 namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// site_vertex with empty_row and empty_plane (engine/frame.hpp) instead of `none` where they hold for half-widths up to
+/// site_vertex with empty_row and empty_plane (frame/frame.hpp) instead of `none` where they hold for half-widths up to
 /// that of the widest body.
 inline std::vector<std::uint32_t> mark_empty_sites(const SceneLattice& l) {
   std::vector<std::uint32_t> sites = l.site_vertex;

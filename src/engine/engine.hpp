@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "engine/pipeline.hpp"
-#include "engine/probe_setup.hpp"
-#include "engine/ray_rows.hpp"
-#include "engine/reading_frame.hpp"
 #include "engine/scene.hpp"
 #include "engine/shortcuts.hpp"
-#include "engine/steered.hpp"
 #include "engine/surface_request.hpp"
+#include "frame/probe_setup.hpp"
+#include "frame/ray_rows.hpp"
+#include "frame/reading_frame.hpp"
+#include "frame/steered.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
 #include "meltsim/world.hpp"

@@ -15,7 +15,6 @@
 #include "engine/engine_buffers.hpp"
 #include "engine/engine_sizes.hpp"
 #include "engine/engine_transfer.hpp"
-#include "engine/frame.hpp"
 #include "engine/frame_constants.hpp"
 #include "engine/mesh_staging.hpp"
 #include "engine/probe_run.hpp"
@@ -28,6 +27,7 @@
 #include "exec/lane_positions.hpp"
 #include "exec/repeat_key.hpp"
 #include "exec/timings.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "spatial/neighbour_words.hpp"
 

@@ -10,9 +10,9 @@
 
 #include "engine/empty_sites.hpp"
 #include "engine/engine.hpp"
-#include "engine/frame.hpp"
 #include "engine/held.hpp"
 #include "engine/rounded.hpp"
+#include "frame/frame.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -117,7 +117,7 @@ template <class E, class T>
 void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
   Constants<T>& k = w.c;
 #define MELTSIM_CONSTANT(name, type, value, doc) k.name = static_cast<type>(c.name);
-#include "engine/constants.def"
+#include "frame/constants.def"
 #undef MELTSIM_CONSTANT
   k.kernel = physics::make_kernel<T>(c.support, c.spacing);
   k.lowest_phi = c.tension ? T(0) : T(1);

@@ -2,7 +2,7 @@
 // What neighbours ask of a particle when heat flows between them.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/heat.hpp"
 
 namespace meltsim {

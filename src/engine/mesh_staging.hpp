@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "engine/frame.hpp"
-#include "engine/steered.hpp"
+#include "frame/frame.hpp"
+#include "frame/steered.hpp"
 
 namespace meltsim {
 inline namespace v0 {

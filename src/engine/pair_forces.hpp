@@ -2,7 +2,7 @@
 // Forces on one particle of a body, for the step and for probes of kind `force`.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/contact.hpp"
 #include "spatial/lanes.hpp"
 

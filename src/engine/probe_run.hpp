@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "engine/engine_transfer.hpp"
-#include "engine/frame.hpp"
-#include "engine/probe_setup.hpp"
 #include "engine/stage_functions.hpp"
 #include "engine/text.hpp"
+#include "frame/frame.hpp"
+#include "frame/probe_setup.hpp"
 #include "meltsim/result.hpp"
 
 namespace meltsim {

@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "engine/engine.hpp"
-#include "engine/reading_frame.hpp"
 #include "engine/scales.hpp"
 #include "engine/scene.hpp"
 #include "engine/stage_functions.hpp"
 #include "engine/text.hpp"
+#include "frame/reading_frame.hpp"
 #include "meltsim/physics/piece_motion.hpp"
 #include "meltsim/result.hpp"
 

@@ -2,8 +2,8 @@
 // Tables that the host has in double, in the scalar of a World.
 #pragma once
 
-#include "engine/frame.hpp"
 #include "engine/scene.hpp"
+#include "frame/frame.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/frame.hpp"
 #include "engine/pipeline.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/desc.hpp"
 
 namespace meltsim {
@@ -62,7 +62,7 @@ struct Surroundings {
 /// Constants in double; each engine rounds them once.
 struct SceneConstants {
 #define MELTSIM_CONSTANT(name, type, value, doc) double name = value;
-#include "engine/constants.def"
+#include "frame/constants.def"
 #undef MELTSIM_CONSTANT
   double support = 0;    ///< H [m]
   double spring_dt = 1;  ///< the step that goals and contacts go by [s]

@@ -2,7 +2,7 @@
 // What particles hold of species, beside what they could.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/solute.hpp"
 

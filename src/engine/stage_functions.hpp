@@ -3,9 +3,9 @@
 // once per executor and scalar in src/<module>/<module>_cpu.cpp and cuda/<module>/<module>.cu.
 #pragma once
 
-#include "engine/frame.hpp"
-#include "engine/ray_rows.hpp"
-#include "engine/steered.hpp"
+#include "frame/frame.hpp"
+#include "frame/ray_rows.hpp"
+#include "frame/steered.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -3,7 +3,7 @@
 // meltsim/physics/surface_tension.hpp.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "spatial/neighbours.hpp"

@@ -2,8 +2,8 @@
 // Kernels of the solids: shape matching per lattice vertex, contact per particle.
 #pragma once
 
-#include "engine/lattice.hpp"
 #include "engine/pair_forces.hpp"
+#include "frame/lattice.hpp"
 #include "lsm/boxes.hpp"
 #include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/shape_matching.hpp"

@@ -5,7 +5,7 @@
 // Regions that are made of such planes are told when they are filled (topology/region_bodies.hpp: is_boxed).
 #pragma once
 
-#include "engine/lattice.hpp"
+#include "frame/lattice.hpp"
 
 namespace meltsim {
 inline namespace v0 {

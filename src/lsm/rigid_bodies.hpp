@@ -4,7 +4,7 @@
 #pragma once
 
 #include "engine/advance.hpp"
-#include "engine/lattice.hpp"
+#include "frame/lattice.hpp"
 
 namespace meltsim {
 inline namespace v0 {

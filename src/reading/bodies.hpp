@@ -2,7 +2,7 @@
 // Kernels of a reading: sums over the state, sums over pieces, levels of the liquid, particles by id.
 #pragma once
 
-#include "engine/reading_frame.hpp"
+#include "frame/reading_frame.hpp"
 #include "meltsim/physics/energy.hpp"
 #include "meltsim/physics/immersion.hpp"
 #include "spatial/rows.hpp"

@@ -2,8 +2,8 @@
 // Kernels of probes: what fields read at points, how far up a line there is liquid. Formulas: meltsim/physics/sampling.hpp.
 #pragma once
 
-#include "engine/frame.hpp"
 #include "exec/lane_positions.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "spatial/around.hpp"
 

@@ -3,7 +3,7 @@
 // sub-steps since the host took them. They run behind all forces and heat, before step.integrate; the sum behind it.
 #pragma once
 
-#include "engine/lattice.hpp"
+#include "frame/lattice.hpp"
 #include "sampling/load_bodies.hpp"
 
 namespace meltsim {

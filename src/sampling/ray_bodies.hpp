@@ -2,7 +2,7 @@
 // Kernels of rays: one thread follows one ray through the cells of the particles. Formulas: meltsim/physics/ray.hpp.
 #pragma once
 
-#include "engine/ray_rows.hpp"
+#include "frame/ray_rows.hpp"
 #include "sampling/bodies.hpp"
 
 namespace meltsim {

@@ -3,7 +3,7 @@
 // the number of cells, so the domain may be unbounded or mostly empty.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"

@@ -2,7 +2,7 @@
 // Cells of the grid: which one a coordinate lies in, and the rows of cells around one.
 #pragma once
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/integrate.hpp"
 
 namespace meltsim {

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "engine/advance.hpp"
-#include "engine/lattice.hpp"
-#include "engine/steered.hpp"
+#include "frame/lattice.hpp"
+#include "frame/steered.hpp"
 #include "meltsim/physics/emission.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/sound_speed.hpp"

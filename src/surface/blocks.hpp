@@ -9,7 +9,7 @@
 // nothing.
 #pragma once
 
-#include "engine/surface_frame.hpp"
+#include "frame/surface_frame.hpp"
 #include "spatial/bodies.hpp"
 
 namespace meltsim {

@@ -2,8 +2,8 @@
 // Kernels of heat. Every particle, liquid or solid, exchanges with every neighbour.
 #pragma once
 
-#include "engine/frame.hpp"
 #include "engine/heat_operand.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/exchange_sum.hpp"

@@ -3,8 +3,8 @@
 // change return at once in a step in which nothing melted or froze.
 #pragma once
 
-#include "engine/lattice.hpp"
 #include "engine/solute_state.hpp"
+#include "frame/lattice.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"
 

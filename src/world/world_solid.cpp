@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
-#include "engine/lattice.hpp"
 #include "engine/text.hpp"
+#include "frame/lattice.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "shape/shape_limits.hpp"
 #include "world/growth_sites.hpp"

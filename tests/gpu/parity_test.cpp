@@ -239,7 +239,7 @@ void Parity::compare_stages() {
 
 TEST_P(Parity, EveryStageAgrees) { compare_stages(); }
 
-// Regions of w = 8 go by planes of rows on both backends (engine/lattice.hpp: least_row_width), all of a block's as long
+// Regions of w = 8 go by planes of rows on both backends (frame/lattice.hpp: least_row_width), all of a block's as long
 // as nothing has melted inside. Sums over 4,913 members and rigid blocks nearly at rest: a block of 59^3 with w = 3 had 4e-4 and 2e-12 of
 // its median speed after one step, 1.5e-2 and 4e-11 after five. (tests/modules/rows_test.cpp holds the sums themselves
 // to rounding, on the CPU.)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The traced table of marching cubes: all 256 cases, and that any two cells which share a face agree on it.
-#include "engine/cube_table.hpp"
+#include "frame/cube_table.hpp"
 
 #include <gtest/gtest.h>
 

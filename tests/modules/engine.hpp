@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/engine.hpp"
-#include "engine/lattice.hpp"
+#include "frame/lattice.hpp"
 #include "support/permuting_exec.hpp"
 #include "support/random.hpp"
 

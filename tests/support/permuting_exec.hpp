@@ -16,11 +16,11 @@
 #include <utility>
 #include <vector>
 
-#include "engine/frame.hpp"
-#include "engine/reading_frame.hpp"
 #include "engine/schedule.hpp"
-#include "engine/surface_frame.hpp"
 #include "exec/exec_cpu.hpp"
+#include "frame/frame.hpp"
+#include "frame/reading_frame.hpp"
+#include "frame/surface_frame.hpp"
 
 namespace test_support {
 

@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "engine/frame.hpp"
 #include "engine/schedule.hpp"
 #include "exec/gather.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/hd.hpp"
 
 namespace verbs_test {

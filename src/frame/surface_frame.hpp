@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
-#include "engine/cube_table.hpp"
-#include "engine/frame.hpp"
+#include "frame/cube_table.hpp"
+#include "frame/frame.hpp"
 #include "meltsim/physics/surface_field.hpp"
 
 namespace meltsim {

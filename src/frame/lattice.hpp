@@ -2,8 +2,8 @@
 // Walking a body's lattice: direct neighbours (arrayN) and regions (arrayR) as bit masks.
 #pragma once
 
-#include "engine/frame.hpp"
 #include "exec/gather.hpp"
+#include "frame/frame.hpp"
 
 namespace meltsim {
 inline namespace v0 {

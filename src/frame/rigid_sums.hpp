@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "engine/piece_sums.hpp"
+#include "frame/piece_sums.hpp"
 #include "meltsim/physics/rigid_piece.hpp"
 
 namespace meltsim {

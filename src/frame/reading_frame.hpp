@@ -6,7 +6,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -5,12 +5,12 @@
 
 #include <cstdint>
 
-#include "engine/event_rows.hpp"
-#include "engine/force_sums.hpp"
-#include "engine/piece_sums.hpp"
-#include "engine/rigid_sums.hpp"
-#include "engine/search_types.hpp"
-#include "engine/world_status.hpp"
+#include "frame/event_rows.hpp"
+#include "frame/force_sums.hpp"
+#include "frame/piece_sums.hpp"
+#include "frame/rigid_sums.hpp"
+#include "frame/search_types.hpp"
+#include "frame/world_status.hpp"
 #include "meltsim/material.hpp"
 #include "meltsim/particle_tag.hpp"
 #include "meltsim/physics/coupling.hpp"
@@ -267,7 +267,7 @@ struct Views {
 template <class T>
 struct Constants {
 #define MELTSIM_CONSTANT(name, type, value, doc) type name = static_cast<type>(value);
-#include "engine/constants.def"
+#include "frame/constants.def"
 #undef MELTSIM_CONSTANT
   SphKernel<T> kernel;
   WallBox<T> walls;

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "engine/rigid_sums.hpp"
+#include "frame/rigid_sums.hpp"
 
 namespace meltsim {
 inline namespace v0 {

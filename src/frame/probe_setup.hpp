@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/frame.hpp"
+#include "frame/frame.hpp"
 
 namespace meltsim {
 inline namespace v0 {
