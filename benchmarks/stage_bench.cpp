@@ -5,7 +5,7 @@
 #include <map>
 
 #include "bench.hpp"
-#include "engine/pipeline.hpp"
+#include "pipeline/pipeline.hpp"
 
 namespace bench {
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which kernel belongs to which stage, read from the sources: src/engine/pipeline.def has the stages in order,
+"""Which kernel belongs to which stage, read from the sources: src/pipeline/pipeline.def has the stages in order,
 src/<module>/stages.hpp the bodies and verbs of each. Standard library only.
 
 A launch's name carries its body (`each<meltsim::v0::sph::ForcesBody<float>>`), and most bodies belong to one stage. What
@@ -15,7 +15,7 @@ VERBS = [("sort", r"RadixSort|Onesweep|radix_sort"), ("bucket", r"CountBody|Plac
 
 def stage_order(root):
     """["step.begin", "spatial.keys", ...]"""
-    text = (root / "src/engine/pipeline.def").read_text(encoding="utf-8")
+    text = (root / "src/pipeline/pipeline.def").read_text(encoding="utf-8")
     return [f"{module}.{stage}" for module, stage in re.findall(r"^MELTSIM_STAGE\((\w+), (\w+),", text, re.MULTILINE)]
 
 

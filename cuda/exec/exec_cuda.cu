@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/schedule.hpp"
 #include "exec/profiler_range.cuh"
+#include "pipeline/schedule.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -216,7 +216,7 @@ class CudaExec {
     if (captured) end_capture(key);
   }
 
-  // --- stages side by side (engine/schedule.hpp): track 0 is the stream itself; each has its own working
+  // --- stages side by side (pipeline/schedule.hpp): track 0 is the stream itself; each has its own working
   // space for reductions, scans and sorts.
   void begin_tracks();
   /// What follows is enqueued on this track; the first time on one other than 0, behind what came before

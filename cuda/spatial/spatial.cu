@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The spatial stages for the CUDA executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cuda_bucket.cuh"
 #include "exec/exec_cuda_scan.cuh"
+#include "pipeline/stage_functions.hpp"
 #include "spatial/stages.hpp"
 
 namespace meltsim {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stage of species for the CUDA executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cuda.cuh"
+#include "pipeline/stage_functions.hpp"
 #include "species/stages.hpp"
 
 namespace meltsim {

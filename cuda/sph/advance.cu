@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forces and the end of the sub-step in one sweep, for the CUDA executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cuda.cuh"
+#include "pipeline/stage_functions.hpp"
 #include "sph/stages.hpp"
 
 namespace meltsim {

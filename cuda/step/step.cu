@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The step stages for the CUDA executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cuda_bucket.cuh"
+#include "pipeline/stage_functions.hpp"
 #include "step/stages.hpp"
 
 namespace meltsim {

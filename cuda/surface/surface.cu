@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The surface for the CUDA executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cuda.cuh"
 #include "exec/exec_cuda_scan.cuh"
+#include "pipeline/stage_functions.hpp"
 #include "surface/stages.hpp"
 
 namespace meltsim {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The topology stages for the CUDA executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cuda.cuh"
+#include "pipeline/stage_functions.hpp"
 #include "topology/stages.hpp"
 
 namespace meltsim {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/pipeline.hpp"
 #include "engine/text.hpp"
 #include "frame/frame.hpp"
+#include "pipeline/pipeline.hpp"
 
 namespace meltsim {
 inline namespace v0 {

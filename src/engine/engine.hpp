@@ -8,9 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/pipeline.hpp"
 #include "engine/scene.hpp"
-#include "engine/shortcuts.hpp"
 #include "engine/surface_request.hpp"
 #include "frame/probe_setup.hpp"
 #include "frame/ray_rows.hpp"
@@ -19,6 +17,8 @@
 #include "meltsim/result.hpp"
 #include "meltsim/scheduler.hpp"
 #include "meltsim/world.hpp"
+#include "pipeline/fusions.hpp"
+#include "pipeline/pipeline.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -20,15 +20,15 @@
 #include "engine/probe_run.hpp"
 #include "engine/reading_run.hpp"
 #include "engine/scales.hpp"
-#include "engine/schedule.hpp"
-#include "engine/shortcuts.hpp"
-#include "engine/stage_functions.hpp"
 #include "engine/surface_run.hpp"
 #include "exec/lane_positions.hpp"
 #include "exec/repeat_key.hpp"
 #include "exec/timings.hpp"
 #include "frame/frame.hpp"
 #include "meltsim/physics/integrate.hpp"
+#include "pipeline/fusions.hpp"
+#include "pipeline/schedule.hpp"
+#include "pipeline/stage_functions.hpp"
 #include "spatial/neighbour_words.hpp"
 
 namespace meltsim {

@@ -6,11 +6,11 @@
 #include <cstdint>
 
 #include "engine/engine.hpp"
-#include "engine/shortcuts.hpp"
 #include "exec/gather.hpp"
 #include "exec/lane_positions.hpp"
 #include "frame/frame.hpp"
 #include "frame/lattice.hpp"
+#include "pipeline/fusions.hpp"
 #include "spatial/neighbour_words.hpp"
 
 namespace meltsim {

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <type_traits>
 
-#include "engine/pipeline.hpp"
 #include "engine/scene.hpp"
+#include "pipeline/pipeline.hpp"
 
 namespace meltsim {
 inline namespace v0 {

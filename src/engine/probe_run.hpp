@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "engine/engine_transfer.hpp"
-#include "engine/stage_functions.hpp"
 #include "engine/text.hpp"
 #include "frame/frame.hpp"
 #include "frame/probe_setup.hpp"
 #include "meltsim/result.hpp"
+#include "pipeline/stage_functions.hpp"
 
 namespace meltsim {
 inline namespace v0 {

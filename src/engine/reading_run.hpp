@@ -14,11 +14,11 @@
 #include "engine/engine.hpp"
 #include "engine/scales.hpp"
 #include "engine/scene.hpp"
-#include "engine/stage_functions.hpp"
 #include "engine/text.hpp"
 #include "frame/reading_frame.hpp"
 #include "meltsim/physics/piece_motion.hpp"
 #include "meltsim/result.hpp"
+#include "pipeline/stage_functions.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -9,9 +9,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "engine/pipeline.hpp"
 #include "frame/frame.hpp"
 #include "meltsim/desc.hpp"
+#include "pipeline/pipeline.hpp"
 
 namespace meltsim {
 inline namespace v0 {

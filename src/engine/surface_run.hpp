@@ -13,12 +13,12 @@
 
 #include "engine/engine.hpp"
 #include "engine/scene.hpp"
-#include "engine/stage_functions.hpp"
 #include "engine/surface_request.hpp"
 #include "engine/text.hpp"
 #include "exec/repeat_key.hpp"
 #include "frame/surface_frame.hpp"
 #include "meltsim/result.hpp"
+#include "pipeline/stage_functions.hpp"
 
 namespace meltsim {
 inline namespace v0 {

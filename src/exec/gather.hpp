@@ -81,7 +81,7 @@ struct ends_first<Body, decltype(static_cast<void>(Body::ends_first))> {
   static constexpr bool value = Body::ends_first;
 };
 
-/// Bodies with `static constexpr bool modest = true`: of stages that may have to step aside (engine/schedule.hpp).
+/// Bodies with `static constexpr bool modest = true`: of stages that may have to step aside (pipeline/schedule.hpp).
 template <class Body, class = void>
 struct modest {
   static constexpr bool value = false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The lsm stages for the CPU executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cpu.hpp"
 #include "lsm/stages.hpp"
+#include "pipeline/stage_functions.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Readings for the CPU executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cpu.hpp"
+#include "pipeline/stage_functions.hpp"
 #include "reading/stages.hpp"
 
 namespace meltsim {

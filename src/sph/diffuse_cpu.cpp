@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Implicit viscosity for the CPU executor: apart, as it takes long to compile.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cpu.hpp"
+#include "pipeline/stage_functions.hpp"
 #include "sph/stages.hpp"
 
 namespace meltsim {

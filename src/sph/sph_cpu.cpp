@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The other sph stages for the CPU executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cpu.hpp"
+#include "pipeline/stage_functions.hpp"
 #include "sph/stages.hpp"
 
 namespace meltsim {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thermal stages for the CPU executor.
-#include "engine/stage_functions.hpp"
 #include "exec/exec_cpu.hpp"
+#include "pipeline/stage_functions.hpp"
 #include "thermal/stages.hpp"
 
 namespace meltsim {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "engine/pipeline.hpp"
 #include "engine/text.hpp"
+#include "pipeline/pipeline.hpp"
 #include "world/guarded.hpp"
 #include "world/world_impl.hpp"
 

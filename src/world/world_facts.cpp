@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/pipeline.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "pipeline/pipeline.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/pipeline.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/fluid.hpp"
@@ -13,6 +12,7 @@
 #include "meltsim/physics/sph_kernels.hpp"
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
+#include "pipeline/pipeline.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/stage_functions.hpp"
 #include "engine/text.hpp"
 #include "exec/exec_cpu.hpp"
 #include "frame/lattice.hpp"
+#include "pipeline/stage_functions.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"
 

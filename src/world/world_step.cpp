@@ -6,12 +6,12 @@
 #include <string_view>
 #include <utility>
 
-#include "engine/pipeline.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sound_speed.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
+#include "pipeline/pipeline.hpp"
 #include "world/nozzle.hpp"
 #include "world/validate.hpp"
 #include "world/world_impl.hpp"

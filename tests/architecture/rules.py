@@ -6,7 +6,7 @@
   rules.py macros DIR            no #if about CUDA outside physics/hd.hpp
   rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
   rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table, and whether they
-                                 step aside in engine/schedule.hpp
+                                 step aside in pipeline/schedule.hpp
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
@@ -26,10 +26,10 @@ from pathlib import Path
 MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "reading",
            "species"}  # they meet only in the channels of fields.def
 # What every room may include; under src/. Rooms that are not named here are not there.
-SHARED = {"frame", "engine", "exec", "spatial"}
-ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "c_api": {"c_api"}, "frame": {"frame", "exec"},
+SHARED = {"frame", "pipeline", "engine", "exec", "spatial"}
+ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "c_api": {"c_api"}, "frame": {"frame", "exec"}, "pipeline": {"pipeline", "frame"},
          "spatial": {"spatial"} | SHARED, "engine": {"engine"} | SHARED,
-         "world": {"world", "engine", "frame", "exec", "shape"}, "trade": {"trade", "world"},
+         "world": {"world", "engine", "pipeline", "frame", "exec", "shape"}, "trade": {"trade", "world"},
          **{module: {module} | SHARED for module in MODULES}}
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
 
@@ -163,16 +163,16 @@ def definitions(text):
 
 
 def check_channels(root):
-    """Stages run side by side where the table says that they may (engine/schedule.hpp), so it has to be complete."""
+    """Stages run side by side where the table says that they may (pipeline/schedule.hpp), so it has to be complete."""
     fields = set(re.findall(r"^MELTSIM_(?:FIELD|PARTICLE_STATE|VERTEX_STATE)\((\w+),", (root / "include/meltsim/fields.def").read_text(), re.M))
-    table = root / "src/engine/pipeline.def"
+    table = root / "src/pipeline/pipeline.def"
     # Parts of channels; that a row names the right one, the tests of permuted orders show.
-    parts = root / "src/engine/pipeline.hpp"
+    parts = root / "src/pipeline/pipeline.hpp"
     wholes = dict(re.findall(r"\{field_(\w+), field_(\w+)\}", parts.read_text() if parts.is_file() else ""))
     rows = re.findall(r'^MELTSIM_STAGE\((\w+), (\w+), [^,]+, (.*?), "', table.read_text(), re.M)
     if not rows:
         yield "no stage found: the pattern is broken"
-    schedule = root / "src/engine/schedule.hpp"
+    schedule = root / "src/pipeline/schedule.hpp"
     found = re.search(r"\bmodest_stages\s*=([^;]*);", schedule.read_text() if schedule.is_file() else "")
     modest = set(re.findall(r"\bstage_bit\((\w+)\)", found[1])) if found else set()
     for module, stage, sets in rows:
@@ -194,13 +194,13 @@ def check_channels(root):
                      if word not in stages]
         if not text:
             yield f"{module}.{stage}: no function found in src/{module}/stages.hpp"
-        # What every kernel asks, engine/schedule.hpp knows.
+        # What every kernel asks, pipeline/schedule.hpp knows.
         text = text.replace("w_.f.status->halted", "")
         touched = (set(re.findall(r"\bf\.(\w+)", text)) | set(re.findall(r"\bbefore\.(\w+)", text))) & fields
         named = {wholes.get(name, name) for name in re.findall(r"F\((\w+)\)", sets)}
         for name in sorted(touched - named):
             yield f"{table.relative_to(root)}: {module}.{stage} touches {name}, which its row does not name"
-        # Stages that step aside (engine/schedule.hpp) run on few threads only where their bodies say so, too.
+        # Stages that step aside (pipeline/schedule.hpp) run on few threads only where their bodies say so, too.
         aside = f"stage_{module}_{stage}" in modest
         for body in re.findall(r"\bfor_each\([^;]*?\b(\w+Body)<", known.get(stage, "")):
             if ("bool modest = true" in known.get(body, "")) != aside:
@@ -366,7 +366,7 @@ def selftest():
         ]
         write("include/meltsim/fields.def", "MELTSIM_FIELD(mass, T, particle, State, \"kg\", \"\")\n"
                                             "MELTSIM_FIELD(tag, T, particle, State, \"-\", \"\")\n")
-        write("src/engine/pipeline.def", 'MELTSIM_STAGE(sph, density, 0, F(tag), 0, 0, "", "")\n')
+        write("src/pipeline/pipeline.def", 'MELTSIM_STAGE(sph, density, 0, F(tag), 0, 0, "", "")\n')
         write("src/sph/stages.hpp", "void density(E& ex) {\n  ex.for_each(1, DensityBody<T>{w});\n}\n")
         body = "struct DensityBody {\n  void part() {\n    weigh(w);\n  }\n};\nT weigh(F w) {\n  return w.f.%s[0];\n}\n"
         modest = body.replace("{\n", "{\n  static constexpr bool modest = true;\n", 1)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which stages run side by side: whatever the scene, stages that touch the same channel keep their order.
-#include "engine/schedule.hpp"
+#include "pipeline/schedule.hpp"
 
 #include <gtest/gtest.h>
 

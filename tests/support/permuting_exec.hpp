@@ -16,11 +16,11 @@
 #include <utility>
 #include <vector>
 
-#include "engine/schedule.hpp"
 #include "exec/exec_cpu.hpp"
 #include "frame/frame.hpp"
 #include "frame/reading_frame.hpp"
 #include "frame/surface_frame.hpp"
+#include "pipeline/schedule.hpp"
 
 namespace test_support {
 

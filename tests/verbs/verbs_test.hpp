@@ -17,10 +17,10 @@
 #include <utility>
 #include <vector>
 
-#include "engine/schedule.hpp"
 #include "exec/gather.hpp"
 #include "frame/frame.hpp"
 #include "meltsim/physics/hd.hpp"
+#include "pipeline/schedule.hpp"
 
 namespace verbs_test {
 

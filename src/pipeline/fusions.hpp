@@ -3,8 +3,8 @@
 // with certain stages (a bit each).
 #pragma once
 
-#include "engine/pipeline.hpp"
-#include "engine/schedule.hpp"
+#include "pipeline/pipeline.hpp"
+#include "pipeline/schedule.hpp"
 
 namespace meltsim {
 inline namespace v0 {

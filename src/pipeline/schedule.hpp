@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "engine/pipeline.hpp"
+#include "pipeline/pipeline.hpp"
 
 namespace meltsim {
 inline namespace v0 {

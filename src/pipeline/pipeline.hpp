@@ -26,7 +26,7 @@ inline constexpr FieldSet copied_channels = FieldSet{0}
 ;
 
 /// Parts of channels that stages touch apart from what others touch: rows of the stage table may name them in
-/// place of the whole, and only the schedule (engine/schedule.hpp) tells them from it. A row that touches all of such
+/// place of the whole, and only the schedule (pipeline/schedule.hpp) tells them from it. A row that touches all of such
 /// a channel names both.
 enum Part : int {
   field_pressure_term = field_count,  ///< velocity's w
@@ -169,7 +169,7 @@ inline constexpr std::array stage_table{
             (need),     whole(reads),    whole(writes),                          \
             whole(may), (reads) | (may), (writes) | ((may) & ~read_where_there), \
             why,        why_not},
-#include "engine/pipeline.def"
+#include "pipeline/pipeline.def"
 #undef MELTSIM_STAGE
 };
 #undef F
@@ -177,7 +177,7 @@ inline constexpr int stage_count = static_cast<int>(stage_table.size());
 
 enum Stage : int {
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) stage_##module##_##stage,
-#include "engine/pipeline.def"
+#include "pipeline/pipeline.def"
 #undef MELTSIM_STAGE
 };
 

@@ -15,7 +15,7 @@ inline namespace v0 {
   template <class E, class T>                                                \
   void stage(E& ex, const core::Frame<T>& w);                                \
   }
-#include "engine/pipeline.def"
+#include "pipeline/pipeline.def"
 #undef MELTSIM_STAGE
 
 // Not stages: called when the scene changes, when a layer is due, on a call of the host, after a roll-back.
@@ -118,7 +118,7 @@ using StageFunction = void (*)(E&, const Frame<T>&);
 template <class E, class T>
 inline constexpr StageFunction<E, T> stage_functions[] = {
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not) &module::stage<E, T>,
-#include "engine/pipeline.def"
+#include "pipeline/pipeline.def"
 #undef MELTSIM_STAGE
 };
 
