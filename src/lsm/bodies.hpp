@@ -2,11 +2,11 @@
 // Kernels of the solids: shape matching per lattice vertex, contact per particle.
 #pragma once
 
-#include "engine/pair_forces.hpp"
 #include "frame/lattice.hpp"
 #include "lsm/boxes.hpp"
 #include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/shape_matching.hpp"
+#include "shared/pair_forces.hpp"
 #include "spatial/neighbours.hpp"
 
 namespace meltsim {

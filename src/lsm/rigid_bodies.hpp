@@ -3,8 +3,8 @@
 // (physics/rigid_piece.hpp). What is kept per piece stands where its label is.
 #pragma once
 
-#include "engine/advance.hpp"
 #include "frame/lattice.hpp"
+#include "shared/advance.hpp"
 
 namespace meltsim {
 inline namespace v0 {

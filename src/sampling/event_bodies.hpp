@@ -6,9 +6,9 @@
 // written in the order of their items, so that they depend neither on threads nor on the order of particles.
 #pragma once
 
-#include "engine/pair_forces.hpp"
 #include "frame/event_rows.hpp"
 #include "frame/lattice.hpp"
+#include "shared/pair_forces.hpp"
 #include "spatial/neighbours.hpp"
 
 namespace meltsim {

@@ -3,12 +3,12 @@
 // body gives what one particle adds. They run behind all forces and heat, before step.integrate.
 #pragma once
 
-#include "engine/heat_operand.hpp"
-#include "engine/pair_forces.hpp"
-#include "engine/tension_forces.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "sampling/bodies.hpp"
+#include "shared/heat_operand.hpp"
+#include "shared/pair_forces.hpp"
+#include "shared/tension_forces.hpp"
 
 namespace meltsim {
 inline namespace v0 {

@@ -2,9 +2,9 @@
 // Kernels of species: liquid of the solvent and bodies of the species exchange it; everything else keeps out.
 #pragma once
 
-#include "engine/heat_operand.hpp"
-#include "engine/solute_state.hpp"
 #include "frame/frame.hpp"
+#include "shared/heat_operand.hpp"
+#include "shared/solute_state.hpp"
 #include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "engine/super_steps.hpp"
+#include "shared/super_steps.hpp"
 #include "spatial/strategies.hpp"
 #include "species/bodies.hpp"
 

@@ -2,7 +2,7 @@
 // Forces and the end of the sub-step in one sweep, where liquid is alone.
 #pragma once
 
-#include "engine/advance.hpp"
+#include "shared/advance.hpp"
 #include "sph/bodies.hpp"
 
 namespace meltsim {

@@ -2,10 +2,10 @@
 // Kernels of the liquid and of its coupling to solids. One gather each; formulas in meltsim/physics/.
 #pragma once
 
-#include "engine/pair_forces.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "shared/pair_forces.hpp"
 #include "spatial/lanes.hpp"
 
 namespace meltsim {

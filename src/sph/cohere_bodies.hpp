@@ -3,7 +3,7 @@
 // meltsim/physics/surface_tension.hpp.
 #pragma once
 
-#include "engine/tension_forces.hpp"
+#include "shared/tension_forces.hpp"
 #include "sph/bodies.hpp"
 
 namespace meltsim {

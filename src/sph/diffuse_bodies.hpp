@@ -2,8 +2,8 @@
 // Kernels of implicit viscosity: velocity diffuses in super-steps, from the beginning of the sub-step to its end.
 #pragma once
 
-#include "engine/pair_forces.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
+#include "shared/pair_forces.hpp"
 #include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 

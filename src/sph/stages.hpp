@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "engine/super_steps.hpp"
+#include "shared/super_steps.hpp"
 #include "spatial/strategies.hpp"
 #include "sph/advance_bodies.hpp"
 #include "sph/bodies.hpp"

@@ -3,10 +3,10 @@
 // neighbours; formulas in meltsim/physics/strain_rate.hpp and flow_curve.hpp.
 #pragma once
 
-#include "engine/pair_forces.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/strain_rate.hpp"
+#include "shared/pair_forces.hpp"
 #include "spatial/lanes.hpp"
 
 namespace meltsim {

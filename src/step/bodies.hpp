@@ -2,12 +2,12 @@
 // Kernels that frame a sub-step: clock, emission, integration with the check that decides whether it counts.
 #pragma once
 
-#include "engine/advance.hpp"
 #include "frame/lattice.hpp"
 #include "frame/steered.hpp"
 #include "meltsim/physics/emission.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/sound_speed.hpp"
+#include "shared/advance.hpp"
 #include "spatial/rows.hpp"
 
 namespace meltsim {
@@ -381,7 +381,7 @@ MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
   return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
 }
 
-/// Kick, second half drift, walls, periodic wrap, open faces, in place; and the check (engine/advance.hpp).
+/// Kick, second half drift, walls, periodic wrap, open faces, in place; and the check (shared/advance.hpp).
 template <class T>
 struct IntegrateBody {
   Frame<T> w;

@@ -2,10 +2,10 @@
 // Kernels of heat. Every particle, liquid or solid, exchanges with every neighbour.
 #pragma once
 
-#include "engine/heat_operand.hpp"
 #include "frame/frame.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "shared/heat_operand.hpp"
 #include "spatial/exchange_sum.hpp"
 #include "spatial/lanes.hpp"
 

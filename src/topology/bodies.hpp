@@ -3,9 +3,9 @@
 // change return at once in a step in which nothing melted or froze.
 #pragma once
 
-#include "engine/solute_state.hpp"
 #include "frame/lattice.hpp"
 #include "meltsim/physics/phase_change.hpp"
+#include "shared/solute_state.hpp"
 #include "spatial/neighbours.hpp"
 
 namespace meltsim {
