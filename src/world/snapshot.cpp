@@ -6,11 +6,11 @@
 #include <cstring>
 #include <initializer_list>
 
+#include "description/validate.hpp"
 #include "engine/held.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

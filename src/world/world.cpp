@@ -2,10 +2,10 @@
 // The public face: creation, choice of backend, and forwarding.
 #include "meltsim/world.hpp"
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "exec/threads.hpp"
 #include "world/guarded.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

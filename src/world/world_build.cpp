@@ -4,14 +4,14 @@
 #include <cmath>
 #include <string>
 
+#include "description/growth_sites.hpp"
+#include "description/nozzle.hpp"
+#include "description/validate.hpp"
 #include "engine/held.hpp"
 #include "engine/text.hpp"
 #include "exec/threads.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "shape/shape_limits.hpp"
-#include "world/growth_sites.hpp"
-#include "world/nozzle.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

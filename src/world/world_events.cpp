@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "pipeline/pipeline.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

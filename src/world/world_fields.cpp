@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "shape/box_ops.hpp"
 #include "shape/shape_node.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -4,9 +4,9 @@
 #include <new>
 #include <string>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "shape/shape_limits.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -18,14 +18,14 @@
 #include <unordered_set>
 #include <vector>
 
+#include "description/growth_sites.hpp"
+#include "description/material_values.hpp"
+#include "description/point_grid.hpp"
 #include "engine/engine.hpp"
 #include "meltsim/world.hpp"
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
 #include "shape/shape_node.hpp"
-#include "world/growth_sites.hpp"
-#include "world/material_values.hpp"
-#include "world/point_grid.hpp"
 #include "world/substep_budget.hpp"
 
 namespace meltsim {

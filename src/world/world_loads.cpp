@@ -4,9 +4,9 @@
 #include <cmath>
 #include <iterator>
 
+#include "description/load_fields.hpp"
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/load_fields.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "description/validate.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/surface_tension.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {
@@ -25,18 +25,6 @@ physics::PropertyTable<double> capacity_table(const MaterialDesc& d) {
   return d.heat_capacity_points.empty() ? table({{0, d.heat_capacity}}) : table(d.heat_capacity_points);
 }
 
-double least(const std::vector<PropertyPoint>& points, double otherwise) {
-  for (const PropertyPoint& p : points)
-    otherwise = &p == points.data() ? p.value : std::min(otherwise, p.value);
-  return otherwise;
-}
-
-double largest(const std::vector<PropertyPoint>& points, double otherwise) {
-  for (const PropertyPoint& p : points)
-    otherwise = &p == points.data() ? p.value : std::max(otherwise, p.value);
-  return otherwise;
-}
-
 bool has_points(const MaterialDesc& d) {
   return !d.conductivity_points.empty() || !d.heat_capacity_points.empty() || !d.viscosity_points.empty() ||
          !d.density_points.empty() || shears(d);
@@ -48,22 +36,6 @@ bool has_tables(const physics::MaterialProperties<double>& p) {
 }
 
 }  // namespace
-
-physics::PropertyTable<double> table(const std::vector<PropertyPoint>& points) {
-  physics::PropertyTable<double> t;
-  for (const PropertyPoint& p : points) {
-    t.temperature[t.points] = p.temperature;
-    t.value[t.points++] = p.value;
-  }
-  return t;
-}
-
-bool shears(const MaterialDesc& m) { return largest_yield_stress(m) > 0 || m.flow_index != 1; }
-
-double largest_yield_stress(const MaterialDesc& m) { return largest(m.yield_stress_points, m.yield_stress); }
-double largest_solubility(const MaterialDesc& m) { return largest(m.solubility_points, m.solubility); }
-double least_solubility(const MaterialDesc& m) { return least(m.solubility_points, m.solubility); }
-double largest_content(const MaterialDesc& m) { return m.solubility_points.empty() ? m.solubility : 1; }
 
 physics::FlowCurve<double> WorldImpl::flow_of(const MaterialDesc& m) const {
   if (!shears(m)) return {};
@@ -127,9 +99,9 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
     r.diffusivity = physics::diffusivity_of(conductivity_of(own), own.density, own.heat_capacity);
     r.liquid_conductivity = conductivity_of(l);
     const MaterialDesc& c = own.dissolves_in ? materials[own.dissolves_in.index] : m;
-    r.heat_capacity = least(c.heat_capacity_points, c.heat_capacity);
+    r.heat_capacity = least_value(c.heat_capacity_points, c.heat_capacity);
     r.liquid_heat_capacity =
-        own.dissolves_in ? r.heat_capacity : least(l.heat_capacity_points, l.heat_capacity);
+        own.dissolves_in ? r.heat_capacity : least_value(l.heat_capacity_points, l.heat_capacity);
     r.melts = own.melts_into ? 1u : 0u;
     r.freezes = freezes ? 1u : 0u;
     r.plateau = r.melts | r.freezes;

@@ -4,8 +4,8 @@
 #include <atomic>
 #include <cmath>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/fluid.hpp"
@@ -13,7 +14,6 @@
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
 #include "pipeline/pipeline.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

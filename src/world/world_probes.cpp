@@ -5,10 +5,10 @@
 #include <iterator>
 #include <utility>
 
+#include "description/load_fields.hpp"
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/sampling.hpp"
-#include "world/load_fields.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -6,8 +6,8 @@
 #include <tuple>
 #include <vector>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

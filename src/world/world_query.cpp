@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "exec/exec_cpu.hpp"
 #include "frame/lattice.hpp"
 #include "pipeline/stage_functions.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

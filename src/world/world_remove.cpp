@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Taking things out of a World.
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -5,9 +5,9 @@
 #include <iterator>
 #include <utility>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/energy.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -2,8 +2,8 @@
 // States that are saved in the backend's memory, and going back to them.
 #include <utility>
 
+#include "description/validate.hpp"
 #include "engine/text.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <string>
 
+#include "description/growth_sites.hpp"
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "frame/lattice.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "shape/shape_limits.hpp"
-#include "world/growth_sites.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include "description/nozzle.hpp"
+#include "description/validate.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/sound_speed.hpp"
 #include "meltsim/physics/surface_tension.hpp"
-#include "world/nozzle.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

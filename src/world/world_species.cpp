@@ -4,10 +4,10 @@
 #include <cmath>
 #include <string>
 
+#include "description/density_range.hpp"
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/solute.hpp"
-#include "world/density_range.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "description/nozzle.hpp"
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
-#include "world/nozzle.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -6,14 +6,14 @@
 #include <string_view>
 #include <utility>
 
+#include "description/nozzle.hpp"
+#include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sound_speed.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
 #include "pipeline/pipeline.hpp"
-#include "world/nozzle.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "description/validate.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/shape_matching.hpp"
-#include "world/validate.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

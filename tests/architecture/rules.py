@@ -29,7 +29,8 @@ MODULES = {"sph", "lsm", "thermal", "topology", "step", "surface", "sampling", "
 ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "c_api": {"c_api"}, "frame": {"frame", "exec"},
          "pipeline": {"pipeline", "frame"}, "spatial": {"spatial", "pipeline", "frame", "exec"},
          "shared": {"shared", "spatial", "frame"}, "engine": {"engine", "pipeline", "frame", "exec", "spatial"},
-         "world": {"world", "engine", "pipeline", "frame", "exec", "shape"}, "trade": {"trade", "world"},
+         "description": {"description", "shape", "engine"},
+         "world": {"world", "description", "engine", "pipeline", "frame", "exec", "shape"}, "trade": {"trade", "world"},
          **{module: {module, "shared", "spatial", "pipeline", "frame", "exec"} for module in MODULES}}
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
 

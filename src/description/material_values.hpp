@@ -11,6 +11,9 @@ namespace meltsim {
 inline namespace v0 {
 
 physics::PropertyTable<double> table(const std::vector<PropertyPoint>& points);
+/// The least and the largest value of a table; without points `otherwise`.
+double least_value(const std::vector<PropertyPoint>& points, double otherwise);
+double largest_value(const std::vector<PropertyPoint>& points, double otherwise);
 /// Whether a liquid's viscosity depends on the shear rate.
 bool shears(const MaterialDesc& m);
 /// tau_y at any temperature [Pa].

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "world/validate.hpp"
+#include "description/validate.hpp"
 
 #include <cmath>
 #include <utility>
 
+#include "description/material_values.hpp"
+#include "description/nozzle.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/property_table.hpp"
-#include "world/material_values.hpp"
-#include "world/nozzle.hpp"
 
 namespace meltsim {
 inline namespace v0 {
