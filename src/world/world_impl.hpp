@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The World's inside. Split by purpose: world_build.cpp (materials, fluids, emitters), world_solid.cpp (bodies),
-// world_remove.cpp, world_motion.cpp (kinematic bodies), world_mesh.cpp (those that deform), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
-// (settings, pushes, emitters), world_heat.cpp (regions, surfaces), world_materials.cpp (rows of tables),
-// world_species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
+// The World's inside. Split by purpose: scene/build.cpp (materials, fluids, emitters), scene/solid.cpp (bodies),
+// scene/remove.cpp, world_motion.cpp (kinematic bodies), world_mesh.cpp (those that deform), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
+// (settings, pushes, emitters), scene/heat_regions.cpp (regions, surfaces), scene/materials.cpp (rows of tables),
+// scene/species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
 // world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
 // snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.
@@ -122,15 +122,15 @@ struct ForceFieldRecord {
 
 class WorldImpl final : public Scheduler {
  public:
-  // world_build.cpp
+  // scene/build.cpp
   Result<MaterialId> add_material(const MaterialDesc& m);
   Status set_material(MaterialId id, const MaterialDesc& m);
   Result<std::uint64_t> add_fluid(const FluidDesc& f);
   Result<EmitterId> add_emitter(const EmitterDesc& e);
   Status hold(BodyId body, bool on);
-  // world_solid.cpp
+  // scene/solid.cpp
   Result<BodyId> add_solid(const SolidDesc& s);
-  // world_heat.cpp
+  // scene/heat_regions.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
   // world_fields.cpp
   Result<ForceFieldId> add_force_field(const ForceFieldDesc& f);
@@ -161,7 +161,7 @@ class WorldImpl final : public Scheduler {
   Status apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse);
   Status set_emitter(EmitterId id, const EmitterSetting& setting);
   Status set_heat_region(HeatRegionId id, const std::optional<double>& temperature, double source);
-  // world_remove.cpp
+  // scene/remove.cpp
   Status remove_body(BodyId id);
   Result<std::uint64_t> remove_liquid(const Shape& shape);
   // world_prepare.cpp
@@ -351,7 +351,7 @@ class WorldImpl final : public Scheduler {
   bool heat_from_outside() const;
   void fill_heat_boundary(core::SceneConstants& c) const;
   std::size_t freezes_into(std::size_t material) const;
-  // world_species.cpp
+  // scene/species.cpp
   using Contents = std::array<double, most_species>;
   std::vector<core::SpeciesRow<double>> species_rows() const;
   std::size_t species_of(std::size_t material) const;
