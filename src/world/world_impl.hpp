@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The World's inside. Split by purpose: scene/build.cpp (materials, fluids, emitters), scene/solid.cpp (bodies),
-// scene/remove.cpp, world_motion.cpp (kinematic bodies), world_mesh.cpp (those that deform), world_proxy.cpp (proxies, forces on bodies), world_steer.cpp
+// scene/remove.cpp, steering/motion.cpp (kinematic bodies), steering/mesh.cpp (those that deform), steering/proxy.cpp (proxies, forces on bodies), steering/settings.cpp
 // (settings, pushes, emitters), scene/heat_regions.cpp (regions, surfaces), scene/materials.cpp (rows of tables),
 // scene/species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
@@ -132,17 +132,17 @@ class WorldImpl final : public Scheduler {
   Result<BodyId> add_solid(const SolidDesc& s);
   // scene/heat_regions.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
-  // world_fields.cpp
+  // steering/force_fields.cpp
   Result<ForceFieldId> add_force_field(const ForceFieldDesc& f);
   Status set_force_field(ForceFieldId id, const ForceFieldDesc& f);
   Status remove_force_field(ForceFieldId id);
   Result<ForceFieldDesc> force_field(ForceFieldId id) const;
-  // world_motion.cpp
+  // steering/motion.cpp
   Status set_motion(BodyId id, const BodyMotion& m);
   Result<BodyMotion> motion(BodyId id);
-  // world_mesh.cpp
+  // steering/mesh.cpp
   Status update_mesh(BodyId id, const std::vector<Vec3d>& vertices, const std::vector<Vec3d>& velocities);
-  // world_proxy.cpp
+  // steering/proxy.cpp
   Status set_proxy(BodyId id, const ProxyState& state);
   Result<ProxyState> proxy(BodyId id);
   Status watch_forces(BodyId id, bool on);
@@ -152,7 +152,7 @@ class WorldImpl final : public Scheduler {
   Status watch_events(const EventWatch& what);
   Status stop_events();
   Result<Events> take_events();
-  // world_steer.cpp
+  // steering/settings.cpp
   Status set_gravity(Vec3d gravity);
   Status set_heat_time_scale(double scale);
   Status set_wall_heat(int face, const SurfaceHeatDesc& heat);
