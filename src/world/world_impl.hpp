@@ -3,8 +3,8 @@
 // scene/remove.cpp, steering/motion.cpp (kinematic bodies), steering/mesh.cpp (those that deform), steering/proxy.cpp (proxies, forces on bodies), steering/settings.cpp
 // (settings, pushes, emitters), scene/heat_regions.cpp (regions, surfaces), scene/materials.cpp (rows of tables),
 // scene/species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
-// world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); world_read.cpp (totals, particles, pieces),
-// world_probes.cpp, world_loads.cpp (probes of forces, heat, fluxes), world_request.cpp (readings), world_surface.cpp,
+// world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); readout/particles.cpp (totals, particles, pieces),
+// readout/probes.cpp, readout/loads.cpp (probes of forces, heat, fluxes), readout/requests.cpp (readings), readout/surface.cpp,
 // snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.
 #pragma once
 
@@ -148,7 +148,7 @@ class WorldImpl final : public Scheduler {
   Status watch_forces(BodyId id, bool on);
   Result<std::vector<BodyForces>> take_forces();
   std::uint64_t watched_bodies() const;
-  // world_events.cpp
+  // readout/events.cpp
   Status watch_events(const EventWatch& what);
   Status stop_events();
   Result<Events> take_events();
@@ -182,7 +182,7 @@ class WorldImpl final : public Scheduler {
   double stable_dt();
   double stable_dt(double speed) const;
   Resolved resolved();
-  // world_read.cpp
+  // readout/particles.cpp
   Result<Totals> totals();
   Result<Ledger> ledger();
   Result<ParticleData> particles();
@@ -190,23 +190,23 @@ class WorldImpl final : public Scheduler {
   Result<RenderView> render_view(const RenderDesc& d);
   Result<std::vector<PieceInfo>> pieces();
   Result<LatticeData> lattice();
-  // world_request.cpp
+  // readout/requests.cpp
   Result<ReadTicket> request(const ReadRequest& what);
   Result<bool> ready(ReadTicket ticket);
   Result<Reading> take(ReadTicket ticket);
-  // world_probes.cpp
+  // readout/probes.cpp
   Result<ProbeId> add_probe(const ProbeDesc& p);
   Result<std::vector<ProbeSeries>> take_samples();
   Result<std::vector<double>> sample(const std::vector<Vec3d>& points,
                                      const std::vector<std::string>& fields);
-  // world_query.cpp
+  // readout/query.cpp
   Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought);
   Result<Overlap> overlap(const Shape& shape);
-  // world_view.cpp
+  // readout/views.cpp
   Status check_view(const StageContext& view) const;
   Status check_view(const RenderView& view) const;
   Status check_view(const SurfaceView& view) const;
-  // world_surface.cpp
+  // readout/surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   Result<SurfaceView> surface_view(const SurfaceDesc& d,
                                    SurfaceMesh* mesh);  ///< mesh: null where it is not wanted
