@@ -5,7 +5,7 @@
 // scene/species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
 // world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); readout/particles.cpp (totals, particles, pieces),
 // readout/probes.cpp, readout/loads.cpp (probes of forces, heat, fluxes), readout/requests.cpp (readings), readout/surface.cpp,
-// snapshot.cpp, world_saved.cpp (states in the backend's memory), plan.cpp.
+// snapshot.cpp, snapshot/saved_states.cpp (states in the backend's memory), plan.cpp.
 #pragma once
 
 #include <array>
@@ -210,7 +210,7 @@ class WorldImpl final : public Scheduler {
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   Result<SurfaceView> surface_view(const SurfaceDesc& d,
                                    SurfaceMesh* mesh);  ///< mesh: null where it is not wanted
-  // world_saved.cpp
+  // snapshot/saved_states.cpp
   Status save_state(int slot);
   Status load_state(int slot);
   // snapshot.cpp

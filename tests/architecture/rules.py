@@ -31,7 +31,7 @@ ROOMS = {"exec": {"exec"}, "shape": {"shape"}, "c_api": {"c_api"}, "frame": {"fr
          "shared": {"shared", "spatial", "frame"}, "engine": {"engine", "pipeline", "frame", "exec", "spatial"},
          "description": {"description", "shape", "engine"},
          "world": {"world", "description", "engine", "pipeline", "frame", "exec", "shape"}, "trade": {"trade", "world"},
-         **{room: {room, "world", "description", "engine", "pipeline", "frame", "exec", "shape"} for room in ("scene", "steering", "readout")},
+         **{room: {room, "world", "description", "engine", "pipeline", "frame", "exec", "shape"} for room in ("scene", "steering", "readout", "snapshot")},
          **{module: {module, "shared", "spatial", "pipeline", "frame", "exec"} for module in MODULES}}
 SOURCE_SUFFIXES = {".hpp", ".cpp", ".cuh", ".cu", ".h", ".def"}
 
