@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The World's inside. Split by purpose: scene/build.cpp (materials, fluids, emitters), scene/solid.cpp (bodies),
-// scene/remove.cpp, steering/motion.cpp (kinematic bodies), steering/mesh.cpp (those that deform), steering/proxy.cpp (proxies, forces on bodies), steering/settings.cpp
-// (settings, pushes, emitters), scene/heat_regions.cpp (regions, surfaces), scene/materials.cpp (rows of tables),
-// scene/species.cpp (what dissolves and mixes); world_facts.cpp (which stages), world_prepare.cpp (constants, upload),
-// world_stiffness.cpp (moduli), world_sound.cpp (a sound speed that follows), world_step.cpp (steps and what they came to); readout/particles.cpp (totals, particles, pieces),
-// readout/probes.cpp, readout/loads.cpp (probes of forces, heat, fluxes), readout/requests.cpp (readings), readout/surface.cpp,
-// snapshot.cpp, snapshot/saved_states.cpp (states in the backend's memory), plan.cpp.
+// The World's state and what is done with it. Its functions are defined in the rooms of the host's side: scene (adding, removing),
+// steering (what a host changes), readout (what a host reads), snapshot, and world itself (stages, constants, steps, plan).
 #pragma once
 
 #include <array>
@@ -164,14 +159,14 @@ class WorldImpl final : public Scheduler {
   // scene/remove.cpp
   Status remove_body(BodyId id);
   Result<std::uint64_t> remove_liquid(const Shape& shape);
-  // world_prepare.cpp
+  // world/prepare.cpp
   Status prepare();
   /// prepare(), and whether a step may be taken.
   Status ready_to_step() {
     if (Status s = prepare(); !s) return s;
     return outrun_ ? Status{*outrun_} : Status{};
   }
-  // world_step.cpp
+  // world/step.cpp
   Status step(double dt);
   Result<TimedStep> step_within(double dt, double milliseconds);
   Result<TimedStep> step_part(double dt, std::uint64_t substeps);
@@ -213,11 +208,11 @@ class WorldImpl final : public Scheduler {
   // snapshot/saved_states.cpp
   Status save_state(int slot);
   Status load_state(int slot);
-  // snapshot.cpp
+  // snapshot/snapshot.cpp
   Result<std::uint64_t> state_hash();
   Result<std::vector<std::uint8_t>> snapshot();
   Status restore(const std::uint8_t* data, std::size_t bytes);
-  // plan.cpp
+  // world/plan.cpp
   Plan plan();
   Status insert_after(const std::string& after, CustomStage stage) override;
   Status remove(const std::string& name) override;
@@ -377,7 +372,7 @@ class WorldImpl final : public Scheduler {
   Status check_expansion(const MaterialDesc& m, double time_scale) const;
   double fall_height() const;
   double lowest_place() const;
-  // world_sound.cpp
+  // world/sound.cpp
   bool follows_sound() const;
   double largest_substep() const;
   double scene_length() const;
@@ -553,7 +548,7 @@ class WorldImpl final : public Scheduler {
   } seen_;
   std::size_t seen_particles_ = 0, seen_emitters_ = 0, seen_bodies_ = 0;  ///< they are in it
   double sound_speed_ = 0;  ///< of the scene: the derived one, or WorldDesc::sound_speed
-  /// Where the sound speed follows what moves (world_sound.cpp); snapshots hold it.
+  /// Where the sound speed follows what moves (world/sound.cpp); snapshots hold it.
   struct FollowedSound {
     double level = 0;           ///< c that sub-steps are made for [m/s]; 0: the scene's
     double now = 0;             ///< c of the next sub-step [m/s]; 0: nothing was looked at yet
