@@ -175,6 +175,39 @@ TEST(SurfaceHeat, OnlyTheDrySurfaceOfABodyExchanges) {
   }
 }
 
+// The mean temperature of a ball whose surface is held at 0 falls as exp(-pi^2 alpha t / R^2) once the next term has gone: after
+// 0.15 R^2/alpha it is 0.1 % of the first. So the rate says at which radius the ball is held, and that is to be the radius of a ball
+// of its volume. 0.02 dx is a third of a percent of 7 dx, and half of what it was off while the open layer behind steps of the
+// surface did not count. Mean over two places in the lattice; steps of 5e-4 R^2/alpha slow the decay as 0.004 dx would.
+TEST(SurfaceHeat, BallsAreHeldAtTheirSurface) {
+  MELTSIM_NEEDS_BACKEND();
+  constexpr double pi = 3.14159265358979323846, R = 7 * dx, alpha = k / rho_c, tau = R * R / alpha;
+  double excess = 0;
+  for (const Vec3d offset : {Vec3d{0.06, 0.08, 0.05}, Vec3d{0.026, 0.048, 0.032}}) {
+    WorldDesc d = describe();
+    d.precision = Precision::double_precision;
+    d.spacing = dx;
+    d.gravity = {};
+    World w = *World::create(d);
+    SolidDesc s;
+    s.shape = Shape::sphere(offset, R);
+    s.material = *w.add_material(substance());
+    s.temperature = 1;
+    s.fixed = true;
+    s.surface.temperature = 0;
+    require(w.add_solid(s));
+    run(w, 0.15 * tau, 5e-4 * tau);
+    const double before = w.totals()->temperature_mean, from = w.time();
+    run(w, 0.15 * tau, 5e-4 * tau);
+    const Totals t = *w.totals();
+    const double rate = std::log(before / t.temperature_mean) / (w.time() - from);
+    excess +=
+        (pi * std::sqrt(alpha / rate) - std::cbrt(0.75 * static_cast<double>(t.solid) * dx * dx * dx / pi)) /
+        2;
+  }
+  EXPECT_NEAR(excess, 0, 0.02 * dx);
+}
+
 // c = 1000 + 10 T: heat Q per kg gives T = (sqrt(1e6 + 20 Q) - 1000)/10.
 TEST(SurfaceHeat, CapacityThatDependsOnTemperature) {
   MELTSIM_NEEDS_BACKEND();
