@@ -107,19 +107,21 @@ void HostWorld::run_stage(const meltsim::StageContext& context, void* pointer) {
   HostWorld& world = *stage.world;
   if (world.fault_) return;
   const nb::gil_scoped_acquire held;
-  std::string fault;
   try {
     auto* state = new State;
     state->context = context;
     state->owner = nb::find(&world);
     state->world = &world;
     state->stage = true;
-    const auto alive = state->alive;
+    struct Expiry {  // also where the function raises
+      std::shared_ptr<bool> alive;
+      ~Expiry() { *alive = false; }
+    };
     {
+      const Expiry expiry{state->alive};
       nb::object view = nb::cast(state, nb::rv_policy::take_ownership);
       stage.function(view);
     }
-    *alive = false;
     if (world.exported > 0)
       refuse("stage \"" + stage.name +
              "\": it keeps an array of its argument, which holds until the stage returns; keep a copy");

@@ -154,6 +154,18 @@ def test_a_stage_adds_a_force_and_its_exception_comes_out():
         world.step(0.1)
     world.remove_stage("faulty")
     assert world.time < time + 0.1
+
+    def keeps_and_raises(state):
+        states.append(state)
+        raise ZeroDivisionError
+
+    states = []
+    world.add_stage("faulty", keeps_and_raises)
+    with pytest.raises(ZeroDivisionError):
+        world.step(0.1)
+    world.remove_stage("faulty")
+    with pytest.raises(meltsim.Error, match="the stage has returned"):
+        states[0].position
     world.add_stage("keeper", lambda state: kept.append(state.position))
     with pytest.raises(meltsim.Error, match="keeps an array"):
         world.step(0.1)
@@ -534,7 +546,15 @@ def test_a_second_thread_is_refused_while_one_steps():
     assert world_stage and world.totals().fluid == 108
 
 
-def test_ctrl_c_ends_a_step_and_the_next_goes_on():
+@pytest.fixture
+def python_handles_sigint():
+    """Jobs that a script starts in the background ignore SIGINT, and Python then leaves it so."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_ends_a_step_and_the_next_goes_on(python_handles_sigint):
     world = bath()
     world.prepare()
     steps = []
@@ -567,6 +587,26 @@ def test_ctrl_c_ends_a_step_and_the_next_goes_on():
     with pytest.raises(meltsim.Error) as caught:
         world.step(dt)
     assert caught.value.code == "interrupted"
+
+
+def test_ctrl_c_that_the_program_ignores_ends_no_step(python_handles_sigint):
+    world = bath()
+    world.prepare()
+    dt = world.resolved.stable_dt
+    world.add_stage("press", lambda state: os.kill(os.getpid(), signal.SIGINT))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    world.step(8 * dt)
+    assert world.time == pytest.approx(8 * dt)
+    # A handler of the host's own: what it raises ends the step; where it returns, an error says that the step was cut short.
+    signal.signal(signal.SIGINT, lambda number, frame: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        world.step(8 * dt)
+    seen = []
+    signal.signal(signal.SIGINT, lambda number, frame: seen.append(number))
+    with pytest.raises(meltsim.Error) as caught:
+        world.step(8 * dt)
+    assert caught.value.code == "interrupted" and seen == [signal.SIGINT]
+    assert world.time < 10 * dt
 
 
 def test_scenes_come_from_names_files_and_dicts(tmp_path):
