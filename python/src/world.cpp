@@ -1359,7 +1359,8 @@ void bind_world(nb::module_& m) {
           "step", [](HostWorld& w, Real seconds) { w.step(number("seconds", seconds)); }, "seconds"_a,
           "Advances by so many seconds, in sub-steps that keep it stable. Other threads run meanwhile. "
           "Ctrl-C, or the stop button of a "
-          "notebook, ends it between sub-steps with KeyboardInterrupt, or with what the host's own handler raises "
+          "notebook, ends it between sub-steps with KeyboardInterrupt, or with what the host's own handler "
+          "raises "
           "(if that returns, with Error.code \"interrupted\"): `time` then says how far it came, and "
           "step() goes on from there.")
       .def(
