@@ -136,6 +136,14 @@ class Check {
     print_stages(resolved);
   }
 
+  /// Sub-step that the scene takes at rest [s]; what a step of a scene needs is in proportion to it, rounded up.
+  double substep() const {
+    const double stable = built_.world.stable_dt(), frame = 1 / scene_.time.fps;
+    if (scene_.time.adaptive) return stable;
+    const double dt = fixed_frame_dt(0, frame, scene_.time.dt.value_or(automatic_dt(stable, frame)));
+    return dt / std::max(1.0, std::ceil(dt / stable - 1e-9));
+  }
+
   /// Where viscosity would limit the sub-step.
   void print_stages(const meltsim::Resolved& r) {
     if (r.viscosity == meltsim::Viscosity::implicit) {
@@ -144,7 +152,14 @@ class Check {
            fmt::format("implicit, {} per sub-step; explicit, sub-steps would be at most {:.3g} s",
                        r.viscous_supersteps == 1 ? of : fmt::format("{} times {}", r.viscous_supersteps, of),
                        r.viscous_dt));
-      if (r.viscous_supersteps > 2)
+      const double share = substep() / r.stable_dt;
+      if (const int most = scene_.world.max_substeps; std::floor(share * r.viscous_supersteps) > most)
+        warn(fmt::format(
+            "viscosity takes at least {:.0f} super-steps of {} stages per sub-step, more than "
+            "solver.max_substeps {}: "
+            "steps will be refused; check viscosity and yield_stress, or use a larger particles.spacing",
+            share * r.viscous_supersteps, r.viscous_stages, most));
+      else if (r.viscous_supersteps > 2)
         warn(
             fmt::format("viscosity takes {} sweeps over all neighbours per sub-step; a larger "
                         "particles.spacing takes fewer",
@@ -245,8 +260,16 @@ class Check {
       line("species", all[all.size() - 1 - k] + (shown < all.size() && k + 1 == shown
                                                      ? fmt::format("; and {} more", all.size() - shown)
                                                      : std::string()));
-    if (const int sweeps = built_.world.resolved().solute_supersteps; sweeps > 1)
+    if (const int sweeps = built_.world.resolved().solute_supersteps; sweeps > 1) {
       line("", fmt::format("{} sweeps over all neighbours per species and sub-step", sweeps));
+      const double taken = std::ceil(sweeps * substep() / built_.world.stable_dt() - 1);
+      if (const int most = scene_.world.solute.max_supersteps; taken > most)
+        warn(fmt::format(
+            "species need at least {:.0f} sweeps per sub-step, more than solute.max_supersteps {}: steps "
+            "will be refused; "
+            "check diffusivity_in and transfer_coefficient, or lower solute.time_scale",
+            taken, most));
+    }
   }
 
   /// What surface tension is up against, and how much of it the spacing resolves.

@@ -229,6 +229,124 @@ void salt(const Settings& s, Report& r) {
   r.absolute("solid particles left", static_cast<double>(run.last().solid), 0, 0, "-", "all of it dissolves");
 }
 
+/// Saturated at 0.3 at 20 degrees and at 0.5 at 60.
+MaterialDesc precipitating(MaterialId solvent) {
+  MaterialDesc m = solute(solvent, 1);
+  m.solubility_points = {{20, 0.3}, {60, 0.5}};
+  return m;
+}
+
+/// Fixed, `thickness` spacings from x = 0 on, with sites for `growth` more; liquid beside it up to the end of the box.
+void crystal_in_solution(Run& run, Vec3i cells, int thickness, int growth, double fraction, double heat) {
+  const MaterialId water = run.material("water", 1000, 1e-3);
+  MaterialDesc m = precipitating(water);
+  m.heat_of_solution = heat;
+  const MaterialId salt = run.material(m);
+  const Vec3d end{cells.x * dx, cells.y * dx, cells.z * dx};
+  SolidDesc b;
+  b.shape = Shape::box({0, 0, 0}, {thickness * dx, end.y, end.z});
+  b.material = salt;
+  b.fixed = true;
+  b.growth = growth;
+  run.solid(b);
+  run.fluid(Shape::box({thickness * dx, 0, 0}, end), water, {}, {{salt, fraction}});
+}
+
+/// Mass of what is crystal [kg], of bodies and of liquid that has more than saturation.
+double precipitated(const ParticleData& p, double saturation) {
+  double sum = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    sum += std::max(0.0, p.fractions[0][i] - saturation) / (1 - saturation) * p.mass[i];
+  return sum;
+}
+
+// A solution of w = 0.5 that holds 0.3, beside a crystal, until the slowest mode is gone: it falls by exp(-0.038) per step.
+void precipitation(const Settings& s, Report& r) {
+  constexpr Vec3i cells{11, 6, 6};
+  for (const double heat : {0.0, 2e5}) {
+    WorldDesc d = still(s, cells, 1);
+    if (heat > 0) {
+      d.heat.model = HeatModel::enthalpy;
+      d.heat.time_scale = 1e5;
+    }
+    Run run(d, r);
+    crystal_in_solution(run, cells, 3, 4, 0.5, heat);
+    if (!run.good()) return;
+    const Ledger before = run.ledger();
+    double off = 0, lost = 0;
+    for (int k = 1; k <= 12; ++k) {
+      if (!run.to(0.5 * k, 0.01)) return;
+      const Ledger now = run.ledger();
+      off = std::max(off, std::fabs(now.thermal + now.solution - before.thermal - before.solution));
+      lost = std::max(lost, std::fabs(now.solute[0] / before.solute[0] - 1));
+    }
+    const Ledger now = run.ledger();
+    const double temperature = run.totals().temperature_mean;
+    const double saturation = heat > 0 ? 0.3 + 0.2 * (temperature - 20) / 40 : 0.3;
+    const double water = now.mass - now.solute[0];
+    const double dissolved = now.solute[0] - precipitated(run.particles(), saturation);
+    r.absolute(
+        heat > 0 ? "the same where the heat of solution warms it" : "what stays in solution, relative error",
+        std::fabs(dissolved / (saturation * water / (1 - saturation)) - 1), 0, heat > 0 ? 1e-5 : 1e-6, "-",
+        heat > 0 ? "saturation of the temperature found, read to 1e-3 K"
+                 : "w_s W/(1 - w_s) of W of water; as for what dissolves");
+    if (heat == 0) {
+      r.absolute("change of the sum of contents, relative", lost, 0, 1e-12, "-", "sums are double");
+      continue;
+    }
+    r.absolute("warming over the heat given back/(m c), relative error",
+               std::fabs((temperature - 20) * now.mass * 4186 / (before.solution - now.solution) - 1), 0,
+               1e-5, "-", "read to 1e-4 K of 10");
+    r.absolute("largest error of the ledger, relative to the heat given back",
+               off / (before.solution - now.solution), 0, 1e-6, "-", "as for what dissolves");
+  }
+}
+
+// Front 2 lambda sqrt(D t) of a crystal that grows from a solution of w: sqrt(pi) lambda exp(lambda^2) erfc(lambda) =
+// (w - w_s)/(1 - w_s).
+void growth(const Settings& s, Report& r) {
+  constexpr double pace = 0.5, saturation = 0.3;
+  constexpr Vec3i cells{48, 8, 8};
+  Plot plot{"species_growth", "Front of a growing crystal", "2 lambda sqrt(D t) / dx", "front / dx", {}};
+  for (const double content : {0.4, 0.5}) {
+    double low = 0, high = 3;
+    for (int k = 0; k < 60; ++k) {
+      const double l = (low + high) / 2;
+      (std::sqrt(pi) * l * std::exp(l * l) * std::erfc(l) < (content - saturation) / (1 - saturation)
+           ? low
+           : high) = l;
+    }
+    Run run(still(s, cells, pace, Face::periodic), r);
+    crystal_in_solution(run, cells, 3, 8, content, 0);
+    std::vector<double> at, found;
+    double off = 0;
+    int k = 0;
+    // Until the layer in the solution reaches the end of the box.
+    for (double front = 0.5; front <= 4; front += 0.5) {
+      k = std::max(k + 1, static_cast<int>(front * front / (4 * low * low) / pace));
+      if (!run.to(0.01 * k, 0.01)) return;
+      // Crystal is what bodies hold beyond saturation, and the layer of liquid beside them.
+      const ParticleData p = run.particles();
+      double edge = 0, sum = 0;
+      for (std::size_t i = 0; i < p.id.size(); ++i)
+        if (is_solid(p.tag[i])) edge = std::max(edge, p.position[i].x);
+      for (std::size_t i = 0; i < p.id.size(); ++i)
+        if (p.position[i].x < edge + 1.5 * dx)
+          sum += std::max(0.0, p.fractions[0][i] - saturation) / (1 - saturation);
+      at.push_back(2 * low * std::sqrt(pace * k));
+      found.push_back(sum / 64 - 3);
+      off = std::max(off, std::fabs(found.back() - at.back()));
+    }
+    char text[96];
+    std::snprintf(text, sizeof text, "largest error of the front from half a cell to 4, w = %g", content);
+    r.absolute(text, off, 0, 0.1, "spacings", "a cell takes in its content as a whole");
+    std::snprintf(text, sizeof text, "meltsim, w = %g", content);
+    plot.curves.push_back({text, at, found, false});
+  }
+  plot.curves.push_back({"exact", {0, 4}, {0, 4}, true});
+  r.plots.push_back(plot);
+}
+
 /// A lock is opened: the heavier half, of salt water, runs below the lighter one.
 void lock_of(const Settings& s, Report& r, int depth) {
   Plot plot{"species_lock_" + std::to_string(depth), "Lock exchange", "t sqrt(g'/H)", "front / H", {}};
@@ -317,6 +435,9 @@ std::vector<Case> species_cases() {
       {"species.sphere_large", "the same, of 15 spacings", "quasi-exact solution", true, sphere_large},
       {"species.saturated", "too much sugar in a closed tank", "balance", false, saturated},
       {"species.salt", "salt cools the water that it dissolves in", "balance", false, salt},
+      {"species.precipitation", "what a solution that holds too much puts onto a crystal", "balance", false,
+       precipitation},
+      {"species.growth", "a crystal grows", "similarity solution", false, growth},
       {"species.lock_exchange", "salt water runs below fresh water", "Shin, Dalziel & Linden (2004)", true,
        lock},
       {"species.lock_fine", "the same, 30 spacings deep", "Shin, Dalziel & Linden (2004)", true, lock_fine},

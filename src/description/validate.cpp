@@ -190,7 +190,8 @@ Status validate_species(const MaterialDesc& m, const std::string& p) {
                    "; sugar is 0.67, 1 mixes in any ratio");
   if (!(std::isfinite(m.diffusivity_in) && m.diffusivity_in > 0))
     return invalid(p, "diffusivity_in: must be finite and > 0 m^2/s, got ", m.diffusivity_in,
-                   m.diffusivity_in == 0 ? ": is missing" : "", "; salt in water is 1.6e-9, sugar 5e-10");
+                   m.diffusivity_in == 0 ? ", as where it is left out" : "",
+                   "; salt in water is 1.6e-9, sugar 5e-10");
   if (Status s = measurable(p + "diffusivity_in", m.diffusivity_in, "m^2/s"); !s) return s;
   if (!std::isfinite(m.heat_of_solution))
     return invalid(p, "heat_of_solution: must be finite J/kg, got ", m.heat_of_solution,

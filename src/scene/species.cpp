@@ -109,6 +109,9 @@ Status WorldImpl::check_fractions(const std::string& what, MaterialId liquid,
     if (!valid(f.material))
       return invalid(what, "fractions: no such material in this World; pass an id from add_material");
     const MaterialDesc& m = materials[f.material.index];
+    if (f.material == liquid)
+      return invalid(what, "fractions: \"", solvent.name,
+                     "\" is the solvent itself, which is what the fractions leave; leave it out");
     if (m.dissolves_in != liquid)
       return invalid(what, "fractions: \"", solvent.name, "\" cannot hold \"", m.name, "\", which ",
                      m.dissolves_in ? "dissolves in \"" + materials[m.dissolves_in.index].name + "\""

@@ -439,6 +439,23 @@ class WholeRuns(unittest.TestCase):
                       self.meltsim("check", SCENE, *thick, "--set", "solver.viscosity=explicit").stdout)
         self.assertNotIn("\nviscosity ", self.meltsim("check", SCENE, "--backend", "cpu").stdout)
 
+    def test_check_warns_where_steps_will_be_refused(self):
+        """`check` knows the super-steps to one; a bound that leaves room for that one neither warns nor refuses."""
+        thick = ["--set", "materials.water.viscosity=1e9"]
+        fast = ["--set", "materials.salt={density: 1500, dissolves_in: water, solubility: 0.3, diffusivity_in: 100}",
+                "--set", "bodies=[{name: b, shape: {box: [[0.4, 0, 0.4], [1.2, 0.4, 1.2]]}, material: salt}]"]
+        for name, options, bound, word in (("thick", thick, "solver.max_substeps", "viscosity takes"),
+                                           ("fast", fast, "solute.max_supersteps", "species need")):
+            scene = [SCENE, "--backend", "cpu", *options, "--set"]
+            said = self.meltsim("check", *scene, bound + "=5")
+            found = re.search(word + r" at least (\d+) .* more than " + bound + " 5: steps will be refused", said.stdout + said.stderr)
+            self.assertTrue(found, said)
+            for most, refused in ((int(found[1]) - 1, True), (int(found[1]) + 1, False)):
+                said = self.meltsim("check", *scene, f"{bound}={most}")
+                self.assertEqual("will be refused" in said.stdout + said.stderr, refused)
+                run = ["run", *scene, f"{bound}={most}", "--steps", "1", "--export", "none", "--out", f"{name}{refused}"]
+                self.meltsim(*run, code=2 if refused else 0)
+
     def test_super_steps_of_heat_are_bounded(self):
         options = ["--set", "heat.time_scale=1e8", "--set", "heat.max_stages=2", "--set", "heat.max_supersteps=1"]
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options, code=2).stderr

@@ -523,7 +523,7 @@ TEST(Species, BadInputNamesFieldAndFix) {
   f.fractions = {{s.salt, 0.1}, {s.salt, 0.1}};
   refused(s.world.add_fluid(f), "given twice");
   f.fractions = {{s.water, 0.1}};
-  refused(s.world.add_fluid(f), "dissolves in nothing");
+  refused(s.world.add_fluid(f), "\"water\" is the solvent itself");
   f.fractions = {{MaterialId{9, 1}, 0.1}};
   refused(s.world.add_fluid(f), "no such material");
   f.fractions = {};
