@@ -20,48 +20,18 @@ using core::none;
 using core::same_place;
 
 namespace {
+
 /// Sites of the box that a body may grow in: at some 400 bytes each, 50 GB.
 constexpr double most_growth_sites = 134217728.0;
-}  // namespace
 
-/// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
-/// out: what stands there may move or melt, so topology.freeze looks when the time comes.
-Status WorldImpl::place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
-                               std::vector<Vec3i>& free, core::SiteBox& box) const {
-  box = core::box_of(points);
-  const MaterialDesc& m = materials[s.material.index];
-  if (s.growth < 0)
-    return invalid(what, "growth: must be >= 0 lattice steps, got ", s.growth,
-                   "; 0 lets liquid freeze only where the body was solid before");
-  if (s.growth == 0) return {};
-  if (!m.freezes && m.solubility_points.empty())
-    return invalid(what, "growth: ", s.growth, " steps of \"", m.name,
-                   "\", which does not freeze; set `freezes` on the material, or its solubility_points if it "
-                   "is a species, or growth to 0");
-  const double low[3] = {desc.domain.min.x, desc.domain.min.y, desc.domain.min.z};
-  const double high[3] = {desc.domain.max.x, desc.domain.max.y, desc.domain.max.z};
-  const Vec3d o = lattice_origin();
-  const double origin[3] = {o.x, o.y, o.z};
-  for (int a = 0; a < 3; ++a) {
-    std::int64_t lo = box.low[a] - s.growth, hi = box.high[a] + s.growth;
-    if (desc.domain.bounded) {  // sites whose centre lies inside
-      lo = std::max(lo, static_cast<std::int64_t>(std::ceil((low[a] - origin[a]) / desc.spacing - 0.5)));
-      hi = std::min(hi, static_cast<std::int64_t>(std::floor((high[a] - origin[a]) / desc.spacing - 0.5)));
-    }
-    box.low[a] = std::min(lo, box.low[a]);  // never less than the shape
-    box.high[a] = std::max(hi, box.high[a]);
-  }
-  if (box.sites() > most_growth_sites)
-    return invalid(what, "growth: ", s.growth, " steps make a box of ", box.sites(), " sites, more than ",
-                   most_growth_sites, "; grow less, or bound the domain");
-  free = core::growth_sites(points, s.growth, box);
-  return {};
+/// Room for one more, so that what comes later cannot fail.
+template <class Vector>
+void reserve_one_more(Vector& v, std::size_t size) {
+  if (v.capacity() == size) v.reserve(2 * size + 1);
 }
 
-Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
-  SolidDesc s = given;
-  const std::string name = s.name.empty() ? "body" + std::to_string(bodies_.size() + 1) : s.name;
-  const std::string what = "body \"" + name + "\": ";
+/// `fixed` and `motion` say the same from here on.
+Status settle_motion(SolidDesc& s, const std::string& what) {
   const bool proxy = s.motion == Motion::proxy;
   if (s.fixed && (s.motion == Motion::kinematic || s.motion == Motion::rigid || proxy))
     return invalid(what, "fixed: a ",
@@ -71,239 +41,440 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
                    " moves; drop fixed, or use motion fixed");
   if (s.fixed) s.motion = Motion::fixed;
   s.fixed = s.motion == Motion::fixed || s.motion == Motion::kinematic;
-  if (!(s.held_until >= 0))
-    return invalid(what, "held_until: must be >= 0 s, got ", s.held_until,
+  return {};
+}
+
+}  // namespace
+
+/// A body that is being added. All of it is worked out and checked before anything of the World is changed.
+class WorldImpl::NewBody {
+ public:
+  NewBody(WorldImpl& world, const SolidDesc& given)
+      : w_(world),
+        s_(given),
+        name_(s_.name.empty() ? "body" + std::to_string(w_.bodies_.size() + 1) : s_.name),
+        what_("body \"" + name_ + "\": ") {}
+
+  Status check();  ///< the description, as far as it needs no place
+  Status place();  ///< its sites, and where it may grow
+  Status clear();  ///< what stands in its way: bodies, liquid, nozzles
+  Status weigh();  ///< density, enthalpy, speeds
+  void reserve();  ///< all memory; from here on nothing fails
+  BodyId join();   ///< it becomes part of the World
+
+ private:
+  Status check_motion() const;
+  Status check_material() const;
+  Status check_velocity() const;
+  Status place_growth();
+  Status number_sites();
+  Status find_displaced(const core::PointGrid& there);
+  Status check_nozzles() const;
+  Vec3d mean_position() const;
+  double fastest_particle() const;
+  void make_record();
+  void make_row();
+  void add_vertices();
+  std::uint32_t tag_at(std::uint32_t site) const;
+  void label_pieces();
+  void label_piece(std::uint32_t first);
+  void add_free_sites();
+  core::BodyMotionRow rest_row() const;
+  void bound_rest();
+  physics::RigidMotion first_motion() const;
+
+  bool kinematic() const { return s_.motion == Motion::kinematic; }
+  bool proxy() const { return s_.motion == Motion::proxy; }
+  bool rigid() const { return s_.motion == Motion::rigid || proxy(); }
+  const MaterialDesc& material() const { return w_.materials[s_.material.index]; }
+  std::uint32_t number() const { return static_cast<std::uint32_t>(w_.bodies_.size()); }
+  std::uint64_t site_of(Vec3i p) const {
+    return base_ + std::uint64_t(p.x - box_.low[0] + pad_) + std::uint64_t(p.y - box_.low[1] + pad_) * nx_ +
+           std::uint64_t(p.z - box_.low[2] + pad_) * nx_ * ny_;
+  }
+  std::uint32_t vertex_beside(std::uint32_t site, int dx, int dy, int dz) const {
+    return w_.lattice_.site_vertex[core::site_at(site, row_, dx, dy, dz)];
+  }
+
+  WorldImpl& w_;
+  SolidDesc s_;
+  std::string name_, what_;  ///< what: the head of its errors
+  bool held_ = false;
+  std::vector<Vec3i> points_;
+  std::vector<Vec3d> positions_;  ///< of the points [m]
+  Vec3d origin_;                  ///< the World's, with this body
+  std::vector<Vec3i> free_;       ///< sites that it may grow into
+  core::SiteBox box_;             ///< of its sites and of those
+  int pad_ = 0;                   ///< sites around that box, so that the look-up of a region never leaves it
+  std::uint64_t nx_ = 0, ny_ = 0, nz_ = 0, base_ = 0;  ///< its box in the table of sites
+  std::vector<std::uint32_t> displaced_;               ///< liquid in its place
+  Vec3d center_;                                       ///< or the pivot, from the World's origin [m]
+  double density_ = 0, enthalpy_ = 0;
+  Contents contents_{};
+  BodyRecord record_;
+  core::BodyRow row_;
+  std::vector<std::uint32_t> stack_;  ///< of the flood fill
+};
+
+Status WorldImpl::NewBody::check() {
+  if (Status st = settle_motion(s_, what_); !st) return st;
+  if (!(s_.held_until >= 0))
+    return invalid(what_, "held_until: must be >= 0 s, got ", s_.held_until,
                    "; 0 lets it go from the start, infinity holds it until World::hold(body, false)");
-  const bool held = s.held_until > time;
-  if (s.held_until > 0 && (s.fixed || proxy))
-    return invalid(what, "held_until: only a free or rigid body can be let go; set motion to one of these");
-  const bool kinematic = s.motion == Motion::kinematic, rigid = s.motion == Motion::rigid || proxy;
-  if (!kinematic && !proxy && (s.pivot || s.max_speed != 0))
-    return invalid(what, s.pivot ? "pivot" : "max_speed",
+  held_ = s_.held_until > w_.time;
+  if (Status st = check_motion(); !st) return st;
+  if (w_.body_names_.count(name_) != 0)
+    return invalid(what_, "a body of this name exists; choose another name");
+  if (w_.bodies_.size() >= 65535)
+    return Error{ErrorCode::capacity, what_ + "a World holds at most 65535 bodies"};
+  if (Status st = check_material(); !st) return st;
+  if (!finite(s_.angular_velocity))
+    return invalid(what_, "angular_velocity: must be finite, got ", s_.angular_velocity);
+  if (Status st = core::validate(s_.surface, w_.desc.heat.model, what_ + "surface."); !st) return st;
+  if (Status st = w_.check_proxy(s_, what_); !st) return st;
+  return check_velocity();
+}
+
+Status WorldImpl::NewBody::check_motion() const {
+  if (s_.held_until > 0 && (s_.fixed || proxy()))
+    return invalid(what_, "held_until: only a free or rigid body can be let go; set motion to one of these");
+  if (!kinematic() && !proxy() && (s_.pivot || s_.max_speed != 0))
+    return invalid(what_, s_.pivot ? "pivot" : "max_speed",
                    ": only of kinematic bodies and proxies; set motion to kinematic or proxy");
-  if (!(std::isfinite(s.max_speed) && s.max_speed >= 0))
-    return invalid(what, "max_speed: must be finite and >= 0 m/s, got ", s.max_speed);
-  if (s.pivot && !finite(*s.pivot)) return invalid(what, "pivot: must be finite, got ", *s.pivot);
-  if (body_names_.count(name) != 0) return invalid(what, "a body of this name exists; choose another name");
-  if (bodies_.size() >= 65535) return Error{ErrorCode::capacity, what + "a World holds at most 65535 bodies"};
-  if (!valid(s.material))
-    return invalid(what, "material: no such material in this World; pass an id from add_material");
-  const MaterialDesc& m = materials[s.material.index];
-  if (Status st = core::validate_state(what.c_str(), s.temperature, s.velocity); !st) return st.error();
+  if (!(std::isfinite(s_.max_speed) && s_.max_speed >= 0))
+    return invalid(what_, "max_speed: must be finite and >= 0 m/s, got ", s_.max_speed);
+  if (s_.pivot && !finite(*s_.pivot)) return invalid(what_, "pivot: must be finite, got ", *s_.pivot);
+  return {};
+}
+
+Status WorldImpl::NewBody::check_material() const {
+  if (!w_.valid(s_.material))
+    return invalid(what_, "material: no such material in this World; pass an id from add_material");
+  const MaterialDesc& m = material();
+  if (Status st = core::validate_state(what_.c_str(), s_.temperature, s_.velocity); !st) return st;
   if (m.dissolves_in && !(largest_solubility(m) < 1))
-    return invalid(what, "material: \"", m.name, "\" mixes with \"", materials[m.dissolves_in.index].name,
+    return invalid(what_, "material: \"", m.name, "\" mixes with \"", w_.materials[m.dissolves_in.index].name,
                    "\" in any ratio (solubility 1), so that nothing holds a body of it together; fill with "
                    "fluid, or set "
                    "solubility below 1");
-  if (!finite(s.angular_velocity))
-    return invalid(what, "angular_velocity: must be finite, got ", s.angular_velocity);
-  if (Status st = core::validate(s.surface, desc.heat.model, what + "surface."); !st) return st.error();
-  if (Status st = check_proxy(s, what); !st) return st.error();
-  const int wide = materials[s.material.index].region_half_width, most = most_half_width();
-  if (s.motion == Motion::free && wide > most)
-    return invalid(what, "material: \"", materials[s.material.index].name, "\" has a region_half_width of ",
-                   wide, ", and its regions would reach across half of a periodic axis; use at most ", most,
+  return {};
+}
+
+Status WorldImpl::NewBody::check_velocity() const {
+  const int wide = material().region_half_width, most = w_.most_half_width();
+  if (s_.motion == Motion::free && wide > most)
+    return invalid(what_, "material: \"", material().name, "\" has a region_half_width of ", wide,
+                   ", and its regions would reach across half of a periodic axis; use at most ", most,
                    " here, or a longer domain");
-  if (!std::isfinite(s.heat_source) || (s.heat_source != 0 && desc.heat.model != HeatModel::enthalpy))
-    return invalid(what, "heat_source: must be finite W/m^3 and needs heat.model enthalpy, got ",
-                   s.heat_source, "; 0 is none");
-  if (Status st = core::summable(what + "heat_source", s.heat_source, "W/m^3"); !st) return st.error();
-  if (s.motion == Motion::fixed &&
-      (dot(s.velocity, s.velocity) > 0 || dot(s.angular_velocity, s.angular_velocity) > 0))
-    return invalid(what, "velocity: a fixed body cannot move, got ", s.velocity,
+  if (!std::isfinite(s_.heat_source) || (s_.heat_source != 0 && w_.desc.heat.model != HeatModel::enthalpy))
+    return invalid(what_, "heat_source: must be finite W/m^3 and needs heat.model enthalpy, got ",
+                   s_.heat_source, "; 0 is none");
+  if (Status st = core::summable(what_ + "heat_source", s_.heat_source, "W/m^3"); !st) return st;
+  if (s_.motion == Motion::fixed &&
+      (dot(s_.velocity, s_.velocity) > 0 || dot(s_.angular_velocity, s_.angular_velocity) > 0))
+    return invalid(what_, "velocity: a fixed body cannot move, got ", s_.velocity,
                    "; drop fixed or the velocity");
-  std::vector<Vec3i> points;
-  std::vector<Vec3d> positions;
-  Vec3d origin;
-  if (Status st = place(s.shape, what.c_str(), s.fixed, points, positions, origin); !st) return st.error();
-  std::vector<Vec3i> free;
-  core::SiteBox box;
-  if (Status st = place_growth(s, what, points, free, box); !st) return st.error();
-  // The body's box of sites, padded so that a region look-up never leaves it.
+  return {};
+}
+
+Status WorldImpl::NewBody::place() {
+  if (Status st = w_.place(s_.shape, what_.c_str(), s_.fixed, points_, positions_, origin_); !st) return st;
+  if (Status st = place_growth(); !st) return st;
+  return number_sites();
+}
+
+/// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
+/// out: what stands there may move or melt, so topology.freeze looks when the time comes.
+Status WorldImpl::NewBody::place_growth() {
+  box_ = core::box_of(points_);
+  const MaterialDesc& m = material();
+  if (s_.growth < 0)
+    return invalid(what_, "growth: must be >= 0 lattice steps, got ", s_.growth,
+                   "; 0 lets liquid freeze only where the body was solid before");
+  if (s_.growth == 0) return {};
+  if (!m.freezes && m.solubility_points.empty())
+    return invalid(what_, "growth: ", s_.growth, " steps of \"", m.name,
+                   "\", which does not freeze; set `freezes` on the material, or its solubility_points if it "
+                   "is a species, or growth to 0");
+  const DomainDesc& domain = w_.desc.domain;
+  const double low[3] = {domain.min.x, domain.min.y, domain.min.z};
+  const double high[3] = {domain.max.x, domain.max.y, domain.max.z};
+  const Vec3d o = w_.lattice_origin();
+  const double origin[3] = {o.x, o.y, o.z}, dx = w_.desc.spacing;
+  for (int a = 0; a < 3; ++a) {
+    std::int64_t lo = box_.low[a] - s_.growth, hi = box_.high[a] + s_.growth;
+    if (domain.bounded) {  // sites whose centre lies inside
+      lo = std::max(lo, static_cast<std::int64_t>(std::ceil((low[a] - origin[a]) / dx - 0.5)));
+      hi = std::min(hi, static_cast<std::int64_t>(std::floor((high[a] - origin[a]) / dx - 0.5)));
+    }
+    box_.low[a] = std::min(lo, box_.low[a]);  // never less than the shape
+    box_.high[a] = std::max(hi, box_.high[a]);
+  }
+  if (box_.sites() > most_growth_sites)
+    return invalid(what_, "growth: ", s_.growth, " steps make a box of ", box_.sites(), " sites, more than ",
+                   most_growth_sites, "; grow less, or bound the domain");
+  free_ = core::growth_sites(points_, s_.growth, box_);
+  return {};
+}
+
+Status WorldImpl::NewBody::number_sites() {
   // A modulus, and liquid, may widen regions later.
-  const int pad = widest_half_width(m);
-  const auto nx = static_cast<std::uint64_t>(box.extent(0) + 2 * pad),
-             ny = static_cast<std::uint64_t>(box.extent(1) + 2 * pad),
-             nz = static_cast<std::uint64_t>(box.extent(2) + 2 * pad);
-  const std::uint64_t base = lattice_.site_vertex.size();
-  if (double(base) + double(nx) * double(ny) * double(nz) >= double(none))
+  pad_ = w_.widest_half_width(material());
+  nx_ = static_cast<std::uint64_t>(box_.extent(0) + 2 * pad_);
+  ny_ = static_cast<std::uint64_t>(box_.extent(1) + 2 * pad_);
+  nz_ = static_cast<std::uint64_t>(box_.extent(2) + 2 * pad_);
+  base_ = w_.lattice_.site_vertex.size();
+  const double sites = double(nx_) * double(ny_) * double(nz_);
+  if (double(base_) + sites >= double(none))
     return Error{ErrorCode::capacity,
-                 core::text(what, "shape: its box of ", double(nx) * double(ny) * double(nz),
-                            " lattice sites is more than 32 bits can number together with the ", base,
+                 core::text(what_, "shape: its box of ", sites,
+                            " lattice sites is more than 32 bits can number together with the ", base_,
                             " of other bodies; use a larger spacing or smaller bodies")};
-  update_state();
-  const core::PointGrid& there = places();
-  Vec3d center{};
-  std::vector<std::uint32_t> displaced;
-  for (const Vec3d& p : positions) {
-    const Vec3d x = p - origin;
+  return {};
+}
+
+Status WorldImpl::NewBody::clear() {
+  w_.update_state();
+  if (Status st = find_displaced(w_.places()); !st) return st;
+  if (!displaced_.empty() && !s_.carve)
+    return invalid(what_, "carve: liquid occupies its place at ",
+                   w_.state_.position[*std::min_element(displaced_.begin(), displaced_.end())] + w_.origin_,
+                   " and carve is off; move the body or let it carve");
+  return check_nozzles();
+}
+
+Status WorldImpl::NewBody::find_displaced(const core::PointGrid& there) {
+  const std::vector<std::uint32_t>& tag = w_.state_.tag;
+  for (const Vec3d& p : positions_) {
     std::uint32_t other = none;
     const auto look = [&](std::uint32_t id) {
-      if (is_fluid(state_.tag[id])) displaced.push_back(id);
-      if (is_solid(state_.tag[id])) other = id;
+      if (is_fluid(tag[id])) displaced_.push_back(id);
+      if (is_solid(tag[id])) other = id;
       return other != none;
     };
-    if (there.near(x, look))
-      return invalid(what, "shape: overlaps body \"", bodies_[body_of(state_.tag[other]) - 1].desc.name,
+    if (there.near(p - origin_, look))
+      return invalid(what_, "shape: overlaps body \"", w_.bodies_[body_of(tag[other]) - 1].desc.name,
                      "\" at ", p, "; bodies must be a spacing apart, move one of them");
-    center += x;
   }
-  center = center * (1.0 / double(positions.size()));
-  if (!displaced.empty() && !s.carve)
-    return invalid(what, "carve: liquid occupies its place at ",
-                   state_.position[*std::min_element(displaced.begin(), displaced.end())] + origin_,
-                   " and carve is off; move the body or let it carve");
-  core::PointGrid own(same_place * desc.spacing);
-  if (!emitters_.empty())
-    for (const Vec3d& p : positions) own.add(p - origin, 0);
-  for (const EmitterRecord& e : emitters_) {
-    if (!(time < e.desc.until)) continue;
-    for (const Vec3d& p : places_of(e))
-      if (own.near(p - origin, [](std::uint32_t) { return true; }))
-        return invalid(what, "shape: lies on the nozzle of emitter \"", e.desc.name, "\" at ", p,
+  return {};
+}
+
+Status WorldImpl::NewBody::check_nozzles() const {
+  if (w_.emitters_.empty()) return {};
+  core::PointGrid own(same_place * w_.desc.spacing);
+  for (const Vec3d& p : positions_) own.add(p - origin_, 0);
+  for (const EmitterRecord& e : w_.emitters_) {
+    if (!(w_.time < e.desc.until)) continue;
+    for (const Vec3d& p : w_.places_of(e))
+      if (own.near(p - origin_, [](std::uint32_t) { return true; }))
+        return invalid(what_, "shape: lies on the nozzle of emitter \"", e.desc.name, "\" at ", p,
                        "; move one of them");
   }
-  const double h = physics::enthalpy_of(material_rows()[s.material.index], s.temperature);
-  if (s.pivot) center = *s.pivot - origin;
-  if (proxy)
-    if (Status st = make_proxy(what, points, positions, center + origin, s); !st) return st.error();
-  const double density =
-      proxy ? s.mass / (double(positions.size()) * desc.spacing * desc.spacing * desc.spacing) : m.density;
-  double fastest = length(s.velocity);
-  for (const Vec3d& p : positions)
-    fastest = std::max(fastest, length(s.velocity + cross(s.angular_velocity, p - origin - center)));
-  if (Status st = check_numbers(what, m, density, h, {fastest, 0, 0}); !st) return st.error();
-  if (kinematic || proxy || held) s.max_speed = std::max(s.max_speed, fastest);
-  if (event_watch_)
-    if (Status st = check_touching(event_watch_->kinds, bodies_.size() + 1, "add_solid"); !st)
-      return st.error();
-  Contents pure{};
-  if (m.dissolves_in) pure[species_of(s.material.index)] = 1;
-  // From here on nothing fails.
-  if (state_.motion.capacity() == bodies_.size()) state_.motion.reserve(2 * bodies_.size() + 1);
-  if (lattice_.rests.capacity() == bodies_.size()) lattice_.rests.reserve(2 * bodies_.size() + 1);
-  if (motions_.capacity() == bodies_.size()) motions_.reserve(2 * bodies_.size() + 1);
-  if (meshes_.capacity() == bodies_.size()) meshes_.reserve(2 * bodies_.size() + 1);
-  if (proxies_.capacity() == bodies_.size()) proxies_.reserve(2 * bodies_.size() + 1);
-  if (state_.forces.capacity() == bodies_.size()) state_.forces.reserve(2 * bodies_.size() + 1);
-  reserve(points.size(), points.size() + free.size(), nx * ny * nz);
-  if (lattice_.bodies.size() == lattice_.bodies.capacity()) lattice_.bodies.reserve(2 * bodies_.size() + 1);
-  if (bodies_.size() == bodies_.capacity()) bodies_.reserve(2 * bodies_.size() + 1);
-  std::vector<std::uint32_t> stack;
-  stack.reserve(points.size());
-  BodyRecord record;
-  record.desc = s;
-  record.desc.name = name;
-  record.density = density;
-  record.watched = proxy;
-  record.held = held;
-  record.desc.fixed = s.fixed || held;
-  if (holes_.capacity() - holes_.size() < displaced.size())
-    holes_.reserve(2 * holes_.size() + displaced.size());
-  body_names_.insert(name);
-  for (const std::uint32_t id : displaced)
-    if (is_fluid(state_.tag[id])) drop_fluid(id);  // several points may have met it
+  return {};
+}
 
-  core::BodyRow row;
-  row.stride_y = static_cast<std::uint32_t>(nx);
-  row.stride_z = static_cast<std::uint32_t>(nx * ny);
-  row.region_half_width = rigid ? 0 : std::min(m.region_half_width, most_half_width());
-  row.motion = motion_of(record, held);
-  row.watched = proxy ? 1u : 0u;
-  lattice_.site_vertex.resize(base + nx * ny * nz, none);
-  record.first_vertex = static_cast<std::uint32_t>(lattice_.vertex_site.size());
-  record.vertices = static_cast<std::uint32_t>(points.size());
-  const auto site_of = [&](Vec3i p) {
-    return base + std::uint64_t(p.x - box.low[0] + pad) + std::uint64_t(p.y - box.low[1] + pad) * nx +
-           std::uint64_t(p.z - box.low[2] + pad) * nx * ny;
-  };
-  for (std::size_t k = 0; k < points.size(); ++k)
-    lattice_.site_vertex[site_of(points[k])] = record.first_vertex + static_cast<std::uint32_t>(k);
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    const Vec3i& p = points[k];
-    const std::uint32_t site = static_cast<std::uint32_t>(site_of(p));
-    int direct = 0;
+Vec3d WorldImpl::NewBody::mean_position() const {
+  Vec3d sum{};
+  for (const Vec3d& p : positions_) sum += p - origin_;
+  return sum * (1.0 / double(positions_.size()));
+}
+
+double WorldImpl::NewBody::fastest_particle() const {
+  double fastest = length(s_.velocity);
+  for (const Vec3d& p : positions_)
+    fastest = std::max(fastest, length(s_.velocity + cross(s_.angular_velocity, p - origin_ - center_)));
+  return fastest;
+}
+
+Status WorldImpl::NewBody::weigh() {
+  const MaterialDesc& m = material();
+  const double dx = w_.desc.spacing;
+  center_ = s_.pivot ? *s_.pivot - origin_ : mean_position();
+  enthalpy_ = physics::enthalpy_of(w_.material_rows()[s_.material.index], s_.temperature);
+  if (proxy())
+    if (Status st = w_.make_proxy(what_, points_, positions_, center_ + origin_, s_); !st) return st;
+  density_ = proxy() ? s_.mass / (double(positions_.size()) * dx * dx * dx) : m.density;
+  const double fastest = fastest_particle();
+  if (Status st = w_.check_numbers(what_, m, density_, enthalpy_, {fastest, 0, 0}); !st) return st;
+  if (kinematic() || proxy() || held_) s_.max_speed = std::max(s_.max_speed, fastest);
+  if (w_.event_watch_)
+    if (Status st = check_touching(w_.event_watch_->kinds, w_.bodies_.size() + 1, "add_solid"); !st)
+      return st;
+  if (m.dissolves_in) contents_[w_.species_of(s_.material.index)] = 1;
+  return {};
+}
+
+void WorldImpl::NewBody::reserve() {
+  const std::size_t bodies = w_.bodies_.size();
+  reserve_one_more(w_.state_.motion, bodies);
+  reserve_one_more(w_.lattice_.rests, bodies);
+  reserve_one_more(w_.motions_, bodies);
+  reserve_one_more(w_.meshes_, bodies);
+  reserve_one_more(w_.proxies_, bodies);
+  reserve_one_more(w_.state_.forces, bodies);
+  w_.reserve(points_.size(), points_.size() + free_.size(), nx_ * ny_ * nz_);
+  reserve_one_more(w_.lattice_.bodies, bodies);
+  reserve_one_more(w_.bodies_, bodies);
+  stack_.reserve(points_.size());
+  make_record();
+  if (w_.holes_.capacity() - w_.holes_.size() < displaced_.size())
+    w_.holes_.reserve(2 * w_.holes_.size() + displaced_.size());
+  w_.body_names_.insert(name_);
+}
+
+void WorldImpl::NewBody::make_record() {
+  record_.desc = s_;
+  record_.desc.name = name_;
+  record_.density = density_;
+  record_.watched = proxy();
+  record_.held = held_;
+  record_.desc.fixed = s_.fixed || held_;
+  record_.first_vertex = static_cast<std::uint32_t>(w_.lattice_.vertex_site.size());
+  record_.vertices = static_cast<std::uint32_t>(points_.size());
+  record_.pivot = center_ + origin_;
+  for (const Vec3d& p : positions_) record_.reach = std::max(record_.reach, length(p - origin_ - center_));
+  if (kinematic() || proxy()) bound_rest();
+}
+
+/// The box of the particles about the pivot.
+void WorldImpl::NewBody::bound_rest() {
+  Vec3d &low = record_.rest_low, &high = record_.rest_high;
+  low = high = positions_.front() - origin_ - center_;
+  for (const Vec3d& p : positions_) {
+    const Vec3d r = p - origin_ - center_;
+    low = {std::min(low.x, r.x), std::min(low.y, r.y), std::min(low.z, r.z)};
+    high = {std::max(high.x, r.x), std::max(high.y, r.y), std::max(high.z, r.z)};
+  }
+}
+
+BodyId WorldImpl::NewBody::join() {
+  for (const std::uint32_t id : displaced_)
+    if (is_fluid(w_.state_.tag[id])) w_.drop_fluid(id);  // several points may have met it
+  make_row();
+  add_vertices();
+  label_pieces();
+  add_free_sites();
+  w_.lattice_.rests.push_back(rest_row());
+  w_.state_.motion.push_back(first_motion());
+  w_.motions_.push_back({});
+  w_.meshes_.push_back({});
+  w_.proxies_.push_back({});
+  w_.state_.forces.push_back({});
+  w_.solids_built_ += points_.size();
+  w_.lattice_.bodies.push_back(row_);
+  w_.lattice_.max_half_width = std::max(w_.lattice_.max_half_width, row_.region_half_width);
+  w_.bodies_.push_back(std::move(record_));
+  w_.settle_at(origin_);
+  return BodyId{number() - 1, w_.number_};
+}
+
+void WorldImpl::NewBody::make_row() {
+  row_.stride_y = static_cast<std::uint32_t>(nx_);
+  row_.stride_z = static_cast<std::uint32_t>(nx_ * ny_);
+  row_.region_half_width = rigid() ? 0 : std::min(material().region_half_width, w_.most_half_width());
+  row_.motion = motion_of(record_, held_);
+  row_.watched = proxy() ? 1u : 0u;
+}
+
+void WorldImpl::NewBody::add_vertices() {
+  core::SceneLattice& lattice = w_.lattice_;
+  lattice.site_vertex.resize(base_ + nx_ * ny_ * nz_, none);
+  for (std::size_t k = 0; k < points_.size(); ++k)
+    lattice.site_vertex[site_of(points_[k])] = record_.first_vertex + static_cast<std::uint32_t>(k);
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    const auto site = static_cast<std::uint32_t>(site_of(points_[k]));
+    const Vec3d x = positions_[k] - origin_;
+    w_.append_vertex(static_cast<std::uint32_t>(w_.state_.position.size()), core::vertex_live, none);
+    lattice.vertex_site.push_back(site);
+    lattice.vertex_body.push_back(number());
+    lattice.vertex_coordinates.push_back(points_[k]);
+    w_.append(x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_, enthalpy_,
+              tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_);
+  }
+}
+
+std::uint32_t WorldImpl::NewBody::tag_at(std::uint32_t site) const {
+  int direct = 0;
+  core::each_direct(
+      [&](int dx, int dy, int dz) { direct += vertex_beside(site, dx, dy, dz) != none ? 1 : 0; });
+  std::uint32_t tag = s_.material.index | tag_solid | ((number() + 1) << tag_body_shift);
+  if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
+  if (record_.desc.fixed) tag |= tag_fixed;
+  if (kinematic()) tag |= tag_kinematic;
+  return tag;
+}
+
+/// Labels of the pieces the shape consists of.
+void WorldImpl::NewBody::label_pieces() {
+  for (std::uint32_t v = record_.first_vertex; v < record_.first_vertex + record_.vertices; ++v)
+    if (w_.state_.vertex_piece[v] == none) label_piece(v);
+}
+
+/// Flood fill over the 26 direct neighbours.
+void WorldImpl::NewBody::label_piece(std::uint32_t first) {
+  std::vector<std::uint32_t>& label = w_.state_.vertex_piece;
+  label[first] = first;
+  stack_.push_back(first);
+  while (!stack_.empty()) {
+    const std::uint32_t u = stack_.back();
+    stack_.pop_back();
     core::each_direct([&](int dx, int dy, int dz) {
-      direct += lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] != none ? 1 : 0;
+      const std::uint32_t n = vertex_beside(w_.lattice_.vertex_site[u], dx, dy, dz);
+      if (n == none || label[n] != none) return;
+      label[n] = first;
+      stack_.push_back(n);
     });
-    std::uint32_t tag =
-        s.material.index | tag_solid | (static_cast<std::uint32_t>(bodies_.size() + 1) << tag_body_shift);
-    if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
-    if (record.desc.fixed) tag |= tag_fixed;
-    if (kinematic) tag |= tag_kinematic;
-    const Vec3d x = positions[k] - origin;
-    append_vertex(static_cast<std::uint32_t>(state_.position.size()), core::vertex_live, none);
-    lattice_.vertex_site.push_back(site);
-    lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
-    lattice_.vertex_coordinates.push_back(p);
-    append(x, held ? Vec3d{} : s.velocity + cross(s.angular_velocity, x - center), density, h, tag,
-           record.first_vertex + static_cast<std::uint32_t>(k), pure);
   }
-  // Labels of the pieces the shape consists of: flood fill over the 26 direct neighbours.
-  for (std::uint32_t v = record.first_vertex; v < record.first_vertex + record.vertices; ++v) {
-    if (state_.vertex_piece[v] != none) continue;
-    state_.vertex_piece[v] = v;
-    stack.push_back(v);
-    while (!stack.empty()) {
-      const std::uint32_t u = stack.back();
-      stack.pop_back();
-      core::each_direct([&](int dx, int dy, int dz) {
-        const std::uint32_t n = lattice_.site_vertex[core::site_at(lattice_.vertex_site[u], row, dx, dy, dz)];
-        if (n == none || state_.vertex_piece[n] != none) return;
-        state_.vertex_piece[n] = v;
-        stack.push_back(n);
-      });
-    }
-  }
-  // Free sites come after all that are occupied; each is the label of nothing but itself.
-  for (const Vec3i& p : free) {
-    const auto v = static_cast<std::uint32_t>(lattice_.vertex_site.size());
+}
+
+/// Free sites come after all that are occupied; each is the label of nothing but itself.
+void WorldImpl::NewBody::add_free_sites() {
+  core::SceneLattice& lattice = w_.lattice_;
+  for (const Vec3i& p : free_) {
+    const auto v = static_cast<std::uint32_t>(lattice.vertex_site.size());
     const std::uint64_t site = site_of(p);
-    lattice_.site_vertex[site] = v;
-    lattice_.vertex_site.push_back(static_cast<std::uint32_t>(site));
-    lattice_.vertex_body.push_back(static_cast<std::uint32_t>(bodies_.size()));
-    lattice_.vertex_coordinates.push_back(p);
-    append_vertex(none, core::vertex_free, v);
+    lattice.site_vertex[site] = v;
+    lattice.vertex_site.push_back(static_cast<std::uint32_t>(site));
+    lattice.vertex_body.push_back(number());
+    lattice.vertex_coordinates.push_back(p);
+    w_.append_vertex(none, core::vertex_free, v);
   }
+}
+
+/// Where the lattice is relative to the pivot.
+core::BodyMotionRow WorldImpl::NewBody::rest_row() const {
   core::BodyMotionRow rest;
+  rest.first_site = static_cast<std::uint32_t>(base_);
+  rest.first_vertex = record_.first_vertex;
+  rest.spacing = w_.desc.spacing;
+  rest.mass = s_.mass;
+  rest.inertia = s_.inertia;
+  if (!kinematic() && !proxy()) return rest;
+  const Vec3d o = w_.lattice_origin() - origin_;
+  const double dx = w_.desc.spacing;
+  rest.low = Vec3d{o.x + (box_.low[0] - pad_ + 0.5) * dx, o.y + (box_.low[1] - pad_ + 0.5) * dx,
+                   o.z + (box_.low[2] - pad_ + 0.5) * dx} -
+             center_;
+  return rest;
+}
+
+physics::RigidMotion WorldImpl::NewBody::first_motion() const {
   physics::RigidMotion motion;
-  for (const Vec3d& p : positions) record.reach = std::max(record.reach, length(p - origin - center));
-  rest.first_site = static_cast<std::uint32_t>(base);
-  rest.first_vertex = record.first_vertex;
-  record.pivot = center + origin;
-  rest.spacing = desc.spacing;
-  rest.mass = s.mass;
-  rest.inertia = s.inertia;
-  if (kinematic || proxy) {
-    const Vec3d o = lattice_origin() - origin;
-    const double dx = desc.spacing;
-    rest.low = Vec3d{o.x + (box.low[0] - pad + 0.5) * dx, o.y + (box.low[1] - pad + 0.5) * dx,
-                     o.z + (box.low[2] - pad + 0.5) * dx} -
-               center;
-    motion.from = motion.until = time;
-    motion.first = motion.then = {center, {}, s.velocity, s.angular_velocity};
-    record.rest_low = record.rest_high = positions.front() - origin - center;
-    for (const Vec3d& p : positions) {
-      const Vec3d r = p - origin - center;
-      record.rest_low = {std::min(record.rest_low.x, r.x), std::min(record.rest_low.y, r.y),
-                         std::min(record.rest_low.z, r.z)};
-      record.rest_high = {std::max(record.rest_high.x, r.x), std::max(record.rest_high.y, r.y),
-                          std::max(record.rest_high.z, r.z)};
-    }
-  }
-  if (proxy) motion.then = {};  // no gap to close, no acceleration by the host
-  lattice_.rests.push_back(rest);
-  state_.motion.push_back(motion);
-  motions_.push_back({});
-  meshes_.push_back({});
-  proxies_.push_back({});
-  state_.forces.push_back({});
-  solids_built_ += points.size();
-  lattice_.bodies.push_back(row);
-  lattice_.max_half_width = std::max(lattice_.max_half_width, row.region_half_width);
-  bodies_.push_back(std::move(record));
-  settle_at(origin);
-  return BodyId{static_cast<std::uint32_t>(bodies_.size() - 1), number_};
+  if (!kinematic() && !proxy()) return motion;
+  motion.from = motion.until = w_.time;
+  motion.first = motion.then = {center_, {}, s_.velocity, s_.angular_velocity};
+  if (proxy()) motion.then = {};  // no gap to close, no acceleration by the host
+  return motion;
+}
+
+Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
+  NewBody body(*this, given);
+  if (Status st = body.check(); !st) return st.error();
+  if (Status st = body.place(); !st) return st.error();
+  if (Status st = body.clear(); !st) return st.error();
+  if (Status st = body.weigh(); !st) return st.error();
+  body.reserve();
+  return body.join();
 }
 
 }  // namespace v0

@@ -125,6 +125,7 @@ class WorldImpl final : public Scheduler {
   Status hold(BodyId body, bool on);
   // scene/solid.cpp
   Result<BodyId> add_solid(const SolidDesc& s);
+  class NewBody;
   // scene/heat_regions.cpp
   Result<HeatRegionId> add_heat_region(const HeatRegionDesc& r);
   // steering/force_fields.cpp
@@ -457,8 +458,6 @@ class WorldImpl final : public Scheduler {
                        double specific_enthalpy, Vec3d velocity) const;
   Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
                       const EmitterRecord* moved) const;
-  Status place_growth(const SolidDesc& s, const std::string& what, const std::vector<Vec3i>& points,
-                      std::vector<Vec3i>& free, core::SiteBox& box) const;
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
