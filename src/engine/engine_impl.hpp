@@ -86,16 +86,7 @@ class EngineImpl final : public Engine {
     release();
     w_ = Frame<T>{};
     const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
-    const std::uint64_t needed = bytes_needed(c, l, setup), available = ex_.free_bytes();
-    if (needed > available) return out_of_memory(needed, available);
-    if (!buffers_.allocate(ex_, setup.channels, n)) return out_of_memory(needed, available);
-    reserved_ =
-        std::max({n.count[static_cast<int>(Owner::particle)], n.count[static_cast<int>(Owner::vertex)],
-                  n.count[static_cast<int>(Owner::event_item)]});
-    if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
-    if (!mesh_staging_.reserve(ex_, n.count[static_cast<int>(Owner::mesh_point)]))
-      return out_of_memory(needed, available);
-    if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(n.count[static_cast<int>(Owner::particle)]);
+    if (Status s = allocate(setup.channels, n, bytes_needed(c, l, setup)); !s) return s;
     buffers_.link(w_);
     scales_ = scales_of(c, l);
     readings_.describe(c, l, scales_);
@@ -227,64 +218,20 @@ class EngineImpl final : public Engine {
     count_anew_ = count_anew_ || a.bursts != nullptr || a.steered != nullptr || a.reshaped != nullptr;
     if (w_.born == 0) return;
     buffers_.turn(w_);
-    // A host's own stages may do anything, timings take stages one by one.
-    const bool own_stages = has_own_stages();
     const Sample sample = sampling_.next();
     timed_ = sample == Sample::stages;
-    const bool plain = !timed_ && !own_stages;
-    // As long as this one is, so that particles drift as far; and nothing moves them between the two.
-    const bool alone = !own_stages && !ex_.host_captures();
-    w_.counted = alone && w_.count_ahead && !count_anew_ && counted_dt_ == a.dt;
-    w_.count_ahead = alone && can_fuse_stages(fusion_count_ahead, a.stages);
-    w_.cells_begun = w_.counted && plain;
+    // A host's own stages may do anything, timings take stages one by one.
+    const bool plain = !timed_ && !has_own_stages();
+    count_ahead(a, plain);
     const bool advances = plain && may_advance(a.stages);
     w_.next = advances ? buffers_.spare() : NextViews<T>{};
-    counted_dt_ = a.dt;
-    w_.clock.dt = static_cast<T>(a.dt);
-    w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
-    w_.clock.spring_dt = static_cast<T>(scales_.spring_dt * a.spring_stretch);
-    w_.clock.step = a.index;
-    w_.clock.time = a.time;
-    w_.clock.end = a.end;
-    w_.clock.sampled = a.sampled;
-    w_.clock.sample_at = a.sample_at;
-    count_anew_ = false;
-    w_.heat_dt = static_cast<T>(a.heat_dt);
-    w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
-    w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
-    w_.c.heat_bound = a.heat_bound;
-    w_.viscous_dt = a.viscous_dt;
-    w_.viscous_stages = static_cast<std::uint32_t>(a.viscous_stages);
-    w_.viscous_supersteps = static_cast<std::uint32_t>(a.viscous_supersteps);
-    w_.viscous_bound = a.viscous_bound;
-    w_.solute_dt = a.solute_dt;
-    w_.solute_supersteps = static_cast<std::uint32_t>(a.solute_supersteps);
-    w_.solute_bound = a.solute_bound;
-    // Exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its
-    // body. A modulus may be stiffer than springs are.
-    const double modulus = std::min(1 / a.dt, 1.5 * scales_.largest_modulus_rate * a.dt);
-    const double speed = scales_.spacing * std::max(1 / scales_.spring_dt, modulus),
-                 size = scales_.spacing * scales_.body_size;
-    const double mass = std::ldexp(scales_.largest_mass, -scales_.sum_bits);
-    w_.sum_units = core::sum_units(mass, mass * speed, mass * speed * size, mass * size, mass * size * size);
+    set_clock(a);
+    set_super_steps(a);
+    set_sum_units(a.dt);
     last_index_ = a.index;
-    static_assert(stage_step_begin == 0);
-    const auto begin = [&] {
-      if (w_.cells_begun) step::begin_cells<E, T>(ex_, w_);
-      else run(stage_step_begin, stage_functions<E, T>[stage_step_begin]);
-    };
-    if (plain) {
-      const bool whole = sample == Sample::whole;
-      if (whole) ex_.begin_stage(whole_substep, "sub-step");
-      if constexpr (checked_build) {  // looks between the stages: nothing that could be repeated
-        begin();
-        run_plain(a);
-      } else {
-        ex_.repeat(repeat_key(a), begin, [&] { run_plain(a); });
-      }
-      if (whole) ex_.end_stage(whole_substep);
-    } else {
-      begin();
+    if (plain) run_at_once(a, sample == Sample::whole);
+    else {
+      begin_substep();
       run_stages(a);
     }
     if (advances) buffers_.take_spare(w_);
@@ -682,6 +629,85 @@ class EngineImpl final : public Engine {
     if (a.reshaped != nullptr && w_.f.mesh_points != nullptr)
       mesh_staging_.put(ex_, *a.reshaped, w_.f.mesh_points);
     step::set_off<E, T>(ex_, w_, a.time, jumps);
+  }
+
+  /// The memory of a World.
+  Status allocate(FieldSet channels, const Sizes& n, std::uint64_t needed) {
+    const auto items = [&n](Owner owner) { return n.count[static_cast<int>(owner)]; };
+    const std::uint64_t available = ex_.free_bytes();
+    if (needed > available) return out_of_memory(needed, available);
+    if (!buffers_.allocate(ex_, channels, n)) return out_of_memory(needed, available);
+    reserved_ = std::max({items(Owner::particle), items(Owner::vertex), items(Owner::event_item)});
+    if (!ex_.reserve(reserved_)) return out_of_memory(needed, available);
+    if (!mesh_staging_.reserve(ex_, items(Owner::mesh_point))) return out_of_memory(needed, available);
+    if constexpr (runs_lanes<E>) ex_.template reserve_split<T>(items(Owner::particle));
+    return {};
+  }
+
+  /// Whether the sub-step before counted the cells of this one, and whether this one counts those of the next: that has to
+  /// be as long, so that particles drift as far, and nothing may move them between the two.
+  void count_ahead(const SubstepArguments& a, bool plain) {
+    const bool alone = !has_own_stages() && !ex_.host_captures();
+    w_.counted = alone && w_.count_ahead && !count_anew_ && counted_dt_ == a.dt;
+    w_.count_ahead = alone && can_fuse_stages(fusion_count_ahead, a.stages);
+    w_.cells_begun = w_.counted && plain;
+    counted_dt_ = a.dt;
+    count_anew_ = false;
+  }
+
+  void set_clock(const SubstepArguments& a) {
+    w_.clock.dt = static_cast<T>(a.dt);
+    w_.clock.half_dt = static_cast<T>(0.5 * a.dt);
+    w_.clock.spring_dt = static_cast<T>(scales_.spring_dt * a.spring_stretch);
+    w_.clock.step = a.index;
+    w_.clock.time = a.time;
+    w_.clock.end = a.end;
+    w_.clock.sampled = a.sampled;
+    w_.clock.sample_at = a.sample_at;
+  }
+
+  /// Of what diffuses: heat, velocity, species.
+  void set_super_steps(const SubstepArguments& a) {
+    w_.heat_dt = static_cast<T>(a.heat_dt);
+    w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
+    w_.heat_supersteps = static_cast<std::uint32_t>(a.heat_supersteps);
+    w_.c.heat_bound = a.heat_bound;
+    w_.viscous_dt = a.viscous_dt;
+    w_.viscous_stages = static_cast<std::uint32_t>(a.viscous_stages);
+    w_.viscous_supersteps = static_cast<std::uint32_t>(a.viscous_supersteps);
+    w_.viscous_bound = a.viscous_bound;
+    w_.solute_dt = a.solute_dt;
+    w_.solute_supersteps = static_cast<std::uint32_t>(a.solute_supersteps);
+    w_.solute_bound = a.solute_bound;
+  }
+
+  /// Units of exact sums: integers of 2^-bits of a heavy particle, moved by a spacing per step, at the far end of its body. A
+  /// modulus may be stiffer than springs are.
+  void set_sum_units(double dt) {
+    const double modulus = std::min(1 / dt, 1.5 * scales_.largest_modulus_rate * dt);
+    const double speed = scales_.spacing * std::max(1 / scales_.spring_dt, modulus),
+                 size = scales_.spacing * scales_.body_size;
+    const double mass = std::ldexp(scales_.largest_mass, -scales_.sum_bits);
+    w_.sum_units = core::sum_units(mass, mass * speed, mass * speed * size, mass * size, mass * size * size);
+  }
+
+  void begin_substep() {
+    static_assert(stage_step_begin == 0);
+    if (w_.cells_begun) step::begin_cells<E, T>(ex_, w_);
+    else run(stage_step_begin, stage_functions<E, T>[stage_step_begin]);
+  }
+
+  /// All stages as one piece of work, which the executor may record and repeat.
+  void run_at_once(const SubstepArguments& a, bool timed) {
+    if (timed) ex_.begin_stage(whole_substep, "sub-step");
+    if constexpr (checked_build) {  // looks between the stages: nothing that could be repeated
+      begin_substep();
+      run_plain(a);
+    } else {
+      ex_.repeat(
+          repeat_key(a), [&] { begin_substep(); }, [&] { run_plain(a); });
+    }
+    if (timed) ex_.end_stage(whole_substep);
   }
 
   bool has_own_stages() const { return custom_ != nullptr && !custom_->empty(); }

@@ -59,11 +59,10 @@ std::uint64_t most_words(const SceneConstants& c, std::uint64_t capacity, std::u
   return std::max(entries(capacity), entries(std::min(capacity, gather_few - 1u)));
 }
 
-/// fuses: sph.advance pays.
-template <class E>
-Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup& s, bool fuses) {
-  Sizes n;
-  const auto set = [&n](Owner o, std::uint64_t v) { n.count[static_cast<int>(o)] = v; };
+inline void set_size(Sizes& n, Owner owner, std::uint64_t count) { n.count[static_cast<int>(owner)] = count; }
+
+/// What the search for neighbours needs: cells, or the levels of the tree.
+inline void size_search(Sizes& n, const SceneConstants& c, const EngineSetup& s) {
   n.groups = s.particle_capacity;
   if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support, 1));
   if ((s.facts & fact_packed) != 0) {
@@ -71,50 +70,75 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
     n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
   }
   n.rows = is_periodic(c, 0) ? 18 : 9;
-  if ((s.facts & fact_tree) != 0) {
-    n.groups = s.particle_capacity;  // a leaf may hold one particle only
-    n.rows = tree_rows;
-    std::uint64_t nodes = 0;
-    for (std::uint64_t level = n.groups; level != 0; level = level == 1 ? 0 : (level + 7) / 8) {
-      n.tree_first[n.tree_levels++] = nodes;
-      nodes += level;
-    }
-    set(Owner::tree_node, nodes);
+  if ((s.facts & fact_tree) == 0) return;
+  n.groups = s.particle_capacity;  // a leaf may hold one particle only
+  n.rows = tree_rows;
+  std::uint64_t nodes = 0;
+  for (std::uint64_t level = n.groups; level != 0; level = level == 1 ? 0 : (level + 7) / 8) {
+    n.tree_first[n.tree_levels++] = nodes;
+    nodes += level;
   }
+  set_size(n, Owner::tree_node, nodes);
+}
+
+template <class E>
+void size_particles(Sizes& n, const SceneConstants& c, std::uint64_t capacity) {
+  set_size(n, Owner::particle, capacity);
+  set_size(n, Owner::particle_species, capacity * c.species.size());
+  set_size(n, Owner::particle_list, E::lists ? capacity + 1 : 0);
+  set_size(n, Owner::particle_bits, capacity / 32 + 2);
+  set_size(n, Owner::particle_words, most_words<E>(c, capacity, n.rows));
+  set_size(n, Owner::id, capacity);
+  set_size(n, Owner::cell, n.cells + 2);
+  set_size(n, Owner::cell_count, n.cells != 0 ? E::count_room(n.cells + 1) : 0);
+  set_size(n, Owner::group, n.groups + 1);
+  set_size(n, Owner::group_rows, n.groups * n.rows);
+}
+
+template <class E>
+void size_lattices(Sizes& n, const SceneLattice& l) {
+  const std::uint64_t vertices = l.vertex_site.size();
+  const bool rows = l.max_half_width >= least_row_width(as_gpu<E>, vertices);
+  set_size(n, Owner::vertex, vertices);
+  set_size(n, Owner::vertex_fits, 4 * vertices);
+  set_size(n, Owner::vertex_rows, rows ? 7 * vertices : 0);
+  set_size(n, Owner::vertex_list, rows && E::lists ? vertices + 1 : 0);
+  set_size(n, Owner::vertex_words, vertices * words_for(l.max_half_width));
+  set_size(n, Owner::site, l.site_vertex.size());
+  set_size(n, Owner::site_words, l.site_vertex.empty() ? 0 : l.site_vertex.size() / 32 + 2);
+  set_size(n, Owner::mesh_point, l.mesh_points);
+  set_size(n, Owner::body, l.bodies.size());
+}
+
+inline void size_tables(Sizes& n, const SceneConstants& c) {
+  set_size(n, Owner::material, c.materials.size());
+  set_size(n, Owner::species, c.species.size());
+  set_size(n, Owner::property, c.properties.size());
+  set_size(n, Owner::emitter_point, c.emitter_points.size());
+  set_size(n, Owner::heat_region, c.heat_regions.size());
+  set_size(n, Owner::heat_region_word, c.heat_region_cells.size());
+  set_size(n, Owner::world, 1);
+}
+
+inline void size_events(Sizes& n, const SceneConstants& c, const SceneLattice& l, std::uint64_t capacity) {
+  const std::uint64_t touch = touch_entries(l.bodies.size(), c.event_kinds);
+  set_size(n, Owner::touch_entry, touch);
+  set_size(n, Owner::event_item, c.event_kinds != 0u ? capacity + l.vertex_site.size() + touch : 0);
+  set_size(n, Owner::event, c.event_capacity);
+}
+
+/// fuses: sph.advance pays.
+template <class E>
+Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup& s, bool fuses) {
+  Sizes n;
+  size_search(n, c, s);
   n.spare_position = fuses && (s.facts & fact_fluid) != 0 &&
                      (s.facts & fusion_table[fusion_advance].never) == 0 &&
                      l.vertex_site.empty();  // what was solid keeps sph.advance away
-  set(Owner::particle, s.particle_capacity);
-  set(Owner::particle_species, s.particle_capacity * c.species.size());
-  set(Owner::particle_list, E::lists ? s.particle_capacity + 1 : 0);
-  set(Owner::particle_bits, s.particle_capacity / 32 + 2);
-  set(Owner::particle_words, most_words<E>(c, s.particle_capacity, n.rows));
-  set(Owner::id, s.particle_capacity);
-  set(Owner::cell, n.cells + 2);
-  set(Owner::cell_count, n.cells != 0 ? E::count_room(n.cells + 1) : 0);
-  set(Owner::group, n.groups + 1);
-  set(Owner::group_rows, n.groups * n.rows);
-  set(Owner::vertex, l.vertex_site.size());
-  set(Owner::vertex_fits, 4 * l.vertex_site.size());
-  const bool rows = l.max_half_width >= least_row_width(as_gpu<E>, l.vertex_site.size());
-  set(Owner::vertex_rows, rows ? 7 * l.vertex_site.size() : 0);
-  set(Owner::vertex_list, rows && E::lists ? l.vertex_site.size() + 1 : 0);
-  set(Owner::vertex_words, l.vertex_site.size() * words_for(l.max_half_width));
-  set(Owner::site, l.site_vertex.size());
-  set(Owner::site_words, l.site_vertex.empty() ? 0 : l.site_vertex.size() / 32 + 2);
-  set(Owner::mesh_point, l.mesh_points);
-  set(Owner::body, l.bodies.size());
-  set(Owner::material, c.materials.size());
-  set(Owner::species, c.species.size());
-  set(Owner::property, c.properties.size());
-  set(Owner::emitter_point, c.emitter_points.size());
-  set(Owner::heat_region, c.heat_regions.size());
-  set(Owner::heat_region_word, c.heat_region_cells.size());
-  const std::uint64_t touch = touch_entries(l.bodies.size(), c.event_kinds);
-  set(Owner::touch_entry, touch);
-  set(Owner::event_item, c.event_kinds != 0u ? s.particle_capacity + l.vertex_site.size() + touch : 0);
-  set(Owner::event, c.event_capacity);
-  set(Owner::world, 1);
+  size_particles<E>(n, c, s.particle_capacity);
+  size_lattices<E>(n, l);
+  size_tables(n, c);
+  size_events(n, c, l, s.particle_capacity);
   return n;
 }
 

@@ -112,6 +112,29 @@ void fill_surroundings(Frame<T>& w, const Surroundings& s) {
   }
 }
 
+/// Which faces of the domain are walls or open, and what follows for walls from support and spacing.
+template <class T>
+void fill_faces(Constants<T>& k, const SceneConstants& c) {
+  k.wall_friction = static_cast<T>(c.domain.friction);
+  k.wall_wetting = static_cast<T>(physics::wetting_cosine(c.domain.contact_angle));
+  k.no_slip = c.domain.no_slip ? 1u : 0u;
+  k.domain_min = k.walls.min = cast<T>(c.domain.min);
+  k.domain_max = k.walls.max = cast<T>(c.domain.max);
+  k.walls.support = static_cast<T>(c.support);
+  k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
+  k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
+  k.walls.push_scale = physics::floor_push_scale<T>(c.support, c.spacing);
+  k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
+  if (c.domain.bounded)
+    for (int f = 0; f < 6; ++f) {
+      const Face face = c.domain.faces[static_cast<std::size_t>(f)];
+      if (face == Face::wall) k.walls.faces |= 1u << f;
+      if (face == Face::open) k.open_faces |= 1u << f;
+      k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
+    }
+  fill_outlets(k.outlets, c);
+}
+
 /// All but views and what changes from sub-step to sub-step.
 template <class E, class T>
 void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
@@ -121,28 +144,11 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
 #undef MELTSIM_CONSTANT
   k.kernel = physics::make_kernel<T>(c.support, c.spacing);
   k.lowest_phi = c.tension ? T(0) : T(1);
-  k.wall_friction = static_cast<T>(c.domain.friction);
-  k.wall_wetting = static_cast<T>(physics::wetting_cosine(c.domain.contact_angle));
   k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
-  k.no_slip = c.domain.no_slip ? 1u : 0u;
-  k.domain_min = k.walls.min = cast<T>(c.domain.min);
-  k.domain_max = k.walls.max = cast<T>(c.domain.max);
-  k.walls.support = static_cast<T>(c.support);
-  k.wall_exchange = physics::make_wall_exchange<T>(c.support, c.spacing);
   k.conduction_share = physics::make_conduction_share<T>(c.support, c.spacing);
-  k.walls.cover_scale = physics::wall_cover_scale<T>(c.support, c.spacing);
-  k.walls.push_scale = physics::floor_push_scale<T>(c.support, c.spacing);
-  k.first_layer = physics::wall_area(k.wall_exchange, T(0.5) * k.spacing) * k.spacing;
   k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
   k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
-  if (c.domain.bounded)
-    for (int f = 0; f < 6; ++f) {
-      const Face face = c.domain.faces[static_cast<std::size_t>(f)];
-      if (face == Face::wall) k.walls.faces |= 1u << f;
-      if (face == Face::open) k.open_faces |= 1u << f;
-      k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
-    }
-  fill_outlets(k.outlets, c);
+  fill_faces(k, c);
   fill_surroundings(w, c.surroundings);
   fill_grid(w, c, c.support, n.reach);
   if (n.tree_levels != 0) fill_tree(w, c, n);

@@ -152,55 +152,76 @@ class ProbeRun {
     return list;
   }
 
+  /// The tables of probes as the host has them, rounded.
+  struct ProbeTables {
+    std::vector<ProbePoint<T>> points, heights;
+    std::vector<LoadRow> loads;
+    std::vector<std::uint32_t> listed_points, listed_heights;
+  };
+
+  static ProbeTables tables_of(const ProbeSetup& s, ProbeViews<T>& v) {
+    ProbeTables t;
+    t.points = rounded(s.points);
+    t.heights = rounded(s.heights);
+    for (std::uint32_t k = 0; k < load_kinds; ++k) {
+      t.loads.insert(t.loads.end(), s.loads[k].begin(), s.loads[k].end());
+      v.load_begin[k + 1] = static_cast<std::uint32_t>(t.loads.size());
+    }
+    t.listed_points = list_of(t.points.size());
+    t.listed_heights = list_of(t.heights.size());
+    return t;
+  }
+
+  /// Where they lie on the backend.
+  struct ProbePlaces {
+    ProbeRow* rows = nullptr;
+    ProbePoint<T>*points = nullptr, *heights = nullptr;
+    ProbeLine* lines = nullptr;
+    LoadRow* loads = nullptr;
+    std::uint32_t *listed_points = nullptr, *listed_heights = nullptr;
+  };
+
+  static std::uint64_t lay_out(void* base, const ProbeSetup& s, const ProbeTables& t, std::uint64_t room,
+                               ProbePlaces& at, ProbeViews<T>& v) {
+    Arena a{static_cast<unsigned char*>(base)};
+    at.rows = a.template place<ProbeRow>(s.rows.size());
+    at.points = a.template place<ProbePoint<T>>(t.points.size());
+    at.heights = a.template place<ProbePoint<T>>(t.heights.size());
+    at.lines = a.template place<ProbeLine>(s.lines.size());
+    at.listed_points = a.template place<std::uint32_t>(t.listed_points.size());
+    at.listed_heights = a.template place<std::uint32_t>(t.listed_heights.size());
+    at.loads = a.template place<LoadRow>(t.loads.size());
+    v.load_sums = a.template place<physics::LoadSums>(t.loads.size());
+    v.profile = a.template place<T>(t.heights.size());
+    v.values = a.template place<double>(room);
+    return a.used;
+  }
+
   /// Copies the tables and points `v` at them.
   static Status fill(E& ex, Block& block, const ProbeSetup& s, std::uint64_t room, ProbeViews<T>& v) {
-    const auto points = rounded(s.points), heights = rounded(s.heights);
-    ProbeRow* rows = nullptr;
-    ProbePoint<T>*at_points = nullptr, *at_heights = nullptr;
-    ProbeLine* lines = nullptr;
-    std::vector<LoadRow> loads;
-    for (std::uint32_t k = 0; k < load_kinds; ++k) {
-      loads.insert(loads.end(), s.loads[k].begin(), s.loads[k].end());
-      v.load_begin[k + 1] = static_cast<std::uint32_t>(loads.size());
-    }
-    LoadRow* at_loads = nullptr;
-    const auto list_points = list_of(points.size()), list_heights = list_of(heights.size());
-    std::uint32_t *at_list_points = nullptr, *at_list_heights = nullptr;
-    const auto lay_out = [&](void* base) {
-      Arena a{static_cast<unsigned char*>(base)};
-      rows = a.template place<ProbeRow>(s.rows.size());
-      at_points = a.template place<ProbePoint<T>>(points.size());
-      at_heights = a.template place<ProbePoint<T>>(heights.size());
-      lines = a.template place<ProbeLine>(s.lines.size());
-      at_list_points = a.template place<std::uint32_t>(list_points.size());
-      at_list_heights = a.template place<std::uint32_t>(list_heights.size());
-      at_loads = a.template place<LoadRow>(loads.size());
-      v.load_sums = a.template place<physics::LoadSums>(loads.size());
-      v.profile = a.template place<T>(heights.size());
-      v.values = a.template place<double>(room);
-      return a.used;
-    };
-    if (Status fits = take(ex, block, lay_out(nullptr)); !fits) {
+    const ProbeTables t = tables_of(s, v);
+    ProbePlaces at;
+    if (Status fits = take(ex, block, lay_out(nullptr, s, t, room, at, v)); !fits) {
       v = {};
       return fits;
     }
-    lay_out(block.base);
-    put(ex, rows, s.rows);
-    put(ex, at_points, points);
-    put(ex, at_heights, heights);
-    put(ex, lines, s.lines);
-    put(ex, at_loads, loads);
-    put(ex, at_list_points, list_points);
-    put(ex, at_list_heights, list_heights);
-    v.listed_points = at_list_points;
-    v.listed_heights = at_list_heights;
-    v.rows = rows;
-    v.points = at_points;
-    v.heights = at_heights;
-    v.lines = lines;
-    v.loads = at_loads;
-    v.point_count = static_cast<std::uint32_t>(points.size());
-    v.height_count = static_cast<std::uint32_t>(heights.size());
+    lay_out(block.base, s, t, room, at, v);
+    put(ex, at.rows, s.rows);
+    put(ex, at.points, t.points);
+    put(ex, at.heights, t.heights);
+    put(ex, at.lines, s.lines);
+    put(ex, at.loads, t.loads);
+    put(ex, at.listed_points, t.listed_points);
+    put(ex, at.listed_heights, t.listed_heights);
+    v.listed_points = at.listed_points;
+    v.listed_heights = at.listed_heights;
+    v.rows = at.rows;
+    v.points = at.points;
+    v.heights = at.heights;
+    v.lines = at.lines;
+    v.loads = at.loads;
+    v.point_count = static_cast<std::uint32_t>(t.points.size());
+    v.height_count = static_cast<std::uint32_t>(t.heights.size());
     v.line_count = static_cast<std::uint32_t>(s.lines.size());
     return {};
   }

@@ -51,31 +51,15 @@ class ReadingRun {
   Status request(E& ex, const Frame<T>& scene, int slot, const ReadParts& parts, bool rolled_back,
                  bool has_density) {
     Slot& s = slots_[static_cast<std::size_t>(slot)];
-    s.parts = parts;
-    s.lost.clear();
-    const bool lattice = scene.vertices != 0 && scene.f.vertex_state != nullptr &&
-                         scene.f.vertex_piece != nullptr && scene.f.vertex_id != nullptr &&
-                         scene.f.vertex_body != nullptr;
-    s.counts = lattice && (parts.sums || parts.pieces);
-    s.parts.pieces = parts.pieces && lattice && scene.f.vertex_site != nullptr && scene.f.bodies != nullptr;
-    s.parts.sums = parts.sums || s.parts.pieces;
-    s.parts.forces = parts.forces && scene.f.body_forces != nullptr;
-    s.parts.events = parts.events && scene.f.event_head != nullptr;
-    s.events = s.parts.events ? scene.event_capacity : 0;
-    s.born = scene.born;
-    s.species = scene.species;
-    s.rows = s.parts.pieces ? std::min<std::uint32_t>(scene.vertices, most_pieces) : 0;
-    s.rows_sent = std::min(
-        s.rows, std::max<std::uint32_t>({256, static_cast<std::uint32_t>(2 * bodies_), 2 * last_pieces_}));
-    s.bodies = bodies_;
+    choose_parts(s, scene, parts);
     if (Status fits = fit(ex, s, scene.vertices); !fits) return fits;
     ReadingFrame<T> w = frame_of(s, scene);
     w.rolled_back = rolled_back ? 1u : 0u;
     w.has_density = has_density ? 1u : 0u;
     w.clears = parts.clears ? 1u : 0u;
-    ex.set_guard(nullptr);
     w.bodies_taken = s.parts.forces ? static_cast<std::uint32_t>(s.bodies) : 0u;
     w.events_taken = static_cast<std::uint32_t>(s.events);
+    ex.set_guard(nullptr);
     reading::status<E, T>(ex, w);
     if (!rolled_back && scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
     if (s.parts.sums) reading::sums<E, T>(ex, w);
@@ -84,24 +68,7 @@ class ReadingRun {
     if (s.parts.forces || s.parts.events) reading::records<E, T>(ex, w);
     if (s.parts.particles) reading::pack<E, T>(ex, w);
     if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
-    const Layout host = layout(s, s.rows_sent), device = layout(s, s.rows);
-    ex.begin_copies();
-    // Every copy costs its host as much as a kernel. What stands behind rows of which all are sent comes with them.
-    const auto bring = [&](std::uint64_t to, std::uint64_t from, std::uint64_t bytes) {
-      if (bytes != 0) ex.copy_out(s.host + to, s.device + from, bytes);
-    };
-    if (s.rows == s.rows_sent) {
-      bring(0, 0, host.end);
-    } else {
-      bring(host.head, device.head, sizeof(ReadingHead));
-      bring(host.rows, device.rows, s.rows_sent * sizeof(PieceRow));
-      bring(host.totals, device.totals, s.rows_sent * sizeof(PieceTotals));
-      bring(host.forces, device.forces, host.end - host.forces);
-    }
-    if (parts.samples != 0)
-      ex.copy_out(s.host + host.end, scene.probes.values + parts.first_sample,
-                  parts.samples * sizeof(double));
-    ex.end_copies(s.mark);
+    bring_to_host(ex, s, scene.probes.values);
     s.open = true;
     return {};
   }
@@ -114,18 +81,7 @@ class ReadingRun {
                         colored =
                             padded(256 * sizeof(std::uint32_t)) + scene.capacity * sizeof(std::uint32_t),
                         bytes = plain + (table.empty() ? 0 : colored);
-    if (bytes > packed_bytes_) {
-      ex.synchronize();
-      if (packed_ != nullptr) ex.release(packed_);
-      packed_bytes_ = 0;
-      table_.clear();
-      packed_ = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
-      if (packed_ == nullptr)
-        return Error{ErrorCode::out_of_memory,
-                     text("render_view: ", double(bytes) / 1e9,
-                          " GB of device memory are not there; use fewer particles")};
-      packed_bytes_ = bytes;
-    }
+    if (Status fits = fit_packed(ex, bytes); !fits) return fits;
     to = PackedParticles::at(packed_, scene.born, scene.species);
     if (scene.born == 0) return {};
     ReadingFrame<T> w;
@@ -427,6 +383,74 @@ class ReadingRun {
     for (std::uint32_t k = 0; k < s.species; ++k) take(out.fractions[k], p.solute[k]);
   }
 
+  Status fit_packed(E& ex, std::uint64_t bytes) {
+    if (bytes <= packed_bytes_) return {};
+    ex.synchronize();
+    if (packed_ != nullptr) ex.release(packed_);
+    packed_bytes_ = 0;
+    table_.clear();
+    packed_ = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
+    if (packed_ == nullptr)
+      return Error{ErrorCode::out_of_memory, text("render_view: ", double(bytes) / 1e9,
+                                                  " GB of device memory are not there; use fewer particles")};
+    packed_bytes_ = bytes;
+    return {};
+  }
+
+  /// What of a request there is in this scene, and how many rows of pieces it takes.
+  void choose_parts(Slot& s, const Frame<T>& scene, const ReadParts& parts) const {
+    s.parts = parts;
+    s.lost.clear();
+    const bool lattice = scene.vertices != 0 && scene.f.vertex_state != nullptr &&
+                         scene.f.vertex_piece != nullptr && scene.f.vertex_id != nullptr &&
+                         scene.f.vertex_body != nullptr;
+    s.counts = lattice && (parts.sums || parts.pieces);
+    s.parts.pieces = parts.pieces && lattice && scene.f.vertex_site != nullptr && scene.f.bodies != nullptr;
+    s.parts.sums = parts.sums || s.parts.pieces;
+    s.parts.forces = parts.forces && scene.f.body_forces != nullptr;
+    s.parts.events = parts.events && scene.f.event_head != nullptr;
+    s.events = s.parts.events ? scene.event_capacity : 0;
+    s.born = scene.born;
+    s.species = scene.species;
+    s.rows = s.parts.pieces ? std::min<std::uint32_t>(scene.vertices, most_pieces) : 0;
+    s.rows_sent = std::min(
+        s.rows, std::max<std::uint32_t>({256, static_cast<std::uint32_t>(2 * bodies_), 2 * last_pieces_}));
+    s.bodies = bodies_;
+  }
+
+  /// Enqueues the copies. Every copy costs its host as much as a kernel: what stands behind rows of which all are sent comes
+  /// with them.
+  void bring_to_host(E& ex, Slot& s, const double* samples) {
+    const Layout host = layout(s, s.rows_sent), device = layout(s, s.rows);
+    ex.begin_copies();
+    const auto bring = [&](std::uint64_t to, std::uint64_t from, std::uint64_t bytes) {
+      if (bytes != 0) ex.copy_out(s.host + to, s.device + from, bytes);
+    };
+    if (s.rows == s.rows_sent) {
+      bring(0, 0, host.end);
+    } else {
+      bring(host.head, device.head, sizeof(ReadingHead));
+      bring(host.rows, device.rows, s.rows_sent * sizeof(PieceRow));
+      bring(host.totals, device.totals, s.rows_sent * sizeof(PieceTotals));
+      bring(host.forces, device.forces, host.end - host.forces);
+    }
+    if (s.parts.samples != 0)
+      ex.copy_out(s.host + host.end, samples + s.parts.first_sample, s.parts.samples * sizeof(double));
+    ex.end_copies(s.mark);
+  }
+
+  /// Least and largest of the coordinates of a box along an axis.
+  static void range_along(const DomainDesc& box, Vec3d axis, double& low, double& high) {
+    low = infinity;
+    high = -infinity;
+    for (int k = 0; k < 8; ++k) {
+      const Vec3d p{(k & 1) != 0 ? box.max.x : box.min.x, (k & 2) != 0 ? box.max.y : box.min.y,
+                    (k & 4) != 0 ? box.max.z : box.min.z};
+      low = std::min(low, dot(p, axis));
+      high = std::max(high, dot(p, axis));
+    }
+  }
+
   static ColumnGrid columns_of(Vec3d gravity, const DomainDesc& domain, double spacing) {
     ColumnGrid g;
     const double weight = length(gravity);
@@ -437,40 +461,35 @@ class ReadingRun {
     g.b = cross(g.up, g.a);
     g.side =
         2 * spacing;  // as spacings: on the lattice of a scene's beginning every column is as full as any
-    const auto range = [&](Vec3d axis, double& low, double& high) {
-      low = infinity;
-      high = -infinity;
-      for (int k = 0; k < 8; ++k) {
-        const Vec3d p{(k & 1) != 0 ? domain.max.x : domain.min.x, (k & 2) != 0 ? domain.max.y : domain.min.y,
-                      (k & 4) != 0 ? domain.max.z : domain.min.z};
-        low = std::min(low, dot(p, axis));
-        high = std::max(high, dot(p, axis));
-      }
-    };
     g.floor = -infinity;
     if (domain.bounded) {
-      double high_a = 0, high_b = 0, high = 0;
-      range(g.a, g.low_a, high_a);
-      range(g.b, g.low_b, high_b);
-      range(g.up, g.floor, high);
-      const double widest = std::max(high_a - g.low_a, high_b - g.low_b);
-      while (widest > most_columns * g.side) g.side *= 2;
-      const auto along = [&](double extent) {
-        return static_cast<std::int32_t>(std::max(1.0, std::ceil(extent / g.side * (1 - 1e-9))));
-      };
-      g.na = along(high_a - g.low_a);
-      g.nb = along(high_b - g.low_b);
-      const double aligned = std::max({std::fabs(g.up.x), std::fabs(g.up.y), std::fabs(g.up.z)});
-      if (aligned > 1 - 1e-9) {  // else the domain's shadow is no rectangle
-        g.extent_a = high_a - g.low_a;
-        g.extent_b = high_b - g.low_b;
-      }
+      fit_columns(g, domain);
     } else {
       g.na = g.nb = static_cast<std::int32_t>(most_columns) / 2;
       g.repeats = 1;
     }
     for (std::int32_t widest = std::max(g.na, g.nb) - 1; widest > 0; widest >>= 1) ++g.levels;
     return g;
+  }
+
+  /// Columns over all of a domain.
+  static void fit_columns(ColumnGrid& g, const DomainDesc& domain) {
+    double high_a = 0, high_b = 0, high = 0;
+    range_along(domain, g.a, g.low_a, high_a);
+    range_along(domain, g.b, g.low_b, high_b);
+    range_along(domain, g.up, g.floor, high);
+    const double widest = std::max(high_a - g.low_a, high_b - g.low_b);
+    while (widest > most_columns * g.side) g.side *= 2;
+    const auto along = [&](double extent) {
+      return static_cast<std::int32_t>(std::max(1.0, std::ceil(extent / g.side * (1 - 1e-9))));
+    };
+    g.na = along(high_a - g.low_a);
+    g.nb = along(high_b - g.low_b);
+    const double aligned = std::max({std::fabs(g.up.x), std::fabs(g.up.y), std::fabs(g.up.z)});
+    if (aligned > 1 - 1e-9) {  // else the domain's shadow is no rectangle
+      g.extent_a = high_a - g.low_a;
+      g.extent_b = high_b - g.low_b;
+    }
   }
 
   /// Site of every body at the low corner of its vertices.

@@ -112,6 +112,14 @@ class SurfaceRun {
     describe_grid(q, support);
   }
 
+  static constexpr double most_blocks_along = 1 << 20;  ///< half of them, of a domain without bounds
+
+  /// Blocks of the grid along each axis, and the corner that they begin at.
+  struct GridExtent {
+    double n[3] = {2 * most_blocks_along, 2 * most_blocks_along, 2 * most_blocks_along};
+    Vec3d base;
+  };
+
   /// Faces of the domain lie in the middle between two nodes, so that they cross edges where those are
   /// longest.
   void describe_grid(const SurfaceRequest& q, double support) {
@@ -119,52 +127,65 @@ class SurfaceRun {
     const auto side = static_cast<std::int32_t>(std::ceil(support / q.cell * (1 - 1e-9)));
     g.side = side;
     g.volume = static_cast<std::uint32_t>(side * side * side);
-    const double edge = side * q.cell;
+    const double edge = side * q.cell, half = 0.5 * q.cell;
     g.cell = static_cast<T>(q.cell);
     g.edge = static_cast<T>(edge);
     g.inv_edge = static_cast<T>(1 / edge);
-    const double far = 0.25 * static_cast<double>(std::numeric_limits<T>::max());
-    const Vec3d e = q.domain.max - q.domain.min;
-    const double half = 0.5 * q.cell;
-    constexpr double most = 1 << 20;
-    double n[3] = {2 * most, 2 * most, 2 * most};
-    Vec3d base{-half, -half, -half};
-    double low[3] = {-far, -far, -far}, high[3] = {far, far, far};
-    w_.period = {};
-    w_.shift = {};
     g.offset = 1 << 20;
-    if (q.domain.bounded) {
-      const double extent[3] = {e.x, e.y, e.z}, from[3] = {q.domain.min.x, q.domain.min.y, q.domain.min.z},
-                   to[3] = {q.domain.max.x, q.domain.max.y, q.domain.max.z};
-      T* const period[3] = {&w_.period.x, &w_.period.y, &w_.period.z};
-      for (std::size_t a = 0; a < 3; ++a) {
-        if (q.domain.faces[2 * a] != Face::open) low[a] = from[a];
-        if (q.domain.faces[2 * a + 1] != Face::open) high[a] = to[a];
-        if (q.domain.faces[2 * a] == Face::periodic) *period[a] = static_cast<T>(extent[a]);
-      }
-      base = base + q.domain.min;
-      const double cells = std::ceil((std::max({e.x, e.y, e.z}) + half) / edge) + 2;
-      if (cells < 2 * most) {  // a block beyond the domain on each side
-        for (std::size_t a = 0; a < 3; ++a) n[a] = std::ceil((extent[a] + half) / edge) + 2;
-        g.offset = 1;
-      }
-      // Positions are handed out in single precision.
-      const double reach = std::max({std::fabs(from[0]), std::fabs(from[1]), std::fabs(from[2]),
-                                     std::fabs(to[0]), std::fabs(to[1]), std::fabs(to[2])});
-      if (reach * 6e-8 > 1e-3 * q.spacing) {
-        const Vec3d middle = (q.domain.min + q.domain.max) * 0.5;
-        w_.shift = cast<T>(Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)});
-      }
-    }
-    g.base = cast<T>(base);
+    GridExtent extent;
+    extent.base = {-half, -half, -half};
+    if (q.domain.bounded) fit_grid(q, edge, half, extent);
+    clip_at_faces(q.domain);
+    shift_positions(q);
+    const double* const n = extent.n;
+    g.base = cast<T>(extent.base);
     g.nx = static_cast<std::int32_t>(n[0]);
     g.ny = static_cast<std::int32_t>(n[1]);
     g.nz = static_cast<std::int32_t>(n[2]);
-    w_.clip_min = cast<T>(Vec3d{low[0], low[1], low[2]});
-    w_.clip_max = cast<T>(Vec3d{high[0], high[1], high[2]});
     // The key of what takes no part, cut to these bits, still sorts last.
     g.key_bits =
         std::min(64u, static_cast<std::uint32_t>(std::ceil(std::log2(n[0] * n[1] * n[2] + 1.0))) + 1u);
+  }
+
+  void fit_grid(const SurfaceRequest& q, double edge, double half, GridExtent& extent) {
+    const Vec3d e = q.domain.max - q.domain.min;
+    const double along[3] = {e.x, e.y, e.z};
+    extent.base = extent.base + q.domain.min;
+    const double cells = std::ceil((std::max({e.x, e.y, e.z}) + half) / edge) + 2;
+    if (cells >= 2 * most_blocks_along) return;
+    for (std::size_t a = 0; a < 3; ++a)  // a block beyond the domain on each side
+      extent.n[a] = std::ceil((along[a] + half) / edge) + 2;
+    w_.grid.offset = 1;
+  }
+
+  /// The surface ends at faces that are not open; across periodic ones it goes on.
+  void clip_at_faces(const DomainDesc& d) {
+    const double far = 0.25 * static_cast<double>(std::numeric_limits<T>::max());
+    double low[3] = {-far, -far, -far}, high[3] = {far, far, far};
+    w_.period = {};
+    if (d.bounded) {
+      const double from[3] = {d.min.x, d.min.y, d.min.z}, to[3] = {d.max.x, d.max.y, d.max.z};
+      T* const period[3] = {&w_.period.x, &w_.period.y, &w_.period.z};
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (d.faces[2 * a] != Face::open) low[a] = from[a];
+        if (d.faces[2 * a + 1] != Face::open) high[a] = to[a];
+        if (d.faces[2 * a] == Face::periodic) *period[a] = static_cast<T>(to[a] - from[a]);
+      }
+    }
+    w_.clip_min = cast<T>(Vec3d{low[0], low[1], low[2]});
+    w_.clip_max = cast<T>(Vec3d{high[0], high[1], high[2]});
+  }
+
+  /// Positions are handed out in single precision: far from the origin, relative to the middle of the domain.
+  void shift_positions(const SurfaceRequest& q) {
+    w_.shift = {};
+    if (!q.domain.bounded) return;
+    const Vec3d &low = q.domain.min, &high = q.domain.max;
+    const double reach = std::max({std::fabs(low.x), std::fabs(low.y), std::fabs(low.z), std::fabs(high.x),
+                                   std::fabs(high.y), std::fabs(high.z)});
+    if (!(reach * 6e-8 > 1e-3 * q.spacing)) return;
+    const Vec3d middle = (low + high) * 0.5;
+    w_.shift = cast<T>(Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)});
   }
 
   /// How much there may be of what is found.
@@ -234,12 +255,18 @@ class SurfaceRun {
 
   std::uint64_t lay_out(void* base) {
     Arena a{static_cast<unsigned char*>(base)};
-    const std::uint64_t n = capacity_, g = w_.max_groups, b = w_.max_blocks, v = w_.max_vertices;
-    const std::uint64_t nodes = b * w_.grid.volume;
     CubeCase* cases = nullptr;
     a.place(cases, 256);
     w_.cases = cases;
     a.place(w_.counts, 1);
+    lay_out_particles(a, capacity_);
+    lay_out_groups(a, w_.max_groups);
+    lay_out_blocks(a, w_.max_blocks);
+    lay_out_mesh(a, w_.max_vertices);
+    return a.used;
+  }
+
+  void lay_out_particles(Arena& a, std::uint64_t n) {
     a.place(w_.key, n);
     a.place(w_.key_out, n);
     a.place(w_.slot, n);
@@ -252,6 +279,9 @@ class SurfaceRun {
     a.place(w_.mark, n);
     a.place(w_.at_surface, n);
     a.place(w_.heat, n);
+  }
+
+  void lay_out_groups(Arena& a, std::uint64_t g) {
     a.place(w_.group_key, g);
     a.place(w_.group_begin, g + 1);
     a.place(w_.group_rows, 9 * g);
@@ -259,6 +289,10 @@ class SurfaceRun {
     a.place(w_.group_mark, g);
     a.place(w_.group_deep, g);
     a.place(w_.owns, 27 * g);
+  }
+
+  void lay_out_blocks(Arena& a, std::uint64_t b) {
+    const std::uint64_t nodes = b * w_.grid.volume;
     a.place(w_.block_key, b);
     a.place(w_.block_rows, 9 * b);
     a.place(w_.block_link, 27 * b);
@@ -267,6 +301,9 @@ class SurfaceRun {
     a.place(w_.inside, nodes);
     a.place(w_.code, nodes);
     a.place(w_.ends, nodes);
+  }
+
+  void lay_out_mesh(Arena& a, std::uint64_t v) {
     a.place(w_.vertex_edge, v);
     a.place(w_.vertex, v);
     a.place(w_.vertex_next, v);
@@ -278,7 +315,6 @@ class SurfaceRun {
     a.place(w_.out_body, v);
     a.place(w_.out_material, v);
     a.place(w_.out_triangles, std::uint64_t{3} * w_.max_triangles);
-    return a.used;
   }
 
   /// Room for what is asked for. What steps recorded is forgotten where their working space moves.
