@@ -19,9 +19,13 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters, bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from the time; 3: what freezes
-// keeps its volume; 2: vertices change their particles
+// 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters,
+// bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle
+// holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from
+// the time; 3: what freezes keeps its volume; 2: vertices change their particles
 constexpr std::uint32_t format_version = 12;
+/// WorldImpl::StoredState::layout() of that version.
+constexpr std::uint64_t layout_of_version = 4267797151418833563u;
 
 /// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
@@ -29,11 +33,20 @@ constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
 constexpr std::uint32_t follows_sound_bit = 4u;
 
 /// FNV-1a, 64 bits.
+constexpr std::uint64_t hash_start = 14695981039346656037ull;
+constexpr std::uint64_t hash_byte(std::uint64_t hash, unsigned char byte) {
+  return (hash ^ byte) * 1099511628211ull;
+}
+constexpr std::uint64_t hash_text(std::uint64_t hash, const char* text) {
+  for (; *text != 0; ++text) hash = hash_byte(hash, static_cast<unsigned char>(*text));
+  return hash_byte(hash, 0);
+}
+
 class Hash {
  public:
   void add(const void* data, std::size_t bytes) {
     const auto* p = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < bytes; ++i) value_ = (value_ ^ p[i]) * 1099511628211ull;
+    for (std::size_t i = 0; i < bytes; ++i) value_ = hash_byte(value_, p[i]);
   }
   template <class V>
   void add(const std::vector<V>& v) {
@@ -42,7 +55,7 @@ class Hash {
   std::uint64_t value() const { return value_; }
 
  private:
-  std::uint64_t value_ = 14695981039346656037ull;
+  std::uint64_t value_ = hash_start;
 };
 
 class Writer {
@@ -90,13 +103,6 @@ class Reader {
   std::size_t left_;
 };
 
-/// The arrays of fields.def.
-bool read_held(Reader& r, core::SceneState& s) {
-  bool there = true;
-  core::each_held(s, most_species, [&](auto, auto& array, const auto&) { there = there && r.array(array); });
-  return there;
-}
-
 Error corrupt(const char* why) {
   return Error{ErrorCode::corrupt_data,
                core::text("snapshot: ", why, "; the World is unchanged, use another snapshot")};
@@ -110,6 +116,10 @@ bool all_finite(const std::vector<Vec3d>& v) {
   for (const Vec3d& x : v)
     if (!finite(x)) return false;
   return true;
+}
+
+bool is_rotation(const Quat<double>& q) {
+  return std::fabs(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z - 1) < 1e-2;
 }
 
 }  // namespace
@@ -185,70 +195,167 @@ Result<std::uint64_t> WorldImpl::state_hash() {
   return h.value();
 }
 
+/// What a snapshot holds beside the arrays of the state.
+struct WorldImpl::StoredState {
+  std::uint32_t precision = 0;
+  std::uint64_t materials = 0, bodies = 0;  ///< how many
+  double spacing = 0, time = 0;
+  std::uint64_t steps = 0;
+  double sound_speed = 0, last_max_speed = 0;
+  Extremes seen;
+  Vec3d origin;
+  std::uint64_t lattice = 0;  ///< lattice_hash()
+  double heat_owed = 0;
+  std::uint64_t flags = 0;  ///< 64 bits, so that what follows stays aligned
+  std::vector<std::uint64_t> material_hashes;
+  std::vector<EmitterState> emitters;
+  std::vector<std::uint64_t> taken;     ///< per body: particles that went with it and one; 0: it is there
+  std::vector<std::uint64_t> deformed;  ///< per body: 1: mesh_points has its particles
+  FollowedSound followed;
+
+  /// Particles that bodies were built of, less what was removed with them.
+  std::uint64_t built(const std::vector<BodyRecord>& records) const {
+    std::uint64_t sum = 0;
+    for (std::size_t b = 0; b < records.size(); ++b)
+      sum += records[b].vertices - (taken[b] == 0 ? 0 : taken[b] - 1);
+    return sum;
+  }
+
+  /// All that a snapshot is made of, in its order, until one of them returns false.
+  template <class Value, class Array>
+  bool each(core::SceneState& s, Value value, Array array) {
+    bool there = value(precision) && value(materials) && value(bodies) && value(spacing) && value(time) &&
+                 value(steps) && value(sound_speed) && value(last_max_speed) && value(seen) &&
+                 value(origin) && value(lattice) && value(s.heat_in) && value(s.field_work) &&
+                 value(s.field_impulse) && value(heat_owed) && value(s.melted) && value(s.frozen) &&
+                 value(s.removed) && value(s.strayed) && value(flags) && array(material_hashes) &&
+                 array(emitters);
+    core::each_held(s, most_species, [&](auto, auto& held, const auto&) { there = there && array(held); });
+    return there && array(s.motion) && array(taken) && array(deformed) && array(s.mesh_points) &&
+           ((flags & follows_sound_bit) == 0 || value(followed));
+  }
+
+  /// A number that changes with the State rows of fields.def and with the size of what else is stored.
+  static constexpr std::uint64_t layout() {
+    std::uint64_t h = hash_start;
+#define MELTSIM_HELD(name, host, owner, channel, part, first, hashed) \
+  h = hash_text(h, #name " " #host " " #owner " " #channel " " #part);
+#define MELTSIM_HELD_PER_SPECIES MELTSIM_HELD
+#include "meltsim/fields.def"
+    for (const std::size_t size : {sizeof(Extremes), sizeof(EmitterState), sizeof(physics::RigidMotion),
+                                   sizeof(physics::MeshPoint), sizeof(FollowedSound)})
+      h = hash_byte(h, static_cast<unsigned char>(size));
+    return h;
+  }
+};
+
+/// A state that is to be taken over, in a World of the same scene.
+class WorldImpl::SnapshotCheck {
+ public:
+  SnapshotCheck(const WorldImpl& world, const StoredState& stored, const core::SceneState& s)
+      : w_(world),
+        d_(stored),
+        s_(s),
+        fixed_(world.fixed_in(s)),
+        rows_(world.material_rows()),
+        low_(world.desc.domain.min - stored.origin),
+        high_(world.desc.domain.max - stored.origin),
+        largest_(world.desc.precision == Precision::single_precision ? 1e37 : 1e300) {}
+
+  Status check();
+
+ private:
+  Status check_numbers() const;
+  Status check_particle(std::size_t i);
+  Status check_solid(std::size_t i) const;
+  bool is_outside(Vec3d x, std::uint32_t tag) const;
+  Status check_motions() const;
+  Status check_vertex(std::size_t v) const;
+
+  const WorldImpl& w_;
+  const StoredState& d_;
+  const core::SceneState& s_;
+  std::vector<char> fixed_;  ///< per body
+  std::vector<core::MaterialRow<double>> rows_;
+  Vec3d low_, high_;  ///< the domain, from the stored origin [m]
+  double largest_;    ///< a mass, volume or squared speed
+  std::uint64_t removed_ = 0, solid_ = 0;
+};
+
 Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
+  static_assert(StoredState::layout() == layout_of_version,
+                "what a snapshot holds has changed: raise format_version and set layout_of_version anew");
   // What follows from something that was added, such as the sound speed, is part of what is stored.
   if (Status s = prepare(); !s) return s.error();
   fetch_state();
   take_sound_work();
+  StoredState stored = stored_state();
   Writer w;
   w.bytes.insert(w.bytes.end(), magic, magic + 8);
   w.value(format_version);
-  w.value(static_cast<std::uint32_t>(desc.precision));
-  w.value(static_cast<std::uint64_t>(materials.size()));
-  w.value(static_cast<std::uint64_t>(bodies_.size()));
-  w.value(desc.spacing);
-  w.value(time);
-  w.value(steps);
-  w.value(sound_speed_);
-  w.value(last_max_speed_);
-  w.value(seen_);
-  w.value(origin_);
-  w.value(lattice_hash());
-  w.value(state_.heat_in);
-  w.value(state_.field_work);
-  w.value(state_.field_impulse);
-  w.value(heat_owed_);
-  w.value(state_.melted);
-  w.value(state_.frozen);
-  w.value(state_.removed);
-  w.value(state_.strayed);
-  // 64 bits, so that what follows stays aligned.
-  w.value(static_cast<std::uint64_t>((state_.heat_level ? heat_level_bit : 0u) |
-                                     (may_melt_ ? may_melt_bit : 0u) |
-                                     (follows_sound() ? follows_sound_bit : 0u)));
-  std::vector<std::uint64_t> hashes;
-  std::vector<EmitterState> layers;
-  std::vector<std::uint64_t> taken;  // per body: particles that went with it and one; 0: it is there
-  for (const BodyRecord& b : bodies_) taken.push_back(b.gone ? b.taken + 1 : 0);
-  for (const MaterialDesc& m : materials) hashes.push_back(material_hash(m));
-  for (const EmitterRecord& e : emitters_)
-    layers.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
-                      e.desc.temperature, e.desc.center});
-  w.array(hashes);
-  w.array(layers);
-  core::each_held(state_, most_species, [&w](auto, const auto& array, const auto&) { w.array(array); });
-  w.array(state_.motion);
-  w.array(taken);
-  std::vector<std::uint64_t> deformed;  // per body: 1: mesh_points has its particles
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
-  w.array(deformed);
-  w.array(state_.mesh_points);
-  if (follows_sound()) w.value(sound_);
+  stored.each(
+      state_,
+      [&w](const auto& v) {
+        w.value(v);
+        return true;
+      },
+      [&w](const auto& v) {
+        w.array(v);
+        return true;
+      });
   Hash h;
   h.add(w.bytes);
   w.value(h.value());
   return w.bytes;
 }
 
+WorldImpl::StoredState WorldImpl::stored_state() const {
+  StoredState d;
+  d.precision = static_cast<std::uint32_t>(desc.precision);
+  d.materials = materials.size();
+  d.bodies = bodies_.size();
+  d.spacing = desc.spacing;
+  d.time = time;
+  d.steps = steps;
+  d.sound_speed = sound_speed_;
+  d.last_max_speed = last_max_speed_;
+  d.seen = seen_;
+  d.origin = origin_;
+  d.lattice = lattice_hash();
+  d.heat_owed = heat_owed_;
+  d.flags = (state_.heat_level ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u) |
+            (follows_sound() ? follows_sound_bit : 0u);
+  for (const MaterialDesc& m : materials) d.material_hashes.push_back(material_hash(m));
+  for (const EmitterRecord& e : emitters_)
+    d.emitters.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
+                          e.desc.temperature, e.desc.center});
+  for (const BodyRecord& b : bodies_) d.taken.push_back(b.gone ? b.taken + 1 : 0);
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    d.deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
+  d.followed = sound_;
+  return d;
+}
+
 Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
+  StoredState stored;
+  core::SceneState s;
+  if (Status status = read_snapshot(data, bytes, stored, s); !status) return status;
+  // First what it belongs to: a snapshot of another scene is not damaged.
+  if (Status status = check_same_scene(stored, s); !status) return status;
+  if (Status status = check_stored(stored, s); !status) return status;
+  take_over(stored, std::move(s));
+  return {};
+}
+
+Status WorldImpl::read_snapshot(const std::uint8_t* data, std::size_t bytes, StoredState& stored,
+                                core::SceneState& s) {
   if (data == nullptr || bytes < 24 || std::memcmp(data, magic, 8) != 0)
     return corrupt("not a meltsim snapshot");
   Hash h;
   h.add(data, bytes - 8);
   std::uint64_t checksum = 0;
   std::memcpy(&checksum, data + bytes - 8, 8);
-  std::uint32_t version = 0, precision = 0;
+  std::uint32_t version = 0;
   Reader r(data + 8, bytes - 16);
   if (!r.value(version)) return corrupt("truncated");
   if (version != format_version)
@@ -256,131 +363,142 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
                  core::text("snapshot: format version ", version, ", this library reads ", format_version,
                             "; write it again with this version")};
   if (checksum != h.value()) return corrupt("checksum does not match: truncated or changed");
-  std::uint64_t material_count = 0, body_count = 0, new_steps = 0, lattice = 0;
-  double spacing = 0, owed = 0, new_time = 0, sound = 0, speed = 0;
-  Extremes seen;
-  Vec3d origin;
-  core::SceneState s;
-  std::uint64_t flags = 0;
-  FollowedSound followed;
-  std::vector<std::uint64_t> hashes;
-  std::vector<EmitterState> layers;
-  std::vector<std::uint64_t> taken, deformed;
-  if (!(r.value(precision) && r.value(material_count) && r.value(body_count) && r.value(spacing) &&
-        r.value(new_time) && r.value(new_steps) && r.value(sound) && r.value(speed) && r.value(seen) &&
-        r.value(origin) && r.value(lattice) && r.value(s.heat_in) && r.value(s.field_work) &&
-        r.value(s.field_impulse) && r.value(owed) && r.value(s.melted) && r.value(s.frozen) &&
-        r.value(s.removed) && r.value(s.strayed) && r.value(flags) && r.array(hashes) && r.array(layers) &&
-        read_held(r, s) && r.array(s.motion) && r.array(taken) && r.array(deformed) &&
-        r.array(s.mesh_points) && ((flags & follows_sound_bit) == 0 || r.value(followed))) ||
+  if (!stored.each(
+          s, [&r](auto& v) { return r.value(v); }, [&r](auto& v) { return r.array(v); }) ||
       r.left() != 0)
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
-  bool alike = hashes.size() == material_count && s.motion.size() == body_count &&
-               taken.size() == body_count && deformed.size() == body_count;
+  bool alike = stored.material_hashes.size() == stored.materials && s.motion.size() == stored.bodies &&
+               stored.taken.size() == stored.bodies && stored.deformed.size() == stored.bodies;
   core::each_held(s, 0, [&](auto held, const auto& array, const auto&) {
     alike = alike && array.size() == (held.of_vertex ? nv : n);
   });
   if (!alike) return corrupt("arrays of different length");
   if (n >= core::none || nv >= core::none) return corrupt("more particles or vertices than 32 bits number");
-  // First what it belongs to: a snapshot of another scene is not damaged.
+  return {};
+}
+
+Status WorldImpl::check_same_scene(const StoredState& stored, const core::SceneState& s) const {
   const auto mismatch = [](const char* what, std::uint64_t have, std::uint64_t want) {
     return core::invalid("snapshot: ", what, ": this World has ", have, ", the snapshot ", want,
                          "; build the World from the same scene first");
   };
-  if (material_count != materials.size()) return mismatch("materials", materials.size(), material_count);
+  if (stored.materials != materials.size()) return mismatch("materials", materials.size(), stored.materials);
   for (std::size_t m = 0; m < materials.size(); ++m)
-    if (hashes[m] != material_hash(materials[m]))
+    if (stored.material_hashes[m] != material_hash(materials[m]))
       return core::invalid(
           "snapshot: materials: \"", materials[m].name,
           "\" has another density, heat capacity, latent heat or melting point, or melts into "
           "something else, than in the World that wrote it (or heat.model differs); build the World from the "
           "same scene first");
   for (std::size_t k = 0; k < s.solute.size(); ++k)
-    if (s.solute[k].size() != (k < species_.size() ? n : 0)) return corrupt("contents of different length");
-  if (body_count != bodies_.size()) return mismatch("bodies", bodies_.size(), body_count);
-  if (layers.size() != emitters_.size()) return mismatch("emitters", emitters_.size(), layers.size());
-  if (nv != lattice_.vertex_site.size()) return mismatch("lattice vertices", lattice_.vertex_site.size(), nv);
-  if (lattice != lattice_hash())
+    if (s.solute[k].size() != (k < species_.size() ? s.position.size() : 0))
+      return corrupt("contents of different length");
+  if (stored.bodies != bodies_.size()) return mismatch("bodies", bodies_.size(), stored.bodies);
+  if (stored.emitters.size() != emitters_.size())
+    return mismatch("emitters", emitters_.size(), stored.emitters.size());
+  if (s.vertex_state.size() != lattice_.vertex_site.size())
+    return mismatch("lattice vertices", lattice_.vertex_site.size(), s.vertex_state.size());
+  if (stored.lattice != lattice_hash())
     return core::invalid(
         "snapshot: lattice vertices: numbered differently; build the World from the same scene first");
-  if (spacing != desc.spacing)
-    return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ", spacing,
-                         " m; build the World from the same scene first");
-  std::uint64_t built = 0;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (taken[b] > bodies_[b].vertices + s.frozen + 1) return corrupt("a body has lost more than it had");
-    built += bodies_[b].vertices - (taken[b] == 0 ? 0 : taken[b] - 1);
-  }
-  if (Status status = check_snapshot(s, built, origin, new_time,
-                                     {sound, speed, seen.speed, s.heat_in, s.field_work, s.field_impulse.x,
-                                      s.field_impulse.y, s.field_impulse.z, owed});
-      !status)
-    return status;
-  if (Status status = check_mesh_points(deformed, s.mesh_points, new_time); !status) return status;
+  if (stored.spacing != desc.spacing)
+    return core::invalid("snapshot: spacing: this World has ", desc.spacing, " m, the snapshot ",
+                         stored.spacing, " m; build the World from the same scene first");
+  return {};
+}
+
+/// Every value that is to be taken over: in range, and consistent with each other and with the scene.
+Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState& s) const {
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    if (stored.taken[b] > bodies_[b].vertices + s.frozen + 1)
+      return corrupt("a body has lost more than it had");
+  if (Status status = SnapshotCheck(*this, stored, s).check(); !status) return status;
+  if (Status status = check_mesh_points(stored.deformed, s.mesh_points, stored.time); !status) return status;
+  if (Status status = check_speeds(stored); !status) return status;
+  for (std::size_t k = 0; k < stored.emitters.size(); ++k)
+    if (Status status = check_emitter(k, stored.emitters[k], stored.time); !status) return status;
+  return {};
+}
+
+/// What the sound speed was derived from, and where it is.
+Status WorldImpl::check_speeds(const StoredState& d) {
+  const Extremes& seen = d.seen;
   // Both are infinite while nothing was seen.
   if (seen.high >= seen.low && !(finite(seen.min) && finite(seen.max)))
     return corrupt("a height is not usable");
-  if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || sound < 0 || speed < 0 || owed < 0)
+  if (std::isnan(seen.low) || std::isnan(seen.high) || seen.speed < 0 || d.sound_speed < 0 ||
+      d.last_max_speed < 0 || d.heat_owed < 0)
     return corrupt("a speed or height is not usable");
   const auto usable = [](double v) { return v >= 0 && std::isfinite(v); };
-  if (!usable(followed.now) || followed.now > sound * (1 + 1e-9) || !usable(followed.told) ||
-      !usable(followed.level) || followed.level > sound * (1 + 1e-9) || !std::isfinite(followed.head) ||
-      !std::isfinite(followed.work) || followed.elastic > 1)
+  const FollowedSound& f = d.followed;
+  const double most = d.sound_speed * (1 + 1e-9);
+  if (!usable(f.now) || f.now > most || !usable(f.told) || !usable(f.level) || f.level > most ||
+      !std::isfinite(f.head) || !std::isfinite(f.work) || f.elastic > 1)
     return corrupt("a sound speed is not usable");
-  for (std::size_t k = 0; k < layers.size(); ++k)
-    if (Status status = check_emitter(k, layers[k], new_time); !status) return status;
+  return {};
+}
+
+void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   const std::vector<char> held = fixed_in(s);
   collect_samples();
-  drop_samples_from(new_time);
+  drop_samples_from(d.time);
   state_ = std::move(s);
   state_stale_ = false;
-  state_.heat_level = (flags & heat_level_bit) != 0u;
-  may_melt_ = (flags & may_melt_bit) != 0u;
+  state_.heat_level = (d.flags & heat_level_bit) != 0u;
+  may_melt_ = (d.flags & may_melt_bit) != 0u;
   measure_ = false;
   plan_until_ = 0;
-  heat_owed_ = owed;
+  heat_owed_ = d.heat_owed;
   places_.reset();
   holes_.clear();
-  time = new_time;
-  steps = new_steps;
-  sound_speed_ = sound;
-  last_max_speed_ = speed;
-  seen_ = seen;
-  seen_particles_ = state_.position.size();
-  seen_emitters_ = emitters_.size();
-  seen_bodies_ = bodies_.size();
-  for (auto& m : motions_) m.reset();
-  for (auto& p : proxies_) p.reset();
-  for (auto& m : meshes_) m.set = false;
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    lattice_.rests[b].first_point = deformed[b] != 0 ? 0 : core::none;
-  place_mesh_points();
-  state_.forces.assign(bodies_.size(), {});
-  forget_events();
-  added_ = !(sound > 0);
-  sound_ = followed;
-  look_now_ = !(followed.now > 0);
-  origin_ = origin;
+  time = d.time;
+  steps = d.steps;
+  take_over_sound(d);
+  origin_ = d.origin;
   origin_set_ = true;
-  for (std::size_t k = 0; k < layers.size(); ++k) {
-    put_emitter(layers[k], emitters_[k]);
+  for (std::size_t k = 0; k < d.emitters.size(); ++k) {
+    put_emitter(d.emitters[k], emitters_[k]);
     limit_layers(emitters_[k]);
   }
-  solids_built_ = built;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    bodies_[b].gone = taken[b] != 0;
-    bodies_[b].taken = taken[b] == 0 ? 0 : taken[b] - 1;
-    hold_as(b, held[b] != 0);
-  }
+  take_over_bodies(d, held);
   halted_ = false;
   ++restored_;
   halt_step_ = 0;
   halt_reason_.clear();
   carried_ = {};
-  if (sound > 0 && any_field()) derive_sound_speed();  // fields are the World's: they may be others than then
+  if (d.sound_speed > 0 && any_field())
+    derive_sound_speed();  // fields are the World's: they may be others than then
   dirty_ = true;
-  return {};
+}
+
+void WorldImpl::take_over_sound(const StoredState& d) {
+  sound_speed_ = d.sound_speed;
+  last_max_speed_ = d.last_max_speed;
+  seen_ = d.seen;
+  seen_particles_ = state_.position.size();
+  seen_emitters_ = emitters_.size();
+  seen_bodies_ = bodies_.size();
+  added_ = !(d.sound_speed > 0);
+  sound_ = d.followed;
+  look_now_ = !(d.followed.now > 0);
+}
+
+void WorldImpl::take_over_bodies(const StoredState& d, const std::vector<char>& held) {
+  for (auto& m : motions_) m.reset();
+  for (auto& p : proxies_) p.reset();
+  for (auto& m : meshes_) m.set = false;
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    lattice_.rests[b].first_point = d.deformed[b] != 0 ? 0 : core::none;
+  place_mesh_points();
+  state_.forces.assign(bodies_.size(), {});
+  forget_events();
+  solids_built_ = d.built(bodies_);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    bodies_[b].gone = d.taken[b] != 0;
+    bodies_[b].taken = d.taken[b] == 0 ? 0 : d.taken[b] - 1;
+    hold_as(b, held[b] != 0);
+  }
 }
 
 void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {
@@ -422,93 +540,111 @@ Status WorldImpl::check_mesh_points(const std::vector<std::uint64_t>& deformed,
   return {};
 }
 
-/// Every value of a state that is to be taken over: in range, and consistent with each other and with the scene.
-Status WorldImpl::check_snapshot(const core::SceneState& s, std::uint64_t built, Vec3d origin,
-                                 double new_time, std::initializer_list<double> numbers) const {
-  const std::size_t n = s.position.size(), nv = s.vertex_state.size();
-  if (!(std::isfinite(new_time) && new_time >= 0)) return corrupt("the time is not usable");
-  for (const double v : numbers)
-    if (!std::isfinite(v)) return corrupt("a speed or the heat that came in is not finite");
-  if (!finite(origin)) return corrupt("the origin is not finite");
-  if (Status status = check_origin(origin); !status) return status;
-  if (!all_finite(s.position) || !all_finite(s.velocity) || !all_finite(s.contact_slip))
-    return corrupt("a position, velocity or slip is not finite");
-  const double largest = desc.precision == Precision::single_precision ? 1e37 : 1e300;
-  std::uint64_t removed = 0, solid = 0;
-  const std::vector<char> fixed = fixed_in(s);
-  const auto rows = material_rows();
-  const Vec3d low = desc.domain.min - origin, high = desc.domain.max - origin;
-  // Rounded to single precision, a coordinate at a wall may be this far beyond it.
-  const double slack = 1e-2 * desc.spacing;
-  // A corner of a rigid body that hits a wall does not give way, and the wall's spring is soft.
-  const auto is_rigid = [this](std::uint32_t t) {
-    return is_solid(t) && body_of(t) != 0u && bodies_[body_of(t) - 1u].rigid();
-  };
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!(s.mass[i] > 1 / largest && s.mass[i] < largest) ||
-        !(s.volume[i] > 1 / largest && s.volume[i] < largest) || !std::isfinite(s.enthalpy[i]))
-      return corrupt("a mass, volume or enthalpy is not usable");
-    for (std::size_t k = 0; k < species_.size(); ++k)
-      // Contents stay within 0 and the mass but for rounding, and for liquid so crowded that a flag is raised.
-      if (!(s.solute[k][i] >= -s.mass[i] && s.solute[k][i] <= 2 * s.mass[i]))
-        return corrupt("a content is not usable");
-    if (!(dot(s.velocity[i], s.velocity[i]) < largest)) return corrupt("a velocity is not usable");
-    const std::uint32_t tag = s.tag[i], body = body_of(tag);
-    if (material_of(tag) >= materials.size() || body > bodies_.size() || (tag & ~known_tag_bits) != 0u)
-      return corrupt("a tag names a material or body this World does not have");
-    const std::uint32_t v = s.vertex_of_id[i];
-    if (v >= nv && v != core::none) return corrupt("a lattice vertex is out of range");
-    if (is_removed(tag)) {
-      ++removed;
-      continue;
-    }
-    // A thousandth of a degree for rounding.
-    if (physics::temperature_of(rows[material_of(tag)], s.enthalpy[i] / s.mass[i]) <
-        -physics::kelvin_offset - 0.001)
-      return corrupt("a temperature is below 0 K");
-    const Vec3d x = s.position[i];
-    const double beyond[] = {low.x - x.x, x.x - high.x, low.y - x.y, x.y - high.y, low.z - x.z, x.z - high.z};
-    for (std::size_t face = 0; face < 6 && desc.domain.bounded; ++face)
-      if (beyond[face] > (is_rigid(tag) ? core::support_of(desc) : slack) &&
-          (is_fluid(tag) || desc.domain.faces[face] != Face::open))
-        return corrupt("a particle is outside the domain");
-    if (!is_solid(tag)) {
-      if (leaves_lattice(material_of(tag))) return corrupt("a liquid particle is of a solid material");
-      continue;
-    }
-    ++solid;
-    if (v == core::none || s.vertex_id[v] != i || s.vertex_state[v] != core::vertex_live)
-      return corrupt("a solid particle has no lattice vertex");
-    if (body != lattice_.vertex_body[v] + 1u || material_of(tag) != bodies_[body - 1u].desc.material.index ||
-        ((tag & tag_fixed) != 0u) != (fixed[body - 1u] != 0) ||
-        ((tag & tag_kinematic) != 0u) != bodies_[body - 1u].kinematic())
-      return corrupt("a solid particle is not of the body it is in");
-  }
-  for (const physics::RigidMotion& m : s.motion)
-    for (const physics::RigidPlace* p : {&m.first, &m.then}) {
-      const Quat<double>& q = p->orientation;
-      const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-      if (!finite(p->position) || !finite(p->velocity) || !finite(p->angular_velocity) ||
-          !(std::fabs(norm2 - 1) < 1e-2) || !std::isfinite(m.from) || !(std::fabs(m.until) < infinity))
-        return corrupt("the motion of a body is not usable");
-    }
-  if (removed != s.removed || s.strayed > s.removed)
+Status WorldImpl::SnapshotCheck::check() {
+  if (Status status = check_numbers(); !status) return status;
+  for (std::size_t i = 0; i < s_.position.size(); ++i)
+    if (Status status = check_particle(i); !status) return status;
+  if (Status status = check_motions(); !status) return status;
+  if (removed_ != s_.removed || s_.strayed > s_.removed)
     return corrupt("the number of removed particles is wrong");
-  if (solid + s.melted != built + s.frozen) return corrupt("the number of solid particles is wrong");
-  for (std::size_t v = 0; v < nv; ++v) {
-    const std::uint32_t i = s.vertex_id[v];
-    if (s.vertex_state[v] > core::vertex_melted) return corrupt("the state of a lattice vertex is unknown");
-    if (i >= n && (i != core::none || s.vertex_state[v] == core::vertex_live))
-      return corrupt("a lattice vertex has no particle");
-    if (s.vertex_state[v] == core::vertex_live && (!is_solid(s.tag[i]) || s.vertex_of_id[i] != v))
-      return corrupt("a lattice vertex names a particle that is not its own");
-    const std::uint32_t label = s.vertex_piece[v];
-    if (label >= nv || lattice_.vertex_body[label] != lattice_.vertex_body[v])
-      return corrupt("a piece label is out of range");
-    const Quat<double> q = s.region_rotation[v];
-    const double norm2 = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-    if (!(std::fabs(norm2 - 1) < 1e-2)) return corrupt("a region's rotation is none");
+  if (solid_ + s_.melted != d_.built(w_.bodies_) + s_.frozen)
+    return corrupt("the number of solid particles is wrong");
+  for (std::size_t v = 0; v < s_.vertex_state.size(); ++v)
+    if (Status status = check_vertex(v); !status) return status;
+  return {};
+}
+
+Status WorldImpl::SnapshotCheck::check_numbers() const {
+  if (!(std::isfinite(d_.time) && d_.time >= 0)) return corrupt("the time is not usable");
+  for (const double v : {d_.sound_speed, d_.last_max_speed, d_.seen.speed, s_.heat_in, s_.field_work,
+                         s_.field_impulse.x, s_.field_impulse.y, s_.field_impulse.z, d_.heat_owed})
+    if (!std::isfinite(v)) return corrupt("a speed or the heat that came in is not finite");
+  if (!finite(d_.origin)) return corrupt("the origin is not finite");
+  if (Status status = w_.check_origin(d_.origin); !status) return status;
+  if (!all_finite(s_.position) || !all_finite(s_.velocity) || !all_finite(s_.contact_slip))
+    return corrupt("a position, velocity or slip is not finite");
+  return {};
+}
+
+Status WorldImpl::SnapshotCheck::check_particle(std::size_t i) {
+  if (!(s_.mass[i] > 1 / largest_ && s_.mass[i] < largest_) ||
+      !(s_.volume[i] > 1 / largest_ && s_.volume[i] < largest_) || !std::isfinite(s_.enthalpy[i]))
+    return corrupt("a mass, volume or enthalpy is not usable");
+  for (std::size_t k = 0; k < w_.species_.size(); ++k)
+    // Contents stay within 0 and the mass but for rounding, and for liquid so crowded that a flag is raised.
+    if (!(s_.solute[k][i] >= -s_.mass[i] && s_.solute[k][i] <= 2 * s_.mass[i]))
+      return corrupt("a content is not usable");
+  if (!(dot(s_.velocity[i], s_.velocity[i]) < largest_)) return corrupt("a velocity is not usable");
+  const std::uint32_t tag = s_.tag[i], v = s_.vertex_of_id[i];
+  if (material_of(tag) >= w_.materials.size() || body_of(tag) > w_.bodies_.size() ||
+      (tag & ~known_tag_bits) != 0u)
+    return corrupt("a tag names a material or body this World does not have");
+  if (v >= s_.vertex_state.size() && v != core::none) return corrupt("a lattice vertex is out of range");
+  if (is_removed(tag)) {
+    ++removed_;
+    return {};
   }
+  // A thousandth of a degree for rounding.
+  if (physics::temperature_of(rows_[material_of(tag)], s_.enthalpy[i] / s_.mass[i]) <
+      -physics::kelvin_offset - 0.001)
+    return corrupt("a temperature is below 0 K");
+  if (is_outside(s_.position[i], tag)) return corrupt("a particle is outside the domain");
+  if (is_solid(tag)) {
+    ++solid_;
+    return check_solid(i);
+  }
+  if (w_.leaves_lattice(material_of(tag))) return corrupt("a liquid particle is of a solid material");
+  return {};
+}
+
+bool WorldImpl::SnapshotCheck::is_outside(Vec3d x, std::uint32_t tag) const {
+  const DomainDesc& domain = w_.desc.domain;
+  // Rounded to single precision, a coordinate at a wall may be this far beyond it.
+  const double slack = 1e-2 * w_.desc.spacing;
+  // A corner of a rigid body that hits a wall does not give way, and the wall's spring is soft.
+  const bool rigid = is_solid(tag) && body_of(tag) != 0u && w_.bodies_[body_of(tag) - 1u].rigid();
+  const double beyond[] = {low_.x - x.x,  x.x - high_.x, low_.y - x.y,
+                           x.y - high_.y, low_.z - x.z,  x.z - high_.z};
+  for (std::size_t face = 0; face < 6 && domain.bounded; ++face)
+    if (beyond[face] > (rigid ? core::support_of(w_.desc) : slack) &&
+        (is_fluid(tag) || domain.faces[face] != Face::open))
+      return true;
+  return false;
+}
+
+Status WorldImpl::SnapshotCheck::check_solid(std::size_t i) const {
+  const std::uint32_t tag = s_.tag[i], body = body_of(tag), v = s_.vertex_of_id[i];
+  if (v == core::none || s_.vertex_id[v] != i || s_.vertex_state[v] != core::vertex_live)
+    return corrupt("a solid particle has no lattice vertex");
+  if (body != w_.lattice_.vertex_body[v] + 1u ||
+      material_of(tag) != w_.bodies_[body - 1u].desc.material.index ||
+      ((tag & tag_fixed) != 0u) != (fixed_[body - 1u] != 0) ||
+      ((tag & tag_kinematic) != 0u) != w_.bodies_[body - 1u].kinematic())
+    return corrupt("a solid particle is not of the body it is in");
+  return {};
+}
+
+Status WorldImpl::SnapshotCheck::check_motions() const {
+  for (const physics::RigidMotion& m : s_.motion)
+    for (const physics::RigidPlace* p : {&m.first, &m.then})
+      if (!finite(p->position) || !finite(p->velocity) || !finite(p->angular_velocity) ||
+          !is_rotation(p->orientation) || !std::isfinite(m.from) || !(std::fabs(m.until) < infinity))
+        return corrupt("the motion of a body is not usable");
+  return {};
+}
+
+Status WorldImpl::SnapshotCheck::check_vertex(std::size_t v) const {
+  const std::size_t n = s_.position.size(), nv = s_.vertex_state.size();
+  const std::uint32_t i = s_.vertex_id[v];
+  if (s_.vertex_state[v] > core::vertex_melted) return corrupt("the state of a lattice vertex is unknown");
+  if (i >= n && (i != core::none || s_.vertex_state[v] == core::vertex_live))
+    return corrupt("a lattice vertex has no particle");
+  if (s_.vertex_state[v] == core::vertex_live && (!is_solid(s_.tag[i]) || s_.vertex_of_id[i] != v))
+    return corrupt("a lattice vertex names a particle that is not its own");
+  const std::uint32_t label = s_.vertex_piece[v];
+  if (label >= nv || w_.lattice_.vertex_body[label] != w_.lattice_.vertex_body[v])
+    return corrupt("a piece label is out of range");
+  if (!is_rotation(s_.region_rotation[v])) return corrupt("a region's rotation is none");
   return {};
 }
 

@@ -404,11 +404,8 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
   });
 }
 
-/// What step() needs of the scene, worked out once: it must not search or allocate per step.
-void WorldImpl::derive_limits() {
-  sound_dt_ = rest_dt_ = infinity;
-  heat_lambda_ = 0;
-  const double support = core::support_of(desc);
+/// Limits of sound, gravity, speeds and artificial viscosity. Returns the artificial drag between liquid and bodies.
+double WorldImpl::limit_motion(double support, double sum) {
   // Of bodies as they were added, not of what is left of them by now.
   double lightest = infinity, heaviest = 0;
   for (const BodyRecord& b : bodies_) {
@@ -416,11 +413,10 @@ void WorldImpl::derive_limits() {
     lightest = std::min(lightest, b.density);
     heaviest = std::max(heaviest, b.density);
   }
-  const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
-  spring_share_ = physics::spring_dt(1.0, lightest, heaviest, any_liquid() ? densest_added_ : 0.0);
-  spring_dt_ = acoustic * spring_share_;
   const bool fluid = any_liquid();
-  const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
+  const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
+  spring_share_ = physics::spring_dt(1.0, lightest, heaviest, fluid ? densest_added_ : 0.0);
+  spring_dt_ = acoustic * spring_share_;
   const bool mobile = heaviest > 0 && (disabled_facts_ & core::fact_mobile) == 0;
   const double drag =
       physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
@@ -437,21 +433,27 @@ void WorldImpl::derive_limits() {
     sound_dt_ = std::min(sound_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
     if (mobile && drag > 0) rest_dt_ = std::min(rest_dt_, physics::drag_dt(drag, lightest, sum));
   }
+  return drag;
+}
+
+void WorldImpl::limit_tension(double sum) {
+  if (!any_liquid()) return;
   for (std::size_t i = 0; i < materials.size(); ++i)
-    if (fluid && liquid_used_[i] != 0u && materials[i].surface_tension > 0) {
+    if (liquid_used_[i] != 0u && materials[i].surface_tension > 0) {
       const double tension = materials[i].surface_tension, density = least_density(i);
       rest_dt_ = std::min(rest_dt_, physics::capillary_dt(tension, density, desc.spacing));
       // The skin acts along the lines between particles alone: a third of a viscosity.
       const double skin = physics::skin_viscosity(tension, density, desc.spacing) / 3;
       rest_dt_ = std::min(rest_dt_, physics::viscous_dt(skin / density, sum) / physics::viscous_margin);
     }
-  static_dt_ = std::min(sound_dt_, rest_dt_);
-  limit_viscosity(sum, drag);
-  limit_solute(sum);
-  rows_ = material_rows();
+}
+
+/// The bound of the heat operator's spectrum.
+void WorldImpl::limit_heat(double support, double sum) {
   std::vector<core::MaterialRow<double>> present;
   for (std::size_t i = 0; i < rows_.size(); ++i)
     if (used(i)) present.push_back(rows_[i]);
+  heat_lambda_ = 0;
   changes_phase_ = false;
   for (const auto& i : present) {
     const double capacity = std::min(i.heat_capacity, i.liquid_heat_capacity);
@@ -476,6 +478,20 @@ void WorldImpl::derive_limits() {
     fastest = std::max(fastest, 2 * largest_conductivity(i) * surface /
                                     (i.density * std::min(i.heat_capacity, i.liquid_heat_capacity)));
   heat_lambda_ += fastest * lighter;
+}
+
+/// What step() needs of the scene, worked out once: it must not search or allocate per step.
+void WorldImpl::derive_limits() {
+  const double support = core::support_of(desc);
+  const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
+  sound_dt_ = rest_dt_ = infinity;
+  const double drag = limit_motion(support, sum);
+  limit_tension(sum);
+  static_dt_ = std::min(sound_dt_, rest_dt_);
+  limit_viscosity(sum, drag);
+  limit_solute(sum);
+  rows_ = material_rows();
+  limit_heat(support, sum);
 }
 
 }  // namespace v0

@@ -318,117 +318,176 @@ Result<TimedStep> WorldImpl::limited_step(double dt, double seconds, std::uint64
 
 Status WorldImpl::step(double dt) { return step(dt, nullptr, nullptr); }
 
-/// With a limit: as far as that allows, and waits; `done` is what it came to.
-Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
+Error WorldImpl::halted_error() const {
+  return {ErrorCode::halted, "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+}
+
+Status WorldImpl::check_step(double dt) const {
   if (!(std::isfinite(dt) && dt >= 0))
     return invalid("step: dt: must be finite and >= 0 s, got ", dt, "; 0 does nothing");
   if (dt == 0) return {};
   if (dt < shortest_step)
     return invalid("step: dt: must be 0 or at least ", shortest_step, " s, got ", dt,
                    "; single precision cannot tell it from 0");
-  if (halted_)
-    return Error{ErrorCode::halted,
-                 "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
+  if (halted_) return halted_error();
+  return {};
+}
+
+/// The plan has followed a step that is not taken: it goes back.
+Status WorldImpl::not_taken(Status s, const BeforePlan& before) {
+  const auto as_it_was = [&] {
+    state_.heat_level = before.heat_level;
+    may_melt_ = before.may_melt;
+    liquid_used_ = liquid_used_before_;
+    census_.unsettled = census_.unsettled && before.melted;
+  };
+  as_it_was();
+  // Where there is no memory to go back, the next step tries again.
+  if (regions_act(time, time)) static_cast<void>(adapt());
+  as_it_was();
+  return s;
+}
+
+/// A step while it is taken. Where the sound speed follows what moves, it is taken in parts that are planned one by one; else
+/// there is one.
+class WorldImpl::OngoingStep {
+ public:
+  OngoingStep(WorldImpl& world, double dt, Limit* limit)
+      : w_(world), dt_(dt), start_(world.time), limit_(limit) {}
+
+  Status take() {
+    Status s;
+    do s = take_part();
+    while (s && goes_on_);
+    return s;
+  }
+  bool refused() const { return refused_; }  ///< no sub-step was taken, because they would be too many
+  void report(TimedStep& done) const;
+
+ private:
+  Status take_part();
+  bool take_substep(int k);
+  void plan_heat(int k);
+  Error interrupted(int k);
+
+  WorldImpl& w_;
+  double dt_, start_;
+  Limit* limit_;
+  int taken_ = 0, planned_ = 0;  ///< sub-steps
+  double simulated_ = 0;         ///< [s]
+  bool goes_on_ = false, refused_ = false;
+  // Of the part that is being taken.
+  core::SubstepArguments a_;
+  StepPart part_;
+  double from_ = 0, rest_ = 0;  ///< where it began; from there to the end of the step [s]
+  int before_ = 0;              ///< sub-steps of other parts
+  int unheated_ = 0;            ///< sub-steps since the last with heat
+  bool heats_ = false;          ///< the sub-step does
+};
+
+Status WorldImpl::OngoingStep::take_part() {
+  before_ = taken_;
+  from_ = before_ == 0 ? start_ : w_.time;
+  rest_ = before_ == 0 ? dt_ : start_ + dt_ - from_;
+  a_ = {};
+  part_ = {};
+  unheated_ = 0;
+  if (w_.follows_sound()) w_.plan_sound(rest_);
+  Status fits = w_.plan_part(rest_, a_, part_);
+  if (!fits && w_.at_full_sound()) fits = w_.plan_part(rest_, a_, part_);
+  refused_ = !fits && before_ == 0;
+  if (refused_) return fits;
+  w_.substep_ = a_.dt;
+  const int n = part_.substeps, last = w_.follows_sound() ? std::min(n, w_.part_length()) : n;
+  planned_ = before_ + n;
+  int k = 0;
+  for (; k < last; ++k) {
+    if (limit_ != nullptr && !limit_->allows(static_cast<std::uint64_t>(taken_))) break;
+    if (w_.interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
+    if (!take_substep(k)) return interrupted(k);
+  }
+  w_.heat_owed_ += a_.dt * unheated_;
+  simulated_ = k == n ? dt_ : (from_ - start_) + rest_ * k / n;
+  if (w_.follows_sound() && k == last && w_.steps % physics::sound_interval == 0) w_.look_at_sound();
+  goes_on_ = k == last && k < n;
+  return {};
+}
+
+/// false: it was broken off, and the World is back at the beginning of it.
+bool WorldImpl::OngoingStep::take_substep(int k) {
+  const int n = part_.substeps;
+  a_.time = from_ + rest_ * k / n;
+  a_.end = k + 1 == n ? start_ + dt_ : from_ + rest_ * (k + 1) / n;
+  a_.index = w_.steps + 1;
+  w_.begin_motions(a_, taken_ == 0);
+  plan_heat(k);
+  a_.stages = w_.stage_bits(a_.index, heats_);
+  a_.bursts = w_.emitters_.empty() ? nullptr : w_.due_bursts(a_.time, a_.end);
+  w_.begin_sample(a_, a_.end);
+  const FollowedSound sound = w_.sound_;
+  if (w_.follows_sound()) w_.go_on_with_sound(a_.dt);
+  a_.spring_stretch = w_.spring_stretch();
+  w_.state_stale_ = true;
+  ++w_.steps;
+  w_.engine->substep(a_);
+  if (w_.engine->abandoned()) {  // as of a World that halted
+    w_.fetch_state();
+    w_.dirty_ = true;
+    w_.sound_ = sound;
+    w_.interrupted_.store(false, std::memory_order_relaxed);
+    return false;
+  }
+  w_.end_sample(a_, a_.end);
+  w_.time = a_.end;
+  ++taken_;
+  unheated_ = heats_ ? 0 : unheated_ + 1;
+  if (heats_) w_.heat_owed_ = 0;
+  return true;
+}
+
+/// Whether heat flows in the sub-step, and over which time.
+void WorldImpl::OngoingStep::plan_heat(int k) {
+  // A step that is broken off again and again would never get as far as its share.
+  const double span = w_.heat_owed_ + a_.dt * (unheated_ + 1);
+  heats_ = part_.heats(k) || span > (part_.heat_every - 0.5) * a_.dt;
+  if (!heats_ || span == part_.heat_span) return;
+  part_.heat_span = span;
+  w_.heat_plan(span, a_.heat_stages, a_.heat_supersteps, a_.heat_dt, a_.heat_bound);
+}
+
+Error WorldImpl::OngoingStep::interrupted(int k) {
+  w_.heat_owed_ += a_.dt * unheated_;
+  return {ErrorCode::interrupted, core::text("step: interrupted after ", before_ + k, " of ", planned_,
+                                             " sub-steps, ", w_.time - start_, " of ", dt_,
+                                             " s; the World is good up to there, call step again to go on")};
+}
+
+void WorldImpl::OngoingStep::report(TimedStep& done) const {
+  done.substeps = static_cast<std::uint64_t>(taken_);
+  done.planned = static_cast<std::uint64_t>(planned_);
+  done.simulated = simulated_;
+  done.owed = dt_ - simulated_;
+}
+
+/// With a limit: as far as that allows, and waits; `done` is what it came to.
+Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
+  if (Status s = check_step(dt); !s || dt == 0) return s;
   let_go_of_bodies(dt);
   if (Status s = ready_to_step(); !s) return s;
   if (Status s = plan_motions(dt); !s) return s;
   if (Status s = check_substeps(dt); !s)
     return s;  // before anything follows the plan of a step that is not taken
-  const bool level = state_.heat_level, may_melt = may_melt_, melted = (facts_ & core::fact_melt) != 0;
+  const BeforePlan before{state_.heat_level, may_melt_, (facts_ & core::fact_melt) != 0};
   liquid_used_before_ = liquid_used_;
-  const auto not_taken = [&](Status s) {  // the plan followed a step that is not taken
-    const auto as_it_was = [&] {
-      state_.heat_level = level;
-      may_melt_ = may_melt;
-      liquid_used_ = liquid_used_before_;
-      census_.unsettled = census_.unsettled && melted;
-    };
-    as_it_was();
-    // Where there is no memory to go back, the next step tries again.
-    if (regions_act(time, time)) static_cast<void>(adapt());
-    as_it_was();
-    return s;
-  };
-  if (Status s = follow_plan(dt); !s) return not_taken(s);
-  if (halted_)  // found out while it was prepared
-    return Error{ErrorCode::halted,
-                 "step: the World halted: " + halt_reason_ + "; restore a snapshot to go on"};
-  if (Status s = check_substeps(dt); !s) return not_taken(s);
-  const double start = time;
+  if (Status s = follow_plan(dt); !s) return not_taken(s, before);
+  if (halted_) return halted_error();  // found out while it was prepared
+  if (Status s = check_substeps(dt); !s) return not_taken(s, before);
+  OngoingStep ongoing(*this, dt, limit);
   if (limit != nullptr) limit->begin();
-  // Where the sound speed follows what moves, a step is taken in parts that are planned one by one; else there is one.
-  int taken = 0, planned = 0;
-  bool goes_on = true;
-  double simulated = 0;
-  while (goes_on) {
-    const int before = taken;
-    const double from = before == 0 ? start : time, rest = before == 0 ? dt : start + dt - from;
-    core::SubstepArguments a;
-    StepPart part;
-    if (follows_sound()) plan_sound(rest);
-    Status fits = plan_part(rest, a, part);
-    if (!fits && at_full_sound()) fits = plan_part(rest, a, part);
-    if (!fits && before == 0) return not_taken(fits);
-    substep_ = a.dt;
-    const int n = part.substeps, last = follows_sound() ? std::min(n, part_length()) : n;
-    planned = before + n;
-    int unheated = 0;
-    const auto interrupted = [&](int k) {
-      heat_owed_ += a.dt * unheated;
-      return Error{
-          ErrorCode::interrupted,
-          core::text("step: interrupted after ", before + k, " of ", planned, " sub-steps, ", time - start,
-                     " of ", dt, " s; the World is good up to there, call step again to go on")};
-    };
-    int k = 0;
-    for (; k < last; ++k) {
-      if (limit != nullptr && !limit->allows(static_cast<std::uint64_t>(taken))) break;
-      if (interrupted_.exchange(false, std::memory_order_relaxed)) return interrupted(k);
-      a.time = from + rest * k / n;
-      const double end = k + 1 == n ? start + dt : from + rest * (k + 1) / n;
-      a.index = steps + 1;
-      a.end = end;
-      begin_motions(a, taken == 0);
-      // A step that is broken off again and again would never get as far as its share.
-      const double span = heat_owed_ + a.dt * (unheated + 1);
-      const bool heat = part.heats(k) || span > (part.heat_every - 0.5) * a.dt;
-      if (heat && span != part.heat_span) {
-        part.heat_span = span;
-        heat_plan(span, a.heat_stages, a.heat_supersteps, a.heat_dt, a.heat_bound);
-      }
-      a.stages = stage_bits(a.index, heat);
-      a.bursts = emitters_.empty() ? nullptr : due_bursts(a.time, end);
-      begin_sample(a, end);
-      const FollowedSound sound = sound_;
-      if (follows_sound()) go_on_with_sound(a.dt);
-      a.spring_stretch = spring_stretch();
-      state_stale_ = true;
-      ++steps;
-      engine->substep(a);
-      if (engine->abandoned()) {  // back to where it began, as of a World that halted
-        fetch_state();
-        dirty_ = true;
-        sound_ = sound;
-        interrupted_.store(false, std::memory_order_relaxed);
-        return interrupted(k);
-      }
-      end_sample(a, end);
-      time = end;
-      ++taken;
-      unheated = heat ? 0 : unheated + 1;
-      if (heat) heat_owed_ = 0;
-    }
-    heat_owed_ += a.dt * unheated;
-    simulated = k == n ? dt : (from - start) + rest * k / n;
-    if (follows_sound() && k == last && steps % physics::sound_interval == 0) look_at_sound();
-    goes_on = k == last && k < n;
-  }
+  if (Status s = ongoing.take(); !s) return ongoing.refused() ? not_taken(s, before) : s;
   if (limit == nullptr) return {};
-  limit->end(static_cast<std::uint64_t>(taken));
-  done->substeps = static_cast<std::uint64_t>(taken);
-  done->planned = static_cast<std::uint64_t>(planned);
-  done->simulated = simulated;
-  done->owed = dt - done->simulated;
+  ongoing.report(*done);
+  limit->end(done->substeps);
   return {};
 }
 

@@ -260,6 +260,14 @@ class WorldImpl final : public Scheduler {
   };
   Status plan_part(double rest, core::SubstepArguments& a, StepPart& part) const;
   void begin_motions(core::SubstepArguments& a, bool first);
+  class OngoingStep;
+  /// What planning a step changes and goes back to where the step is not taken.
+  struct BeforePlan {
+    bool heat_level = false, may_melt = false, melted = false;
+  };
+  Error halted_error() const;
+  Status check_step(double dt) const;
+  Status not_taken(Status s, const BeforePlan& before);
   Status step(double dt, Limit* limit, TimedStep* done);
   Result<TimedStep> limited_step(double dt, double seconds, std::uint64_t substeps);
   static std::uint32_t next_number();
@@ -397,6 +405,9 @@ class WorldImpl final : public Scheduler {
   void look_at_added();
   void limit_viscosity(double laplacian_sum, double drag);
   void derive_limits();
+  double limit_motion(double support, double sum);
+  void limit_tension(double sum);
+  void limit_heat(double support, double sum);
   double least_spring(const MaterialDesc& m) const;
   double least_modulus_rate(const MaterialDesc& m) const;
   int most_half_width() const;
@@ -470,8 +481,17 @@ class WorldImpl final : public Scheduler {
   void close_up();
   std::uint64_t lattice_hash() const;
   std::uint64_t material_hash(const MaterialDesc& m) const;
-  Status check_snapshot(const core::SceneState& s, std::uint64_t built, Vec3d origin, double time,
-                        std::initializer_list<double> numbers) const;
+  struct StoredState;
+  class SnapshotCheck;
+  StoredState stored_state() const;
+  static Status read_snapshot(const std::uint8_t* data, std::size_t bytes, StoredState& stored,
+                              core::SceneState& s);
+  Status check_same_scene(const StoredState& stored, const core::SceneState& s) const;
+  Status check_stored(const StoredState& stored, const core::SceneState& s) const;
+  static Status check_speeds(const StoredState& stored);
+  void take_over(const StoredState& stored, core::SceneState&& s);
+  void take_over_sound(const StoredState& stored);
+  void take_over_bodies(const StoredState& stored, const std::vector<char>& held);
   Status check_mesh_points(const std::vector<std::uint64_t>& deformed,
                            const std::vector<physics::MeshPoint>& points, double new_time) const;
   static void put_emitter(const EmitterState& s, EmitterRecord& e);
