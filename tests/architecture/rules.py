@@ -7,6 +7,7 @@
   rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
   rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table, and whether they
                                  step aside in pipeline/schedule.hpp
+  rules.py sizes DIR             no folder holds more than 15 % of the library's lines, no function of src/engine more than 40
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
@@ -210,6 +211,53 @@ def check_channels(root):
                        f"{'' if aside else 'not '}one of modest_stages")
 
 
+MOST_OF_A_FOLDER = 0.15   # of all lines of include/, src/ and cuda/: a larger one hides rooms
+MOST_OF_A_FUNCTION = 40   # lines in src/engine: one screen
+
+
+def functions(text):
+    """(first line, lines, name) of every function definition, found by its braces; inner ones belong to the outer one."""
+    text = re.sub(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', '""', strip_comments(text))
+    text = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", lambda m: "\n" * m[0].count("\n"), text, flags=re.M)
+    head, begin, line, open_blocks = "", 1, 1, []
+    for c in text:
+        if c == "{":
+            name = re.search(r"([~\w]+|operator\W+)\s*\([^{}]*\)\s*(const|noexcept|override|\s)*(->[^{}]*|:[^{}]*)?$", head.strip())
+            inside = any(b[0] for b in open_blocks)
+            open_blocks.append((name[1] if name and not inside and "=" not in head.split("(")[0] else "", begin))
+            head = ""
+        elif c == "}" and open_blocks:
+            name, first = open_blocks.pop()
+            if name:
+                yield first, line - first + 1, name
+            head = ""
+        elif c == ";":
+            head = ""
+        else:
+            if not head.strip() and not c.isspace():
+                begin = line
+            head += c
+        line += c == "\n"
+
+
+def check_sizes(root):
+    lines = {}
+    for path in sources(root, "include", "src", "cuda"):
+        lines[path.parent] = lines.get(path.parent, 0) + path.read_text().count("\n")
+    total = sum(lines.values())
+    for folder, count in lines.items():
+        if count > MOST_OF_A_FOLDER * total:
+            yield f"{folder.relative_to(root)}: {count} of {total} lines, more than {MOST_OF_A_FOLDER:.0%}: find the rooms in it"
+    found = 0
+    for path in sources(root, "src/engine"):
+        for first, count, name in functions(path.read_text()):
+            found += 1
+            if count > MOST_OF_A_FUNCTION:
+                yield f"{path.relative_to(root)}:{first}: {name} has {count} lines, more than {MOST_OF_A_FUNCTION}"
+    if found == 0:
+        yield "no function found: the pattern is broken"
+
+
 def check_symbols(library):
     listing = subprocess.run(["nm", "-D", "--defined-only", "-C", str(library)], check=True,
                              capture_output=True, text=True).stdout
@@ -375,6 +423,13 @@ def selftest():
         cases += [(check_channels, "src/sph/bodies.hpp", body % "tag", 0),
                   (check_channels, "src/sph/bodies.hpp", body % "mass", 1),
                   (check_channels, "src/sph/bodies.hpp", modest % "tag", 1)]
+        # Seven folders of the same size are each below 15 %, one twice as large is not.
+        for k in range(7):
+            write(f"include/room{k}/a.hpp", "int f(int a) {\n  return a;\n}\n" * 100)
+        short, long = "int g(int a) {\n" + "  ++a;\n" * 38 + "}\n", "int g(int a) {\n" + "  ++a;\n" * 39 + "}\n"
+        cases += [(check_sizes, "src/engine/a.hpp", short, 0), (check_sizes, "src/engine/a.hpp", long, 1),
+                  (check_sizes, "src/engine/a.hpp", "struct A {\n" + "  int b;\n" * 50 + short.replace("g(", "A::g(") + "};\n", 0),
+                  (check_sizes, "src/engine/a.hpp", short + "// a line\n" * 600, 1)]
         broken = 0
         for check, name, text, expected in cases:
             found = findings(check, name, text)
@@ -397,7 +452,8 @@ def main(arguments):
         found = list(check(Path(rest[0]).resolve(), rest[rest.index("--") + 1:]))
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
-                  "channels": check_channels, "links": check_links, "symbols": check_symbols}
+                  "channels": check_channels, "links": check_links, "sizes": check_sizes,
+                  "symbols": check_symbols}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)
