@@ -11,6 +11,7 @@
 #include "engine/text.hpp"
 #include "exec/threads.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
 #include "shape/shape_limits.hpp"
 #include "world/world_impl.hpp"
 

@@ -5,6 +5,7 @@
 
 #include "frame/frame.hpp"
 #include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "spatial/neighbours.hpp"
 

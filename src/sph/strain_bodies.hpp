@@ -5,6 +5,7 @@
 
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/strain_rate.hpp"
 #include "shared/pair_forces.hpp"
 #include "spatial/lanes.hpp"

@@ -11,6 +11,7 @@
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {

@@ -10,6 +10,7 @@
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sound_speed.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"

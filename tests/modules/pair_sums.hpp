@@ -17,6 +17,7 @@
 #include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/shifting.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "modules/engine.hpp"

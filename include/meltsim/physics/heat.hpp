@@ -110,29 +110,6 @@ MELTSIM_HD T conductivity_toward(const MaterialRow<T>& m, T temperature, T neigh
   return toward_neighbour(m, temperature)(neighbour);
 }
 
-/// rho0 [kg/m^3] of a liquid at specific enthalpy h; its variation is the source of buoyancy.
-template <class T>
-MELTSIM_HD T rest_density(const MaterialRow<T>& m, double h) {
-  if (m.tables == nullptr || m.tables->density.points == 0u) return m.density;
-  return property_at(m.tables->density, static_cast<T>(temperature_of(m, h)));
-}
-
-/// mu [Pa s] of a liquid at specific enthalpy h.
-template <class T>
-MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
-  if (m.tables == nullptr || m.tables->viscosity.points == 0u) return m.viscosity;
-  return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
-}
-
-/// Flow curve of a liquid at specific enthalpy h: its yield stress is that at the temperature there. Of a material with tables.
-template <class T>
-MELTSIM_HD FlowCurve<T> flow_curve_at(const MaterialRow<T>& m, double h) {
-  FlowCurve<T> flow = m.tables->flow;
-  if (m.tables->yield_stress.points != 0u)
-    flow.yield_stress = property_at(m.tables->yield_stress, static_cast<T>(temperature_of(m, h)));
-  return flow;
-}
-
 /// 1/k [m K/W]: infinite for an insulator.
 template <class T>
 MELTSIM_HD T resistivity_of(T conductivity) {
