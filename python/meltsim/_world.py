@@ -36,6 +36,15 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"scene: {value!r} ({type(value).__name__}) has no place in a scene")
 
 
+def _number(name: str, value: Any) -> float:
+    if isinstance(value, (str, bytes, bool)) or not hasattr(value, "__float__") and not hasattr(value, "__index__"):
+        raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})")
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})") from error
+
+
 def _in_notebook() -> bool:
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
@@ -75,7 +84,7 @@ class World(_core.World):
                 raise TypeError("scene: standard input is for the program meltsim; pass a file, a name or a dict")
         else:
             raise TypeError(f"scene: expected a file, the name of a built-in scene or a dict, got {scene!r}")
-        loaded = _core.Scene(source, is_text, changes, float(scale))
+        loaded = _core.Scene(source, is_text, changes, _number("scale", scale))
         world = cls(loaded, backend, precision, threads)
         world.end, world.fps, world.warnings = loaded.end, loaded.fps, loaded.warnings
         return world
@@ -87,12 +96,14 @@ class World(_core.World):
         ``each(world)`` is called after every frame; it ends the run by returning False. Returns the report on the last frame. Raises Error with code "halted" if the
         simulation diverges.
         """
-        seconds = self.end - self.time if seconds is None else float(seconds)
-        fps = self.fps if fps is None else float(fps)
+        seconds = self.end - self.time if seconds is None else _number("seconds", seconds)
+        fps = self.fps if fps is None else _number("fps", fps)
         if not (math.isfinite(seconds) and seconds >= 0):
             raise Error(f"seconds: expected a time from 0, got {seconds:g}", "invalid_argument")
         if not (math.isfinite(fps) and fps > 0):
             raise Error(f"fps: expected a number above 0, got {fps:g}", "invalid_argument")
+        if each is not None and not callable(each):
+            raise TypeError(f"each: expected a function of the World, got {each!r} ({type(each).__name__})")
         self.prepare()
         start = self.time
         if self.steps == 0:

@@ -8,7 +8,10 @@ namespace meltsim_python {
 std::string shown(nb::handle value) {
   std::string text;
   try {
-    text = nb::repr(value).c_str();
+    const nb::str repr = nb::repr(value);
+    const char* utf8 = PyUnicode_AsUTF8(repr.ptr());
+    if (utf8 == nullptr) PyErr_Clear();
+    text = utf8 == nullptr ? "?" : utf8;
   } catch (nb::python_error&) {
     text = "?";
   }
@@ -44,7 +47,13 @@ bool boolean(const std::string& name, nb::handle value) {
 
 std::string text(const std::string& name, nb::handle value) {
   if (!PyUnicode_Check(value.ptr())) wrong_type(name + ": expected a string, got " + shown(value));
-  return nb::cast<std::string>(value);
+  Py_ssize_t size = 0;
+  const char* utf8 = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
+  if (utf8 == nullptr) {  // as of a file name that is not UTF-8
+    PyErr_Clear();
+    refuse(name + ": expected text that UTF-8 can write, got " + shown(value));
+  }
+  return {utf8, static_cast<std::size_t>(size)};
 }
 
 meltsim::Vec3d vector(const std::string& name, nb::handle value) {

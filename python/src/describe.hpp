@@ -95,7 +95,7 @@ void describe(D& desc, const Keys<D>& keys, const std::string& what, std::size_t
     keys[i].set(desc, keys[i].name, args[i]);
   }
   for (auto [name, value] : kwargs) {
-    const Key<D>& key = key_named(keys, what, nb::cast<std::string>(name));
+    const Key<D>& key = key_named(keys, what, text(what + ": an argument's name", name));
     key.set(desc, key.name, value);
   }
 }

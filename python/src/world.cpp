@@ -102,7 +102,7 @@ const Keys<DomainDesc>& domain_keys() {
 /// A value of Python as a scene would give it.
 YAML::Node yaml_of(nb::handle v) {
   if (PyBool_Check(v.ptr())) return YAML::Load(v.is(Py_True) ? "true" : "false");
-  if (PyUnicode_Check(v.ptr())) return YAML::Node(nb::cast<std::string>(v));
+  if (PyUnicode_Check(v.ptr())) return YAML::Node(text("a value", v));
   return YAML::Load(
       nb::cast<std::string>(nb::str(nb::isinstance<nb::tuple>(v) ? nb::handle(nb::list(v)) : v)));
 }
