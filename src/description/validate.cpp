@@ -27,7 +27,7 @@ Status at_least(const std::string& field, double v, double low, const char* unit
 Status within(const std::string& field, double v, double low, double high, const char* unit,
               const char* fix) {
   if (v >= low && v <= high) return {};
-  return invalid(field, ": must be in ", low, "..", high, " ", unit, ", got ", v, "; ", fix);
+  return invalid(field, ": must be in ", low, "..", high, *unit ? " " : "", unit, ", got ", v, "; ", fix);
 }
 
 Status finite_vector(const std::string& field, Vec3d v) {

@@ -325,7 +325,7 @@ TEST(FlowCurve, BadInputIsRefusedByName) {
   refuses("yield_stress_points:", [&](MaterialDesc& m) {
     m.yield_stress_points = {{40, 9}, {50, 0}}, m.melts_into = water, m.melting_point = 0;
   });
-  refuses("flow_index:", [](MaterialDesc& m) { m.flow_index = 0; });
+  refuses("flow_index: must be in 0.1..3, got 0", [](MaterialDesc& m) { m.flow_index = 0; });
   refuses("flow_index:", [](MaterialDesc& m) { m.flow_index = -0.5; });
   refuses("flow_index:", [&](MaterialDesc& m) { m.flow_index = nan; });
   refuses("flow_index:", [](MaterialDesc& m) { m.flow_index = 5; });
