@@ -161,7 +161,7 @@ inline constexpr std::uint32_t ragged_parts = 5;
 
 /// Best rigid placement and motion of every region, member by member.
 template <class T>
-struct RegionsBody {
+struct RegionMotionBody {
   Frame<T> w;
   static constexpr bool shared = true;
   static constexpr std::uint32_t listed_parts = ragged_parts;

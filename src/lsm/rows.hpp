@@ -139,15 +139,15 @@ struct PlaneSumsBody {
   }
 };
 
-/// What RegionsBody does, plane by plane.
+/// What RegionMotionBody does, plane by plane.
 template <class T>
-struct BoxedRegionsBody {
+struct BoxedRegionMotionBody {
   Frame<T> w;
   static constexpr bool modest = true;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     if (!is_boxed(w, v)) return;
     const BoxOrigin<T> o{xyz(w.f.vertex_position[v]), xyz(w.f.vertex_velocity[v]), true};
-    RegionsBody<T>{w}.finish(v, {physics::region_of(sum_boxes<T, 2>(w, v, o))});
+    RegionMotionBody<T>{w}.finish(v, {physics::region_of(sum_boxes<T, 2>(w, v, o))});
   }
 };
 

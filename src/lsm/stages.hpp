@@ -35,11 +35,11 @@ void contact(E& ex, const core::Frame<T>& w) {
 /// side would wait for the longer of the two. Where no body is wide enough for rows, there is no room for them.
 template <class E, class T>
 void regions(E& ex, const core::Frame<T>& w) {
-  if (w.f.region_rows == nullptr) return ex.gather(w.vertices, RegionsBody<T>{w});
+  if (w.f.region_rows == nullptr) return ex.gather(w.vertices, RegionMotionBody<T>{w});
   ex.for_each(w.vertices, RowSumsBody<T>{w});
   ex.for_each(w.vertices, PlaneSumsBody<T>{w});
-  ex.for_each(w.vertices, BoxedRegionsBody<T>{w});
-  ex.gather_listed(w.vertices, w.f.ragged, RegionsBody<T>{w});
+  ex.for_each(w.vertices, BoxedRegionMotionBody<T>{w});
+  ex.gather_listed(w.vertices, w.f.ragged, RegionMotionBody<T>{w});
 }
 
 template <class E, class T>

@@ -120,7 +120,7 @@ struct HeightBody {
 
 /// The level that a gauge reads.
 template <class T>
-struct LevelBody {
+struct GaugeLevelBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const core::ProbeLine line = w.probes.lines[i];

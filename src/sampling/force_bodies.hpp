@@ -49,7 +49,7 @@ struct ClearForcesBody {
 /// What acts on a particle. All of it on a body that can move is what its acceleration is beyond gravity; on one that is held,
 /// what probes read.
 template <class T, bool Periodic>
-struct ForcesBody {
+struct WatchedForcesBody {
   Frame<T> w;
   using Sum = core::ForceSums;
   /// The row of the body, or none.

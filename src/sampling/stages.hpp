@@ -19,7 +19,7 @@ void probes(E& ex, const core::Frame<T>& w) {
     ex.gather_listed(w.probes.height_count, w.probes.listed_heights,
                      HeightBody<T, tree(), sample_parts<E>>{w});
   });
-  ex.for_each(w.probes.line_count, LevelBody<T>{w});
+  ex.for_each(w.probes.line_count, GaugeLevelBody<T>{w});
 }
 
 /// One reduction over the particles per force, heat or flux.
@@ -52,8 +52,9 @@ void loads(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.bodies, ClearForcesBody<T>{w});
-  spatial::with_periods(
-      w, [&](auto periodic) { ex.sum_by_row(w.particles, ForcesBody<T, periodic()>{w}, w.f.force_sums); });
+  spatial::with_periods(w, [&](auto periodic) {
+    ex.sum_by_row(w.particles, WatchedForcesBody<T, periodic()>{w}, w.f.force_sums);
+  });
   if (w.f.enthalpy != nullptr)
     ex.sum_by_row(2 * std::uint64_t{w.particles}, HeatGainedBody<T>{w}, w.f.heat_sums);
 }

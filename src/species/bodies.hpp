@@ -63,7 +63,7 @@ MELTSIM_HD void set_room(const Frame<T>& w, std::uint32_t k, std::uint64_t i, co
 /// Potential and resistivity of every particle. Along surfaces the sum over neighbours lacks those beyond: the resistivity is
 /// corrected as that of heat is, with walls and everything that cannot hold the species counted as empty.
 template <class T>
-struct OperandsBody {
+struct SoluteOperandsBody {
   Frame<T> w;
   std::uint32_t k;
   MELTSIM_HD void operator()(std::uint64_t i) const {

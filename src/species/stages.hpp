@@ -15,7 +15,7 @@ void exchange(E& ex, const core::Frame<T>& w) {
   const core::SuperSteps plan{1u, w.solute_supersteps, w.solute_dt};
   spatial::with_periods(w, [&](auto periodic) {
     for (std::uint32_t k = 0; k < w.species; ++k) {
-      ex.for_each(w.particles, OperandsBody<T>{w, k});
+      ex.for_each(w.particles, SoluteOperandsBody<T>{w, k});
       core::super_steps(ex, plan, [&](const physics::StageFactors<double>& stage) {
         if (w.precipitates)
           spatial::sweep_adding<periodic()>(

@@ -250,7 +250,7 @@ struct RespeedBody {
 
 /// Particles that a nozzle holds move with it: those of its velocity, to the last bit, in its pipe.
 template <class T>
-struct ShiftBody {
+struct NozzleShiftBody {
   Frame<T> w;
   Vec3<T> velocity, begin, axis, by;
   T length, reach;

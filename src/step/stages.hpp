@@ -108,8 +108,8 @@ template <class E, class T>
 void shift(E& ex, const core::Frame<T>& w, Vec3<double> velocity, Vec3<double> begin, double length,
            double reach, Vec3<double> by) {
   const Vec3<double> axis = velocity * (1 / meltsim::length(velocity));
-  ex.for_each(w.particles, ShiftBody<T>{w, cast<T>(velocity), cast<T>(begin), cast<T>(axis), cast<T>(by),
-                                        static_cast<T>(length), static_cast<T>(reach)});
+  ex.for_each(w.particles, NozzleShiftBody<T>{w, cast<T>(velocity), cast<T>(begin), cast<T>(axis),
+                                              cast<T>(by), static_cast<T>(length), static_cast<T>(reach)});
 }
 
 template <class E, class T>

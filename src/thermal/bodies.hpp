@@ -33,7 +33,7 @@ MELTSIM_HD T toward(const Frame<T>& w, std::uint64_t i, const HeatOperand<T>& ow
 
 /// Temperature, share and resistivity of every particle.
 template <class T>
-struct OperandsBody {
+struct HeatOperandsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];

@@ -37,7 +37,7 @@ void super_steps_of_heat(E& ex, core::Frame<T>& w) {
 
 template <class E, class T>
 void operands(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, OperandsBody<T>{w});
+  ex.for_each(w.particles, HeatOperandsBody<T>{w});
 }
 
 template <class E, class T>

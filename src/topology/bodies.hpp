@@ -108,7 +108,7 @@ MELTSIM_HD std::uint32_t has_changed(const Frame<T>& w) {
 /// melted vertex empties its own. Each vertex writes to its own particle and no other.
 /// It also stores the live sites in the row about a vertex, melted or not, and whether they changed, for topology.regions.
 template <class T>
-struct NeighboursBody {
+struct NeighbourMasksBody {
   Frame<T> w;
   struct Item {
     std::uint32_t state = 0, id = 0, site = 0, body = 0, mask = 0, row = 0;
@@ -138,7 +138,7 @@ struct NeighboursBody {
 
 /// arrayN of a lattice as built.
 template <class T>
-struct BuildNeighboursBody {
+struct BuildNeighbourMasksBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t v) const {
     w.f.neighbour_mask[v] = w.f.vertex_state[v] == vertex_live

@@ -12,7 +12,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace topology {
 
-/// Live sites in the row about a vertex, melted or not. Runs when the scene is uploaded; later NeighboursBody updates them.
+/// Live sites in the row about a vertex, melted or not. Runs when the scene is uploaded; later NeighbourMasksBody updates them.
 template <class T>
 struct RowLiveBody {
   Frame<T> w;
@@ -244,7 +244,7 @@ MELTSIM_HD void fill_region(const Frame<T>& w, std::uint32_t v, const BodyRow& b
 /// Refills the regions that may have changed; others cost 2w+1 loads each. No region is wider than
 /// Most.
 template <class T, int Most>
-struct RegionsBody {
+struct FillRegionsBody {
   Frame<T> w;
   bool all;  ///< build every region (when the scene is uploaded)
   struct Item {

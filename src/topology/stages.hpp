@@ -30,15 +30,15 @@ void melt(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void neighbours(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.vertices, NeighboursBody<T>{w});
+  ex.for_each(w.vertices, NeighbourMasksBody<T>{w});
 }
 
 /// Three sizes, because the working set of a thread for a wide region takes local memory.
 template <class E, class T>
 void fill_regions(E& ex, const core::Frame<T>& w, bool all) {
-  if (w.region_words <= core::words_for(2)) ex.for_each(w.vertices, RegionsBody<T, 2>{w, all});
-  else if (w.region_words <= core::words_for(4)) ex.for_each(w.vertices, RegionsBody<T, 4>{w, all});
-  else ex.for_each(w.vertices, RegionsBody<T, physics::most_half_width>{w, all});
+  if (w.region_words <= core::words_for(2)) ex.for_each(w.vertices, FillRegionsBody<T, 2>{w, all});
+  else if (w.region_words <= core::words_for(4)) ex.for_each(w.vertices, FillRegionsBody<T, 4>{w, all});
+  else ex.for_each(w.vertices, FillRegionsBody<T, physics::most_half_width>{w, all});
 }
 
 template <class E, class T>
@@ -60,7 +60,7 @@ void pieces(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void build(E& ex, const core::Frame<T>& w) {
   if (w.f.site_live) ex.accumulate(w.vertices, SiteLiveBody<T>{w});
-  if (w.f.neighbour_mask) ex.for_each(w.vertices, BuildNeighboursBody<T>{w});
+  if (w.f.neighbour_mask) ex.for_each(w.vertices, BuildNeighbourMasksBody<T>{w});
   if (!w.f.neighbour_mask || !w.f.region_mask) return;
   ex.for_each(w.vertices, RowLiveBody<T>{w});
   fill_regions(ex, w, true);

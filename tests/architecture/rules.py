@@ -8,6 +8,7 @@
   rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table, and whether they
                                  step aside in pipeline/schedule.hpp
   rules.py sizes DIR             no folder holds more than 15 % of the library's lines, no function of src/engine more than 40
+  rules.py names DIR             no two bodies (kernels) have the same name
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py headers DIR -- COMMAND...   every public header compiles alone
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
@@ -258,6 +259,16 @@ def check_sizes(root):
         yield "no function found: the pattern is broken"
 
 
+def check_names(root):
+    seen = {}
+    for path in sources(root, "src", "cuda"):
+        for name in re.findall(r"\bstruct (\w+Body)\b(?!\s*[;<])", strip_comments(path.read_text())):
+            where = path.relative_to(root)
+            if name in seen:
+                yield f"{where}: {name} is also a body of {seen[name]}: whoever searches for it finds two"
+            seen[name] = where
+
+
 def check_symbols(library):
     listing = subprocess.run(["nm", "-D", "--defined-only", "-C", str(library)], check=True,
                              capture_output=True, text=True).stdout
@@ -430,6 +441,9 @@ def selftest():
         cases += [(check_sizes, "src/engine/a.hpp", short, 0), (check_sizes, "src/engine/a.hpp", long, 1),
                   (check_sizes, "src/engine/a.hpp", "struct A {\n" + "  int b;\n" * 50 + short.replace("g(", "A::g(") + "};\n", 0),
                   (check_sizes, "src/engine/a.hpp", short + "// a line\n" * 600, 1)]
+        write("src/sph/other.hpp", "struct OneBody {};\nstruct OtherBody;\n")
+        cases += [(check_names, "src/engine/a.hpp", "struct OtherBody {};\n", 0),
+                  (check_names, "src/engine/a.hpp", "// struct OneBody {};\nstruct OneBody {};\n", 1)]
         broken = 0
         for check, name, text, expected in cases:
             found = findings(check, name, text)
@@ -453,7 +467,7 @@ def main(arguments):
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
                   "channels": check_channels, "links": check_links, "sizes": check_sizes,
-                  "symbols": check_symbols}
+                  "names": check_names, "symbols": check_symbols}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)

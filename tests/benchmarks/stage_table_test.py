@@ -77,8 +77,8 @@ class StageKernels(unittest.TestCase):
         self.assertEqual(found, set(self.kernels.order))
 
     def test_equal_names_in_two_modules(self):
-        names = [each("spatial::NeighboursBody<float>"), each("topology::NeighboursBody<float>"),
-                 each("lsm::RegionsBody<double>"), each("topology::RegionsBody<double, 4>")]
+        names = [each("spatial::NeighboursBody<float>"), each("topology::NeighbourMasksBody<float>"),
+                 each("lsm::RegionMotionBody<double>"), each("topology::FillRegionsBody<double, 4>")]
         self.assertEqual(self.kernels.stages_of(names), ["spatial.neighbours", "topology.neighbours", "lsm.regions",
                                                          "topology.regions"])
 
@@ -86,7 +86,7 @@ class StageKernels(unittest.TestCase):
         fill = each("core::kernels::FillBody<double>")
         names = [each("spatial::KeysBody<float>"), "void cub::DeviceRadixSortOnesweepKernel<cub::Policy800>(int)",
                  each("lsm::GoalsBody<float>"), each("lsm::PieceSumsBody<float>"), each("lsm::BalanceBody<float>"),
-                 each("thermal::OperandsBody<float>"),
+                 each("thermal::HeatOperandsBody<float>"),
                  "void meltsim::v0::core::kernels::gather_adding<3u, meltsim::v0::thermal::StageBody<float, false, "
                  "true>>(int)", "void meltsim::v0::core::kernels::gather_reduce<1u, meltsim::v0::core::CheckResult, "
                  "meltsim::v0::step::IntegrateBody<float>>(int)", "void meltsim::v0::core::kernels::combine_places<"
@@ -97,7 +97,7 @@ class StageKernels(unittest.TestCase):
             "thermal.exchange", "step.integrate", "step.integrate", "topology.freeze", "topology.freeze"])
 
     def test_a_stage_none_of_whose_own_kernels_ran_did_not_run(self):
-        operands = each("thermal::OperandsBody<float>")
+        operands = each("thermal::HeatOperandsBody<float>")
         self.assertEqual(self.kernels.stages_of([operands, each("thermal::StageBody<float>")])[0], "thermal.operands")
         plain = each("thermal::PlainOperandsBody<float>")
         self.assertEqual(self.kernels.stages_of([plain, each("thermal::PaperBody<float>")])[0], "thermal.paper")
