@@ -112,6 +112,18 @@ class Check {
                        (pieces.size() > 1 ? fmt::format("; and {} more", pieces.size() - 1) : std::string()));
   }
 
+  /// What is in proportion to the viscosity of a material, `scale` times it; from the least to the largest of a table.
+  static std::string of_viscosity(const meltsim::MaterialDesc& m, double scale) {
+    double least = m.viscosity, largest = m.viscosity;
+    if (!m.viscosity_points.empty()) {
+      least = largest = m.viscosity_points.front().value;
+      for (const meltsim::PropertyPoint& point : m.viscosity_points)
+        least = std::min(least, point.value), largest = std::max(largest, point.value);
+    }
+    return least == largest ? fmt::format("{:.2g}", scale * least)
+                            : fmt::format("{:.2g} to {:.2g}", scale * least, scale * largest);
+  }
+
   /// Of each liquid as its viscosity stands in the scene, and what the artificial one adds.
   void print_viscosity() {
     if (now_.fluid == 0 && scene_.emitters.empty()) return;
@@ -127,8 +139,8 @@ class Check {
         const bool flows = std::any_of(scene_.fluids.begin(), scene_.fluids.end(),
                                        [&](const SceneFluid& f) { return f.material == material.desc.name; });
         if (!flows) continue;
-        text += fmt::format(", {} itself has {:.2g}", material.desc.name,
-                            material.desc.viscosity / material.desc.density);
+        text += fmt::format(", {} itself has {}", material.desc.name,
+                            of_viscosity(material.desc, 1 / material.desc.density));
         break;
       }
     }
@@ -279,8 +291,8 @@ class Check {
       const meltsim::MaterialDesc& m = material.desc;
       if (!(m.surface_tension > 0)) continue;
       std::string text =
-          fmt::format("{}: {:g} N/m; over one spacing Ohnesorge number {:.2g}", m.name, m.surface_tension,
-                      m.viscosity / std::sqrt(m.density * m.surface_tension * dx));
+          fmt::format("{}: {:g} N/m; over one spacing Ohnesorge number {}", m.name, m.surface_tension,
+                      of_viscosity(m, 1 / std::sqrt(m.density * m.surface_tension * dx)));
       if (g > 0) {
         const double reach = std::sqrt(m.surface_tension / (m.density * g));
         text += fmt::format(", Bond number {:.2g}; capillary length {:.3g} m, {:.2g} spacings",

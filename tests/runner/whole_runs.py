@@ -724,6 +724,13 @@ output: {export: []}
         run = self.meltsim("run", SCENE, "--set", "fluids[0].temperature=313", "--steps", "1", "--backend", "cpu")
         self.assertIn("Kelvin? Then write 39.85", run.stderr)
 
+    def test_check_counts_with_the_viscosity_of_the_table(self):
+        """sqrt(rho sigma dx) = sqrt(1000 * 50 * 0.2) = 100 Pa s."""
+        said = self.check(SCENE, "--set", "materials.water.surface_tension=50", "--set",
+                          "materials.water.viscosity=[[0, 3], [50, 0.5]]")
+        self.assertIn("Ohnesorge number 0.005 to 0.03", said)
+        self.assertIn("water itself has 0.0005 to 0.003", said)
+
     def test_check_tells_what_melts(self):
         """The tiny scene is tried as it is, in the steps of the run, so the estimate is exact to its two digits; then a source
         of heat alone."""
