@@ -136,8 +136,9 @@ class Check {
       text += fmt::format("; artificial_viscosity {:g} acts like {:.2g} m^2/s",
                           scene_.world.artificial_viscosity, added);
       for (const SceneMaterial& material : scene_.materials) {
-        const bool flows = std::any_of(scene_.fluids.begin(), scene_.fluids.end(),
-                                       [&](const SceneFluid& f) { return f.material == material.desc.name; });
+        const auto of_this = [&](const auto& o) { return o.material == material.desc.name; };
+        const bool flows = std::any_of(scene_.fluids.begin(), scene_.fluids.end(), of_this) ||
+                           std::any_of(scene_.emitters.begin(), scene_.emitters.end(), of_this);
         if (!flows) continue;
         text += fmt::format(", {} itself has {}", material.desc.name,
                             of_viscosity(material.desc, 1 / material.desc.density));

@@ -730,6 +730,7 @@ output: {export: []}
                           "materials.water.viscosity=[[0, 3], [50, 0.5]]")
         self.assertIn("Ohnesorge number 0.005 to 0.03", said)
         self.assertIn("water itself has 0.0005 to 0.003", said)
+        self.assertIn("water itself has 0.0002\n", self.check(SCENE, "--set", "fluids=[]"))  # what only an emitter brings
 
     def test_check_tells_what_melts(self):
         """The tiny scene is tried as it is, in the steps of the run, so the estimate is exact to its two digits; then a source
