@@ -19,6 +19,7 @@
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/shifting.hpp"
+#include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "modules/engine.hpp"
 
@@ -121,6 +122,7 @@ class AllPairs {
     viscosities();
     accelerations();
     if ((scene.facts & core::fact_contact) != 0) contacts();
+    if ((scene.facts & core::fact_tension) != 0) tensions();
     // One stage from the beginning of the sub-step is the explicit force.
     if ((scene.facts & core::fact_fluid) != 0) sums_.diffused = sums_.acceleration;
     if ((scene.facts & core::fact_shifting) != 0) shifts();
@@ -135,6 +137,7 @@ class AllPairs {
   struct Copy {
     Vec3d x;
     bool mirrored;
+    Vec3d across{};  ///< 1 along axes in whose walls it is mirrored, else 0
   };
   double H() const { return c_.support; }
   bool gone(std::size_t i) const { return is_removed(tag_[i]); }
@@ -172,6 +175,7 @@ class AllPairs {
             if (face(axis, side) == Face::wall) {
               along(more.x) = 2 * (side == 0 ? along(l) : along(h)) - along(more.x);
               more.mirrored = true;
+              along(more.across) = 1;
             } else if (face(axis, side) == Face::periodic) {
               along(more.x) += (side == 0 ? -1 : 1) * (along(h) - along(l));
             } else {
@@ -387,6 +391,100 @@ class AllPairs {
         const double size = 0.4 * physics::reduced_mass(mass_[i], mass_[j]) * c_.spacing;
         sums_.acceleration[i].add(force * (1 / mass_[i]), size / (c_.spring_dt * c_.spring_dt * mass_[i]));
         touching_[i] = touching_[j] = true;
+      });
+    }
+  }
+  /// What surface tension asks of a liquid particle; *_size: what rounding reaches of it.
+  struct Surface {
+    Mat3<double> stress{};
+    double stress_size = 0;
+    Vec3d wall{};  ///< m
+    double wall_size = 0;
+    double free = 0, free_size = 0, skin = 0, skin_size = 0;
+  };
+  Surface surface_of(std::size_t i) const {
+    const auto kernel = physics::make_kernel<double>(H(), c_.spacing);
+    const double tension = row(i).tension;
+    Surface s;
+    if (!(tension > 0)) return s;
+    physics::SurfaceSums<double> sums;
+    double all = 0, walls = 0;  // sizes
+    around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+      const Vec3d term = d * (volume_[j] * steep(r));
+      all += length(term);
+      if (!copy.mirrored && !solid(j)) {
+        sums.all +=
+            term *
+            (material_of(tag_[i]) == material_of(tag_[j]) ? 1 : std::min(1.0, row(j).tension / tension));
+        return;
+      }
+      walls += length(term);
+      sums.all += term;
+      sums.wall += term;
+      sums.normal += copy.mirrored
+                         ? Vec3d{term.x * copy.across.x, term.y * copy.across.y, term.z * copy.across.z}
+                         : term;
+      sums.cover += volume_[j] * steep(r);
+      sums.wetting += volume_[j] * steep(r) * cosine_at(j);
+    });
+    const physics::SurfaceStress<double> S = physics::surface_stress(kernel, tension, phi_[i], sums);
+    s.stress = {{{S.along.x, S.shear.x, S.shear.y},
+                 {S.shear.x, S.along.y, S.shear.z},
+                 {S.shear.y, S.shear.z, S.along.z}}};
+    s.wall = physics::wall_direction(sums);
+    s.wall_size = walls > 0 ? walls / length(sums.normal) : 0;
+    s.free = physics::free_share(kernel, sums);
+    s.skin = physics::skin_share(kernel, sums);
+    // e rises by 8 where |g| H does by 1.
+    const double g = f_ * length(sums.all), gw = f_ * length(sums.wall), steps = 8 * H() * f_;
+    s.free_size = s.free + steps * all;
+    s.skin_size = s.skin + steps * (all + walls);
+    s.stress_size =
+        2 * tension / std::max(phi_[i], 0.5) * (f_ * all * s.free + g * s.free_size + f_ * walls + gw);
+    return s;
+  }
+  /// Of the solid that j is, or of the wall that its image is in.
+  double cosine_at(std::size_t j) const {
+    return solid(j) ? row(j).wetting : physics::wetting_cosine(c_.domain.contact_angle);
+  }
+  /// Force of surface tension on liquid i from j or its image, divided by both volumes.
+  Vec3d pull(const std::vector<Surface>& at, std::size_t i, std::size_t j, const Copy& copy, const Vec3d& d,
+             double r, double& size) const {
+    const Surface &a = at[i], &b = at[j];
+    const double s = row(i).cohesion, q = 1 - r / H(), w = 12 * std::pow(q, 5) - q * q,
+                 w_size = 12 * std::pow(q, 5) + q * q;
+    if (!copy.mirrored && !solid(j)) {
+      const double mu = 0.5 * std::min(row(i).skin_viscosity, row(j).skin_viscosity),
+                   u = dot(v_[i] - v_[j], d);
+      const double cohesion = 0.5 * std::min(s, row(j).cohesion), drag = mu * L(r) / (r * r + epsilon2());
+      size = (a.stress_size + b.stress_size) * f(r) * r +
+             cohesion * (a.free_size + b.free_size) * w_size * r +
+             drag * (a.skin_size + b.skin_size) * r * r * (length(v_[i]) + length(v_[j]));
+      return (a.stress * d + b.stress * d) * -f(r) +
+             d * (cohesion * (a.free + b.free) * w - drag * (a.skin + b.skin) * u);
+    }
+    // Of walls twice the strength.
+    const double cohesion = s * (1 + cosine_at(j)) / 2 * (solid(j) ? 1 : 2);
+    const auto turned = [&a](Vec3d v) { return v - a.wall * (2 * dot(a.wall, v)); };
+    const Vec3d Sd = a.stress * d;
+    size =
+        2 * a.stress_size * f(r) * r + 4 * length(Sd) * a.wall_size * f(r) + std::fabs(cohesion) * w_size * r;
+    return (Sd + turned(a.stress * turned(d))) * -f(r) + d * (cohesion * w);
+  }
+  void tensions() {
+    std::vector<Surface> at(n_);
+    for (std::size_t i = 0; i < n_; ++i)
+      if (!gone(i) && !solid(i)) at[i] = surface_of(i);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || solid(i)) continue;
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+        if (r == 0) return;
+        double size = 0;
+        const double volumes = volume_[i] * volume_[j];
+        const Vec3d force = pull(at, i, j, copy, d, r, size) * volumes;
+        sums_.acceleration[i].add(force * (1 / mass_[i]), size * volumes / mass_[i]);
+        if (solid(j) && !copy.mirrored)  // the opposite
+          sums_.acceleration[j].add(-force * (1 / mass_[j]), size * volumes / mass_[j]);
       });
     }
   }

@@ -3,12 +3,14 @@
 
 #include <limits>
 
+#include "meltsim/physics/surface_tension.hpp"
+
 namespace modules_test {
 namespace {
 
 constexpr double dx = 0.2, step = 0.9 * dx;
 
-enum class Kind { water, water_and_ice, all, all_viscosity, yielding };
+enum class Kind { water, water_and_ice, all, all_viscosity, yielding, wetting };
 
 /// Nothing in it is symmetric: positions are jittered, velocities and temperatures random, one in 50 is removed.
 PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, int free_layers,
@@ -19,7 +21,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
   c.support = support * dx;
   c.spring_dt = p.dt;
   c.surroundings.gravity = {0.5, -9.81, 0.3};
-  c.one_liquid = kind != Kind::all && kind != Kind::yielding;
+  c.one_liquid = kind != Kind::all && kind != Kind::yielding && kind != Kind::wetting;
   for (core::MaterialRow<double>& m : c.materials) {
     m.viscosity *= 1000;  // as much as pressure does
     m.conductivity = 2.2;
@@ -47,6 +49,17 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     c.properties[0].flow = {2000, 0.6, 0.5, std::numeric_limits<double>::infinity()};
     c.properties[2].flow = {0, 1.5, 10, 8};
     p.facts |= core::fact_viscosity | core::fact_strain;
+  }
+  if (kind == Kind::wetting) {  // as much as pressure does
+    const double tension[] = {1e5, 0, 3e4};
+    for (std::size_t k : {0u, 2u}) {
+      c.materials[k].tension = tension[k];
+      c.materials[k].cohesion = physics::cohesion_strength(tension[k], c.support);
+      c.materials[k].skin_viscosity = physics::skin_viscosity(tension[k], c.materials[k].density, dx);
+    }
+    c.materials[1].wetting = physics::wetting_cosine(70);
+    c.domain.contact_angle = 140;
+    p.facts |= core::fact_tension;
   }
   DomainDesc& d = c.domain;
   d.bounded = true;
@@ -146,6 +159,9 @@ std::vector<NamedScene> pair_scenes(double support, double length) {
   all.push_back({"two liquids that shear and ice", box(support, Kind::yielding, 0, {9, 8, 8}, 4, 14)});
   all.push_back(
       {"two liquids that shear and ice, periodic", box(support, Kind::yielding, 5, {9, 8, 9}, 4, 15)});
+  all.push_back({"two liquids that wet and ice", box(support, Kind::wetting, 0, {9, 8, 8}, 4, 16)});
+  all.push_back(
+      {"two liquids that wet and ice, y periodic", box(support, Kind::wetting, 2, {9, 9, 8}, 0, 17)});
   PairScene under_tension = box(support, Kind::water, 4, {9, 8, 9}, 4, 11);
   under_tension.constants.tension = true;
   under_tension.facts |= core::fact_shifting;
