@@ -13,6 +13,8 @@ namespace runner {
 
 int cmd_new(const std::string& name) {
   const std::filesystem::path given(name);
+  if (given.filename().empty())
+    throw Failure(ExitCode::usage, "NAME: expected the name of a file to write, got \"" + name + "\"");
   const bool has_ending = given.extension() == ".yaml" || given.extension() == ".yml";
   const std::string path = has_ending ? name : name + ".yaml";
   if (exists(path))

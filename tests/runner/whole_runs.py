@@ -577,6 +577,7 @@ class WholeRuns(unittest.TestCase):
         self.meltsim("new", "mine")
         text = Path(self.path("mine.yaml")).read_text()
         self.assertIn("exists already", self.meltsim("new", "mine", code=5).stderr)
+        self.assertIn("NAME", self.meltsim("new", "", code=1).stderr)
         self.assertEqual(Path(self.path("mine.yaml")).read_text(), text)
         said = self.check("mine.yaml")
         self.assertRegex(said, r"\nok;")
