@@ -573,6 +573,18 @@ class WholeRuns(unittest.TestCase):
         self.meltsim("run", "empty.yaml", "--backend", "cpu", "--out", "run")
         self.assertEqual(read_ply(self.path("run", "frames", "particles_00002.ply"))[0]["phase"], 255)
 
+    def test_lost_output_is_said_and_never_lands_in_a_file(self):
+        with open("/dev/full", "w") as full:
+            result = subprocess.run([PROGRAM, "list"], stdout=full, stderr=subprocess.PIPE, text=True, timeout=60)
+        self.assertEqual(result.returncode, 5)
+        self.assertIn("standard output: cannot be written", result.stderr)
+        empty = Path(self.path("empty.yaml"))
+        empty.write_text("meltsim: 1\nparticles: {spacing: 0.1}\ntime: {end: 0.08}\n")
+        for closed in (">&-", ">&- 2>&-", "<&- >&- 2>&-"):  # the lock of the directory is the first file that is opened
+            subprocess.run(["sh", "-c", f'exec "$0" "$@" {closed}', PROGRAM, "run", "empty.yaml", "--backend", "cpu", "--out", "run",
+                            "--export", "none", "--overwrite"], cwd=self.directory.name, check=True, timeout=60)
+            self.assertLess(os.path.getsize(self.path("run", ".lock")), 40, closed)
+
     def test_new_scene_melts_and_never_overwrites(self):
         self.meltsim("new", "mine")
         text = Path(self.path("mine.yaml")).read_text()
