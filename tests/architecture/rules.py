@@ -7,6 +7,7 @@
   rules.py instantiations DIR    cuda/<module>/*.cu hold explicit instantiations and nothing else
   rules.py channels DIR          what a stage's bodies touch stands in its row of the stage table, and whether they
                                  step aside in pipeline/schedule.hpp
+  rules.py map DIR               ARCHITECTURE.md names every formula header and stage, and functions where they stand; 150 lines
   rules.py sizes DIR             no folder holds more than 15 % of the library's lines, no function of src/engine more than 40
   rules.py names DIR             no two bodies (kernels) have the same name
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
@@ -361,6 +362,31 @@ def check_links(root):
         yield "no link found: the pattern is broken"
 
 
+LINES_OF_THE_MAP = 150  # as much as a reader takes in at once
+
+
+def check_map(root):
+    text = (root / "ARCHITECTURE.md").read_text()
+    if text.count("\n") > LINES_OF_THE_MAP:
+        yield f"ARCHITECTURE.md: {text.count(chr(10))} lines, more than {LINES_OF_THE_MAP}"
+    for path in sources(root, "include/meltsim/physics"):
+        if f"`{path.name}`" not in text and path.name not in ("hd.hpp", "math.hpp", "elementary.hpp", "material_table.hpp"):
+            yield f"ARCHITECTURE.md: does not say what {path.name} is for"
+    count = 0
+    for file, names in re.findall(r"`([\w/]+\.[ch]pp)`(?::|,) ((?:`\w+`(?:, )?)+)", text):
+        path = root / file if "/" in file else root / "include/meltsim/physics" / file
+        for name in re.findall(r"\w+", names) if path.exists() else []:
+            count += 1
+            if not re.search(rf"\b{name}\b *[(<{{]", strip_comments(path.read_text())):
+                yield f"ARCHITECTURE.md: there is no {name} in {file}"
+    table = root / "src/pipeline/pipeline.def"
+    for module, stage in re.findall(r"^MELTSIM_STAGE\((\w+), (\w+)", table.read_text() if table.exists() else "", re.M):
+        if module != "spatial" and f"`{stage}`" not in text and f"`{module}.{stage}`" not in text:
+            yield f"ARCHITECTURE.md: does not name the stage {module}.{stage}"
+    if count == 0:
+        yield "no function found in ARCHITECTURE.md: the pattern is broken"
+
+
 def check_snippets(root, command):
     count = 0
     for document in documents(root):
@@ -441,6 +467,11 @@ def selftest():
         cases += [(check_sizes, "src/engine/a.hpp", short, 0), (check_sizes, "src/engine/a.hpp", long, 1),
                   (check_sizes, "src/engine/a.hpp", "struct A {\n" + "  int b;\n" * 50 + short.replace("g(", "A::g(") + "};\n", 0),
                   (check_sizes, "src/engine/a.hpp", short + "// a line\n" * 600, 1)]
+        write("include/meltsim/physics/force.hpp", "int force(int a) {\n  return a;\n}\n")
+        cases += [(check_map, "ARCHITECTURE.md", "`force.hpp`: `force`; `sph.density`\n", 0),
+                  (check_map, "ARCHITECTURE.md", "`force.hpp`: `forces`; `sph.density`\n", 1),
+                  (check_map, "ARCHITECTURE.md", "`force.hpp`: `force`\n", 1),
+                  (check_map, "ARCHITECTURE.md", "`src/engine/a.hpp`: `f`\n" + "a line\n" * 150, 4)]
         write("src/sph/other.hpp", "struct OneBody {};\nstruct OtherBody;\n")
         cases += [(check_names, "src/engine/a.hpp", "struct OtherBody {};\n", 0),
                   (check_names, "src/engine/a.hpp", "// struct OneBody {};\nstruct OneBody {};\n", 1)]
@@ -466,7 +497,7 @@ def main(arguments):
         found = list(check(Path(rest[0]).resolve(), rest[rest.index("--") + 1:]))
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
-                  "channels": check_channels, "links": check_links, "sizes": check_sizes,
+                  "channels": check_channels, "links": check_links, "map": check_map, "sizes": check_sizes,
                   "names": check_names, "symbols": check_symbols}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
