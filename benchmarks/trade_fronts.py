@@ -94,6 +94,83 @@ output: {{export: []}}
 """
 
 
+ICE = "ice: {density: 917, conductivity: 2.2, heat_capacity: 2100, melting_point: 0, latent_heat: 3.34e5, becomes: water}"
+
+
+def flow(title, domain, spacing, end, observe, contents, materials=WATER, heat="{model: none}", more="", fps=25):
+    """A scene whose answer no formula gives."""
+    return f"""meltsim: 1
+title: "{title}"
+domain: {{min: [0, 0, 0], max: {domain}, walls: box, no_slip: false}}
+particles: {{spacing: {spacing}}}
+time: {{stepping: adaptive, end: {end}, fps: {fps}}}
+heat: {heat}
+materials:
+  {materials}
+{contents}
+{more}
+trade: {{observe: [{observe}]}}
+output: {{export: []}}
+"""
+
+
+def water(low, high, temperature=20):
+    return f"  - {{shape: {{box: [{low}, {high}]}}, material: water, temperature: {temperature}}}"
+
+
+def body(name, material, shape, temperature=0, more=""):
+    return f"  - {{name: {name}, material: {material}, temperature: {temperature}, shape: {{{shape}}}{more}}}"
+
+
+def flows():
+    """Scenes that no law was made for: {name: (text, observable)}. A thousand particles, a second of one thread or less."""
+    wood = WATER + "\n  wood: {density: 600}"
+    warm, steel = WATER + "\n  " + ICE, WATER + "\n  steel: {density: 7800, conductivity: 40, heat_capacity: 500}"
+    level = "probes: [{{name: wall, kind: level, at: [{0}, 0.05, 0.15]}}]"
+    temperature = "probes: [{{name: side, at: {0}, fields: [temperature], every: 0.02}}]"
+    cube = "fluids:\n" + water([0, 0, 0], [0.6, 0.3, 0.6]) + "\nbodies:\n"
+    scenes = {
+        "collapse_short": (flow("A column collapses in a short tank", [1.2, 0.8, 0.3], 0.05, 0.5, "front",
+                                "fluids:\n" + water([0, 0, 0], [0.4, 0.6, 0.3])), "front"),
+        "collapse_flat": (flow("A flat column runs along a channel", [2.0, 0.6, 0.3], 0.05, 0.6, "front",
+                               "fluids:\n" + water([0, 0, 0], [0.8, 0.3, 0.3])), "front"),
+        "collapse_corner": (flow("A column collapses out of a corner", [1.0, 0.8, 0.8], 0.05, 0.4, "front",
+                                 "fluids:\n" + water([0, 0, 0], [0.4, 0.5, 0.4])), "front"),
+        "slosh_tilted": (flow("A tank that stands askew", [1.0, 0.7, 0.3], 0.05, 1.0, "level@wall",
+                              "fluids:\n" + water([0, 0, 0], [1.0, 0.4, 0.3]), more=level.format(0.1) +
+                              "\nsolver: {gravity: [-1.5, -9.7, 0]}"), "level@wall"),
+        "slosh_step": (flow("A step of water evens out", [1.2, 0.8, 0.3], 0.05, 0.8, "level@wall",
+                            "fluids:\n" + water([0, 0, 0], [0.6, 0.5, 0.3]) + "\n" + water([0.6, 0, 0], [1.2, 0.3, 0.3]),
+                            more=level.format(0.1)), "level@wall"),
+        "cube_afloat": (flow("A cube floats", [0.6, 0.6, 0.6], 0.05, 1.0, "draught@cube", cube + body(
+            "cube", "wood", "box: [[0.2, 0.2, 0.2], [0.4, 0.4, 0.4]]"), wood), "draught@cube"),
+        "raft_afloat": (flow("A raft floats", [0.6, 0.6, 0.6], 0.05, 1.0, "draught@raft", cube + body(
+            "raft", "wood", "box: [[0.15, 0.25, 0.15], [0.45, 0.4, 0.45]]", more=", density: 300"), wood), "draught@raft"),
+        "cube_sinks": (flow("A cube sinks", [0.6, 0.7, 0.6], 0.05, 0.5, "path@cube", "fluids:\n" + water(
+            [0, 0, 0], [0.6, 0.5, 0.6]) + "\nbodies:\n" + body("cube", "wood", "box: [[0.2, 0.3, 0.2], [0.4, 0.5, 0.4]]",
+                                                             more=", density: 2000"), wood), "path@cube"),
+        "ball_of_water": (flow("A ball of water falls onto a floor", [1.2, 0.6, 1.2], 0.05, 0.4, "front", "fluids:\n" +
+                               "  - {shape: {sphere: {center: [0.6, 0.35, 0.6], radius: 0.2}}, material: water}"), "front"),
+        "ice_in_bath": (flow("A block of ice melts in a bath", [0.6, 0.6, 0.6], 0.05, 1.2, "melted", "fluids:\n" + water(
+            [0, 0, 0], [0.6, 0.35, 0.6], 60) + "\nbodies:\n" + body("ice", "ice", "box: [[0.2, 0.2, 0.2], [0.4, 0.4, 0.4]]"),
+            warm, "{time_scale: 1.5e4}"), "melted"),
+        "ice_ball": (flow("A ball of ice melts in a bath", [0.6, 0.6, 0.6], 0.05, 1.2, "melted", "fluids:\n" + water(
+            [0, 0, 0], [0.6, 0.4, 0.6], 40) + "\nbodies:\n" + body("ice", "ice", "sphere: {center: [0.3, 0.3, 0.3], radius: 0.15}",
+                                                                  -10), warm, "{time_scale: 2e4}"), "melted"),
+        "ice_on_plate": (flow("A block of ice melts on a hot plate", [0.6, 0.5, 0.6], 0.05, 1.2, "melted", "bodies:\n" + body(
+            "ice", "ice", "box: [[0.15, 0, 0.15], [0.45, 0.3, 0.45]]"), warm,
+            "{time_scale: 2e4, walls: {-y: {temperature: 80}}}"), "melted"),
+        "ball_cools": (flow("A hot ball of steel in a bath", [0.5, 0.5, 0.5], 0.05, 1.0, "temperature@side", "fluids:\n" + water(
+            [0, 0, 0], [0.5, 0.4, 0.5], 20) + "\nbodies:\n" + body(
+                "ball", "steel", "sphere: {center: [0.25, 0.2, 0.25], radius: 0.1}", 200, ", fixed: true"), steel,
+            "{time_scale: 1e4}", temperature.format([0.25, 0.35, 0.25])), "temperature@side"),
+        "bath_cools": (flow("A bath cools at a wall", [0.5, 0.5, 0.5], 0.05, 1.0, "temperature@side", "fluids:\n" + water(
+            [0, 0, 0], [0.5, 0.4, 0.5], 80), WATER, "{time_scale: 4e4, walls: {-x: {temperature: 10}}}",
+            temperature.format([0.15, 0.2, 0.25])), "temperature@side"),
+    }
+    return scenes
+
+
 def run(arguments, **more):
     return subprocess.run([str(a) for a in arguments], capture_output=True, text=True, **more)
 
@@ -142,6 +219,27 @@ def fronts(options, out):
     print("\n".join(lines))
 
 
+def asked_and_delivered(options, out, scene, name, of, asked):
+    """A row: what `meltsim run --max-error` expected, and what it says that it delivered; its values."""
+    where = out / f"{name}_{asked}"
+    row = {"scene": name, "of": of, "asked": asked, "exit": "", "expected": "", "delivered": "", "estimated": "",
+           "truth_known_to": "", "said": ""}
+    try:
+        done = run([options.meltsim, "run", scene, "--max-error", asked, "--of", of, "--time-limit", options.time_limit,
+                    *machine(options), "--no-page", "--no-still", "--out", where], timeout=options.longest,
+                   env={**os.environ, "XDG_CACHE_HOME": str(out.resolve() / "cache")})
+    except subprocess.TimeoutExpired:
+        return {**row, "exit": "too long"}, []
+    row["exit"] = done.returncode
+    row["said"] = done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""
+    if done.returncode != 0:
+        return row, []
+    trade = json.loads((where / "run.json").read_text())["trade"]
+    row["expected"], row["estimated"] = trade["expected"]["share"], trade["delivered"][of]["share"]
+    row["delivered"] = row["estimated"]
+    return row, trade["delivered"][of]["values"]
+
+
 def calibrate(options, out):
     scenes = {}
     for length in (0.3, 0.4, 0.5):
@@ -159,19 +257,63 @@ def calibrate(options, out):
                 continue
             scene = out / f"{name}.yaml"
             scene.write_text(text)
-            where = out / f"{name}_{asked}"
-            done = run([options.meltsim, "run", scene, "--max-error", asked, "--of", of, "--time-limit", options.time_limit,
-                        *machine(options), "--no-page", "--no-still", "--out", where], timeout=1800,
-                       env={**os.environ, "XDG_CACHE_HOME": str(out.resolve() / "cache")})
-            row = {"scene": name, "of": of, "asked": asked, "exit": done.returncode, "expected": "", "delivered": "",
-                   "said": done.stderr.strip().splitlines()[-1] if done.stderr.strip() else ""}
-            if done.returncode == 0:
-                trade = json.loads((where / "run.json").read_text())["trade"]
-                row["expected"], row["delivered"] = trade["expected"]["share"], trade["delivered"][of]["share"]
+            row, _ = asked_and_delivered(options, out, scene, name, of, asked)
             rows.append(row)
             print(name, asked, row["exit"], row["expected"], row["delivered"], flush=True)
-    with open(out / "calibration.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
+    return report(rows, out, "calibration")
+
+
+def truth_of(options, out, scene, name, of):
+    """Values of the observable at half of the spacing, mean of two starts, and how far they are from those at 1/1.4 of it."""
+    values = []
+    for scale in (1.4, 2):
+        where = out / f"{name}_truth_{scale}"
+        if not (where / "ensemble.json").exists():
+            done = run([options.meltsim, "trade", scene, "--scale", scale, "--ensemble", 2, *machine(options), "--out", where])
+            if done.returncode != 0:
+                sys.exit(f"{name}: {done.stderr.strip()}")
+        values.append(json.loads((where / "ensemble.json").read_text())["observables"][of])
+    return values[1]["mean"], max(largest(values[0]["mean"], values[1]["mean"]), values[1]["spread"])
+
+
+def largest(a, b):
+    """Largest difference; paths have three numbers per time."""
+    step = 3 if len(a) == len(b) and len(a) % 3 == 0 and len(a) > 100 else 1
+    apart = [math.dist(a[i:i + step], b[i:i + step]) for i in range(0, min(len(a), len(b)), step)
+             if None not in a[i:i + step] and None not in b[i:i + step]]
+    return max(apart, default=math.nan)
+
+
+# What bodies draw once they lie still: Archimedes.
+ARCHIMEDES = {"cube_afloat": 0.6 * 0.2, "raft_afloat": 0.3 * 0.15}
+
+
+def calibrate_flows(options, out):
+    rows, begun = [], time.monotonic()
+    for name, (text, of) in flows().items():
+        if options.only and name not in options.only.split(","):
+            continue
+        if time.monotonic() - begun > options.total:
+            break
+        scene = out / f"{name}.yaml"
+        scene.write_text(text)
+        truth, apart = truth_of(options, out, scene, name, of)
+        if name in ARCHIMEDES:
+            truth, apart = [ARCHIMEDES[name]], 0.0
+        for asked in (0.2, 0.1, 0.05, 0.03, 0.01):
+            row, values = asked_and_delivered(options, out, scene, name, of, asked)
+            if values:
+                trade = json.loads((out / f"{name}_{asked}" / "run.json").read_text())["trade"]["delivered"][of]
+                scale = trade["error"] / trade["share"] if trade["share"] else 1
+                row["delivered"], row["truth_known_to"] = largest(values, truth) / scale, apart / scale
+            rows.append(row)
+            print(name, asked, row["exit"], row["expected"], row["estimated"], row["delivered"], row["truth_known_to"], flush=True)
+    return report(rows, out, "flows")
+
+
+def report(rows, out, file):
+    with open(out / f"{file}.csv", "w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
     ran = [r for r in rows if r["exit"] == 0]
@@ -180,10 +322,12 @@ def calibrate(options, out):
     bought = [r for r in ran if r["expected"] > 0.99 * r["asked"] / 1.5]
     not_dear = sum(r["delivered"] >= r["asked"] / 4 for r in bought)
     near = sum(0.5 <= r["delivered"] / r["expected"] <= 2 for r in ran if r["expected"] > 0)
+    honest = sum(0.5 <= r["estimated"] / r["delivered"] <= 2 for r in ran if r["delivered"] > 0)
     refused = sum(r["exit"] in (1, 2) for r in rows)
     print(f"{len(rows)} asked, {refused} refused, {len(ran)} run: {kept} within what was asked; {len(bought)} not at the coarsest "
-          f"settings, {not_dear} of them at a quarter of it or more; {near} of {len(ran)} within a factor 2 of what was expected")
-    draw(ran, out / "calibration.svg")
+          f"settings, {not_dear} of them at a quarter of it or more; {near} of {len(ran)} within a factor 2 of what was expected, "
+          f"{honest} of what was estimated after the run")
+    draw(ran, out / f"{file}.svg")
     return 0
 
 
@@ -216,21 +360,23 @@ def draw(rows, path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("meltsim")
-    parser.add_argument("what", choices=["fronts", "calibrate"])
+    parser.add_argument("what", choices=["fronts", "calibrate", "flows"])
     parser.add_argument("out")
     parser.add_argument("--backend", default="auto")
     parser.add_argument("--threads", type=int, default=0)
     parser.add_argument("--scale", type=float, default=1)
     parser.add_argument("--time-limit", type=float, default=20)
     parser.add_argument("--total", type=float, default=240)
+    parser.add_argument("--longest", type=float, default=1800, help="seconds that a run may take")
+    parser.add_argument("--only", help="flows: scenes, with commas")
     options = parser.parse_args()
     options.meltsim = str(Path(options.meltsim).resolve())
     out = Path(options.out)
-    if out.exists() and any(out.iterdir()):
+    if out.exists() and any(out.iterdir()) and options.what != "flows":
         print(f"{out}: is not empty; name a new directory", file=sys.stderr)
         return 5
     out.mkdir(parents=True, exist_ok=True)
-    return (fronts if options.what == "fronts" else calibrate)(options, out)
+    return {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows}[options.what](options, out)
 
 
 if __name__ == "__main__":

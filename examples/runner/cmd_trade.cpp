@@ -94,8 +94,10 @@ class Trade {
            fmt::format(
                "cost x^{:.1f}, error {} x^{:.1f}{}; x {:.2g} takes {:.2g} of the time and has {:.2g} %",
                law.cost_exponent, error_text(known, law.error), law.error_exponent,
-               law.fitted ? "" : " (exponent by theory)", cheap, std::pow(cheap, law.cost_exponent),
-               100 * law.at(cheap) / known.scale));
+               law.scatters ? " (differences scatter; exponent by theory)"
+               : law.fitted ? ""
+                            : " (exponent by theory, or the end of what is believed)",
+               cheap, std::pow(cheap, law.cost_exponent), 100 * law.at(cheap) / known.scale));
     }
     if (known.support_cost != 1)
       line("support", fmt::format("x 0.8 takes {:.2g} of the time and changes it by {}", known.support_cost,
@@ -218,6 +220,32 @@ class Trade {
 
 namespace {
 
+/// ensemble.json: what the table holds, and the curves.
+void write_ensemble(const Tuning& tuning, const std::vector<trade::Measurement>& runs,
+                    const std::vector<trade::Mean>& means, const std::string& out) {
+  const RunDirectory directory = named_run_directory(out);
+  Json json;
+  json["device"] = tuning.device();
+  json["times"] = tuning.sample_times();
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    const trade::Observable& o = tuning.problem().observables[k];
+    json["observables"][o.name] = {
+        {"unit", o.unit},          {"scale", o.scale},          {"runs", means[k].runs},
+        {"mean", means[k].values}, {"spread", means[k].spread}, {"error", means[k].error}};
+    if (!o.exact.empty()) json["observables"][o.name]["exact"] = o.exact;
+  }
+  for (const trade::Measurement& run : runs)
+    json["runs"].push_back({{"wall_s", run.wall_s},
+                            {"substeps", run.substeps},
+                            {"particles", run.particles},
+                            {"complete", run.complete},
+                            {"problem", run.problem},
+                            {"values", run.values}});
+  write_file(directory.file("ensemble.json"),
+             json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  fmt::print("wrote {}/ensemble.json\n", directory.path);
+}
+
 /// Means over starts that are alike, with the scene's own settings.
 int print_ensemble(const Scene& scene, const TradeOptions& options) {
   Tuning tuning(scene, options.machine, options.observe, "--observe");
@@ -243,6 +271,7 @@ int print_ensemble(const Scene& scene, const TradeOptions& options) {
                means[k].runs < *options.ensemble ? fmt::format(" ({} of them ended)", means[k].runs) : "");
   }
   fmt::print("means of curves are those at the end; spreads are the largest over the run\n");
+  if (!options.out.empty()) write_ensemble(tuning, runs, means, options.out);
   return 0;
 }
 

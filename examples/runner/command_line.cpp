@@ -102,7 +102,8 @@ class CommandLine {
     add_machine(command);
     value(command, "--scale", "X", "linear resolution factor; 0.8 is coarser, 1.25 finer");
     value(command, "--quality", "draft|balanced|accurate",
-          "draft: 0.35 x sound speed, Courant number 0.5; accurate: 1.4 x resolution");
+          "draft: 0.8 x resolution, 0.8 x sound speed, Courant number 0.5, a quarter of the time; accurate: "
+          "1.4 x resolution, four times the time");
     command->add_option("--set", typed_.set, "change a value of the scene, e.g. bodies[0].temperature=-5")
         ->type_name("path=value")
         ->expected(1)
@@ -341,6 +342,10 @@ class CommandLine {
     options.cache = !typed_.no_cache;
     options.support = typed_.support;
     options.measure = !typed_.no_measure;
+    for (const char* option : {"--error", "--points", "--time-limit"})
+      if (options.ensemble && typed_.has(option))
+        throw Failure(ExitCode::usage,
+                      fmt::format("--ensemble, {}: give one of them: an ensemble has no front", option));
     return options;
   }
 

@@ -89,12 +89,13 @@ std::vector<std::string> probe_names(const Scene& scene) {
   return names;
 }
 
-/// Finds the body, or the only one, of "draught@cork".
-std::optional<std::size_t> find_body(const Scene& scene, const std::string& name, std::string& problem) {
+/// Finds the body, or the only one, of "draught@cork"; `word`: what it is asked for.
+std::optional<std::size_t> find_body(const Scene& scene, const std::string& word, const std::string& name,
+                                     std::string& problem) {
   const std::vector<std::string> names = body_names(scene);
   if (names.empty()) problem = "the scene has no bodies";
   else if (name.empty() && names.size() > 1)
-    problem = fmt::format("of which body? e.g. draught@{}", names.front());
+    problem = fmt::format("of which body? e.g. {}@{}", word, names.front());
   if (!problem.empty()) return std::nullopt;
   if (name.empty()) return 0;
   const auto at = std::find(names.begin(), names.end(), name);
@@ -103,10 +104,12 @@ std::optional<std::size_t> find_body(const Scene& scene, const std::string& name
   return std::nullopt;
 }
 
-std::optional<std::size_t> find_probe(const Scene& scene, const std::string& name, std::string& problem) {
+/// Finds the probe of "pressure@low"; `word`: what it is asked for.
+std::optional<std::size_t> find_probe(const Scene& scene, const std::string& word, const std::string& name,
+                                      std::string& problem) {
   const std::vector<std::string> names = probe_names(scene);
   if (names.empty()) problem = "the scene has no probes";
-  else if (name.empty()) problem = fmt::format("at which probe? e.g. pressure@{}", names.front());
+  else if (name.empty()) problem = fmt::format("at which probe? e.g. {}@{}", word, names.front());
   if (!problem.empty()) return std::nullopt;
   const auto at = std::find(names.begin(), names.end(), name);
   if (at != names.end()) return static_cast<std::size_t>(at - names.begin());
@@ -221,7 +224,7 @@ std::optional<SceneObservable> observable_named(const Scene& scene, const SceneS
     o.desc.scale = 1;
     if (!start.liquid) problem = "the scene has no liquid";
   } else if (word == "draught" || word == "path") {
-    const auto body = find_body(scene, of, problem);
+    const auto body = find_body(scene, word, of, problem);
     if (!body) return std::nullopt;
     o.kind = word == "draught" ? ObservableKind::draught : ObservableKind::path;
     o.index = *body;
@@ -233,7 +236,7 @@ std::optional<SceneObservable> observable_named(const Scene& scene, const SceneS
       problem = fmt::format("body \"{}\" is fixed", scene.bodies[*body].desc.name);
     else if (word == "draught" && !start.liquid) problem = "the scene has no liquid";
   } else if (word == "pressure" || word == "temperature" || word == "level") {
-    const auto probe = find_probe(scene, of, problem);
+    const auto probe = find_probe(scene, word, of, problem);
     if (!probe) return std::nullopt;
     const auto column = find_field(scene.probes[*probe], word, problem);
     if (!column) return std::nullopt;
@@ -292,11 +295,12 @@ std::vector<std::string> default_observables(const Scene& scene, const SceneStar
 }
 
 ObservableReader::ObservableReader(std::vector<SceneObservable> observables, SceneStart start,
-                                   std::uint64_t meltable, ProbeGroups probes)
+                                   std::uint64_t meltable, ProbeGroups probes, double spacing)
     : observables_(std::move(observables)),
       start_(std::move(start)),
       meltable_(meltable),
-      probes_(std::move(probes)) {}
+      probes_(std::move(probes)),
+      spacing_(spacing) {}
 
 bool ObservableReader::wants_particles() const {
   return std::any_of(observables_.begin(), observables_.end(), [](const SceneObservable& o) {
@@ -318,7 +322,8 @@ double ObservableReader::reach(const meltsim::ParticleFrame& particles, std::siz
   const auto last = static_cast<std::ptrdiff_t>(
       std::min(static_cast<double>(list.size() - 1), (1 - beyond) * static_cast<double>(list.size())));
   std::nth_element(list.begin(), list.begin() + last, list.end());
-  return list[static_cast<std::size_t>(last)];
+  // Liquid reaches half a spacing beyond the centres of its outermost particles.
+  return list[static_cast<std::size_t>(last)] + spacing_ / 2;
 }
 
 void ObservableReader::body_values(const SceneObservable& observable,

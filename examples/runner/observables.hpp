@@ -62,8 +62,9 @@ std::vector<std::string> default_observables(const Scene& scene, const SceneStar
 /// Reads them from what a reading says.
 class ObservableReader {
  public:
+  /// `spacing`: of the World that is read [m].
   ObservableReader(std::vector<SceneObservable> observables, SceneStart start, std::uint64_t meltable,
-                   ProbeGroups probes);
+                   ProbeGroups probes, double spacing);
   bool wants_particles() const;
   bool wants_probes() const;
   /// Everything that stands in the reading of a frame, in the order of the observables.
@@ -83,6 +84,7 @@ class ObservableReader {
   SceneStart start_;
   std::uint64_t meltable_;
   ProbeGroups probes_;
+  double spacing_;
   std::optional<double> first_energy_, first_latent_;
   bool all_melted_ = false;
 };

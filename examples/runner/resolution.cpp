@@ -13,9 +13,9 @@ namespace {
 constexpr double least_change = 1e-9, most_change = 0.12, rounding = 0.02;
 // Gaps in spacings that a change of the spacing by as much as itself is worth.
 constexpr double worth = 2;
-// Presets lie on the fronts of docs/trade.md, a factor of about 4 in cost apart: of what makes a run cheaper, sound speed and
-// Courant number add the least error; of what makes it more accurate, the spacing takes away the most.
-constexpr double draft_sound = 0.35, draft_courant = 0.5, accurate_scale = 1.4;
+// Presets are a factor of about 4 in cost apart, in scenes without flow as well (docs/trade.md): 0.8^4 = 0.41 of the work by
+// the spacing, 0.8 each by sound speed and Courant number; 1.4^4 = 3.8 times the work.
+constexpr double draft_scale = 0.8, draft_sound = 0.8, draft_courant = 0.5, accurate_scale = 1.4;
 
 /// How wide a gap [spacings] is left beside the upper walls (or periodic faces) of a domain that liquid fills, over the axes
 /// across gravity: lattices begin at its lower corner, along gravity liquid seldom reaches the other end, and a layer that is
@@ -69,6 +69,7 @@ double least_sound_speed(const Scene& scene) {
 
 void apply_resolution(Scene& scene, double scale, Quality quality) {
   double factor = scale;
+  if (quality == Quality::draft) factor *= draft_scale;
   if (quality == Quality::accurate) factor *= accurate_scale;
   meltsim::WorldDesc& world = scene.world;
   if (factor != 1) factor = world.spacing / fitted(world, world.spacing / factor);

@@ -7,8 +7,8 @@
 
 namespace runner {
 
-/// draft: 0.35 x the sound speed, Courant number at least 0.5. balanced: the scene as it is. accurate: 1.4 x the
-/// resolution. --scale multiplies the resolution further. The spacing is then
+/// draft: 0.8 x the resolution, 0.8 x the sound speed, Courant number at least 0.5. balanced: the scene as it is. accurate:
+/// 1.4 x the resolution. --scale multiplies the resolution further. The spacing is then
 /// moved by up to 6 % to fit between the domain's walls.
 void apply_resolution(Scene& scene, double scale, Quality quality);
 

@@ -150,7 +150,8 @@ Json TradeWatch::json(bool ended) const {
     json["delivered"][known.observable.name] = {{"error", errors[k].max},
                                                 {"rms", errors[k].rms},
                                                 {"share", errors[k].max / known.scale},
-                                                {"unit", known.observable.unit}};
+                                                {"unit", known.observable.unit},
+                                                {"values", compared(k)}};
   }
   return json;
 }

@@ -87,22 +87,25 @@ Tuning::Tuning(const Scene& scene, const MachineOptions& machine, std::vector<st
   make_problem();
 }
 
-/// Volumes by a fine lattice; bodies of many particles fit any spacing.
+/// Volumes by a fine lattice; bodies of many particles fit any spacing. Of liquid where there are no bodies.
 void Tuning::measure_bodies() {
   constexpr std::size_t many = 4096;
-  for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
-    const SceneShape& shape = scene_.bodies[i].shape;
-    if (shape.mesh) continue;
+  const auto add = [&](const SceneShape& shape) {
+    if (shape.mesh) return;
     const std::size_t coarse = shape.shape.lattice_points(scene_.world.domain.min, spacing_).size();
-    if (coarse == 0 || coarse > many) continue;
+    if (coarse == 0 || coarse > many) return;
     const double fine = spacing_ / 5;
     const auto n = static_cast<double>(shape.shape.lattice_points(scene_.world.domain.min, fine).size());
-    bodies_.push_back({i, n * fine * fine * fine});
-  }
+    bodies_.push_back({&shape.shape, n * fine * fine * fine});
+  };
+  for (const SceneBody& body : scene_.bodies) add(body.shape);
+  // Beside bodies, which are of fewer particles, a share of liquid more or less matters little.
+  if (bodies_.empty())
+    for (const SceneFluid& fluid : scene_.fluids) add(fluid.shape);
 }
 
-/// The spacing near a multiple of the scene's at which bodies have their volume and the domain is filled: what a body of whole
-/// particles is larger or smaller by follows no law.
+/// The spacing near a multiple of the scene's at which bodies and liquid have their volume and the domain is filled: what a shape
+/// of whole particles is larger or smaller by follows no law.
 double Tuning::spacing_for(double multiple) const {
   const auto known = spacings_.find(multiple);
   if (known != spacings_.end()) return known->second;
@@ -111,8 +114,7 @@ double Tuning::spacing_for(double multiple) const {
   const auto score = [&](double s) {
     double sum = gap_worth * domain_misfit(scene_.world, s) + change_worth * std::fabs(s / wanted - 1);
     for (const Body& body : bodies_) {
-      const auto n = static_cast<double>(
-          scene_.bodies[body.index].shape.shape.lattice_points(scene_.world.domain.min, s).size());
+      const auto n = static_cast<double>(body.shape->lattice_points(scene_.world.domain.min, s).size());
       sum += std::fabs(n * s * s * s / body.volume - 1);
     }
     return sum;
@@ -124,7 +126,7 @@ double Tuning::spacing_for(double multiple) const {
       if (std::fabs(extent / cells / wanted - 1) <= most_change) candidates.push_back(extent / cells);
   };
   for (const Body& body : bodies_) {
-    const meltsim::Box bounds = scene_.bodies[body.index].shape.shape.bounds();
+    const meltsim::Box bounds = body.shape->bounds();
     const meltsim::Vec3d size = bounds.max - bounds.min;
     for (const double extent : {size.x, size.y, size.z}) add(extent);
   }
@@ -270,7 +272,7 @@ std::vector<double> Tuning::probe_times(std::size_t probe) const {
 }
 
 ObservableReader Tuning::reader(const Built& built) const {
-  return {observables_, start_, built.meltable, built.probes};
+  return {observables_, start_, built.meltable, built.probes, built.world.desc().spacing};
 }
 
 Scene Tuning::with(const Knobs& knobs) const {
@@ -374,7 +376,7 @@ std::string error_text(const trade::Known& known, double error) {
 
 namespace {
 
-constexpr int cache_format = 1;
+constexpr int cache_format = 2;
 
 /// FNV-1a.
 std::uint64_t hash_of(const std::string& text) {
@@ -419,7 +421,8 @@ Json study_json(const trade::Study& study) {
                            {"cost_exponent", law.cost_exponent},
                            {"error", law.error},
                            {"error_exponent", law.error_exponent},
-                           {"fitted", law.fitted}});
+                           {"fitted", law.fitted},
+                           {"scatters", law.scatters}});
     json["observables"].push_back(k);
   }
   for (const trade::Measurement& m : study.probes)
@@ -465,7 +468,7 @@ trade::Study study_from_json(const Json& json, const trade::Problem& problem) {
         throw Failure(ExitCode::io, "an unknown knob");
       known.laws.push_back({static_cast<Knob>(number), l.at("cost_exponent").get<double>(),
                             l.at("error").get<double>(), l.at("error_exponent").get<double>(),
-                            l.at("fitted").get<bool>()});
+                            l.at("fitted").get<bool>(), l.at("scatters").get<bool>()});
     }
     study.observables.push_back(std::move(known));
   }

@@ -70,10 +70,10 @@ class Tuning {
   bool heat_only_ = false;  ///< nothing moves
   bool from_cache_ = false;
   struct Body {
-    std::size_t index;
-    double volume;  ///< [m^3]
+    const meltsim::Shape* shape;  ///< of scene_
+    double volume;                ///< [m^3]
   };
-  std::vector<Body> bodies_;                     ///< whose size the spacing is fitted to
+  std::vector<Body> bodies_;                     ///< or liquid, whose size the spacing is fitted to
   mutable std::map<double, double> spacings_{};  ///< fitted, by multiple
   std::string device_, resolved_;
 };

@@ -130,6 +130,9 @@ struct Law {
   double error_exponent = 1;  ///< of the error
   bool fitted =
       false;  ///< the exponent was measured; false: it is the nominal one, and the error the larger estimate
+  /// Differences between three values of the knob do not fall as any exponent says, as where particles happen to lie
+  /// otherwise: the exponent is the nominal one, and the error of the worst value as large as the largest difference.
+  bool scatters = false;
   MELTSIM_API double at(double x) const;  ///< the error at this multiple, in the unit
 };
 
@@ -195,7 +198,8 @@ MELTSIM_API Result<Study> study(const Problem& problem, const Options& options =
 MELTSIM_API Result<Choice> choose(const Study& study, const std::string& observable, double error,
                                   double safety = Options{}.safety);
 
-/// `points` choices from the coarsest settings to the smallest attainable error, evenly spaced in its logarithm.
+/// `points` choices from the coarsest settings to the smallest attainable error, evenly spaced in its logarithm; fewer where
+/// several of them have the same settings.
 MELTSIM_API Result<std::vector<Choice>> front(const Study& study, const std::string& observable, int points);
 
 /// Error of a run with these knobs that gave these values: its own difference to the finest probe, extended by the laws.

@@ -119,7 +119,7 @@ Result<std::vector<Choice>> front_now(const Study& study, const std::string& nam
     const bool end = i + 1 == points;
     Choice choice = at_multiplier(study, *known, turns, end ? 0 : multiplier_for(turns, allowed));
     choice.asked = choice.error;
-    choices.push_back(choice);
+    if (choices.empty() || choice.knobs.value != choices.back().knobs.value) choices.push_back(choice);
   }
   return choices;
 }
@@ -159,8 +159,11 @@ Difference delivered(const Study& study, std::size_t observable, const Knobs& ac
   const Difference to_limit = difference(o, known.scale, values, known.limit);
   const double rms_share = to_limit.max > 0 ? to_limit.rms / to_limit.max : known.rms_share;
   double error = to_limit.max;
-  if (spacing != nullptr && finest != nullptr && observable < finest->values.size() &&
-      x < 0.9 * finest->actual[Knob::spacing]) {
+  if (spacing != nullptr && spacing->scatters) {
+    error = finest != nullptr && x < 0.9 * finest->actual[Knob::spacing] ? spacing->at(x) + others
+                                                                         : std::max(error, spacing->at(x));
+  } else if (spacing != nullptr && finest != nullptr && observable < finest->values.size() &&
+             x < 0.9 * finest->actual[Knob::spacing]) {
     // The run is nearer to the limit than what the limit was extrapolated from: it is the better twin.
     const double p = spacing->error_exponent, of_run = std::pow(x, p),
                  of_probe = std::pow(finest->actual[Knob::spacing], p);

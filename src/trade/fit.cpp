@@ -50,7 +50,7 @@ double exponent_of(double a, double b, double c, double ratio, const Nominal& ra
 Nominal nominal(Knob knob) {
   switch (knob) {
     case Knob::spacing:
-      return {1, 0.5, 2.5};
+      return {1, 0.7, 2.5};
     case Knob::sound_speed:
       return {-2, -3, -1};
     case Knob::courant:  // leap-frog is of second order
@@ -77,9 +77,17 @@ Law fit(Knob knob, const Observable& observable, double scale, std::vector<Twin>
     const double d = difference(observable, scale, *twins[i].values, *twins[i + 1].values).max;
     apart.push_back(std::sqrt(std::max(0.0, d * d - noise * noise)));
   }
-  if (twins.size() >= 3 && apart[0] > 0 && apart[1] > 0)
-    law.error_exponent =
+  if (twins.size() >= 3 && apart[0] > 0 && apart[1] > 0) {
+    const double p =
         exponent_of(twins[0].x, twins[1].x, twins[2].x, apart[0] / apart[1], expected, law.fitted);
+    law.scatters = !law.fitted && std::abs(p) < std::abs(expected.exponent);
+    if (!law.scatters) law.error_exponent = p;
+  }
+  if (law.scatters) {
+    // Taken for the beginning of a difference to the limit, they would be multiplied by x^p over a small change of it.
+    law.error = *std::max_element(apart.begin(), apart.end()) / std::pow(twins[0].x, law.error_exponent);
+    return law;
+  }
   for (std::size_t i = 0; i < apart.size(); ++i) {
     const double step =
         std::pow(twins[i].x, law.error_exponent) - std::pow(twins[i + 1].x, law.error_exponent);
@@ -92,7 +100,7 @@ Law fit_exact(const Observable& observable, double scale, const Law& relative, s
               double others) {
   const Nominal expected = nominal(relative.knob);
   Law law = relative;
-  law.fitted = false;
+  law.fitted = law.scatters = false;
   law.error_exponent = expected.exponent;
   law.error = 0;
   sort_by_error(twins, expected.exponent);

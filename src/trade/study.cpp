@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "meltsim/trade.hpp"
@@ -109,9 +110,8 @@ class Studying {
     fine_ = std::min(fine_, allowed.most / (factor * factor));
     const double seconds = probes_worth * study_.reference_work / std::pow(fine_, 4) / work_per_second();
     if (seconds > 4 * options_.seconds)
-      return invalid("seconds: the coarsest probes of this scene take about " +
-                     std::to_string(std::llround(seconds)) + " s, more than " +
-                     std::to_string(std::llround(options_.seconds)) +
+      return invalid("seconds: the coarsest probes of this scene take about " + number(seconds) +
+                     " s, more than " + number(options_.seconds) +
                      " s; raise the time limit, or shorten the run");
     middle_ = fine_ * factor;
     coarse_ = middle_ * factor;
@@ -173,7 +173,9 @@ class Studying {
         return invalid("seconds: the first probe took longer than " + number(patience * options_.seconds) +
                        " s; raise the time limit, or shorten the run");
       if (first)
-        return Error{ErrorCode::halted, "the probe at " + what(planned) + " failed: " + result->problem};
+        return Error{ErrorCode::halted, "the probe at " + what(planned) + " failed: " + result->problem +
+                                            "; it has the problem's own settings otherwise: a larger sound "
+                                            "speed, or a smaller Courant number, may hold"};
       study_.notes.push_back(text(planned, result->problem));
       if (elapsed() > patience * options_.seconds) study_.cut_short = true;
       failed_.push_back(planned);
@@ -184,11 +186,11 @@ class Studying {
     return {};
   }
 
+  /// Three significant digits.
   static std::string number(double value) {
-    std::string s = std::to_string(std::round(value * 1000) / 1000);
-    while (s.back() == '0') s.pop_back();
-    if (s.back() == '.') s.pop_back();
-    return s;
+    char text[32];
+    std::snprintf(text, sizeof text, value < 999.5 ? "%.3g" : "%.0f", value);
+    return text;
   }
   std::string what(const Planned& planned) const {
     return std::string(knob_name(planned.of)) + " x " + number(planned.knobs[planned.of]);
@@ -286,7 +288,7 @@ class Studying {
                 [&](const Twin& a, const Twin& b) { return law.at(a.x) > law.at(b.x); });
       const Twin &worse = list[list.size() - 2], &better = list.back();
       const double pw = std::pow(worse.x, law.error_exponent), pb = std::pow(better.x, law.error_exponent);
-      if (!(pw > pb * 1.001)) continue;
+      if (!(pw > pb * 1.001) || law.scatters) continue;  // scatter leads nowhere
       // Knobs but the spacing are at 1 in the finest probe.
       const double rest = (law.knob == Knob::spacing ? pb : 1) / (pw - pb);
       for (std::size_t i = 0; i < limit.size(); ++i) {

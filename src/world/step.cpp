@@ -10,6 +10,7 @@
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/sound_speed.hpp"
@@ -35,11 +36,11 @@ double WorldImpl::stable_dt() {
 }
 
 double WorldImpl::stable_dt(double speed) const {
-  // A particle may cross courant H per sub-step before a flag is raised.
-  const double largest = largest_substep();
-  return speed > 0 && std::isfinite(largest)
-             ? std::min(largest, desc.courant * core::support_of(desc) / speed)
-             : largest;
+  const double largest = largest_substep(), support = core::support_of(desc);
+  if (!(speed > 0) || !std::isfinite(largest)) return largest;
+  return std::min({largest, physics::signal_dt(desc.courant, support, sound_now(), speed),
+                   // A particle may cross courant H per sub-step before a flag is raised.
+                   desc.courant * support / speed});
 }
 
 void WorldImpl::heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const {

@@ -297,16 +297,18 @@ TEST(Scene, QualityChangesSoundSpeedOrResolution) {
   apply_resolution(draft, 1, Quality::draft);
   apply_resolution(named, 1, Quality::draft);
   apply_resolution(accurate, 1, Quality::accurate);
-  EXPECT_DOUBLE_EQ(draft.world.spacing, 0.1);
-  EXPECT_DOUBLE_EQ(draft.sound_factor, 0.35);
+  EXPECT_NEAR(draft.world.spacing, 0.1 / 0.8, 0.06 * 0.1 / 0.8);  // moved to fit between the walls
+  EXPECT_DOUBLE_EQ(draft.sound_factor, 0.8);
   EXPECT_DOUBLE_EQ(draft.world.courant, 0.5);
-  EXPECT_DOUBLE_EQ(named.world.sound_speed, 7);
+  EXPECT_DOUBLE_EQ(named.world.sound_speed, 16);
   EXPECT_NEAR(accurate.world.spacing, 0.1 / 1.4, 0.06 * 0.1 / 1.4);  // moved to fit between the walls
   EXPECT_DOUBLE_EQ(accurate.world.courant, 0.4);
   const MachineOptions cpu{meltsim::Backend::cpu, meltsim::Precision::single_precision, 1, 1};
-  // The scene again, so that its `auto` is that of the draft.
-  const double automatic = build_world(parse(small), cpu).world.resolved().sound_speed;
-  EXPECT_NEAR(build_world(draft, cpu).world.resolved().sound_speed, 0.35 * automatic, 1e-6 * automatic);
+  // The scene as coarse as the draft: how high a lattice is goes into the sound speed that is derived.
+  Scene coarse = parse(small);
+  apply_resolution(coarse, 0.8, Quality::balanced);
+  const double automatic = build_world(coarse, cpu).world.resolved().sound_speed;
+  EXPECT_NEAR(build_world(draft, cpu).world.resolved().sound_speed, 0.8 * automatic, 1e-6 * automatic);
 }
 
 TEST(Scene, ShapesEndUpWhereTheTransformPutsThem) {

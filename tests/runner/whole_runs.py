@@ -636,7 +636,7 @@ class WholeRuns(unittest.TestCase):
             with self.subTest(scene=name):
                 # lava begins with nothing, and 0.1 s of that would be over before it is stopped.
                 end = "2" if name == "lava" else "0.1"
-                final = self.stopped_and_resumed_as_it_says(name, "--quality", "draft", "--scale", "0.7", "--fps", "100",
+                final = self.stopped_and_resumed_as_it_says(name, "--quality", "draft", "--scale", "0.85", "--fps", "100",
                                                             "--time", end, "--export", "ply")
                 self.assertAlmostEqual(final["time_s"], float(end))
         self.stopped_and_resumed_as_it_says(SCENE, "--time", "2", "--set", "title=it's $(touch hit); \"x\"")

@@ -92,6 +92,32 @@ TEST(Laws, AnExponentOutsideOfWhatIsBelievedIsClampedAndTheLargerErrorTaken) {
   EXPECT_GE(l.at(x1) - l.at(x2), 0.999 * made.spacing_error * (std::pow(x1, 6) - std::pow(x2, 6)));
 }
 
+// A made error of x^0.1: its differences hardly fall from twin to twin, as those do that are scatter. The error of the coarsest
+// twin is as large as the largest difference, not that over a small change of x (0.24 of it), and there is no limit ahead.
+TEST(Laws, DifferencesThatDoNotFallAreScatter) {
+  Made made;
+  made.spacing_exponent = 0.1;
+  const trade::Study study = study_of(made);
+  const trade::Known& y = study.observables.at(0);
+  const trade::Law l = law(y, Knob::spacing);
+  EXPECT_TRUE(l.scatters);
+  EXPECT_FALSE(l.fitted);
+  EXPECT_EQ(l.error_exponent, 1);
+  const double x1 = 0.6 * 1.69, x2 = 0.6 * 1.3, x3 = 0.6;
+  const auto differ = [&](double a, double b) {
+    return made.spacing_error * (std::pow(a, 0.1) - std::pow(b, 0.1));
+  };
+  const double most = std::max(differ(x1, x2), differ(x2, x3));
+  EXPECT_NEAR(l.at(x1), most, 1e-6);
+  // A run that is finer than all probes, and one as coarse as the coarsest, are estimated by the law, however near they are.
+  trade::Knobs finer;
+  finer[Knob::spacing] = 0.4;
+  const double others = law(y, Knob::sound_speed).at(1);
+  EXPECT_NEAR(trade::delivered(study, 0, finer, y.limit).max, l.at(0.4) + others, 1e-6);
+  finer[Knob::spacing] = x1;
+  EXPECT_NEAR(trade::delivered(study, 0, finer, y.limit).max, l.at(x1), 1e-6);
+}
+
 TEST(Laws, AnExactAnswerTellsTheErrorOfTheSpacingWithoutExtrapolation) {
   Made made;
   made.spacing_exponent = 1.4;
@@ -222,6 +248,16 @@ TEST(Front, FallsInErrorAndRisesInCostOverMoreThan30Times) {
     EXPECT_GT((*front)[i].work, (*front)[i - 1].work);
   }
   EXPECT_GT(front->back().work, 30 * front->front().work);
+}
+
+// Where no setting makes an error, all choices are the cheapest settings there are: one point, not eight alike.
+TEST(Front, HasNoTwoPointsOfTheSameSettings) {
+  trade::Study study = study_of(Made{});
+  for (trade::Law& law : study.observables[0].laws) law.error = 0;
+  const Result<std::vector<trade::Choice>> front = trade::front(study, "y", 8);
+  ASSERT_TRUE(front);
+  ASSERT_EQ(front->size(), 1u);
+  EXPECT_GT((*front)[0].knobs[Knob::spacing], 1);
 }
 
 TEST(Study, ProbesAtMostWhatItIsAllowedTo) {

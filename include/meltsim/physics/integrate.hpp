@@ -28,6 +28,17 @@ inline double acoustic_dt(double courant, double support, double sound_speed) {
   return courant * support / sound_speed;
 }
 
+/// Flow over sound up to which the acoustic step holds as it is: what the speed of a liquid in a scene is meant to be at most
+/// (Monaghan 1994, J. Comput. Phys. 110:399, sec. 2.2).
+inline constexpr double quiet_mach = 0.1;
+
+/// Largest sub-step [s] of liquid that moves at `speed`: a signal passes it at c + v (Monaghan 1992, Annu. Rev. Astron. Astrophys.
+/// 30:543, sec. 10, has 0.4 h/c with c far above v). Without it splashes of 0.3 c burst at courant 0.5, and at 0.4 do not.
+/// Deviation: the acoustic step holds up to quiet_mach, which its Courant number allows for.
+inline double signal_dt(double courant, double support, double sound_speed, double speed) {
+  return courant * support / (sound_speed + std::max(0.0, speed - quiet_mach * sound_speed));
+}
+
 /// Largest sub-step [s] from a steady acceleration g [m/s^2]: courant sqrt(H/g), in which a particle at rest moves by
 /// courant^2 H/2 (Monaghan 1992, Annu. Rev. Astron. Astrophys. 30:543, sec. 10, has 0.25 sqrt(h/f)). It is the smallest
 /// limit only if the sound speed is set too low for the scene.
