@@ -15,6 +15,7 @@
 //   profile/<name>[_<what>]/cuda/<particles>              one step between cudaProfilerStart and -Stop, for
 //                                                         ncu; only where MELTSIM_BENCHMARK_PROFILE is set
 //
+// own and own_recorded: with a stage of the host's that does nothing, enqueued in every sub-step or recorded with it.
 // gauges, points and forces: with so many probes, samples read after every few steps. 2d is a support of 2 spacings, otherwise 2.5; double is the precision, otherwise single. All times are
 // manual: events on CUDA (verbs, stages), the clock of the host elsewhere. A stage's time is the median over
 // the last steps of a World with timings on, taken once per repetition; the World goes on between them.
@@ -71,8 +72,10 @@ struct Scene {
   std::string
       probes;  ///< what is sampled: "gauges" (8 levels at 1 kHz), "points" (1000 at every step), "forces" (on six walls at 1 kHz), or nothing
 
+  std::string own;  ///< a stage of the host's that does nothing: "own", or "own_recorded", or nothing
+
   bool plain() const {
-    return support == 2.5 && half_width == 2 && !in_double && layout.empty() && probes.empty();
+    return support == 2.5 && half_width == 2 && !in_double && layout.empty() && probes.empty() && own.empty();
   }
   /// Of 5 million particles or more: measured in few steps.
   bool large() const { return block.all() >= 5000000; }
@@ -80,6 +83,7 @@ struct Scene {
   std::string what() const {
     if (!layout.empty()) return layout + "_" + search_name();
     if (!probes.empty()) return probes;
+    if (!own.empty()) return own;
     if (half_width != 2) return "w" + std::to_string(half_width);
     return in_double ? "double" : plain() ? "" : "2d";
   }
@@ -113,6 +117,8 @@ std::vector<Scene> search_scenes(Backend backend);
 std::vector<Scene> width_scenes(Backend backend);
 /// Water with probes.
 std::vector<Scene> probe_scenes(Backend backend);
+/// Water and melting with a stage of the host's.
+std::vector<Scene> own_stage_scenes(Backend backend);
 /// The rows of the paper's Table 2 and the sizes of its Fig. 7.
 std::vector<Scene> paper_scenes(Backend backend);
 
@@ -129,6 +135,8 @@ void register_searches();
 void register_widths();
 /// What probes add to a step: beside scene/water.
 void register_probes();
+/// What a stage of the host's adds to a step, beside its own work: beside scene/water and scene/melting.
+void register_own_stages();
 void register_paper();
 void register_threads();
 /// Surfaces of the scene of 60,500 particles, and on CUDA of the one of a million.

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   bench::register_searches();
   bench::register_widths();
   bench::register_probes();
+  bench::register_own_stages();
   bench::register_paper();
   bench::register_threads();
   bench::register_surfaces();

@@ -257,6 +257,19 @@ std::vector<Scene> probe_scenes(Backend backend) {
   return all;
 }
 
+std::vector<Scene> own_stage_scenes(Backend backend) {
+  std::vector<Scene> all;
+  if (backend == Backend::cpu) return all;  // which calls it, and that is all
+  for (const Scene& scene : scenes(backend))
+    for (const char* own : {"own", "own_recorded"}) {
+      if (!scene.plain() || scene.block.all() != 60500) continue;
+      if (scene.name != "water" && scene.name != "melting") continue;
+      all.push_back(scene);
+      all.back().own = own;
+    }
+  return all;
+}
+
 std::vector<Scene> paper_scenes(Backend backend) {
   std::vector<Scene> all;
   const auto add = [&all](const char* name, Sites block, Sites ice) {
@@ -320,6 +333,15 @@ Running* running(const Scene& scene, Backend backend) {
   const meltsim::Totals totals = value_of(world.totals());
   const std::uint64_t particles = totals.fluid + totals.solid;
   if (!scene.probes.empty()) add_probes(world, scene);
+  if (!scene.own.empty()) {
+    meltsim::CustomStage stage;
+    stage.name = "own";
+    stage.run = [](const meltsim::StageContext&, void*) {};
+    stage.reads = {"position", "velocity", "tag"};
+    stage.writes = {"acceleration"};
+    stage.recorded = scene.own == "own_recorded";
+    succeed(world.scheduler().insert_after("sph.forces", stage));
+  }
   // Load kernels, touch memory, and let the surface of the ice warm until some of it melts.
   const int warm_up = scene.threads != 0 || scene.large() ? 8 : backend == Backend::cuda ? 40 : 16;
   for (int k = 0; k < warm_up; ++k) succeed(world.step(dt));

@@ -61,6 +61,11 @@ void register_step(const Scene& scene, Backend backend) {
   else add(name, scene, backend, scene.large() ? 1 : 8, 16);
 }
 
+void register_own_stages() {
+  for (const Backend backend : backends())
+    for (const Scene& scene : own_stage_scenes(backend)) register_step(scene, backend);
+}
+
 void register_paper() {
   for (const Backend backend : backends())
     for (const Scene& scene : paper_scenes(backend)) {

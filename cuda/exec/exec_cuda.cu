@@ -232,6 +232,19 @@ bool CudaExec::host_captures() const {
          status != cudaStreamCaptureStatusNone;
 }
 
+void CudaExec::ended_recorded(const std::string& name) const {
+  const DeviceScope scope(device_);
+  cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;
+  const cudaError_t asked = cudaStreamIsCapturing(stream_, &status);
+  if (asked == cudaSuccess && status != cudaStreamCaptureStatusInvalidated) return;
+  (void)cudaGetLastError();
+  if (own_->fault.empty())
+    own_->fault =
+        "custom stage \"" + name +
+        "\": recorded: what it did cannot be recorded; let it only launch kernels and asynchronous copies "
+        "on its stream (no waiting, no allocation), or set recorded = false";
+}
+
 bool CudaExec::begin_capture() const {
   if (host_captures()) return false;
   const DeviceScope scope(device_);

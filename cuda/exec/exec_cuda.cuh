@@ -233,6 +233,8 @@ class CudaExec {
   void forget_repeats();
   /// Whether what is enqueued now goes into a graph of the host's, to run some time or never, once or often.
   bool host_captures() const;
+  /// A recorded stage of the host's has enqueued its work; a fault where that made an end of the recording.
+  void ended_recorded(const std::string& name) const;
   /// Graphs made since then.
   std::uint64_t captures() const;
 

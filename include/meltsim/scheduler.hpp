@@ -9,6 +9,7 @@
 #include "meltsim/export.hpp"
 #include "meltsim/result.hpp"
 #include "meltsim/span.hpp"
+#include "meltsim/stage_clock.hpp"
 #include "meltsim/types.hpp"
 
 namespace meltsim {
@@ -21,7 +22,8 @@ struct StageReport {
   std::string reason;    ///< why it runs or why it is left out
   int interval = 1;      ///< runs every so many sub-steps; 0: when the host calls for it
   double median_ms = 0;  ///< median over the last timed sub-steps, run alone; 0 if none was timed
-  /// Stages on different tracks may run concurrently; -1: stages run one by one, as on a CPU and beside stages of the host.
+  /// Stages on different tracks may run concurrently; -1: stages run one by one, as on a CPU and beside stages of the
+  /// host that are not recorded.
   int track = -1;
 };
 /// Work of one stage that another does in passing, with the same results.
@@ -61,9 +63,9 @@ struct Plan {
 struct StageContext {
   Backend backend = Backend::cpu;                     ///< whose memory the pointers are in
   Precision precision = Precision::single_precision;  ///< of T
-  void* stream = nullptr;        ///< the World's cudaStream_t on CUDA: launch there and do not wait
-  double dt = 0;                 ///< length of this sub-step [s]
-  double time = 0;               ///< at its start [s]
+  void* stream = nullptr;  ///< the World's cudaStream_t on CUDA: launch there and do not wait
+  double dt = 0;           ///< length of this sub-step [s]; recorded: of the one in which `run` was called
+  double time = 0;         ///< at its start [s]; recorded: likewise
   std::uint64_t particles = 0;   ///< number of entries
   void* position = nullptr;      ///< Vec4<T>: x, y, z relative to Resolved::origin [m], rest volume [m^3]
   void* velocity = nullptr;      ///< Vec4<T>: vx, vy, vz [m/s]; do not write w, an operand of the library
@@ -74,10 +76,12 @@ struct StageContext {
   const double* enthalpy_of_id = nullptr;
   const std::uint32_t* id = nullptr;   ///< stable id per particle
   const std::uint32_t* tag = nullptr;  ///< see meltsim/particle_tag.hpp
+  const StageClock* clock = nullptr;   ///< of the sub-step that runs, recorded or not; null outside of stages
   std::uint64_t serial = 0;  ///< of World::device_state(), for World::check_view(); 0 in a custom stage
 };
 
-using CustomStageFunction = void (*)(const StageContext&, void* user);  ///< called once per sub-step
+/// Called once per sub-step; of a recorded stage, when the sub-step is recorded.
+using CustomStageFunction = void (*)(const StageContext&, void* user);
 /// A stage of the host.
 struct CustomStage {
   std::string name;                   ///< unique; reported as "custom.<name>"
@@ -85,6 +89,12 @@ struct CustomStage {
   void* user = nullptr;               ///< passed to run
   // Names in fields.def; unknown names are refused.
   std::vector<std::string> reads, writes;  ///< channels that it reads; channels that it writes
+  /// What `run` enqueues is the same in every sub-step: the same kernels with the same arguments. Then CUDA records it with the
+  /// sub-step (a graph) and repeats it without the host; `run` is called again whenever a sub-step is recorded or timed. It
+  /// must not wait, allocate or copy from pageable memory, and must work on `stream`, which it may leave and join by events.
+  /// `reads` and `writes` must name all that it touches: stages that touch nothing of it run beside it. What changes with
+  /// time goes through StageContext::clock or memory of the host's own. A CPU calls `run` in every sub-step.
+  bool recorded = false;
 };
 
 /// Stages of a World: custom stages, intervals, timings. It belongs to its World and to the same thread.
@@ -93,7 +103,8 @@ class MELTSIM_API Scheduler {
   virtual ~Scheduler() = default;
   /// Runs `stage` after the built-in stage named `after` in every sub-step, on the World's stream. "step.integrate"
   /// checks what a stage before it writes: a NaN or infinity halts the World at the state before the sub-step. What a
-  /// stage after it writes is part of the state, and is checked in the next sub-step.
+  /// stage after it writes is part of the state, and is checked in the next sub-step. A sub-step with stages that are not
+  /// recorded runs its stages one after another, each enqueued by the host. One that cannot be recorded halts the World.
   /// Errors: invalid_argument (unknown `after`, duplicate name, null function, unknown channel).
   virtual Status insert_after(const std::string& after, CustomStage stage) = 0;
   virtual Status remove(const std::string& name) = 0;  ///< removes a custom stage of this name

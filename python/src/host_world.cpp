@@ -132,7 +132,7 @@ void HostWorld::run_stage(const meltsim::StageContext& context, void* pointer) {
 }
 
 void HostWorld::add_stage(const std::string& name, nb::object function, const std::string& after,
-                          std::vector<std::string> reads, std::vector<std::string> writes) {
+                          std::vector<std::string> reads, std::vector<std::string> writes, bool recorded) {
   if (!PyCallable_Check(function.ptr())) wrong_type("function: expected a function, got " + shown(function));
   const Use world(*this, true);
   auto stage = std::make_unique<Stage>(Stage{this, name, std::move(function)});
@@ -142,6 +142,7 @@ void HostWorld::add_stage(const std::string& name, nb::object function, const st
   custom.user = stage.get();
   custom.reads = std::move(reads);
   custom.writes = std::move(writes);
+  custom.recorded = recorded;
   expect(world->scheduler().insert_after(after, custom));
   stages_.push_back(std::move(stage));
 }

@@ -63,7 +63,7 @@ class HostWorld {
   void advance(const std::function<meltsim::Status(meltsim::World&)>& steps);
   nb::object state();
   void add_stage(const std::string& name, nb::object function, const std::string& after,
-                 std::vector<std::string> reads, std::vector<std::string> writes);
+                 std::vector<std::string> reads, std::vector<std::string> writes, bool recorded);
   void remove_stage(const std::string& name);
   void record();
   std::string page(const std::string& title) const;

@@ -1597,14 +1597,17 @@ void bind_world(nb::module_& m) {
           "name. Waits, and copies all particles.")
       .def(
           "add_stage",
-          [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes) {
+          [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes,
+             bool recorded) {
             w.add_stage(text("name", name), function, text("after", after), texts("reads", reads),
-                        texts("writes", writes));
+                        texts("writes", writes), recorded);
           },
           "name"_a, "function"_a, nb::kw_only(), "after"_a = "sph.forces",
           "reads"_a = nb::make_tuple("position", "velocity", "tag"),
-          "writes"_a = nb::make_tuple("acceleration"),
+          "writes"_a = nb::make_tuple("acceleration"), "recorded"_a = false,
           "Calls function(state) in every sub-step, after a built-in stage. It adds to state.acceleration; "
+          "recorded: what it launches on state.stream is the same every time, and CUDA repeats it without "
+          "calling it; "
           "its arrays hold until it returns. "
           "An exception in it ends the step and comes out of step().")
       .def(

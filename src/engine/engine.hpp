@@ -64,6 +64,7 @@ struct Arrangement {
   std::array<std::int8_t, stage_count>
       track{};  ///< of stages that run concurrently; -1: none, in the order of the table
   std::array<bool, fusion_count> fused{};
+  std::vector<std::int8_t> custom_track;  ///< of the host's stages, likewise
 };
 
 /// Numbers for timings beyond the stage table.
@@ -74,6 +75,7 @@ inline constexpr int surface_stage = stage_count, whole_substep = stage_count + 
 struct PlacedStage {
   int after = 0;
   CustomStage stage;
+  FieldSet reads = 0, writes = 0;
 };
 
 /// Particle channels that only exist after a step.

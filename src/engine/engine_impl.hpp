@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/checked.hpp"
+#include "engine/custom_stages.hpp"
 #include "engine/engine.hpp"
 #include "engine/engine_buffers.hpp"
 #include "engine/engine_sizes.hpp"
@@ -60,7 +61,7 @@ class EngineImpl final : public Engine {
   }
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
-  void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_ = stages; }
+  void set_custom_stages(const std::vector<PlacedStage>* stages) override { custom_.set(stages); }
   void enable_timings(int every) override {
     if (every != sampling_.every) sampling_ = {every};
   }
@@ -220,8 +221,8 @@ class EngineImpl final : public Engine {
     buffers_.turn(w_);
     const Sample sample = sampling_.next();
     timed_ = sample == Sample::stages;
-    // A host's own stages may do anything, timings take stages one by one.
-    const bool plain = !timed_ && !has_own_stages();
+    // A host's stages that are not recorded may do anything, timings take stages one by one.
+    const bool plain = !timed_ && custom_.all_recorded();
     count_ahead(a, plain);
     const bool advances = plain && may_advance(a.stages);
     w_.next = advances ? buffers_.spare() : NextViews<T>{};
@@ -400,12 +401,20 @@ class EngineImpl final : public Engine {
 
   Arrangement arrangement(std::uint64_t stages) const override {
     Arrangement a;
-    const bool own = has_own_stages();
+    const bool own = !custom_.all_recorded();
     a.track.fill(-1);
     a.fused[fusion_advance] = !own && may_advance(stages);
-    a.fused[fusion_count_ahead] = !own && can_fuse_stages(fusion_count_ahead, stages);
+    a.fused[fusion_count_ahead] =
+        !own && !custom_.move_particles() && can_fuse_stages(fusion_count_ahead, stages);
+    a.custom_track.assign(custom_.count(), -1);
     if constexpr (runs_tracks<E>)
-      if (!own) a.track = schedule(stages, a.fused[fusion_advance]).track;
+      if (!own) {
+        a.track = schedule(stages, a.fused[fusion_advance]).track;
+        for (std::size_t k = 0; k < custom_.count(); ++k) {
+          const int at = custom_.seat(k, stages);
+          a.custom_track[k] = at == before_tracks ? std::int8_t{0} : a.track[static_cast<std::size_t>(at)];
+        }
+      }
     return a;
   }
 
@@ -647,7 +656,7 @@ class EngineImpl final : public Engine {
   /// Whether the sub-step before counted the cells of this one, and whether this one counts those of the next: that has to
   /// be as long, so that particles drift as far, and nothing may move them between the two.
   void count_ahead(const SubstepArguments& a, bool plain) {
-    const bool alone = !has_own_stages() && !ex_.host_captures();
+    const bool alone = custom_.all_recorded() && !custom_.move_particles() && !ex_.host_captures();
     w_.counted = alone && w_.count_ahead && !count_anew_ && counted_dt_ == a.dt;
     w_.count_ahead = alone && can_fuse_stages(fusion_count_ahead, a.stages);
     w_.cells_begun = w_.counted && plain;
@@ -661,6 +670,7 @@ class EngineImpl final : public Engine {
     w_.clock.spring_dt = static_cast<T>(scales_.spring_dt * a.spring_stretch);
     w_.clock.step = a.index;
     w_.clock.time = a.time;
+    w_.clock.length = a.dt;
     w_.clock.end = a.end;
     w_.clock.sampled = a.sampled;
     w_.clock.sample_at = a.sample_at;
@@ -710,16 +720,17 @@ class EngineImpl final : public Engine {
     if (timed) ex_.end_stage(whole_substep);
   }
 
-  bool has_own_stages() const { return custom_ != nullptr && !custom_->empty(); }
   bool may_advance(std::uint64_t stages) const {
-    return buffers_.has_spare_position() && liquid_alone(w_) && can_fuse_stages(fusion_advance, stages);
+    return buffers_.has_spare_position() && liquid_alone(w_) && can_fuse_stages(fusion_advance, stages) &&
+           custom_.allow_advance(stages);
   }
 
   /// The schedule of a sub-step, on executors that have tracks.
   Schedule schedule(std::uint64_t stages, bool advances) const {
     const bool stays = w_.c.open_faces == 0u && !std::isfinite(w_.c.stray_speed);
     const std::uint64_t barriers = !advances ? usual_barriers : stays ? probing_barriers : advancing_barriers;
-    return make_schedule(stages & ~stage_bit(stage_step_begin), barriers);
+    const Joined joined = custom_.joined(stages);
+    return make_schedule(stages & ~stage_bit(stage_step_begin), barriers, &joined);
   }
 
   /// All but step.begin, which the clock makes different every time.
@@ -730,18 +741,20 @@ class EngineImpl final : public Engine {
         abandoned_ = true;
       }
       if (s != stage_step_begin && ((a.stages >> s) & 1u)) run(s, stage_functions<E, T>[s]);
-      if (custom_ != nullptr && !abandoned_)
-        for (std::size_t k = 0; k < custom_->size(); ++k)
-          if ((*custom_)[k].after == s) run_custom(static_cast<int>(k), a);
+      if (abandoned_) continue;
+      for (std::size_t k = 0; k < custom_.count(); ++k)
+        if (custom_[k].after == s) run_custom(k, a);
     }
   }
 
-  /// Runs the sub-step without timings, checks or host stages; independent stages run concurrently if the executor can.
+  /// Runs the sub-step without timings or checks; independent stages run concurrently if the executor can, the host's with
+  /// those that they join.
   void run_plain(const SubstepArguments& a) {
     if constexpr (!runs_tracks<E>) {
       run_stages(a);
     } else {
       const Schedule plan = schedule(a.stages, w_.next.position != nullptr);
+      run_customs_at(before_tracks, a);
       ex_.begin_tracks();
       for (const int s : EnqueueOrder<E>::of(ex_, plan)) {
         const auto at = static_cast<std::size_t>(s);
@@ -752,6 +765,7 @@ class EngineImpl final : public Engine {
         for (int t = 0; t < s; ++t)
           if (((plan.waits[at] >> t) & 1u) != 0) ex_.wait_for_stage(t);
         run_unless_done(s);
+        run_customs_at(s, a);
         if (((plan.awaited >> s) & 1u) != 0) ex_.mark_stage(s);
       }
       ex_.enter_track(0);
@@ -794,7 +808,9 @@ class EngineImpl final : public Engine {
             static_cast<std::uint64_t>(a.viscous_stages),
             bits(a.solute_dt),
             static_cast<std::uint64_t>(a.solute_supersteps),
-            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u)};
+            (w_.counted ? 1u : 0u) | (w_.count_ahead ? 2u : 0u) | (w_.next.position != nullptr ? 4u : 0u),
+            custom_.generation(),
+            custom_.any_recorded() ? w_.born : 0};  // which they are told
   }
 
   void run(int s, StageFunction<E, T> function) {
@@ -835,14 +851,22 @@ class EngineImpl final : public Engine {
     look_at(s, thermal, account);
   }
 
-  void run_custom(int k, const SubstepArguments& a) {
-    const CustomStage& stage = (*custom_)[static_cast<std::size_t>(k)].stage;
+  void run_customs_at(int seat, const SubstepArguments& a) {
+    for (std::size_t k = 0; k < custom_.count(); ++k)
+      if (custom_.seat(k, a.stages) == seat) run_custom(k, a);
+  }
+
+  void run_custom(std::size_t k, const SubstepArguments& a) {
+    const CustomStage& stage = custom_[k].stage;
+    const int number = custom_stage + static_cast<int>(k);
     StageContext c = context();
     c.dt = a.dt;
     c.time = a.time;
-    if (timed_) ex_.begin_stage(custom_stage + k, stage.name.c_str());
+    c.clock = w_.f.clock;
+    if (timed_) ex_.begin_stage(number, stage.name.c_str());
     stage.run(c, stage.user);
-    if (timed_) ex_.end_stage(custom_stage + k);
+    if (timed_) ex_.end_stage(number);
+    if (stage.recorded) ex_.ended_recorded(stage.name);
   }
 
   E ex_;
@@ -853,7 +877,7 @@ class EngineImpl final : public Engine {
   ReadingRun<E, T> readings_;
   EngineBuffers<E, T> buffers_;
   MeshStaging<E> mesh_staging_;
-  const std::vector<PlacedStage>* custom_ = nullptr;
+  CustomStages custom_;
   Scales scales_;
   std::uint64_t last_index_ = 0;
   SoundRoom* sound_ = nullptr;   ///< null until it is asked for

@@ -421,6 +421,8 @@ class CpuExec {
   }
   void* native_stream() const { return nullptr; }
   std::string fault() const { return {}; }
+  /// A recorded stage of the host's has run.
+  void ended_recorded(const std::string&) const {}
 
   void begin_stage(int, const char*) { started_ = std::chrono::steady_clock::now(); }
   void end_stage(int index) {

@@ -30,6 +30,7 @@
 #include "meltsim/physics/sph_kernels.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
+#include "meltsim/stage_clock.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -145,11 +146,10 @@ struct OutletFlow {
 };
 
 template <class T>
-struct Clock {
+struct Clock : StageClock {
   T dt{}, half_dt{};            ///< of this sub-step [s]
   T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
   std::uint64_t step = 0;       ///< index of this sub-step, from 1
-  double time = 0;              ///< at its start [s]
   double end = 0;               ///< at its end [s]
   std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
   std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values

@@ -69,26 +69,40 @@ constexpr bool is_barrier(int stage, std::uint64_t barriers = usual_barriers) {
   return stage != stage_sampling_probes && (stage_bit(stage) & barriers) != 0;
 }
 
-constexpr bool in_order(int first, int second, std::uint64_t barriers = usual_barriers) {
+/// What a host's recorded stages touch, by the built-in stage that each joins: it runs right behind that, on its track.
+struct Joined {
+  std::array<FieldSet, stage_count> reads{}, writes{};
+};
+
+constexpr bool in_order(int first, int second, std::uint64_t barriers = usual_barriers,
+                        const Joined* joined = nullptr) {
   if (first == stage_sampling_probes && (barriers & stage_bit(stage_sampling_probes)) != 0)
     return second != stage_sph_forces && second != stage_step_integrate;
   const StageInfo &a = stage_table[static_cast<std::size_t>(first)],
                   &b = stage_table[static_cast<std::size_t>(second)];
+  FieldSet a_reads = a.reads_apart, a_writes = a.writes_apart, b_reads = b.reads_apart,
+           b_writes = b.writes_apart;
+  if (joined != nullptr) {
+    a_reads |= joined->reads[static_cast<std::size_t>(first)];
+    a_writes |= joined->writes[static_cast<std::size_t>(first)];
+    b_reads |= joined->reads[static_cast<std::size_t>(second)];
+    b_writes |= joined->writes[static_cast<std::size_t>(second)];
+  }
   return is_barrier(first, barriers) || is_barrier(second, barriers) ||
-         (a.writes_apart & (b.reads_apart | b.writes_apart)) != 0 || (a.reads_apart & b.writes_apart) != 0;
+         (a_writes & (b_reads | b_writes)) != 0 || (a_reads & b_writes) != 0;
 }
 
 /// Chooses low-occupancy launches and priorities.
-constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers) {
+constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers, const Joined* joined) {
   for (int s = stage_count; s-- > 0;) {
     if (((running >> s) & 1u) == 0) continue;
     for (int t = 0; t < stage_count; ++t)
       if ((stage_bit(s) & modest_stages) != 0 && (stage_bit(t) & running & sum_stages) != 0 &&
-          !in_order(s, t, barriers))
+          !in_order(s, t, barriers, joined))
         r.aside |= stage_bit(s);
     int urgency = 0;
     for (int t = s + 1; t < stage_count && !is_barrier(t, barriers); ++t) {
-      if (((running >> t) & 1u) == 0 || !in_order(s, t, barriers)) continue;
+      if (((running >> t) & 1u) == 0 || !in_order(s, t, barriers, joined)) continue;
       const int behind = r.urgency[static_cast<std::size_t>(t)];
       urgency = std::max(urgency, t == stage_sph_density ? 3 : std::max(behind, 1));
     }
@@ -99,7 +113,8 @@ constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers) 
 }
 
 /// The schedule of the stages in `running` (bit per stage).
-constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers = usual_barriers) {
+constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers = usual_barriers,
+                                 const Joined* joined = nullptr) {
   Schedule r;
   std::array<std::uint64_t, stage_count> before{};  // everything that has ended when a stage begins
   std::array<int, most_tracks> end{};               // last stage of a track
@@ -110,7 +125,7 @@ constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers =
     if (((running >> s) & 1u) == 0) continue;
     std::uint64_t direct = 0;
     for (int t = 0; t < s; ++t)
-      if (((running >> t) & 1u) != 0 && in_order(t, s, barriers)) {
+      if (((running >> t) & 1u) != 0 && in_order(t, s, barriers, joined)) {
         direct |= std::uint64_t{1} << t;
         before[at] |= (std::uint64_t{1} << t) | before[static_cast<std::size_t>(t)];
       }
@@ -147,7 +162,7 @@ constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers =
                     before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
     end[static_cast<std::size_t>(track)] = s;
   }
-  rank(r, running, barriers);
+  rank(r, running, barriers, joined);
   for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
   r.awaited |= r.last;
   return r;

@@ -89,10 +89,7 @@ Plan WorldImpl::plan() {
     r.median_ms = engine->median_ms(s);
     p.stages.push_back(r);
     for (std::size_t k = 0; k < custom_.size(); ++k)
-      if (custom_[k].after == s)
-        p.stages.push_back({"custom." + custom_[k].stage.name, "custom", true,
-                            std::string("added by the host after ") + info.name, 1,
-                            engine->median_ms(core::custom_stage + static_cast<int>(k))});
+      if (custom_[k].after == s) p.stages.push_back(custom_report(k, arrangement));
   }
   if (const double ms = engine->median_ms(core::surface_stage); ms > 0)
     p.stages.push_back({"surface.build", "surface", true, "the host asks for it", 0, ms});
@@ -159,6 +156,34 @@ Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
   return core::guarded<Status>([&] { return place_stage(after, stage); });
 }
 
+StageReport WorldImpl::custom_report(std::size_t k, const core::Arrangement& arrangement) const {
+  const CustomStage& stage = custom_[k].stage;
+  StageReport r;
+  r.name = "custom." + stage.name;
+  r.module = "custom";
+  r.runs = true;
+  r.reason = std::string("added by the host after ") +
+             core::stage_table[static_cast<std::size_t>(custom_[k].after)].name +
+             (stage.recorded ? ", recorded with the sub-step on CUDA" : "");
+  r.track = arrangement.custom_track[k];
+  r.median_ms = engine->median_ms(core::custom_stage + static_cast<int>(k));
+  return r;
+}
+
+namespace {
+/// Parts of a channel with it: a host's stage touches all of it.
+core::FieldSet channels_named(const std::vector<std::string>& names) {
+  core::FieldSet set = 0;
+  for (int i = 0; i < core::field_count; ++i)
+    if (std::find(names.begin(), names.end(), core::field_table[static_cast<std::size_t>(i)].name) !=
+        names.end())
+      set |= core::FieldSet{1} << i;
+  for (const core::PartInfo& p : core::part_table)
+    if (((set >> p.field) & 1u) != 0) set |= core::FieldSet{1} << p.part;
+  return set;
+}
+}  // namespace
+
 Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage) {
   if (stage.name.empty()) return invalid("custom stage: name is empty; give it one, timings refer to it");
   if (stage.run == nullptr)
@@ -179,7 +204,8 @@ Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage
     if (after == core::stage_table[static_cast<std::size_t>(s)].name) {
       fetch_state();
       const core::FieldSet held = channels_of(facts_);
-      custom_.push_back({s, stage});
+      custom_.push_back({s, stage, channels_named(stage.reads), channels_named(stage.writes)});
+      if (engine != nullptr) engine->set_custom_stages(&custom_);
       dirty_ = dirty_ || channels_of(facts_) != held || facts() != facts_;
       return {};
     }
@@ -195,6 +221,7 @@ Status WorldImpl::remove_stage(const std::string& name) {
   for (auto c = custom_.begin(); c != custom_.end(); ++c)
     if (c->stage.name == name) {
       custom_.erase(c);
+      if (engine != nullptr) engine->set_custom_stages(&custom_);
       plan_changed_ = plan_changed_ || (!dirty_ && facts() != facts_);
       return {};
     }

@@ -220,6 +220,7 @@ class WorldImpl final : public Scheduler {
   Status set_interval(const std::string& module, int n) override;
   Status enable(const std::string& module, bool on) override;
   Status enable_timings(bool on, int every) override;
+  StageReport custom_report(std::size_t k, const core::Arrangement& arrangement) const;
   Status place_stage(const std::string& after, const CustomStage& stage);
   Status remove_stage(const std::string& name);
   Status set_interval_of(const std::string& module, int n);

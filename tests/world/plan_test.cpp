@@ -82,6 +82,25 @@ TEST(Plan, SaysHowASubStepIsCarriedOut) {
   for (const FusionReport& f : beside.fusions) EXPECT_FALSE(f.holds) << f.name;
   for (const StageReport& r : beside.stages) EXPECT_EQ(r.track, -1) << r.name;
   require(s.world.scheduler().remove("nothing"));
+  // Recorded, it joins the track of the stage that it follows. Integration in one sweep with the forces leaves it no place between
+  // the two; cells are counted ahead unless it moves particles.
+  own.recorded = true;
+  own.writes = {"acceleration"};
+  require(s.world.scheduler().insert_after("sph.forces", own));
+  const Plan recorded = s.world.plan();
+  EXPECT_FALSE(holds(recorded, "sph.advance"));
+  EXPECT_TRUE(holds(recorded, "step.count_ahead"));
+  for (const StageReport& r : recorded.stages)
+    EXPECT_EQ(r.track >= 0, gpu && r.runs && r.name != "step.begin") << r.name;
+  require(s.world.scheduler().remove("nothing"));
+  own.writes = {"velocity"};
+  require(s.world.scheduler().insert_after("sph.forces", own));
+  EXPECT_FALSE(holds(s.world.plan(), "step.count_ahead"));
+  require(s.world.scheduler().remove("nothing"));
+  own.writes = {};
+  require(s.world.scheduler().insert_after("sph.density", own));
+  EXPECT_EQ(holds(s.world.plan(), "sph.advance"), gpu);
+  require(s.world.scheduler().remove("nothing"));
   Scene mixed = ice_in_water(describe());
   EXPECT_FALSE(holds(mixed.world.plan(), "sph.advance"));
 }
