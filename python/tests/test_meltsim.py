@@ -144,10 +144,12 @@ def test_a_stage_adds_a_force_and_its_exception_comes_out():
     def wind(state):
         state.acceleration[:, 0] += 3
 
-    world.add_stage("wind", wind)
-    world.step(0.1)
-    assert world.totals().momentum[0] == pytest.approx(3 * 0.1 * world.totals().mass, rel=1e-5)
-    world.remove_stage("wind")
+    for recorded in (False, True):  # a CPU calls both in every sub-step
+        world.add_stage("wind", wind, recorded=recorded)
+        before = world.totals().momentum[0]
+        world.step(0.1)
+        assert world.totals().momentum[0] - before == pytest.approx(3 * 0.1 * world.totals().mass, rel=1e-5)
+        world.remove_stage("wind")
     world.add_stage("faulty", lambda state: 1 / 0)
     time = world.time
     with pytest.raises(ZeroDivisionError):
