@@ -232,6 +232,28 @@ bool CudaExec::host_captures() const {
          status != cudaStreamCaptureStatusNone;
 }
 
+namespace {
+std::string event_refused(cudaError_t result) {
+  if (result == cudaSuccess) return {};
+  (void)cudaGetLastError();
+  return std::string("CUDA refuses it: ") + cudaGetErrorString(result) + " (" + cudaGetErrorName(result) +
+         "); pass a cudaEvent_t made on the World's device, and destroy it later";
+}
+constexpr const char* no_event = "is null; pass a cudaEvent_t";
+}  // namespace
+
+std::string CudaExec::wait_for_event(void* event) const {
+  if (event == nullptr) return no_event;
+  const DeviceScope scope(device_);
+  return event_refused(cudaStreamWaitEvent(stream_, static_cast<cudaEvent_t>(event), 0));
+}
+
+std::string CudaExec::signal_event(void* event) const {
+  if (event == nullptr) return no_event;
+  const DeviceScope scope(device_);
+  return event_refused(cudaEventRecord(static_cast<cudaEvent_t>(event), stream_));
+}
+
 void CudaExec::ended_recorded(const std::string& name) const {
   const DeviceScope scope(device_);
   cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;

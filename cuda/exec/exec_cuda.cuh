@@ -231,6 +231,9 @@ class CudaExec {
 
   /// Forgets what repeat() kept: the buffers it names are gone.
   void forget_repeats();
+  /// What is enqueued from now on waits for an event of the host's; records one behind what has been. Why not, or nothing.
+  std::string wait_for_event(void* event) const;
+  std::string signal_event(void* event) const;
   /// Whether what is enqueued now goes into a graph of the host's, to run some time or never, once or often.
   bool host_captures() const;
   /// A recorded stage of the host's has enqueued its work; a fault where that made an end of the recording.

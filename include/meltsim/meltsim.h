@@ -821,6 +821,12 @@ typedef struct meltsim_render_view {
 MELTSIM_C_API meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_render_desc* desc,
                                                        meltsim_render_view* view);
 
+/* Order between the World's stream and other streams of the host, on the device; neither waits. `event` is a cudaEvent_t. What the
+ * World enqueues from now on waits for it; it is recorded behind what the World has enqueued. MELTSIM_INVALID_ARGUMENT: no event, one of
+ * another device, a World on the CPU. */
+MELTSIM_C_API meltsim_status meltsim_world_wait_for(meltsim_world* world, void* event);
+MELTSIM_C_API meltsim_status meltsim_world_signal(meltsim_world* world, void* event);
+
 /* Whether the arrays of a view are still what they were: MELTSIM_INVALID_ARGUMENT, and why, where another call has taken their memory.
  * Does not wait; for the asserts of a debug build. */
 MELTSIM_C_API meltsim_status meltsim_world_check_view(meltsim_world* world, const meltsim_render_view* view);

@@ -36,6 +36,19 @@ struct SurfaceDesc {
   /// and no gap is visible between them: draw both. True: the liquid's mesh covers the interface too, is closed and
   /// has a volume; there its sheet coincides with that of the solids, and renderers show artefacts.
   bool closed_at_solids = false;
+  /// For World::surface_view() on CUDA. False: nothing waits. The size of the mesh then stays on the device: draw it by
+  /// SurfaceView::draw. The first surface of a kind (`of`, `kernel`) waits all the same, as does one for which arrays must grow.
+  bool wait = true;
+};
+
+/// Arguments of an indexed draw that reads them from the device: the layout of VkDrawIndexedIndirectCommand,
+/// DrawElementsIndirectCommand (OpenGL) and D3D12_DRAW_INDEXED_ARGUMENTS.
+struct SurfaceDraw {
+  std::uint32_t indices = 0;         ///< 3 per triangle; 0 where there was not room for the mesh
+  std::uint32_t instances = 1;       ///< always
+  std::uint32_t first_index = 0;     ///< always
+  std::int32_t vertex_offset = 0;    ///< always
+  std::uint32_t first_instance = 0;  ///< always
 };
 
 /// A surface mesh: every edge belongs to two triangles, except where a liquid's mesh ends inside a solid
@@ -60,16 +73,19 @@ struct SurfaceView {
   void* stream =
       nullptr;   ///< cudaStream_t on CUDA: reads enqueued on it come before what overwrites the arrays
   Vec3d origin;  ///< add it to positions [m]
-  std::uint64_t vertices = 0;               ///< number of vertices
-  std::uint64_t triangles = 0;              ///< number of triangles; one is 3 entries of `triangle`
-  const Vec3f* position = nullptr;          ///< per vertex, from `origin` [m]
-  const Vec3f* normal = nullptr;            ///< per vertex, outwards, length 1
+  std::uint64_t vertices = 0;       ///< number of vertices; where nothing waited: how many there is room for
+  std::uint64_t triangles = 0;      ///< number of triangles, likewise; one is 3 entries of `triangle`
+  const Vec3f* position = nullptr;  ///< per vertex, from `origin` [m]
+  const Vec3f* normal = nullptr;    ///< per vertex, outwards, length 1
   const float* temperature = nullptr;       ///< per vertex [degrees Celsius]
   const float* liquid_fraction = nullptr;   ///< per vertex, 0 to 1
   const std::uint32_t* body = nullptr;      ///< per vertex, as SurfaceMesh::body
   const std::uint32_t* material = nullptr;  ///< per vertex, as SurfaceMesh::material
   const std::uint32_t* triangle = nullptr;  ///< 3 vertices per triangle, counter-clockwise seen from outside
-  std::uint64_t serial = 0;                 ///< for World::check_view()
+  /// How much of `triangle` to draw: 5 words in the backend's memory. Where nothing waited and the mesh had outgrown its
+  /// arrays it says nothing for that once; the next call makes room.
+  const SurfaceDraw* draw = nullptr;
+  std::uint64_t serial = 0;  ///< for World::check_view()
 };
 
 }  // namespace v0

@@ -429,10 +429,19 @@ class MELTSIM_API World {
   /// Errors: invalid_argument (names the field), capacity,
   /// out_of_memory.
   Result<SurfaceMesh> surface(const SurfaceDesc& desc = {});
-  /// The same surface where the backend made it; only its size is brought to the host. Its arrays stay what they are, also
-  /// while steps are taken, until the next surface(), surface_view(), prepare() after something was added, or restore().
-  /// Errors: as surface().
+  /// The same surface where the backend made it; only its size is brought to the host, or nothing (SurfaceDesc::wait). Its
+  /// arrays stay what they are, also while steps are taken, until the next surface(), surface_view(), prepare() after something
+  /// was added, or restore(). Errors: as surface().
   Result<SurfaceView> surface_view(const SurfaceDesc& desc = {});
+
+  // Order between the World's stream and the host's other streams, on the device. Neither waits. Of CUDA only: on a CPU nothing is
+  // enqueued. Errors: invalid_argument (no event, one of another device, a World on the CPU).
+  /// What the World enqueues from now on waits for an event (a cudaEvent_t) that the host has recorded, for example behind its
+  /// draw of a surface whose arrays the next surface_view() overwrites.
+  Status wait_for(void* event);
+  /// Records an event (a cudaEvent_t) behind all that the World has enqueued; a host's stream that waits for it
+  /// (cudaStreamWaitEvent) finds the steps, packs and surfaces so far.
+  Status signal(void* event);
 
   // Views of the backend's memory hold as long as what made them says; a pointer cannot tell. These do, in any build, without waiting:
   // call them where your debug build uses a view. Errors: invalid_argument (the view is of another World, or past its time).

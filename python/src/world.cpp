@@ -1087,6 +1087,23 @@ void bind_world(nb::module_& m) {
           "[m] at "
           "the end of the next step, and go on at velocities (n, 3) [m/s] from then on. None: they stay.")
       .def(
+          "wait_for",
+          [](HostWorld& w, Integer event) {
+            void* const e = reinterpret_cast<void*>(static_cast<std::intptr_t>(integer("event", event)));
+            away(w, true, [&](World& world) { expect(world.wait_for(e)); });
+          },
+          "event"_a,
+          "What the World enqueues from now on waits for a CUDA event, given as its address: event.ptr of "
+          "CuPy, "
+          "event.cuda_event of PyTorch. Python does not wait.")
+      .def(
+          "signal",
+          [](HostWorld& w, Integer event) {
+            void* const e = reinterpret_cast<void*>(static_cast<std::intptr_t>(integer("event", event)));
+            away(w, true, [&](World& world) { expect(world.signal(e)); });
+          },
+          "event"_a, "Records a CUDA event, given as its address, behind all that the World has enqueued.")
+      .def(
           "save_state",
           [](HostWorld& w, int slot) {
             away(w, true, [&](World& world) { expect(world.save_state(slot)); });

@@ -617,6 +617,15 @@ def test_ctrl_c_that_the_program_ignores_ends_no_step(python_handles_sigint):
     assert world.time < 10 * dt
 
 
+def test_events_are_for_cuda():
+    world = bath()
+    for call in (world.wait_for, world.signal):
+        with pytest.raises(meltsim.Error, match="on the CPU"):
+            call(8)
+        with pytest.raises(TypeError, match="event"):
+            call("now")
+
+
 def test_scenes_come_from_names_files_and_dicts(tmp_path):
     scene = {
         "meltsim": 1, "title": "Small", "domain": {"min": [0, 0, 0], "max": np.array([0.6, 0.6, 0.6]), "walls": "box"},

@@ -1187,6 +1187,12 @@ meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_ren
     write(view, "view", to);
   });
 }
+meltsim_status meltsim_world_wait_for(meltsim_world* world, void* event) {
+  return guarded([&] { expect(world_of(world).wait_for(event)); });
+}
+meltsim_status meltsim_world_signal(meltsim_world* world, void* event) {
+  return guarded([&] { expect(world_of(world).signal(event)); });
+}
 meltsim_status meltsim_world_check_view(meltsim_world* world, const meltsim_render_view* view) {
   return guarded([&] {
     meltsim::RenderView v;

@@ -176,6 +176,9 @@ class Engine {
   virtual void mark(int number) = 0;
   /// Waits for what was enqueued ahead of that mark; what came after it goes on.
   virtual void wait_for(int number) = 0;
+  /// What is enqueued from now on waits for a host's event; an event of the host's behind what has been. Errors: invalid_argument.
+  virtual Status wait_for_event(void* event) = 0;
+  virtual Status signal_event(void* event) = 0;
   /// Whether the host captures the stream, so that what is enqueued does not run now.
   virtual bool host_captures() const = 0;
   /// A flag that ends sub-steps ahead of time, where the backend can: one that was abandoned does not count, nor does

@@ -250,6 +250,8 @@ class EngineImpl final : public Engine {
   }
   void wait_for(int number) override { ex_.wait_for_mark(marks_[number]); }
   bool host_captures() const override { return ex_.host_captures(); }
+  Status wait_for_event(void* event) override { return event_status("wait_for", ex_.wait_for_event(event)); }
+  Status signal_event(void* event) override { return event_status("signal", ex_.signal_event(event)); }
 
   void watch(const std::atomic<bool>* asked) override { ex_.watch(asked); }
   bool abandoned() const override { return abandoned_; }
@@ -521,6 +523,11 @@ class EngineImpl final : public Engine {
     for (int slot = 0; slot < reading_slots; ++slot)
       if (readings_.is_open(slot))
         if (const Status s = settle_reading(slot); !s) readings_.lose(slot, s.error());
+  }
+
+  static Status event_status(const char* call, const std::string& why_not) {
+    if (why_not.empty()) return {};
+    return Error{ErrorCode::invalid_argument, text(call, ": event: ", why_not)};
   }
 
   Status fault_status() {

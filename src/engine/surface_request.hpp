@@ -19,6 +19,7 @@ struct SurfaceRequest {
   bool solids = false;  ///< there are some
   bool closed = false;  ///< SurfaceDesc::closed_at_solids
   int smoothing = 0;
+  bool waits = true;  ///< SurfaceDesc::wait
   DomainDesc domain;
 };
 

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/engine.hpp"
@@ -27,7 +28,8 @@ namespace core {
 template <class E, class T>
 class SurfaceRun {
  public:
-  /// Waits. True: the World has halted; the mesh is that of the state as it lies there.
+  /// Waits, or not where the request says so and the kind of surface is known. True: the World has halted; the mesh is that of the
+  /// state as it lies there.
   /// reserved: items that the engine's own verbs work on. timed: what is enqueued is, as surface_stage.
   /// mesh: null where the view is all that is wanted.
   Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, bool timed, const SurfaceRequest& q,
@@ -38,24 +40,19 @@ class SurfaceRun {
     if (scene.born == 0) return false;
     describe(scene, q);
     Room& room = rooms_[static_cast<std::size_t>(q.of)][q.anisotropic ? 1 : 0];
+    look_back(ex);
     if (room.groups == 0) room = first_guess();
+    const bool waits = q.waits || room.guessed || E::in_host_memory || !fit_counts(ex);
     for (;;) {
-      w_.max_groups = room.groups;
-      w_.max_blocks = room.blocks;
-      w_.max_vertices = room.vertices;
-      w_.max_triangles = room.triangles;
-      if (Status s = fit(ex, reserved); !s) return s.error();
-      ex.set_guard(nullptr);
-      if (timed) ex.begin_stage(surface_stage, "surface.build");
-      enqueue(ex, q, scene);
-      if (timed) ex.end_stage(surface_stage);
+      if (Status s = build(ex, room, scene, reserved, timed, q); !s) return s.error();
       SurfaceCounts c;
-      ex.download(&c, w_.counts, sizeof c);
+      if (waits) ex.download(&c, w_.counts, sizeof c);
+      else c = follow(ex, room);
       if (scene.f.status != nullptr) ex.set_guard(&scene.f.status->halted);
       if (const std::string fault = ex.fault(); !fault.empty())
         return Error{ErrorCode::internal, "device: " + fault};
-      if (!grow(room, c)) {
-        shrink(room, c);
+      if (!waits || !grow(room, c)) {
+        if (waits) shrink(room, c);
         describe(view, c);
         if (mesh != nullptr) fetch(ex, view, *mesh);
         const std::string lost = ex.fault();
@@ -75,10 +72,64 @@ class SurfaceRun {
     host_bytes_ = 0;
     if (mark_ != nullptr) ex.release_mark(mark_);
     mark_ = nullptr;
+    if (followed_ != nullptr) ex.wait_for_mark(counts_mark_);
+    followed_ = nullptr;
+    if (counts_ != nullptr) ex.release_pinned(counts_);
+    counts_ = nullptr;
+    if (counts_mark_ != nullptr) ex.release_mark(counts_mark_);
+    counts_mark_ = nullptr;
   }
   std::uint64_t bytes() const { return arena_bytes_; }
 
  private:
+  struct Room;
+
+  Status build(E& ex, const Room& room, const Frame<T>& scene, std::uint64_t reserved, bool timed,
+               const SurfaceRequest& q) {
+    w_.max_groups = room.groups;
+    w_.max_blocks = room.blocks;
+    w_.max_vertices = room.vertices;
+    w_.max_triangles = room.triangles;
+    if (Status s = fit(ex, reserved); !s) return s;
+    ex.set_guard(nullptr);
+    if (timed) ex.begin_stage(surface_stage, "surface.build");
+    enqueue(ex, q, scene);
+    if (timed) ex.end_stage(surface_stage);
+    return {};
+  }
+
+  /// Page-locked memory for counts that nobody waits for; false where there is none.
+  bool fit_counts(E& ex) {
+    if (counts_mark_ == nullptr) counts_mark_ = ex.make_mark();
+    if (counts_ == nullptr) counts_ = static_cast<SurfaceCounts*>(ex.allocate_pinned(sizeof(SurfaceCounts)));
+    return counts_mark_ != nullptr && counts_ != nullptr;
+  }
+
+  /// Has the counts of this surface brought to the host, for one of the next to look at; one at a time. What is known of it now is
+  /// the room.
+  SurfaceCounts follow(E& ex, Room& room) {
+    if (followed_ == nullptr) {
+      ex.begin_copies();
+      ex.copy_out(counts_, w_.counts, sizeof *counts_);
+      ex.end_copies(counts_mark_);
+      followed_ = &room;
+    }
+    SurfaceCounts c;
+    c.vertices = room.vertices;
+    c.triangles = room.triangles;
+    return c;
+  }
+
+  /// At counts that have come meanwhile. Room grows before it is used up: what outgrows it is not drawn.
+  void look_back(E& ex) {
+    if (followed_ == nullptr || !ex.reached(counts_mark_)) return;
+    Room& room = *std::exchange(followed_, nullptr);
+    const auto soon = [](std::uint32_t n) { return n + n / 8; };
+    const SurfaceCounts& c = *counts_;
+    if (!grow(room, {soon(c.groups), soon(c.blocks), soon(c.vertices), soon(c.triangles), 0}))
+      shrink(room, c);
+  }
+
   void describe(const Frame<T>& scene, const SurfaceRequest& q) {
     w_.position = scene.f.position;
     w_.enthalpy = scene.f.enthalpy;
@@ -259,6 +310,7 @@ class SurfaceRun {
     a.place(cases, 256);
     w_.cases = cases;
     a.place(w_.counts, 1);
+    a.place(w_.draw, 1);
     lay_out_particles(a, capacity_);
     lay_out_groups(a, w_.max_groups);
     lay_out_blocks(a, w_.max_blocks);
@@ -384,6 +436,7 @@ class SurfaceRun {
     view.body = w_.out_body;
     view.material = w_.out_material;
     view.triangle = w_.out_triangles;
+    view.draw = w_.draw;
   }
 
   /// f(a vector of the mesh, the same in the view, entries) for each.
@@ -449,6 +502,9 @@ class SurfaceRun {
   unsigned char* host_ = nullptr;  ///< page-locked, for what fetch() brings
   std::uint64_t host_bytes_ = 0;
   void* mark_ = nullptr;
+  SurfaceCounts* counts_ = nullptr;  ///< page-locked, of a surface that nobody waited for
+  void* counts_mark_ = nullptr;
+  Room* followed_ = nullptr;           ///< whose counts are on their way
   Room rooms_[3][2];                   ///< per SurfaceOf and kernel
   bool forget_ = false;                ///< what was recorded points elsewhere
   std::uint64_t capacity_ = 0;         ///< particles

@@ -400,6 +400,11 @@ class CpuExec {
   bool reached(void*) const { return true; }
   void wait_for_mark(void*) const {}
   void pace() const {}
+  /// Of a host's other streams, which nothing here is on; why not.
+  std::string wait_for_event(void*) const { return no_events; }
+  std::string signal_event(void*) const { return no_events; }
+  static constexpr const char* no_events =
+      "this World is on the CPU, where nothing is enqueued; leave the call out";
   /// Flag by which the host asks to stop; long stages read it between their parts.
   void watch(const std::atomic<bool>* asked) { asked_ = asked; }
   bool asked_to_stop() const { return asked_ != nullptr && asked_->load(std::memory_order_relaxed); }

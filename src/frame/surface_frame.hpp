@@ -8,6 +8,7 @@
 #include "frame/cube_table.hpp"
 #include "frame/frame.hpp"
 #include "meltsim/physics/surface_field.hpp"
+#include "meltsim/surface.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -91,6 +92,7 @@ struct SurfaceFrame {
   std::uint32_t max_groups = 0, max_blocks = 0, max_vertices = 0, max_triangles = 0;
 
   SurfaceCounts* counts = nullptr;
+  SurfaceDraw* draw = nullptr;
   // per particle; from key_out on in order of cell, then id
   std::uint64_t *key = nullptr, *key_out = nullptr;
   std::uint32_t *slot = nullptr, *slot_out = nullptr, *group_of = nullptr;

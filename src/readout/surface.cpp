@@ -12,6 +12,9 @@ inline namespace v0 {
 using core::invalid;
 
 Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
+  if (!d.wait)
+    return invalid(
+        "surface: wait: is false, but the mesh is brought to the host; ask surface_view(), or leave it true");
   SurfaceMesh mesh;
   const auto view = surface_view(d, &mesh);
   if (!view) return view.error();
@@ -49,6 +52,7 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
   q.solids = solids;
   q.closed = d.closed_at_solids;
   q.smoothing = d.smoothing;
+  q.waits = d.wait;
   q.domain = desc.domain;
   q.domain.min = q.domain.min - origin_;
   q.domain.max = q.domain.max - origin_;

@@ -278,6 +278,19 @@ struct SurfaceSmoothBody {
   }
 };
 
+/// All of the mesh where there was room for all that it is made from, else none: parts of it would be holes.
+template <class T>
+struct SurfaceDrawBody {
+  SurfaceFrame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t) const {
+    const core::SurfaceCounts& c = *w.counts;
+    const bool fits = c.groups <= w.max_groups && c.blocks <= w.max_blocks && c.vertices <= w.max_vertices &&
+                      c.triangles <= w.max_triangles;
+    *w.draw = {};
+    w.draw->indices = fits ? 3 * c.triangles : 0u;
+  }
+};
+
 /// What a vertex hands out.
 template <class T>
 struct SurfaceAttributesBody {

@@ -70,6 +70,7 @@ void build(E& ex, const SurfaceFrame<T>& w, int smoothing) {
     std::swap(now, next);
   }
   ex.gather(w.max_vertices, SurfaceAttributesBody<T>{w, now});
+  ex.for_each(1, SurfaceDrawBody<T>{w});
 }
 
 }  // namespace surface

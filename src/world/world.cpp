@@ -287,6 +287,12 @@ Result<SurfaceView> World::surface_view(const SurfaceDesc& d) {
 Result<StageContext> World::device_state() {
   return alone<Result<StageContext>>(impl_.get(), [&] { return impl_->device_state(); });
 }
+Status World::wait_for(void* event) {
+  return alone<Status>(impl_.get(), [&] { return impl_->engine->wait_for_event(event); });
+}
+Status World::signal(void* event) {
+  return alone<Status>(impl_.get(), [&] { return impl_->engine->signal_event(event); });
+}
 Status World::check_view(const StageContext& view) const {
   return alone<Status>(impl_.get(), [&] { return impl_->check_view(view); });
 }

@@ -408,6 +408,8 @@ lib.meltsim_reading_destroy(reading)
 how, view = made(RenderDesc, lib.meltsim_render_desc_init_sized), RenderView(size=c.sizeof(RenderView))
 assert lib.meltsim_world_render_view(box, None, c.byref(view)) == 0 and view.count == 27 and not view.color, text()
 assert lib.meltsim_world_check_view(box, c.byref(view)) == 0, text()
+assert lib.meltsim_world_wait_for(box, c.c_void_p(8)) == 1 and "on the CPU" in text(), text()
+assert lib.meltsim_world_signal(box, c.c_void_p(8)) == 1 and "on the CPU" in text(), text()
 old_view = RenderView.from_buffer_copy(view)
 how.color, how.colors, how.color_count = 1, (c.c_uint32 * 1)(0xff123456), 1
 assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 0 and all(view.color[k] == 0xff123456 for k in range(27)), text()

@@ -232,4 +232,127 @@ TEST(Interop, ASurfaceStaysOnTheDevice) {
   EXPECT_TRUE(same_bytes(brought(view.triangle, mesh.triangles.size(), stream), mesh.triangles));
 }
 
+/// Of a view, once the World's stream has reached it.
+meltsim::SurfaceDraw drawn(const meltsim::SurfaceView& view) {
+  return brought(view.draw, 1, static_cast<cudaStream_t>(view.stream)).front();
+}
+
+// The same mesh as where the host waits, with its size on the device alone; the arrays are as long as there is room for.
+TEST(Interop, ASurfaceThatNobodyWaitsForIsTheSame) {
+  MELTSIM_NEEDS_GPU();
+  for (const auto of : {meltsim::SurfaceOf::liquid, meltsim::SurfaceOf::solids}) {
+    MeltingScene scene;
+    World w = make_world(scene);
+    step(w, 20);
+    meltsim::SurfaceDesc d;
+    d.of = of;
+    d.wait = false;
+    value_of(w.surface_view(d));  // the first one waits
+    for (int k = 0; k < 6; ++k) {
+      step(w, 7);
+      const meltsim::SurfaceView view = value_of(w.surface_view(d));
+      const auto stream = static_cast<cudaStream_t>(view.stream);
+      const meltsim::SurfaceDraw draw = drawn(view);
+      const auto triangles = brought(view.triangle, draw.indices, stream);
+      const auto positions = brought(view.position, view.vertices, stream);
+      meltsim::SurfaceDesc waiting = d;
+      waiting.wait = true;
+      const meltsim::SurfaceMesh mesh = value_of(w.surface(waiting));
+      ASSERT_GT(mesh.triangles.size(), 100u);
+      EXPECT_TRUE(same_bytes(triangles, mesh.triangles)) << draw.indices << " of " << mesh.triangles.size();
+      EXPECT_EQ(draw.instances, 1u);
+      ASSERT_GE(view.vertices, mesh.position.size());
+      EXPECT_TRUE(same_bytes(
+          {positions.begin(), positions.begin() + static_cast<std::ptrdiff_t>(mesh.position.size())},
+          mesh.position));
+      EXPECT_EQ(drawn(value_of(w.surface_view(waiting))).indices, mesh.triangles.size());
+    }
+  }
+}
+
+// A jet into an empty box: the mesh outgrows its room time and again. It is whole or not drawn, and mostly whole.
+TEST(Interop, ASurfaceThatNobodyWaitsForGrows) {
+  MELTSIM_NEEDS_GPU();
+  meltsim::WorldDesc d;
+  d.backend = Backend::cuda;
+  d.spacing = 0.1;
+  d.domain.bounded = true;
+  d.domain.max = {4, 4, 4};
+  World w = value_of(World::create(d));
+  meltsim::EmitterDesc jet;
+  jet.material = value_of(w.add_material({}));
+  jet.center = {2, 3.5, 2};
+  jet.axis = {0, -1, 0};
+  jet.radius = 0.5;
+  jet.speed = 3;
+  jet.max_particles = 20000;
+  value_of(w.add_emitter(jet));
+  meltsim::SurfaceDesc what;
+  what.wait = false;
+  int empty = 0;
+  std::uint32_t most = 0;
+  for (int k = 0; k < 120; ++k) {
+    succeed(w.step(0.005));
+    const meltsim::SurfaceView view = value_of(w.surface_view(what));
+    if (view.draw == nullptr) continue;
+    const std::uint32_t indices = drawn(view).indices;
+    const std::size_t whole = value_of(w.surface()).triangles.size();
+    if (indices == 0 && whole != 0) ++empty;
+    else EXPECT_EQ(indices, whole) << k;
+    most = std::max(most, indices);
+  }
+  EXPECT_GT(most, 10000u);
+  EXPECT_LE(empty, 6);
+}
+
+__global__ void wait_and_write(int* to, int value, long long clocks) {
+  const long long begin = clock64();
+  while (clock64() - begin < clocks) {
+  }
+  *to = value;
+}
+__global__ void copy_one(const int* from, int* to) { *to = *from; }
+struct Copy {
+  int* from = nullptr;
+  int* to = nullptr;
+};
+
+// The host's other stream is slow: what the World does behind wait_for() sees what that has written, and the other way round.
+TEST(Interop, EventsOrderTheWorldAndOtherStreams) {
+  MELTSIM_NEEDS_GPU();
+  MeltingScene scene;
+  World w = make_world(scene);
+  step(w, 3);
+  cudaStream_t other = nullptr;
+  cudaEvent_t event = nullptr;
+  int* words = nullptr;
+  ASSERT_EQ(cudaStreamCreateWithFlags(&other, cudaStreamNonBlocking), cudaSuccess);
+  ASSERT_EQ(cudaEventCreateWithFlags(&event, cudaEventDisableTiming), cudaSuccess);
+  ASSERT_EQ(cudaMalloc(&words, 3 * sizeof(int)), cudaSuccess);
+  ASSERT_EQ(cudaMemset(words, 0, 3 * sizeof(int)), cudaSuccess);
+  Copy copy{words, words + 1};
+  meltsim::CustomStage stage;
+  stage.name = "copy";
+  stage.user = &copy;
+  stage.run = [](const meltsim::StageContext& c, void* user) {
+    const auto& own = *static_cast<const Copy*>(user);
+    copy_one<<<1, 1, 0, interop::stream(c)>>>(own.from, own.to);
+  };
+  succeed(w.scheduler().insert_after("step.begin", stage));
+  wait_and_write<<<1, 1, 0, other>>>(words, 7, 50000000);  // some 30 ms
+  ASSERT_EQ(cudaEventRecord(event, other), cudaSuccess);
+  succeed(w.wait_for(event));
+  succeed(w.step(time_step));
+  succeed(w.signal(event));
+  ASSERT_EQ(cudaStreamWaitEvent(other, event, 0), cudaSuccess);
+  copy_one<<<1, 1, 0, other>>>(words + 1, words + 2);
+  EXPECT_EQ(brought(words + 2, 1, other).front(), 7);
+  EXPECT_EQ(w.wait_for(nullptr).error().code, meltsim::ErrorCode::invalid_argument);
+  EXPECT_NE(w.signal(nullptr).error().message.find("signal: event: is null"), std::string::npos);
+  EXPECT_FALSE(w.synchronize().halted);
+  (void)cudaFree(words);
+  (void)cudaEventDestroy(event);
+  (void)cudaStreamDestroy(other);
+}
+
 }  // namespace

@@ -604,12 +604,25 @@ TEST(Surface, TheViewIsTheMesh) {
   EXPECT_TRUE(same(view.body, mesh.body));
   EXPECT_TRUE(same(view.material, mesh.material));
   EXPECT_TRUE(same(view.triangle, mesh.triangles));
+  // A CPU has the size at once, whoever waits.
+  ASSERT_NE(view.draw, nullptr);
+  SurfaceDesc enqueued;
+  enqueued.wait = false;
+  const SurfaceView now = value_of(w.surface_view(enqueued));
+  const SurfaceMesh later = value_of(w.surface());
+  ASSERT_EQ(now.vertices, later.position.size());
+  ASSERT_EQ(3 * now.triangles, later.triangles.size());
+  EXPECT_EQ(now.draw->indices, later.triangles.size());
+  EXPECT_EQ(now.draw->instances, 1u);
+  EXPECT_EQ(now.draw->first_index + now.draw->first_instance, 0u);
+  EXPECT_EQ(now.draw->vertex_offset, 0);
   // Of nothing, and of what is no description.
   SurfaceDesc solids;
   solids.of = SurfaceOf::solids;
   const SurfaceView none = value_of(w.surface_view(solids));
   EXPECT_EQ(none.vertices, 0u);
   EXPECT_EQ(none.triangle, nullptr);
+  EXPECT_EQ(none.draw, nullptr);
   SurfaceDesc wrong;
   wrong.cell = -1;
   EXPECT_EQ(w.surface_view(wrong).error().code, ErrorCode::invalid_argument);
@@ -740,6 +753,17 @@ TEST(Surface, RefusesWhatItCannotDo) {
   SurfaceDesc body;
   body.of = SurfaceOf::body;
   refused(body, "body");
+  SurfaceDesc unawaited;
+  unawaited.wait = false;
+  refused(unawaited, "wait");
+  if (w.backend() == Backend::cpu) {
+    int nothing = 0;
+    for (const Status& s : {w.wait_for(&nothing), w.signal(&nothing)}) {
+      ASSERT_FALSE(s);
+      EXPECT_EQ(s.error().code, ErrorCode::invalid_argument);
+      EXPECT_NE(s.error().message.find("on the CPU"), std::string::npos) << s.error().message;
+    }
+  }
   EXPECT_EQ(*w.state_hash(), before);
 }
 
