@@ -19,6 +19,7 @@
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/shifting.hpp"
+#include "meltsim/physics/solute.hpp"
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "modules/engine.hpp"
@@ -60,7 +61,7 @@ struct Summed {
 struct PairSums {
   std::vector<std::uint32_t> beside;
   /// diffused: acceleration where viscosity comes in one stage of sph.diffuse.
-  std::vector<Summed> density, term, acceleration, diffused, shift, heat, iwasaki, paper;
+  std::vector<Summed> density, term, acceleration, diffused, shift, heat, iwasaki, paper, solute;
   explicit PairSums(std::size_t n = 0)
       : beside(n),
         density(n),
@@ -70,7 +71,8 @@ struct PairSums {
         shift(n),
         heat(n),
         iwasaki(n),
-        paper(n) {}
+        paper(n),
+        solute(n) {}
 };
 
 enum Quantity {
@@ -82,13 +84,14 @@ enum Quantity {
   of_heat,
   of_iwasaki,
   of_paper,
+  of_solute,
   quantities
 };
-inline constexpr const char* quantity_names[] = {"density", "pressure term", "acceleration", "diffused",
-                                                 "shift",   "heat",          "iwasaki",      "paper"};
+inline constexpr const char* quantity_names[] = {
+    "density", "pressure term", "acceleration", "diffused", "shift", "heat", "iwasaki", "paper", "solute"};
 inline std::vector<Summed>& quantity(PairSums& s, int q) {
-  std::vector<Summed>* all[] = {&s.density, &s.term, &s.acceleration, &s.diffused,
-                                &s.shift,   &s.heat, &s.iwasaki,      &s.paper};
+  std::vector<Summed>* all[] = {&s.density, &s.term,    &s.acceleration, &s.diffused, &s.shift,
+                                &s.heat,    &s.iwasaki, &s.paper,        &s.solute};
   return *all[q];
 }
 
@@ -127,6 +130,7 @@ class AllPairs {
     if ((scene.facts & core::fact_fluid) != 0) sums_.diffused = sums_.acceleration;
     if ((scene.facts & core::fact_shifting) != 0) shifts();
     heat();
+    if (!scene.constants.species.empty()) solute();
     classify();
   }
   const PairSums& sums() const { return sums_; }
@@ -557,6 +561,34 @@ class AllPairs {
     for (int axis = 0; axis < 3; ++axis)
       if (face(axis, 0) == Face::periodic) return;  // wrapped rows have an order of their own
     paper();
+  }
+  /// Liquid of the solvent and bodies of the species exchange it; nothing else holds it, and images do not.
+  void solute() {
+    const auto& s = c_.species[0];
+    const auto correction = physics::make_conduction_share<double>(H(), c_.spacing);
+    const auto holds = [&](std::size_t i) {
+      return material_of(tag_[i]) == (solid(i) ? s.solute : s.solvent);
+    };
+    std::vector<double> u(n_), resistivity(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || !holds(i)) continue;
+      double phi = 0;
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
+        if (!copy.mirrored && holds(j)) phi += volume_[j] * W(r);
+      });
+      const double w = scene_.state.solute[0][i] / mass_[i];
+      u[i] = solid(i) ? std::min(w, s.solubility) : w;
+      resistivity[i] =
+          physics::conduction_share(correction, phi) * physics::solute_resistivity(s, w, solid(i));
+    }
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || !holds(i)) continue;
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
+        if (copy.mirrored || !holds(j)) return;
+        const double g = volume_[i] * volume_[j] * L(r) * 2 / (resistivity[i] + resistivity[j]);
+        sums_.solute[i].add({g * (u[j] - u[i]), 0, 0}, g * (u[i] + u[j]));
+      });
+    }
   }
   /// Eq. (4): upwards over half the step, then downwards over the other half; the order is that of cells, ids within one.
   void paper() {

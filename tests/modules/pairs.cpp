@@ -12,6 +12,8 @@ constexpr double dx = 0.2, step = 0.9 * dx;
 
 enum class Kind { water, water_and_ice, all, all_viscosity, yielding, wetting };
 
+bool solids_of(Kind kind) { return kind != Kind::water; }
+
 /// Nothing in it is symmetric: positions are jittered, velocities and temperatures random, one in 50 is removed.
 PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, int free_layers,
               std::uint32_t seed) {
@@ -44,6 +46,15 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     }
     p.facts |= core::fact_viscosity;
   }
+  if (solids_of(kind)) {  // what dissolves in water; volumes stay
+    physics::SpeciesRow<double> s;
+    s.solute = 1;
+    s.solvent = 0;
+    s.solubility = 0.4;
+    s.volume = s.solvent_volume = 1 / c.materials[0].density;
+    s.diffusivity = 0.01;
+    c.species = {s};
+  }
   if (kind == Kind::yielding) {  // one liquid yields, the other thickens: velocities of 1 m/s over 0.2 m
     c.properties.resize(c.materials.size());
     c.properties[0].flow = {2000, 0.6, 0.5, std::numeric_limits<double>::infinity()};
@@ -69,7 +80,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
   d.max = {extent(count.x, 0), extent(count.y + free_layers, 1), extent(count.z, 2)};
   for (std::size_t axis = 0; axis < 3; ++axis)
     if ((periodic >> axis & 1u) != 0u) d.faces[2 * axis] = d.faces[2 * axis + 1] = Face::periodic;
-  const bool solids = kind != Kind::water;
+  const bool solids = solids_of(kind);
   for (const Vec3i& n : block(count.x, count.y, count.z)) {
     // Solids stand clear of walls, whose contact is not a sum over pairs.
     const Vec3d x =
@@ -83,6 +94,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     // A third holds both phases.
     const double h = random.below(3) == 0 ? random.uniform(-1000, 0) : random.uniform(-30000, 30000);
     p.state.enthalpy[i] = h * p.state.mass[i];
+    if (!c.species.empty()) p.state.solute[0].push_back(random.uniform(0, 1) * p.state.mass[i]);
   }
   if (solids) p.facts |= core::fact_solid | core::fact_mobile | core::fact_lattice;
   return p;
@@ -197,6 +209,10 @@ struct Run {
     core::SceneState s = scene.state;
     add_removed(c, s);
     set_tables(c);
+    if ((facts & core::fact_species) == 0u) {
+      c.species.clear();
+      s.solute[0].clear();
+    }
     facts |= scene.facts | (c.domain.bounded ? core::fact_packed : core::fact_sparse);
     const core::EngineSetup setup = setup_for(facts, s.position.size());
     const Status status = engine->upload(c, scene.lattice, s, setup);
@@ -207,6 +223,9 @@ struct Run {
     a.heat_dt = scene.heat_dt;
     a.heat_stages = a.heat_supersteps = 1;
     a.heat_bound = 1e30;
+    a.solute_dt = scene.heat_dt;
+    a.solute_supersteps = 1;
+    a.solute_bound = 1e30;
     a.viscous_dt = scene.dt;
     a.viscous_stages = a.viscous_supersteps = (facts & core::fact_implicit) != 0 ? 1 : 0;
     a.viscous_bound = 1e30;
@@ -222,6 +241,7 @@ struct Run {
   }
   void add_removed(const core::SceneConstants& c, core::SceneState& s) const {
     for (std::size_t k = 0; k < how.removed; ++k) add_particle(s, c, s.position[0], tag_removed);
+    if (!c.species.empty()) s.solute[0].resize(s.position.size());
   }
 };
 
@@ -260,6 +280,17 @@ PairSums sums_of(const PairEngine& how, const PairScene& scene) {
     if ((scene.facts & core::fact_shifting) != 0)
       sums.shift[i].add(run.after.position[i] - x - rest, length(x) + length(run.after.position[i]));
   }
+  if (!scene.constants.species.empty()) {
+    run(core::fact_species, {"step.begin", "spatial", "sph.density", "species"});
+    if (testing::Test::HasFatalFailure()) return sums;
+    for (std::size_t i = 0; i < run.n; ++i) {
+      if (is_removed(scene.state.tag[i])) continue;
+      const double before = scene.state.solute[0][i], after = run.after.solute[0][i];
+      // Contents are double whatever T is.
+      const double unit = 2.3e-16 / static_cast<double>(std::numeric_limits<T>::epsilon());
+      sums.solute[i].add({(after - before) / scene.heat_dt, 0, 0}, (before + after) * unit / scene.heat_dt);
+    }
+  }
   struct Model {
     std::uint32_t fact;
     const char* stage;
@@ -279,9 +310,11 @@ PairSums sums_of(const PairEngine& how, const PairScene& scene) {
       // Enthalpies are double whatever T is.
       const double unit = 2.3e-16 / static_cast<double>(std::numeric_limits<T>::epsilon());
       const double in = m.fact == core::fact_heat_enthalpy ? h1 - h0 : temperature(h1) - temperature(h0);
-      const double size = m.fact == core::fact_heat_enthalpy
-                              ? std::fabs(h0) + std::fabs(h1)
-                              : std::fabs(temperature(h0)) + std::fabs(temperature(h1));
+      const double size =
+          m.fact == core::fact_heat_enthalpy
+              ? std::fabs(h0) + std::fabs(h1)
+              : std::fabs(temperature(h0)) + std::fabs(temperature(h1)) +
+                    row.latent_heat / row.heat_capacity;  // that is taken off h below the plateau
       const double per = m.fact == core::fact_heat_paper ? 1 : 1 / scene.heat_dt;
       (*m.to)[i].add({in * per, 0, 0}, size * unit * per);
     }
