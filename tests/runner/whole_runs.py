@@ -251,7 +251,8 @@ class WholeRuns(unittest.TestCase):
         self.assertIn("four_densities", names)
         for name in names:
             with self.subTest(scene=name):
-                lines = self.check(name, "--scale", "0.5").splitlines()
+                # Coarser particles do not resolve how wax holds together, which is said rightly.
+                lines = self.check(name, "--scale", "1" if name == "candle" else "0.5").splitlines()
                 self.assertEqual(lines[-1], "ok; --verbose says more")
                 self.assertLessEqual(len(lines), 13, lines)  # butter has tension and a yield stress
                 labels = {line[:12].strip() for line in lines}
