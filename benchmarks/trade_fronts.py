@@ -264,16 +264,34 @@ def calibrate(options, out):
 
 
 def truth_of(options, out, scene, name, of):
-    """Values of the observable at half of the spacing, mean of two starts, and how far they are from those at 1/1.4 of it."""
-    values = []
-    for scale in (1.4, 2):
-        where = out / f"{name}_truth_{scale}"
+    """The observable's limit, and how well it is known: means of two starts at half of the spacing; where 1/1.4 of it is further
+    away than 1 % of the scale, a third of the spacing as well, and Richardson's extrapolation over the three."""
+    means, spreads, scale = [], [], 0
+    for finer in (1.4, 2, 3):
+        if finer == 3 and largest(*means) <= 0.01 * scale:
+            return means[1], max(largest(*means), spreads[1])
+        where = out / f"{name}_truth_{finer}"
         if not (where / "ensemble.json").exists():
-            done = run([options.meltsim, "trade", scene, "--scale", scale, "--ensemble", 2, *machine(options), "--out", where])
+            done = run([options.meltsim, "trade", scene, "--scale", finer, "--ensemble", 2, *machine(options), "--out", where])
             if done.returncode != 0:
                 sys.exit(f"{name}: {done.stderr.strip()}")
-        values.append(json.loads((where / "ensemble.json").read_text())["observables"][of])
-    return values[1]["mean"], max(largest(values[0]["mean"], values[1]["mean"]), values[1]["spread"])
+        result = json.loads((where / "ensemble.json").read_text())["observables"][of]
+        means.append(result["mean"])
+        spreads.append(result["spread"])
+        scale = result["scale"]
+    falls = largest(means[0], means[1]) / max(largest(means[1], means[2]), 1e-300)
+
+    def limit(p):
+        more = 3 ** -p / (2 ** -p - 3 ** -p)
+        return [b if a is None or b is None else b + more * (b - a) for a, b in zip(means[1], means[2])]
+
+    def of_order(p):
+        return (1.4 ** -p - 2 ** -p) / (2 ** -p - 3 ** -p)
+
+    if falls < 1:  # scatter, not convergence
+        return means[2], max(largest(means[1], means[2]), spreads[2])
+    order = min((k / 100 for k in range(100, 201)), key=lambda p: abs(of_order(p) - falls))
+    return limit(order), max(largest(limit(1), limit(2)), spreads[2])
 
 
 def largest(a, b):
@@ -297,9 +315,7 @@ def calibrate_flows(options, out):
             break
         scene = out / f"{name}.yaml"
         scene.write_text(text)
-        truth, apart = truth_of(options, out, scene, name, of)
-        if name in ARCHIMEDES:
-            truth, apart = [ARCHIMEDES[name]], 0.0
+        truth, apart = ([ARCHIMEDES[name]], 0.0) if name in ARCHIMEDES else truth_of(options, out, scene, name, of)
         for asked in (0.2, 0.1, 0.05, 0.03, 0.01):
             row, values = asked_and_delivered(options, out, scene, name, of, asked)
             if values:
@@ -338,7 +354,9 @@ def draw(rows, path):
     def place(value):
         return margin + (max(low, min(high, math.log10(max(value, 1e-9)))) - low) / (high - low) * (size - 2 * margin)
 
-    marks = {"pressure@low": "#2f62c4", "temperature@mid": "#d1392b", "melted": "#2e9e4f"}
+    marks = {"pressure": "#2f62c4", "temperature": "#d1392b", "melted": "#2e9e4f", "front": "#8a4fc9", "level": "#c98a2f"}
+    kinds = [row["of"].split("@")[0] for row in rows]
+    marks = {kind: colour for kind, colour in marks.items() if kind in kinds}
     text = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}" font-family="Helvetica" font-size="12">',
             f'<rect width="{size}" height="{size}" fill="#fff"/>']
     for decade in range(-4, 1):
@@ -349,7 +367,7 @@ def draw(rows, path):
     text.append(f'<path d="M{margin} {size - margin}L{size - margin} {margin}" stroke="#333"/>')
     for row in rows:
         text.append(f'<circle cx="{place(row["asked"]):.1f}" cy="{size - place(row["delivered"]):.1f}" r="4" '
-                    f'fill="{marks.get(row["of"], "#555")}" fill-opacity="0.7"/>')
+                    f'fill="{marks.get(row["of"].split("@")[0], "#555")}" fill-opacity="0.7"/>')
     for k, (name, colour) in enumerate(marks.items()):
         text.append(f'<text x="{margin + 8}" y="{margin + 16 * (k + 1)}" fill="{colour}">{name}</text>')
     text.append(f'<text x="{size / 2}" y="{size - 14}" text-anchor="middle">error asked for</text>'

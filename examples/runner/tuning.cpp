@@ -376,7 +376,7 @@ std::string error_text(const trade::Known& known, double error) {
 
 namespace {
 
-constexpr int cache_format = 2;
+constexpr int cache_format = 3;
 
 /// FNV-1a.
 std::uint64_t hash_of(const std::string& text) {
