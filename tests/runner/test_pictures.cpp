@@ -185,6 +185,14 @@ TEST(Replay, BytesAreBase64) {
   for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(base64(words[i]), coded[i]);
 }
 
+TEST(Legend, LavaIsNotWrittenInPowersOfTen) {
+  EXPECT_EQ(legend_number(1140), "1140");
+  EXPECT_EQ(legend_number(-1e5), "-100000");
+  EXPECT_EQ(legend_number(999.6), "1000");
+  EXPECT_EQ(legend_number(0.5 * 31.46), "15.7");
+  EXPECT_EQ(legend_number(0), "0");
+}
+
 TEST(Camera, SeesAllThereIsAndStandsAboveTheFloor) {
   for (const Vec3d& gravity : {Vec3d{0, -9.81, 0}, Vec3d{0, 0, -9.81}, Vec3d{0, 0, 0}}) {
     Scene scene;

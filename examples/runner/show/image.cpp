@@ -80,6 +80,11 @@ void draw_text(Image& image, int x, int y, const std::string& text, int size, co
   }
 }
 
+std::string legend_number(double value) {
+  return std::fabs(value) < 999.5 || std::fabs(value) > 1e6 ? fmt::format("{:.3g}", value)
+                                                            : fmt::format("{:.0f}", value);
+}
+
 void draw_legend(Image& image, double cold, double hot) {
   const int size = text_size(image), margin = 10 * size,
             length = std::min(150 * size, image.width - 2 * margin);
@@ -88,8 +93,7 @@ void draw_legend(Image& image, double cold, double hot) {
     fill(image, margin + i, top, 1, 8 * size, ramp(static_cast<double>(i) / std::max(1, length - 1)));
   }
   for (int tick = 0; tick < 3; ++tick) {
-    const std::string text =
-        fmt::format("{:.3g}{}", cold + (hot - cold) * 0.5 * tick, tick == 2 ? " ^C" : "");
+    const std::string text = legend_number(cold + (hot - cold) * 0.5 * tick) + (tick == 2 ? " ^C" : "");
     const int x = margin + tick * (length - text_width(text, size)) / 2;
     draw_text(image, x, top + 11 * size, text, size, ink);
   }

@@ -27,6 +27,8 @@ struct Image {
 /// Digits, "-+.,=:%/()", space and small letters, 5 x 7 pixels each times `size`. (x, y) is the upper left.
 void draw_text(Image& image, int x, int y, const std::string& text, int size, const Rgb& color);
 int text_width(const std::string& text, int size);
+/// Three digits, or all before the point.
+std::string legend_number(double value);
 /// The ramp with numbers at its ends and in the middle, at the lower left.
 void draw_legend(Image& image, double cold, double hot);
 void draw_caption(Image& image, const std::string& text);  ///< at the upper left
