@@ -265,7 +265,8 @@ Status validate(const WorldDesc& d) {
     return invalid(
         "particle_shifting: needs tension, since it is for liquid that fills its domain and stirs a ",
         "free surface; set tension, or leave particle_shifting off");
-  if (Status s = within("courant", d.courant, 1e-3, 0.6, "", "0.4 is the default, 0.8 is unstable"); !s)
+  if (Status s = within("courant", d.courant, 1e-3, 0.6, "", "0.4 is the default, larger ones make energy");
+      !s)
     return s;
   if (d.max_substeps < 1)
     return invalid("max_substeps: must be >= 1, got ", d.max_substeps, "; the default is 64");
