@@ -6,11 +6,11 @@
 >>> world.run(1.0)
 >>> world.show()
 """
-from ._core import (Body, Emitter, ForceField, HeatRegion, Ledger, Material, Particles, Piece, Probe, Resolved, Shape, State, StepResult, Surface,
+from ._core import (Body, Emitter, ForceField, HeatRegion, Ledger, Material, Particles, Piece, Probe, Resolved, Shape, State, StepResult, Stiffness, Surface,
                     TimedStep, Totals, build_info, scenes)
 from ._error import Error
 from ._world import Page, World
 
 __version__ = build_info()["version"]
 __all__ = ["Body", "Emitter", "Error", "ForceField", "HeatRegion", "Ledger", "Material", "Page", "Particles", "Piece", "Probe", "Resolved", "Shape",
-           "State", "StepResult", "Surface", "TimedStep", "Totals", "World", "build_info", "scenes"]
+           "State", "StepResult", "Stiffness", "Surface", "TimedStep", "Totals", "World", "build_info", "scenes"]

@@ -190,9 +190,15 @@ void bind_readings(nb::module_& m) {
           "bounds",
           [](const PieceInfo& p) { return nb::make_tuple(tuple3(p.bounds.min), tuple3(p.bounds.max)); },
           "Lower and upper corner [m].");
-  Record<Resolved>(m, "Resolved", "Values that the World derived.")
-      .add("backend_reason", &Resolved::backend_reason, "Why the steps run there.")
+  Record<Stiffness>(m, "Stiffness", "Stiffness of the bodies of a material.")
+      .add("region_half_width", &Stiffness::region_half_width, "w in use.")
+      .add("stiffness", &Stiffness::stiffness, "alpha in use.")
+      .add("youngs_modulus", &Stiffness::youngs_modulus,
+           "E that these deliver at that sub-step [Pa]; 0 while no sub-step is known.");
+  Record<Resolved> resolved(m, "Resolved", "Values that the World derived.");
+  resolved.add("backend_reason", &Resolved::backend_reason, "Why the steps run there.")
       .add("device_name", &Resolved::device_name, "Of the GPU or the processor.")
+      .add("neighbour_reason", &Resolved::neighbour_reason, "How neighbours are searched for, and why.")
       .add("support_radius", &Resolved::support_radius, "H [m]")
       .add("sound_speed", &Resolved::sound_speed, "c [m/s]; 0 while the World is empty.")
       .add("stable_dt", &Resolved::stable_dt, "Largest sub-step [s].")
@@ -203,7 +209,21 @@ void bind_readings(nb::module_& m) {
       .add("viscous_stages", &Resolved::viscous_stages,
            "Stages of a super-step of implicit viscosity; 0: it is explicit.")
       .add("viscous_supersteps", &Resolved::viscous_supersteps, "Its super-steps in a sub-step.")
+      .add("solute_supersteps", &Resolved::solute_supersteps,
+           "Sweeps per species in a sub-step; 0: no species.")
+      .add("heat_efficiency", &Resolved::heat_efficiency,
+           "Share of the specified diffusivity that the heat model delivers at that sub-step.")
+      .add("error", &Resolved::error, "Why the scene cannot be prepared; empty: it can.")
       .add("origin", &Resolved::origin, "Positions of State are relative to it [m].");
+  resolved.get().def_prop_ro(
+      "stiffness",
+      [](const Resolved& r) {
+        nb::list all;
+        for (const Stiffness& s : r.stiffness) all.append(nb::cast(s));
+        return all;
+      },
+      nb::sig("def stiffness(self) -> list[Stiffness]"),
+      "Per material, in the order added: at the last sub-step; before the first one, at stable_dt.");
 
   nb::class_<ParticleData>(
       m, "Particles",
