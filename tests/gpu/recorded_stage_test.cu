@@ -156,6 +156,47 @@ TEST(RecordedStage, ReadsTheClockOfTheSubStepThatRuns) {
   (void)cudaFree(host.clocked);
 }
 
+__global__ void follow(const meltsim::Vec4<float>* position, const std::uint32_t* id, std::uint64_t n,
+                       double* sum) {
+  const std::size_t i = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (i < n && id[i] == 7) *sum += position[i].y;
+}
+void follow_stage(const StageContext& c, void* user) {
+  follow<<<blocks(c.particles), 128, 0, interop::stream(c)>>>(
+      static_cast<const meltsim::Vec4<float>*>(c.position), c.id, c.particles,
+      static_cast<Host*>(user)->clocked);
+}
+
+// Liquid alone: forces and integration stay one sweep beside a stage that only reads, whose buffers change places then. It sees what
+// one sees that the host enqueues, and leaves no trace.
+TEST(RecordedStage, ThatOnlyReadsLeavesTheSweepOfLiquidAlone) {
+  MELTSIM_NEEDS_GPU();
+  MeltingScene scene;
+  scene.ice = 0;
+  double seen[2] = {};
+  std::uint64_t hash[2];
+  for (const bool recorded : {false, true}) {
+    World w = make_world(scene);
+    Host host;
+    ASSERT_EQ(cudaMalloc(&host.clocked, sizeof(double)), cudaSuccess);
+    ASSERT_EQ(cudaMemset(host.clocked, 0, sizeof(double)), cudaSuccess);
+    succeed(w.scheduler().insert_after(
+        "sph.density", stage("follow", follow_stage, host, recorded, {"position", "id"}, {})));
+    bool one_sweep = false;
+    for (const meltsim::FusionReport& f : w.plan().fusions)
+      one_sweep = one_sweep || (f.name == "sph.advance" && f.holds);
+    EXPECT_EQ(one_sweep, recorded);
+    hash[recorded] = run(w, 60);
+    ASSERT_EQ(cudaMemcpy(&seen[recorded], host.clocked, sizeof(double), cudaMemcpyDeviceToHost), cudaSuccess);
+    (void)cudaFree(host.clocked);
+  }
+  World plain = make_world(scene);
+  EXPECT_EQ(hash[1], run(plain, 60));
+  EXPECT_EQ(hash[0], hash[1]);
+  EXPECT_NE(seen[0], 0);
+  EXPECT_EQ(seen[0], seen[1]);
+}
+
 TEST(RecordedStage, IsTimedLikeOthers) {
   MELTSIM_NEEDS_GPU();
   MeltingScene scene;

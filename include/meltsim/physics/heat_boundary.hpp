@@ -104,8 +104,8 @@ MELTSIM_HD T edge_factor(int live) {
 /// |G| is I(d) beneath a plane. Where the body is whole it is 0. Depth: d = dx/2 + dx^2 (I(dx/2) - |G|),
 /// times 0.95 beneath dx/2 and 1.6 above, fitted to lattice particles beneath planes of random orientation
 /// (the sum of |G| over such a plane is 1.04 of its area). Unless the particle lies beneath a plane of the lattice (18 of 27
-/// sites live) it is 0.05 dx less: part of the layer behind steps is open too but exchanges nothing, and without that a held
-/// surface acts as one 0.04 dx farther out. Fitted to the decay of balls and turned cubes. For surface particles (SBP) only;
+/// sites live) it is 0.05 dx less: part of the layer behind steps is open too but exchanges nothing, so that a held surface would
+/// act as one farther out. Fitted to the decay of balls and turned cubes. For surface particles (SBP) only;
 /// `first_layer` is the share of the area of a plane that these represent. edge_factor corrects |G| where it is not the area.
 /// Ours.
 template <class T>

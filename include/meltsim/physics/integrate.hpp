@@ -33,7 +33,7 @@ inline double acoustic_dt(double courant, double support, double sound_speed) {
 inline constexpr double quiet_mach = 0.1;
 
 /// Largest sub-step [s] of liquid that moves at `speed`: a signal passes it at c + v (Monaghan 1992, Annu. Rev. Astron. Astrophys.
-/// 30:543, sec. 10, has 0.4 h/c with c far above v). Without it splashes of 0.3 c burst at courant 0.5, and at 0.4 do not.
+/// 30:543, sec. 10, has 0.4 h/c with c far above v).
 /// Deviation: the acoustic step holds up to quiet_mach, which its Courant number allows for.
 inline double signal_dt(double courant, double support, double sound_speed, double speed) {
   return courant * support / (sound_speed + std::max(0.0, speed - quiet_mach * sound_speed));
