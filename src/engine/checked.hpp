@@ -48,7 +48,7 @@ class Invariants {
 
   double account_before = 0;  ///< heat_account->step before the stage [J]
 
-  /// Empty, or what is wrong after stage s. `mass` is the sum at the upload, `thermal` that before the stage.
+  /// Empty, or the invariant broken after stage s. `mass` is the sum at the upload, `thermal` that before the stage.
   std::string after(int s, double mass, double thermal) const {
     std::string wrong = written_values(stage_table[static_cast<std::size_t>(s)].writes);
     if (wrong.empty() && (s == stage_spatial_reorder || s == stage_spatial_settle)) wrong = order(mass);

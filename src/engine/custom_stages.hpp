@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host's own stages as the engine sees them: which let a sub-step be recorded, where those run, and what they rule out.
+// Custom stages: which of them allow a sub-step to be recorded, where those run, and which fusions they rule out.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ class CustomStages {
     return any([](const PlacedStage& c) { return c.stage.recorded; });
   }
 
-  /// Whether one changes where particles are, or will be at the next search. Then integration cannot count their cells.
+  /// Whether a custom stage changes positions or velocities. Integration then cannot count the cells of the next search.
   bool move_particles() const {
     constexpr FieldSet places = FieldSet{1} << field_position | FieldSet{1} << field_velocity |
                                 FieldSet{1} << field_tag | FieldSet{1} << field_id;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which sites of a lattice regions need not look around: no vertex is there, and none ever will be near.
+// Marks lattice sites whose rows a region fill can skip: no vertex is there, and none will ever be near.
 #pragma once
 
 #include <algorithm>

@@ -24,14 +24,14 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// One layer of one nozzle, in double. Without points: the nozzle has ended, and lets go of a layer that it holds.
+/// One layer of one nozzle, in double. Without points: the nozzle has ended and releases a layer that it holds.
 struct BurstArguments {
   std::uint32_t first_point = 0, points = 0;
   Vec3d center, velocity;
   double radius = 0;             ///< of the nozzle [m]
   Vec3d across, upright;         ///< of a rectangle: unit vectors along its sides; of a disc 0
   double width = 0, height = 0;  ///< its sides [m]
-  double held = 0;               ///< what is farther from the centre than this is let go [m]
+  double held = 0;               ///< particles farther from the centre than this are released [m]
   double enthalpy = 0, mass = 0, volume = 0;
   std::array<double, most_species> solute{};  ///< of every particle [kg]
   std::uint32_t tag = 0;
@@ -89,7 +89,7 @@ struct LatticeMasks {
   std::uint32_t region_words = 0;
 };
 
-/// What a reading is of.
+/// Parts of a reading.
 struct ReadParts {
   bool sums = false, pieces = false, particles = false;
   bool forces = false;                          ///< what acted on bodies; begins anew with it
@@ -109,7 +109,7 @@ struct PieceReading {
   double temperature_mean = 0, submerged_fraction = 0;
 };
 
-/// Of the moment at which it was requested. With what was not asked for empty.
+/// The state at the moment of the request. Parts that were not requested are empty.
 struct StateReading {
   WorldStatus status;
   LedgerSums sums;  ///< about the stored origin
@@ -135,25 +135,25 @@ class Engine {
   /// Allocates and uploads; on error what was there before is gone and must be uploaded again.
   virtual Status upload(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
                         const EngineSetup& setup) = 0;
-  /// Another plan for the scene as it was uploaded, with the same search and capacity: channels that it needs and that are
-  /// not there are allocated, and filled from the state there is or, of the lattice, from the host's; what it does not
-  /// need is given back. Waits. Particles are not copied to or from the host. On error nothing has changed; a World that
+  /// Takes another plan for the uploaded scene, with the same search and capacity: missing channels are
+  /// allocated and filled from the state or, those of the lattice, from the host; channels that the plan does not
+  /// need are freed. Waits. Particles are not copied to or from the host. On error nothing has changed; a World that
   /// halted is left as it is.
   virtual Status adapt(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
                        const EngineSetup& setup) = 0;
-  /// Waits; writes the State channels of the lattice, those that are there.
+  /// Waits; writes the State channels of the lattice that are allocated.
   virtual void download_lattice(SceneState& state) = 0;
   /// Waits; writes every State channel in order of id: of the last good state. The status, nothing cleared.
   virtual WorldStatus download(SceneState& state) = 0;
   virtual void download(DerivedState& derived) = 0;
   virtual void download(LatticeMasks& masks) = 0;
-  /// They hold from the next sub-step on. Does not wait.
+  /// Surroundings from the next sub-step on. Does not wait.
   virtual void surround(const Surroundings& surroundings) = 0;
   /// Pushes a free body, at once. Does not wait.
   virtual void push(const PushArguments& push) = 0;
   /// Liquid that a nozzle holds and that moves at `from` moves at `to`. Does not wait.
   virtual void respeed(Vec3d from, Vec3d to) = 0;
-  /// Liquid that a nozzle holds moves by `shift`: what has its velocity and lies in its pipe, from `begin` along the velocity for
+  /// Liquid that a nozzle holds moves by `shift`: particles of its velocity that lie in its pipe, from `begin` along the velocity for
   /// `length`, within `reach` of its axis. Does not wait.
   virtual void shift(Vec3d velocity, Vec3d begin, double length, double reach, Vec3d shift) = 0;
   /// What region `row` of the constants does from the next sub-step on; held: temperature. Does not wait.
@@ -161,10 +161,10 @@ class Engine {
   /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.
   virtual void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,
                                std::uint32_t count) = 0;
-  /// Waits. What the sound speed follows from, of the last good state.
+  /// Waits. Reads the quantities that the sound speed follows from, of the last good state.
   virtual SoundLook look() = 0;
-  /// The sound speed of the next sub-steps [m/s], of pressures alone, until the next upload() or adapt(). change: of its square, whose
-  /// work on what is compressed is counted; 0 where it was told before. Does not wait.
+  /// Sound speed of the next sub-steps [m/s], for pressures only, until the next upload() or adapt(). change: of its square, whose
+  /// work on compressed liquid is counted; 0 if that was counted before. Does not wait.
   virtual void set_sound_speed(double speed, double change) = 0;
   /// Waits. That work since the last call [J].
   virtual double take_sound_work() = 0;
@@ -172,16 +172,16 @@ class Engine {
   virtual void substep(const SubstepArguments& arguments) = 0;
   /// Whether substep() returns before its work is done.
   virtual bool runs_ahead() const = 0;
-  /// Notes, under one of two numbers, what is enqueued so far, for wait_for(). Does not wait.
+  /// Marks the work enqueued so far, under one of two numbers, for wait_for(). Does not wait.
   virtual void mark(int number) = 0;
-  /// Waits for what was enqueued ahead of that mark; what came after it goes on.
+  /// Waits for the work enqueued before that mark; later work goes on.
   virtual void wait_for(int number) = 0;
-  /// What is enqueued from now on waits for a host's event; an event of the host's behind what has been. Errors: invalid_argument.
+  /// Work enqueued from now on waits for an event of the host; records an event behind the work enqueued so far. Errors: invalid_argument.
   virtual Status wait_for_event(void* event) = 0;
   virtual Status signal_event(void* event) = 0;
   /// Whether the host captures the stream, so that what is enqueued does not run now.
   virtual bool host_captures() const = 0;
-  /// A flag that ends sub-steps ahead of time, where the backend can: one that was abandoned does not count, nor does
+  /// A flag that ends sub-steps early, if the backend supports it: an abandoned sub-step does not count, nor does
   /// anything until the next upload; the state is the one it began with.
   virtual void watch(const std::atomic<bool>* asked) = 0;
   virtual bool abandoned() const = 0;
@@ -191,7 +191,7 @@ class Engine {
   /// first time. Nothing is enqueued on an error: out_of_memory; invalid_argument where the host captures the stream.
   virtual Status request(int slot, const ReadParts& parts) = 0;
   virtual Result<bool> ready(int slot) = 0;
-  /// Waits for that reading. Of a World that had halted: goes back to the last good state, and reads that.
+  /// Waits for that reading. If the World had halted, goes back to the last good state and reads that.
   virtual Status take(int slot, StateReading& reading) = 0;
   /// Enqueues particles by id, with colours unless the table is empty; they stay until the next call. Waits only for memory where
   /// more than before is needed, and for another table. Error:
@@ -200,10 +200,10 @@ class Engine {
                       PackedParticles& to) = 0;
   /// Frees a slot whose reading is not taken.
   virtual void drop(int slot) = 0;
-  /// Enqueues a copy of all that a state is to memory of the backend, under a number below most_saved_states; waits only for memory.
-  /// Of a World that has halted by then nothing is copied. Error: out_of_memory.
+  /// Enqueues a copy of the whole state into memory of the backend, under a number below most_saved_states; waits only for memory.
+  /// If the World has halted by then, nothing is copied. Error: out_of_memory.
   virtual Status save(int slot) = 0;
-  /// Enqueues the copy back; only between a save() and the next upload() or adapt(). Where nothing was copied, the World halts.
+  /// Enqueues the copy back; allowed between a save() and the next upload() or adapt(). If nothing was copied, the World halts.
   virtual void load(int slot) = 0;
   virtual void forget_saved() = 0;
   /// Device fault since the last call, empty if none.
@@ -220,11 +220,11 @@ class Engine {
   virtual void enable_timings(int every) = 0;
   virtual double median_ms(int stage) = 0;  ///< custom_stage + k for custom stage k
   virtual StageContext context() const = 0;
-  /// Of a sub-step of these stages (a bit each) that is not timed stage by stage.
+  /// How a sub-step of these stages (a bit each) is arranged if it is not timed stage by stage.
   virtual Arrangement arrangement(std::uint64_t stages) const = 0;
   /// Waits. Fills the mesh from the state as it is; true: the World halted, and this is not yet
   /// the last good one. Timed as stage surface_stage.
-  /// mesh: null where the view is all that is wanted.
+  /// mesh: null if only the view is requested.
   virtual Result<bool> surface(const SurfaceRequest& request, SurfaceView& view, SurfaceMesh* mesh) = 0;
   /// Waits. Replaces all probes; samples taken so far are lost, but for those of open readings. The state and its buffers stay as they are.
   /// Error out_of_memory: there are no probes then.
@@ -238,11 +238,11 @@ class Engine {
                              std::vector<RayRow>& hits) = 0;
 };
 
-/// Result of asking for an engine: the engine, or why there is none.
+/// The engine of a backend, or the reason why there is none.
 Result<std::shared_ptr<Engine>> make_cpu_engine(const WorldDesc& desc);
 Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc);
 
-/// What `meltsim info` says of CUDA.
+/// Description of CUDA devices for `meltsim info`.
 struct CudaInfo {
   bool built = false;
   std::string runtime, driver, reason, architectures;

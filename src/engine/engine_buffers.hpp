@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory of a World, and which buffer holds what.
+// The memory of a World, and which buffer holds which channel.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace core {
 template <class E, class T>
 class EngineBuffers {
  public:
-  /// False: there is not the memory, and nothing is held.
+  /// False: memory is insufficient, and nothing is allocated.
   bool allocate(E& ex, FieldSet channels, const Sizes& n) {
     for (int i = 0; i < field_count; ++i) {
       if (((channels >> i) & 1u) == 0) continue;
@@ -41,8 +41,8 @@ class EngineBuffers {
     for (int i = 0; i < field_count; ++i) give_back(ex, i);
   }
 
-  /// Allocates what of `channels` is not there, or not of the size it is to have; what it had of another size is gone.
-  /// grown: those channels, all 0. What is not asked for stays. False: there is not the memory, and nothing has changed.
+  /// Allocates those of `channels` that are missing or have another size; contents of channels that change size are lost.
+  /// grown: these channels, all 0. Other channels stay. False: memory is insufficient, and nothing has changed.
   /// Waits.
   bool grow(E& ex, FieldSet channels, const Sizes& n, FieldSet& grown) {
     void* now[field_count] = {};
@@ -77,7 +77,7 @@ class EngineBuffers {
     return there;
   }
 
-  /// What grow() would take beyond what is there.
+  /// Bytes that grow() would allocate.
   std::uint64_t missing(FieldSet channels, const Sizes& n) const {
     std::uint64_t total = 0;
     for (int i = 0; i < field_count; ++i) {
@@ -87,7 +87,7 @@ class EngineBuffers {
     return total;
   }
 
-  /// Gives back what is not in `channels`, or has nothing to hold. Waits.
+  /// Frees channels that are not in `channels` or hold no items. Waits.
   void shrink(E& ex, FieldSet channels, const Sizes& n) {
     for (int i = 0; i < field_count; ++i)
       if (bytes_[i] != 0 && (((channels >> i) & 1u) == 0 || field_bytes<T>(i, n) == 0)) give_back(ex, i);
@@ -105,7 +105,7 @@ class EngineBuffers {
 #include "meltsim/fields.def"
   }
 
-  /// The state becomes what was before.
+  /// Swaps the two buffers of the state.
   void turn(Frame<T>& w) {
     for (int i = 0; i < field_count; ++i)
       if (double_buffered(i)) std::swap(now_[i], before_[i]);
@@ -118,7 +118,7 @@ class EngineBuffers {
   NextViews<T> spare() const {
     return {static_cast<Vec4<T>*>(now_[field_acceleration]), static_cast<Vec4<T>*>(before_[field_velocity])};
   }
-  /// It did. The old positions take the place of accelerations.
+  /// After sph.advance: the buffer of the old positions becomes that of accelerations.
   void take_spare(Frame<T>& w) {
     void* const old = before_[field_position];
     before_[field_position] = now_[field_position];
@@ -128,14 +128,14 @@ class EngineBuffers {
     link(w);
   }
 
-  /// What save() takes [bytes].
+  /// Size of a saved state [bytes].
   std::uint64_t saved_bytes() const {
     std::uint64_t total = 0;
     for (int i = 0; i < field_count; ++i)
       if (is_saved(i)) total += padded(bytes_[i]) + padded(bytes_before_[i]);
     return total;
   }
-  /// Enqueues a copy of all that outlasts a sub-step. Both buffers of the state: what emitters will fill lies ready in either.
+  /// Enqueues a copy of all channels that outlast a sub-step. Both buffers of the state are copied, because slots for emitters are prepared in each.
   void save(E& ex, unsigned char* to) const {
     each_saved(
         [&](void* buffer, std::uint64_t bytes, std::uint64_t at) { copy(ex, bytes, buffer, to + at); });
@@ -145,7 +145,7 @@ class EngineBuffers {
         [&](void* buffer, std::uint64_t bytes, std::uint64_t at) { copy(ex, bytes, from + at, buffer); });
   }
 
-  /// To the state that the sub-step that halted began with. Sub-steps after it have turned buffers over, and done nothing
+  /// Goes back to the state at the beginning of the halted sub-step. Later sub-steps have swapped buffers and done nothing
   /// else. Where sph.advance made it, velocities are there in the new order only: those before, whose order ids before
   /// say.
   void go_back(Frame<T>& w, const WorldStatus& s) {
@@ -164,7 +164,7 @@ class EngineBuffers {
   }
 
  private:
-  /// All but what every sub-step makes anew and nothing reads behind it.
+  /// All channels except those that every sub-step recomputes and nothing reads after it.
   static bool is_saved(int i) {
     return i != field_neighbour_words && i != field_sort_key && i != field_sort_key_alt &&
            i != field_sort_slot && i != field_sort_slot_alt;

@@ -445,7 +445,7 @@ class EngineImpl final : public Engine {
     std::uint64_t bytes = 0, last_index = 0;
     std::uint32_t born = 0;
   };
-  /// Where what the sound speed follows from, and the work of its changes, come to lie.
+  /// Device memory for the quantities that the sound speed follows from, and for the work of its changes.
   struct SoundRoom {
     SoundLook look;
     SoundWork sum, account;
@@ -464,7 +464,7 @@ class EngineImpl final : public Engine {
     }
   }
 
-  /// What melted in the last sub-step leaves its regions at the beginning of the next, where that has the stage.
+  /// Vertices that melted in the last sub-step leave their regions at the beginning of the next, if its plan has the stage.
   void settle_regions() {
     if (w_.f.plane_changed != nullptr && w_.f.region_mask != nullptr && w_.f.neighbour_mask != nullptr)
       topology::regions<E, T>(ex_, w_);
@@ -484,7 +484,7 @@ class EngineImpl final : public Engine {
                                                "region_half_width"};
   }
 
-  /// Sorted orders ask by id, liquid that freezes is found by it, and events go through ids.
+  /// Sorting, freezing and events look particles up by id.
   static bool asks_by_id(std::uint32_t facts) {
     return (facts & fact_packed) == 0 || (facts & (fact_freeze | fact_events)) != 0;
   }
@@ -501,7 +501,7 @@ class EngineImpl final : public Engine {
     return readings_.request(ex_, w_, slot, parts, rolled_back_, has_density);
   }
 
-  /// Waits. Where the World had halted before a reading, so that nothing but the status came, the last good state is read
+  /// Waits. If the World had halted before a reading, so that only the status was read, the last good state is read
   /// now.
   Status settle_reading(int slot) {
     if (!readings_.lost(slot).empty()) return Error{ErrorCode::out_of_memory, readings_.lost(slot)};
@@ -517,7 +517,7 @@ class EngineImpl final : public Engine {
     return {};
   }
 
-  /// Ahead of another scene: what refers to this one is read first.
+  /// Before another scene: results that refer to this one are read first.
   void settle_readings() {
     if (w_.f.status == nullptr) return;
     for (int slot = 0; slot < reading_slots; ++slot)
@@ -553,7 +553,7 @@ class EngineImpl final : public Engine {
     return s;
   }
 
-  /// slot_of_id of everyone.
+  /// slot_of_id of every particle.
   void index_all() {
     if (w_.f.status != nullptr) unguarded([&] { step::reindex<E, T>(ex_, w_); });
   }
@@ -566,7 +566,7 @@ class EngineImpl final : public Engine {
     ex_.set_guard(&w_.f.status->halted);
   }
 
-  /// To the last good state, once; the stream has been waited for.
+  /// Goes back to the last good state, once, after the stream has been waited for.
   void roll_back(const WorldStatus& s) {
     if (s.halted == 0 || rolled_back_) return;
     buffers_.go_back(w_, s);
@@ -578,7 +578,7 @@ class EngineImpl final : public Engine {
     ex_.synchronize();
   }
 
-  /// Particles that are to come lie ready in every buffer that may hold the state.
+  /// Slots of particles to come are prepared in every buffer that may hold the state.
   void put_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
     const std::size_t capacity = w_.capacity;
     const ParticleArrays<T> particles(s, capacity, c.species.size());
@@ -683,7 +683,7 @@ class EngineImpl final : public Engine {
     w_.clock.sample_at = a.sample_at;
   }
 
-  /// Of what diffuses: heat, velocity, species.
+  /// Super-steps of the diffusing quantities: heat, velocity, species.
   void set_super_steps(const SubstepArguments& a) {
     w_.heat_dt = static_cast<T>(a.heat_dt);
     w_.heat_stages = static_cast<std::uint32_t>(a.heat_stages);
@@ -783,7 +783,7 @@ class EngineImpl final : public Engine {
     }
   }
 
-  /// A stage, or what takes its place, or nothing where another has done its work.
+  /// Runs a stage, the fused stage that replaces it, or nothing if another stage has done its work.
   void run_unless_done(int s) {
     if constexpr (can_fuse<E>) {
       if (w_.next.position != nullptr) {
@@ -821,7 +821,7 @@ class EngineImpl final : public Engine {
   }
 
   void run(int s, StageFunction<E, T> function) {
-    // Heat that stands still changes nothing, whatever the plan says.
+    // Level temperatures do not change, whether or not the plan has heat stages.
     const bool heat = w_.f.status != nullptr && s != stage_thermal_level &&
                       std::strcmp(stage_table[static_cast<std::size_t>(s)].module, "thermal") == 0;
     if (heat) ex_.set_guard(&w_.f.status->heat_idle);

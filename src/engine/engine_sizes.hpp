@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much memory the channels of a scene take, and by what that depends on the backend.
+// Memory of the channels of a scene, and how it depends on the backend.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// How much of everything a scene takes.
+/// Numbers of items of a scene.
 struct Sizes {
   std::uint64_t count[static_cast<int>(Owner::world) + 1] = {};
   std::uint64_t groups = 0, rows = 9;
@@ -28,7 +28,7 @@ struct Sizes {
   int tree_levels = 0;
 };
 
-/// What depends on the backend goes as on a GPU: on a CPU, too, where both are to have the same bits.
+/// Sizes that depend on the backend are those of a GPU; also on a CPU if both must give the same bits.
 template <class E>
 inline constexpr bool as_gpu = E::lists || !sums_by_lanes;
 
@@ -41,7 +41,7 @@ inline bool is_periodic(const SceneConstants& c, int axis) {
   return c.domain.bounded && c.domain.faces[static_cast<std::size_t>(2 * axis)] == Face::periodic;
 }
 
-/// A CPU finds all neighbours of a particle in one go.
+/// A CPU finds all neighbours of a particle in one pass.
 template <class E>
 std::uint32_t word_parts(std::uint64_t slots) {
   return runs_lanes<E> ? 1u : shared_parts(slots);
@@ -61,7 +61,7 @@ std::uint64_t most_words(const SceneConstants& c, std::uint64_t capacity, std::u
 
 inline void set_size(Sizes& n, Owner owner, std::uint64_t count) { n.count[static_cast<int>(owner)] = count; }
 
-/// What the search for neighbours needs: cells, or the levels of the tree.
+/// Sizes of the neighbour search: cells, or levels of the tree.
 inline void size_search(Sizes& n, const SceneConstants& c, const EngineSetup& s) {
   n.groups = s.particle_capacity;
   if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support, 1));
@@ -142,7 +142,7 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
   return n;
 }
 
-/// Of a channel, one of its buffers.
+/// Size of one buffer of a channel.
 template <class T>
 std::uint64_t field_bytes(int field, const Sizes& n) {
   static constexpr std::uint64_t item[] = {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene to the backend, a state from it.
+// Uploads a scene to the backend and downloads a state from it.
 #pragma once
 
 #include <algorithm>
@@ -59,7 +59,7 @@ struct ParticleArrays {
   }
 };
 
-/// To the buffers that the frame points at.
+/// Uploads into the buffers that the frame points at.
 template <class E, class T>
 void put_particles(E& ex, const Frame<T>& w, const ParticleArrays<T>& a) {
 #define MELTSIM_MOVED(name, type) put(ex, w.f.name, a.name);
@@ -114,7 +114,7 @@ void put_as(E& ex, Item* to, const std::vector<Host>& from) {
   put(ex, to, items);
 }
 
-/// Those channels of the lattice and its state that are in `which`.
+/// Uploads the channels of the lattice and its state that are in `which`.
 template <class E, class T>
 void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s, FieldSet which) {
   const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
@@ -136,7 +136,7 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
   put(ex, wanted(field_body_forces, w.f.body_forces), s.forces);
 }
 
-/// What events are compared with, and those that the host has not taken.
+/// Uploads the state that events are compared with, and events that the host has not taken.
 template <class E, class T>
 void put_events(E& ex, const Frame<T>& w, const std::vector<std::uint32_t>& tags, const SceneState& s) {
   if (w.f.event_head == nullptr) return;
@@ -163,7 +163,7 @@ void put_status(E& ex, const Frame<T>& w, const SceneState& s) {
   if (w.f.status != nullptr) ex.upload(w.f.status, &status, sizeof status);
 }
 
-/// A channel as the array of the state has it, where the channel is there.
+/// Downloads a channel into its array of the state, if the channel is allocated.
 template <class Part, class E, class Item, class Host>
 void fetch_as(const E& ex, const Item* from, std::size_t n, std::vector<Host>& to) {
   if (from == nullptr) return;
@@ -172,7 +172,7 @@ void fetch_as(const E& ex, const Item* from, std::size_t n, std::vector<Host>& t
   for (std::size_t i = 0; i < n; ++i) to[i] = Part::template get<Host>(items[i]);
 }
 
-/// A channel by slot to an array by id; `to_come` where the channel is not there.
+/// Reorders a channel by slot into an array by id; `to_come` fills entries without a particle.
 template <class Part, class Host, class Item>
 void sort_by_id(const std::vector<Item>& from, const std::vector<std::uint32_t>& id, std::size_t n,
                 const std::common_type_t<Host>& to_come, std::vector<Host>& to) {
@@ -181,7 +181,7 @@ void sort_by_id(const std::vector<Item>& from, const std::vector<std::uint32_t>&
     if (id[i] < n) to[id[i]] = Part::template get<Host>(from[i]);
 }
 
-/// Waits; the State channels of the lattice that are there.
+/// Waits; downloads the State channels of the lattice that are allocated.
 template <class E, class T>
 void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
@@ -203,7 +203,7 @@ void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
   if (w.f.body_forces != nullptr) s.forces = fetch(ex, w.f.body_forces, s.motion.size());
 }
 
-/// Waits; every State channel in order of id.
+/// Waits; downloads every State channel in order of id.
 template <class E, class T>
 void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
   const std::size_t n = w.born, slots = w.particles;
@@ -242,7 +242,7 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
 #undef MELTSIM_BY_SLOT_id
 #undef MELTSIM_BY_SLOT_vertex
 
-/// Waits. rolled_back: the World halted. What it has of that sub-step stands in the order of that one, which is not the
+/// Waits. rolled_back: the World halted. Channels of the halted sub-step are in its own order, which is not the
 /// state's.
 template <class E, class T>
 void download_derived(const E& ex, const Frame<T>& w, bool rolled_back, DerivedState& d) {

@@ -100,7 +100,7 @@ void fill_outlets(physics::Outlets<T>& o, const SceneConstants& c) {
   }
 }
 
-/// What the host may change between sub-steps.
+/// Settings that the host may change between sub-steps.
 template <class T>
 void fill_surroundings(Frame<T>& w, const Surroundings& s) {
   w.clock.gravity = cast<T>(s.gravity);
@@ -112,7 +112,7 @@ void fill_surroundings(Frame<T>& w, const Surroundings& s) {
   }
 }
 
-/// Which faces of the domain are walls or open, and what follows for walls from support and spacing.
+/// Faces of the domain that are walls or open, and constants of walls that follow from support and spacing.
 template <class T>
 void fill_faces(Constants<T>& k, const SceneConstants& c) {
   k.wall_friction = static_cast<T>(c.domain.friction);

@@ -13,7 +13,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// What fields.def says of an array of SceneState.
+/// Properties of an array of SceneState, from fields.def.
 template <Owner Per, Hashed How>
 struct Held {
   static constexpr bool of_vertex = Per == Owner::vertex;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertices of bodies that deform on their way to the backend, without waiting.
+// Staging buffers for vertices of deforming bodies: copies to the backend that do not wait.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace core {
 template <class E>
 class MeshStaging {
  public:
-  /// Room for n points. False: there is not the memory.
+  /// Allocates room for n points. False: memory is insufficient.
   bool reserve(E& ex, std::uint64_t n) {
     if (n == room_) return true;
     release(ex);
@@ -31,7 +31,7 @@ class MeshStaging {
     return true;
   }
 
-  /// What is read has been.
+  /// The buffer that was read is free again.
   void release(E& ex) {
     for (Buffer& b : buffers_) {
       if (b.points != nullptr) ex.release_pinned(b.points);

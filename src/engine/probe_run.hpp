@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What probes need of an engine: tables, room for samples, and the working space of World::sample. None of it is a
+// Memory of an engine for probes: tables, room for samples, and the working space of World::sample. None of it is a
 // channel: probes come and go without an upload of particles.
 #pragma once
 
@@ -22,7 +22,7 @@ namespace core {
 template <class E, class T>
 class ProbeRun {
  public:
-  /// Nothing that is enqueued may use the old ones.
+  /// Enqueued work must not use the old buffers.
   Status set(E& ex, const ProbeSetup& s) {
     tables_.release(ex);
     views_ = {};
@@ -144,7 +144,7 @@ class ProbeRun {
     return to;
   }
 
-  /// How many, then all of them.
+  /// The count first, then all values.
   static std::vector<std::uint32_t> list_of(std::size_t n) {
     std::vector<std::uint32_t> list(n + 1);
     list[0] = static_cast<std::uint32_t>(n);
@@ -172,7 +172,7 @@ class ProbeRun {
     return t;
   }
 
-  /// Where they lie on the backend.
+  /// Their buffers on the backend.
   struct ProbePlaces {
     ProbeRow* rows = nullptr;
     ProbePoint<T>*points = nullptr, *heights = nullptr;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings of an engine: a few slots, each with buffers of its own on the device and on the host, so that the state may go
-// on while what was read of it travels.
+// Readings of an engine: a few slots, each with its own buffers on device and host, so that the state may advance
+// while a reading is copied.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ namespace core {
 template <class E, class T>
 class ReadingRun {
  public:
-  /// What stays the same until the next upload.
+  /// Values that stay the same until the next upload.
   void describe(const SceneConstants& c, const SceneLattice& l, const Scales& scales) {
     largest_mass_ = scales.largest_mass;
     size_ = 8 * scales.body_size * scales.spacing;
@@ -40,13 +40,13 @@ class ReadingRun {
     bodies_ = l.bodies.size();
   }
 
-  /// Of readings that are enqueued from now on.
+  /// Gravity of readings that are enqueued from now on.
   void set_gravity(Vec3d gravity) {
     gravity_ = gravity;
     grid_ = columns_of(gravity, domain_, spacing_);
   }
 
-  /// Enqueues what is asked for. rolled_back: the World halted and `scene` holds its last
+  /// Enqueues the requested parts. rolled_back: the World halted and `scene` holds its last
   /// good state. Errors: out_of_memory; nothing is enqueued then.
   Status request(E& ex, const Frame<T>& scene, int slot, const ReadParts& parts, bool rolled_back,
                  bool has_density) {
@@ -109,7 +109,7 @@ class ReadingRun {
 
   bool is_open(int slot) const { return slots_[static_cast<std::size_t>(slot)].open; }
   bool ready(E& ex, int slot) const { return ex.reached(slots_[static_cast<std::size_t>(slot)].mark); }
-  /// Waits for what was requested; the head.
+  /// Waits for the reading and returns its head.
   const ReadingHead& wait(E& ex, int slot) {
     Slot& s = slots_[static_cast<std::size_t>(slot)];
     ex.wait_for_mark(s.mark);
@@ -124,7 +124,7 @@ class ReadingRun {
   const std::string& lost(int slot) const { return slots_[static_cast<std::size_t>(slot)].lost; }
   void close(int slot) { slots_[static_cast<std::size_t>(slot)].open = false; }
 
-  /// What has come; after wait().
+  /// The data of the reading; call after wait().
   void unpack(E& ex, int slot, StateReading& out) {
     Slot& s = slots_[static_cast<std::size_t>(slot)];
     const ReadingHead& head = *reinterpret_cast<const ReadingHead*>(s.host);
@@ -166,7 +166,7 @@ class ReadingRun {
   }
 
  private:
-  /// Of a reading: some 24 MB.
+  /// Limit per reading; some 24 MB.
   static constexpr std::uint32_t most_pieces = 65536;
   static constexpr double most_columns = 512;  ///< along an axis
 
@@ -204,7 +204,7 @@ class ReadingRun {
 
   static std::uint64_t event_bytes(const Slot& s) { return sizeof(EventHead) + s.events * sizeof(EventRow); }
 
-  /// Working space that all slots share: on the device one reading is worked out after the other.
+  /// Working space shared by all slots: the device computes one reading after the other.
   struct Scratch {
     std::uint64_t origins = 0, labels = 0, pieces = 0, columns = 0, levels = 0, end = 0;
   };
@@ -397,7 +397,7 @@ class ReadingRun {
     return {};
   }
 
-  /// What of a request there is in this scene, and how many rows of pieces it takes.
+  /// Parts of a request that this scene has, and the number of rows of pieces.
   void choose_parts(Slot& s, const Frame<T>& scene, const ReadParts& parts) const {
     s.parts = parts;
     s.lost.clear();
@@ -418,8 +418,8 @@ class ReadingRun {
     s.bodies = bodies_;
   }
 
-  /// Enqueues the copies. Every copy costs its host as much as a kernel: what stands behind rows of which all are sent comes
-  /// with them.
+  /// Enqueues the copies. A copy costs the host as much as a kernel, so data that follow rows of which all are sent are copied
+  /// together with them.
   void bring_to_host(E& ex, Slot& s, const double* samples) {
     const Layout host = layout(s, s.rows_sent), device = layout(s, s.rows);
     ex.begin_copies();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tables that the host has in double, in the scalar of a World.
+// Tables of the host, which are in double, rounded to the scalar of a World.
 #pragma once
 
 #include "engine/scene.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the arguments of a sub-step are worked out from, in double.
+// Scales of the scene from which the arguments of a sub-step are computed, in double.
 #pragma once
 
 #include <algorithm>

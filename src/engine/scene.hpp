@@ -52,7 +52,7 @@ struct SceneLattice {
   int max_half_width = 0;
 };
 
-/// What a host may change between sub-steps.
+/// Settings that a host may change between sub-steps.
 struct Surroundings {
   Vec3d gravity;                                                 ///< [m/s^2]
   std::array<physics::SurfaceCondition<double>, 6> wall_heat{};  ///< per face
@@ -114,7 +114,7 @@ inline constexpr std::uint32_t tree_rows = 18;
 /// Cells of the curve that H spans.
 inline constexpr int tree_resolution = 4;
 
-/// How neighbours are found in a scene, and why so.
+/// The neighbour search of a scene and the reason for its choice.
 struct SearchChoice {
   NeighbourSearch search = NeighbourSearch::grid;
   std::uint32_t facts = fact_packed;

@@ -10,7 +10,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// A checked SurfaceDesc and what it needs to know of the World; domain relative to the origin.
+/// A checked SurfaceDesc with the properties of the World that it depends on; domain relative to the origin.
 struct SurfaceRequest {
   SurfaceOf of = SurfaceOf::liquid;
   std::uint32_t body = 0;  ///< index + 1

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the surface needs of an engine: its buffers, kept between calls, its grid, and the host's side of a
+// The surface of an engine: its buffers, kept between calls, its grid, and the host's side of a
 // call.
 #pragma once
 
@@ -31,7 +31,7 @@ class SurfaceRun {
   /// Waits, or not where the request says so and the kind of surface is known. True: the World has halted; the mesh is that of the
   /// state as it lies there.
   /// reserved: items that the engine's own verbs work on. timed: what is enqueued is, as surface_stage.
-  /// mesh: null where the view is all that is wanted.
+  /// mesh: null if only the view is requested.
   Result<bool> run(E& ex, const Frame<T>& scene, std::uint64_t reserved, bool timed, const SurfaceRequest& q,
                    SurfaceView& view, SurfaceMesh* mesh) {
     view = {};
@@ -98,15 +98,15 @@ class SurfaceRun {
     return {};
   }
 
-  /// Page-locked memory for counts that nobody waits for; false where there is none.
+  /// Page-locked memory for counts that are fetched without waiting; false if there is none.
   bool fit_counts(E& ex) {
     if (counts_mark_ == nullptr) counts_mark_ = ex.make_mark();
     if (counts_ == nullptr) counts_ = static_cast<SurfaceCounts*>(ex.allocate_pinned(sizeof(SurfaceCounts)));
     return counts_mark_ != nullptr && counts_ != nullptr;
   }
 
-  /// Has the counts of this surface brought to the host, for one of the next to look at; one at a time. What is known of it now is
-  /// the room.
+  /// Enqueues the copy of this surface's counts to the host, for a later call to read; one copy at a time. Until then its size is
+  /// that of its buffers.
   SurfaceCounts follow(E& ex, Room& room) {
     if (followed_ == nullptr) {
       ex.begin_copies();
@@ -120,7 +120,7 @@ class SurfaceRun {
     return c;
   }
 
-  /// At counts that have come meanwhile. Room grows before it is used up: what outgrows it is not drawn.
+  /// Reads counts that have arrived. Room grows before it is used up, because a surface that exceeds it is not drawn.
   void look_back(E& ex) {
     if (followed_ == nullptr || !ex.reached(counts_mark_)) return;
     Room& room = *std::exchange(followed_, nullptr);
@@ -193,7 +193,7 @@ class SurfaceRun {
     g.nx = static_cast<std::int32_t>(n[0]);
     g.ny = static_cast<std::int32_t>(n[1]);
     g.nz = static_cast<std::int32_t>(n[2]);
-    // The key of what takes no part, cut to these bits, still sorts last.
+    // The key of particles that take no part, cut to these bits, still sorts last.
     g.key_bits =
         std::min(64u, static_cast<std::uint32_t>(std::ceil(std::log2(n[0] * n[1] * n[2] + 1.0))) + 1u);
   }
@@ -239,13 +239,13 @@ class SurfaceRun {
     w_.shift = cast<T>(Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)});
   }
 
-  /// How much there may be of what is found.
+  /// Capacities of the buffers of results.
   struct Room {
     std::uint32_t groups = 0, blocks = 0, vertices = 0, triangles = 0;
     bool guessed = true;  ///< nothing has been found yet
   };
 
-  /// Of a compact body of liquid.
+  /// Capacities that suffice for a compact body of liquid.
   Room first_guess() const {
     Room r;
     r.groups = static_cast<std::uint32_t>(capacity_ / 12 + 64);
@@ -260,7 +260,7 @@ class SurfaceRun {
         std::min<std::uint64_t>(count + std::uint64_t{count} / 4 + 64, none - 1));
   }
 
-  /// More room where there was too little; false where there was enough. A count is right if those before it
+  /// Enlarges capacities that were exceeded; false if none was. A count is valid only if the counts before it
   /// fitted.
   bool grow(Room& r, const SurfaceCounts& c) {
     const auto more = [](std::uint32_t& room, std::uint32_t needed) {
@@ -369,7 +369,7 @@ class SurfaceRun {
     a.place(w_.out_triangles, std::uint64_t{3} * w_.max_triangles);
   }
 
-  /// Room for what is asked for. What steps recorded is forgotten where their working space moves.
+  /// Allocates the capacities. Recorded graphs of steps are discarded if their working space moves.
   Status fit(E& ex, std::uint64_t reserved) {
     const std::uint64_t nodes = std::uint64_t{w_.max_blocks} * w_.grid.volume;
     const auto too_much = [](std::uint64_t bytes) {
@@ -414,7 +414,7 @@ class SurfaceRun {
             0};
   }
 
-  /// Recorded where it is the same again: recording costs more than it saves once.
+  /// Recorded when the same call repeats: recording costs more than one replay saves.
   void enqueue(E& ex, const SurfaceRequest& q, const Frame<T>& scene) {
     const auto all = [&] { surface::build<E, T>(ex, w_, q.smoothing); };
     const RepeatKey now = key(q, scene);
@@ -502,7 +502,7 @@ class SurfaceRun {
   unsigned char* host_ = nullptr;  ///< page-locked, for what fetch() brings
   std::uint64_t host_bytes_ = 0;
   void* mark_ = nullptr;
-  SurfaceCounts* counts_ = nullptr;  ///< page-locked, of a surface that nobody waited for
+  SurfaceCounts* counts_ = nullptr;  ///< page-locked, counts of a surface that was not waited for
   void* counts_mark_ = nullptr;
   Room* followed_ = nullptr;           ///< whose counts are on their way
   Room rooms_[3][2];                   ///< per SurfaceOf and kernel

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // The verbs on the CPU. Together with cuda/exec/exec_cuda.cuh this is the executor concept:
 //
-//   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i. A body with Item
-//                                and read(i) may be asked body(i, read(i)) instead, with read(i) ahead of the guard;
+//   for_each(n, body)            body(i), i in [0, n); every call writes only what belongs to i. A body with an Item
+//                                and read(i) may be called as body(i, read(i)) instead, with read(i) before the guard;
 //                                in accumulate likewise, body(i, read(i), add)
 //   gather(n, body)              body.finish(i, sum of body.part(i, k) over k = 0, 1, 2), for sums long
 //                                enough to share out; Body::Sum::add; order of addition fixed; in two passes
 //                                where the body has join(i) and more(i, k, parts, sum) (exec/gather.hpp)
 //   select(n, body, list)        list = those i with body.wanted(i), in any order; list[0] = how many. Where
-//                                asking again costs nothing, nothing (lists = false)
-//   gather_listed(n, list, body) gather over what was selected by the same wanted(i)
+//                                testing again costs nothing, no list is made (lists = false)
+//   gather_listed(n, list, body) gather over the items selected by the same wanted(i)
 //   reduce(n, body, out[, last]) *out = combine of body(i); R::combine is associative, R{} its identity; then
 //                                last(*out). body(i) may write index i. A body may read ahead: then it is
 //                                body(i, item, add), item = read(i) of type Body::Item, add as in accumulate
 //   gather_reduce(n, body, out[, last])
 //                                gather and reduce in one: body.finish(i, sum, body.read(i), add) returns a P,
-//                                P::result() is what is combined. P::over(lanes) is that of up to 32 at once, where
+//                                P::result() is combined. P::over(lanes) is the result of up to 32 at once, where
 //                                each is P::plain()
 //   sum_by_row(n, body, rows)    rows[r] += s where body(i, s) = r; none = 0xffffffff adds nothing. Body::Sum
 //                                is Sum::words 64-bit integers, so order does not matter
@@ -30,15 +30,15 @@
 //                                since the last time. first(0) runs beside the one
 //   accumulate(n, body)          body(i, add); add(address, integer), add.lower(address, integer),
 //                                add.count(counters, k), add.set(address, bits) and add.clear(address, bits): exact
-//                                sums, minima and sets, so order does not matter; lower returns what was there,
-//                                add.load(address) reads what others may be lowering
+//                                sums, minima and sets, so order does not matter; lower returns the old value,
+//                                add.load(address) reads a value that other threads may be lowering
 //   copy(n, from, to), fill(n, value, to)
 //
 // and, for the engine:
 //   repeat(key[, first], enqueue)  enqueue(), which may be recorded: the same key later stands for the same
 //                                launches. first() is one launch ahead of them whose arguments may differ
 //   begin_copies(), copy_out(to, from, bytes)..., end_copies(mark)
-//                                copies to page-locked memory of what is there now, beside what is enqueued next;
+//                                copies of the present data to page-locked memory, concurrent with work enqueued next;
 //                                reached(mark) and wait_for_mark(mark) say when they have ended
 //   allocate/release, upload/download (they wait), the same _pinned of host memory, make_mark/release_mark, zero, synchronize, free_bytes, reserve(n) working space for
 //   verbs over n items, pace() after every sub-step: waits where too much is enqueued, watch(flag),
@@ -105,7 +105,7 @@ class CpuAdder {
     }
     ++times_;
   }
-  /// *address = min(*address, value), at once; what was there.
+  /// Atomically *address = min(*address, value); returns the old value.
   std::uint32_t lower(std::uint32_t* address, std::uint32_t value) const {
     std::uint32_t old = load(address);
     while (value < old &&
@@ -116,7 +116,7 @@ class CpuAdder {
   std::uint32_t load(const std::uint32_t* address) const {
     return __atomic_load_n(address, __ATOMIC_RELAXED);
   }
-  /// Bits of *address, at once.
+  /// Atomically sets bits of *address.
   void set(std::uint32_t* address, std::uint32_t bits) const {
     __atomic_fetch_or(address, bits, __ATOMIC_RELAXED);
   }
@@ -400,7 +400,7 @@ class CpuExec {
   bool reached(void*) const { return true; }
   void wait_for_mark(void*) const {}
   void pace() const {}
-  /// Of a host's other streams, which nothing here is on; why not.
+  /// A CPU has no streams: returns the error text.
   std::string wait_for_event(void*) const { return no_events; }
   std::string signal_event(void*) const { return no_events; }
   static constexpr const char* no_events =
@@ -479,7 +479,7 @@ class CpuExec {
   static std::size_t split_bytes(std::uint64_t n) {
     return static_cast<std::size_t>(4 * (n + meltsim::core::lanes)) * sizeof(T);
   }
-  // Items that are not worth waking threads for; and where each is a sum.
+  // Number of items that is not worth waking threads for; and if each item is a sum.
   static constexpr std::uint64_t few = 1024, few_sums = 256;
   static constexpr std::uint64_t part = 64;  // least number of items that a thread takes
   template <class Body>

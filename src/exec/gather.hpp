@@ -33,13 +33,13 @@ struct joins : std::false_type {};
 template <class Body>
 struct joins<Body, std::void_t<decltype(&Body::join)>> : std::true_type {};
 
-/// Bodies of which every call makes a sum, one by one as in a gather or many terms at a time: some 0.2 us and more.
+/// Bodies whose every call computes a sum, which takes 0.2 us or more.
 template <class Body, class = void>
 struct makes_sums : std::false_type {};
 template <class Body>
 struct makes_sums<Body, std::void_t<typename Body::Sum>> : std::true_type {};
 
-/// The sum of i in one thread, added up as where parts have threads of their own.
+/// The sum of i in one thread, in the order of addition of several threads.
 template <class Body>
 MELTSIM_HD typename Body::Sum sum_of(const Body& body, std::uint64_t i, std::uint32_t parts) {
   typename Body::Sum sum = body.part(i, 0u, parts);
@@ -91,7 +91,7 @@ struct modest<Body, decltype(static_cast<void>(Body::modest))> {
   static constexpr bool value = Body::modest;
 };
 
-/// Bodies with `Item` and `Item read(i) const`: what one call needs may be asked for while another works.
+/// Bodies with `Item` and `Item read(i) const`: operands of one call may be loaded while another computes.
 template <class Body, class = void>
 struct reads_ahead {
   static constexpr bool value = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Positions as the CPU's vector loops want them: one array per coordinate.
+// Positions for the vector loops of a CPU: one array per coordinate.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// Neighbours that are looked at side by side, whatever the width of the machine's vectors: part of the order
+/// Number of SIMD lanes: neighbours processed side by side, whatever the width of the machine's vectors; part of the order
 /// of sums.
 inline constexpr std::uint32_t lanes = 8;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What makes one sub-step's launches differ from another's: equal keys, equal launches.
+// Key of a sub-step's launches: equal keys, equal launches.
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the CPU's threads share out a loop: everyone begins with a run of its own and helps the others when
-// done.
+// How the CPU's threads share out a loop: each thread begins with a run of its own and helps the others when
+// finished.
 #pragma once
 
 #include <cstddef>

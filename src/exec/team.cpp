@@ -20,8 +20,8 @@ inline namespace v0 {
 namespace core {
 namespace {
 
-/// How long a thread looks for what it waits for before it sleeps: longer than two loops of a sub-step lie apart, and a
-/// hundredth of the time slice that another program may want.
+/// How long a waiting thread spins before it sleeps: longer than the gap between two loops of a sub-step, and a
+/// hundredth of a time slice, which another program may need.
 constexpr auto patience = std::chrono::microseconds(50);
 
 // Team::Shared::state: helpers inside a job, members it may have, whether it may still be entered, its number.
@@ -83,7 +83,7 @@ struct Team::Shared {
   std::condition_variable called, left;
 
   void call() {
-    { const std::lock_guard<std::mutex> lock(mutex); }  // no thread is between looking and sleeping
+    { const std::lock_guard<std::mutex> lock(mutex); }  // no thread is between spinning and sleeping
     called.notify_all();
   }
 };

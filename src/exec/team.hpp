@@ -10,13 +10,13 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// The helpers of one thread of the host: made when first wanted, asleep while there is nothing to do, ended with that
+/// The helper threads of one host thread: created at first use, asleep while idle, ended with that
 /// thread. Not OpenMP, for three reasons: a caller does not wait for helpers that got no processor before the work was
 /// done, so a busy machine never makes many threads slower than one; helpers sleep soon whatever the host's environment
 /// says; and a thread that the system does not grant is done without, where OpenMP's runtime ends the process.
 class Team {
  public:
-  /// What every member does. It may end before, or begin after, that of others: complete is the work when those that
+  /// The work of every member. It may end before, or begin after, that of others: the work is complete when the members that
   /// have begun have returned, however few they are.
   using Work = void (*)(const void* data, int member);
 

@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 constexpr int granted_anyway = 16;
 
-/// What read(directory) says of the process's own control group and those above it; the least of it. Version 2 of the
+/// The least value of read(directory) over the process's control group and the groups above it. Version 2 of the
 /// interface; a container that shows only its own group shows that one at the root.
 template <class Read>
 auto least_of_groups(const Read& read) {
@@ -65,7 +65,7 @@ int allowed() {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-/// What the environment variable OMP_NUM_THREADS asks for; no bound where it is absent or no positive number. The name is
+/// Number of threads in the environment variable OMP_NUM_THREADS; no bound if it is absent or not a positive number. The name is
 /// OpenMP's, because that is what people set for a program that computes.
 int environment_threads() {
   const char* const text = std::getenv("OMP_NUM_THREADS");

@@ -9,7 +9,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// What of a sub-step is timed.
+/// Which parts of a sub-step are timed.
 enum class Sample { nothing, stages, whole };
 
 /// Times the stages of one sub-step of every `every`, and the whole of the next. Which one of them follows no period, so that
@@ -20,7 +20,7 @@ struct Sampling {
   Sample next() {
     if (every == 0) return Sample::nothing;
     const auto n = static_cast<std::uint64_t>(every), window = count / n, place = count++ % n;
-    // Not the very first sub-steps, which load what later ones find loaded.
+    // Skips the first sub-steps, in which modules and pages are loaded.
     const std::uint64_t stages = window == 0 ? std::min<std::uint64_t>(n - 1, 8) : scattered(window) % n;
     return place == stages ? Sample::stages : place == (stages + 1) % n ? Sample::whole : Sample::nothing;
   }

@@ -15,7 +15,7 @@
 #define MELTSIM_WIDE
 #endif
 
-/// Before a loop whose turns have nothing to do with each other: it is to become vector instructions.
+/// Before a loop with independent iterations, which the compiler should vectorise.
 #if defined(__GNUC__) && !defined(__clang__)
 #define MELTSIM_SIDE_BY_SIDE _Pragma("GCC ivdep")
 #else

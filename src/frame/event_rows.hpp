@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events as the device keeps them: a ring of rows, and how many there were.
+// Events on the device: a ring of rows, and their numbers.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct EventRow {
   Vec3<double> at{};                     ///< in stored coordinates [m]
 };
 
-/// How many events there were since the host took them.
+/// Numbers of events since the host last took them.
 struct EventHead {
   std::int64_t count[event_kinds + 1] = {};  ///< of each kind; the last one stays 0
   std::uint64_t written = 0;                 ///< in all; the ring has the last of them
@@ -34,7 +34,7 @@ struct EventHead {
   std::uint32_t unused = 0;                  ///< keeps the size a multiple of 8
 };
 
-/// Most bodies that contacts are kept of: a number for each pair.
+/// Largest number of bodies whose contacts are tracked: the table has an entry for each pair.
 inline constexpr std::uint64_t most_touching_bodies = 1024;
 /// Columns of the table of contacts ahead of those of bodies: the walls.
 inline constexpr std::uint32_t wall_columns = 6;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Impulses on a body that come out the same in whatever order they are added up, and their sum over sub-steps.
+// Impulses on a body in fixed point, whose sum does not depend on the order of addition, and their sum over sub-steps.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct ImpulseSum {
   std::int64_t impulse[3] = {}, spin[3] = {};  ///< in units of SumUnits::momentum and spin
 };
 
-/// What acts on a body in a sub-step. Places are relative to a point of reference.
+/// Impulses on a body in a sub-step. Positions are relative to a point of reference.
 struct ForceSums {
   std::int64_t mass = 0, first[3] = {};  ///< of its particles
   ImpulseSum all, pressure, contact;     ///< all: also viscosity; without gravity
@@ -31,7 +31,7 @@ struct HeatSums {
 };
 static_assert(sizeof(HeatSums) == HeatSums::words * sizeof(std::int64_t));
 
-/// Of an enthalpy [J], where `mass` is that of a mass [kg]: 2^30 J/kg of it, more than any material holds.
+/// Unit of enthalpy sums [J] from that of mass sums [kg]: 2^30 J/kg, more than any material holds.
 MELTSIM_HD SumUnit heat_unit(const SumUnit& mass) {
   constexpr double most = 1073741824.0;
   return {mass.size * most, mass.per / most};

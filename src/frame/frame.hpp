@@ -53,7 +53,7 @@ inline constexpr std::uint64_t removed_key = ~std::uint64_t{0};
 /// Values of vertex_state: no particle, a solid one, one that melted in this sub-step.
 inline constexpr std::uint32_t vertex_free = 0, vertex_live = 1, vertex_melted = 2;
 
-/// Of site_vertex, where there is no vertex: and none within w along x either; nor along x and y.
+/// Values of site_vertex at a site without a vertex: there is none within w along x either; none along x and y.
 inline constexpr std::uint32_t empty_row = 0xfffffffeu, empty_plane = 0xfffffffdu;
 MELTSIM_HD bool is_vertex(std::uint32_t n) { return n < empty_plane; }
 
@@ -73,7 +73,7 @@ struct alignas(2 * sizeof(T)) HeatOperand {
   T temperature{}, resistivity{};
 };
 
-/// What reaches a particle from outside, worked out once per sub-step.
+/// Heat that reaches a particle from outside, computed once per sub-step.
 template <class T>
 struct HeatBoundary {
   T area{}, depth{};       ///< dry surface [m^2], how deep beneath it the particle is [m]
@@ -132,7 +132,7 @@ struct BodyMotionRow {
   Mat3<double> inertia{};  ///< of a proxy, about its centre of mass in the lattice as built [kg m^2]
 };
 
-/// A push on a body, between sub-steps.
+/// An impulse on a body, between sub-steps.
 struct PushRow {
   physics::MassSums sums;
   physics::RigidPush push;
@@ -148,12 +148,12 @@ struct OutletFlow {
 template <class T>
 struct Clock : StageClock {
   T dt{}, half_dt{};            ///< of this sub-step [s]
-  T spring_dt{};                ///< what goals and contacts go by (physics/integrate.hpp) [s]
+  T spring_dt{};                ///< step that goals and contacts use (physics/integrate.hpp) [s]
   std::uint64_t step = 0;       ///< index of this sub-step, from 1
   double end = 0;               ///< at its end [s]
   std::uint64_t sampled = 0;    ///< bit per probe: due in this sub-step
   std::uint64_t sample_at = 0;  ///< where their values begin in ProbeViews::values
-  // What a host may change between sub-steps travels here, since the arguments of step.begin are set anew each time.
+  // Settings that a host may change between sub-steps; they are here because the arguments of step.begin are set each time.
   Vec3<T> gravity{};
   physics::SurfaceCondition<T> wall_heat[6];  ///< per face
   std::uint32_t heated_walls = 0;             ///< bit per face: its heat is not insulated
@@ -167,7 +167,7 @@ struct PreviousViews {
 #include "meltsim/fields.def"
 };
 
-/// Where sph.advance puts the state at the end of the sub-step, as others still read that of its middle.
+/// Where sph.advance writes the state at the end of the sub-step, because other threads still read that of its middle.
 template <class T>
 struct NextViews {
   Vec4<T>* position = nullptr;
@@ -177,7 +177,7 @@ struct NextViews {
 /// Most probes of a World: a bit each in Clock::sampled.
 inline constexpr std::uint32_t most_probes = 64;
 
-/// What a probe reads. Points of kind `point`, lines of kind `level`.
+/// A probe on the device: points of kind `point`, lines of kind `level`.
 struct ProbeRow {
   std::uint32_t first = 0;                                  ///< of its points or lines
   std::uint32_t width = 0;                                  ///< values per point
@@ -194,14 +194,14 @@ struct ProbePoint {
   std::uint32_t probe = 0;
 };
 
-/// Of a level gauge.
+/// The line of a level gauge.
 struct ProbeLine {
   std::uint32_t probe = 0;
   std::uint32_t first = 0, heights = 0;  ///< its points in ProbeViews::heights
   double lowest = 0, step = 0;           ///< of them, along "up", in stored coordinates [m]
 };
 
-/// Sums over particles that probes ask for, in the order in which they are made.
+/// Kinds of sums over particles for probes, in the order in which they are computed.
 enum class LoadKind : std::uint32_t {
   liquid_on_body,
   contact_on_body,
@@ -241,7 +241,7 @@ struct ProbeViews {
                       *listed_heights = nullptr;  ///< all of them, as CudaExec::gather_listed takes them
   T* profile = nullptr;                           ///< how much liquid there is, per height
   double* values = nullptr;                       ///< samples, one after another
-  // Of World::sample, between sub-steps:
+  // For World::sample, between sub-steps:
   const std::uint64_t* keys = nullptr;          ///< cells of particles, ascending
   const std::uint32_t* slots = nullptr;         ///< their slots
   std::uint32_t sorted = 0;                     ///< how many
@@ -328,9 +328,9 @@ struct Frame {
   std::uint32_t words_room = 0;    ///< words that a set holds
   bool solids = true;              ///< there are some
   bool one_liquid = false;         ///< no two materials are ever liquid
-  bool slots_of_all = true;        ///< slot_of_id is kept for everyone, not only as slot_is_known() says
-  bool count_ahead = false;  ///< step.integrate counts who will be in which cell; it follows the same step
-  bool counted = false;      ///< it did in the sub-step before
+  bool slots_of_all = true;  ///< slot_of_id is kept for every particle, not only for those of slot_is_known()
+  bool count_ahead = false;  ///< step.integrate counts the cells of the next sub-step, which is as long
+  bool counted = false;      ///< the sub-step before did
   bool cells_begun = false;  ///< and where cells begin is known since step.begin
   // Arguments of single stages, set by the engine:
   Clock<T> clock;  ///< step.begin
@@ -367,14 +367,14 @@ MELTSIM_HD Vec3<T> wrapped(const Frame<T>& w, Vec3<T> x) {
   return x;
 }
 
-/// Whether slot_of_id is kept for particles with this tag. Of what melted, too: a vertex that melted may still be the
+/// Whether slot_of_id is kept for particles with this tag; also for melted ones: a melted vertex may still be the
 /// label of its piece, whose sums are taken about it.
 template <class T>
 MELTSIM_HD bool slot_is_known(const Frame<T>& w, std::uint32_t tag) {
   return w.slots_of_all || is_solid(tag) || is_removed(tag) || body_of(tag) != 0u;
 }
 
-/// What pulls on the particle at slot i beside other particles and walls: gravity and force fields [m/s^2].
+/// Acceleration of the particle at slot i by gravity and force fields [m/s^2].
 template <class T>
 MELTSIM_HD Vec3<T> pull_at(const Frame<T>& w, std::uint64_t i) {
   const Vec3<T> gravity = w.f.clock->gravity;
@@ -387,7 +387,7 @@ MELTSIM_HD double enthalpy_at(const Frame<T>& w, std::uint64_t i) {
   return w.f.enthalpy != nullptr ? w.f.enthalpy[i] : w.f.enthalpy_of_id[w.f.id[i]];
 }
 
-/// Whether a particle of liquid has nothing beside it but the same liquid, equally viscous.
+/// Whether all neighbours of a liquid particle are the same liquid of the same viscosity.
 template <class T>
 bool liquid_alone(const Frame<T>& w) {
   return w.one_liquid && !w.solids && w.f.viscosity == nullptr;

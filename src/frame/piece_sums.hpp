@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over a piece that come out the same in whatever order they are added up.
+// Sums over a piece in fixed point, which do not depend on the order of addition.
 #pragma once
 
 #include <cmath>
@@ -20,12 +20,12 @@ struct PieceSums {
 };
 static_assert(sizeof(PieceSums) == PieceSums::words * sizeof(std::int64_t));
 
-/// What one integer of a sum stands for, a power of two, and how many make one of it.
+/// The quantity that one integer of a sum stands for, a power of two, and its reciprocal.
 struct SumUnit {
   double size = 1, per = 1;
 };
 
-/// Of mass [kg], momentum [kg m/s], spin [kg m^2/s], first [kg m] and second [kg m^2].
+/// Units of mass [kg], momentum [kg m/s], spin [kg m^2/s], first moment [kg m] and second moment [kg m^2].
 struct SumUnits {
   SumUnit mass, momentum, spin, first, second;
 };

@@ -17,7 +17,7 @@ struct ProbeSetup {
   std::vector<ProbePoint<double>> heights;
   std::vector<ProbeLine> lines;
   std::vector<LoadRow> loads[load_kinds];  ///< by kind
-  std::uint64_t room = 0;                  ///< values of samples that there shall be room for
+  std::uint64_t room = 0;                  ///< number of values of samples to allocate
   std::uint64_t region = 0;                ///< in regions of so many
 };
 

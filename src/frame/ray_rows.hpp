@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays as an engine takes them, in double and stored coordinates, and where they end.
+// Rays as passed to an engine, in double and stored coordinates, and where they end.
 #pragma once
 
 #include <cstdint>

@@ -12,7 +12,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// What totals need besides LedgerSums.
+/// Sums for totals besides LedgerSums.
 struct ExtentSums {
   double coldest = 1e300, hottest = -1e300, heat = 0;  ///< degrees C; heat: sum of mass times temperature
   double speed = 0;                                    ///< largest [m/s]
@@ -47,7 +47,7 @@ struct PieceUnits {
   SumUnit heat;
 };
 
-/// The rest of what a piece is read by.
+/// Further data of a piece.
 struct PieceRow {
   std::uint32_t first = 0, label = 0, body = 0;  ///< vertices; index of the body
   std::uint32_t low[3] = {}, high[3] = {};       ///< bounds relative to `at`: ordered(x), ordered(-x)
@@ -55,7 +55,7 @@ struct PieceRow {
   Quat<double> turn{};                           ///< rotation of its region
 };
 
-/// What every reading begins with.
+/// Head of every reading.
 struct ReadingHead {
   WorldStatus status;
   LedgerSums sums;
@@ -93,7 +93,7 @@ struct ColumnGrid {
   std::uint32_t repeats = 0;
 };
 
-/// What stands in a column.
+/// Sums over a column.
 struct Column {
   std::int64_t volume = 0;          ///< of liquid above the base, in units of dx^3/units
   std::uint32_t top = 0xffffffffu;  ///< ordered(-height) of the topmost liquid
@@ -101,7 +101,7 @@ struct Column {
   static constexpr double units = 1u << 20;
 };
 
-/// Of a square of columns: those with a level, and those with nothing, by weight.
+/// Sums over a square of columns: weights of columns with a level and of empty ones.
 struct LevelSums {
   double wet = 0, dry = 0, level = 0;  ///< level: weight times level [m]
 };
@@ -113,7 +113,7 @@ struct PackedParticles {
   std::uint32_t *tag = nullptr, *piece = nullptr;
   std::uint32_t* color = nullptr;    ///< elsewhere, where colours are asked for
   float* solute[most_species] = {};  ///< mass fractions, of the species that there are
-  /// Of a particle.
+  /// Size of a particle's row.
   static constexpr std::uint64_t bytes(std::uint64_t species) {
     return 2 * sizeof(Vec3<float>) + (4 + species) * sizeof(float) + 2 * sizeof(std::uint32_t);
   }
@@ -144,7 +144,7 @@ struct PackColors {
   const std::uint32_t* table = nullptr;
 };
 
-/// What acted on a body, and how it moves where the host moves it or has to move with it.
+/// Impulses on a body, and its motion if the host moves it or follows it.
 struct ForcesRow {
   BodyForceTotals totals;
   physics::RigidMotion motion;

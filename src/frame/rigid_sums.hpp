@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over a rigid piece that come out the same in whatever order they are added up.
+// Sums over a rigid piece in fixed point, which do not depend on the order of addition.
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the search for neighbours goes by: the grid, the tree.
+// Data structures of the neighbour search: the grid, the tree.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct Grid {
       {};  ///< how many cells away another line of cells along x lies (spatial/cells.hpp)
 };
 
-/// Of a node of the search tree. An empty one is low > high.
+/// Bounding box of a node of the search tree. Empty if low > high.
 template <class T>
 struct TreeBox {
   Vec3<T> low, high;

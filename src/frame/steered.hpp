@@ -25,7 +25,7 @@ struct Reshaped {
   const physics::MeshPoint* points = nullptr;
 };
 
-/// A push on a free body, or the motion that it is to have.
+/// An impulse on a free body, or its new velocities.
 struct PushArguments {
   std::uint32_t body = 0, vertex = 0;  ///< vertex: the body's first
   bool sets = false;                   ///< velocities, not impulses

@@ -14,7 +14,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// What was found, whether or not there was room for it.
+/// Numbers of items found, whether or not the buffers have room for them.
 struct SurfaceCounts {
   std::uint32_t groups = 0, blocks = 0, vertices = 0, triangles = 0;
   std::uint32_t halted = 0;  ///< the World's own flag
@@ -41,7 +41,7 @@ struct alignas(16) SurfaceRing {
 /// Links of a block to a neighbour that is not in the list: all its nodes are outside, or inside.
 inline constexpr std::uint32_t link_outside = 0xffffffffu, link_inside = 0xfffffffeu;
 
-/// What a node is in. Beneath a solid's surface it is outside of the liquid.
+/// Region that contains a node. Beneath a solid's surface a node is outside of the liquid.
 inline constexpr std::uint8_t node_outside = 0, node_inside = 1, node_in_solid = 2;
 
 /// In `code`: the cell has no triangles, because only solids bound the liquid in it.

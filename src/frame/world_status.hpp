@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sub-step came to: checks of every particle, their sum, and what a World keeps of it.
+// Results of a sub-step: checks of every particle, their reduction, and the status of the World.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ enum class Halt : std::uint32_t {
 };
 
 enum HeatIdle : std::uint32_t { idle_level = 1u, idle_halted = 2u };
-/// What changes phase although no heat flows.
+/// Kinds of phase change that take place although no heat flows.
 enum HeatPending : std::uint32_t { pending_melt = 1u, pending_freeze = 2u };
 
 /// How far apart temperatures are [degrees Celsius], and whether something is to change phase.
@@ -40,7 +40,7 @@ struct HeatSpread {
   }
 };
 
-/// Sums over all particles as they are, in stored coordinates.
+/// Sums over all particles, in stored coordinates.
 struct LedgerSums {
   double mass = 0;
   Vec3<double> momentum, angular_momentum;  ///< about the stored origin
@@ -58,7 +58,7 @@ struct LedgerSums {
   }
 };
 
-/// What the sound speed follows from, over everything that moves.
+/// Quantities that the sound speed follows from, over all moving particles.
 struct SoundLook {
   double head = -1e300;       ///< largest v^2/2 - g.x, x relative to the stored origin [m^2/s^2]
   std::uint32_t elastic = 0;  ///< 1: a deformable body has a youngs_modulus
@@ -69,7 +69,7 @@ struct SoundLook {
   }
 };
 
-/// What a change of the sound speed does.
+/// Work of changes of the sound speed.
 struct SoundWork {
   double mass = 0;  ///< sum of m u/c^2 at the change [kg]
   double done = 0;  ///< since the host took it last [J]
@@ -89,8 +89,8 @@ struct ContentSums {
   }
 };
 
-/// What a sub-step comes to: the worst of all particles, how many left, how far liquid is compressed. Ties go to the
-/// smaller id, so that nothing hangs on the order.
+/// Result of a sub-step: the worst check of all particles, how many left, the compression of liquid. Ties go to the
+/// smaller id, so that the result does not depend on the order.
 struct CheckResult {
   double max_speed = 0, max_density = 0;
   std::uint64_t excess = 0;  ///< sum of rho/rho0 - 1 where above 0, in units of 1/excess_units
@@ -115,7 +115,7 @@ struct CheckResult {
     r.bad_value = take_b ? b.bad_value : a.bad_value;
     return r;
   }
-  /// Into what others hand in as well, where nothing is bad. Add: raise(x, v), x = max(x, v) for v >= 0, and add(x, n).
+  /// Adds this result, which must have no bad check, to a shared one. Add: raise(x, v), x = max(x, v) for v >= 0, and add(x, n).
   template <class Add>
   MELTSIM_HD void hand_in(CheckResult& to, const Add& add) const {
     add.raise(to.max_speed, max_speed);
@@ -146,7 +146,7 @@ struct ParticleCheck {
     r.bad_value = bad_value;
     return r;
   }
-  /// Of up to 32 at once, where none is bad. Lanes: largest(x), x >= 0, and sum(n) over all of them.
+  /// Combined result of up to 32 particles without a bad check. Lanes: largest(x), x >= 0, and sum(n) over all of them.
   template <class Lanes>
   MELTSIM_HD CheckResult over(const Lanes& lanes) const {
     return of(lanes.largest(speed), lanes.largest(phi), lanes.sum(excess), lanes.sum(counts));
@@ -179,7 +179,7 @@ struct WorldStatus {
   double max_density = 0;  ///< likewise, phi
   std::uint32_t courant_exceeded = 0;
   std::uint32_t groups = 0;                 ///< occupied cells of this step
-  std::int64_t died = 0;                    ///< vertices that melted in this step; 0 again once pieces know
+  std::int64_t died = 0;                    ///< vertices that melted in this step; 0 once pieces are searched
   std::uint32_t born = 0;                   ///< vertices that liquid froze onto in this step
   std::uint32_t pieces_stale = 1;           ///< something melted or froze since the last search ended
   std::uint32_t particles = 0;              ///< ids in use when this sub-step began
@@ -202,7 +202,7 @@ struct WorldStatus {
   std::int64_t solute_bound_exceeded =
       0;  ///< particles that exchanged a species faster than its sweeps allow
   /// Bits of HeatIdle: while one is set, kernels of heat do nothing. thermal.level sets the first, so that heat ends in a
-  /// sub-step that follows from the state, whenever the host learns of it.
+  /// sub-step that follows from the state, not from when the host reads it.
   std::uint32_t heat_idle = 0;
   std::uint32_t heat_pending = 0;  ///< bits of HeatPending, as thermal.level met them when it set that
 };

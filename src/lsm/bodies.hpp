@@ -13,7 +13,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace lsm {
 
-/// Particle state in vertex order; and room for the sums of pieces, which are kept where their labels are.
+/// Copies particle state into vertex order and clears the sums of pieces, which are stored at their label vertices.
 template <class T>
 struct GatherBody {
   Frame<T> w;
@@ -55,7 +55,7 @@ struct PiecesBody {
     if (!is_solid(tag)) return;
     const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
     w.f.piece[i] = w.f.vertex_piece[v] + 1u;
-    if ((tag & tag_surface) == 0u) return;  // touches nothing
+    if ((tag & tag_surface) == 0u) return;  // no contact
     const Mat3<T> turn = to_matrix(core::turn_of(w, v));
     w.f.contact_normal[i] =
         core::deforms(w, w.f.vertex_body[v])

@@ -78,7 +78,7 @@ MELTSIM_HD std::uint32_t someone_in(const Frame<T>& w, std::uint64_t v) {
   return none;
 }
 
-/// What the sums of a box are relative to: where someone in it is, and how fast.
+/// Reference of the sums of a box: position and velocity of one of its members.
 template <class T>
 struct BoxOrigin {
   Vec3<T> position{}, velocity{};
@@ -96,7 +96,7 @@ MELTSIM_HD BoxOrigin<T> box_origin(const Frame<T>& w, std::uint64_t v) {
   return {xyz(x), xyz(w.f.vertex_velocity[who]), true};
 }
 
-/// visit(vertex, k, origin) for the rows (Axes = 1) or planes (2) within w of v along the next axis that hold anyone.
+/// visit(vertex, k, origin) for the non-empty rows (Axes = 1) or planes (2) within w of v along the next axis.
 template <int Axes, int Half, class T, class Visit>
 MELTSIM_HD void walk_boxes(const Frame<T>& w, std::uint64_t v, const BodyRow& b, const Visit& visit) {
   const int h = Half != 0 ? Half : b.region_half_width;

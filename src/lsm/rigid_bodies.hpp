@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of rigid bodies: exact sums per piece, the motion of every piece, and where that takes its particles
-// (physics/rigid_piece.hpp). What is kept per piece stands where its label is.
+// Kernels of rigid bodies: exact sums per piece, the motion of every piece, and the new positions of its particles
+// (physics/rigid_piece.hpp). Data of a piece are stored at its label vertex.
 #pragma once
 
 #include "frame/lattice.hpp"
@@ -86,12 +86,12 @@ struct RigidStepBody {
     if (!of_rigid(w, v) || w.f.vertex_piece[v] != v) return;
     const physics::RigidPieceSums sums = core::rigid_sums_of(w.f.rigid_sums[v], w.sum_units);
     const double dt = static_cast<double>(w.f.clock->dt);
-    // A site that holds nothing has no piece, and so no step of a proxy.
+    // A site without a particle belongs to no piece, so a proxy takes no step there.
     if (w.f.bodies[w.f.vertex_body[v]].motion == core::body_proxy && sums.mass > 0)
       w.f.rigid_step[v] = step_of_proxy(v, sums, dt);
     else w.f.rigid_step[v] = physics::rigid_step(sums, w.f.rigid_rotation[v], dt);
   }
-  /// Of what acts on its particles; mass and inertia are the host's.
+  /// Step of a proxy from the forces on its particles; mass and inertia are the host's.
   MELTSIM_HD physics::RigidPieceStep step_of_proxy(std::uint64_t v, const physics::RigidPieceSums& sums,
                                                    double dt) const {
     const std::uint32_t body = w.f.vertex_body[v];
@@ -119,9 +119,9 @@ struct RigidStepBody {
   }
 };
 
-/// What being part of a rigid piece adds to the velocity of a particle beside its own acceleration: what shape matching adds to
-/// one of a free body. Implicit viscosity takes it in, so that liquid meets the motion of the piece, not that of a particle
-/// which the pressure pushes on alone.
+/// Velocity that the rigid piece adds to a particle beside its own acceleration, as shape matching does for
+/// a particle of a free body. Implicit viscosity includes it, so that liquid meets the motion of the piece, not that of a particle
+/// that only the pressure accelerates.
 template <class T>
 struct RigidShapeBody {
   Frame<T> w;

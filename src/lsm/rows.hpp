@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Regions as planes of rows of members (physics/shape_matching.hpp: BoxSums, BoxGoals): where what is summed over
-// them is kept, and the kernels that sum it. Those that are not made of planes go member by member
+// Regions as planes of rows of members (physics/shape_matching.hpp: BoxSums, BoxGoals): storage of the sums over
+// rows and planes, and the kernels that compute them. Regions not made of planes are summed member by member
 // (bodies.hpp).
 #pragma once
 
@@ -13,8 +13,8 @@ namespace lsm {
 using physics::BoxGoals;
 using physics::BoxSums;
 
-/// Plane k of what is kept per vertex. Sums of planes and goals have region_rows; sums of rows are gone before
-/// fits are there, so most of them stand in region_fit.
+/// Plane k of the storage per vertex. Sums of planes and goals are in region_rows; sums of rows are used up before
+/// fits are computed, so most of them are in region_fit.
 template <class T>
 MELTSIM_HD Vec4<T>& kept(const Frame<T>& w, std::uint64_t v, std::uint64_t k) {
   return w.f.region_rows[k * w.vertices + v];
@@ -139,7 +139,7 @@ struct PlaneSumsBody {
   }
 };
 
-/// What RegionMotionBody does, plane by plane.
+/// The work of RegionMotionBody, plane by plane.
 template <class T>
 struct BoxedRegionMotionBody {
   Frame<T> w;
@@ -151,7 +151,7 @@ struct BoxedRegionMotionBody {
   }
 };
 
-/// What the regions of the row about a vertex want of a member of them all.
+/// Sum of the goals that the regions of the row about a vertex have for a common member.
 template <class T>
 struct RowGoalsBody {
   Frame<T> w;
@@ -189,7 +189,7 @@ MELTSIM_HD BoxGoals<T, Axes + 1> sum_goals(const Frame<T>& w, std::uint64_t v, V
   return goals;
 }
 
-/// What the regions of the plane about a vertex want, row by row.
+/// Sum of the goals of the regions of the plane about a vertex, row by row.
 template <class T>
 struct PlaneGoalsBody {
   Frame<T> w;
@@ -201,7 +201,7 @@ struct PlaneGoalsBody {
   }
 };
 
-/// What GoalsBody does, plane by plane: v is in the regions of the members of its own.
+/// The work of GoalsBody, plane by plane: v is in the regions of the members of its own region.
 template <class T>
 struct BoxedGoalsBody {
   Frame<T> w;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fusions: work of one stage that another does in passing. Rows beside the stage table, and by what they hold in a sub-step
+// Fusions: work of one stage that another does in passing. Rows beside the stage table, and the conditions under which they hold in a sub-step
 // with certain stages (a bit each).
 #pragma once
 
@@ -24,7 +24,7 @@ enum Fusion : int { fusion_advance, fusion_count_ahead, fusion_count };
 
 inline constexpr FusionInfo fusion_table[fusion_count] = {
     {"sph.advance", stage_bit(stage_sph_forces) | stage_bit(stage_step_integrate),
-     // Nothing runs between the two or behind them.
+     // No stage runs between the two or after them.
      ~((stage_bit(stage_sph_forces) << 1) - 1) & ~stage_bit(stage_step_integrate) &
          ((std::uint64_t{1} << (stage_count - 1) << 1) - 1),
      fact_solid | fact_melt | fact_shifting | fact_viscosity | fact_implicit | fact_heat_enthalpy |

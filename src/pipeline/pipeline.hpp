@@ -100,7 +100,7 @@ inline constexpr std::array<FieldInfo, field_count> field_table{{
 #undef MELTSIM_FIELD
 }};
 
-/// What a scene contains; decides which stages run.
+/// Facts: what a scene contains. They decide which stages run.
 enum Fact : std::uint32_t {
   fact_particles = 1u << 0,
   fact_fluid = 1u << 1,          ///< liquid now, or later by melting or emission
@@ -122,15 +122,15 @@ enum Fact : std::uint32_t {
   fact_sorted = 1u << 16,  ///< particles are sorted by a key
   fact_sparse = 1u << 17,  ///< grid; the domain is unbounded or mostly empty
   fact_tree = 1u << 18,    ///< tree
-  // What the check below need not go through: stages beside the others, whose channels nothing else reads.
+  // Facts that the check below skips: their stages write channels that no other stage reads.
   fact_probes = 1u << 19,     ///< points or levels are sampled
   fact_loads = 1u << 20,      ///< forces, heat or fluxes are
   fact_kinematic = 1u << 21,  ///< bodies that the host moves
   fact_implicit = 1u << 22,   ///< viscosity is implicit
-  // Of those that can move, at least one:
+  // Kinds of movable bodies, at least one of them:
   fact_lattice = 1u << 23,  ///< free bodies, which shape matching moves
   fact_rigid = 1u << 24,    ///< rigid bodies and proxies
-  // Beside the others again:
+  // Further facts that the check skips:
   fact_forces = 1u << 25,   ///< what acts on bodies is summed
   fact_events = 1u << 26,   ///< events are noted
   fact_species = 1u << 27,  ///< something is dissolved, or dissolves
@@ -187,7 +187,7 @@ constexpr bool runs(const StageInfo& stage, std::uint32_t facts) {
 
 /// Facts that a real scene cannot combine otherwise.
 constexpr bool consistent(std::uint32_t f) {
-  // First what leaves the fewest: compilers bound the work of a constant expression.
+  // The facts that leave the fewest combinations come first: compilers bound the work of a constant expression.
   if (((f & fact_fluid) != 0) == ((f & fact_dry) != 0)) return false;
   if (f != 0 && (f & fact_particles) == 0) return false;
   const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
@@ -200,7 +200,7 @@ constexpr bool consistent(std::uint32_t f) {
          (f & (fact_levels | fact_heat_boundary)) != (fact_levels | fact_heat_boundary);
 }
 
-/// What is there before the first stage.
+/// Channels that exist before the first stage.
 constexpr FieldSet fed_before_stages() {
   FieldSet available = 0;
   for (int i = 0; i < field_count; ++i)
@@ -246,7 +246,7 @@ static_assert(pipeline_is_fed(search_facts[2], fact_lattice | fact_rigid),
               "a stage reads a channel that no earlier stage of that scene produced");
 static_assert(sizeof search_facts / sizeof *search_facts == 3);
 
-/// Channels a scene needs: what its stages touch, and what the host asks for. Enthalpies that neither does lie by id.
+/// Channels that a scene needs: those that its stages touch and the host requests. Enthalpies that neither touches are stored by id.
 constexpr FieldSet channels_for(std::uint32_t facts, FieldSet wanted = 0) {
   FieldSet set = wanted;
   for (int i = 0; i < stage_count; ++i)

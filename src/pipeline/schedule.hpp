@@ -22,7 +22,7 @@ inline constexpr bool runs_tracks = false;
 template <class E>
 inline constexpr bool runs_tracks<E, std::void_t<decltype(std::declval<E&>().begin_tracks())>> = true;
 
-/// As many as melting takes: shape matching, the search and contact, contact's normals, its loads, forces, wetted solids, heat.
+/// Number of tracks that melting needs: shape matching, search and contact, normals of contact, loads, forces, wetted solids, heat.
 /// A stage that finds no track of its own waits for one that it need not wait for.
 inline constexpr int most_tracks = 7;
 
@@ -62,14 +62,14 @@ constexpr unsigned aside_blocks(double support_in_spacings) { return support_in_
 constexpr std::uint64_t usual_barriers = stage_bit(stage_step_begin) | stage_bit(stage_step_integrate);
 /// The same where sph.advance takes the place of sph.forces and step.integrate.
 constexpr std::uint64_t advancing_barriers = usual_barriers | stage_bit(stage_sph_forces);
-/// And where liquid cannot leave the scene, so that sph.advance changes nothing that probes read: it puts the new state
+/// The same for scenes that liquid cannot leave, in which sph.advance changes no channel that probes read: it writes the new state
 /// elsewhere. What a probe reads in a sub-step that halts does not count.
 constexpr std::uint64_t probing_barriers = advancing_barriers | stage_bit(stage_sampling_probes);
 constexpr bool is_barrier(int stage, std::uint64_t barriers = usual_barriers) {
   return stage != stage_sampling_probes && (stage_bit(stage) & barriers) != 0;
 }
 
-/// What a host's recorded stages touch, by the built-in stage that each joins: it runs right behind that, on its track.
+/// Channels of recorded custom stages, by the built-in stage that each joins: it runs right after that stage, on its track.
 struct Joined {
   std::array<FieldSet, stage_count> reads{}, writes{};
 };
@@ -116,7 +116,7 @@ constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers, 
 constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers = usual_barriers,
                                  const Joined* joined = nullptr) {
   Schedule r;
-  std::array<std::uint64_t, stage_count> before{};  // everything that has ended when a stage begins
+  std::array<std::uint64_t, stage_count> before{};  // stages that have ended when a stage begins
   std::array<int, most_tracks> end{};               // last stage of a track
   int tracks = 0;
   for (int s = 0; s < stage_count; ++s) {
@@ -143,7 +143,7 @@ constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers =
       for (int k = 2; k < tracks; ++k)
         if (end[static_cast<std::size_t>(k)] < end[static_cast<std::size_t>(track)]) track = k;
     }
-    // What is waited for by way of another stage, or on the same track, need not be waited for again.
+    // A stage that another wait or the same track already covers needs no wait of its own.
     std::uint64_t waits = 0;
     for (int t = s - 1; t >= 0; --t) {
       const std::uint64_t bit = std::uint64_t{1} << t;
