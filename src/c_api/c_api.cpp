@@ -99,7 +99,7 @@ D defaults_of() {
   fill(&d);
   return d;
 }
-/// Defaults in a struct of the host's, of which it says how large it is: smaller where it was built against an older header.
+/// Writes defaults into a struct of the host. The host passes its size, which is smaller if it was built against an older header.
 template <class D>
 void init_sized(D* to, std::size_t size) {
   if (to == nullptr || size < sizeof to->size) return;
@@ -109,7 +109,7 @@ void init_sized(D* to, std::size_t size) {
   std::memcpy(static_cast<void*>(to), &d, d.size);
 }
 
-/// The same for what is written.
+/// The same for a struct that is written.
 template <class R>
 void write(R* to, const char* name, R result) {
   const std::uint32_t size = read(to, name, R{}).size;
@@ -519,7 +519,7 @@ namespace {
 std::vector<meltsim::PropertyPoint> points_of(const double* pairs, size_t count, const char* name) {
   std::vector<meltsim::PropertyPoint> points;
   if (count > 0) given(pairs, name);
-  // More than a table holds are refused, whatever they are: one is enough to say so.
+  // A table with too many points is refused whatever the points are; one point beyond the limit is enough to report it.
   for (size_t k = 0; k < count && k < 9; ++k) points.push_back({pairs[2 * k], pairs[2 * k + 1]});
   return points;
 }

@@ -10,7 +10,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// Over the temperatures of its table, if it has one [kg/m^3].
+/// Least and largest rest density [kg/m^3], over the temperatures of the table if there is one.
 inline double least_density(const MaterialDesc& m) {
   double rho = m.density;
   for (const PropertyPoint& p : m.density_points) rho = std::min(rho, p.value);

@@ -32,7 +32,7 @@ inline SiteBox box_of(const std::vector<Vec3i>& points) {
   return b;
 }
 
-/// Marks everything within `steps` along one axis of what is marked.
+/// Marks all sites within `steps` along one axis of a marked site.
 inline void spread(std::vector<std::uint8_t>& marks, const std::int64_t n[3], int axis, std::int64_t steps) {
   const std::int64_t stride[3] = {1, n[0], n[0] * n[1]};
   const std::int64_t lines = n[(axis + 1) % 3], rows = n[(axis + 2) % 3], length = n[axis];

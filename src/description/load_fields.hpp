@@ -23,7 +23,7 @@ inline constexpr LoadField load_fields[] = {
     {"mass_flux", ProbeKind::flux, 1, 0},      {"volume_flux", ProbeKind::flux, 1, 1},
 };
 
-/// Null where this kind has none of that name.
+/// Null if this kind has no field of that name.
 inline const LoadField* find_load_field(ProbeKind kind, const std::string& name) {
   for (const LoadField& f : load_fields)
     if (f.kind == kind && name == f.name) return &f;

@@ -70,7 +70,7 @@ inline std::vector<DiscPoint> disc_points(double radius, double offset_s, double
 
 }  // namespace detail
 
-/// Of a rectangle: as many points along each side as there are spacings in it.
+/// Layer of a rectangular nozzle: one point per spacing along each side, rounded.
 inline NozzleLayer rectangle_layer(const EmitterDesc& e, double dx) {
   const auto [u, v] = nozzle_axes(e);
   const auto count = [dx](double side) { return static_cast<int>(std::max(1L, std::lround(side / dx))); };
@@ -84,14 +84,14 @@ inline NozzleLayer rectangle_layer(const EmitterDesc& e, double dx) {
   return layer;
 }
 
-/// Of a disc: of all sets of lattice points within a circle around a cell's centre, a point or an edge's centre, the one
+/// Layer of a round nozzle: among the sets of lattice points within a circle around a cell's centre, a point or an edge's centre, the one
 /// whose number is nearest to pi R^2/dx^2. Each is its own mirror image, so its centroid is the centre.
 inline NozzleLayer nozzle_layer(const EmitterDesc& e, double dx) {
   if (is_rectangle(e)) return rectangle_layer(e, dx);
   const auto [u, v] = nozzle_axes(e);
   constexpr double pi = 3.14159265358979323846;
   const double radius = e.radius / dx,
-               area = pi * radius * radius;  // golden hashes hang on the order of products
+               area = pi * radius * radius;  // golden hashes depend on the order of products
   std::vector<detail::DiscPoint> best;
   double least = infinity;
   constexpr double offsets[][2] = {{0.5, 0.5}, {0, 0}, {0.5, 0}};

@@ -17,7 +17,7 @@ namespace core {
 /// Particles closer than this share of the spacing occupy the same place.
 inline constexpr double same_place = 0.9;
 
-/// Points with a number each, hashed by cells of four times the distance that is asked for: most questions then meet one
+/// Points with a number each, hashed by cells four times as wide as the distance of a query: most queries then meet one
 /// cell.
 class PointGrid {
  public:

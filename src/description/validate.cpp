@@ -35,7 +35,7 @@ Status finite_vector(const std::string& field, Vec3d v) {
   return invalid(field, ": must be finite, got ", v, "; check the computation that made it");
 }
 
-/// What single precision can square.
+/// Largest number that single precision can square.
 Status bounded_vector(const std::string& field, Vec3d v, const char* unit) {
   if (Status s = finite_vector(field, v); !s) return s;
   constexpr double most = 1e15;
@@ -161,7 +161,7 @@ Status validate_flow(const MaterialDesc& m, const std::string& p) {
   return {};
 }
 
-/// What of a species can be checked without the others.
+/// Checks of a species that need no other species.
 Status validate_species(const MaterialDesc& m, const std::string& p) {
   if (!m.dissolves_in) {
     if (m.diffusivity_in != 0)

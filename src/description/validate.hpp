@@ -12,7 +12,7 @@ namespace core {
 
 /// 0, or within fifteen decades of 1 to either side: what double precision takes to the fourth power, and no material has.
 Status measurable(const std::string& field, double v, const char* unit);
-/// What goes into sums over time and particles and leaves them finite in double precision.
+/// Numbers small enough that sums over time and particles stay finite in double precision.
 Status summable(const std::string& field, double v, const char* unit);
 
 Status validate(const WorldDesc& desc);

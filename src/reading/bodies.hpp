@@ -35,7 +35,7 @@ struct StatusBody {
   }
 };
 
-/// Copies what acted on a body since the last time, and a row of the ring of events, and resets them.
+/// Copies the impulses on a body since the last reading and a row of the ring of events, and resets them.
 template <class T>
 struct TakeRecordsBody {
   ReadingFrame<T> w;
@@ -62,7 +62,7 @@ MELTSIM_HD double temperature_at(const core::Frame<T>& w, std::uint64_t i) {
                                  core::enthalpy_at(w, i) / static_cast<double>(w.f.mass[i]));
 }
 
-/// What a particle adds to the ledger.
+/// Contribution of a particle to the ledger.
 template <class T>
 struct LedgerBody {
   ReadingFrame<T> w;
@@ -84,7 +84,7 @@ struct LedgerBody {
   }
 };
 
-/// What a particle holds of species.
+/// Contents of species of a particle.
 template <class T>
 struct ContentsBody {
   ReadingFrame<T> w;
@@ -265,7 +265,7 @@ MELTSIM_HD std::int32_t column_along(double x, double low, double side, std::int
   return static_cast<std::int32_t>(k - std::floor(k / n) * n);
 }
 
-/// Where a particle stands: its height, and its column.
+/// Height and column of a particle.
 struct Stand {
   double height = 0;
   std::int32_t i = 0, j = 0;
@@ -412,7 +412,7 @@ MELTSIM_HD double submerged_share(const ReadingFrame<T>& w, std::uint32_t slot) 
   return physics::share_below(p.height, s.level / s.wet, static_cast<double>(w.s.c.spacing));
 }
 
-/// What a vertex adds to its piece, exactly.
+/// Contribution of a vertex to its piece, in fixed point.
 template <class T>
 struct PieceTotalsBody {
   ReadingFrame<T> w;
@@ -450,7 +450,7 @@ struct PieceTotalsBody {
 
 // --- particles by id --------------------------------------------------------------------------------------
 
-/// Volume fraction and P/phi^2 of a state that was gone back to, in the order of the sub-step that worked them out.
+/// Volume fraction and P/phi^2 of a restored state, in the order of the sub-step that computed them.
 template <class T>
 struct PackBeforeBody {
   ReadingFrame<T> w;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reading enqueues. Nothing here waits or allocates.
+// Stages of a reading. They neither wait nor allocate.
 #pragma once
 
 #include <algorithm>
@@ -64,7 +64,7 @@ void pieces(E& ex, const core::ReadingFrame<T>& w) {
   ex.sum_by_row(w.s.vertices, PieceTotalsBody<T>{w}, w.totals);
 }
 
-/// Copies what acted on bodies, and events, and begins anew; after status().
+/// Copies impulses on bodies and events, and resets them; after status().
 template <class E, class T>
 void records(E& ex, const core::ReadingFrame<T>& w) {
   ex.for_each(std::max(w.bodies_taken, w.events_taken), TakeRecordsBody<T>{w});
@@ -73,7 +73,7 @@ void records(E& ex, const core::ReadingFrame<T>& w) {
 /// Particles in single precision, by id.
 template <class E, class T>
 void pack(E& ex, const core::ReadingFrame<T>& w) {
-  // The density of a state that was gone back to stands at other slots.
+  // The density of a restored state is stored at other slots.
   if (w.has_density != 0u && w.rolled_back != 0u) ex.for_each(w.s.particles, PackBeforeBody<T>{w});
   ex.for_each(w.s.particles, PackBody<T>{w});
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events: which of them a host watches, and those that it takes.
+// Events: which kinds a host watches, and taking them.
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -50,7 +50,7 @@ Status WorldImpl::check_touching(std::uint32_t kinds, std::size_t bodies, const 
                           "; leave contact_begun, contact_ended and gone out of EventWatch::kinds")};
 }
 
-/// What touches is then reported as it is found.
+/// Present contacts are then reported as they are found.
 void WorldImpl::forget_events() {
   state_.touched.clear();
   state_.touched_bodies = 0;

@@ -30,7 +30,7 @@ std::string choices_of(ProbeKind kind) {
   return all;
 }
 
-/// Lists what a probe of this kind gives, in the order of its values.
+/// Lists the sums of a probe of this kind, in the order of its values.
 Status check_fields(const std::string& what, const ProbeDesc& p, std::uint32_t& width) {
   width = p.kind == ProbeKind::heat ? 1u : 0u;
   if (p.kind == ProbeKind::heat) {
@@ -81,7 +81,7 @@ Status check_opening(const std::string& what, const ProbeDesc& p) {
 
 }  // namespace
 
-/// What only kinds force, heat and flux have; points, times and names are checked for all kinds alike.
+/// Checks of kinds force, heat and flux; points, times and names are checked for all kinds alike.
 Status WorldImpl::check_load(const std::string& what, const ProbeDesc& p, ProbeRecord& record) const {
   record.points = 1;
   if (Status s = check_fields(what, p, record.width); !s) return s;

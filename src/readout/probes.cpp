@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Probes: their checks, which are due in a sub-step, and the way of samples from the backend to the host.
+// Probes: their checks, which of them are due in a sub-step, and copying samples from the backend to the host.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -281,7 +281,7 @@ Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
   return id;
 }
 
-/// What is due in this sub-step, and where its values go.
+/// Probes that are due in this sub-step, and the place of their values.
 void WorldImpl::begin_sample(core::SubstepArguments& a, double end) {
   a.sampled = 0;
   std::uint64_t values = 0;
@@ -316,7 +316,7 @@ std::vector<ProbeSeries> WorldImpl::empty_series() const {
   return all;
 }
 
-/// Appends what a batch holds: `values`, its values on the backend. Of a World that halted, without the sub-step that did
+/// Appends the samples of a batch; `values`: its values on the backend. If the World halted, without the sub-step that did
 /// not count and those after it.
 void WorldImpl::add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
                             std::vector<ProbeSeries>& to) const {
@@ -360,7 +360,7 @@ SampleBatch WorldImpl::hand_over_samples() {
   return batch;
 }
 
-/// One that no open reading holds, for the samples to come.
+/// Chooses a region that no open reading holds, for the samples to come.
 void WorldImpl::choose_region() {
   const auto held = [&](std::uint64_t region) {
     return std::any_of(readings_.begin(), readings_.end(), [&](const OpenReading& r) {
@@ -372,7 +372,7 @@ void WorldImpl::choose_region() {
   while (held(sample_region_)) ++sample_region_;  // there is one more than readings
 }
 
-/// After collect_samples: what will be sampled again.
+/// After collect_samples: resets the probes whose samples are taken again.
 void WorldImpl::drop_samples_from(double time_from) {
   for (std::size_t k = 0; k < sampled_.size(); ++k) {
     std::vector<double>& times = sampled_[k].time;

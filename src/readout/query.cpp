@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is where: rays on the backend, shapes on the host.
+// Spatial queries: rays on the backend, shapes on the host.
 #include <cmath>
 #include <vector>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings: what the engine brings of the state, as a host gets it; at once, or later.
+// Readings: converts data of the engine into those of the interface, at once or later.
 #include <algorithm>
 #include <atomic>
 #include <iterator>
@@ -17,7 +17,7 @@ using core::invalid;
 
 namespace {
 
-/// Of the whole process, so that a ticket of another World is recognised.
+/// Tickets are unique in the process, so that a ticket of another World is recognised.
 std::uint64_t next_ticket() {
   static std::atomic<std::uint64_t> last{0};
   return ++last;
@@ -35,7 +35,7 @@ Status WorldImpl::lost_device() {
   return Error{ErrorCode::internal, halt_reason_};
 }
 
-/// Puts what was added into the engine, with the extremes of the steps before kept.
+/// Uploads added things into the engine and keeps the extremes of the steps before.
 Status WorldImpl::ready_to_read() {
   if (!dirty_) return {};
   carried_ = synchronize();
@@ -208,7 +208,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     r.at = now();
     state_stale_ = state_stale_ || what.forces || what.events;  // the device begins anew
   }
-  if (what.probes) r.samples = hand_over_samples();  // what comes now goes elsewhere
+  if (what.probes) r.samples = hand_over_samples();  // later samples go into another region
   r.ticket.value = next_ticket();
   *free = std::move(r);
   if (what.probes) choose_region();

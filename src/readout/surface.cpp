@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface of a World: what a description must be, and who has one.
+// The surface of a World: checks of its description.
 #include <cmath>
 
 #include "engine/surface_request.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of probes: what fields read at points, how far up a line there is liquid. Formulas: meltsim/physics/sampling.hpp.
+// Kernels of probes: averages of fields at points, and the height of liquid along a line. Formulas: meltsim/physics/sampling.hpp.
 #pragma once
 
 #include "exec/lane_positions.hpp"
@@ -30,7 +30,7 @@ MELTSIM_HD double* values_of(const Frame<T>& w, std::uint32_t probe) {
   return w.probes.values + at;
 }
 
-/// What of a particle is averaged: the fields that are asked for, as every one costs a load from elsewhere. Of a World that
+/// Values of a particle that are averaged: only the requested fields, because each costs a load. In a World that
 /// went back to an earlier state, density and pressure are in the order of the sub-step that halted.
 template <class T>
 MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t slot, std::uint32_t tag,
@@ -93,7 +93,7 @@ struct PointBody {
   }
 };
 
-/// How much liquid there is at one height of a gauge.
+/// Amount of liquid at one height of a gauge.
 template <class T, bool Tree, std::uint32_t Parts>
 struct HeightBody {
   Frame<T> w;

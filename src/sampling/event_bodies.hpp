@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of events: what is otherwise than after the sub-step before. They compare tags, pieces and contacts with those that
-// they saw then, so that an event is what a host would find by comparing, whichever stage made it.
+// Kernels of events: differences from the sub-step before. They compare tags, pieces and contacts with those that
+// were stored then, so that an event is a difference that a host would find by comparing, whichever stage made it.
 //
 // Items are numbered: ids, then vertices, then entries of the table of contacts. An item has one event at most, and events are
 // written in the order of their items, so that they depend neither on threads nor on the order of particles.
@@ -34,8 +34,8 @@ MELTSIM_HD void note_touch(const Frame<T>& w, std::uint32_t row, std::uint64_t c
   if (id < add.load(entry)) add.lower(entry, id);
 }
 
-/// Which walls and bodies a particle touches, by the rules that its contact forces follow. Of a particle that touches something
-/// the slips have a weight; the others are passed over.
+/// Marks the walls and bodies that a particle touches, by the rules of its contact forces. A particle with a contact
+/// has slips of non-zero weight; other particles are skipped.
 template <class T, bool Periodic>
 struct TouchBody {
   Frame<T> w;
@@ -63,7 +63,7 @@ struct TouchBody {
   }
 };
 
-/// What events of bodies and pieces are made of: whether bodies have solid particles, and, of every label that is no longer
+/// Data for events of bodies and pieces: whether bodies have solid particles, and, for every label that is no longer
 /// one, the smallest label among what it was the label of.
 template <class T>
 struct NoticeBody {
@@ -93,7 +93,7 @@ MELTSIM_HD std::uint32_t event_of_particle(const Frame<T>& w, std::uint64_t id) 
   return static_cast<std::uint32_t>(is_solid(now) ? EventKind::frozen : EventKind::melted);
 }
 
-/// The piece that goes on as the one that had this label: that of the label's own vertex, or, where that has melted, the one with
+/// The piece that continues the one that had this label: that of the label's own vertex, or, if that has melted, the one with
 /// the smallest label.
 template <class T>
 MELTSIM_HD std::uint32_t heir_of(const Frame<T>& w, std::uint32_t label) {
@@ -139,7 +139,7 @@ struct CountEventsBody {
   }
 };
 
-/// Lifts the guard of what follows where there are some.
+/// Lifts the guard of the kernels that follow if there are events.
 template <class T>
 struct BeginEventsBody {
   Frame<T> w;
@@ -154,7 +154,7 @@ struct EventRankBody {
   MELTSIM_HD std::uint32_t operator()(std::uint64_t n) const { return event_of(w, n) != no_event ? 1u : 0u; }
 };
 
-/// Writes an event into the ring; of more than the ring holds the last ones.
+/// Writes an event into the ring, which keeps the last ones.
 template <class T>
 struct WriteEventBody {
   Frame<T> w;
@@ -201,7 +201,7 @@ struct WriteEventBody {
   }
 };
 
-/// Those of the sub-step have been written.
+/// Ends the events of the sub-step: all have been written.
 template <class T>
 struct EndEventsBody {
   Frame<T> w;
@@ -213,7 +213,7 @@ struct EndEventsBody {
   }
 };
 
-/// Keeps what the next sub-step is compared with.
+/// Stores the state that the next sub-step is compared with.
 template <class T>
 struct SeenBody {
   Frame<T> w;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the bodies that a host watches: impulses on them in a sub-step, heat that they got, and their sum over the
-// sub-steps since the host took them. They run behind all forces and heat, before step.integrate; the sum behind it.
+// sub-steps since the host took them. They run after all forces and heat and before step.integrate; the sum runs after it.
 #pragma once
 
 #include "frame/lattice.hpp"
@@ -25,8 +25,8 @@ MELTSIM_HD bool has_pivot(const Frame<T>& w, std::uint32_t body) {
   return w.f.body_motion != nullptr && (motion == core::body_kinematic || motion == core::body_proxy);
 }
 
-/// The point that moments on a body are summed about, in the middle of the sub-step: the pivot; of others, where their centre
-/// was.
+/// The point that moments on a body are summed about, in the middle of the sub-step: the pivot if it has one, else the last centre
+/// of mass.
 template <class T>
 MELTSIM_HD Vec3<double> reference_of(const Frame<T>& w, std::uint32_t body) {
   if (!has_pivot(w, body)) return w.f.body_forces[body].center;
@@ -46,8 +46,8 @@ struct ClearForcesBody {
   }
 };
 
-/// What acts on a particle. All of it on a body that can move is what its acceleration is beyond gravity; on one that is held,
-/// what probes read.
+/// Forces on a particle. On a body that can move the whole force is its acceleration beyond gravity; on a held one it is
+/// the force that probes read.
 template <class T, bool Periodic>
 struct WatchedForcesBody {
   Frame<T> w;
@@ -95,7 +95,7 @@ struct HeatGainedBody {
   }
 };
 
-/// Adds a sub-step that counts.
+/// Adds the sums of a sub-step once it counts.
 template <class T>
 struct AddForcesBody {
   Frame<T> w;

@@ -125,7 +125,7 @@ struct LiquidOnWallBody {
     const bool liquid = is_fluid(tag);
     const auto walls = physics::wall_view(w.c.walls, x);
     Vec3<T> force{};
-    // Of two opposite walls within reach the nearer one has the images.
+    // If two opposite walls are within reach, the nearer one has the images.
     if (((walls.axes >> (r.face / 2)) & 1u) != 0u && dot(walls.from, n) > T(0)) {
       force += n * dot(n, images(i, tag, walls));
       if (liquid && w.f.surface_along != nullptr)
@@ -141,7 +141,7 @@ struct LiquidOnWallBody {
     s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, on_face(w, x, r.face)), cast<double>(-force));
     return s;
   }
-  /// What the images in walls push a particle with along the walls' normals.
+  /// Force of the images in walls on a particle, along the walls' normals.
   MELTSIM_HD Vec3<T> images(std::uint64_t i, std::uint32_t tag, const physics::WallView<T>& walls) const {
     Vec3<T> force{};
     const Vec4<T> vi = w.f.velocity[i];
@@ -251,7 +251,7 @@ struct FluxBody {
   }
 };
 
-/// Puts a sum where its probe's values go.
+/// Writes a sum to the place of its probe's values.
 template <class T>
 struct LoadValuesBody {
   Frame<T> w;

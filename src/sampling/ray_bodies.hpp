@@ -9,7 +9,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace sampling {
 
-/// Places that a ray is looked at, at most: it sees at least this many quarters of a spacing far.
+/// Largest number of samples along a ray: it reaches at least this many quarters of a spacing.
 inline constexpr std::uint32_t most_ray_places = 1u << 18;
 
 template <class T>

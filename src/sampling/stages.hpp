@@ -11,7 +11,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace sampling {
 
-/// What is due in this sub-step, from its own neighbour structure.
+/// Probes that are due in this sub-step, from its own neighbour structure.
 template <class E, class T>
 void probes(E& ex, const core::Frame<T>& w) {
   spatial::with_tree(w, [&](auto tree) {
@@ -48,7 +48,7 @@ void loads(E& ex, const core::Frame<T>& w) {
   sums(core::LoadKind::flux, [&](std::uint32_t row) { return FluxBody<T>{w, row}; });
 }
 
-/// What acts on the bodies that the host watches: one pass over the particles for all of them, with a search only at theirs.
+/// Forces on watched bodies: one pass over all particles, with neighbours visited only at particles of these bodies.
 template <class E, class T>
 void forces(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.bodies, ClearForcesBody<T>{w});
@@ -72,7 +72,7 @@ void touches(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) { ex.accumulate(w.particles, TouchBody<T, periodic()>{w}); });
 }
 
-/// What has changed in this sub-step, at its end. Most have no event: what writes them is guarded then.
+/// Events of this sub-step, at its end. Most sub-steps have none: a guard then stops the kernels that write them.
 template <class E, class T>
 void events(E& ex, const core::Frame<T>& w) {
   ex.fill(w.vertices, core::none, w.f.new_piece);

@@ -25,7 +25,7 @@ using core::same_place;
 namespace {
 constexpr double most_points = 4e9;  // ids are 32 bits
 
-// What is nearer to a wall than this many spacings is squeezed there, liquid by its image, a body by what it leans on. A
+// Particles nearer to a wall than this many spacings are squeezed: liquid by its image, a body by its support. A
 // column of water that should reach 0.75 m/s within 40 ms reaches 1.2 at 0.48, 4.3 at 0.4, 11 at 0.3.
 constexpr double least_wall_distance = 0.48;
 
@@ -116,7 +116,7 @@ Status WorldImpl::check_expansion(const MaterialDesc& m, double time_scale) cons
                  most, " times, or heat.time_scale 0 where nothing is to melt");
 }
 
-/// What a material holds at a temperature gives that temperature back, and what melts is no colder than 0 K on the curve of
+/// Checks that the enthalpy of a material at a temperature gives that temperature back, and that a melting material is no colder than 0 K on the curve of
 /// the liquid that it becomes: that of another solid where the liquid freezes into one.
 Status WorldImpl::check_curves() const {
   const auto rows = material_rows();
@@ -178,7 +178,7 @@ void WorldImpl::update_state() {
   fill_contents();
   state_stale_ = false;
   places_.reset();
-  // An upload begins with a clean status: what this one says is kept for synchronize().
+  // An upload begins with a clean status; the present one is kept for synchronize().
   carried_.max_speed = std::max(carried_.max_speed, s.max_speed);
   carried_.max_density_ratio = std::max(carried_.max_density_ratio, s.max_density);
   carried_.courant_exceeded = carried_.courant_exceeded || s.courant_exceeded != 0;
@@ -258,14 +258,14 @@ Status WorldImpl::origin_for(const std::vector<Vec3d>& positions, const char* wh
   }
   origin = origin_;
   if (!origin_set_) {
-    // Zero unless that costs precision: most hosts then never need to think of an origin. Rounding at every
+    // Zero unless that costs precision, so most hosts can ignore the origin. Rounding at every
     // step shakes what moves: a spinning cube of 0.6 m at 100 m had 7 % more energy after 1e6 steps in single
     // precision, at 10 m 0.03 % (validation case solid.drift_long).
     const bool far = std::max(reach(lo), reach(hi)) * epsilon > 1e-5 * desc.spacing;
     const Vec3d middle = (lo + hi) * 0.5;
     origin = far ? Vec3d{std::floor(middle.x), std::floor(middle.y), std::floor(middle.z)} : Vec3d{};
   }
-  // What a host passes and reads are doubles relative to 0.
+  // A host passes and reads doubles relative to 0.
   const double span =
       std::max({reach(lo - origin), reach(hi - origin), 1.2e-16 / epsilon * std::max(reach(lo), reach(hi))});
   if (span * epsilon > 1e-3 * desc.spacing)
@@ -290,8 +290,8 @@ Status WorldImpl::check_origin(Vec3d origin) const {
                  " m); restore it in a World of the same scene and precision");
 }
 
-/// Whether a particle of it can be held in the World's precision, and what follows from it computed: squares of speeds,
-/// for one.
+/// Whether a particle of the material is representable in the World's precision, with all derived quantities: squares of speeds,
+/// for example.
 Status WorldImpl::check_numbers(const std::string& what, const MaterialDesc& m, double density,
                                 double specific_enthalpy, Vec3d velocity) const {
   const bool single = desc.precision == Precision::single_precision;
@@ -363,8 +363,8 @@ void WorldImpl::append_vertex(std::uint32_t id, std::uint32_t state, std::uint32
   });
 }
 
-/// Where particles are, removed ones included. What was added since the last call is hashed, nothing else, so that many
-/// bodies cost what they hold.
+/// Grid of all particles, removed ones included. Only particles added since the last call are hashed, so that many
+/// bodies cost as much as their particles.
 const core::PointGrid& WorldImpl::places() {
   if (!places_) places_.emplace(same_place * desc.spacing);
   for (std::size_t i = places_->size(); i < state_.position.size(); ++i)
@@ -460,7 +460,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
                                core::unit(e.axis) * e.speed);
       !s)
     return s.error();
-  // Before anything is made: what a layer holds, and what a particle takes at the least.
+  // Before anything is allocated: particles of a layer, and least memory per particle.
   const double per_layer = 1.02 * core::nozzle_area(e) / (desc.spacing * desc.spacing);
   constexpr double least_bytes = 200;
   const double room = std::min(double(core::available_memory()), double(engine->free_bytes()));
@@ -518,12 +518,12 @@ double WorldImpl::due(const EmitterRecord& e, std::uint64_t layer) const {
 }
 
 /// Layers whose time has come before t: a function of time alone, so that a World that halted, or was interrupted or
-/// restored, owes what it owes.
+/// restored, owes the same layers.
 std::uint64_t WorldImpl::layers_before(const EmitterRecord& e, double t) const {
   return layers_due(e, std::min(t, e.desc.until));
 }
 
-/// The same of a nozzle that never ends: afterwards it still lets go of layers.
+/// The same for a nozzle that never ends: afterwards it still releases layers.
 std::uint64_t WorldImpl::layers_due(const EmitterRecord& e, double t) const {
   if (!(t > e.desc.from)) return 0;
   constexpr double most = 9e15;  // whole numbers are exact to there
@@ -571,7 +571,7 @@ bool WorldImpl::room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc
   return true;
 }
 
-/// Where particles of a nozzle are held: from its beginning to its centre.
+/// The pipe of a nozzle, in which particles are held: from its beginning to its centre.
 std::vector<Vec3d> WorldImpl::places_of(const EmitterRecord& e) const {
   std::vector<Vec3d> places;
   const Vec3d axis = core::unit(e.desc.axis);
@@ -583,7 +583,7 @@ std::vector<Vec3d> WorldImpl::places_of(const EmitterRecord& e) const {
   return places;
 }
 
-/// A nozzle is a disc with thickness: its points and where they come out must be within the domain, off its walls, and off
+/// A nozzle is a disc with thickness: its points and their outlets must be within the domain, off its walls, and off
 /// bodies and other nozzles that are open at the same time. Of one that moves, `moved`, bodies are not looked at: that would wait.
 Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
                                const EmitterRecord* moved) const {

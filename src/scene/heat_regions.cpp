@@ -14,7 +14,7 @@ inline namespace v0 {
 
 using core::invalid;
 
-/// The part of a box that particles may come to: walls and periodic faces keep them inside, bodies may leave through open
+/// The part of a box that particles can reach: walls and periodic faces keep them inside, bodies may leave through open
 /// faces.
 Box WorldImpl::reachable(Box box) const {
   if (!desc.domain.bounded) return box;

@@ -110,7 +110,7 @@ std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
                                   : static_cast<std::uint32_t>(i);
     r.solid = static_cast<std::uint32_t>(freezes ? freezes_into(i) : i);
     if (r.plateau != 0u) {
-      // The models without enthalpy know no latent heat.
+      // The models without enthalpy have no latent heat.
       r.latent_heat = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
       r.melting_point = m.melting_point;
       r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Taking things out of a World.
+// Removal of bodies and emitters from a World.
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "world/world_impl.hpp"

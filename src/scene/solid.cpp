@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adding a body: its lattice, what it may grow into, what stands in its way.
+// Adding a body: its lattice, the sites that it may grow into, and obstacles.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -46,7 +46,7 @@ Status settle_motion(SolidDesc& s, const std::string& what) {
 
 }  // namespace
 
-/// A body that is being added. All of it is worked out and checked before anything of the World is changed.
+/// A body that is being added. Everything is computed and checked before the World is changed.
 class WorldImpl::NewBody {
  public:
   NewBody(WorldImpl& world, const SolidDesc& given)
@@ -57,7 +57,7 @@ class WorldImpl::NewBody {
 
   Status check();  ///< the description, as far as it needs no place
   Status place();  ///< its sites, and where it may grow
-  Status clear();  ///< what stands in its way: bodies, liquid, nozzles
+  Status clear();  ///< obstacles: bodies, liquid, nozzles
   Status weigh();  ///< density, enthalpy, speeds
   void reserve();  ///< all memory; from here on nothing fails
   BodyId join();   ///< it becomes part of the World
@@ -184,7 +184,7 @@ Status WorldImpl::NewBody::place() {
 }
 
 /// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
-/// out: what stands there may move or melt, so topology.freeze looks when the time comes.
+/// out: an obstacle there may move or melt, so topology.freeze checks a site when liquid is about to freeze.
 Status WorldImpl::NewBody::place_growth() {
   box_ = core::box_of(points_);
   const MaterialDesc& m = material();
@@ -441,7 +441,7 @@ void WorldImpl::NewBody::add_free_sites() {
   }
 }
 
-/// Where the lattice is relative to the pivot.
+/// Position of the lattice relative to the pivot.
 core::BodyMotionRow WorldImpl::NewBody::rest_row() const {
   core::BodyMotionRow rest;
   rest.first_site = static_cast<std::uint32_t>(base_);

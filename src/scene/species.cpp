@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What dissolves and mixes: species and the liquids that they are in.
+// Species: materials that dissolve or mix, and the liquids that hold them.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -27,7 +27,7 @@ std::vector<MaterialId> WorldImpl::species_ids() const {
   return ids;
 }
 
-/// Number of the species that a material is; species().size() if it is none.
+/// Index of the species that a material is; species().size() if it is none.
 std::size_t WorldImpl::species_of(std::size_t material) const {
   return static_cast<std::size_t>(
       std::find(species_.begin(), species_.end(), static_cast<std::uint32_t>(material)) - species_.begin());
@@ -61,7 +61,7 @@ std::vector<core::SpeciesRow<double>> WorldImpl::species_rows() const {
   return rows;
 }
 
-/// What of a species depends on the rest of the World.
+/// Checks of a species that depend on the rest of the World.
 Status WorldImpl::check_species(const MaterialDesc& m) const {
   if (!m.dissolves_in) return {};
   const std::string p = "material \"" + m.name + "\": ";
@@ -94,7 +94,7 @@ Status WorldImpl::check_species(const MaterialDesc& m) const {
   return {};
 }
 
-/// Mass fractions per species. Nothing that a liquid cannot hold.
+/// Mass fractions per species; refuses species that the liquid cannot hold.
 Status WorldImpl::check_fractions(const std::string& what, MaterialId liquid,
                                   const std::vector<MassFraction>& fractions, Contents& contents) const {
   const MaterialDesc& solvent = materials[liquid.index];
@@ -166,7 +166,7 @@ double WorldImpl::largest_density(std::size_t material) const {
   return 1 / extreme_volume(material, 1 / core::largest_density(materials[material]), -1);
 }
 
-/// Whether something is dissolved or dissolves, or will be emitted so; of the state as the host has it.
+/// Whether something is dissolved or dissolves, or will be emitted so, according to the state on the host.
 bool WorldImpl::species_present() const {
   const auto some = [](double content) { return content != 0; };
   for (std::size_t k = 0; k < species_.size(); ++k)
@@ -176,8 +176,8 @@ bool WorldImpl::species_present() const {
   });
 }
 
-/// Whether all that can hold a species holds the same of it, in the World's precision, and nothing is to come that differs: an
-/// exchange would then change no bit. Of the state as the host has it.
+/// Whether all particles that can hold a species hold the same fraction, in the World's precision, and nothing to come differs: an
+/// exchange would then change no bit. According to the state on the host.
 bool WorldImpl::contents_level() const {
   for (std::size_t k = 0; k < species_.size(); ++k) {
     const std::uint32_t solvent = materials[species_[k]].dissolves_in.index;
@@ -221,7 +221,7 @@ bool WorldImpl::dissolves() const {
   return false;
 }
 
-/// Whether liquid may become part of a body that is left, out of a solution that holds too much.
+/// Whether liquid of a supersaturated solution may become part of a body that is left.
 bool WorldImpl::may_precipitate() const {
   if (!dissolves()) return false;
   for (std::size_t b = 0; b < census_.live.size(); ++b)
@@ -263,7 +263,7 @@ void WorldImpl::solute_plan(double dt, core::SubstepArguments& a) const {
   a.solute_bound = reach / (2 * a.solute_dt);
 }
 
-/// Refuses what would take longer than anybody waits for, as of heat.
+/// Refuses a step that would take too long, as for heat: a sub-step cannot be interrupted.
 Status WorldImpl::check_solute_work(double dt, const core::SubstepArguments& a) const {
   if (a.solute_supersteps <= desc.solute.max_supersteps) return {};
   const double needed = std::ceil(dt * desc.solute.time_scale * solute_lambda_ / physics::stage_reach(1));

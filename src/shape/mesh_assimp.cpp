@@ -11,8 +11,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace {
 
-/// What nodes say of where their meshes are is worked into the vertices; of vertices only places stay, so that
-/// those of one place are one; points and lines are left out.
+/// Transforms of nodes are applied to the vertices; only positions of vertices are kept, so that
+/// vertices at the same position become one; points and lines are left out.
 constexpr unsigned steps = aiProcess_Triangulate | aiProcess_PreTransformVertices |
                            aiProcess_RemoveComponent | aiProcess_JoinIdenticalVertices |
                            aiProcess_SortByPType;

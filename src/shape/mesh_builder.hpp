@@ -13,7 +13,7 @@
 namespace meltsim {
 inline namespace v0 {
 
-/// Nobody melts more, and 32-bit indices still reach three corners each.
+/// Largest number of triangles: 32-bit indices still reach three corners each.
 inline constexpr std::uint64_t max_mesh_triangles = 50'000'000;
 
 /// Where in a file: a line of text (from 1) or a byte (from 0).

@@ -21,7 +21,7 @@ struct Hit {
   std::array<double, 3> share{};  ///< of its corners
 };
 
-/// In units of the spacing: what lies as near to the surface as this is on it, and no chord's end counts as nearer.
+/// In units of the spacing: points nearer to the surface than this lie on it, and no end of a chord counts as nearer.
 constexpr double on_surface = 1e-9, nearest = 1e-3;
 /// Shares of corners that a point on an edge may have by rounding.
 constexpr double on_edge = 1e-9;

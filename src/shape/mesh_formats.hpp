@@ -13,7 +13,7 @@ Result<TriangleMesh> read_obj(const MeshSource& source);
 Result<TriangleMesh> read_stl_text(const MeshSource& source);
 Result<TriangleMesh> read_stl_binary(const MeshSource& source);
 Result<TriangleMesh> read_ply(const MeshSource& source);
-/// What none of these reads, from the file of the source's name. Nothing where assimp cannot, either, or was
+/// Reads any other format with assimp, from the file of the source's name. Empty if assimp cannot read it or was
 /// not built in; why_not then says so.
 std::optional<Result<TriangleMesh>> read_other(const MeshSource& source, std::string& why_not);
 /// Picks the reader by the content.

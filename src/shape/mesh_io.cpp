@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finds out what a mesh file is by its content; names of files lie.
+// Recognises the format of a mesh file by its content, because names of files may be wrong.
 #include <filesystem>
 #include <fstream>
 #include <new>

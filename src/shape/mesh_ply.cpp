@@ -29,7 +29,7 @@ class BodyReader {
 
  private:
   Status elements(const PlyElement& element) {
-    // Without properties nothing is stored, and the count alone must not keep anyone busy.
+    // Without properties nothing is stored, and a large count alone must not cost time.
     if (element.properties.empty() && element.name != "vertex" && element.name != "face") return {};
     if (Status s = find_fields(element); !s) return s;
     for (std::uint64_t i = 0; i < element.count; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much a shape may ask for. World reports these before it samples; lattice_points itself gives nothing.
+// Limits of a shape. World reports them before it samples; lattice_points itself returns no points beyond them.
 #pragma once
 
 #include <cmath>

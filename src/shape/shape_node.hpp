@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Shape is made of: an immutable tree of nodes, each in its own frame.
+// The nodes of a Shape: an immutable tree, each node in its own frame.
 #pragma once
 
 #include <memory>
@@ -36,14 +36,14 @@ class ShapeNode {
   virtual Status validate() const = 0;
   /// Marks the sites inside; the mask arrives cleared. Only called on valid shapes.
   virtual void fill(const Lattice& lattice, SiteMask& mask) const;
-  /// Whether it is a mesh: then what that is in the World.
+  /// The mesh in World coordinates if the shape is one.
   virtual bool mesh(const Affine& to_world, TriangleMesh& out) const {
     static_cast<void>(to_world);
     static_cast<void>(out);
     return false;
   }
 
-  /// Whether it is one of these, moved, turned and scaled: then which. Only called on valid shapes.
+  /// The primitive if the shape is one, moved, turned and scaled. Only called on valid shapes.
   virtual bool primitive(const Affine& to_world, PlacedPrimitive& out) const {
     static_cast<void>(to_world);
     static_cast<void>(out);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The end of a sub-step for one particle, once all forces on it are known: kick, second half drift, walls, periodic
-// wrap, open faces, and whether the outcome can be gone on with. Used by step.integrate, and by sph.advance where liquid
+// wrap, open faces, and the check of the result. Used by step.integrate, and by sph.advance where liquid
 // is alone.
 #pragma once
 
@@ -47,7 +47,7 @@ MELTSIM_HD void blame(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, 
   unless(finite(v), Halt::shape, value);
   unless(finite(p.acceleration), Halt::force, static_cast<double>(length(p.acceleration)));
   unless(std::isfinite(r.phi), Halt::density, static_cast<double>(r.phi));
-  // No sum shows it for sure: a GPU's kernel has a distance that is no number for one beyond H.
+  // Sums need not show it: a GPU takes a distance that is NaN as one beyond H.
   unless(finite(xyz(p.position)), Halt::position, 0.0);
   r.bad = static_cast<std::uint32_t>(why);
   r.bad_id = w.f.id[i];
@@ -60,8 +60,8 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
   ParticleCheck<T> r;
   r.speed = length(v);
   if (is_fluid(p.tag)) r.phi = p.phi;
-  // A particle that crosses its whole neighbourhood in one sub-step has met nothing on its way. Not so either where its
-  // speed is no number.
+  // A particle that crosses its whole neighbourhood in one sub-step interacts with nothing on its way. Neither may its
+  // speed be NaN.
   const bool good = r.speed * w.f.clock->dt <= w.c.kernel.support && finite(xyz(p.position)) &&
                     finite(p.acceleration) && std::isfinite(r.phi) && std::isfinite(p.enthalpy);
   if (!good) blame(w, i, p, v, r);
@@ -74,14 +74,14 @@ MELTSIM_HD ParticleCheck<T> look(const Frame<T>& w, std::uint64_t i, const Produ
   return r;
 }
 
-/// Whether a particle goes where its body does: of a kinematic or a rigid one, or a proxy.
+/// Whether a particle moves with its body: a kinematic or rigid one, or a proxy.
 template <class T>
 MELTSIM_HD bool is_driven(const Frame<T>& w, std::uint32_t tag) {
   return w.f.carried_position != nullptr && is_solid(tag) &&
          ((tag & tag_kinematic) != 0u || moves_rigidly(w.f.bodies[body_of(tag) - 1u]));
 }
 
-/// Whether liquid falls out of the scene: it has just become faster than what strays, and nothing but gravity and force fields act on it.
+/// Whether liquid falls out of the scene: it has just exceeded the speed of strays, and only gravity and force fields act on it.
 /// Where liquid diverges, other forces make it that fast.
 template <class T>
 MELTSIM_HD bool strays(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v) {
@@ -106,7 +106,7 @@ MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T
          ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
 }
 
-/// Liquid near a face with an outlet moves at the speed of that; also what a nozzle of the same velocity took for its own.
+/// Liquid near a face with an outlet moves at the outlet's speed; so does liquid that a nozzle of the same velocity holds.
 template <class T>
 MELTSIM_HD void drain(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T>& v, std::uint32_t& tag) {
   const std::uint32_t face =
@@ -119,9 +119,9 @@ MELTSIM_HD void drain(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T>& v,
   w.f.tag[i] = tag;
 }
 
-/// The first stage that produced something unusable for a particle is blamed, and the particle is not moved. Nothing
+/// Reports the first stage that produced an invalid value for a particle, and does not move the particle. Nothing
 /// that is written counts before JudgeBody says so: the state of the sub-step before is still there, in its own order.
-/// v: the velocity after the kick. Where the frame says that the next sub-step is as long, counts for that one who will
+/// v: the velocity after the kick. If the next sub-step is as long, also counts which particle will
 /// be in which cell.
 template <class T, class Add>
 MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Produced<T>& p, Vec3<T> v,
@@ -158,8 +158,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
       with_w(x, is_held(tag) ? physics::entering_volume(p.position.w, w.c.spacing, length(v), w.f.clock->dt)
                              : volume);
   end.velocity = with_w(v, p.velocity.w);
-  if (w.count_ahead &&
-      end.check.bad == 0u) {  // one that is at no place is in no cell; the World halts anyway
+  if (w.count_ahead && end.check.bad == 0u) {  // a particle at NaN is in no cell; the World halts anyway
     const std::uint32_t cell = spatial::counted_cell(w, tag, x, v);
     w.f.cell_of[i] = cell;
     add.count(w.f.cell_count, cell);
@@ -167,7 +166,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
   return end;
 }
 
-/// The sub-step does not count: from here on the guard holds, and the host finds the state that it began with.
+/// The sub-step does not count: from here on the guard holds, and the host goes back to the state at its beginning.
 template <class T>
 MELTSIM_HD void give_up(const Frame<T>& w, std::uint64_t step, Halt why) {
   WorldStatus& s = *w.f.status;
@@ -188,7 +187,7 @@ struct GiveUpBody {
   MELTSIM_HD void operator()(std::uint64_t) const { give_up(w, w.f.clock->step, Halt::interrupted); }
 };
 
-/// Draws the conclusion; from here on the guard holds if the World halted. One thread: what it reads it reads
+/// Commits or rejects the sub-step; from here on the guard holds if the World halted. One thread: it reads everything
 /// before it writes anything, so that it waits once.
 template <class T>
 struct JudgeBody {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What neighbours ask of a particle when heat flows between them.
+// Operands of a particle for the exchange of heat with its neighbours.
 #pragma once
 
 #include "frame/frame.hpp"
@@ -9,8 +9,8 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// The resistivity of what changes its phase, or is about to, marked: so far below zero that its sum with any other is below zero, too,
-/// but for infinity, which nothing gets past.
+/// Marks the resistivity of a particle that changes phase, or is about to: so far below zero that its sum with any other is below zero, too,
+/// except with infinity.
 template <class T>
 MELTSIM_HD T marked(T resistivity) {
   return -minimum(resistivity, T(0x1p40)) * T(0x1p80);

@@ -44,7 +44,7 @@ struct ForceSum {
     void put(std::size_t l, const ForceSum& s) { force.put(l, s.force); }
     ForceSum total() const { return {force.total()}; }
   };
-  /// Of an image.
+  /// Adds the force of an image.
   MELTSIM_HD void add_mirrored(const Vec3<T>& f) { force += f; }
 };
 
@@ -92,7 +92,7 @@ struct LiquidOnSolid {
     sum.force += pair.x_ij * force.along + force.normal;
   }
   MELTSIM_HD bool may_be_rare(const Stored&) const { return true; }
-  /// So near that liquid could slip through.
+  /// Whether the pair is so near that liquid could slip through.
   MELTSIM_HD bool rare(const Own&, const Stored&, const spatial::Pair<T>& pair) const {
     return pair.r2 < w.c.leak_distance2;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What particles hold of species, beside what they could.
+// Contents of species of a particle, and its saturation.
 #pragma once
 
 #include "frame/frame.hpp"

@@ -104,7 +104,7 @@ MELTSIM_HD Vec3<T> tension_on_liquid(const Frame<T>& w, std::uint64_t i, std::ui
   return force;
 }
 
-/// The part of it that is of images in walls [N].
+/// The part of that force that images in walls exert [N].
 template <bool Periodic, class T>
 MELTSIM_HD Vec3<T> tension_of_walls(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
   const T strength = w.f.materials[material_of(tag)].cohesion;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// States that are saved in the backend's memory, and going back to them.
+// Saving states in the backend's memory, and restoring them.
 #include <utility>
 
 #include "description/validate.hpp"

@@ -27,9 +27,9 @@ constexpr std::uint32_t format_version = 12;
 /// WorldImpl::StoredState::layout() of that version.
 constexpr std::uint64_t layout_of_version = 4267797151418833563u;
 
-/// What goes on from a state hangs on these, too: whether temperatures were found level, whether something could melt.
+/// The continuation of a state also depends on these: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
-/// The sound speed follows what moves: where it is stands at the end.
+/// A sound speed that follows the motion is stored at the end.
 constexpr std::uint32_t follows_sound_bit = 4u;
 
 /// FNV-1a, 64 bits.
@@ -108,7 +108,7 @@ Error corrupt(const char* why) {
                core::text("snapshot: ", why, "; the World is unchanged, use another snapshot")};
 }
 
-/// All that a tag may have set.
+/// Bits that a tag may have set.
 constexpr std::uint32_t known_tag_bits = tag_material_mask | tag_solid | tag_surface | tag_fixed |
                                          tag_removed | tag_held | tag_kinematic | 0xffffu << tag_body_shift;
 
@@ -124,7 +124,7 @@ bool is_rotation(const Quat<double>& q) {
 
 }  // namespace
 
-/// What bodies' lattices are like as built, whatever melted or froze since, and however wide regions are at the length of
+/// Hash of the bodies' lattices as built, independent of what melted or froze since and of the widths of regions at the length of
 /// the last sub-step.
 std::uint64_t WorldImpl::lattice_hash() const {
   Hash h;
@@ -195,7 +195,7 @@ Result<std::uint64_t> WorldImpl::state_hash() {
   return h.value();
 }
 
-/// What a snapshot holds beside the arrays of the state.
+/// Contents of a snapshot beside the arrays of the state.
 struct WorldImpl::StoredState {
   std::uint32_t precision = 0;
   std::uint64_t materials = 0, bodies = 0;  ///< how many
@@ -213,7 +213,7 @@ struct WorldImpl::StoredState {
   std::vector<std::uint64_t> deformed;  ///< per body: 1: mesh_points has its particles
   FollowedSound followed;
 
-  /// Particles that bodies were built of, less what was removed with them.
+  /// Particles that bodies were built of, less those removed with them.
   std::uint64_t built(const std::vector<BodyRecord>& records) const {
     std::uint64_t sum = 0;
     for (std::size_t b = 0; b < records.size(); ++b)
@@ -221,7 +221,7 @@ struct WorldImpl::StoredState {
     return sum;
   }
 
-  /// All that a snapshot is made of, in its order, until one of them returns false.
+  /// Visits all parts of a snapshot in its order, until a visit returns false.
   template <class Value, class Array>
   bool each(core::SceneState& s, Value value, Array array) {
     bool there = value(precision) && value(materials) && value(bodies) && value(spacing) && value(time) &&
@@ -249,7 +249,7 @@ struct WorldImpl::StoredState {
   }
 };
 
-/// A state that is to be taken over, in a World of the same scene.
+/// A state to be restored into a World of the same scene.
 class WorldImpl::SnapshotCheck {
  public:
   SnapshotCheck(const WorldImpl& world, const StoredState& stored, const core::SceneState& s)
@@ -285,7 +285,7 @@ class WorldImpl::SnapshotCheck {
 Result<std::vector<std::uint8_t>> WorldImpl::snapshot() {
   static_assert(StoredState::layout() == layout_of_version,
                 "what a snapshot holds has changed: raise format_version and set layout_of_version anew");
-  // What follows from something that was added, such as the sound speed, is part of what is stored.
+  // Values that follow from added things, such as the sound speed, are stored, too.
   if (Status s = prepare(); !s) return s.error();
   fetch_state();
   take_sound_work();
@@ -340,7 +340,7 @@ Status WorldImpl::restore(const std::uint8_t* data, std::size_t bytes) {
   StoredState stored;
   core::SceneState s;
   if (Status status = read_snapshot(data, bytes, stored, s); !status) return status;
-  // First what it belongs to: a snapshot of another scene is not damaged.
+  // Checks the scene first: a snapshot of another scene is not damaged.
   if (Status status = check_same_scene(stored, s); !status) return status;
   if (Status status = check_stored(stored, s); !status) return status;
   take_over(stored, std::move(s));
@@ -408,7 +408,7 @@ Status WorldImpl::check_same_scene(const StoredState& stored, const core::SceneS
   return {};
 }
 
-/// Every value that is to be taken over: in range, and consistent with each other and with the scene.
+/// Checks every value to be restored: in range, and consistent with the others and with the scene.
 Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState& s) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     if (stored.taken[b] > bodies_[b].vertices + s.frozen + 1)
@@ -421,7 +421,7 @@ Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState
   return {};
 }
 
-/// What the sound speed was derived from, and where it is.
+/// Checks the quantities that the sound speed was derived from, and its value.
 Status WorldImpl::check_speeds(const StoredState& d) {
   const Extremes& seen = d.seen;
   // Both are infinite while nothing was seen.

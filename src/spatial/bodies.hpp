@@ -41,7 +41,7 @@ struct KeysBody {
   }
 };
 
-/// What a particle holds, from where it was. Its volume at rest, from that of as much solvent [m^3].
+/// Copies the contents of a particle from its old slot. Returns its volume at rest, from that of as much solvent [m^3].
 template <class T>
 MELTSIM_HD T carry_contents(const Frame<T>& w, std::uint64_t i, std::uint32_t from, T mass,
                             T solvent_volume) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells of the grid: which one a coordinate lies in, and the rows of cells around one.
+// Cells of the grid: the cell of a coordinate, and the rows of cells around a cell.
 #pragma once
 
 #include "frame/frame.hpp"
@@ -9,7 +9,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
-/// Cell of a coordinate; outside positions count to the border cell, periodic ones wrap. What is no number lies in some
+/// Cell of a coordinate; outside positions count to the border cell, periodic ones wrap. NaN lies in some
 /// cell, too: the check at the end of the sub-step names it.
 template <class T>
 MELTSIM_HD std::int32_t cell_coordinate(T x, T min, T inv_cell, std::int32_t n, bool periodic) {
@@ -40,7 +40,7 @@ MELTSIM_HD std::uint64_t cell_of(const core::Frame<T>& w, std::uint32_t tag, Vec
       cell_coordinate(x.z, w.grid.min.z, w.grid.inv_cell.z, w.grid.nz, w.grid.periodic & 4u));
 }
 
-/// The same where cells are counted one by one: behind the last, those that were removed.
+/// The same if cells are counted one by one: removed particles count to a cell behind the last.
 template <class T>
 MELTSIM_HD std::uint32_t counted_cell(const core::Frame<T>& w, std::uint32_t tag, Vec3<T> x, Vec3<T> v) {
   const std::uint64_t cell = cell_of(w, tag, x, v);

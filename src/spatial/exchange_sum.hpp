@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a particle exchanges with its neighbours by diffusion: heat, contents of a species, momentum.
+// Diffusive exchange of a particle with its neighbours: heat, contents of a species, momentum.
 #pragma once
 
 #include <type_traits>
@@ -13,8 +13,8 @@ namespace spatial {
 /// Value: double, or Vec3<T>.
 template <class Value, class T>
 struct ExchangeSum {
-  Value rate{};     ///< what comes per second
-  T conductance{};  ///< sum of what pairs conduct, for the bound of a stage
+  Value rate{};     ///< exchange per second
+  T conductance{};  ///< sum of the conductances of pairs, for the bound of a stage
   MELTSIM_HD void add(const ExchangeSum& o) {
     rate += o.rate;
     conductance += o.conductance;

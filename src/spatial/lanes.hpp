@@ -18,7 +18,7 @@ namespace spatial {
 using core::LanePositions;
 
 /// visit(lane, V_j, x_ij, r2) for every candidate of i, row by row, and stores which are near, as
-/// find_part does. What vanishes beyond H needs no branch; V_j is 0 in lanes beyond the end of a row.
+/// find_part does. Terms that vanish beyond H need no branch; V_j is 0 in lanes beyond the end of a row.
 template <bool Periodic, class T, class Visit>
 inline void find_in_lanes(const core::Frame<T>& w, const LanePositions<T>& p, std::uint64_t i,
                           const Visit& visit) {
@@ -64,7 +64,7 @@ struct ByteBits {
 };
 inline constexpr ByteBits byte_bits{};
 
-/// Neighbours that are looked at in one go: those of several rows.
+/// Capacity of a batch of neighbours, which may be of several rows.
 inline constexpr std::uint32_t batch = 6 * word_bits;
 
 /// The neighbours of a particle in order, a batch at a time.
@@ -100,7 +100,7 @@ class Batches {
     }
     return n;
   }
-  /// Of rows with more neighbours than there are words for.
+  /// Searches the rows of a particle with more neighbours than there are words for.
   std::uint32_t found() {
     std::uint32_t n = 0;
     const Rows<Periodic, T> rows(w_, i_);
@@ -142,11 +142,11 @@ struct LaneVector {
   typedef T Half [[gnu::vector_size(16)]];
 };
 
-/// What stands at the slots of a batch, one array per component.
+/// Values at the slots of a batch, one array per component.
 template <class T>
 struct LaneVectors {
   alignas(64) T x[batch + lanes], y[batch + lanes], z[batch + lanes], w[batch + lanes];
-  /// Of n neighbours, and on to whole lanes.
+  /// Loads n neighbours and fills up to whole lanes.
   void load(const Vec4<T>* from, const std::uint32_t* slots, std::uint32_t n) {
     for (std::size_t k = 0; k < n; k += lanes) {
       transpose(from, slots + k, k);
@@ -195,11 +195,11 @@ struct LaneVectors {
   }
 };
 
-/// The same of pairs of numbers.
+/// The same for pairs of numbers.
 template <class T>
 struct LanePairs {
   alignas(64) T first[batch + lanes], second[batch + lanes];
-  /// Of n neighbours, and on to whole lanes: a lane whose weight is zero still must not meet a NaN.
+  /// Loads n neighbours and fills up to whole lanes: a lane of weight zero must not hold a NaN either.
   template <class Pair>
   void load(const Pair* from, const std::uint32_t* slots, std::uint32_t n) {
     static_assert(sizeof(Pair) == 2 * sizeof(T));
@@ -237,7 +237,7 @@ inline void in_lanes(std::uint32_t n, const Visit& visit) {
   }
 }
 
-/// Whether a k in [0, n), or on to whole lanes, is so.
+/// Whether the predicate holds for a k in [0, n), or beyond up to whole lanes.
 template <class Test>
 inline bool any_in_lanes(std::uint32_t n, const Test& test) {
   std::uint32_t found[lanes] = {}, any = 0;
@@ -349,7 +349,7 @@ struct InLanes : Body {
   }
 };
 
-/// The same of the first sweep of a sub-step, which finds neighbours.
+/// The same for the first sweep of a sub-step, which finds neighbours.
 template <bool Periodic, class T, class Body>
 struct FoundInLanes : Body {
   LanePositions<T> p;

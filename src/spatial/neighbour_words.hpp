@@ -21,7 +21,7 @@ namespace spatial {
 
 using core::NeighbourWord;
 
-/// In place of a header: more words than fit.
+/// Header of a particle with more words than fit.
 inline constexpr std::uint32_t too_many = 0xffffffffu;
 
 /// The header of a sequence; it has no bits, which ends a walk.

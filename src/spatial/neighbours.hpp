@@ -11,14 +11,14 @@ namespace meltsim {
 inline namespace v0 {
 namespace spatial {
 
-/// What a first sweep has to reckon with: axes that wrap; none; or none, and cells that are counted anew in every
+/// Kinds of first sweeps: periodic axes; none; or none, and cells that are counted in every
 /// sub-step, so that rows follow from where they begin.
 enum class SearchKind { periodic, plain, counted };
 template <bool Periodic>
 inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : SearchKind::plain;
 
 /// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores the neighbours of each of
-/// them. Where branches are dear, candidates that are not near are visited, too; what vanishes beyond H needs no branch.
+/// them. Where branches are expensive, candidates beyond H are visited, too: their terms vanish without a branch.
 template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
 MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, SomeRows set,
                            const Vec3<T> (&x)[Count], WordWriter<T> (&words)[Count], const Visit& visit) {
@@ -99,7 +99,7 @@ MELTSIM_HD void find_part(const core::Frame<T>& w, std::uint64_t i, std::uint32_
 
 /// The same for particles i and i + 1 at once, where cells are counted; visit(x_j, r2 of each). Most follow each other in
 /// one line of cells and have nearly the same candidates: a position that is loaded serves both, and so does what it
-/// takes to come to the next row. Says of how many it was: of i alone where it is the last or the next is in another line
+/// costs to reach the next row. Returns the number of particles: i alone if it is the last or the next is in another line
 /// (first_of_line finds that one), or where that is asked for. Removed ones have no candidates.
 template <class T, class Visit>
 MELTSIM_HD std::uint32_t find_two(const core::Frame<T>& w, std::uint64_t i, bool alone, const Visit& visit) {
@@ -114,7 +114,7 @@ MELTSIM_HD std::uint32_t find_two(const core::Frame<T>& w, std::uint64_t i, bool
     const CountedRows<T> rows(w, from, to);
     const std::uint32_t done = rows.of_both() ? there : rows.one_line() ? 0u : 1u;
     Vec3<T> x[2] = {xyz(w.f.position[i]), xyz(w.f.position[i + (two ? 1u : 0u)])};
-    // So far from candidates that one finds nothing and adds nothing.
+    // A position far from all candidates, whose sum stays 0.
     const T away = T(1e4) * w.c.kernel.support;
     if (again) x[0] += Vec3<T>{away, away, away};
     if (!two || !rows.of_both()) x[1] += Vec3<T>{away, away, away};
@@ -170,7 +170,7 @@ MELTSIM_HD void sweep_part(const core::Frame<T>& w, std::uint64_t i, std::uint32
   if (!walked) search_rows<Periodic>(w, i, rows_of_part(w, part, parts), visit);
 }
 
-/// All neighbours from the last down, where it is not worth two kernels.
+/// All neighbours from the last down, for sweeps that are not worth two kernels.
 template <class T, class Visit>
 MELTSIM_HD void for_each_neighbour(const core::Frame<T>& w, std::uint64_t i, const Visit& visit) {
   if (w.grid.periodic != 0u) sweep_part<true>(w, i, 0u, 1u, visit);

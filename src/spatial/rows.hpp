@@ -132,7 +132,7 @@ MELTSIM_HD std::uint32_t row_upwards(const core::Frame<T>& w, std::uint32_t k) {
   return k < 9u ? line_upwards(k) : 9u + line_upwards(k - 9u);
 }
 
-/// All neighbours by rows, upwards, or exactly the other way round. For what hangs on the order (the paper's
+/// All neighbours by rows, upwards or exactly reversed. For sums that depend on the order (the paper's
 /// running temperatures: where opposite rows follow each other, 0.3 of the heat crosses that its formula says at Fo 1).
 /// Words are sorted into as many sets as a backend has parts of a sum, rows are the same everywhere.
 template <bool Periodic, bool Upwards, class T, class Visit>

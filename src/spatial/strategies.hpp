@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which way a sum over neighbours is made: a CPU's vectors take several neighbours at a time, everywhere else they are
+// Strategies of sums over neighbours: a CPU's vectors take several neighbours at a time, elsewhere neighbours are
 // taken one by one, by as many threads as exec/gather.hpp says.
 #pragma once
 

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over neighbours, one particle in one thread or in one part of several. What is added up for a pair is said once, by a
-// body; how pairs are gone through is said here and, for a CPU's vectors, in lanes.hpp. A body has
+// Sums over neighbours, one particle in one thread or in one part of several. A body states once what a pair adds;
+// this file and, for a CPU's vectors, lanes.hpp state how pairs are traversed. A body has
 //
 //   Sum                                 with add(Sum), and Sum::Lanes for a CPU
 //   takes_part(i)                       whether particle i has a sum
-//   own(i)                              what is asked of it, once
-//   stored(own, j)                      what is asked of a neighbour; Lanes for a CPU: of several
-//   other(own, stored)                  that as it enters the sum; without branches
+//   own(i)                              operands of particle i, loaded once
+//   stored(own, j)                      operands of a neighbour; Lanes for a CPU: of several
+//   other(own, stored)                  these as they enter the sum; without branches
 //   add(sum, own, other, pair, along)   what a neighbour adds, without branches; along: what its images add to the
 //                                       factor of x_ij, or NoImages
 //
 // and, where they are needed,
 //
 //   skips(j)                            neighbours that add nothing
-//   settle(own, stored, i, j)           what only few neighbours need to be asked for
+//   settle(own, stored, i, j)           operands that only few neighbours need
 //   rare(own, other, pair), add_rare(sum, own, other, i, j, pair)
-//                                       what only few pairs add besides; rare() has no branches, may_be_rare(other) is
-//                                       what of it does not hang on the distance
+//                                       terms of few pairs only; rare() has no branches, may_be_rare(other) is
+//                                       the part of rare() that does not depend on the distance
 //   mirrored(own, other, volume)        what multiplies mirrored_shape(r_m) x_m, summed over the images in own.walls
 //   add_normal(sum, force)              what images add along the walls' normals; add() takes the rest
-//   add_images(sum, pair, force)        instead of both, where they come after what is rare
+//   add_images(sum, pair, force)        instead of both, if images come after rare terms
 #pragma once
 
 #include <cstddef>
@@ -68,7 +68,7 @@ struct Pair {
   T volume{};      ///< V0 of j [m^3]
 };
 
-/// In place of what images add along x_ij: they are added elsewhere.
+/// Placeholder for the term of images along x_ij where images are added elsewhere.
 struct NoImages {};
 
 template <class Body, class = void>
@@ -97,7 +97,7 @@ inline constexpr bool adds_images_last = false;
 template <class Body>
 inline constexpr bool adds_images_last<Body, std::void_t<decltype(&Body::add_images)>> = true;
 
-/// What the images of a neighbour in own.walls add.
+/// Force of the images of a neighbour in own.walls.
 template <class T, class Body, class Own, class Other>
 MELTSIM_HD physics::ImageForce<T> images_of(const core::Frame<T>& w, const Body& body, const Own& own,
                                             const Other& other, const Pair<T>& pair) {

@@ -90,7 +90,7 @@ struct LeafHeadBody {
     if (mine == removed_key) return 0u;
     if (i == 0) return 1u;
     const int bits = static_cast<int>(3u * w.tree.bits);
-    // Of the others, nearest first, the depth shared with the one that is one too many: the leaf is deeper.
+    // The depth shared with the nearest neighbour along the curve that no longer fits into the leaf: the leaf is deeper.
     int depth = -1;
     std::int64_t before = i - 1, after = i + 1;
     for (std::uint32_t k = 0; k < leaf_size; ++k) {

@@ -46,7 +46,7 @@ MELTSIM_HD Content content_at(const Frame<T>& w, std::uint32_t k, std::uint64_t 
   return {c.fraction, c.saturation, beside_body(w, k, i)};
 }
 
-/// What drives the exchange at slot i [-].
+/// Potential of the exchange at slot i [-].
 template <class T>
 MELTSIM_HD T potential_of(const Content& c) {
   return static_cast<T>(physics::solute_potential(c.fraction, c.saturation, c.crystal));
@@ -91,7 +91,7 @@ struct SoluteOperandsBody {
   }
 };
 
-/// What neighbours give a particle [kg/s], and its conductance [kg/s].
+/// Exchange of a particle with its neighbours [kg/s], and its conductance [kg/s].
 template <class T>
 using ExchangeSum = spatial::ExchangeSum<double, T>;
 
@@ -175,7 +175,7 @@ struct ExchangeBody {
   }
 };
 
-/// Potentials and room of contents as they are now, for the next step.
+/// Potentials and room from the present contents, for the next step.
 template <class T>
 struct PotentialBody {
   Frame<T> w;

@@ -16,7 +16,7 @@ struct AdvanceBody : ForcesBody<T, Company::liquid, Periodic> {
   using Forces = ForcesBody<T, Company::liquid, Periodic>;
   using Forces::w;
   using typename Forces::Sum;
-  /// What finish needs, read all at once.
+  /// Operands of finish, loaded together.
   struct Item {
     core::Produced<T> p;
     T mass{};

@@ -68,7 +68,7 @@ struct DensityBody {
     });
   }
   MELTSIM_HD std::uint64_t left_over(std::uint64_t k) const { return spatial::first_of_line(w, k); }
-  /// What a neighbour adds, or an image of one, across its distance.
+  /// Term of a neighbour, or of its image, at its distance.
   MELTSIM_HD void found(Sum& s, T volume, T r2) const {
     s.phi += volume * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
   }
@@ -162,7 +162,7 @@ struct ForcesBody {
   struct Stored {
     Vec4<T> v;
     T viscosity, density;  ///< of the pair
-    bool solid;            ///< known where everyone is asked
+    bool solid;            ///< set if every neighbour loads its tag
   };
   struct Other {
     Vec3<T> v;
@@ -185,7 +185,7 @@ struct ForcesBody {
   MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
     return {w.f.velocity[j], own.viscosity, own.density, false};
   }
-  /// Asks a neighbour what it is, where the scene leaves that open.
+  /// Loads tag and material of a neighbour if the scene leaves its kind open.
   MELTSIM_HD void settle(const Own& own, Stored& s, std::uint64_t, std::uint32_t j) const {
     if (!any) return;
     const std::uint32_t tag = w.f.tag[j];
@@ -229,7 +229,7 @@ struct ForcesBody {
     sum.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], pair.x_ij,
                                      xyz(own.v) - other.v, pair.r2);
   }
-  /// Viscosities, densities and phases have lanes of their own only where neighbours are asked for them.
+  /// Viscosities, densities and phases have lanes of their own only if they are loaded per neighbour.
   struct Lanes {
     spatial::LaneVectors<T> v;
     T viscosity, density;
@@ -259,7 +259,7 @@ struct ForcesBody {
     if (is_fluid(tag))
       w.f.acceleration[i] = acceleration(i, tag, w.f.position[i], xyz(w.f.velocity[i]), w.f.mass[i], s);
   }
-  /// Of a liquid particle at x with velocity v.
+  /// Acceleration of a liquid particle at x with velocity v.
   MELTSIM_HD Vec3<T> acceleration(std::uint64_t i, std::uint32_t tag, const Vec4<T>& x, Vec3<T> v, T mass,
                                   const Sum& s) const {
     Vec3<T> force = s.force;
@@ -294,7 +294,7 @@ struct LiquidBitsBody {
   }
 };
 
-/// Whether liquid is within H of a solid particle. Fixed ones, too: a host may want the load on an obstacle.
+/// Whether liquid is within H of a solid particle; also of a fixed one, because probes read loads on obstacles.
 template <class T>
 struct WettedBody {
   Frame<T> w;

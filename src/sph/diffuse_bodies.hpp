@@ -16,7 +16,7 @@ using core::Frame;
 /// Resistivity of a particle of a body that no liquid touches: nothing comes of its sum, which is not made.
 inline constexpr double resistivity_of_dry = 2 * physics::resistivity_of_solid;
 
-/// What shape matching adds to the velocity of a particle of a body that can move, per second.
+/// Acceleration that shape matching gives a particle of a movable body.
 template <class T>
 MELTSIM_HD Vec3<T> shape_acceleration(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
   if (!is_solid(tag) || w.f.shape_velocity == nullptr) return {};
@@ -44,7 +44,7 @@ struct ViscousOperandsBody {
   }
 };
 
-/// What neighbours give a particle [N], and what of its conductance counts towards the bound of the stages [kg/s].
+/// Force of neighbours on a particle [N], and the part of its conductance that counts towards the bound of the stages [kg/s].
 template <class T>
 using ViscousSum = spatial::ExchangeSum<Vec3<T>, T>;
 

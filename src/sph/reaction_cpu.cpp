@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What liquid does to solids, for the CPU executor: apart, as it takes long to compile.
+// Forces of liquid on solids, for the CPU executor: a unit of its own, as it takes long to compile.
 #include "exec/exec_cpu.hpp"
 #include "pipeline/stage_functions.hpp"
 #include "sph/stages.hpp"

@@ -9,7 +9,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace sph {
 
-/// How far every liquid particle is moved beside the flow; step.integrate moves it.
+/// Displacement of every liquid particle beside the flow; step.integrate applies it.
 template <class T>
 struct ShiftBody {
   Frame<T> w;

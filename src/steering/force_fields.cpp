@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Force fields: their descriptions, rows for the backend, and what they ask of the sound speed and the sub-step.
+// Force fields: their descriptions, rows for the backend, and their effect on the sound speed and the sub-step.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -44,7 +44,7 @@ bool WorldImpl::any_field() const {
   return std::any_of(force_fields_.begin(), force_fields_.end(), [](const auto& r) { return r.used; });
 }
 
-/// Everything that can be wrong with a description.
+/// All checks of a description.
 Status WorldImpl::check_field(const char* call, ForceFieldDesc& f, PlacedPrimitive& place,
                               const ForceFieldRecord* own) const {
   const std::string what = std::string(call) + "force field \"" + f.name + "\": ";
@@ -76,7 +76,7 @@ Vec3d WorldImpl::point_of(const ForceFieldRecord& r) {
   return r.desc.center.value_or(r.desc.shape ? r.place.center : Vec3d{});
 }
 
-/// What a field may do to what is in it.
+/// Bounds of the motion that a field may cause.
 WorldImpl::FieldReach WorldImpl::reach_of(const ForceFieldRecord& r) const {
   FieldReach out;
   const Box box = box_of(r);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies that are held where they are, and let go.
+// Holding bodies where they are, and releasing them.
 #include "engine/text.hpp"
 #include "world/world_impl.hpp"
 
@@ -39,7 +39,7 @@ Status WorldImpl::hold(BodyId id, bool on) {
   return {};
 }
 
-/// Of the state as the host has it.
+/// In the state on the host.
 void WorldImpl::set_held(std::size_t b, bool on) {
   BodyRecord& body = bodies_[b];
   const auto of_body = [&](std::uint32_t tag) { return is_solid(tag) && body_of(tag) == b + 1u; };
@@ -69,7 +69,7 @@ void WorldImpl::hold_as(std::size_t b, bool on) {
   lattice_.bodies[b].motion = motion_of(body, on);
 }
 
-/// Ahead of a step of dt: lets go of bodies whose time has come, but for what sums of steps lose to rounding.
+/// Before a step of dt: releases bodies whose time has come, within the rounding of sums of steps.
 void WorldImpl::let_go_of_bodies(double dt) {
   const double now = time + 1e-6 * dt;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -80,7 +80,7 @@ void WorldImpl::let_go_of_bodies(double dt) {
   }
 }
 
-/// Which bodies a state holds: tags of their particles say so.
+/// Which bodies are held in a state, from the tags of their particles.
 std::vector<char> WorldImpl::fixed_in(const core::SceneState& s) const {
   std::vector<char> fixed;
   for (const BodyRecord& b : bodies_)

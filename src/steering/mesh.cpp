@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinematic bodies that deform: meshes that the host moves, and what a step makes of them.
+// Kinematic bodies that deform: meshes that the host moves, and their motion in a step.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -112,12 +112,12 @@ void WorldImpl::place_mesh_points() {
   lattice_.mesh_points = at;
 }
 
-/// What the device has of a body that deforms, or what the step that is being planned gives it.
+/// Points of a deforming body on the device, or those that the planned step gives it.
 const physics::MeshPoint* WorldImpl::mesh_points_of(std::uint32_t body) const {
   return state_.mesh_points.data() + lattice_.rests[body].first_point;
 }
 
-/// From where its particles are now, at constant velocity, to where the mesh takes them within a step of dt.
+/// Moves the particles from their present positions, at constant velocity, to those of the mesh within a step of dt.
 void WorldImpl::plan_mesh(std::uint32_t body, double dt) {
   const physics::MeshPoint* now = mesh_points_of(body);
   for (std::size_t k = 0; k < meshes_[body].points.size(); ++k) {
@@ -128,7 +128,7 @@ void WorldImpl::plan_mesh(std::uint32_t body, double dt) {
   }
 }
 
-/// What a body's particles do relative to its pivot within the next dt. planned: as update_mesh() asks, if it does.
+/// Motion of a body's particles relative to its pivot within the next dt. planned: that of update_mesh(), if it was called.
 BodyExtent WorldImpl::extent_of(std::uint32_t body, double dt, bool planned) const {
   const BodyRecord& b = bodies_[body];
   BodyExtent e{0, b.reach, 0, b.rest_low, b.rest_high, time + dt, nullptr};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinematic bodies: motions that the host sets, and what a step makes of them.
+// Kinematic bodies: motions that the host sets, and their checks ahead of a step.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -17,10 +17,10 @@ namespace {
 /// Liquid that is hit at this share of the sound speed is compressed by a quarter:
 /// (1 + 7 v/c)^(1/7) = 1.24 from the Tait equation at the pressure rho v c of a stopped sound wave.
 constexpr double largest_mach = 0.5;
-/// A unit quaternion, but for what a host's single precision loses.
+/// Whether q is a unit quaternion within single precision.
 constexpr double unit_tolerance = 1e-3;
 
-/// Of the fastest point within reach of the pivot [m/s].
+/// Speed of the fastest point within reach of the pivot [m/s].
 double speed_of(const physics::RigidPlace& p, double reach) {
   const double spin = length(p.angular_velocity);
   return length(p.velocity) + (spin > 0 ? spin * reach : 0);
@@ -163,7 +163,7 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
   return {};
 }
 
-/// A teleport that would bury something leaves it no way out. Waits.
+/// Refuses a teleport onto liquid or another body. Waits.
 Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& place) {
   fetch_state();
   const BodyRecord& b = bodies_[body];
@@ -184,13 +184,13 @@ Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& 
   return {};
 }
 
-/// Whether a body can move so during the next dt.
+/// Checks a body's motion during the next dt.
 Status WorldImpl::check_motion(std::uint32_t body, const physics::RigidMotion& m, const BodyExtent& extent,
                                double dt) const {
   const BodyRecord& b = bodies_[body];
   const physics::RigidPlace now = physics::place_at(m, time);
   const double rigid = speed_of(now, extent.reach), speed = rigid + extent.speed;
-  // What it does from the end of the step on it does at that end, too.
+  // The motion after the end of the step holds at that end, too.
   const double rigid_later = b.proxy() ? 0 : speed_of(physics::place_at(m, time + dt), extent.reach),
                later = rigid_later + extent.later;
   const double most = largest_mach * sound_speed_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proxies: rigid bodies that a host's physics engine owns; and what acts on bodies that a host watches.
+// Proxies: rigid bodies that a host's physics engine owns; and forces on bodies that a host watches.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -16,7 +16,7 @@ inline namespace v0 {
 using core::invalid;
 
 namespace {
-/// A unit quaternion, but for what a host's single precision loses.
+/// Whether q is a unit quaternion within single precision.
 constexpr double unit_tolerance = 1e-3;
 
 bool is_zero(const Mat3<double>& a) {
@@ -57,7 +57,7 @@ bool one_piece(const std::vector<Vec3i>& points) {
 
 }  // namespace
 
-/// What of a description only proxies have.
+/// Checks of the members of a description that only proxies have.
 Status WorldImpl::check_proxy(const SolidDesc& s, const std::string& what) const {
   if (s.motion != Motion::proxy) {
     if (s.mass != 0) return invalid(what, "mass: only of proxies; set motion to proxy, or leave it out");
@@ -143,7 +143,7 @@ Status WorldImpl::set_proxy(BodyId id, const ProxyState& given) {
   return {};
 }
 
-/// The state as the device takes it (physics/proxy.hpp), for a step of dt.
+/// The state in the form of the device (physics/proxy.hpp), for a step of dt.
 physics::RigidMotion WorldImpl::motion_for(const ProxyState& state, double dt) const {
   physics::RigidMotion m;
   m.from = time;

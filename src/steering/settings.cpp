@@ -20,7 +20,7 @@ inline namespace v0 {
 using core::invalid;
 
 namespace {
-/// That a description with the change would be refused says what is wrong with it.
+/// Checks a change by checking the whole description with it.
 Status checked(const char* call, const WorldDesc& desc) {
   Status s = core::validate(desc);
   if (!s) return Error{s.error().code, std::string(call) + ": " + s.error().message};
@@ -93,7 +93,7 @@ bool same(const std::vector<PropertyPoint>& a, const std::vector<PropertyPoint>&
                     });
 }
 
-/// The first of what must stay that is another, and what to say of it.
+/// Error of the first member that must not change and does.
 Status unchanged(const MaterialDesc& was, const MaterialDesc& is) {
   const std::string p = "set_material: material \"" + was.name + "\": ";
   const auto refuse = [&p](const char* field, const std::string& numbers) {
@@ -252,7 +252,7 @@ Status WorldImpl::set_velocity(BodyId id, Vec3d velocity, Vec3d angular_velocity
   return {};
 }
 
-/// Something moves as fast: it counts like what was added at that speed.
+/// A speed that something moves at: it counts like things added at that speed.
 void WorldImpl::see_speed(double speed) {
   if (!(speed > seen_.speed)) return;
   seen_.speed = speed;
@@ -269,7 +269,7 @@ Status WorldImpl::apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse)
   const std::string what = "apply_impulse: body \"" + body.desc.name + "\": ";
   const double density = materials[body.desc.material.index].density;
   const double particle = density * desc.spacing * desc.spacing * desc.spacing;
-  // All of it on one particle would still be a speed that can be held.
+  // The whole impulse on one particle must still give a representable speed.
   const auto check = [&](const char* field, Vec3d v, double by) -> Status {
     if (!finite(v)) return invalid(what, field, ": must be finite, got ", v);
     return check_numbers(what + field + ": ", materials[body.desc.material.index], density, 0,

@@ -115,7 +115,7 @@ struct SetSoundSpeedBody {
   }
 };
 
-/// How far liquid is compressed, as of the last sub-step's densities.
+/// Compression of liquid, from the last sub-step's densities.
 template <class T>
 struct CompressionBody {
   Frame<T> w;
@@ -136,7 +136,7 @@ struct SoundWorkBody {
   MELTSIM_HD void operator()(const core::SoundWork& s) const { account->done += s.mass * change; }
 };
 
-/// What the sound speed follows from.
+/// Quantities that the sound speed follows from.
 template <class T>
 struct LookBody {
   Frame<T> w;
@@ -314,7 +314,7 @@ struct FieldsBody {
       }
       Vec3<T> more = a;
       if (liquid) {
-        // What images lack at a floor follows from all that pulls.
+        // The correction of images at a floor follows from the whole acceleration.
         const auto walls = physics::wall_view(w.c.walls, x);
         if (walls.axes != 0u)
           more += physics::floor_push(w.c.walls, w.c.kernel, walls, clock.gravity + a) -
@@ -349,7 +349,7 @@ struct AddFieldWorkBody {
   }
 };
 
-/// Where particles of kinematic bodies are at the end of the sub-step, and how fast then.
+/// Positions and velocities of particles of kinematic bodies at the end of the sub-step.
 template <class T>
 struct CarryBody {
   Frame<T> w;

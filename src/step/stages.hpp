@@ -64,13 +64,13 @@ void set_force_field(E& ex, const core::Frame<T>& w, std::uint32_t row, const ph
   ex.for_each(1, SetForceFieldBody<T>{w.f.force_fields, row, count, field});
 }
 
-/// Behind all other forces but those of shape matching, and ahead of implicit viscosity.
+/// After all other forces except those of shape matching, and before implicit viscosity.
 template <class E, class T>
 void fields(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, FieldsBody<T>{w});
   ex.reduce(w.particles, FieldWorkBody<T>{w}, &w.f.field_account->sum, KeepFieldWorkBody<T>{w});
 }
-/// Behind step.integrate.
+/// After step.integrate.
 template <class E, class T>
 void work(E& ex, const core::Frame<T>& w) {
   ex.reduce(w.particles, FieldWorkBody<T>{w}, &w.f.field_account->sum, AddFieldWorkBody<T>{w});
@@ -103,7 +103,7 @@ void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to)
   ex.for_each(w.particles, RespeedBody<T>{w, cast<T>(from), cast<T>(to)});
 }
 
-/// What a nozzle holds moves with it; not a stage.
+/// Liquid in a nozzle moves with it; not a stage.
 template <class E, class T>
 void shift(E& ex, const core::Frame<T>& w, Vec3<double> velocity, Vec3<double> begin, double length,
            double reach, Vec3<double> by) {
@@ -129,7 +129,7 @@ void integrate(E& ex, const core::Frame<T>& w) {
   ex.gather_reduce(w.particles, IntegrateBody<T>{w}, w.f.check, core::JudgeBody<T>{w});
 }
 
-/// Resets what has been reported; not a stage.
+/// Resets reported extremes; not a stage.
 template <class E, class T>
 void clear(E& ex, const core::Frame<T>& w) {
   ex.for_each(1, ClearBody<T>{w});

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where things are: cells of the particle grid, which are also the blocks of nodes, and the neighbours of each.
+// Cells of the particle grid, which are also the blocks of nodes, and the neighbours of each.
 //
 // Only blocks near the surface are listed. A group (an occupied cell) lists itself unless it is deep: all 27
 // cells around it occupied, no surface particle in them. An empty cell beside groups is listed by the first
 // of them. What is not listed is all inside or all outside. Cells belong to the block of their low corner, so
 // the mesh is closed if no cell of an unlisted block needs triangles: nodes that such a cell reaches in the
-// blocks above it are made to agree with it (`forced`). Where surface particles were told right that changes
+// blocks above it are made to agree with it (`forced`). If surface particles were recognised correctly, that changes
 // nothing.
 #pragma once
 
@@ -92,7 +92,7 @@ MELTSIM_HD std::uint32_t vertices_of(const SurfaceFrame<T>& w) {
   return minimum(w.counts->vertices, w.max_vertices);
 }
 
-/// Of the row of cells beside c in x, r in 0..8 its place in y and z: keys from first to last.
+/// Keys of the row of cells beside c in x, from first to last; r in 0..8: its place in y and z.
 struct KeyRow {
   std::uint64_t first = 1, last = 0;
 };
@@ -198,7 +198,7 @@ MELTSIM_HD Index3 node_in_block(std::uint32_t number, std::int32_t side) {
   return {n % side, n / side % side, n / (side * side)};
 }
 
-/// What a node must be for the sake of an unlisted block below it; 0 = free.
+/// The value that a node must have because of an unlisted block below it; 0 = free.
 template <class T>
 MELTSIM_HD std::uint32_t forced(const SurfaceFrame<T>& w, std::uint32_t block, Index3 n) {
   const std::uint32_t low = (n.x == 0 ? 1u : 0u) | (n.y == 0 ? 2u : 0u) | (n.z == 0 ? 4u : 0u);

@@ -96,7 +96,7 @@ struct SurfaceRowsBody {
   }
 };
 
-/// The sum around a particle says how much it stands for, and whether it is at a surface.
+/// The volume of a particle from the sum around it, and whether it is at a surface.
 template <class T, bool Periodic>
 struct SurfaceShareBody {
   SurfaceFrame<T> w;
@@ -137,7 +137,7 @@ struct SurfaceShapeBody {
     if (w.group_of[i] >= groups_of(w)) return;
     const Vec4<T> p = w.share[i];
     const physics::Ellipsoid<T> e = physics::make_ellipsoid(s, w.field.full);
-    // What is flat stands for its volume; only what stands alone needs more.
+    // Flat ellipsoids keep their volume; only isolated particles need more.
     const auto share = [&](T gained, T volume) { return e.det * (gained + e.trust * (volume - gained)); };
     const T volume = w.point[i].w;
     w.share[i] = with_w(xyz(p), share(p.w, volume));
@@ -146,7 +146,7 @@ struct SurfaceShapeBody {
   }
 };
 
-/// What is in a group, so that those around it need not look at its particles.
+/// Summary of a group, so that neighbouring groups need not read its particles.
 template <class T>
 struct SurfaceMarkBody {
   SurfaceFrame<T> w;
@@ -276,7 +276,7 @@ struct SurfaceNodesBody {
     return value > far && solid > far && w.inside[number] == core::node_inside ? far_inside : unknown;
   }
 
-  /// What can be said of a node without the field.
+  /// The value of a node as far as it is known without the field.
   MELTSIM_HD What what(std::uint32_t b, Index3 n, Vec3<T> x, Vec3<T> at) const {
     const bool second = w.coarse_first && step == 1;
     const std::uint32_t odd = corner_number(n);

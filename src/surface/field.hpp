@@ -151,7 +151,7 @@ MELTSIM_HD FieldSums<T> volume_around(const SurfaceFrame<T>& w, const Range* row
   return s;
 }
 
-/// Which way the particles around one lie. Solids look at solids only, so that their surface is theirs alone.
+/// Second moments of the positions around a particle. For a solid only solids count, so that its surface does not depend on liquid.
 template <bool Periodic, class T>
 MELTSIM_HD physics::ShapeSums<T> shape_around(const SurfaceFrame<T>& w, const Range* rows, std::uint32_t part,
                                               std::uint32_t parts, Vec3<T> x, bool solid) {

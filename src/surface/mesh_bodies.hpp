@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of the surface: marching cubes, the mesh smoothed, what its vertices carry. A crossed edge of the
+// Kernels of the surface: marching cubes, smoothing, values at vertices. A crossed edge of the
 // grid is a vertex, so that triangles share vertices wherever cells share edges.
 #pragma once
 
@@ -151,7 +151,7 @@ struct SurfaceVertexBody {
   static MELTSIM_HD T pick(Vec3<T> p, std::uint32_t axis) {
     return axis == 0u ? p.x : axis == 1u ? p.y : p.z;
   }
-  /// Of the edge from the node at x upwards; `in` and `out` are the values at its ends inside and outside.
+  /// Crossing of the edge from the node at x upwards; `in` and `out` are the values at its ends inside and outside.
   MELTSIM_HD Crossing crossed(Vec3<T> x, std::uint32_t axis, bool low_in, Values in, Values out) const {
     // The first of the surfaces that close the set here.
     T t = T(1);
@@ -291,7 +291,7 @@ struct SurfaceDrawBody {
   }
 };
 
-/// What a vertex hands out.
+/// Writes the values of a vertex.
 template <class T>
 struct SurfaceAttributesBody {
   SurfaceFrame<T> w;

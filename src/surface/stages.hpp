@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface from particles to mesh. Nothing here waits: what is found is counted, and where it was more
-// than there is room for the host does it again with more.
+// The surface from particles to mesh. Nothing here waits: items found are counted, and if there are more
+// than the buffers hold, the host repeats the call with larger ones.
 #pragma once
 
 #include <type_traits>

@@ -98,7 +98,7 @@ struct SiteLiveBody {
   }
 };
 
-/// Whether anything melted or froze in this sub-step, or in the one before while this one has not come so far.
+/// Whether anything melted or froze in this sub-step, or in the one before if this one has not yet reached that stage.
 template <class T>
 MELTSIM_HD std::uint32_t has_changed(const Frame<T>& w) {
   return w.f.status->died != 0 || w.f.status->born != 0u ? 1u : 0u;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of freezing: which liquid particle is at a free site of a body, and how it joins the body.
+// Kernels of freezing: choosing the liquid particle at a free site of a body, and adding it to the body.
 #pragma once
 
 #include "spatial/neighbours.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels that keep arrayR up to date: which rows of a lattice are live, what has changed around a region, and its fill,
+// Kernels that update arrayR: live rows of a lattice, changes around a region, and its fill,
 // with rows of the lattice as bits of a word.
 #pragma once
 

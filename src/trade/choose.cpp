@@ -29,7 +29,7 @@ std::vector<Turn> turns_of(const Study& study, const Known& known) {
     const double slope = law.cost_exponent;
     const double cheap = slope < 0 ? range.most : range.least, dear = slope < 0 ? range.least : range.most;
     Turn turn{law, cheap, dear, 0, law.at(dear), law.at(cheap)};
-    // What costs more and is worse is never worth it.
+    // A setting that costs more and is worse is never chosen.
     if (turn.least >= turn.most) turn.least = turn.most;
     else turn.weight = std::abs(slope / law.error_exponent);
     turns.push_back(turn);
@@ -164,7 +164,7 @@ Difference delivered(const Study& study, std::size_t observable, const Knobs& ac
                                                                          : std::max(error, spacing->at(x));
   } else if (spacing != nullptr && finest != nullptr && observable < finest->values.size() &&
              x < 0.9 * finest->actual[Knob::spacing]) {
-    // The run is nearer to the limit than what the limit was extrapolated from: it is the better twin.
+    // The run is nearer to the limit than the probes that the limit was extrapolated from: it is the better twin.
     const double p = spacing->error_exponent, of_run = std::pow(x, p),
                  of_probe = std::pow(finest->actual[Knob::spacing], p);
     const double apart = difference(o, known.scale, values, finest->values[observable]).max;

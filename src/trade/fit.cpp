@@ -50,7 +50,7 @@ double exponent_of(double a, double b, double c, double ratio, const Nominal& ra
 Nominal nominal(Knob knob) {
   switch (knob) {
     case Knob::spacing:
-      // Kernels interpolate to second order, and probes blur it; what falls faster is not at its law yet.
+      // Kernels interpolate to second order, and probes blur it; an error that falls faster has not reached its law yet.
       return {1, 0.7, 2.1};
     case Knob::sound_speed:
       return {-2, -3, -1};

@@ -10,7 +10,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace trade {
 
-/// Error exponent a knob has by theory, and what is believed of a measured one.
+/// Error exponent of a knob by theory, and the range within which a measured one is accepted.
 struct Nominal {
   double exponent, least, most;
 };

@@ -18,9 +18,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-// Steps that are enqueued before their speeds are looked at. A number, so that a probe repeats bit for bit.
+// Number of steps that are enqueued before their speeds are read; fixed, so that a probe repeats bit for bit.
 constexpr double steps_per_look = 8;
-// Of a step: what is as close to a whole number of steps is one.
+// Share of a step: times this close to a whole number of steps count as one.
 constexpr double slack = 1e-6;
 
 Error invalid(const std::string& message) { return {ErrorCode::invalid_argument, message}; }
@@ -84,7 +84,7 @@ class Probe {
     }
   }
 
-  /// The observables as they are now; what nothing changes any more is repeated.
+  /// Present values of the observables; values that can no longer change are repeated.
   Status sample(double time) {
     if (!finished_) {
       values_.clear();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a World's knobs are, and a probe whose multiples refer to another World's.
+// The knobs of a World, and a probe whose multiples refer to those of another World.
 #pragma once
 
 #include "meltsim/trade.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is compared of an observable, and how.
+// Comparison of observables.
 #include <algorithm>
 #include <cmath>
 #include <limits>

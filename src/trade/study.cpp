@@ -118,7 +118,7 @@ class Studying {
     return {};
   }
 
-  /// The most telling first, so that a limit cuts off the others.
+  /// The most informative probes first, so that a time limit drops the others.
   void plan() {
     add({}, Knob::spacing);
     if (coarse_ > middle_) add({{Knob::spacing, coarse_}}, Knob::spacing);
@@ -199,7 +199,7 @@ class Studying {
     return "probe with " + what(planned) + ": " + why;
   }
 
-  /// What diverged is not chosen, nor what lies beyond it; what no twin was made of stays as it is.
+  /// Diverged settings are not chosen, nor settings beyond them; knobs without a twin stay as they are.
   void narrow_ranges() {
     for (const Knob knob : {Knob::sound_speed, Knob::courant, Knob::step})
       if (turns(knob) && twins(knob, 0).size() < 2) study_.ranges[static_cast<std::size_t>(knob)] = {1, 1};
@@ -211,7 +211,7 @@ class Studying {
       else range.most = std::min(range.most, std::sqrt(x));
     }
     if (!turns(Knob::spacing)) return;
-    // Laws are not believed beyond a factor 4 of what was probed.
+    // Laws are not applied beyond a factor 4 of the probed range.
     Range& spacing = study_.ranges[static_cast<std::size_t>(Knob::spacing)];
     spacing.least = std::max(spacing.least, fine_ / 4);
     spacing.most = std::min(spacing.most, coarse_);
@@ -318,13 +318,13 @@ class Studying {
     }
   }
 
-  /// Of the dearest probes, which are the most like a run.
+  /// Rate of the most expensive probes, which are the most like a run.
   void rate() {
     const Measurement* dearest = nullptr;
     for (const Measurement& m : study_.probes)
       if (m.complete && m.work > 0 && (dearest == nullptr || m.work > dearest->work)) dearest = &m;
     if (dearest != nullptr) study_.seconds_per_work = dearest->wall_s / dearest->work;
-    // What the problem itself costs: the probes count speeds that its start does not have.
+    // Cost of the problem itself: the probes count speeds that its start does not have.
     const Measurement& base = study_.probes[0];
     if (!problem_.run && base.work > 0 && !study_.observables.empty()) {
       double exponent = -4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scene contains, and so which stages a step needs.
+// Facts of a scene, which decide the stages of a step.
 #include <algorithm>
 #include <cmath>
 
@@ -39,7 +39,7 @@ bool WorldImpl::acts(const HeatRegionRecord& r, double from, double until) {
 }
 
 /// Whether walls, bodies or regions that act now give off or take heat. Bodies count as they were built: what this decides
-/// may not hang on when the host learns what has melted.
+/// must not depend on when the host reads what has melted.
 bool WorldImpl::heat_from_outside() const {
   if (desc.heat.model != HeatModel::enthalpy) return false;
   const auto& walls = desc.domain.heat;
@@ -96,8 +96,8 @@ std::string WorldImpl::heat_reason() const {
   return {};
 }
 
-/// What limits of a sub-step and bounds of heat follow from. Of everything that is or was there, so that they change when
-/// something is added, and not with what has melted or left by the time that the host looks.
+/// Materials that limits of a sub-step and bounds of heat follow from: all that are or were in the scene, so that limits change when
+/// something is added, and do not depend on when the host reads the state.
 void WorldImpl::find_materials() {
   liquid_used_.assign(materials.size(), 0);
   solid_used_.assign(materials.size(), 0);
@@ -115,7 +115,7 @@ void WorldImpl::find_materials() {
   weigh_materials();
 }
 
-/// Adds what can come to be by melting, and looks at what there is.
+/// Adds materials that can arise by melting, and takes the census of the state.
 void WorldImpl::weigh_materials() {
   for (const BodyRecord& b : bodies_) {
     const MaterialDesc& m = materials[b.desc.material.index];
@@ -168,7 +168,7 @@ void WorldImpl::take_census() {
   census_ = std::move(c);
 }
 
-/// The same from what the device has counted, without the state.
+/// The same from the counts of the device, without the state.
 void WorldImpl::note(const core::WorldStatus& s) {
   // A reading may be of before the plan was made, or of before one that was taken already.
   if (s.halted != 0 || s.ledger_step < noted_step_) return;
@@ -190,7 +190,7 @@ void WorldImpl::note(const core::WorldStatus& s) {
     census_.molten = (s.heat_pending & core::pending_melt) != 0u;
     census_.supercooled = (s.heat_pending & core::pending_freeze) != 0u;
   }
-  // What melted or froze is still to be seen by regions and pieces.
+  // Regions and pieces have yet to follow what melted or froze.
   census_.unsettled = census_.meltable != 0 && (s.pieces_stale != 0u || s.died != 0 || s.born != 0u);
   plan_changed_ = plan_changed_ || facts() != facts_;
 }
@@ -211,7 +211,7 @@ std::uint32_t WorldImpl::facts() const {
     watched = watched || bodies_[b].watched;
     freezing_body = freezing_body || materials[bodies_[b].desc.material.index].freezes;
   }
-  // What can freeze can melt again, and the solid makes the liquid that may freeze onto it later.
+  // Material that can freeze can melt again, and a melting solid makes liquid that may freeze onto it later.
   const bool freezes = (freezing_body && model && (heat || census_.supercooled)) || may_precipitate();
   bool melts = freezes || (census_.meltable != 0 && ((model && (heat || census_.molten)) || dissolves()));
   melts = melts || (census_.unsettled && (facts_ & core::fact_melt) != 0);

@@ -13,7 +13,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// What is being caught, as an Error. To be called in a handler.
+/// The exception being caught, as an Error. Call in a handler.
 inline Error caught() noexcept {
   const auto error = [](ErrorCode code, const char* text) {
     Error e;

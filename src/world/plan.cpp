@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What runs and why; the host's own stages.
+// The plan: which stages run and why; custom stages.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -14,7 +14,7 @@ inline namespace v0 {
 
 using core::invalid;
 
-/// Why a stage is out that was needed once, or will be; empty where the table's own reason says it.
+/// Why a stage does not run that was needed before, or will be; empty if the reason in the table applies.
 std::string WorldImpl::reason_of_change(const core::StageInfo& info) const {
   const std::string module = info.module;
   const auto any_body = [this](const auto& is) { return std::any_of(bodies_.begin(), bodies_.end(), is); };
@@ -80,7 +80,7 @@ Plan WorldImpl::plan() {
     if (!r.runs && r.module == "species" && species_used_ && contents_level_)
       r.reason = "contents are the same everywhere";
     if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
-    // Of several ways to search, the one that runs says why the others do not.
+    // The search that runs gives the reason why the others do not.
     if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;
     if (r.module == "thermal") r.interval = heat_interval(static_dt_);
     if (s == core::stage_thermal_level) r.interval = static_cast<int>(core::level_interval);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a scene to what the backend is given: constants, limits of a sub-step, the upload.
+// Prepares a scene for the backend: constants, limits of a sub-step, the upload.
 #include <algorithm>
 #include <cmath>
 
@@ -142,7 +142,7 @@ void WorldImpl::derive_sound_speed() {
 /// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
 /// below, how far things fall is not known.
 Status WorldImpl::check_sound_speed() const {
-  // Also what bodies will melt into: a run that is refused once its first particle has melted has cost its time.
+  // Liquids that bodies will melt into count, too: otherwise a run would be refused only when its first particle melts.
   const auto comes = [this](std::size_t i) {
     return desc.heat.model != HeatModel::none && desc.heat.time_scale > 0 &&
            std::any_of(bodies_.begin(), bodies_.end(), [&](const BodyRecord& b) {
@@ -331,7 +331,7 @@ Status WorldImpl::adapt() {
   const std::uint32_t wanted = facts(), had = facts_;
   core::EngineSetup setup = setup_of(wanted);
   setup.heat_flows_again = outside;
-  // What of the lattice goes, the host keeps.
+  // The host keeps the parts of the lattice that are dropped.
   if ((had & core::fact_solid) != 0) engine->download_lattice(state_);
   facts_ = wanted;
   derive_limits();
@@ -356,7 +356,7 @@ Status WorldImpl::adapt() {
   return {};
 }
 
-/// Before a step of dt: the plan follows what the World has heard of, and the time.
+/// Before a step of dt: the plan follows the known state and the time.
 Status WorldImpl::follow_plan(double dt) {
   plan_until_ = time + dt;
   const bool others = regions_act(time, plan_until_), emits_now = emitting();
@@ -406,7 +406,7 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
 
 /// Limits of sound, gravity, speeds and artificial viscosity. Returns the artificial drag between liquid and bodies.
 double WorldImpl::limit_motion(double support, double sum) {
-  // Of bodies as they were added, not of what is left of them by now.
+  // Bodies count as they were added, not as they are now.
   double lightest = infinity, heaviest = 0;
   for (const BodyRecord& b : bodies_) {
     if (b.desc.fixed) continue;
@@ -426,7 +426,7 @@ double WorldImpl::limit_motion(double support, double sum) {
     const double g = length(desc.gravity) + fields.pull;
     if (fields.wind > 0) rest_dt_ = std::min(rest_dt_, desc.courant * support / fields.wind);
     if (g > 0) rest_dt_ = std::min(rest_dt_, physics::force_dt(desc.courant, support, g));
-    // What was added, not what was read: where a host looks may not change what it sees.
+    // Counts what was added, not what was read: results must not depend on readings.
     if (seen_.speed > 0) rest_dt_ = std::min(rest_dt_, desc.courant * support / seen_.speed);
   }
   if (fluid) {
@@ -480,7 +480,7 @@ void WorldImpl::limit_heat(double support, double sum) {
   heat_lambda_ += fastest * lighter;
 }
 
-/// What step() needs of the scene, worked out once: it must not search or allocate per step.
+/// Precomputes what step() needs of the scene, because step() must neither search nor allocate.
 void WorldImpl::derive_limits() {
   const double support = core::support_of(desc);
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sound speed that follows what moves (WorldDesc::follow_sound_speed, physics/sound_speed.hpp): once in 32 sub-steps the
-// World looks at the largest head; between two looks all follows from what was found and from what the host has set. So c and
+// World reads the largest head; in between, c follows from the last reading and from what the host has set. So c and
 // the division of a step into sub-steps follow from states and steps alone, never from when a host looks.
 #include <algorithm>
 #include <cmath>
@@ -67,7 +67,7 @@ void WorldImpl::take_sound_work() {
   if (follows_sound()) sound_.work += engine->take_sound_work();
 }
 
-/// Sub-steps until the next look.
+/// Sub-steps until the next reading of the head.
 int WorldImpl::part_length() const {
   return static_cast<int>(physics::sound_interval - steps % physics::sound_interval);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A step: its sub-steps, their stages of heat, what is due in them, what they came to.
+// A step: its sub-steps, their stages of heat, emission and probes that are due, and the result.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -77,7 +77,7 @@ void WorldImpl::viscous_plan(double dt, core::SubstepArguments& a) const {
   a.viscous_bound = physics::stage_reach(v.stages) / a.viscous_dt;
 }
 
-/// Refuses what would take longer than anybody waits for, as of heat.
+/// Refuses a step that would take too long, as for heat.
 Status WorldImpl::check_viscous_work(double dt, int supersteps) const {
   if (supersteps <= desc.max_substeps) return {};
   return Error{
@@ -184,7 +184,7 @@ bool WorldImpl::has_room_for(std::uint64_t more) const {
   return static_cast<double>(born_ - census_.removed + more) <= room * (1 + 1e-9);
 }
 
-/// Refuses what would take longer than anybody waits for: a sub-step cannot be interrupted.
+/// Refuses a step that would take too long: a sub-step cannot be interrupted.
 Status WorldImpl::check_heat_work(double dt, double supersteps) const {
   if (supersteps <= desc.heat.max_supersteps) return {};
   const double tau = dt * desc.heat.time_scale;
@@ -236,7 +236,7 @@ class WorldImpl::Limit {
     if (taken >= substeps_) return false;
     if (!timed() || taken < marked_ + batch_) return true;
     mark(taken);
-    // Of two batches that are under way the first is waited for, while the second one runs.
+    // Waits for the first of two enqueued batches, while the second one runs.
     const bool drain = !engine_.runs_ahead() || !cost_.known();
     while (open_ > (drain ? 0 : 1)) learn();
     batch_ = core::next_batch(cost_, seconds_ - waited(), ahead());
@@ -378,7 +378,7 @@ class WorldImpl::OngoingStep {
   int taken_ = 0, planned_ = 0;  ///< sub-steps
   double simulated_ = 0;         ///< [s]
   bool goes_on_ = false, refused_ = false;
-  // Of the part that is being taken.
+  // The part that is being taken.
   core::SubstepArguments a_;
   StepPart part_;
   double from_ = 0, rest_ = 0;  ///< where it began; from there to the end of the step [s]
@@ -607,7 +607,7 @@ WorldImpl::Moment WorldImpl::now() const {
   return {steps, time, solids_built_, spent, origin_, sound_now(), sound_.work};
 }
 
-/// What a status of that moment says, but for halts.
+/// Flags of a status of that moment, except halts.
 StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   StepResult r;
   r.steps = at.steps;
@@ -629,7 +629,7 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   return r;
 }
 
-/// Of a World that halted: the clock goes back with the state.
+/// Reports a halt: the clock goes back with the state.
 void WorldImpl::report_halt(const core::WorldStatus& s, StepResult& r) {
   r.halted = true;
   r.halt_step = s.halt_step;
@@ -647,14 +647,14 @@ void WorldImpl::note_halt(const core::WorldStatus& s, const std::string& fault) 
   }
   if (static_cast<core::Halt>(s.halted) == core::Halt::interrupted && fault.empty()) return;
   halted_ = true;
-  // What was saved behind the sub-step that halted is not there.
+  // States saved after the halted sub-step do not exist.
   for (SavedState& saved : saved_)
     if (saved.restored == restored_ && s.halt_step != 0 && saved.steps >= s.halt_step) saved = {};
   halt_step_ = s.halt_step;
   halt_reason_ = fault.empty() ? halt_text(s) : fault_text(fault);
 }
 
-/// What the engine and the host know of the steps since the last call.
+/// Results of the steps since the last call, from engine and host.
 StepResult WorldImpl::collect() {
   // Nothing was stepped since a change or restore(): the engine's status is of what was before.
   const core::WorldStatus s = dirty_ ? core::WorldStatus{} : engine->synchronize();

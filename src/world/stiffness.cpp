@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How stiff bodies come out, and how wide regions have to be for a youngs_modulus. All of it follows from the scene's
+// Stiffness of bodies, and the width of regions for a youngs_modulus. Both follow from the scene's
 // largest sub-step, so that a body keeps one law whatever sub-steps are taken.
 #include <algorithm>
 #include <cmath>
@@ -49,7 +49,7 @@ double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
   return m.stiffness * physics::region_wave_speed2(m.region_half_width) / (spring_dt_ * spring_dt_);
 }
 
-/// What is delivered of a youngs_modulus: what was asked for, within what liquid bears and what the widest regions carry at
+/// The modulus delivered for a youngs_modulus: within the bounds of liquid and of the widest regions at
 /// the largest sub-step.
 double WorldImpl::modulus_rate_of(const MaterialDesc& m) const {
   const double asked = std::max(asked_modulus_rate(m), least_modulus_rate(m));
@@ -116,7 +116,7 @@ void WorldImpl::fit_regions() {
   }
 }
 
-/// What kernels are given: moduli within reach, and no less damping than sub-steps of varying length need.
+/// Values for kernels: moduli within reach, and at least the damping that sub-steps of varying length need.
 void WorldImpl::fit_rows(std::vector<core::MaterialRow<double>>& rows) const {
   if (!std::isfinite(static_dt_)) return;
   for (std::size_t k = 0; k < rows.size(); ++k) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many sub-steps fit into a span of wall time, by what sub-steps have cost. Times are arguments: nothing here reads a
+// Number of sub-steps that fit into a span of wall time, from the cost of past ones. Times are arguments: nothing here reads a
 // clock.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace core {
 /// a sub-step too many costs little.
 class SubstepCost {
  public:
-  /// That many sub-steps took so long together.
+  /// Adds a measurement: that many sub-steps took so long together.
   void learn(double seconds, std::uint64_t substeps) {
     if (substeps == 0 || !(seconds >= 0)) return;
     const double each = seconds / static_cast<double>(substeps);
@@ -39,8 +39,8 @@ class SubstepCost {
 };
 
 /// Sub-steps that may be enqueued next, where `left` [s] of the budget are left and `ahead` sub-steps are enqueued and not
-/// known to be done: a quarter of those that fit, so that the next ones follow from what these come to. 0: no more fit.
-/// Where nothing is known of the cost, one, to learn it.
+/// known to be done: a quarter of those that fit, so that the next batch follows from the cost of this one. 0: no more fit.
+/// 1 if the cost is not known yet.
 inline std::uint64_t next_batch(const SubstepCost& cost, double left, std::uint64_t ahead) {
   constexpr double most = 64;  // an interrupt comes between two batches
   if (!cost.known()) return ahead == 0 && left > 0 ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The World's state and what is done with it. Its functions are defined in the rooms of the host's side: scene (adding, removing),
+// The state of a World and its functions, which are defined in the rooms of the host's side: scene (adding, removing),
 // steering (what a host changes), readout (what a host reads), snapshot, and world itself (stages, constants, steps, plan).
 #pragma once
 
@@ -45,7 +45,7 @@ struct BodyRecord {
       chords;  ///< how its particles follow its mesh; null until that moves
 };
 
-/// What a body is like relative to its pivot, in a step.
+/// Motion of a body's particles relative to its pivot, in a step.
 struct BodyExtent {
   double speed = 0;  ///< of the fastest particle relative to the pivot, beside rotation [m/s]
   double reach = 0;  ///< of the farthest [m]
@@ -69,7 +69,7 @@ struct EmitterRecord {
   bool blocked = false;       ///< the last one, because the domain was full
 };
 
-/// What of an emitter a snapshot holds.
+/// State of an emitter in a snapshot.
 struct EmitterState {
   std::uint64_t first_layer = 0, skipped = 0, on = 1;
   double from = 0, speed = 0, temperature = 0;
@@ -205,7 +205,7 @@ class WorldImpl final : public Scheduler {
   // readout/surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
   Result<SurfaceView> surface_view(const SurfaceDesc& d,
-                                   SurfaceMesh* mesh);  ///< mesh: null where it is not wanted
+                                   SurfaceMesh* mesh);  ///< mesh: null if not requested
   // snapshot/saved_states.cpp
   Status save_state(int slot);
   Status load_state(int slot);
@@ -227,7 +227,7 @@ class WorldImpl final : public Scheduler {
   Status switch_module(const std::string& module, bool on);
 
   std::atomic<const void*> user{
-      nullptr};  ///< whose call is under way: an address of the thread's; null: nobody's
+      nullptr};  ///< thread whose call is under way: an address of the thread's; null: none
   WorldDesc desc;
   std::string backend_reason;
   std::shared_ptr<core::Engine> engine;
@@ -262,7 +262,7 @@ class WorldImpl final : public Scheduler {
   Status plan_part(double rest, core::SubstepArguments& a, StepPart& part) const;
   void begin_motions(core::SubstepArguments& a, bool first);
   class OngoingStep;
-  /// What planning a step changes and goes back to where the step is not taken.
+  /// State that planning a step changes, restored if the step is not taken.
   struct BeforePlan {
     bool heat_level = false, may_melt = false, melted = false;
   };
@@ -275,7 +275,7 @@ class WorldImpl final : public Scheduler {
   core::Surroundings surroundings() const;
   void surround();
   void see_along(Vec3d gravity);
-  /// What force fields may do.
+  /// Bounds of the motion by force fields.
   struct FieldReach {
     double pull = 0;     ///< largest acceleration [m/s^2]
     double squared = 0;  ///< square of the speed that accelerations lead to [m^2/s^2]
@@ -425,7 +425,7 @@ class WorldImpl final : public Scheduler {
   bool stiffened_by_liquid() const;
   void note_halt(const core::WorldStatus& s, const std::string& fault);
   StepResult collect();
-  /// What the host has to a status.
+  /// State of the host that belongs to a status.
   struct Moment {
     std::uint64_t steps = 0;
     double time = 0;
@@ -591,21 +591,21 @@ class WorldImpl final : public Scheduler {
       0;                 ///< of liquid that was added or is emitted, not of what melted [kg/m^3]; 0: none
   double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
   std::uint32_t facts_ = 0;
-  /// What of the scene its stages follow from. Never more than there is, but what the device has done since is known only
-  /// once the host has heard of it: then a stage runs that has nothing to do.
+  /// Census of the scene, from which its stages follow. It may lag behind the device
+  /// until the host reads a status: then a stage runs that has nothing to do.
   struct Census {
     bool fluid = false;
     bool supercooled = false;        ///< liquid that freezes without losing heat
     bool molten = false;             ///< solid that melts without gaining heat
     bool apart = false;              ///< a body in several pieces
-    bool unsettled = false;          ///< something melted or froze that regions or pieces do not know of
+    bool unsettled = false;          ///< something melted or froze since regions or pieces were updated
     std::vector<std::uint8_t> live;  ///< per body: something of it is solid
     std::uint64_t meltable = 0;      ///< solid particles that can melt
     std::uint64_t removed = 0;       ///< particles that have left
   };
   Census census_;
   std::uint64_t born_ = 0;        ///< ids handed out, by sub-steps that are only enqueued, too
-  std::uint64_t noted_step_ = 0;  ///< the sub-step that the census has heard of
+  std::uint64_t noted_step_ = 0;  ///< the sub-step of the status that the census follows
   bool measure_ = true;           ///< something was added: whether temperatures are level is to be asked
   bool plan_changed_ = false;     ///< the census asks for other stages than `facts_`
   bool was_emitting_ = false;
@@ -655,7 +655,7 @@ class WorldImpl final : public Scheduler {
     bool of_nothing = false;     ///< the World was empty: `carried` is all there is
   };
   std::array<OpenReading, most_readings> readings_;  ///< the engine's slots of the same number
-  /// What the host has to a state in the backend's memory.
+  /// State of the host that belongs to a state saved in the backend's memory.
   struct SavedState {
     std::uint64_t layout = 0;    ///< layout_ then; 0: none
     std::uint64_t restored = 0;  ///< restored_ then
@@ -668,7 +668,7 @@ class WorldImpl final : public Scheduler {
     std::vector<physics::MeshPoint> mesh_points;
     Census census;
   };
-  /// Of the views that were made last: their number, and what must not have changed since.
+  /// The views made last: their serial, and the counters that must not have changed since.
   struct Made {
     std::uint64_t serial = 0, layout = 0, uploads = 0, restored = 0, steps = 0;
   };
