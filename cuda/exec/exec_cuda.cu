@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of the CUDA executor depends on no body: memory, stream, sort, timings, errors.
+// Parts of the CUDA executor that depend on no body: memory, stream, sort, timings, errors.
 #include "exec/exec_cuda.cuh"
 
 #include <algorithm>
@@ -50,7 +50,7 @@ constexpr double queue_seconds = 0.5;
 constexpr std::uint64_t most_queued = 256;
 constexpr std::uint64_t queue_marks = 8;
 
-/// How far the device is behind: a mark every few sub-steps, oldest first.
+/// Work that the device has not finished: a mark every few sub-steps, oldest first.
 struct Queue {
   static constexpr std::size_t ring = 2 * queue_marks;
   cudaEvent_t event[ring] = {};
@@ -66,7 +66,7 @@ constexpr std::uint64_t partials_bytes(std::uint64_t parts) {
   return (parts * kernels::reduce_item + 127) / 128 * 128 + 128;
 }
 
-/// Of gather_reduce: results and locks.
+/// Working space of gather_reduce: results and locks.
 constexpr std::uint64_t handing_bytes = kernels::handing_places * (kernels::handing_item + sizeof(unsigned));
 
 struct PairCopy {
@@ -88,7 +88,7 @@ struct CudaExec::Owned {
   std::uint64_t parts = 0;  // of a reduction, at most
   void* scratch = nullptr;
   std::uint64_t scratch_bytes = 0;  // of one track
-  void* handing = nullptr;          // what warps of a gather_reduce hand in
+  void* handing = nullptr;          // partial results of the warps of a gather_reduce
   std::string fault;
   std::vector<StageEvents> stages;
   std::vector<Repeat> repeats;
@@ -310,7 +310,7 @@ std::uint64_t CudaExec::captures() const { return own_->captures; }
 
 bool CudaExec::check(cudaError_t result, const char* what) const {
   if (result == cudaSuccess) return true;
-  (void)cudaGetLastError();  // it is reported here; the host shall not find it a second time
+  (void)cudaGetLastError();  // it is reported here; the host must not find it again
   if (own_->fault.empty())
     own_->fault =
         std::string(what) + " failed: " + cudaGetErrorString(result) + " (" + cudaGetErrorName(result) + ")";

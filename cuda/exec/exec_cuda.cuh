@@ -171,7 +171,7 @@ class CudaExec {
   void begin_buckets(std::uint32_t m, std::uint32_t* counts, std::uint32_t* begin, const First& first) const;
   void fill_buckets(std::uint64_t n, const std::uint32_t* bucket_of, const std::uint32_t* begin,
                     std::uint32_t* order, std::uint32_t* counts) const;
-  /// Behind the counts: what tiles of their running sum tell each other, and its turn.
+  /// Behind the counts: the state that tiles of their running sum exchange, and the number of its turn.
   static constexpr std::uint64_t count_room(std::uint64_t m) {
     return even(m + 1) + 2 * blocks(m + 1, kernels::sum_tile) + 2;
   }
@@ -219,19 +219,19 @@ class CudaExec {
   // --- stages side by side (pipeline/schedule.hpp): track 0 is the stream itself; each has its own working
   // space for reductions, scans and sorts.
   void begin_tracks();
-  /// What follows is enqueued on this track; the first time on one other than 0, behind what came before
+  /// Work from now on is enqueued on this track; the first time on one other than 0, behind the work before
   /// begin_tracks.
   void enter_track(int track);
-  /// Where there is not room for all, what follows goes ahead of what is less urgent; 0: as ever.
+  /// Where there is not room for all, work enqueued from now on precedes less urgent work; 0: the usual priority.
   void hurry(int urgency);
-  /// What follows takes so many blocks of every multiprocessor only; 0: as many as it likes.
+  /// Work enqueued from now on takes at most so many blocks of every multiprocessor; 0: no limit.
   void step_aside(unsigned blocks) { aside_ = blocks; }
   void mark_stage(int stage);
   void wait_for_stage(int stage) const;
 
   /// Forgets what repeat() kept: the buffers it names are gone.
   void forget_repeats();
-  /// What is enqueued from now on waits for an event of the host's; records one behind what has been. Why not, or nothing.
+  /// Work enqueued from now on waits for an event of the host; records one behind the work so far. Returns an error text, or nothing.
   std::string wait_for_event(void* event) const;
   std::string signal_event(void* event) const;
   /// Whether what is enqueued now goes into a graph of the host's, to run some time or never, once or often.
@@ -249,7 +249,7 @@ class CudaExec {
   void zero(void* p, std::uint64_t bytes) const;
   void synchronize();
   static constexpr bool in_host_memory = false;
-  // Copies run on a stream of their own behind what is enqueued so far, so that what comes next need not wait for them. Marks
+  // Copies run on a stream of their own behind the work enqueued so far, so that later work need not wait for them. Marks
   // are events; null where none could be made, which is a fault.
   void* allocate_pinned(std::uint64_t bytes) const;
   void release_pinned(void* p) const;
@@ -261,7 +261,7 @@ class CudaExec {
   bool reached(void* mark) const;
   void wait_for_mark(void* mark) const;
   /// After every sub-step: waits until no more than queue_seconds of sub-steps are enqueued, so that a host that
-  /// wants to stop need not wait for long. Does nothing while the host captures the stream.
+  /// stops need not wait for long. Does nothing while the host captures the stream.
   void pace();
   /// Enqueued work is not examined again: pace() limits its amount.
   void watch(const std::atomic<bool>*) {}
@@ -277,7 +277,7 @@ class CudaExec {
   /// Events around a stage, in a ring per stage made when it is first timed. A captured step is not timed.
   void begin_stage(int index, const char* name);
   void end_stage(int index);
-  /// What has finished by now; does not wait.
+  /// Collects the timings that have finished; does not wait.
   const Timings& collect();
 
  private:
@@ -320,11 +320,11 @@ class CudaExec {
 
   /// Keeps the first error; true = success.
   bool check(cudaError_t result, const char* what) const;
-  /// Of gather_reduce: one set, so that no two of them may run side by side; all 0 between launches.
+  /// Working space of gather_reduce: one set, so that no two may run concurrently; all 0 between launches.
   void* handing_places() const;
   void* partials(std::uint64_t parts) const;
   unsigned* ticket() const;
-  /// Whether there is a graph for this key; then it is the one that renew and launch_known mean.
+  /// Whether there is a graph for this key; renew and launch_known then refer to it.
   bool known(const RepeatKey& key) const;
   void launch_known() const;
   /// In place of a launch: its arguments for the first kernel of the known graph.

@@ -39,12 +39,12 @@ struct PlaceBody {
 
 // Running sums in one launch, by decoupled look-back (Merrill & Garland 2016, Single-pass parallel prefix scan): a block
 // publishes the sum of its tile as soon as it has it, then looks back until a block ahead has the sum of all before. CUB's has a
-// launch ahead that clears what tiles tell; here it carries the number of the turn, so that what they told the last time
-// counts for nothing.
+// launch ahead that clears the states of tiles; here a state carries the number of the turn, so that states of the last turn
+// are ignored.
 inline constexpr unsigned tile_threads = 256, tile_items = sum_tile / tile_threads;
 static_assert(tile_items == 8);
 
-/// What a tile tells: turn (30 bits), how much the sum covers (2), sum (32).
+/// State of a tile: turn (30 bits), how much the sum covers (2), sum (32).
 enum class Known : std::uint32_t { nothing = 0, own = 1, all = 2 };
 __device__ inline std::uint64_t told(std::uint32_t turn, Known known, std::uint32_t sum) {
   return static_cast<std::uint64_t>(turn << 2u | static_cast<std::uint32_t>(known)) << 32u | sum;
@@ -109,7 +109,7 @@ __global__ void __launch_bounds__(tile_threads)
     const std::uint32_t ahead = look_back(tiles, turn);
     if (threadIdx.x == 0) {
       if (blockIdx.x != 0) *mine = told(turn, Known::all, ahead + total);
-      // All others have told something, hence have read it.
+      // All other tiles have published, hence have read it.
       if (blockIdx.x + 1 == gridDim.x) *turn_now = turn + 1u;
       before_tile = ahead;
     }

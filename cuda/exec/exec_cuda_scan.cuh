@@ -15,7 +15,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// No guard: what is scanned is working space, which a World that halted does not read again.
+/// No guard: a scan works on working space, which a World that halted does not read again.
 template <class Body, class Count>
 void CudaExec::scan(std::uint64_t n, const Body& body, Count* out) const {
   if (n == 0) return;

@@ -24,7 +24,7 @@ __device__ inline std::uint64_t index() {
   return static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
 }
 
-/// What has been read, as it is, and not later: a compiler would move it behind the next question.
+/// Keeps a loaded value where it is: a compiler would move the load behind the next branch.
 template <class Item>
 __device__ Item ahead(Item item) {
   static_assert(sizeof(Item) % sizeof(unsigned) == 0);
@@ -50,7 +50,7 @@ __global__ void __launch_bounds__(block)
   }
 }
 
-// Those of modest bodies: a few threads of every multiprocessor may have to do for all items.
+// For modest bodies: a few threads of every multiprocessor may have to process all items.
 template <class Body>
 __global__ void __launch_bounds__(block)
     each_modestly(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body) {

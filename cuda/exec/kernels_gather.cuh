@@ -78,7 +78,7 @@ __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Bo
   if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
-/// Sums of two items per thread at once; first those that are left over. What is left to do for some of them is shared out
+/// Sums of two items per thread at once; items left over come first. The remaining work of some items is shared out
 /// anew among the threads of the block, one item to each, in order: else a warp whose first half has it would go through
 /// it twice.
 template <class Body>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of reduce and gather_reduce: what a sub-step comes to, in one value.
+// Kernels of reduce and gather_reduce, such as the result of a sub-step.
 #pragma once
 
 #include "exec/kernels_gather.cuh"
@@ -47,7 +47,7 @@ __device__ R combine_block(R r) {
   return r;
 }
 
-/// Notes what this block has in thread 0. True in all threads where it is the last block to do so. `ticket` counts the
+/// Stores the result of this block, which thread 0 has. True in all threads of the last block to do so. `ticket` counts the
 /// blocks that have, and is 0 again afterwards.
 template <class R>
 __device__ bool hand_in(const R& r, R* partial, unsigned* ticket) {
@@ -62,7 +62,7 @@ __device__ bool hand_in(const R& r, R* partial, unsigned* ticket) {
   return is_last;
 }
 
-/// What the blocks have handed in, combined in their order; in the last block to come, in thread 0.
+/// Results of all blocks, combined in their order; in thread 0 of the last block.
 template <class R>
 __device__ R combine_handed_in(const R* partial) {
   // All loads first, where there are registers for them: one wait, not one per round.
@@ -129,12 +129,12 @@ __device__ R combine_warp(R r) {
   return r;
 }
 
-// Places where the warps of a gather_reduce hand in what they have, by turns. A thread for each combines them: 32 take
+// Places for the results of the warps of a gather_reduce, by turns. A thread for each combines them: 32 take
 // 2 us, 512 take 4, but where 31,250 warps come within 30 us, 32 places take as long again.
 inline constexpr unsigned handing_places = 512, few_places = 32;
 
-/// gather whose results are combined: within a warp, then by atomics. Nobody waits for anything: a block that did, for
-/// what it wrote to arrive, would keep its place from the next.
+/// gather whose results are combined: within a warp, then by atomics. No block waits: one that did, for
+/// its writes to arrive, would keep its place from the next.
 template <unsigned Parts, class R, class Body>
 __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Body>)
     gather_reduce(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body, R* places,
@@ -162,7 +162,7 @@ __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Bo
   atomicExch(locks + place, 0u);
 }
 
-/// What was handed in, which makes room for the next. One block.
+/// Combines the results of all warps and clears their places for the next launch. One block.
 template <class R, class Last>
 __global__ void __launch_bounds__(handing_places)
     combine_places(const std::uint32_t* guard, R* places, R* out, const __grid_constant__ Last last) {

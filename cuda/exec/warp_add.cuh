@@ -43,9 +43,9 @@ __device__ inline unsigned largest_of_warp(unsigned v) {
   return v;
 }
 
-/// A whole warp, as one result is made of many (ParticleCheck::over).
+/// Reductions over a whole warp for combined results (ParticleCheck::over).
 struct WarpLanes {
-  /// Of numbers that are not negative, whose bits are in their order.
+  /// For non-negative numbers, whose bits are ordered like their values.
   __host__ __device__ float largest(float v) const {
     NV_IF_TARGET(NV_IS_DEVICE, (v = __uint_as_float(largest_of_warp(__float_as_uint(v)));))
     return v;
@@ -78,7 +78,7 @@ __device__ inline void add_together(std::int64_t* address, std::int64_t value) {
     add_one(address, static_cast<std::int64_t>(sum));
 }
 
-/// Lanes beside this one that mean the same counter; the first of them adds for all.
+/// Lanes with the same counter as this one; the first of them adds for all.
 struct Alike {
   unsigned lanes, rank;
   bool first;
@@ -105,9 +105,9 @@ __device__ inline std::uint32_t count_down_together(std::uint32_t* counters, std
 
 }  // namespace kernels
 
-/// By which results are handed in (CheckResult::hand_in).
+/// Atomics by which a result is added to a shared one (CheckResult::hand_in).
 struct CudaAtomics {
-  /// Of numbers that are not negative, whose bits are in their order.
+  /// For non-negative numbers, whose bits are ordered like their values.
   __host__ __device__ void raise(double& x, double v) const {
     NV_DISPATCH_TARGET(NV_IS_DEVICE,
                        (atomicMax(reinterpret_cast<unsigned long long*>(&x),

@@ -172,7 +172,7 @@ enum class Motion {
   /// Forces on it, as a rigid body: six degrees of freedom per connected piece. It costs less than a free body, and stiffness,
   /// damping and region_half_width of its material do not matter.
   rigid,
-  /// A rigid body of the host's own physics engine: pose and twist come from there (World::set_proxy), what acts on it here goes
+  /// A rigid body of the host's own physics engine: pose and twist come from there (World::set_proxy), forces on it go
   /// back (World::watch_forces, Reading::forces). In between it moves as a rigid body of SolidDesc::mass and inertia.
   proxy
 };
@@ -183,7 +183,7 @@ struct ProxyState {
   Quat<double> orientation;  ///< relative to the body as built: a unit quaternion
   Vec3d velocity;            ///< of its centre of mass [m/s]
   Vec3d angular_velocity;    ///< [rad/s]
-  /// What the host's own forces (its joints, motors and contacts) give it beside gravity [m/s^2]: of a body that rests
+  /// Acceleration by the host's own forces (joints, motors and contacts) beside gravity [m/s^2]: for a body that rests
   /// on a floor of the host's, minus gravity. It acts until the next state.
   Vec3d acceleration;
   /// Puts the body there at once. Otherwise it gets there within the next step, beside its motion, at a tenth of the sound speed
@@ -223,16 +223,16 @@ struct SolidDesc {
   double held_until = 0;
   Motion motion =
       Motion::free;  ///< a kinematic body begins with `velocity` and `angular_velocity`, about its pivot
-  /// Of a kinematic body: the point of the body as built that BodyMotion::position is of [m]; empty = centre of its
+  /// For a kinematic body: the point of the body as built that BodyMotion::position refers to [m]; empty = centre of its
   /// particles.
-  /// Of a proxy: its centre of mass as built [m], which ProxyState::position is of; empty likewise.
+  /// For a proxy: its centre of mass as built [m], which ProxyState::position refers to; empty likewise.
   std::optional<Vec3d> pivot;
-  /// Of a proxy: its mass [kg], > 0. Its particles weigh as much together, whatever the density of its material.
+  /// Mass of a proxy [kg], > 0. Its particles have this mass together, whatever the density of its material.
   double mass = 0;
-  /// Of a proxy: inertia about the centre of mass, in the axes of the World as built [kg m^2]; all 0 = that of the mass spread
+  /// Inertia of a proxy about its centre of mass, in the axes of the World as built [kg m^2]; all 0 = that of the mass spread
   /// evenly over the shape. Symmetric and positive; no principal moment may exceed the sum of the other two.
   Mat3<double> inertia{};
-  /// Of a kinematic body or proxy: the largest speed that any point of it will have [m/s]. The sound speed is at least ten times as
+  /// Largest speed that any point of a kinematic body or proxy will have [m/s]. The sound speed is at least ten times as
   /// large; motions above half the sound speed are refused.
   double max_speed = 0;
   /// Heat through the dry surface of the body: the part that no liquid, wall or other body covers.
@@ -324,7 +324,7 @@ struct EmitterSetting {
   std::optional<double> speed;        ///< v [m/s], > 0; of the liquid in the pipe, too
   std::optional<double> temperature;  ///< of layers to come [degrees Celsius]
   /// Where the end of the pipe is from the next step on [m]; the liquid in the pipe moves with it at once. The pipe keeps its direction
-  /// and has to fit within walls and off other nozzles; keep it clear of bodies, which is not looked at.
+  /// and has to fit within walls and off other nozzles; keep it clear of bodies, which is not checked.
   std::optional<Vec3d> center;
 };
 

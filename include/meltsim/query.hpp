@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is where: rays and shapes against the present state of a World.
+// Spatial queries: rays and shapes against the present state of a World.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ inline constexpr std::uint32_t ray_bodies = 2;  ///< rays end at bodies
 inline constexpr std::uint32_t ray_walls = 4;   ///< rays end at walls, from inside the domain
 inline constexpr std::uint32_t ray_all = 7;     ///< all of these
 
-/// What a ray ends at.
+/// Kinds of things that a ray ends at.
 enum class RayTarget : std::uint32_t { nothing, liquid, body, wall };
 
 /// Where a ray ends.
@@ -43,7 +43,7 @@ struct BodyOverlap {
   std::uint64_t particles = 0;  ///< its particles whose centres are in the shape
 };
 
-/// What is within a shape: World::overlap.
+/// Contents of a shape: World::overlap.
 struct Overlap {
   std::uint64_t liquid = 0;  ///< liquid particles whose centres are in the shape
   double liquid_volume = 0;  ///< their volume at rest [m^3]

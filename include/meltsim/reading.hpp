@@ -79,9 +79,9 @@ struct Ledger {
   double heat_in = 0;                  ///< heat that entered since the World was created [J]
   double field_work = 0;               ///< of force fields since the World was created [J]
   Vec3d field_impulse;                 ///< likewise [N s]
-  /// Of every species, in the order in which its materials were added: all of it, dissolved or not [kg].
+  /// Mass of every species, dissolved or not, in the order in which its materials were added [kg].
   std::array<double, most_species> solute{};
-  /// Heat that what is dissolved now has taken up (MaterialDesc::heat_of_solution) [J]: thermal and solution together change by
+  /// Heat that the dissolved species have taken up (MaterialDesc::heat_of_solution) [J]: thermal and solution together change by
   /// heat_in alone.
   double solution = 0;
   double max_speed = 0;                                  ///< [m/s]
@@ -141,7 +141,7 @@ struct Impulse {
   Vec3d angular;  ///< [N m s]
 };
 
-/// What acted on a watched body (World::watch_forces), summed over the sub-steps since the last reading of it. Angular
+/// Impulses on a watched body (World::watch_forces), summed over the sub-steps since its last reading. Angular
 /// impulses are about its centre of mass, as that moves; of kinematic bodies about the pivot. The sums are of integers, so
 /// they do not depend on the order of particles or threads. Gravity is left out.
 struct BodyForces {
@@ -149,12 +149,12 @@ struct BodyForces {
   double seconds = 0;  ///< that they cover [s]; divide by it for a mean force
   Impulse total;       ///< pressure, viscosity and contact
   Impulse pressure;    ///< of liquid, images in walls and surface tension included
-  /// Of liquid. Of bodies that can move it is the rest of the total. Of fixed and kinematic ones it is that of the velocities at
+  /// Viscous impulse of liquid. For movable bodies it is the rest of the total, for fixed and kinematic ones that of the velocities at
   /// the beginning of sub-steps, also where viscosity is implicit.
   Impulse viscosity;
   Impulse contact;  ///< of bodies and walls that it touches
   double heat = 0;  ///< that its particles received [J], by conduction, through surfaces and from sources
-  /// Of a proxy or kinematic body at the time of the reading: centre of mass, or pivot [m]. Of others the centre of mass in the
+  /// For a proxy or kinematic body: centre of mass or pivot at the time of the reading [m]; for others the centre of mass in the
   /// middle of the last sub-step.
   Vec3d position;
   Quat<double>
@@ -182,8 +182,8 @@ inline constexpr std::uint32_t no_particle = 0xffffffffu;  ///< Event::particle 
 /// Which events a World keeps until the host takes them.
 struct EventWatch {
   std::uint32_t capacity =
-      4096;  ///< of the ring, 1 to 1,048,576; 72 bytes each. What comes on top of a full one pushes the oldest out
-  std::uint32_t kinds = all_events;  ///< sum of event_bit() of those wanted
+      4096;  ///< size of the ring, 1 to 1,048,576; 72 bytes each. In a full ring a new event replaces the oldest
+  std::uint32_t kinds = all_events;  ///< sum of event_bit() of the kinds to watch
 };
 
 /// Something that happened in a sub-step. A resting body touches what it lies on in every sub-step, one that bounces begins and
@@ -193,8 +193,8 @@ struct Event {
   std::uint64_t step = 0;              ///< the sub-step, from 1
   double time = 0;                     ///< at its end [s]
   Vec3d position;                      ///< of `particle` then [m]
-  /// Of melted, frozen and left that particle; of contacts the one with the smallest id among those that touch (or did, in the
-  /// sub-step before); of split one of the new piece; of gone the last one.
+  /// For melted, frozen and left that particle; for contacts the one with the smallest id among those that touch (or did, in the
+  /// sub-step before); for split one of the new piece; for gone the last one.
   std::uint32_t particle = no_particle;
   BodyId body;              ///< null: of liquid that left
   BodyId other;             ///< of a contact of two bodies the one that was added later; else null
@@ -254,10 +254,10 @@ struct Reading {
   Events events;  ///< ReadRequest::events: since the last reading of them
 };
 
-/// What the colour of a particle follows from: World::render_view.
+/// Quantity that the colour of a particle follows from: World::render_view.
 enum class ColorBy : std::uint32_t { nothing, material, temperature };
 
-/// What World::render_view packs beside the values of particles.
+/// Colours that World::render_view packs beside the values of particles.
 struct RenderDesc {
   ColorBy color = ColorBy::nothing;  ///< nothing: RenderView::color is null
   /// The table, at most 256 colours: red in the lowest byte, then green, blue and opacity. By material an entry per MaterialId::index,

@@ -102,8 +102,8 @@ class MELTSIM_API Scheduler {
  public:
   virtual ~Scheduler() = default;
   /// Runs `stage` after the built-in stage named `after` in every sub-step, on the World's stream. "step.integrate"
-  /// checks what a stage before it writes: a NaN or infinity halts the World at the state before the sub-step. What a
-  /// stage after it writes is part of the state, and is checked in the next sub-step. A sub-step with stages that are not
+  /// checks the values that a stage before it writes: a NaN or infinity halts the World at the state before the sub-step. Values that a
+  /// stage after it writes are part of the state and checked in the next sub-step. A sub-step with stages that are not
   /// recorded runs its stages one after another, each enqueued by the host. One that cannot be recorded halts the World.
   /// Errors: invalid_argument (unknown `after`, duplicate name, null function, unknown channel).
   virtual Status insert_after(const std::string& after, CustomStage stage) = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The time of a sub-step as kernels of a host find it.
+// The time of a sub-step, for kernels of a host.
 #pragma once
 
 namespace meltsim {

@@ -48,7 +48,7 @@ using Ranges = std::array<Range, knob_count>;  ///< in the order of Knob
 /// Spacing 0.25 to 4, sound speed 0.3 to 2, Courant number 0.5 to 1.5, the others 1.
 MELTSIM_API Ranges default_ranges();
 
-/// What is compared of the values that an observable has at the samples of a run.
+/// How the samples of an observable are reduced before they are compared.
 enum class Reduce {
   curve,         ///< all of them
   last,          ///< the last one
@@ -57,7 +57,7 @@ enum class Reduce {
   time_to_reach  ///< when they first reach Observable::level, between samples linearly [s]; NaN: never
 };
 
-/// A number or a curve over time that the user of a simulation cares about.
+/// A number or a curve over time by which a simulation is judged.
 struct Observable {
   std::string name;  ///< for messages and choices
   std::string unit;  ///< "m", "degrees", or empty
@@ -69,7 +69,7 @@ struct Observable {
   std::vector<double> exact;      ///< what is compared (`reduce`) of the exact answer; empty: none is known
 };
 
-/// One probe: a run, or what came of it.
+/// The result of one probe.
 struct Measurement {
   Knobs knobs;   ///< as asked for
   Knobs actual;  ///< as built: a spacing that has to fit a domain differs from the one asked for
@@ -136,7 +136,7 @@ struct Law {
   MELTSIM_API double at(double x) const;  ///< the error at this multiple, in the unit
 };
 
-/// What is known of one observable.
+/// Results of a study for one observable.
 struct Known {
   Observable observable;      ///< what it is about
   double scale = 1;           ///< in the unit; never 0
@@ -159,7 +159,7 @@ struct Study {
   std::vector<std::string> notes;   ///< probes that diverged, and what follows
 };
 
-/// Settings, and what they are expected to come to.
+/// Settings with their expected error and cost.
 struct Choice {
   Knobs knobs;             ///< the settings
   double error = 0;        ///< expected largest error, in the unit
@@ -180,7 +180,7 @@ MELTSIM_API double work_of_substep(double particles, double support_over_spacing
 MELTSIM_API Difference difference(const Observable& observable, double scale, const std::vector<double>& a,
                                   const std::vector<double>& b);
 
-/// What is compared of samples (samples x components, times ascending).
+/// Reduces samples (samples x components, times ascending) to the values that are compared.
 MELTSIM_API std::vector<double> reduce(const Observable& observable, const std::vector<double>& times,
                                        const std::vector<double>& values);
 
@@ -206,7 +206,7 @@ MELTSIM_API Result<std::vector<Choice>> front(const Study& study, const std::str
 MELTSIM_API Difference delivered(const Study& study, std::size_t observable, const Knobs& actual,
                                  const std::vector<double>& values);
 
-/// What starts that are alike have in common, of one observable. Where single runs are chaotic, means are what converges.
+/// Mean and spread of one observable over runs whose starts are alike. Where single runs are chaotic, only means converge.
 struct Mean {
   std::vector<double>
       values;         ///< as compared; the mean over the runs. NaN where fewer than two of them have a number

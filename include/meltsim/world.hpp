@@ -74,7 +74,7 @@ struct Resolved {
   std::string error;  ///< why the scene cannot be prepared (the error of World::prepare()); empty: it can
 };
 
-/// What a step that may end early came to.
+/// Result of a step that may end early.
 struct TimedStep {
   double simulated = 0;  ///< by which time() went on [s]
   double owed = 0;       ///< rest of dt, which was not simulated [s]; 0: all of dt was
@@ -118,7 +118,7 @@ constexpr std::uint32_t fold_sizes(std::initializer_list<std::size_t> sizes) {
   return all;
 }
 
-/// Of the structs that pass between a host and the library. Compared at World::create, so that a host that was compiled before
+/// Hash of the sizes of the structs that pass between a host and the library. Compared at World::create, so that a host that was compiled before
 /// one of them grew gets an error instead of numbers read from the wrong places; members of one size that swap go unnoticed.
 inline constexpr std::uint32_t layout_of_headers = fold_sizes({sizeof(WorldDesc),
                                                                sizeof(MaterialDesc),
@@ -236,7 +236,7 @@ class MELTSIM_API World {
   /// Returns pose and twist of a proxy at time(); not of a state set since the last step. Synchronises; Reading::forces has
   /// them without waiting. Errors: invalid_argument.
   Result<ProxyState> proxy(BodyId body);
-  /// Begins, or ends, to sum up what acts on a body (Reading::forces, take_forces()). Proxies are always watched. Costs a search
+  /// Begins, or ends, to sum the forces on a body (Reading::forces, take_forces()). Proxies are always watched. Costs a search
   /// over the neighbours of the particles of watched bodies in every sub-step, and nothing where none is watched. A change
   /// synchronises, and the next step uploads. Errors: invalid_argument, out_of_memory.
   Status watch_forces(BodyId body, bool on = true);
@@ -384,8 +384,8 @@ class MELTSIM_API World {
   // Rolling back: states in the backend's memory, for hosts that repeat steps. They hold what a snapshot holds.
   /// Saves the state behind the steps enqueued under a number from 0 to most_saved_states - 1, in place of what was saved there.
   /// Enqueues copies within the backend's memory and does not wait, but for memory where that is asked for the first time: about as
-  /// much as the World's, kept for the next time. If one of those steps halts the World, nothing is saved: once the host knows
-  /// (synchronize()), load_state() refuses the number, and until then the World that it is loaded into halts and says so. Errors:
+  /// much as the World's, kept for the next time. If one of those steps halts the World, nothing is saved: after the next
+  /// synchronize() load_state() refuses the number; before it the World that the state is loaded into halts and says so. Errors:
   /// invalid_argument (the number), out_of_memory, halted (known to the host), those of prepare().
   Status save_state(int slot);
   /// Goes back to a saved state, to the bit, also of a World that halted since. Does not wait, but for samples of probes and

@@ -128,7 +128,7 @@ struct FieldWork {
   }
 };
 
-/// Those of a sub-step: at its beginning, and what is summed now.
+/// Sums of a sub-step: those of its beginning, and the present reduction.
 struct FieldAccount {
   FieldWork sum;    ///< of the reduction under way
   FieldWork begun;  ///< of the beginning of the sub-step

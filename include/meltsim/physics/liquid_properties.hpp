@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of a liquid depends on its temperature: rest density, viscosity, flow curve. Tables: property_table.hpp, straight between
+// Properties of a liquid that depend on temperature: rest density, viscosity, flow curve. Tables: property_table.hpp, linear between
 // their points, constant beyond them.
 //
 //   symbol  meaning                                         unit

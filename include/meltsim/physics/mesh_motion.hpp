@@ -11,7 +11,7 @@
 //   u       weight of an axis                                       1/m^4
 //
 // Deviations: three chords (x, y, z) stand for all directions, and the weight of a chord falls as (d1 d2)^-2 where mean value
-// coordinates have 1/d1 + 1/d2: a long chord through a bent body cuts its bend off, and that way has no say. All weights are
+// coordinates have 1/d1 + 1/d2: a long chord through a bent body cuts its bend off and then counts little. All weights are
 // positive, and every affine map of the mesh moves the inside by the same map.
 //
 //   x(i)    place of a site of the lattice                          m

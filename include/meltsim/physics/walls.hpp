@@ -49,10 +49,10 @@ struct WallBox {
 template <class T>
 struct FaceDistances {
   T of[6];  ///< -x, +x, -y, +y, -z, +z
-  /// Of face 0..5.
+  /// Distance of face 0..5.
   MELTSIM_HD T operator[](int face) const { return of[face]; }
 };
-/// Those of x.
+/// Distances of x from the faces.
 template <class T>
 MELTSIM_HD FaceDistances<T> face_distances(const WallBox<T>& b, Vec3<T> x) {
   return {{x.x - b.min.x, b.max.x - x.x, x.y - b.min.y, b.max.y - x.y, x.z - b.min.z, b.max.z - x.z}};
