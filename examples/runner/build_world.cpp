@@ -31,7 +31,7 @@ class Builder {
     for (const SceneEmitter& emitter : scene_.emitters) add(emitter);
     for (const SceneHeatRegion& region : scene_.heat_regions) add(region);
     for (const SceneForceField& field : scene_.force_fields)
-      built_.force_field_ids.push_back(accept(built_.world.add_force_field(field.desc), field.source));
+      built_.force_field_ids.push_back(accept(built_.world.add_force_field(field.desc), field));
     const meltsim::Status ready = built_.world.prepare();
     if (!ready) {
       if (ready.error().code == meltsim::ErrorCode::out_of_memory)
@@ -58,19 +58,20 @@ class Builder {
                : "this machine";
   }
 
-  template <class T>
-  T accept(meltsim::Result<T> result, const Source& source) {
+  /// `item`: what of the scene the library was handed.
+  template <class T, class Item>
+  T accept(meltsim::Result<T> result, const Item& item) {
     if (result) return *result;
     if (result.error().code == meltsim::ErrorCode::out_of_memory)
       throw memory_failure(result.error().message, device());
-    throw library_failure(result.error(), item_places(source), source.path, source.where);
+    throw library_failure(result.error(), item_places(item), item.source.path, item.source.where);
   }
 
   MaterialId add(const SceneMaterial& material) {
     meltsim::MaterialDesc desc = material.desc;
     if (!material.becomes.empty()) desc.melts_into = ids_.at(material.becomes);
     if (!material.dissolves_in.empty()) desc.dissolves_in = ids_.at(material.dissolves_in);
-    return keep(desc, material.source);
+    return keep(desc, material);
   }
 
   std::vector<meltsim::MassFraction> fractions_of(const SceneFractions& named) const {
@@ -83,7 +84,7 @@ class Builder {
     meltsim::FluidDesc desc = fluid.desc;
     desc.material = ids_.at(fluid.material);
     desc.fractions = fractions_of(fluid.fractions);
-    built_.fluid_particles.push_back(accept(built_.world.add_fluid(desc), fluid.source));
+    built_.fluid_particles.push_back(accept(built_.world.add_fluid(desc), fluid));
   }
 
   void add(const SceneBody& body) {
@@ -95,18 +96,16 @@ class Builder {
     built_.body_melts.push_back(
         (heats && static_cast<bool>(material.melts_into)) ||
         (scene_.world.solute.time_scale > 0 && static_cast<bool>(material.dissolves_in)));
-    accept(built_.world.add_solid(desc), body.source);
+    accept(built_.world.add_solid(desc), body);
   }
 
-  void add(const SceneHeatRegion& region) {
-    accept(built_.world.add_heat_region(region.desc), region.source);
-  }
+  void add(const SceneHeatRegion& region) { accept(built_.world.add_heat_region(region.desc), region); }
 
   void add(const SceneEmitter& emitter) {
     meltsim::EmitterDesc desc = emitter.desc;
     desc.material = ids_.at(emitter.material);
     desc.fractions = fractions_of(emitter.fractions);
-    accept(built_.world.add_emitter(desc), emitter.source);
+    accept(built_.world.add_emitter(desc), emitter);
   }
 
   MaterialId with_density(const SceneBody& body) {
@@ -116,11 +115,12 @@ class Builder {
     meltsim::MaterialDesc desc = built_.world.material(ids_.at(body.material));
     desc.name = name;
     desc.density = *body.density;
-    return ids_[name] = keep(desc, body.source);
+    return ids_[name] = keep(desc, body);
   }
 
-  MaterialId keep(const meltsim::MaterialDesc& desc, const Source& source) {
-    const MaterialId id = accept(built_.world.add_material(desc), source);
+  template <class Item>
+  MaterialId keep(const meltsim::MaterialDesc& desc, const Item& item) {
+    const MaterialId id = accept(built_.world.add_material(desc), item);
     built_.materials.push_back(desc.name);
     built_.material_ids.push_back(id);
     return id;

@@ -113,15 +113,42 @@ std::vector<FieldPlace> world_places(const Scene& scene) {
   return places;
 }
 
-std::vector<FieldPlace> item_places(const Source& source) {
+namespace {
+
+/// What is given, by its key; and fields that have another name in the library, wherever they stand.
+template <class D>
+std::vector<FieldPlace> places_of(const Source& source, const Options<D>& options) {
   std::vector<FieldPlace> places;
   for (const auto& [key, where] : source.keys) places.push_back({key, source.path + "." + key, where});
-  for (const Option<SceneMaterial>& option : material_options())
+  for (const Option<D>& option : options)
     if (!option.field.empty() && option.field != option.key)
       places.push_back(place(source, option.field, option.key, source.where));
-  for (const char* field : {"center", "axis", "radius"}) {
-    if (source.keys.count("nozzle") > 0) places.push_back(place(source, field, "nozzle", source.where));
-  }
+  return places;
+}
+
+}  // namespace
+
+std::vector<FieldPlace> item_places(const SceneMaterial& material) {
+  return places_of(material.source, material_options());
+}
+std::vector<FieldPlace> item_places(const SceneFluid& fluid) {
+  return places_of(fluid.source, fluid_options());
+}
+std::vector<FieldPlace> item_places(const SceneBody& body) { return places_of(body.source, body_options()); }
+std::vector<FieldPlace> item_places(const SceneHeatRegion& region) {
+  return places_of(region.source, heat_region_options());
+}
+std::vector<FieldPlace> item_places(const SceneForceField& field) {
+  return places_of(field.source, force_field_options());
+}
+std::vector<FieldPlace> item_places(const SceneProbe& probe) {
+  return places_of(probe.source, probe_options());
+}
+std::vector<FieldPlace> item_places(const SceneEmitter& emitter) {
+  std::vector<FieldPlace> places = places_of(emitter.source, emitter_options());
+  for (const Option<meltsim::EmitterDesc>& option : nozzle_options())
+    if (const auto at = emitter.source.keys.find("nozzle." + option.key); at != emitter.source.keys.end())
+      places.push_back({option.field, emitter.source.path + ".nozzle." + option.key, at->second});
   return places;
 }
 

@@ -25,6 +25,12 @@ Failure library_failure(const meltsim::Error& error, const std::vector<FieldPlac
                         const std::string& path, const std::string& where);
 
 std::vector<FieldPlace> world_places(const Scene& scene);
-std::vector<FieldPlace> item_places(const Source& source);
+std::vector<FieldPlace> item_places(const SceneMaterial& material);
+std::vector<FieldPlace> item_places(const SceneFluid& fluid);
+std::vector<FieldPlace> item_places(const SceneBody& body);
+std::vector<FieldPlace> item_places(const SceneEmitter& emitter);
+std::vector<FieldPlace> item_places(const SceneHeatRegion& region);
+std::vector<FieldPlace> item_places(const SceneForceField& field);
+std::vector<FieldPlace> item_places(const SceneProbe& probe);
 
 }  // namespace runner

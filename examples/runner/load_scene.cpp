@@ -17,7 +17,6 @@
 #include "failure.hpp"
 #include "load_parts.hpp"
 #include "overrides.hpp"
-#include "scene_keys.hpp"
 #include "suggest.hpp"
 
 namespace runner {
@@ -96,7 +95,7 @@ void check_version(const Node& root) {
   }
 }
 
-/// Bodies, emitters and probes are found by name in the outputs, so names are given once.
+/// Outputs name things, so a name is given once.
 void check_names(const Node& root, const char* section) {
   const auto list = root.find(section);
   if (!list || !list->is_list()) return;
@@ -110,24 +109,18 @@ void check_names(const Node& root, const char* section) {
 }
 
 void load_sections(const Node& root, Scene& scene) {
-  using Reader = void (*)(const Node&, Scene&);
-  // Materials come before what is made of them.
-  const std::vector<std::pair<const char*, Reader>> readers{
-      {"materials", load_materials}, {"fluids", load_fluids},
-      {"bodies", load_bodies},       {"emitters", load_emitters},
-      {"output", load_output},       {"probes", load_probes},
-      {"trade", load_trade},         {"force_fields", load_force_fields}};
   root.require("particles", "{spacing: ...}, the distance of particles (m)");
   for (const Section& section : scene_sections()) {
     const auto node = root.find(section.name);
     if (!node) continue;
-    const bool domain = section.options == domain_options, particles = section.options == particles_options;
-    (domain ? load_domain : particles ? load_particles : load_section)(section, *node, scene);
+    (section.options == domain_options ? load_domain : load_section)(section, *node, scene);
   }
-  for (const auto& [name, read] : readers) {
-    if (const auto section = root.find(name)) read(*section, scene);
-  }
-  for (const char* named : {"bodies", "emitters", "probes", "force_fields"}) check_names(root, named);
+  // Materials come before what is made of them.
+  if (const auto node = root.find("materials")) load_materials(*node, scene);
+  for (const SceneList& list : scene_lists())
+    if (const auto node = root.find(list.name)) list.load(*node, scene);
+  for (const SceneList& list : scene_lists())
+    if (list.named) check_names(root, list.name);
   check_units(root, scene);
   for (const SceneMaterial& material : scene.materials)
     add_look(scene.output, material.desc.name, material.color);
@@ -167,7 +160,7 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
     Node(yaml, document).entries();  // a duplicate key must not be hidden by a --set of it
     document->overrides = apply_overrides(yaml, set_options);
     const Node root(yaml, document);
-    root.allow_keys(keys::scene);
+    root.allow_keys(scene_keys());
     check_version(root);
     Scene scene;
     scene.file = file;

@@ -48,10 +48,8 @@ void load_walls(const Node& node, meltsim::DomainDesc& domain) {
 void load_outlets(const Node& node, meltsim::DomainDesc& domain) {
   node.allow_keys(keys::faces);
   for (const auto& [key, value] : node.entries()) {
-    value.allow_keys(keys::outlet);
     meltsim::OutletDesc outlet;
-    if (const auto level = value.find("level")) outlet.level = level->number("m");
-    if (const auto speed = value.find("speed")) outlet.speed = speed->positive("m/s");
+    load_options(value, outlet_options(), outlet);
     for (const std::size_t i : face_indices(key)) domain.outlets[i] = outlet;
   }
 }
@@ -63,8 +61,8 @@ void load_face_velocities(const Node& node, meltsim::DomainDesc& domain) {
 }
 
 void load_section(const Section& section, const Node& node, Scene& scene) {
-  scene.*section.source = node.source();
   load_options(node, section.options(), scene);
+  scene.*section.source = node.source();
 }
 
 void load_domain(const Section& section, const Node& node, Scene& scene) {
@@ -72,12 +70,6 @@ void load_domain(const Section& section, const Node& node, Scene& scene) {
   load_section(section, node, scene);
   for (const char* corner : {"min", "max"})
     if (scene.world.domain.bounded) node.require(corner, "3 numbers [x, y, z] (m)");
-}
-
-void load_particles(const Section& section, const Node& node, Scene& scene) {
-  node.allow_keys(keys_of(section.options()));
-  node.require("spacing", "the distance of particles (m)");
-  load_section(section, node, scene);
 }
 
 }  // namespace runner

@@ -5,8 +5,6 @@
 #include <algorithm>
 
 #include "load_parts.hpp"
-#include "numbers.hpp"
-#include "scene_keys.hpp"
 #include "suggest.hpp"
 
 namespace runner {
@@ -38,28 +36,27 @@ std::vector<ExactPoint> exact(const Node& node) {
 
 }  // namespace
 
-void load_trade(const Node& node, Scene& scene) {
-  node.allow_keys(keys::trade);
-  SceneTrade& trade = scene.trade;
-  if (const auto list = node.find("observe")) {
-    trade.observe_where = list->where();
-    for (const Node& item : list->items("observables"))
-      trade.observe.push_back(observable(item, item.text("an observable")));
-    if (trade.observe.empty())
-      list->fail("expected one observable at least; leave it out to have those that follow from the scene");
+void load_observe(const Node& node, Scene& scene) {
+  scene.trade.observe_where = node.where();
+  for (const Node& item : node.items("observables"))
+    scene.trade.observe.push_back(observable(item, item.text("an observable")));
+  if (scene.trade.observe.empty())
+    node.fail("expected one observable at least; leave it out to have those that follow from the scene");
+}
+
+void load_exact(const Node& node, Scene& scene) {
+  for (const auto& [name, value] : node.entries())
+    scene.trade.exact.emplace_back(observable(value, name), exact(value));
+}
+
+Json exact_json(const Scene& scene) {
+  Json json;
+  for (const auto& [name, points] : scene.trade.exact) {
+    if (points.size() == 1) json[name] = points.front().value;
+    else
+      for (const ExactPoint& point : points) json[name].push_back({point.time, point.value});
   }
-  if (const auto value = node.find("max_error")) {
-    trade.max_error_where = value->where();
-    const auto share = parse_share(value->text("a share"));
-    if (!share)
-      value->fail(
-          fmt::format("expected a share above 0 and up to 1, like 0.03 or 3%, got {}", value->found()));
-    trade.max_error = share;
-  }
-  if (const auto answers = node.find("exact")) {
-    for (const auto& [name, value] : answers->entries())
-      trade.exact.emplace_back(observable(value, name), exact(value));
-  }
+  return json;
 }
 
 }  // namespace runner

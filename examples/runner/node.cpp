@@ -89,16 +89,19 @@ std::vector<std::pair<std::string, Node>> Node::entries() const {
   return list;
 }
 
-void Node::allow_keys(const std::vector<std::string>& known) const {
+void Node::allow_keys(const std::vector<std::string>& known,
+                      const std::map<std::string, std::string>& instead) const {
   entries();  // not a mapping, or a key given twice
   for (const auto& entry : value_) {
     const std::string key = entry.first.Scalar();
     bool is_known = false;
     for (const std::string& name : known) is_known = is_known || name == key;
     if (is_known) continue;
-    throw Failure(ExitCode::scene,
-                  fmt::format("{}: unknown key {} in {}{}", key_where(entry.first), quoted(key),
-                              path_.empty() ? "the scene" : path_, suggestion(key, known, "keys")));
+    const auto other = instead.find(key);
+    throw Failure(ExitCode::scene, fmt::format("{}: unknown key {} in {}{}", key_where(entry.first),
+                                               quoted(key), path_.empty() ? "the scene" : path_,
+                                               other != instead.end() ? "; " + other->second
+                                                                      : suggestion(key, known, "keys")));
   }
 }
 

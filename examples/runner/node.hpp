@@ -42,8 +42,9 @@ class Node {
 
   // Mappings.
   bool is_mapping() const { return value_.IsMap(); }
-  /// Fails on keys that are not in `known` and on keys given twice.
-  void allow_keys(const std::vector<std::string>& known) const;
+  /// Fails on keys that are not in `known` and on keys given twice. `instead` says of words that others may try what to write.
+  void allow_keys(const std::vector<std::string>& known,
+                  const std::map<std::string, std::string>& instead = {}) const;
   /// All entries in order; fails on keys given twice.
   std::vector<std::pair<std::string, Node>> entries() const;
   std::optional<Node> find(const std::string& key) const;

@@ -54,7 +54,7 @@ ProbeGroups add_probes(meltsim::World& world, const Scene& scene) {
   for (const std::vector<std::size_t>& group : groups) {
     const meltsim::Result<meltsim::ProbeId> added = world.add_probe(desc_of(scene, group));
     if (!added)
-      throw library_failure(added.error(), item_places(scene.probes[group.front()].source),
+      throw library_failure(added.error(), item_places(scene.probes[group.front()]),
                             fmt::format("probes[{}]", group.front()), scene.where);
   }
   return groups;

@@ -29,9 +29,9 @@ add_library(meltsim_reader STATIC
   ${reader_dir}/check_units.cpp
   ${reader_dir}/csv.cpp
   ${reader_dir}/files.cpp
+  ${reader_dir}/item_options.cpp
   ${reader_dir}/library_error.cpp
   ${reader_dir}/load_contents.cpp
-  ${reader_dir}/load_fields.cpp
   ${reader_dir}/load_heat.cpp
   ${reader_dir}/load_materials.cpp
   ${reader_dir}/load_output.cpp

@@ -142,6 +142,7 @@ struct Scene {
   double sound_factor = 1;  ///< of the sound speed, once `auto` is known
   std::string where;        ///< of the whole scene
   Source domain, particles, solver, heat, solute, time_source;
+  Source wishes;  ///< of what no World is told
 };
 
 }  // namespace runner

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Keys and words of a scene that are no rows of scene_options.cpp: the reader, its suggestions and the schema test use
-// these lists.
+// Keys of shapes and faces, which are no rows of scene_options.hpp, and words that values may be: the reader, its suggestions and
+// the schema use these lists.
 #pragma once
 
 #include <string>
@@ -10,35 +10,12 @@ namespace runner::keys {
 
 using List = std::vector<std::string>;
 
-inline const List scene{"meltsim", "title",  "domain",    "particles",   "time",   "solver",
-                        "heat",    "solute", "materials", "fluids",      "bodies", "emitters",
-                        "probes",  "output", "trade",     "force_fields"};
 inline const List faces{"-x", "+x", "-y", "+y", "-z", "+z", "x", "y", "z"};
 inline const List one_face{"-x", "+x", "-y", "+y", "-z", "+z"};  ///< in the order of DomainDesc::faces
-inline const List heat_region{"name", "shape", "temperature", "source", "from", "until"};
-inline const List fluid{"shape", "material", "temperature", "velocity", "fractions"};
-inline const List body{
-    "name",  "shape",      "material", "density", "temperature", "velocity", "angular_velocity",
-    "fixed", "held_until", "carve",    "surface", "heat_source", "growth",   "motion",
-    "pivot", "max_speed"};
-inline const List emitter{"name", "nozzle", "speed",         "material", "temperature",
-                          "from", "until",  "max_particles", "fractions"};
-inline const List nozzle{"center", "axis", "radius", "width", "height", "up"};
-inline const List field{"name",     "kind",   "shape", "acceleration", "center",   "axis",
-                        "strength", "radius", "power", "rate",         "velocity", "angular_velocity",
-                        "liquid",   "bodies", "from",  "until"};
 inline const List field_kind{"uniform", "radial", "vortex",
                              "drag"};  ///< in the order of meltsim::ForceFieldKind
-inline const List outlet{"level", "speed"};
-inline const List probe{"name", "kind",  "at",     "fields", "every", "body",
-                        "wall", "about", "normal", "radius", "along", "size"};
 inline const List probe_kind{"point", "level", "force", "heat",
                              "flux"};  ///< in the order of meltsim::ProbeKind
-inline const List output{"export", "surface", "camera", "picture"};
-inline const List trade{"observe", "max_error", "exact"};
-inline const List surface{"cell", "kernel", "smoothing"};
-inline const List camera{"eye", "look_at", "up", "fov"};
-inline const List picture{"width", "height", "samples", "look"};
 
 inline const List shapes{"box",   "sphere", "capsule", "cylinder",   "torus",
                          "blend", "mesh",   "union",   "difference", "intersection"};

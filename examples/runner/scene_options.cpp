@@ -7,6 +7,7 @@
 #include "failure.hpp"
 #include "load_heat.hpp"
 #include "load_parts.hpp"
+#include "suggest.hpp"
 
 namespace runner {
 
@@ -15,9 +16,6 @@ namespace {
 using meltsim::DomainDesc;
 using meltsim::SurfaceHeatDesc;
 
-// The member that a row is about, of the whole scene or of a description.
-#define MEMBER(path) \
-  [](auto& d) -> auto& { return d.path; }
 #define OF_WORLD(path) MEMBER(world.path)
 
 /// Per face, without those for which `of` has nothing.
@@ -41,11 +39,8 @@ Json walls_json(const DomainDesc& domain) {
 }
 
 Json outlet_json(const DomainDesc& domain, std::size_t face) {
-  const meltsim::OutletDesc& outlet = domain.outlets[face];
-  Json json;
-  if (outlet.level) json["level"] = *outlet.level;
-  if (outlet.speed) json["speed"] = *outlet.speed;
-  return json;
+  Json json = options_json(outlet_options(), domain.outlets[face]);
+  return json.empty() ? Json() : json;
 }
 
 Json velocity_json(const DomainDesc& domain, std::size_t face) {
@@ -82,7 +77,7 @@ Option<Scene> not_negative(const char* key, const Get& get, const char* otherwis
 template <class Points>
 Option<SceneMaterial> property(const char* key, double meltsim::MaterialDesc::*constant, Points points,
                                const char* unit, const char* otherwise, const char* doc) {
-  return custom<SceneMaterial>(
+  Option<SceneMaterial> option = custom<SceneMaterial>(
       key, key, otherwise, doc, nullptr,
       [=](const Node& value, SceneMaterial& m) {
         load_property(value, key, unit, m.desc.*constant, m.desc.*points);
@@ -93,6 +88,8 @@ Option<SceneMaterial> property(const char* key, double meltsim::MaterialDesc::*c
         for (const auto& p : m.desc.*points) list.push_back({p.temperature, p.value});
         return list;
       });
+  option.points = std::string(key) + "_points";
+  return option;
 }
 
 /// The name of another material.
@@ -173,7 +170,8 @@ const Options<Scene>& domain_options() {
 const Options<Scene>& particles_options() {
   static const Options<Scene> options{
       number<Scene>("spacing", "spacing", OF_WORLD(spacing), "m", above_zero(), "",
-                    "distance of particles [m]"),
+                    "distance of particles [m]")
+          .must_be_given("the distance of particles (m)"),
       number_or_auto<Scene>("support", "support_radius", OF_WORLD(support_radius), "m",
                             "support radius [m]; `auto` = 2.5 spacings")};
   return options;
@@ -314,9 +312,10 @@ const Options<Scene>& heat_options() {
           }),
       custom<Scene>(
           "regions", "", "",
-          "list of `{name, shape, temperature or source, from: 0, until: inf}`: what is inside is held at "
-          "`temperature` [degrees Celsius] or gets `source` [W/m^3]",
-          nullptr, [](const Node& value, Scene& s) { load_heat_regions(value, s); }, heat_regions_json)};
+          "list of parts of space, keys below: what is inside is held at a temperature or heated",
+          {{"type", "array"}, {"items", {{"$ref", "#/$defs/heat_region"}}}},
+          [](const Node& value, Scene& s) { load_heat_regions(value, s); },
+          [](const Scene& s) { return list_json(heat_region_options(), s.heat_regions); })};
   return options;
 }
 
@@ -336,8 +335,33 @@ const std::vector<Section>& scene_sections() {
   static const std::vector<Section> sections{
       {"domain", domain_options, &Scene::domain},  {"particles", particles_options, &Scene::particles},
       {"time", time_options, &Scene::time_source}, {"solver", solver_options, &Scene::solver},
-      {"heat", heat_options, &Scene::heat},        {"solute", solute_options, &Scene::solute}};
+      {"heat", heat_options, &Scene::heat},        {"solute", solute_options, &Scene::solute},
+      {"trade", trade_options, &Scene::wishes},    {"output", output_options, &Scene::wishes}};
   return sections;
+}
+
+const std::vector<SceneList>& scene_lists() {
+  static const std::vector<SceneList> lists{
+      {"fluids", load_fluids, [](const Scene& s) { return list_json(fluid_options(), s.fluids); }, false},
+      {"bodies", load_bodies, [](const Scene& s) { return list_json(body_options(), s.bodies); }, true},
+      {"emitters", load_emitters, [](const Scene& s) { return list_json(emitter_options(), s.emitters); },
+       true},
+      {"force_fields", load_force_fields,
+       [](const Scene& s) { return list_json(force_field_options(), s.force_fields); }, true},
+      {"probes", load_probes, [](const Scene& s) { return list_json(probe_options(), s.probes); }, true}};
+  return lists;
+}
+
+keys::List scene_keys() {
+  keys::List list{"meltsim", "title", "materials"};
+  for (const Section& section : scene_sections()) list.push_back(section.name);
+  for (const SceneList& of : scene_lists()) list.push_back(of.name);
+  return list;
+}
+
+void refuse_key(const Node& value, const std::string& key, const std::string& kind, const keys::List& kinds) {
+  value.fail(fmt::format("kind {} has no {}; leave {} out, or write kind: {}", kind, key,
+                         key == "fields" ? "them" : "it", either_of(kinds)));
 }
 
 const Options<SurfaceHeatDesc>& surface_heat_options() {
@@ -436,7 +460,6 @@ const Options<SceneMaterial>& material_options() {
   return options;
 }
 
-#undef MEMBER
 #undef OF_WORLD
 
 }  // namespace runner

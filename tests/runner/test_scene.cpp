@@ -11,6 +11,7 @@
 #include "load_scene.hpp"
 #include "resolution.hpp"
 #include "scene_json.hpp"
+#include "scene_options.hpp"
 #include "template_scene.hpp"
 
 namespace runner {
@@ -253,6 +254,94 @@ TEST(Scene, SetReplacesAndAdds) {
   EXPECT_EQ(scene.materials[0].desc.viscosity, 0.5);
   EXPECT_EQ(scene.world.gravity.z, -1);
   EXPECT_EQ(scene.time.end, 3);
+}
+
+/// Everything that a scene can list, with every key of it.
+const std::string full = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [2, 2, 2], walls: {+x: open}, outlets: {+x: {speed: 1}}}
+particles: {spacing: 0.2}
+materials:
+  water: {viscosity: 0.1}
+  ice: {melting_point: 0, becomes: water, latent_heat: 3e5}
+  milk: {dissolves_in: water, diffusivity_in: 1e-9}
+heat: {regions: [{name: oven, shape: {box: [[0,0,0],[1,1,1]]}, temperature: 50, from: 0, until: 3},
+                 {shape: {box: [[0,0,0],[1,1,1]]}, source: 7}]}
+fluids: [{shape: {box: [[0,0,0],[2,1,2]]}, material: water, temperature: 10, velocity: [1,0,0],
+          fractions: {milk: 0.1}}]
+bodies: [{name: a, shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, density: 900,
+          temperature: -5, velocity: [0,1,0], angular_velocity: [0,0,2], fixed: false, held_until: 1,
+          motion: rigid, pivot: [1,1,1], max_speed: 3, carve: false, surface: {flux: 3}, heat_source: 2,
+          growth: 1}]
+emitters: [{name: e, nozzle: {center: [1.7,1.7,1], axis: [1,0,0], radius: 0.2}, speed: 2, material: water,
+            temperature: 3, from: 0.1, until: 0.2, max_particles: 30, fractions: {milk: 1}},
+           {nozzle: {center: [1,1,1], width: 0.4, height: 0.5, up: [1,0,0]}, material: water, until: 1}]
+force_fields: [{name: f, kind: vortex, shape: {box: [[0,0,0],[1,1,1]]}, center: [1,1,1], axis: [1,0,0],
+                strength: 1, radius: 0.1, power: -1, liquid: false, bodies: true, from: 0.1, until: 2},
+               {kind: drag, velocity: [1,0,0], angular_velocity: [0,0,1], rate: 3},
+               {kind: uniform, acceleration: [0,1,0], bodies: false}]
+probes: [{name: p, at: [1,1,1], fields: [pressure], every: 0.1}, {kind: level, at: [1,1,1]},
+         {kind: force, body: a, about: [1,1,1], fields: [moment]}, {kind: heat, wall: -y},
+         {kind: flux, at: [1,1,1], normal: [0,1,0], radius: 0.1, fields: [volume_flux]},
+         {kind: flux, at: [1,1,1], normal: [0,1,0], size: [0.1,0.2], along: [1,0,0], every: step}]
+trade: {observe: [melted], max_error: 3%, exact: {melted: [[0,0],[1,1]], height: 2}}
+output: {export: [vtp], surface: {cell: 0.1, kernel: anisotropic, smoothing: 3},
+         camera: {eye: [0,0,0], look_at: [1,1,1], up: [0,1,0], fov: 30},
+         picture: {width: 320, height: 240, samples: 1, look: temperature}}
+)";
+
+TEST(Scene, WhatIsEchoedIsTheSameSceneWithEveryKeyGiven) {
+  const Scene scene = parse(full);
+  meltsim::Resolved resolved;
+  resolved.support_radius = 0.5;
+  resolved.sound_speed = 30;
+  const Json json = scene_json(scene, resolved);
+  EXPECT_EQ(scene_json(parse(json.dump()), resolved), json);
+  // Of the lists, whatever was given is there.
+  const auto holds = [](const Json& item, const keys::List& keys) {
+    for (const std::string& key : keys) EXPECT_TRUE(item.contains(key)) << key << " of " << item;
+  };
+  holds(json["heat"]["regions"][0], {"name", "shape", "temperature", "from", "until"});
+  holds(json["fluids"][0], keys_of(fluid_options()));
+  holds(json["bodies"][0], keys_of(body_options()));
+  holds(json["emitters"][0], keys_of(emitter_options()));
+  holds(json["emitters"][1]["nozzle"], {"center", "axis", "width", "height", "up"});
+  holds(json["force_fields"][0], {"name", "kind", "shape", "center", "axis", "strength", "radius", "power",
+                                  "liquid", "bodies", "from", "until"});
+  holds(json["probes"][2], {"name", "kind", "body", "about", "fields", "every"});
+  holds(json["probes"][5], {"name", "kind", "at", "normal", "size", "along", "fields", "every"});
+  for (const char* part : {"surface", "camera", "picture"})
+    EXPECT_EQ(json["output"][part].size(), part == std::string("surface") ? 3u : 4u) << json["output"];
+  holds(json["trade"], keys_of(trade_options()));
+}
+
+TEST(Scene, KeysOfAnotherKindAndNamesOfTheLibraryAreAnsweredWithWhatToWrite) {
+  for (const auto& [set, message] :
+       {std::pair{"materials.water.yield_stress_points=[[0, 10], [50, 0]]",
+                  "unknown key \"yield_stress_points\" in materials.water; give the points as the value of "
+                  "\"yield_stress\": [[temperature, value], ...]"},
+        {"materials.ice.melts_into=water",
+         "unknown key \"melts_into\" in materials.ice; did you mean \"becomes\"?"},
+        {"force_fields[2].rate=1",
+         "force_fields[2].rate: kind uniform has no rate; leave it out, or write kind: drag"},
+        {"probes[3].fields=[force]",
+         "probes[3].fields: kind heat has no fields; leave them out, or write kind: point, force or flux"},
+        {"output=[1, 2]", "output: expected a mapping {key: value}, got a list of 2"},
+        {"domain=[1, 2]", "domain: expected a mapping {key: value}, got a list of 2"}})
+    EXPECT_EQ(error_of(full, {set}), std::string("--set ") + set + ": " + message);
+}
+
+TEST(Scene, WhatTheLibraryFindsAtANozzleIsShownAtItsKey) {
+  MachineOptions machine;
+  machine.backend = meltsim::Backend::cpu;
+  const std::string set = "emitters[0].nozzle.radius=0.05";
+  try {
+    build_world(parse(full, {set, "bodies=[]", "probes=[]", "domain.walls=box", "domain.outlets={}"}),
+                machine);
+    FAIL();
+  } catch (const Failure& failure) {
+    EXPECT_EQ(std::string(failure.what()).find("--set " + set + ": emitters[0].nozzle.radius: "), 0u)
+        << failure.what();
+  }
 }
 
 TEST(Scene, SetErrorsNameTheOption) {
