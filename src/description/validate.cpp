@@ -111,7 +111,8 @@ Status validate(const DomainDesc& d, double support) {
   return {};
 }
 
-Status validate_points(const std::string& field, const std::vector<PropertyPoint>& points, bool zero) {
+Status validate_points(const std::string& field, const std::vector<PropertyPoint>& points, bool zero,
+                       const char* unit) {
   if (points.empty()) return {};
   if (points.size() < 2 || points.size() > static_cast<std::size_t>(physics::property_points))
     return invalid(field, ": must be 2..", physics::property_points, " points, got ",
@@ -126,8 +127,24 @@ Status validate_points(const std::string& field, const std::vector<PropertyPoint
     if (!(std::isfinite(points[k].value) && (points[k].value > 0 || (zero && points[k].value == 0))))
       return invalid(field, ": values must be finite and > 0, got ", points[k].value, " at ",
                      points[k].temperature, " degrees");
+    if (Status s = measurable(field, points[k].value, unit); !s) return s;
   }
   return {};
+}
+
+/// When something acts.
+Status validate_times(const std::string& p, double from, double until) {
+  if (!(std::isfinite(from) && from >= 0))
+    return invalid(p, "from: must be finite and >= 0 s, got ", from, "; 0 starts at once");
+  if (!(until > from))
+    return invalid(p, "until: must be after from (", from, " s), got ", until, "; infinity never stops");
+  return {};
+}
+
+Status validate_celsius(const std::string& field, double t) {
+  if (std::isfinite(t) && t >= absolute_zero) return {};
+  return invalid(field, ": must be >= ", absolute_zero, " degrees Celsius, got ", t,
+                 "; temperatures are in Celsius");
 }
 
 /// The flow curve of a liquid.
@@ -139,9 +156,7 @@ Status validate_flow(const MaterialDesc& m, const std::string& p) {
                         "1 is a viscosity that does not depend on the shear rate, below 1 thins");
       !s)
     return s;
-  if (Status s = validate_points(p + "yield_stress_points", m.yield_stress_points, true); !s) return s;
-  for (const PropertyPoint& point : m.yield_stress_points)
-    if (Status s = measurable(p + "yield_stress_points", point.value, "Pa"); !s) return s;
+  if (Status s = validate_points(p + "yield_stress_points", m.yield_stress_points, true, "Pa"); !s) return s;
   if (!shears(m)) return {};
   const char* given = !m.yield_stress_points.empty() ? "yield_stress_points"
                       : m.yield_stress > 0           ? "yield_stress"
@@ -179,7 +194,8 @@ Status validate_species(const MaterialDesc& m, const std::string& p) {
   if (m.melts_into)
     return invalid(p, "dissolves_in: it melts (melts_into) already; a material does one of the two");
   if (!m.solubility_points.empty()) {
-    if (Status s = validate_points(p + "solubility_points", m.solubility_points, false); !s) return s;
+    if (Status s = validate_points(p + "solubility_points", m.solubility_points, false, "kg/kg"); !s)
+      return s;
     for (const PropertyPoint& point : m.solubility_points)
       if (!(point.value < 1))
         return invalid(p, "solubility_points: must be in (0, 1) kg per kg of solution, got ", point.value,
@@ -362,9 +378,7 @@ Status validate(const MaterialDesc& m) {
                 {"viscosity_points", m.viscosity_points, true, "Pa s"},
                 {"density_points", m.density_points, false, "kg/m^3"}};
   for (const auto& t : tables) {
-    if (Status s = validate_points(p + t.name, t.points, t.zero); !s) return s;
-    for (const PropertyPoint& point : t.points)
-      if (Status s = measurable(p + t.name, point.value, t.unit); !s) return s;
+    if (Status s = validate_points(p + t.name, t.points, t.zero, t.unit); !s) return s;
   }
   if (Status s = validate_flow(m, p); !s) return s;
   if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
@@ -408,9 +422,7 @@ Status validate(const MaterialDesc& m) {
 }
 
 Status validate_state(const char* what, double temperature, Vec3d velocity) {
-  if (!(std::isfinite(temperature) && temperature >= absolute_zero))
-    return invalid(what, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", temperature,
-                   "; temperatures are in Celsius");
+  if (Status s = validate_celsius(std::string(what) + "temperature", temperature); !s) return s;
   constexpr double hottest = 1e15;  // what single precision can raise to the second power
   if (temperature > hottest)
     return invalid(what, "temperature: must be at most ", hottest, " degrees Celsius, got ", temperature,
@@ -439,9 +451,7 @@ Status validate(const SurfaceHeatDesc& s, HeatModel model, const std::string& wh
   if (!(s.emissivity >= 0 && s.emissivity <= 1))
     return invalid(what, "emissivity: must be in 0..1, got ", s.emissivity, "; 1 is a black body");
   for (const double t : {s.ambient, s.temperature.value_or(s.ambient)})
-    if (!(std::isfinite(t) && t >= absolute_zero))
-      return invalid(what, s.temperature ? "temperature" : "ambient", ": must be >= ", absolute_zero,
-                     " degrees Celsius, got ", t, "; temperatures are in Celsius");
+    if (Status st = validate_celsius(what + (s.temperature ? "temperature" : "ambient"), t); !st) return st;
   if (s.temperature && (s.flux != 0 || s.convection != 0 || s.emissivity != 0))
     return invalid(what, "temperature: a held surface (", *s.temperature,
                    " degrees) takes neither flux nor convection nor emissivity; drop one of them");
@@ -458,18 +468,14 @@ Status validate(const HeatRegionDesc& r, HeatModel model) {
   if (!std::isfinite(r.source))
     return invalid(p, "source: must be finite W/m^3, got ", r.source, "; negative cools");
   if (Status st = summable(p + "source", r.source, "W/m^3"); !st) return st;
-  if (r.temperature && !(std::isfinite(*r.temperature) && *r.temperature >= absolute_zero))
-    return invalid(p, "temperature: must be >= ", absolute_zero, " degrees Celsius, got ", *r.temperature,
-                   "; temperatures are in Celsius");
+  if (r.temperature)
+    if (Status st = validate_celsius(p + "temperature", *r.temperature); !st) return st;
   if (r.temperature && r.source != 0)
     return invalid(p, "source: what is held at ", *r.temperature, " degrees takes no source, got ", r.source,
                    "; drop one of them");
   if (!r.temperature && r.source == 0)
     return invalid(p, "source: is 0 and no temperature is given, so it does nothing; set one of them");
-  if (!(std::isfinite(r.from) && r.from >= 0))
-    return invalid(p, "from: must be finite and >= 0 s, got ", r.from, "; 0 starts at once");
-  if (!(r.until > r.from))
-    return invalid(p, "until: must be after from (", r.from, " s), got ", r.until, "; infinity never stops");
+  if (Status st = validate_times(p, r.from, r.until); !st) return st;
   if (model != HeatModel::enthalpy) return invalid(p, "regions need heat.model enthalpy");
   return {};
 }
@@ -507,10 +513,7 @@ Status validate(const ForceFieldDesc& f) {
   if (Status s = measurable(p + "rate", f.rate, "1/s"); !s) return s;
   if (!f.liquid && !f.bodies)
     return invalid(p, "liquid: is false and so is bodies: it acts on nothing; set one of them");
-  if (!(std::isfinite(f.from) && f.from >= 0))
-    return invalid(p, "from: must be finite and >= 0 s, got ", f.from, "; 0 starts at once");
-  if (!(f.until > f.from))
-    return invalid(p, "until: must be after from (", f.from, " s), got ", f.until, "; infinity never stops");
+  if (Status st = validate_times(p, f.from, f.until); !st) return st;
   return {};
 }
 
@@ -543,10 +546,7 @@ Status validate(const EmitterDesc& e, double spacing) {
     return invalid(p, "radius: must be at least one spacing (", spacing, " m), got ", e.radius,
                    "; widen the nozzle");
   if (Status s = above(p + "speed", e.speed, 0, "m/s", "a nozzle at rest emits nothing"); !s) return s;
-  if (!(std::isfinite(e.from) && e.from >= 0))
-    return invalid(p, "from: must be finite and >= 0 s, got ", e.from, "; 0 starts at once");
-  if (!(e.until > e.from))
-    return invalid(p, "until: must be after from (", e.from, " s), got ", e.until, "; infinity never stops");
+  if (Status st = validate_times(p, e.from, e.until); !st) return st;
   if (!std::isfinite(e.until) && e.max_particles == 0)
     return invalid(
         p, "max_particles: an emitter that never stops needs a limit, got 0; set max_particles or until");
