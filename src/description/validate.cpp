@@ -61,7 +61,10 @@ Status validate_outlet(const WorldDesc& d, std::size_t face, const std::string& 
                    ": liquid leaves through open faces only; make that face open");
   if (o.level && o.speed)
     return invalid(p, "speed: liquid leaves at a speed or against a level; drop one of them");
-  if (o.speed) return above(p + "speed", *o.speed, 0, "m/s", "a wall lets nothing out");
+  if (o.speed) {
+    if (Status s = above(p + "speed", *o.speed, 0, "m/s", "a wall lets nothing out"); !s) return s;
+    return bounded_vector(p + "speed", {*o.speed, 0, 0}, "m/s");
+  }
   if (!std::isfinite(*o.level))
     return invalid(p, "level: must be finite, got ", *o.level, " m; without one liquid falls out freely");
   const std::size_t down = axis_of(d.gravity);

@@ -177,7 +177,8 @@ class EngineImpl final : public Engine {
   }
 
   void set_heat_region(std::uint32_t row, bool held, double temperature, double source) override {
-    if (row < w_.c.heat_regions) step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
+    if (w_.f.heat_regions == nullptr || row >= w_.c.heat_regions) return;  // the next plan has it
+    step::set_heat_region<E, T>(ex_, w_, row, held, temperature, source);
   }
 
   void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,

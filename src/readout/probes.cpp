@@ -239,6 +239,7 @@ core::ProbeSetup WorldImpl::probe_setup() const {
 }
 
 Status WorldImpl::place_probes() {
+  collect_samples();  // the regions that they lie in go
   const core::ProbeSetup setup = probe_setup();
   Status s = engine->set_probes(setup);
   sample_room_ = s ? setup.region : 0;
@@ -300,8 +301,8 @@ void WorldImpl::begin_sample(core::SubstepArguments& a, double end) {
 
 void WorldImpl::end_sample(const core::SubstepArguments& a, double end) {
   if (a.sampled == 0) return;
-  pending_.push_back(
-      {a.index, a.time + 0.5 * (end - a.time), a.sampled, a.sample_at, engine->context().particles == 0});
+  pending_.push_back({a.index, a.time + 0.5 * (end - a.time), a.sampled, a.sample_at,
+                      engine->context().particles == 0, dot(origin_, up())});
 }
 
 std::vector<ProbeSeries> WorldImpl::empty_series() const {
@@ -320,7 +321,6 @@ std::vector<ProbeSeries> WorldImpl::empty_series() const {
 /// not count and those after it.
 void WorldImpl::add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
                             std::vector<ProbeSeries>& to) const {
-  const double origin_level = dot(origin_, up());
   for (const PendingSample& s : batch.pending) {
     if (halt_step != 0 && s.step >= halt_step) break;
     const double* from = values + (s.at - batch.first);
@@ -331,7 +331,7 @@ void WorldImpl::add_samples(const SampleBatch& batch, const double* values, std:
       for (std::uint32_t v = 0; v < p.values; ++v, ++from) {
         const double nothing = p.sums() ? 0.0 : static_cast<double>(NAN);
         const double value = s.blank ? nothing : *from;
-        to[k].values.push_back(p.desc.kind == ProbeKind::level ? value + origin_level : value);
+        to[k].values.push_back(p.desc.kind == ProbeKind::level ? value + s.origin_level : value);
       }
     }
   }

@@ -143,6 +143,10 @@ Status WorldImpl::NewBody::check_motion() const {
                    ": only of kinematic bodies and proxies; set motion to kinematic or proxy");
   if (!(std::isfinite(s_.max_speed) && s_.max_speed >= 0))
     return invalid(what_, "max_speed: must be finite and >= 0 m/s, got ", s_.max_speed);
+  constexpr double most_speed = 1e15;  // as of every velocity
+  if (s_.max_speed > most_speed)
+    return invalid(what_, "max_speed: must be at most ", most_speed, " m/s, got ", s_.max_speed,
+                   "; check the computation that made it");
   if (s_.pivot && !finite(*s_.pivot)) return invalid(what_, "pivot: must be finite, got ", *s_.pivot);
   return {};
 }

@@ -39,9 +39,11 @@ Status WorldImpl::save_state(int slot) {
   v.plan_changed = plan_changed_;
   take_sound_work();
   v.sound = sound_;
+  v.look_now = look_now_;
   v.emitters = emitters_;
   v.motion = state_.motion;
   v.mesh_points = state_.mesh_points;
+  v.releases = releases();
   v.census = census_;
   SavedState& to = saved_[static_cast<std::size_t>(slot)];
   to = {};
@@ -82,12 +84,13 @@ Status WorldImpl::load_state(int slot) {
   plan_changed_ = v.plan_changed;
   take_sound_work();  // of what is undone
   sound_ = v.sound;
-  look_now_ = false;
+  look_now_ = v.look_now;
   tell_sound();
   emitters_ = std::move(emitters);
   state_.motion = std::move(motion);
   state_.mesh_points = std::move(mesh_points);
   census_ = std::move(census);
+  set_releases(v.releases);
   for (auto& m : motions_) m.reset();
   for (auto& p : proxies_) p.reset();
   for (auto& m : meshes_) m.set = false;

@@ -19,18 +19,20 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters,
+// 13: how long bodies are held; 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters,
 // bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle
 // holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from
 // the time; 3: what freezes keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 12;
+constexpr std::uint32_t format_version = 13;
 /// WorldImpl::StoredState::layout() of that version.
-constexpr std::uint64_t layout_of_version = 4267797151418833563u;
+constexpr std::uint64_t layout_of_version = 7079455637567778217u;
 
 /// The continuation of a state also depends on these: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
 /// A sound speed that follows the motion is stored at the end.
 constexpr std::uint32_t follows_sound_bit = 4u;
+/// The next step begins with a look at what moves.
+constexpr std::uint32_t look_now_bit = 8u;
 
 /// FNV-1a, 64 bits.
 constexpr std::uint64_t hash_start = 14695981039346656037ull;
@@ -211,6 +213,7 @@ struct WorldImpl::StoredState {
   std::vector<EmitterState> emitters;
   std::vector<std::uint64_t> taken;     ///< per body: particles that went with it and one; 0: it is there
   std::vector<std::uint64_t> deformed;  ///< per body: 1: mesh_points has its particles
+  std::vector<BodyRelease> releases;    ///< per body
   FollowedSound followed;
 
   /// Particles that bodies were built of, less those removed with them.
@@ -232,7 +235,7 @@ struct WorldImpl::StoredState {
                  array(emitters);
     core::each_held(s, most_species, [&](auto, auto& held, const auto&) { there = there && array(held); });
     return there && array(s.motion) && array(taken) && array(deformed) && array(s.mesh_points) &&
-           ((flags & follows_sound_bit) == 0 || value(followed));
+           array(releases) && ((flags & follows_sound_bit) == 0 || value(followed));
   }
 
   /// A number that changes with the State rows of fields.def and with the size of what else is stored.
@@ -243,7 +246,7 @@ struct WorldImpl::StoredState {
 #define MELTSIM_HELD_PER_SPECIES MELTSIM_HELD
 #include "meltsim/fields.def"
     for (const std::size_t size : {sizeof(Extremes), sizeof(EmitterState), sizeof(physics::RigidMotion),
-                                   sizeof(physics::MeshPoint), sizeof(FollowedSound)})
+                                   sizeof(physics::MeshPoint), sizeof(BodyRelease), sizeof(FollowedSound)})
       h = hash_byte(h, static_cast<unsigned char>(size));
     return h;
   }
@@ -324,7 +327,7 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   d.lattice = lattice_hash();
   d.heat_owed = heat_owed_;
   d.flags = (state_.heat_level ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u) |
-            (follows_sound() ? follows_sound_bit : 0u);
+            (follows_sound() ? follows_sound_bit | (look_now_ ? look_now_bit : 0u) : 0u);
   for (const MaterialDesc& m : materials) d.material_hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_)
     d.emitters.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
@@ -332,6 +335,7 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   for (const BodyRecord& b : bodies_) d.taken.push_back(b.gone ? b.taken + 1 : 0);
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     d.deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
+  d.releases = releases();
   d.followed = sound_;
   return d;
 }
@@ -369,7 +373,8 @@ Status WorldImpl::read_snapshot(const std::uint8_t* data, std::size_t bytes, Sto
     return corrupt("truncated");
   const std::size_t n = s.position.size(), nv = s.vertex_state.size();
   bool alike = stored.material_hashes.size() == stored.materials && s.motion.size() == stored.bodies &&
-               stored.taken.size() == stored.bodies && stored.deformed.size() == stored.bodies;
+               stored.taken.size() == stored.bodies && stored.deformed.size() == stored.bodies &&
+               stored.releases.size() == stored.bodies;
   core::each_held(s, 0, [&](auto held, const auto& array, const auto&) {
     alike = alike && array.size() == (held.of_vertex ? nv : n);
   });
@@ -413,6 +418,9 @@ Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     if (stored.taken[b] > bodies_[b].vertices + s.frozen + 1)
       return corrupt("a body has lost more than it had");
+  for (const BodyRelease& r : stored.releases)
+    if (!(r.held_until >= 0) || !(length(r.velocity) <= 1e15) || !(length(r.angular_velocity) <= 1e15))
+      return corrupt("when or how a body is let go is not usable");
   if (Status status = SnapshotCheck(*this, stored, s).check(); !status) return status;
   if (Status status = check_mesh_points(stored.deformed, s.mesh_points, stored.time); !status) return status;
   if (Status status = check_speeds(stored); !status) return status;
@@ -481,7 +489,7 @@ void WorldImpl::take_over_sound(const StoredState& d) {
   seen_bodies_ = bodies_.size();
   added_ = !(d.sound_speed > 0);
   sound_ = d.followed;
-  look_now_ = !(d.followed.now > 0);
+  look_now_ = !(d.followed.now > 0) || (d.flags & look_now_bit) != 0u;
 }
 
 void WorldImpl::take_over_bodies(const StoredState& d, const std::vector<char>& held) {
@@ -499,6 +507,7 @@ void WorldImpl::take_over_bodies(const StoredState& d, const std::vector<char>& 
     bodies_[b].taken = d.taken[b] == 0 ? 0 : d.taken[b] - 1;
     hold_as(b, held[b] != 0);
   }
+  set_releases(d.releases);
 }
 
 void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {

@@ -58,6 +58,12 @@ void WorldImpl::set_held(std::size_t b, bool on) {
     state_.velocity[i] =
         on ? Vec3d{} : body.desc.velocity + cross(body.desc.angular_velocity, state_.position[i] - center);
   }
+  // Only of rigid bodies that move the engine keeps rotations in double; a state is what it is before and after an upload.
+  if (on && desc.precision == Precision::single_precision)
+    for (std::uint32_t v = body.first_vertex; v < body.first_vertex + body.vertices; ++v) {
+      Quat<double>& q = state_.region_rotation[v];
+      q = {double(float(q.w)), double(float(q.x)), double(float(q.y)), double(float(q.z))};
+    }
   hold_as(b, on);
   dirty_ = measure_ = true;
 }
@@ -69,14 +75,33 @@ void WorldImpl::hold_as(std::size_t b, bool on) {
   lattice_.bodies[b].motion = motion_of(body, on);
 }
 
-/// Before a step of dt: releases bodies whose time has come, within the rounding of sums of steps.
-void WorldImpl::let_go_of_bodies(double dt) {
+/// Before a step of dt: releases bodies whose time has come, within the rounding of sums of steps. Returns which.
+std::vector<std::size_t> WorldImpl::let_go_of_bodies(double dt) {
+  std::vector<std::size_t> let_go;
   const double now = time + 1e-6 * dt;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     BodyRecord& body = bodies_[b];
     if (!body.held || body.gone || body.desc.held_until > now) continue;
     fetch_state();
     set_held(b, false);
+    let_go.push_back(b);
+  }
+  return let_go;
+}
+
+std::vector<BodyRelease> WorldImpl::releases() const {
+  std::vector<BodyRelease> all;
+  for (const BodyRecord& b : bodies_)
+    all.push_back({b.desc.held_until, b.desc.velocity, b.desc.angular_velocity});
+  return all;
+}
+
+void WorldImpl::set_releases(const std::vector<BodyRelease>& all) {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    SolidDesc& d = bodies_[b].desc;
+    d.held_until = all[b].held_until;
+    d.velocity = all[b].velocity;
+    d.angular_velocity = all[b].angular_velocity;
   }
 }
 

@@ -151,6 +151,7 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
     throw;
   }
   dirty_ = measure_ = true;
+  added_ = added_ || m.surface_tension != before.surface_tension;  // sound may have to be faster
   return {};
 }
 

@@ -73,8 +73,10 @@ void WorldImpl::look_at_added() {
     seen_.min = {std::min(seen_.min.x, x.x), std::min(seen_.min.y, x.y), std::min(seen_.min.z, x.z)};
     seen_.max = {std::max(seen_.max.x, x.x), std::max(seen_.max.y, x.y), std::max(seen_.max.z, x.z)};
   };
+  liquid_used_.resize(materials.size(), 0);
   for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
     if (is_removed(state_.tag[i])) continue;
+    if (!is_solid(state_.tag[i])) liquid_used_[material_of(state_.tag[i])] = 1;
     see(state_.position[i] + origin_);
     seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
   }
@@ -114,6 +116,16 @@ double WorldImpl::lowest_place() const {
   return low;
 }
 
+/// Whether there is liquid of it, or may be: from a nozzle, or of what bodies melt into. Does not ask whether heat flows.
+bool WorldImpl::may_be_liquid(std::size_t material) const {
+  const auto is = [material](MaterialId id) { return id && id.index == material; };
+  return (material < liquid_used_.size() && liquid_used_[material] != 0u) ||
+         std::any_of(emitters_.begin(), emitters_.end(),
+                     [&](const EmitterRecord& e) { return is(e.desc.material); }) ||
+         std::any_of(bodies_.begin(), bodies_.end(),
+                     [&](const BodyRecord& b) { return is(materials[b.desc.material.index].melts_into); });
+}
+
 /// c = 10 v_max, v_max the larger of the fall through the scene's height and the speeds it starts with. Once the
 /// simulation runs it only rises, as pressures depend on it.
 void WorldImpl::derive_sound_speed() {
@@ -131,7 +143,7 @@ void WorldImpl::derive_sound_speed() {
       physics::sound_speed_for(speed, length(desc.gravity), depth,
                                desc.density_error > 0 ? desc.density_error : physics::usual_density_error);
   for (std::size_t i = 0; i < materials.size(); ++i)
-    if (materials[i].surface_tension > 0)
+    if (materials[i].surface_tension > 0 && may_be_liquid(i))
       c = std::max(
           c, physics::tension_sound_speed(materials[i].surface_tension, least_density(i), desc.spacing));
   if (!(c > 0)) c = 10 * desc.spacing;  // nothing moves: any stable value will do

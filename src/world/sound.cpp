@@ -74,6 +74,7 @@ int WorldImpl::part_length() const {
 
 /// Ahead of a part of a step, of which `rest` seconds are left: where c is to go, and what sub-steps are to be made for.
 void WorldImpl::plan_sound(double rest) {
+  const bool changed = look_now_;  // by the host: what it added or pushed is there at once
   if (look_now_) look_at_sound();
   const double e = desc.density_error > 0 ? desc.density_error : physics::usual_density_error;
   const double layer = length(desc.gravity) * desc.spacing, scene = scene_length();
@@ -89,11 +90,12 @@ void WorldImpl::plan_sound(double rest) {
     return std::min(sound_speed_, std::max(least, physics::sound_speed_of_head(head + layer, e)));
   };
   if (!(sound_.now > 0)) sound_.now = asked(driven_head(time, time + rest));
-  sound_.now = std::min(sound_.now, sound_speed_);
+  sound_.now = std::min(std::max(sound_.now, least), sound_speed_);  // the scene's may have grown
   // What a nozzle lets in or a body that the host moves pushes is there at once: c is then there, too.
   const double longest = std::min(rest, physics::sound_interval * sound_dt_ / physics::least_sound_share);
   const double driven = driven_head(time, time + longest);
-  if (driven > std::max(0.0, sound_.head) || held) sound_.now = std::max(sound_.now, asked(driven));
+  if (driven > std::max(0.0, sound_.head) || held || changed)
+    sound_.now = std::max(sound_.now, asked(driven));
   const double rise = physics::sound_rise * scene / sound_.now;
   sound_target_ = asked(driven_head(time, time + longest + rise));
   // The largest c of the part: what is reached while it rises.

@@ -337,7 +337,9 @@ Status WorldImpl::check_step(double dt) const {
 
 /// The plan has followed a step that is not taken: it goes back.
 Status WorldImpl::not_taken(Status s, const BeforePlan& before) {
+  bool limits_follow = false;
   const auto as_it_was = [&] {
+    limits_follow = limits_follow || may_melt_ != before.may_melt || liquid_used_ != liquid_used_before_;
     state_.heat_level = before.heat_level;
     may_melt_ = before.may_melt;
     liquid_used_ = liquid_used_before_;
@@ -347,6 +349,10 @@ Status WorldImpl::not_taken(Status s, const BeforePlan& before) {
   // Where there is no memory to go back, the next step tries again.
   if (regions_act(time, time)) static_cast<void>(adapt());
   as_it_was();
+  if (limits_follow) {
+    derive_limits();
+    plan_changed_ = true;
+  }
   return s;
 }
 
@@ -394,11 +400,19 @@ Status WorldImpl::OngoingStep::take_part() {
   a_ = {};
   part_ = {};
   unheated_ = 0;
+  const FollowedSound sound = w_.sound_;
+  const bool look_now = w_.look_now_;
   if (w_.follows_sound()) w_.plan_sound(rest_);
   Status fits = w_.plan_part(rest_, a_, part_);
   if (!fits && w_.at_full_sound()) fits = w_.plan_part(rest_, a_, part_);
   refused_ = !fits && before_ == 0;
-  if (refused_) return fits;
+  if (refused_) {
+    const double work = w_.sound_.work;  // was taken from the device
+    w_.sound_ = sound;
+    w_.sound_.work = work;
+    w_.look_now_ = look_now;
+    return fits;
+  }
   w_.substep_ = a_.dt;
   const int n = part_.substeps, last = w_.follows_sound() ? std::min(n, w_.part_length()) : n;
   planned_ = before_ + n;
@@ -474,7 +488,16 @@ void WorldImpl::OngoingStep::report(TimedStep& done) const {
 /// With a limit: as far as that allows, and waits; `done` is what it came to.
 Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   if (Status s = check_step(dt); !s || dt == 0) return s;
-  let_go_of_bodies(dt);
+  const std::vector<std::size_t> let_go = let_go_of_bodies(dt);
+  const std::uint64_t before = steps;
+  Status s = attempt(dt, limit, done);
+  if (s || let_go.empty() || steps != before || halted_) return s;
+  fetch_state();  // no sub-step was taken
+  for (const std::size_t b : let_go) set_held(b, true);
+  return s;
+}
+
+Status WorldImpl::attempt(double dt, Limit* limit, TimedStep* done) {
   if (Status s = ready_to_step(); !s) return s;
   if (Status s = plan_motions(dt); !s) return s;
   if (Status s = check_substeps(dt); !s)

@@ -76,6 +76,12 @@ struct EmitterState {
   Vec3d center;
 };
 
+/// When and how a body that is held is let go.
+struct BodyRelease {
+  double held_until = 0;  ///< [s]
+  Vec3d velocity, angular_velocity;
+};
+
 struct ProbeRecord {
   ProbeDesc desc;
   std::vector<physics::SampleField> fields;
@@ -87,11 +93,12 @@ struct ProbeRecord {
 
 /// A sample whose values lie on the backend.
 struct PendingSample {
-  std::uint64_t step = 0;  ///< index of its sub-step
-  double time = 0;         ///< [s]
-  std::uint64_t due = 0;   ///< bit per probe
-  std::uint64_t at = 0;    ///< first of its values
-  bool blank = false;      ///< the World was empty: nothing was written
+  std::uint64_t step = 0;   ///< index of its sub-step
+  double time = 0;          ///< [s]
+  std::uint64_t due = 0;    ///< bit per probe
+  std::uint64_t at = 0;     ///< first of its values
+  bool blank = false;       ///< the World was empty: nothing was written
+  double origin_level = 0;  ///< height of the origin then, which levels are relative to [m]
 };
 
 /// Samples that a reading takes: those that were on the host, and those that lie in a region on the backend.
@@ -270,6 +277,7 @@ class WorldImpl final : public Scheduler {
   Status check_step(double dt) const;
   Status not_taken(Status s, const BeforePlan& before);
   Status step(double dt, Limit* limit, TimedStep* done);
+  Status attempt(double dt, Limit* limit, TimedStep* done);
   Result<TimedStep> limited_step(double dt, double seconds, std::uint64_t substeps);
   static std::uint32_t next_number();
   core::Surroundings surroundings() const;
@@ -343,13 +351,16 @@ class WorldImpl final : public Scheduler {
   void set_held(std::size_t body, bool on);
   void hold_as(std::size_t body, bool on);
   std::vector<char> fixed_in(const core::SceneState& s) const;
-  void let_go_of_bodies(double dt);
+  std::vector<std::size_t> let_go_of_bodies(double dt);
+  std::vector<BodyRelease> releases() const;
+  void set_releases(const std::vector<BodyRelease>& all);
   std::string reason_of_change(const core::StageInfo& info) const;
   double next_region() const;
   bool emits(const EmitterRecord& e) const;
   bool used(std::size_t material) const {
     return liquid_used_[material] != 0u || solid_used_[material] != 0u;
   }
+  bool may_be_liquid(std::size_t material) const;
   Box reachable(Box box) const;
   core::FieldSet channels_of(std::uint32_t facts) const;
   std::string heat_reason() const;
@@ -661,11 +672,12 @@ class WorldImpl final : public Scheduler {
     std::uint64_t restored = 0;  ///< restored_ then
     double time = 0, substep = 0, last_max_speed = 0, plan_until = 0, heat_owed = 0;
     std::uint64_t steps = 0, born = 0, noted_step = 0;
-    bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false;
+    bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false, look_now = false;
     FollowedSound sound;
     std::vector<EmitterRecord> emitters;
     std::vector<physics::RigidMotion> motion;
     std::vector<physics::MeshPoint> mesh_points;
+    std::vector<BodyRelease> releases;
     Census census;
   };
   /// The views made last: their serial, and the counters that must not have changed since.

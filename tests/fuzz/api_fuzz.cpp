@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
@@ -126,7 +127,15 @@ class Sequence {
       const auto face = static_cast<std::size_t>(2 * axis);
       if (what < 0.15 && extent >= 3 * support)
         d.domain.faces[face] = d.domain.faces[face + 1] = Face::periodic;
-      else if (what < 0.3) d.domain.faces[face + random_.below(2)] = Face::open;
+      else if (what < 0.35) {
+        const std::size_t open = face + random_.below(2);
+        d.domain.faces[open] = Face::open;
+        if (d.domain.bounded && chance(0.5)) {
+          if (chance(0.5))
+            d.domain.outlets[open].level = or_extreme(low_.y + size_.y * random_.uniform(0, 1));
+          else d.domain.outlets[open].speed = or_extreme(random_.uniform(0.05, 1));
+        }
+      }
     }
     if (chance(0.15)) d.domain.velocity[random_.below(6)] = random_.vector(1);
     d.domain.no_slip = chance(0.7);
@@ -143,6 +152,17 @@ class Sequence {
     d.neighbour_search = pick({NeighbourSearch::automatic, NeighbourSearch::grid, NeighbourSearch::tree});
     d.courant = random_.uniform(0.2, 0.45);
     d.pieces_interval = 1 + static_cast<int>(random_.below(16));
+    if (chance(0.1)) d.heat.interval = static_cast<int>(random_.below(5));
+    if (chance(0.15)) d.heat.level_tolerance = or_extreme(pick({0.0, 1e-3, 1.0}));
+    if (chance(0.15) && d.heat.model == HeatModel::enthalpy) d.heat.free_surface = surface_heat();
+    if (chance(0.15)) d.viscosity = pick({Viscosity::implicit, Viscosity::explicit_});
+    if (chance(0.2)) d.density_error = or_extreme(pick({0.001, 0.01, 0.05}));
+    if (chance(0.1)) d.follow_sound_speed = true;
+    if (wild_ && chance(0.2))
+      d.tension = true, d.particle_shifting = chance(0.5);  // at a free surface it clumps
+    if (chance(0.15)) d.domain.contact_angle = or_extreme(random_.uniform(0, 180));
+    if (chance(0.1)) d.solute.time_scale = or_extreme(pick({0.0, 1e3, 1e5}));
+    if (chance(0.05)) d.stray = Stray::halt;
     d.spacing = or_extreme(d.spacing, 0.02);
     d.support_radius = or_extreme(d.support_radius, 0.02);
     d.courant = or_extreme(d.courant, 0.02);
@@ -158,14 +178,19 @@ class Sequence {
     note("create dx ", d.spacing, d.domain.bounded ? " bounded " : " unbounded ", size_.x / dx_, "x",
          size_.y / dx_, "x", size_.z / dx_, " search ", int(d.neighbour_search), " precision ",
          int(d.precision), " heat ", int(d.heat.model), " x", d.heat.time_scale, " c ", d.sound_speed, " g ",
-         d.gravity.x, ",", d.gravity.y, ",", d.gravity.z);
+         d.gravity.x, ",", d.gravity.y, ",", d.gravity.z, d.follow_sound_speed ? " follows" : "",
+         d.tension ? " tension" : "", d.particle_shifting ? " shifting" : "", " viscosity ", int(d.viscosity),
+         " compression ", d.density_error, " heat interval ", d.heat.interval, " courant ", d.courant);
     auto made = World::create(d);
     if (!made) {
-      expect(wild_, "a usual World was refused: " + made.error().message);
+      // An outlet's level needs a floor, its speed a direction; species and shifting exclude each other.
+      expect(wild_ || made.error().message.find("outlet") != std::string::npos ||
+                 made.error().message.find("shifting") != std::string::npos,
+             "a usual World was refused: " + made.error().message);
       expect(!made.error().message.empty(), "an error without a message");
       return;
     }
-    desc_ = d;
+    desc_ = made_from_ = d;
     world_.emplace(std::move(*made));
     tickets_.clear();
     speed_scale_ = 0;
@@ -227,7 +252,10 @@ class Sequence {
                     after.stable_dt, ": ", result.error().message));
       }
       const bool may = wild_ || result.error().code == ErrorCode::capacity ||
-                       result.error().code == ErrorCode::step_too_large || refusable_;
+                       result.error().code == ErrorCode::step_too_large || refusable_ ||
+                       // A body that the host moves comes to a wall.
+                       result.error().message.find("set_motion: body") != std::string::npos ||
+                       result.error().message.find("update_mesh: body") != std::string::npos;
       expect(may, text(what, ": a usual call was refused: ", result.error().message));
     }
     return result;
@@ -278,7 +306,9 @@ class Sequence {
         m.latent_heat = or_extreme(pick({0.0, 1e4, 3.34e5}));
         m.freezes = chance(0.3);
       }
+      if (chance(0.2)) m.contact_angle = or_extreme(random_.uniform(0, 180), 0.05);
     } else {
+      if (chance(0.2)) m.surface_tension = or_extreme(log_uniform(0.01, 0.1) * dx_ * dx_ / 1e-4, 0.05);
       if (chance(0.2)) m.viscosity_points = {{0, or_extreme(0.5)}, {or_extreme(50), 0.01}};
       if (chance(0.2)) m.density_points = {{0, m.density}, {80, or_extreme(m.density * 0.97)}};
     }
@@ -313,6 +343,7 @@ class Sequence {
     const auto id = guarded_call("add_material", [&] { return world_->add_material(m); });
     refusable_ = false;
     if (!id) return;
+    again([m](World& w) { return bool(w.add_material(m)); });
     materials_.push_back(*id);
     if (species) species_.push_back(*id);
     if (solid || !species) (solid ? solids_ : liquids_).push_back(*id);
@@ -336,6 +367,7 @@ class Sequence {
     const Status s = guarded_call("set_material", [&] { return world_->set_material(id, m); });
     refusable_ = false;
     expect(!(s && must_stay), "set_material took another density");
+    if (s) again([id, m](World& w) { return bool(w.set_material(id, m)); });
   }
 
   /// What is dissolved in a liquid; of a species of another one it is refused.
@@ -359,7 +391,9 @@ class Sequence {
     refusable_ = true;  // its place may be taken or outside
     const auto n = guarded_call("add_fluid", [&] { return world_->add_fluid(f); });
     refusable_ = false;
-    if (n) moves(length(f.velocity));
+    if (!n) return;
+    again([f](World& w) { return bool(w.add_fluid(f)); });
+    moves(length(f.velocity));
   }
 
   /// A body that the host moves, of the mesh of a box; returns its corners.
@@ -395,9 +429,12 @@ class Sequence {
     for (std::size_t k = 0; k < to.size(); ++k) farthest = std::max(farthest, length(to[k] - corners[k]));
     if (guarded_call("update_mesh", [&] { return world_->update_mesh(id, to, velocities); })) {
       moves(farthest / dt);  // of a body that is alone it may be any speed
+      deformed_ = true;
       if (guarded_call("step", [&] { return world_->step(dt); })) corners = to;
-      else  // it would be refused for ever
+      else {  // it would be refused for ever
         (void)guarded_call("update_mesh", [&] { return world_->update_mesh(id, corners); });
+        (void)world_->step(dt);  // what is not taken yet is no part of the state
+      }
     }
     refusable_ = false;
     synchronize();
@@ -415,6 +452,10 @@ class Sequence {
     if (s.fixed) s.velocity = s.angular_velocity = {};
     else if (chance(0.3)) s.motion = Motion::rigid;
     else if (chance(0.2)) {
+      s.motion = Motion::kinematic;
+      if (chance(0.5)) s.pivot = or_extreme(place(), 0.03);
+      if (chance(0.3)) s.max_speed = or_extreme(random_.uniform(0, 2), 0.03);
+    } else if (chance(0.25)) {
       s.motion = Motion::proxy;
       s.mass = or_extreme(random_.uniform(0.1, 5) * 1000 * 27 * dx_ * dx_ * dx_);
     }
@@ -426,19 +467,24 @@ class Sequence {
     if (chance(0.1)) s.heat_source = or_extreme(random_.uniform(-1e5, 1e6));
     if (chance(0.15)) s.growth = static_cast<int>(random_.below(3));
     if (wild_ && chance(0.03)) s.growth = pick({-1, 1 << 30, 1000});
+    if (chance(0.1)) s.held_until = or_extreme(pick({0.05, 0.5, infinity}), 0.03);
     s.carve = chance(0.8);
     note("add_solid T ", s.temperature,
-         s.fixed                     ? " fixed"
-         : s.motion == Motion::rigid ? " rigid"
-         : s.motion == Motion::proxy ? " proxy"
-                                     : "",
-         " growth ", s.growth, " source ", s.heat_source, " v ", s.velocity.x, ",", s.velocity.y, ",",
-         s.velocity.z);
+         s.fixed                         ? " fixed"
+         : s.motion == Motion::rigid     ? " rigid"
+         : s.motion == Motion::proxy     ? " proxy"
+         : s.motion == Motion::kinematic ? " kinematic"
+                                         : "",
+         s.held_until > 0 ? " held" : "", " growth ", s.growth, " source ", s.heat_source, " v ",
+         s.velocity.x, ",", s.velocity.y, ",", s.velocity.z);
     refusable_ = true;
     const auto id = guarded_call("add_solid", [&] { return world_->add_solid(s); });
     refusable_ = false;
     if (!id) return;
+    again([s](World& w) { return bool(w.add_solid(s)); });
+    moves(s.max_speed);
     bodies_.push_back(*id);
+    if (s.motion == Motion::kinematic) kinematic_.push_back(*id);
     if (!corners.empty()) meshes_.emplace_back(*id, std::move(corners));
     if (world_->steps() == 0) masses_.clear();  // ids close up where the body displaced liquid
     moves(length(s.velocity) + 4 * dx_ * length(s.angular_velocity));
@@ -450,7 +496,13 @@ class Sequence {
     e.center = or_extreme(place());
     e.axis = chance(0.6) ? Vec3d{0, -1, 0} : random_.vector(1);
     e.axis = or_extreme(e.axis, 0.05);
-    e.radius = or_extreme(dx_ * random_.uniform(1, 2), 0.08);
+    if (chance(0.7)) e.radius = or_extreme(dx_ * random_.uniform(1, 2), 0.08);
+    else {
+      e.width = or_extreme(dx_ * random_.uniform(2, 4), 0.05);
+      e.height = or_extreme(dx_ * random_.uniform(2, 4), 0.05);
+      e.up = or_extreme(random_.vector(1), 0.05);
+    }
+    e.fractions = fractions();
     e.speed = or_extreme(random_.uniform(0.2, 2));
     e.material = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
     e.temperature = or_extreme(random_.uniform(5, 95));
@@ -463,6 +515,7 @@ class Sequence {
     const auto id = guarded_call("add_emitter", [&] { return world_->add_emitter(e); });
     refusable_ = false;
     if (id) {
+      again([e](World& w) { return bool(w.add_emitter(e)); });
       moves(e.speed);
       emits_ = true;
       emitters_.push_back({*id, e});
@@ -496,8 +549,11 @@ class Sequence {
     r.until = or_extreme(r.from + random_.uniform(0, 0.2));
     note("add_heat_region source ", r.source, " held ", r.temperature.value_or(nan));
     refusable_ = true;
-    (void)guarded_call("add_heat_region", [&] { return world_->add_heat_region(r); });
+    const auto id = guarded_call("add_heat_region", [&] { return world_->add_heat_region(r); });
     refusable_ = false;
+    if (!id) return;
+    heat_regions_.push_back(*id);
+    again([r](World& w) { return bool(w.add_heat_region(r)); });
   }
 
   Vec3d direction() { return {random_.uniform(-1, 1), random_.uniform(-1, 1), random_.uniform(-1, 1)}; }
@@ -532,11 +588,16 @@ class Sequence {
     refusable_ = true;
     if (adds) {
       const auto id = guarded_call("add_force_field", [&] { return world_->add_force_field(f); });
-      if (id) fields_.push_back(*id);
+      if (id) {
+        fields_.push_back(*id);
+        again([f](World& w) { return bool(w.add_force_field(f)); });
+      }
     } else {
       const ForceFieldId id = fields_[random_.below(static_cast<std::uint32_t>(fields_.size()))];
-      if (removes) (void)guarded_call("remove", [&] { return world_->remove(id); });
-      else (void)guarded_call("set_force_field", [&] { return world_->set_force_field(id, f); });
+      const Status done =
+          removes ? guarded_call("remove", [&] { return world_->remove(id); })
+                  : guarded_call("set_force_field", [&] { return world_->set_force_field(id, f); });
+      if (done) again([=](World& w) { return bool(removes ? w.remove(id) : w.set_force_field(id, f)); });
     }
     refusable_ = false;
     moves(length(f.velocity) +
@@ -753,6 +814,23 @@ class Sequence {
     expect(after && *after == *hash, "restored with another hash");
     halted_ = false;
   }
+  /// What particles have otherwise than they had.
+  std::string first_difference(const Result<ParticleData>& was) {
+    const auto is = world_->particles();
+    if (!was || !is) return {};
+    if (was->id != is->id) return ": other particles";
+    if (was->tag != is->tag) return ": other tags";
+    for (std::size_t i = 0; i < is->id.size(); ++i) {
+      const std::string who = text(": of particle ", is->id[i], " of ", is->id.size(), " the ");
+      if (length(is->position[i] - was->position[i]) != 0) return who + "position";
+      if (length(is->velocity[i] - was->velocity[i]) != 0) return who + "velocity";
+      if (is->enthalpy[i] != was->enthalpy[i])
+        return text(who, "enthalpy, ", was->enthalpy[i], " -> ", is->enthalpy[i]);
+      if (is->mass[i] != was->mass[i]) return who + "mass";
+      if (is->piece[i] != was->piece[i]) return who + "piece";
+    }
+    return ": nothing that particles() shows";
+  }
   void save_and_go_back() {
     const int slot =
         wild_ && chance(0.05) ? pick({-1, most_saved_states, 1 << 30}) : static_cast<int>(random_.below(4));
@@ -763,12 +841,13 @@ class Sequence {
     refusable_ = false;
     if (!saved && saved.error().code == ErrorCode::halted) synchronize();
     if (!saved || !hash) return;
+    const auto seen = world_->particles();
     step();
     if (chance(0.3)) step();
     const Status back = world_->load_state(slot);
     if (!back) return expect(back.error().message.find("is lost") != std::string::npos, back.error().message);
     const auto after = world_->state_hash();
-    expect(after && *after == *hash, "gone back to another hash");
+    expect(after && *after == *hash, "gone back to another hash" + first_difference(seen));
     halted_ = false;
   }
   void feel() {
@@ -834,54 +913,365 @@ class Sequence {
     d.hottest = or_extreme(50);
     (void)guarded_call("render_view", [&] { return world_->render_view(d); });
   }
+  /// A stage of the host: pushes every particle a little, or once makes a velocity no number.
+  struct Nudge {
+    bool poison = false;
+  };
+  static void nudge(const StageContext& c, void* user) {
+    auto& what = *static_cast<Nudge*>(user);
+    const auto push = [&](auto* acceleration, auto* velocity) {
+      for (std::uint64_t i = 0; acceleration && i < c.particles; ++i) acceleration[i].x += 1e-3f;
+      if (what.poison && c.particles > 0)
+        velocity[c.particles / 2].y = std::numeric_limits<float>::quiet_NaN();
+    };
+    if (c.precision == Precision::double_precision)
+      push(static_cast<Vec3<double>*>(c.acceleration), static_cast<Vec4<double>*>(c.velocity));
+    else push(static_cast<Vec3<float>*>(c.acceleration), static_cast<Vec4<float>*>(c.velocity));
+    what.poison = false;
+  }
+  void insert_stage() {
+    CustomStage own{"own", nudge, &nudge_, {}, {"acceleration", "velocity"}};
+    own.recorded = chance(0.5);
+    const char* after =
+        pick({"sph.density", "sph.forces", "step.begin", "lsm.gather", "step.integrate", "nonsense"});
+    if (wild_ && chance(0.1)) own.writes.push_back("nonsense");
+    note("insert_after ", after, own.recorded ? " recorded" : "");
+    const Status in =
+        guarded_call("insert_after", [&] { return world_->scheduler().insert_after(after, own); });
+    if (in) again([=](World& w) { return bool(w.scheduler().insert_after(after, own)); });
+    if (!in || chance(0.3)) return;
+    if (wild_ && chance(0.3) && std::string(after) != "step.integrate") {
+      note("a velocity that is no number");
+      nudge_.poison = true;
+    }
+    step();
+    nudge_.poison = false;
+    synchronize();
+    if (!chance(0.4)) return;
+    if (world_->scheduler().remove("own")) again([](World& w) { return bool(w.scheduler().remove("own")); });
+  }
   void schedule() {
     Scheduler& s = world_->scheduler();
     note("schedule");
     refusable_ = true;
     switch (random_.below(4)) {
-      case 0:
-        (void)guarded_call("set_interval", [&] {
-          return s.set_interval(pick({"thermal", "topology", "sph", "nonsense"}), pick({1, 2, 3, 0, -1}));
-        });
+      case 0: {
+        const char* module = pick({"thermal", "topology", "sph", "nonsense"});
+        const int n = pick({1, 2, 3, 0, -1});
+        if (guarded_call("set_interval", [&] { return s.set_interval(module, n); }))
+          again([=](World& w) { return bool(w.scheduler().set_interval(module, n)); });
         break;
+      }
       case 1: {
         const bool on = chance(0.7);
         const char* module = pick({"thermal", "topology", "nonsense"});
-        (void)guarded_call("enable", [&] { return s.enable(module, on); });
+        if (guarded_call("enable", [&] { return s.enable(module, on); }))
+          again([=](World& w) { return bool(w.scheduler().enable(module, on)); });
         break;
       }
       case 2:
         static_cast<void>(s.enable_timings(chance(0.5), chance(0.5) ? 1 : 3));
         break;
       default:
-        (void)guarded_call("insert_after", [&] {
-          return s.insert_after(pick({"sph.density", "step.integrate", "nonsense"}),
-                                {"own", [](const StageContext&, void*) {}, nullptr, {}, {}});
-        });
-        (void)s.remove("own");
+        insert_stage();
     }
     refusable_ = false;
   }
 
+  // --- what a host does between steps -----------------------------------------------------------------------
+  double some_step() {
+    const double stable = world_->stable_dt();
+    return (finite(stable) && stable > 0 ? stable : 1e-3) * random_.uniform(0.1, 1);
+  }
+  template <class T>
+  T& any_of(std::vector<T>& of) {
+    return of[random_.below(static_cast<std::uint32_t>(of.size()))];
+  }
+  void move_about() {
+    if (kinematic_.empty()) return;
+    const BodyId id = any_of(kinematic_);
+    const auto now = world_->motion(id);
+    if (!now) return expect(wild_ || halted_, "motion() failed: " + now.error().message);
+    expect(now->position && finite(*now->position) && finite(now->velocity) && finite(now->angular_velocity),
+           "a motion that is no number");
+    const double dt = some_step();
+    BodyMotion m;
+    if (chance(0.5)) m.position = or_extreme(*now->position + random_.vector(0.1 * dx_), 0.03);
+    if (chance(0.4)) {
+      const Vec3d turn = random_.vector(0.1);
+      const double w = std::sqrt(1 - dot(turn, turn));
+      m.orientation = Quat<double>{or_extreme(w, 0.03), turn.x, turn.y, turn.z};
+    }
+    m.velocity = or_extreme(random_.vector(0.5), 0.03);
+    m.angular_velocity = or_extreme(random_.vector(0.5), 0.03);
+    m.teleport = m.position && chance(0.2);
+    note("set_motion ", id.index, m.position ? " to a place" : "", m.orientation ? " turned" : "",
+         m.teleport ? " at once" : "");
+    refusable_ = true;  // through a wall, too fast, not clear
+    if (guarded_call("set_motion", [&] { return world_->set_motion(id, m); })) {
+      moves(length(m.velocity) + length(m.angular_velocity) * length(size_) +
+            (m.position ? length(*m.position - *now->position) / dt : 0) +
+            (m.orientation ? length(size_) / dt : 0));
+      if (!guarded_call("step", [&] { return world_->step(dt); })) {
+        (void)guarded_call("set_motion", [&] { return world_->set_motion(id, {}); });
+        (void)world_->step(dt);
+      }
+    }
+    refusable_ = false;
+    synchronize();
+  }
+  void take_out() {
+    const auto before = world_->totals();
+    if (!before) return expect(halted_, "totals() failed");
+    refusable_ = true;
+    if (chance(0.5) && !bodies_.empty()) {
+      const BodyId id = any_of(bodies_);
+      note("remove body ", id.index);
+      if (guarded_call("remove", [&] { return world_->remove(id); })) {
+        again([id](World& w) { return bool(w.remove(id)); });
+        expect(!world_->remove(id), "a body was removed twice");
+        expect(!world_->hold(id) && !world_->watch_forces(id) && !world_->set_velocity(id, {}),
+               "the handle of a body that was removed is taken");
+        const auto gone = [id](const auto& b) { return b == id; };
+        bodies_.erase(std::remove_if(bodies_.begin(), bodies_.end(), gone), bodies_.end());
+        kinematic_.erase(std::remove_if(kinematic_.begin(), kinematic_.end(), gone), kinematic_.end());
+        meshes_.erase(std::remove_if(meshes_.begin(), meshes_.end(), [&](auto& m) { return m.first == id; }),
+                      meshes_.end());
+        const auto after = world_->totals();
+        expect(after && after->fluid == before->fluid && after->solid <= before->solid,
+               "removing a body changed the liquid");
+      }
+    } else {
+      const Shape where = shape();
+      note("remove_liquid");
+      if (const auto n = guarded_call("remove_liquid", [&] { return world_->remove_liquid(where); })) {
+        const auto after = world_->totals();
+        expect(after && after->fluid + *n == before->fluid && after->solid == before->solid,
+               text("remove_liquid returned ", *n, "; liquid ", before->fluid, " -> ", after->fluid,
+                    ", solid ", before->solid, " -> ", after->solid));
+      }
+    }
+    refusable_ = false;
+    if (world_->steps() == 0) masses_.clear();
+  }
+  void steer() {
+    refusable_ = true;
+    switch (random_.below(8)) {
+      case 0: {
+        const Vec3d g = or_extreme(chance(0.3) ? Vec3d{} : random_.vector(12));
+        note("set_gravity ", g.x, ",", g.y, ",", g.z);
+        if (guarded_call("set_gravity", [&] { return world_->set_gravity(g); })) {
+          again([g](World& w) { return bool(w.set_gravity(g)); });
+          if (length(g) > length(desc_.gravity)) desc_.gravity = g;
+        }
+        break;
+      }
+      case 1: {
+        const double scale = or_extreme(pick({0.0, 1.0, 1e2, 1e5}));
+        note("set_heat_time_scale ", scale);
+        if (guarded_call("set_heat_time_scale", [&] { return world_->set_heat_time_scale(scale); }))
+          again([=](World& w) { return bool(w.set_heat_time_scale(scale)); });
+        break;
+      }
+      case 2: {
+        const int face = wild_ && chance(0.1) ? pick({-1, 6, 1 << 30}) : static_cast<int>(random_.below(6));
+        const SurfaceHeatDesc h = surface_heat();
+        note("set_wall_heat ", face);
+        if (guarded_call("set_wall_heat", [&] { return world_->set_wall_heat(face, h); }))
+          again([=](World& w) { return bool(w.set_wall_heat(face, h)); });
+        break;
+      }
+      case 3: {
+        const SurfaceHeatDesc h = surface_heat();
+        note("set_free_surface_heat");
+        if (guarded_call("set_free_surface_heat", [&] { return world_->set_free_surface_heat(h); }))
+          again([=](World& w) { return bool(w.set_free_surface_heat(h)); });
+        break;
+      }
+      case 4: {
+        if (heat_regions_.empty()) break;
+        const HeatRegionId id = any_of(heat_regions_);
+        std::optional<double> held;
+        if (chance(0.5)) held = or_extreme(random_.uniform(-50, 150));
+        const double source = held ? 0 : or_extreme(random_.uniform(-1e5, 1e6));
+        note("set_heat_region ", id.index, " held ", held.value_or(nan), " source ", source);
+        if (guarded_call("set_heat_region", [&] { return world_->set_heat_region(id, held, source); }))
+          again([=](World& w) { return bool(w.set_heat_region(id, held, source)); });
+        break;
+      }
+      default:
+        push_body();
+    }
+    refusable_ = false;
+  }
+  void push_body() {
+    if (bodies_.empty()) return;
+    const BodyId id = any_of(bodies_);
+    switch (random_.below(3)) {
+      case 0: {
+        const bool on = chance(0.5);
+        note("hold ", id.index, " ", on);
+        (void)guarded_call("hold", [&] { return world_->hold(id, on); });
+        return;
+      }
+      case 1: {
+        const Vec3d v = or_extreme(random_.vector(1)), w = or_extreme(random_.vector(1));
+        note("set_velocity ", id.index);
+        if (guarded_call("set_velocity", [&] { return world_->set_velocity(id, v, w); }))
+          moves(length(v) + length(w) * length(size_));
+        return;
+      }
+      default: {  // of the lightest particle that is drawn: no body gets faster than 1 m/s by it
+        const double unit = 300 * dx_ * dx_ * dx_;
+        const Vec3d p = or_extreme(random_.vector(unit)), l = or_extreme(random_.vector(unit * dx_));
+        note("apply_impulse ", id.index);
+        if (guarded_call("apply_impulse", [&] { return world_->apply_impulse(id, p, l); })) moves(20);
+      }
+    }
+  }
+  /// A step that may end early is repeated to the bit by as many sub-steps from the same state.
+  void step_by_budget() {
+    if (halted_) return;
+    const double dt = or_extreme(some_step() * pick({1.0, 3.0, 8.0}), 0.03),
+                 budget = or_extreme(pick({1e-6, 0.2, 2.0, infinity}), 0.03);
+    note("step_within ", dt, " s, ", budget, " ms");
+    const auto bytes = world_->snapshot();
+    const bool saves = chance(0.5) && world_->save_state(15);
+    refusable_ = true;
+    const auto t = guarded_call("step_within", [&] { return world_->step_within(dt, budget); });
+    refusable_ = false;
+    synchronize();
+    if (!t || !bytes || halted_) return;
+    stepped_ += t->simulated;
+    expect(t->substeps <= t->planned && (dt == 0 || t->substeps > 0),
+           "step_within took no sub-step, or too many");
+    expect(std::fabs(t->simulated + t->owed - dt) <= 1e-9 * dt,
+           text("simulated ", t->simulated, " and owed ", t->owed, " are not ", dt));
+    const auto hash = world_->state_hash();
+    const Status back = saves ? world_->load_state(15) : world_->restore(bytes->data(), bytes->size());
+    if (!back && saves) return;  // lost by a change of plan
+    expect(bool(back), "a World refuses its own snapshot: " + (back ? "" : back.error().message));
+    const auto part = world_->step_part(dt, t->substeps);
+    expect(bool(part), "step_part was refused: " + (part ? "" : part.error().message));
+    const auto same = world_->state_hash();
+    expect(hash && same && *hash == *same,
+           text("step_part differs from the step_within that it repeats", saves ? ", of a saved state" : ""));
+  }
+  void interrupt_and_move() {
+    if (chance(0.5)) {
+      note("another World object");
+      World moved = std::move(*world_);
+      world_.emplace(std::move(moved));
+      return;
+    }
+    note("interrupt");
+    world_->interrupt();
+    const double before = world_->time();
+    const Status s = world_->step(some_step());
+    if (s || s.error().code != ErrorCode::interrupted)
+      return expect(wild_ || halted_ || refusable_,
+                    "interrupt() was not heeded" + (s ? "" : ": " + s.error().message));
+    expect(world_->time() == before, "a step that was interrupted ahead of its first sub-step took time");
+  }
+  void probe() {
+    if (probes_ == 0 || chance(0.4)) {
+      ProbeDesc d;
+      d.kind = pick({ProbeKind::point, ProbeKind::level, ProbeKind::force, ProbeKind::heat, ProbeKind::flux});
+      d.every = or_extreme(pick({0.0, 1e-4, 0.01}), 0.05);
+      d.until = chance(0.8) ? infinity : or_extreme(random_.uniform(0, 0.3), 0.1);
+      if (d.kind == ProbeKind::point || d.kind == ProbeKind::level || d.kind == ProbeKind::flux)
+        d.points = {or_extreme(place(), 0.05)};
+      if (d.kind == ProbeKind::point) d.fields = {"temperature", "pressure", "velocity", "liquid_fraction"};
+      if (d.kind == ProbeKind::force) d.fields = {"force", "moment", "contact_force"};
+      if (d.kind == ProbeKind::flux) {
+        d.fields = {"mass_flux", "volume_flux"};
+        d.normal = or_extreme(random_.vector(1), 0.05);
+        d.radius = or_extreme(dx_ * random_.uniform(1, 4), 0.05);
+      }
+      if (d.kind == ProbeKind::force || d.kind == ProbeKind::heat) {
+        if (!bodies_.empty() && chance(0.6)) d.body = any_of(bodies_);
+        else d.wall = static_cast<int>(random_.below(6));
+      }
+      note("add_probe kind ", int(d.kind));
+      refusable_ = true;
+      const auto id = guarded_call("add_probe", [&] { return world_->add_probe(d); });
+      refusable_ = false;
+      if (id) {
+        ++probes_;
+        again([d](World& w) { return bool(w.add_probe(d)); });
+      }
+      return;
+    }
+    note("take_samples");
+    const auto series = world_->take_samples();
+    expect(bool(series), "take_samples failed: " + (series ? "" : series.error().message));
+    expect(series->size() == static_cast<std::size_t>(probes_), "a probe has no series");
+    for (const ProbeSeries& p : *series) {
+      expect(p.values.size() == p.time.size() * p.points * p.width, "samples lack values");
+      for (std::size_t k = 0; k < p.time.size(); ++k)
+        expect(finite(p.time[k]) && (k == 0 || p.time[k] > p.time[k - 1]) && p.time[k] <= world_->time(),
+               "times of samples do not ascend");
+      for (const double v : p.values) expect(!std::isinf(v), "a sample is infinite");
+    }
+  }
+  /// What was added and set, for a World of its own. False: it was refused there.
+  void again(std::function<bool(World&)> call) { builds_.push_back(std::move(call)); }
+  /// Another World, built as this one was, takes its snapshot and goes on with the same bits.
+  void twin() {
+    if (halted_ || deformed_) return;
+    note("twin");
+    auto other = World::create(made_from_);
+    expect(bool(other), "the same description is refused the second time");
+    for (const auto& build : builds_)
+      if (!build(*other)) return;  // its place is taken there: bodies of this World have moved meanwhile
+    const auto bytes = world_->snapshot();
+    const auto hash = world_->state_hash();
+    if (!bytes || !hash) return expect(halted_, "snapshot failed");
+    const Status taken = other->restore(bytes->data(), bytes->size());
+    if (!taken) return expect(wild_, "a World built alike refuses the snapshot: " + taken.error().message);
+    const auto there = other->state_hash();
+    expect(there && *there == *hash, "restored in another World with another hash");
+    for (int k = 0; k < 3; ++k) {
+      const double dt = some_step();
+      const Status a = world_->step(dt), b = other->step(dt);
+      expect(a.ok() == b.ok(), "the World built alike " + (b ? std::string("steps") : b.error().message) +
+                                   ", this one " + (a ? std::string("steps") : a.error().message));
+      if (a) stepped_ += dt;
+    }
+    synchronize();
+    const StepResult r = other->synchronize();
+    expect(r.halted == halted_, "of two Worlds built alike one halts");
+    const auto first = world_->state_hash(), second = other->state_hash();
+    expect(first && second && *first == *second,
+           "two Worlds built alike go on differently from one snapshot");
+  }
+
   void any_call() {
     const double what = random_.uniform();
-    if (what < 0.115) add_material();
-    else if (what < 0.14) change_material();
-    else if (what < 0.26) add_fluid();
-    else if (what < 0.36) add_solid();
-    else if (what < 0.40) add_emitter();
-    else if (what < 0.41) set_emitter();
-    else if (what < 0.45) add_heat_region();
-    else if (what < 0.70) step_some();
-    else if (what < 0.78) read_totals();
-    else if (what < 0.88) read_other();
-    else if (what < 0.91) snapshot_and_restore();
-    else if (what < 0.935) save_and_go_back();
-    else if (what < 0.94) feel();
-    else if (what < 0.95) deform();
-    else if (what < 0.955) look_about();
-    else if (what < 0.97) push_about();
-    else if (what < 0.985) schedule();
+    if (what < 0.10) add_material();
+    else if (what < 0.12) change_material();
+    else if (what < 0.21) add_fluid();
+    else if (what < 0.31) add_solid();
+    else if (what < 0.34) add_emitter();
+    else if (what < 0.36) set_emitter();
+    else if (what < 0.39) add_heat_region();
+    else if (what < 0.56) step_some();
+    else if (what < 0.61) read_totals();
+    else if (what < 0.67) read_other();
+    else if (what < 0.70) snapshot_and_restore();
+    else if (what < 0.725) save_and_go_back();
+    else if (what < 0.74) feel();
+    else if (what < 0.755) deform();
+    else if (what < 0.77) look_about();
+    else if (what < 0.785) push_about();
+    else if (what < 0.81) schedule();
+    else if (what < 0.85) move_about();
+    else if (what < 0.88) take_out();
+    else if (what < 0.92) steer();
+    else if (what < 0.94) step_by_budget();
+    else if (what < 0.95) interrupt_and_move();
+    else if (what < 0.97) probe();
+    else if (what < 0.985) twin();
     else {
       note("prepare");
       const Status s = world_->prepare();
@@ -900,17 +1290,21 @@ class Sequence {
   fuzz::Progress& progress_;
   const bool wild_;
   std::optional<World> world_;
-  WorldDesc desc_;
+  WorldDesc desc_, made_from_;  ///< the first with the largest gravity so far
   double dx_ = 0.1, speed_scale_ = 0, stepped_ = 0;
   Vec3d size_, low_;
   std::vector<MaterialId> materials_, liquids_, solids_, species_;
-  std::vector<BodyId> bodies_;
+  std::vector<BodyId> bodies_, kinematic_;
+  std::vector<HeatRegionId> heat_regions_;
+  std::vector<std::function<bool(World&)>> builds_;
+  int probes_ = 0;
+  Nudge nudge_;
   std::vector<std::pair<BodyId, std::vector<Vec3d>>> meshes_;  ///< bodies that deform, and their corners
   std::vector<std::pair<EmitterId, EmitterDesc>> emitters_;
   std::vector<ForceFieldId> fields_;  ///< removed ones included
   std::map<std::uint32_t, double> masses_;
   std::vector<ReadTicket> tickets_;
-  bool halted_ = false, emits_ = false, refusable_ = false;
+  bool halted_ = false, emits_ = false, refusable_ = false, deformed_ = false;
   std::string trace_;
 };
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What random sequences of calls (tests/fuzz) found, each reduced to the few calls that it takes.
 #include <cmath>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "scenes.hpp"
 
@@ -247,6 +249,337 @@ TEST(Found, APlaceThatDoublesDoNotResolveIsRefused) {
   expect_refused(w->add_emitter(e), {"emitter"});
   e.center = {0, 1, 0};
   require(w->add_emitter(e));  // and the origin is still where this one needs it
+}
+
+// Setting gravity, or a time scale beside a probe of heat, gives the engine its probes anew; samples that were still there were read
+// beyond what was fetched: a crash.
+TEST(Found, SamplesOutliveGravityThatTurns) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto pool = [] {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.domain.bounded = true;
+    d.domain.min = {0, 2, 0};  // heights that are not those above the origin of what is stored
+    d.domain.max = {0.6, 3, 0.6};
+    auto w = World::create(d);
+    EXPECT_TRUE(w);
+    FluidDesc f;
+    f.material = *w->add_material({});
+    f.shape = Shape::box({0, 2, 0}, {0.6, 2.4, 0.6});
+    EXPECT_TRUE(w->add_fluid(f));
+    ProbeDesc p;
+    p.kind = ProbeKind::level;
+    p.points = {{0.25, 2.2, 0.25}};
+    EXPECT_TRUE(w->add_probe(p));
+    p.kind = ProbeKind::heat;
+    p.points.clear();
+    p.wall = 2;
+    EXPECT_TRUE(w->add_probe(p));
+    for (int k = 0; k < 5; ++k) require(w->step(w->stable_dt()));
+    return std::move(*w);
+  };
+  World calm = pool(), turned = pool();
+  const auto expected = calm.take_samples();
+  require(expected);
+  require(turned.set_gravity({9.81, 0, 0}));
+  require(turned.set_heat_time_scale(2));
+  require(turned.prepare());
+  const auto got = turned.take_samples();
+  require(got);
+  ASSERT_EQ(got->size(), 2u);
+  ASSERT_EQ(expected->front().values.size(), 5u);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_EQ((*got)[k].values, (*expected)[k].values);
+  EXPECT_GT(expected->front().values.front(), 2.2);
+}
+
+// There is no table of regions while no heat flows: it was written through a null pointer.
+TEST(Found, AHeatRegionMayBeSetWhileNoHeatFlows) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto heated = [](double scale, double source) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.gravity = {};
+    d.heat.time_scale = scale;
+    auto w = World::create(d);
+    EXPECT_TRUE(w);
+    FluidDesc f;
+    f.material = *w->add_material({});
+    f.shape = Shape::box({0, 0, 0}, {0.4, 0.4, 0.4});
+    EXPECT_TRUE(w->add_fluid(f));
+    HeatRegionDesc r;
+    r.shape = f.shape;
+    r.source = source;
+    const auto id = w->add_heat_region(r);
+    EXPECT_TRUE(id);
+    return std::pair<World, HeatRegionId>(std::move(*w), *id);
+  };
+  auto [still, region] = heated(0, 1e3);
+  require(still.step(still.stable_dt()));
+  require(still.set_heat_region(region, std::nullopt, 1e6));
+  require(still.set_heat_time_scale(1));
+  const double from = still.time();
+  require(still.step(still.stable_dt()));
+  // 64 particles, all of them in the region: source times volume times time.
+  EXPECT_NEAR(still.totals()->heat_in, 1e6 * 0.064 * (still.time() - from), 1e-6 * 1e6 * 0.064 * from);
+}
+
+// --- a sound speed that follows what moves ----------------------------------------------------------------------------
+
+WorldDesc following() {
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.domain.bounded = true;
+  d.domain.max = {0.8, 1.6, 0.8};
+  d.follow_sound_speed = true;
+  return d;
+}
+void fill(World& w, double top) {
+  FluidDesc f;
+  f.material = *w.add_material({});
+  f.shape = Shape::box({0, 0, 0}, {0.8, top, 0.8});
+  require(w.add_fluid(f));
+}
+
+// That a step begins with a look at what moves is part of the state: without it what was restored went on with another sound speed.
+TEST(Found, AStateFromBeforeTheFirstLookGoesOnAlike) {
+  MELTSIM_NEEDS_BACKEND();
+  auto w = World::create(following());
+  require(w);
+  fill(*w, 0.4);
+  for (int round = 0; round < 2; ++round) {  // ahead of the first step, and behind a change of the host's
+    const auto bytes = w->snapshot();
+    require(bytes);
+    require(w->save_state(0));
+    const auto go_on = [&] {
+      for (int k = 0; k < 5; ++k) require(w->step(w->stable_dt()));
+      return *w->state_hash();
+    };
+    const std::uint64_t first = go_on();
+    require(w->load_state(0));
+    EXPECT_EQ(go_on(), first) << round;
+    require(w->restore(bytes->data(), bytes->size()));
+    EXPECT_EQ(go_on(), first) << round;
+    require(w->set_gravity({0, -5, 0}));
+  }
+}
+
+// It rose from what it was in the empty World, over many steps, while liquid fell: compressed threefold, then halted.
+TEST(Found, SoundIsThereWithWhatIsAdded) {
+  MELTSIM_NEEDS_BACKEND();
+  auto late = World::create(following()), at_once = World::create(following());
+  require(late);
+  require(at_once);
+  for (int k = 0; k < 5; ++k) require(late->step(1e-3));
+  fill(*late, 0.8);
+  fill(*at_once, 0.8);
+  for (World* w : {&*late, &*at_once})
+    while (w->time() < 0.3) require(w->step(w->stable_dt()));
+  const StepResult r = late->synchronize();
+  EXPECT_FALSE(r.halted) << r.halt_reason;
+  // Both start from rest, and go by the same heads: to the compression that is allowed, 0.5 %, and the noise of the start.
+  EXPECT_NEAR(r.max_density_ratio, at_once->synchronize().max_density_ratio, 0.01);
+  EXPECT_NEAR(late->ledger()->sound_speed, at_once->ledger()->sound_speed,
+              0.05 * at_once->ledger()->sound_speed);
+}
+
+// A step of heat or viscosity that is refused had looked at what moves.
+TEST(Found, ARefusedStepLeavesTheSoundSpeedAndTheLimits) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = following();
+  d.heat.max_supersteps = 1;
+  auto w = World::create(d);
+  require(w);
+  MaterialDesc m;
+  m.conductivity = 1e12;
+  FluidDesc f;
+  f.material = *w->add_material(m);
+  f.shape = Shape::box({0, 0, 0}, {0.8, 0.4, 0.8});
+  f.temperature = 50;
+  require(w->add_fluid(f));
+  f.shape = Shape::box({0, 0.4, 0}, {0.8, 0.5, 0.8});
+  f.temperature = 20;
+  f.velocity = {0, 0.5, 0};
+  require(w->add_fluid(f));
+  const double stable = w->stable_dt();
+  const auto before = *w->snapshot();
+  const Status refused = w->step(stable);
+  ASSERT_FALSE(refused) << "the test tests nothing";
+  EXPECT_EQ(refused.error().code, ErrorCode::step_too_large);
+  EXPECT_EQ(w->stable_dt(), stable);
+  EXPECT_EQ(*w->snapshot(), before);
+}
+
+// A melt may follow from a surface that begins to heat, and shortens the step; the step was refused, the limits stayed.
+TEST(Found, ARefusedStepForgetsThatSomethingMayMelt) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.heat.max_supersteps = 1;
+  auto w = World::create(d);
+  require(w);
+  MaterialDesc m;
+  m.name = "liquid";
+  MaterialDesc ice = solid("ice", *w->add_material(m), 5);
+  ice.conductivity = 1e12;
+  SolidDesc s;
+  s.material = *w->add_material(ice);
+  s.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  s.temperature = -10;
+  s.fixed = true;
+  require(w->add_solid(s));
+  require(w->step(1e-3));
+  SurfaceHeatDesc warm;
+  warm.temperature = 20;
+  require(w->set_free_surface_heat(warm));
+  const double stable = w->stable_dt();
+  ASSERT_FALSE(w->step(1e-3)) << "the test tests nothing";
+  EXPECT_EQ(w->stable_dt(), stable);
+}
+
+// --- surface tension --------------------------------------------------------------------------------------------------
+
+// A table of materials is no scene; and what is set later counts as what was there from the start.
+TEST(Found, SoundFollowsTheTensionOfWhatIsThereAlone) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.001;
+  d.gravity = {};
+  MaterialDesc oil, mercury;
+  oil.name = "oil";
+  mercury.name = "mercury";
+  mercury.surface_tension = 0.485;
+  const auto drop = [&](bool listed, const MaterialDesc& of) {
+    auto w = World::create(d);
+    EXPECT_TRUE(w);
+    FluidDesc f;
+    f.material = *w->add_material(of);
+    if (listed) {
+      EXPECT_TRUE(w->add_material(mercury));
+    }
+    f.shape = Shape::box({0, 0, 0}, {0.006, 0.006, 0.006});
+    EXPECT_TRUE(w->add_fluid(f));
+    EXPECT_TRUE(w->prepare());
+    return std::move(*w);
+  };
+  World alone = drop(false, oil), listed = drop(true, oil);
+  EXPECT_EQ(listed.resolved().sound_speed, alone.resolved().sound_speed);
+  EXPECT_EQ(listed.stable_dt(), alone.stable_dt());
+  MaterialDesc tense = oil;
+  tense.surface_tension = 0.072;
+  World from_the_start = drop(false, tense);
+  ASSERT_GT(from_the_start.resolved().sound_speed, alone.resolved().sound_speed);
+  require(alone.step(alone.stable_dt()));
+  require(alone.set_material(MaterialId{0, alone.add_material(mercury)->generation}, tense));
+  require(alone.prepare());
+  EXPECT_EQ(alone.resolved().sound_speed, from_the_start.resolved().sound_speed);
+}
+
+// 1e300 squared is no number, and the World then refused its own snapshots.
+TEST(Found, SpeedsBeyondReasonAreRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.domain.bounded = true;
+  d.domain.max = {1, 1, 1};
+  d.domain.faces[1] = Face::open;
+  d.domain.outlets[1].speed = 1e300;
+  expect_refused(World::create(d), {"domain.outlets[+x].speed", "1e+15", "1e+300"});
+  d.domain.outlets[1].speed = 1;
+  auto w = World::create(d);
+  require(w);
+  SolidDesc s;
+  s.material = *w->add_material({});
+  s.shape = Shape::box({0.3, 0.3, 0.3}, {0.6, 0.6, 0.6});
+  s.motion = Motion::kinematic;
+  s.max_speed = 1e300;
+  expect_refused(w->add_solid(s), {"body1", "max_speed", "1e+15", "1e+300"});
+}
+
+// --- bodies that are held ---------------------------------------------------------------------------------------------
+
+World with_held_body(double until, BodyId& id) {
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  auto w = World::create(d);
+  EXPECT_TRUE(w);
+  SolidDesc s;
+  s.material = *w->add_material({});
+  s.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  s.held_until = until;
+  s.velocity = {1, 0, 0};
+  id = *w->add_solid(s);
+  return std::move(*w);
+}
+double lowest(World& w) { return w.totals()->solid_center.y; }
+
+// What the host had said since stayed, so that a body was let go that was held, and the other way round.
+TEST(Found, HowLongABodyIsHeldIsPartOfTheState) {
+  MELTSIM_NEEDS_BACKEND();
+  BodyId id, other_id;
+  World w = with_held_body(0.1, id), other = with_held_body(0.1, other_id);
+  require(w.step(0.01));
+  const auto until = *w.snapshot();
+  require(w.hold(id));
+  const auto for_ever = *w.snapshot();
+  require(w.hold(id, false));
+  const double high = lowest(w);
+  for (World* to : {&w, &other}) {
+    require(to->restore(until.data(), until.size()));
+    while (to->time() < 0.095) require(to->step(0.01));
+    EXPECT_EQ(lowest(*to), high);
+    while (to->time() < 0.195) require(to->step(0.01));
+    EXPECT_NEAR(lowest(*to), high - 0.5 * 9.81 * 0.01, 1e-3);
+    EXPECT_NEAR(to->totals()->momentum.x / to->totals()->mass, 1, 1e-5);
+    require(to->restore(for_ever.data(), for_ever.size()));
+    while (to->time() < 0.3) require(to->step(0.01));
+    EXPECT_EQ(lowest(*to), high);
+  }
+  // A state saved on the backend, too; to be held for ever instead of for a time uploads nothing.
+  require(w.restore(until.data(), until.size()));
+  require(w.step(0.01));
+  require(w.save_state(0));
+  require(w.hold(id));
+  require(w.load_state(0));
+  while (w.time() < 0.195) require(w.step(0.01));
+  EXPECT_LT(lowest(w), high - 0.04);
+}
+
+// A rigid body's rotation is double while it moves; held, it was rounded by the next upload, and the hash was another one.
+TEST(Found, ARigidBodyIsHeldAsItIs) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.precision = Precision::single_precision;
+  auto w = World::create(d);
+  require(w);
+  SolidDesc s;
+  s.material = *w->add_material({});
+  s.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  s.motion = Motion::rigid;
+  s.angular_velocity = {1, 2, 3};
+  const auto id = w->add_solid(s);
+  require(id);
+  for (int k = 0; k < 10; ++k) require(w->step(0.01));
+  require(w->hold(*id));
+  const std::uint64_t before = *w->state_hash();
+  require(w->save_state(0));
+  require(w->step(0.01));
+  require(w->load_state(0));
+  EXPECT_EQ(*w->state_hash(), before);
+}
+
+// The body was let go by a step that was not taken.
+TEST(Found, ARefusedStepLetsGoOfNothing) {
+  MELTSIM_NEEDS_BACKEND();
+  BodyId id;
+  World w = with_held_body(0.1, id);
+  while (w.time() < 0.095) require(w.step(0.01));
+  const auto before = *w.snapshot();
+  const double stable = w.stable_dt();
+  const Status refused = w.step(1e6);
+  ASSERT_FALSE(refused) << "the test tests nothing";
+  EXPECT_EQ(*w.snapshot(), before);
+  EXPECT_EQ(w.stable_dt(), stable);
 }
 
 }  // namespace
