@@ -4,11 +4,13 @@
 
   trade_fronts.py MELTSIM fronts OUT [--backend cpu] [--threads N] [--scale 1] [--time-limit 20]
   trade_fronts.py MELTSIM calibrate OUT [--backend cpu] [--threads N] [--time-limit 20] [--total 240]
+  trade_fronts.py MELTSIM reference OUT
 
 `fronts` runs `meltsim trade` on dam_break, a column at rest, floating, conduction through a slab, a Stefan front and ice_block,
 and writes one directory each and fronts.md, the tables of docs/trade.md. --time-limit is for each scene; all six take no more
 than three times six times as long. `calibrate` asks for errors of scenes whose exact answers are known (`meltsim run
---max-error`), and writes calibration.csv, calibration.svg and a summary; it starts no run after --total seconds.
+--max-error`), and writes calibration.csv, calibration.svg and a summary; it starts no run after --total seconds. `reference` draws
+the front of records/dfsph-*.csv beside meltsim's (reference.svg) and runs nothing.
 """
 import argparse
 import csv
@@ -375,10 +377,40 @@ def draw(rows, path):
     path.write_text("\n".join(text) + "\n")
 
 
+def reference(_, out):
+    """Error of the front of a dam break against CPU seconds, logarithmic: meltsim and DFSPH."""
+    record = sorted((Path(__file__).parent / "records").glob("dfsph-*.csv"))[-1]
+    with open(record, newline="") as file:
+        rows = [r for r in csv.DictReader(line for line in file if not line.startswith("#")) if r["scene"] == "dam_break"]
+    size, margin, seconds, errors = 420, 60, (0.1, 100.0), (0.1, 10.0)
+
+    def place(value, span):
+        return margin + math.log(value / span[0]) / math.log(span[1] / span[0]) * (size - 2 * margin)
+
+    text = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{size}" height="{size}" font-family="Helvetica" font-size="12">',
+            f'<rect width="{size}" height="{size}" fill="#fff"/>']
+    for tick in (0.1, 1.0, 10.0, 100.0):
+        at = place(tick, seconds)
+        text.append(f'<path d="M{at:.0f} {margin}V{size - margin}" stroke="#ddd"/>'
+                    f'<text x="{at:.0f}" y="{size - margin + 18}" text-anchor="middle">{tick:g} s</text>')
+    for tick in (0.1, 0.3, 1.0, 3.0, 10.0):
+        at = size - place(tick, errors)
+        text.append(f'<path d="M{margin} {at:.0f}H{size - margin}" stroke="#ddd"/>'
+                    f'<text x="{margin - 6}" y="{at + 4:.0f}" text-anchor="end">{tick:g} %</text>')
+    for k, (code, colour) in enumerate((("meltsim", "#2f62c4"), ("DFSPH", "#d1392b"))):
+        points = sorted((float(r["cpu_s"]), float(r["front"])) for r in rows if r["code"] == code)
+        text += [f'<circle cx="{place(s, seconds):.1f}" cy="{size - place(e, errors):.1f}" r="4" fill="{colour}"/>' for s, e in points]
+        text.append(f'<text x="{size - margin - 70}" y="{margin + 16 * (k + 1)}" fill="{colour}">{code}</text>')
+    text.append(f'<text x="{size / 2}" y="{size - 14}" text-anchor="middle">CPU time of one thread</text>'
+                f'<text transform="translate(14 {size / 2}) rotate(-90)" text-anchor="middle">error of the front</text></svg>')
+    (out / "reference.svg").write_text("\n".join(text) + "\n")
+    return 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("meltsim")
-    parser.add_argument("what", choices=["fronts", "calibrate", "flows"])
+    parser.add_argument("what", choices=["fronts", "calibrate", "flows", "reference"])
     parser.add_argument("out")
     parser.add_argument("--backend", default="auto")
     parser.add_argument("--threads", type=int, default=0)
@@ -394,7 +426,7 @@ def main():
         print(f"{out}: is not empty; name a new directory", file=sys.stderr)
         return 5
     out.mkdir(parents=True, exist_ok=True)
-    return {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows}[options.what](options, out)
+    return {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows, "reference": reference}[options.what](options, out)
 
 
 if __name__ == "__main__":
