@@ -112,6 +112,7 @@ struct BodyRow {
   std::uint32_t stride_y = 0, stride_z = 0;  ///< sites per step in y, z (x: 1)
   std::int32_t region_half_width = 0;        ///< w
   std::uint32_t motion = 0;                  ///< one of those below
+  std::uint32_t first_site = 0;              ///< number of site (0, 0, 0) of its box
   std::uint32_t watched = 0;                 ///< 1: what acts on it is summed (channel body_forces)
 };
 inline constexpr std::uint32_t body_free = 0, body_fixed = 1, body_kinematic = 2, body_rigid = 3,
@@ -120,12 +121,11 @@ inline constexpr std::uint32_t body_free = 0, body_fixed = 1, body_kinematic = 2
 MELTSIM_HD bool moves_rigidly(const BodyRow& b) { return b.motion == body_rigid || b.motion == body_proxy; }
 
 /// The motion of a kinematic body or proxy, and where its lattice is relative to the pivot. Of a rigid body only
-/// first_site and spacing.
+/// spacing.
 struct BodyMotionRow {
   physics::RigidMotion motion;       ///< positions in stored coordinates; of a proxy: physics/proxy.hpp
   Vec3<double> low{};                ///< of site (0, 0, 0) of the body's box from the pivot, as built [m]
   double spacing = 0;                ///< in double, as `low` [m]
-  std::uint32_t first_site = 0;      ///< that site's number
   std::uint32_t first_vertex = 0;    ///< of the body
   std::uint32_t first_point = none;  ///< of its vertices in mesh_points; none: it does not deform
   double mass = 0;                   ///< of a proxy [kg]

@@ -111,7 +111,7 @@ MELTSIM_HD bool is_carried(const Frame<T>& w, std::uint64_t v) {
 template <class T>
 MELTSIM_HD Vec3<double> steps_in_box(const Frame<T>& w, std::uint64_t v, std::uint32_t body) {
   const BodyRow b = w.f.bodies[body];
-  const std::uint32_t site = w.f.vertex_site[v] - w.f.body_motion[body].first_site, layer = site % b.stride_z;
+  const std::uint32_t site = w.f.vertex_site[v] - b.first_site, layer = site % b.stride_z;
   return {static_cast<double>(layer % b.stride_y), static_cast<double>(layer / b.stride_y),
           static_cast<double>(site / b.stride_z)};
 }

@@ -375,6 +375,7 @@ BodyId WorldImpl::NewBody::join() {
 void WorldImpl::NewBody::make_row() {
   row_.stride_y = static_cast<std::uint32_t>(nx_);
   row_.stride_z = static_cast<std::uint32_t>(nx_ * ny_);
+  row_.first_site = static_cast<std::uint32_t>(base_);
   row_.region_half_width = rigid() ? 0 : std::min(material().region_half_width, w_.most_half_width());
   row_.motion = motion_of(record_, held_);
   row_.watched = proxy() ? 1u : 0u;
@@ -448,7 +449,6 @@ void WorldImpl::NewBody::add_free_sites() {
 /// Position of the lattice relative to the pivot.
 core::BodyMotionRow WorldImpl::NewBody::rest_row() const {
   core::BodyMotionRow rest;
-  rest.first_site = static_cast<std::uint32_t>(base_);
   rest.first_vertex = record_.first_vertex;
   rest.spacing = w_.desc.spacing;
   rest.mass = s_.mass;

@@ -2,6 +2,7 @@
 // Kernels of the liquid and of its coupling to solids. One gather each; formulas in meltsim/physics/.
 #pragma once
 
+#include "frame/lattice.hpp"
 #include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
@@ -300,6 +301,42 @@ struct WettedBody {
   Frame<T> w;
   MELTSIM_HD bool wanted(std::uint64_t k) const {
     return is_solid(w.f.tag[k]) && spatial::any_marked(w, k, w.f.liquid_bits);
+  }
+};
+
+/// -tau_k of every wetted particle of a body that can be strained: the particles of its own piece count where the lattice has
+/// them (coupling.hpp). A piece's label is that of vertex_piece, as for contact.
+template <class T, bool Periodic>
+struct UnstrainedBody {
+  Frame<T> w;
+  using Sum = Surroundings<T>;
+  MELTSIM_HD bool wanted(std::uint64_t k) const { return WettedBody<T>{w}.wanted(k); }
+  MELTSIM_HD std::uint32_t vertex_of(std::uint64_t k) const { return w.f.vertex_of_id[w.f.id[k]]; }
+  MELTSIM_HD bool can_be_strained(std::uint32_t v) const {
+    return w.f.bodies[w.f.vertex_body[v]].motion == core::body_free;
+  }
+  MELTSIM_HD Sum part(std::uint64_t k, std::uint32_t share, std::uint32_t parts) const {
+    Sum s;
+    const std::uint32_t v = vertex_of(k);
+    if (!can_be_strained(v)) return s;
+    const std::uint32_t piece = w.f.vertex_piece[v], body = w.f.vertex_body[v];
+    const Vec3<double> own = core::steps_in_box(w, v, body);
+    const Mat3<T> turn = to_matrix(w.f.region_rotation[v]);
+    const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[k]));
+    spatial::sweep_part<Periodic>(
+        w, k, share, parts, [&](std::uint32_t j, const Vec4<T>& xj, Vec3<T> x_kj, T r2) {
+          if (is_solid(w.f.tag[j]) && w.f.vertex_piece[vertex_of(j)] == piece) {
+            const Vec3<T> steps = cast<T>(own - core::steps_in_box(w, vertex_of(j), body));
+            x_kj = physics::lattice_offset(turn, steps, w.c.spacing);
+            r2 = dot(x_kj, x_kj);
+          }
+          s.phi += xj.w * physics::kernel_shape(w.c.kernel, std::sqrt(r2));
+          if (walls.axes != 0u) s.phi += xj.w * physics::image_shape(w.c.kernel, walls, x_kj, r2);
+        });
+    return s;
+  }
+  MELTSIM_HD void finish(std::uint64_t k, const Sum& s) const {
+    if (can_be_strained(vertex_of(k))) w.f.velocity[k].w = stored_solid_term(w.c.kernel.w_scale * s.phi);
   }
 };
 

@@ -77,6 +77,12 @@ void wetted(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
+void unstrained(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(
+      w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.wetted, UnstrainedBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& frame) {
   const core::Frame<T> w = without_viscosity(frame);
   spatial::with_periods(w, [&](auto periodic) {

@@ -49,7 +49,7 @@ Vec3d WorldImpl::rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExt
     return physics::mesh_point_at(extent.points[vertex - bodies_[body].first_vertex], extent.at).position;
   const core::BodyMotionRow& row = lattice_.rests[body];
   const core::BodyRow& b = lattice_.bodies[body];
-  const std::uint32_t site = lattice_.vertex_site[vertex] - row.first_site, layer = site % b.stride_z;
+  const std::uint32_t site = lattice_.vertex_site[vertex] - b.first_site, layer = site % b.stride_z;
   return row.low + Vec3d{double(layer % b.stride_y), double(layer / b.stride_y), double(site / b.stride_z)} *
                        row.spacing;
 }
