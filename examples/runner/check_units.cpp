@@ -138,32 +138,10 @@ class Units {
     }
   }
 
-  /// The largest speed that things start with, or that a fall from the highest to the lowest place gives.
-  double fastest() const {
-    const meltsim::Vec3d g = scene_.world.gravity;
-    const double pull = length(g);
-    double speed = 0, top = -meltsim::infinity, bottom = meltsim::infinity;
-    const auto see = [&](const meltsim::Box& box, double v) {
-      speed = std::max(speed, v);
-      if (!(pull > 0) || !(box.min.x <= box.max.x)) return;
-      for (int corner = 0; corner < 8; ++corner) {
-        const meltsim::Vec3d p{corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
-                               corner & 4 ? box.max.z : box.min.z};
-        top = std::max(top, -dot(p, g) / pull);
-        bottom = std::min(bottom, -dot(p, g) / pull);
-      }
-    };
-    for (const SceneFluid& fluid : scene_.fluids) see(fluid.desc.shape.bounds(), length(fluid.desc.velocity));
-    for (const SceneBody& body : scene_.bodies) see(body.desc.shape.bounds(), length(body.desc.velocity));
-    for (const SceneEmitter& emitter : scene_.emitters)
-      see({emitter.desc.center, emitter.desc.center}, emitter.desc.speed);
-    return std::sqrt(speed * speed + 2 * pull * std::max(0.0, top - bottom));
-  }
-
   void check_sound_speed() {
     const double sound = scene_.world.sound_speed;
     if (sound <= 0 || (scene_.fluids.empty() && scene_.emitters.empty())) return;
-    const double speed = fastest();
+    const double speed = speed_of(scene_, false);
     if (sound >= least_mach * speed) return;
     warn(scene_.solver, "sound_speed",
          fmt::format(
@@ -177,6 +155,36 @@ class Units {
 };
 
 }  // namespace
+
+double speed_of(const Scene& scene, bool to_floor) {
+  const meltsim::Vec3d g = scene.world.gravity;
+  const double pull = length(g);
+  double speed = 0, top = -meltsim::infinity, bottom = meltsim::infinity;
+  const auto heights = [&](const meltsim::Box& box, auto see) {
+    if (!(pull > 0) || !(box.min.x <= box.max.x)) return;
+    for (int corner = 0; corner < 8; ++corner)
+      see(-dot({corner & 1 ? box.max.x : box.min.x, corner & 2 ? box.max.y : box.min.y,
+                corner & 4 ? box.max.z : box.min.z},
+               g) /
+          pull);
+  };
+  const auto see = [&](const meltsim::Box& box, double v) {
+    speed = std::max(speed, v);
+    heights(box, [&](double up) {
+      top = std::max(top, up);
+      bottom = std::min(bottom, up);
+    });
+  };
+  for (const SceneFluid& fluid : scene.fluids) see(fluid.desc.shape.bounds(), length(fluid.desc.velocity));
+  for (const SceneBody& body : scene.bodies) see(body.desc.shape.bounds(), length(body.desc.velocity));
+  for (const SceneEmitter& emitter : scene.emitters)
+    see({emitter.desc.center, emitter.desc.center}, emitter.desc.speed);
+  const meltsim::DomainDesc& domain = scene.world.domain;
+  if (to_floor && domain.bounded)
+    heights({domain.min, domain.max}, [&](double up) { bottom = std::min(bottom, up); });
+  const double fall = std::max(0.0, top - bottom);
+  return std::sqrt(speed * speed + (std::isfinite(fall) ? 2 * pull * fall : 0.0));
+}
 
 std::string millimetre_hint(const SceneShape& shape, double size, double room, double spacing) {
   if (size / 1000 > room || size / 1000 < 2 * spacing) return "";

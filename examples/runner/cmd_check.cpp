@@ -9,11 +9,14 @@
 #include <filesystem>
 
 #include "build_world.hpp"
+#include "check_units.hpp"
 #include "commands.hpp"
 #include "expect.hpp"
 #include "heat_balance.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
 #include "meltsim/physics/flow_curve.hpp"
+#include "meltsim/physics/surface_tension.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 #include "numbers.hpp"
 #include "rehearsal.hpp"
 #include "run_directory.hpp"
@@ -186,8 +189,7 @@ class Check {
   void print_yield() {
     const double dx = scene_.world.spacing, g = length(scene_.world.gravity);
     const meltsim::Resolved r = built_.world.resolved();
-    // c is ten times the speed of a fall through the scene, where it was derived.
-    const double depth = g > 0 ? r.sound_speed * r.sound_speed / (200 * g) : 0;
+    const double speed = speed_of(scene_, true), depth = g > 0 ? speed * speed / (2 * g) : 0;
     for (const SceneMaterial& material : scene_.materials) {
       const meltsim::MaterialDesc& m = material.desc;
       double yield = m.yield_stress_points.empty() ? m.yield_stress : 0, least = yield;
@@ -215,13 +217,11 @@ class Check {
                           "layers stay is not "
                           "resolved; use a particles.spacing of {:.2g} or less",
                           m.name, bank, bank / dx, bank / 2));
-        if (consistency > 0)
+        if (consistency > 0 && speed > 0)
           text += fmt::format(
-              ", Bingham number {:.2g} at {:.2g} m/s and {:.2g} m, {:.2g} at a tenth of that speed",
-              meltsim::physics::bingham_number(yield, consistency, m.flow_index, 0.1 * r.sound_speed, depth),
-              0.1 * r.sound_speed, depth,
-              meltsim::physics::bingham_number(yield, consistency, m.flow_index, 0.01 * r.sound_speed,
-                                               depth));
+              ", Bingham number {:.2g} at {:.2g} m/s, a fall of {:.2g} m, {:.2g} at a tenth of that speed",
+              meltsim::physics::bingham_number(yield, consistency, m.flow_index, speed, depth), speed, depth,
+              meltsim::physics::bingham_number(yield, consistency, m.flow_index, 0.1 * speed, depth));
       }
       line("yield", text + fmt::format("; {:.3g} Pa s at rest",
                                        yield * m.regularisation +
@@ -241,11 +241,13 @@ class Check {
     if (!(diffusivity > 0)) return name + "solute.time_scale is 0, nothing dissolves or mixes";
     const double viscosity =
         liquid.viscosity_points.empty() ? liquid.viscosity : liquid.viscosity_points.front().value;
-    const double speed = built_.world.resolved().sound_speed / 10, dx = scene_.world.spacing,
-                 peclet = speed * dx / diffusivity;
-    std::string text =
-        name + fmt::format("Schmidt number {:.3g}, v dx/D {:.2g} at {:.2g} m/s: layers of {:.2g} spacings",
-                           viscosity / liquid.density / diffusivity, peclet, speed, 1 / std::sqrt(peclet));
+    const double speed = speed_of(scene_, true), dx = scene_.world.spacing, peclet = speed * dx / diffusivity;
+    std::string text = name + fmt::format("Schmidt number {:.3g}", viscosity / liquid.density / diffusivity);
+    if (speed > 0)
+      text += fmt::format(
+          ", v dx/D {:.2g} at {:.2g} m/s, the largest speed that is to be expected: layers of {:.2g} "
+          "spacings",
+          peclet, speed, 1 / std::sqrt(peclet));
     const bool dissolves = std::any_of(scene_.bodies.begin(), scene_.bodies.end(),
                                        [&m](const SceneBody& b) { return b.material == m.desc.name; });
     if (!dissolves) return text;
@@ -285,6 +287,19 @@ class Check {
     }
   }
 
+  /// Whether the tension of a liquid sets the sub-step: by its own bound, or by the sound speed that was derived from it.
+  bool tension_binds(const meltsim::MaterialDesc& m) const {
+    using namespace meltsim::physics;
+    const meltsim::Resolved r = built_.world.resolved();
+    const double dx = scene_.world.spacing, same = 1 + 1e-6;
+    if (r.viscosity == meltsim::Viscosity::explicit_ && r.viscous_dt <= r.stable_dt * same) return false;
+    if (!(scene_.world.sound_speed > 0) &&
+        r.sound_speed <= same * tension_sound_speed(m.surface_tension, m.density, dx))
+      return true;
+    return tension_dt(m.surface_tension, m.density, dx, lattice_laplacian_sum(r.support_radius, dx)) <=
+           same * r.stable_dt;
+  }
+
   /// What surface tension is up against, and how much of it the spacing resolves.
   void print_tension() {
     const double dx = scene_.world.spacing, g = length(scene_.world.gravity);
@@ -304,6 +319,9 @@ class Check {
               "not resolved; use a particles.spacing of {:.2g} or less",
               m.name, reach, reach / dx, reach / 3));
       }
+      if (tension_binds(m))
+        text += fmt::format("; it sets the sub-step, {:.3g} s{}", built_.world.resolved().stable_dt,
+                            scene_.world.sound_speed > 0 ? "" : ", by the sound speed that drops need");
       if (const double ratio = built_.world.resolved().support_radius / dx; std::abs(ratio - 2.5) > 0.01)
         text += fmt::format("; it is measured at a support_radius of 2.5 spacings, here {:.3g}", ratio);
       line("tension", text);

@@ -451,13 +451,9 @@ double WorldImpl::limit_motion(double support, double sum) {
 void WorldImpl::limit_tension(double sum) {
   if (!any_liquid()) return;
   for (std::size_t i = 0; i < materials.size(); ++i)
-    if (liquid_used_[i] != 0u && materials[i].surface_tension > 0) {
-      const double tension = materials[i].surface_tension, density = least_density(i);
-      rest_dt_ = std::min(rest_dt_, physics::capillary_dt(tension, density, desc.spacing));
-      // The skin acts along the lines between particles alone: a third of a viscosity.
-      const double skin = physics::skin_viscosity(tension, density, desc.spacing) / 3;
-      rest_dt_ = std::min(rest_dt_, physics::viscous_dt(skin / density, sum) / physics::viscous_margin);
-    }
+    if (liquid_used_[i] != 0u && materials[i].surface_tension > 0)
+      rest_dt_ = std::min(
+          rest_dt_, physics::tension_dt(materials[i].surface_tension, least_density(i), desc.spacing, sum));
 }
 
 /// The bound of the heat operator's spectrum.

@@ -457,6 +457,23 @@ class WholeRuns(unittest.TestCase):
                 run = ["run", *scene, f"{bound}={most}", "--steps", "1", "--export", "none", "--out", f"{name}{refused}"]
                 self.meltsim(*run, code=2 if refused else 0)
 
+    def test_check_names_tension_where_it_sets_the_step(self):
+        """5e5 N/m ask for 350 m/s, more than the 66 of the scene, 70 for 4; where sound is faster still, neither limits anything."""
+        for tension, sound, named in (("5e5", "auto", True), ("70", "auto", False), ("5e5", "1000", False)):
+            said = self.meltsim("check", SCENE, "--backend", "cpu", "--set", "materials.water.surface_tension=" + tension,
+                                "--set", "solver.sound_speed=" + sound).stdout
+            self.assertEqual("it sets the sub-step" in said, named, said)
+
+    def test_check_counts_with_the_speed_of_what_moves(self):
+        """sqrt(v^2 + 2 g h) of its nozzle, 2 m/s and 1.8 m above the floor, whatever sound speed it asks for."""
+        salt = "materials.salt={density: 1500, dissolves_in: water, diffusivity_in: 1e-9, transfer_coefficient: 1e-5}"
+        said = [self.meltsim("check", SCENE, "--backend", "cpu", "--set", salt, "--set", "solver.sound_speed=" + sound).stdout
+                for sound in ("auto", "200")]
+        found = [re.search(r"v dx/D .* at (\S+) m/s", text) for text in said]
+        self.assertTrue(all(found), said)
+        self.assertEqual(found[0][1], found[1][1])
+        self.assertEqual(found[0][1], "6.3")
+
     def test_super_steps_of_heat_are_bounded(self):
         options = ["--set", "heat.time_scale=1e8", "--set", "heat.max_stages=2", "--set", "heat.max_supersteps=1"]
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *options, code=2).stderr

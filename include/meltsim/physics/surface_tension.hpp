@@ -47,6 +47,7 @@
 #pragma once
 
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -240,6 +241,13 @@ inline double tension_sound_speed(double tension, double density, double spacing
 inline double capillary_dt(double tension, double density, double spacing) {
   constexpr double pi = 3.14159265358979323846;
   return std::sqrt(density * spacing * spacing * spacing / (2 * pi * tension));
+}
+
+/// Largest sub-step [s] from waves and from the skin, which acts along the lines between particles alone: a third of a viscosity.
+inline double tension_dt(double tension, double density, double spacing, double laplacian_sum) {
+  const double skin = skin_viscosity(tension, density, spacing) / 3;
+  return std::fmin(capillary_dt(tension, density, spacing),
+                   viscous_dt(skin / density, laplacian_sum) / viscous_margin);
 }
 
 }  // namespace physics
