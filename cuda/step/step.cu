@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The step stages for the CUDA executor.
 #include "exec/exec_cuda_bucket.cuh"
+#include "exec/exec_cuda_scan.cuh"
 #include "pipeline/stage_functions.hpp"
 #include "step/stages.hpp"
 
@@ -18,6 +19,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, fields)
 MELTSIM_INSTANTIATE(core::CudaExec, work)
 MELTSIM_INSTANTIATE(core::CudaExec, integrate)
 MELTSIM_INSTANTIATE_STEERING(core::CudaExec)
+MELTSIM_INSTANTIATE_EDITS(core::CudaExec)
 MELTSIM_INSTANTIATE(core::CudaExec, clear)
 MELTSIM_INSTANTIATE(core::CudaExec, give_up)
 MELTSIM_INSTANTIATE(core::CudaExec, restore)

@@ -150,6 +150,9 @@ struct WorldDesc {
   /// youngs_modulus that is not molten yet keeps the speed where it is. step() then waits for results, once in 32 sub-steps.
   /// Not together with sound_speed.
   bool follow_sound_speed = false;
+  /// Room for particles that the host adds while the World runs, beyond those that are there and those that emitters will bring: as
+  /// long as it lasts, add_fluid() costs what it adds, and nothing is uploaded again. Takes memory like particles.
+  std::uint64_t reserved_particles = 0;
   int pieces_interval = 16;  ///< sub-steps between searches for pieces that came apart, >= 1
 };
 
@@ -202,8 +205,8 @@ struct BodyMotion {
   Vec3d
       velocity;  ///< of the pivot: of what is not given above in the next step, then until the next motion [m/s]
   Vec3d angular_velocity;  ///< about the pivot, likewise [rad/s]
-  /// Places the body there at the beginning of the next step instead of moving it. It must be clear of liquid and of other
-  /// bodies by 0.9 spacings.
+  /// Places the body there at the beginning of the next step instead of moving it, 0.9 spacings or more from other bodies. Liquid
+  /// there goes out of its way (World::set_motion).
   bool teleport = false;
 };
 

@@ -143,6 +143,7 @@ typedef struct meltsim_world_desc {
   double density_error;              /* compression at rest that a derived sound speed allows; 0: 0.005 */
   int32_t heat_interval;             /* most sub-steps that share a step of heat, within a step; 0: chosen */
   int32_t follow_sound_speed;        /* the derived sound speed follows what moves, 0 or 1 */
+  uint64_t reserved_particles;       /* room for liquid that is added while the World runs */
 } meltsim_world_desc;
 
 /* A substance. */
@@ -286,7 +287,7 @@ typedef struct meltsim_body_motion {
   uint32_t size;              /* sizeof(meltsim_body_motion) */
   int32_t has_position;       /* whether `position` holds */
   int32_t has_orientation;    /* whether `orientation` holds */
-  int32_t teleport;           /* places the body there instead of moving it */
+  int32_t teleport;           /* places the body there instead of moving it; liquid goes out of its way */
   double position[3];         /* of its pivot at the end of the next step [m] */
   double orientation[4];      /* then, relative to the body as built: a unit quaternion w, x, y, z */
   double velocity[3];         /* of the pivot: of what is not given above, and afterwards [m/s] */

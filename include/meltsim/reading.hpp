@@ -91,6 +91,10 @@ struct Ledger {
   /// Work on compressed liquid by a sound speed that changes [J] (WorldDesc::follow_sound_speed): kinetic, potential and elastic
   /// energy together change by it, where nothing else drives or damps. About density_error of the potential energy.
   double sound_work = 0;
+  /// Liquid particles that teleports of bodies have put elsewhere, and their work against gravity [J]: potential energy changes by
+  /// it, momentum by nothing. Of this World, whatever was restored.
+  std::uint64_t displaced = 0;
+  double displaced_work = 0;  ///< likewise [J]
 };
 
 /// Particles copied to the host, sorted by id. Arrays are parallel. From the first step on an id names the same particle

@@ -50,6 +50,8 @@ struct Plan {
   std::uint64_t bytes = 0;  ///< of all buffers together
   /// CUDA graphs made since the last change of the scene: one per kind of sub-step; later sub-steps replay them.
   std::uint64_t graphs = 0;
+  std::uint64_t uploads =
+      0;  ///< how often the whole scene was uploaded: once it was built, and after changes that ask for it
   int timings_every = 0;  ///< stages are timed in one of so many sub-steps; 0: never
   /// Median time of whole sub-steps as they usually run [ms], measured as often as stages; 0 if none was measured, for
   /// example when every sub-step is timed stage by stage.

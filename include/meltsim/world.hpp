@@ -174,6 +174,8 @@ class MELTSIM_API World {
   ~World();
 
   // Building, also between steps. All synchronise; on an error (invalid_argument, capacity, out_of_memory) nothing changes.
+  // Between steps, add_fluid() costs what it adds while there is room in reserve (WorldDesc::reserved_particles) and no species;
+  // otherwise, and after any of the others, the next step uploads the whole scene.
   Result<MaterialId> add_material(const MaterialDesc& desc);  ///< before the liquids and bodies of it
   Result<std::uint64_t> add_fluid(const FluidDesc& desc);     ///< returns the number of particles added
   Result<BodyId> add_solid(const SolidDesc& desc);            ///< samples a body on the lattice
@@ -188,8 +190,8 @@ class MELTSIM_API World {
   /// invalid_argument (names the field), capacity, out_of_memory.
   Result<ProbeId> add_probe(const ProbeDesc& desc);
 
-  // Removing, between steps. Both synchronise, and the next step uploads, as after adding. Memory is kept. What is removed
-  // counts in StepResult::removed.
+  // Removing, between steps. Both synchronise, and cost what they take out; with species, and ahead of the first step, the next
+  // step uploads. Memory is kept. What is removed counts in StepResult::removed.
   /// Removes a body: all that is solid of it. What has melted off it stays, and its name stays taken. Its handle is then
   /// refused everywhere, also by a second remove(); probes on it read 0. Errors: invalid_argument, out_of_memory.
   Status remove(BodyId body);
@@ -206,8 +208,10 @@ class MELTSIM_API World {
   /// pose lasts for the next step; afterwards, and without a pose, the body goes on at the velocities given. Liquid and
   /// other bodies see its velocity at every point and give way; its own motion does not change. step() refuses, with
   /// invalid_argument, a motion that would be faster than half the sound speed (only where there is liquid or a free body)
-  /// or carry the body through a wall; periodic and open faces may be crossed. A teleport synchronises, and is refused where
-  /// it would bury liquid or another body. Errors: invalid_argument (names the field).
+  /// or carry the body through a wall; periodic and open faces may be crossed. A teleport synchronises. Liquid that the body
+  /// would bury goes, in this call, to the nearest free places that are reached from there around other bodies
+  /// (Ledger::displaced); a teleport is refused where these do not suffice, and onto another body or a nozzle. Errors:
+  /// invalid_argument (names the field), out_of_memory.
   Status set_motion(BodyId body, const BodyMotion& motion);
   /// Returns pose and velocities of a kinematic body at time(), all fields set; not of a motion set since the last step.
   /// Does not wait unless the World halted. Errors: invalid_argument.
@@ -273,8 +277,8 @@ class MELTSIM_API World {
   /// Changes a material: viscosity, conductivity, flow curve, friction, stiffness, modulus, damping, tension, contact angle,
   /// diffusivity, transfer coefficient. What its particles' masses, volumes and heat mean must stay: density, heat capacity, melting
   /// point, latent heat, solubility, what it becomes or dissolves in, and the points of these; and its name and region_half_width.
-  /// Synchronises, and the next step uploads, as after adding. Not part of snapshots. Errors: invalid_argument (names the field);
-  /// nothing changes then.
+  /// The next step plans anew, which synchronises; a sub-step that a GPU has recorded stays where only numbers of materials
+  /// differ. Not part of snapshots. Errors: invalid_argument (names the field); nothing changes then.
   Status set_material(MaterialId material, const MaterialDesc& desc);
   /// Sets WorldDesc::gravity [m/s^2]. If it asks for a larger sound speed than any before (not with a WorldDesc::sound_speed), the
   /// next step plans anew, once, which synchronises; start with the largest gravity to avoid it. Level probes measure

@@ -193,6 +193,8 @@ const Keys<WorldDesc>& world_keys() {
        {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
         set_to(&WorldDesc::stray, {"remove", "halt"})},
        {"max_substeps", "int", "a step that needs more is refused", set_to(&WorldDesc::max_substeps)},
+       {"reserved_particles", "int", "room for liquid that is added while it runs",
+        set_to(&WorldDesc::reserved_particles)},
        {"density_error", "float", "compression at rest that the derived sound speed allows; 0: 0.005",
         set_to(&WorldDesc::density_error)},
        {"pieces_interval", "int", "sub-steps between searches for pieces that came apart",
@@ -563,7 +565,8 @@ const Keys<MotionInput>& motion_keys() {
       {"velocity", vector_type, "of the pivot, where no position is given, and after the next step [m/s]",
        d(&D::velocity)},
       {"angular_velocity", vector_type, "about the pivot, likewise [rad/s]", d(&D::angular_velocity)},
-      {"teleport", "bool", "places the body there at once; it must be clear of liquid and bodies",
+      {"teleport", "bool",
+       "places the body there at once; it must be clear of bodies, liquid goes out of its way",
        d(&D::teleport)}};
   return keys;
 }

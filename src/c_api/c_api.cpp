@@ -509,6 +509,7 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
     d.density_error = c.density_error;
     d.follow_sound_speed = c.follow_sound_speed != 0;
     d.max_substeps = c.max_substeps;
+    d.reserved_particles = c.reserved_particles;
     *world = new meltsim_world{expect(meltsim::World::create(d, c.version))};
   });
 }

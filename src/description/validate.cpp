@@ -301,6 +301,10 @@ Status validate(const WorldDesc& d) {
   }
   if (d.heat.interval < 0 || d.heat.interval > 1000)
     return invalid("heat.interval: must be in 0..1000 sub-steps, got ", d.heat.interval, "; 0 chooses");
+  constexpr std::uint64_t most_ids = 0xffffffffu;
+  if (d.reserved_particles >= most_ids)
+    return invalid("reserved_particles: ", d.reserved_particles, " are more than 32-bit ids can number (",
+                   most_ids, "); reserve what the host will add");
   if (d.pieces_interval < 1)
     return invalid("pieces_interval: must be >= 1, got ", d.pieces_interval, "; the default is 16");
   if (d.threads < 0) return invalid("threads: must be >= 0, got ", d.threads, "; 0 uses all processors");

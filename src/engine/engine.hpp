@@ -10,6 +10,7 @@
 
 #include "engine/scene.hpp"
 #include "engine/surface_request.hpp"
+#include "frame/edit_rows.hpp"
 #include "frame/probe_setup.hpp"
 #include "frame/ray_rows.hpp"
 #include "frame/reading_frame.hpp"
@@ -141,6 +142,19 @@ class Engine {
   /// halted is left as it is.
   virtual Status adapt(const SceneConstants& constants, const SceneLattice& lattice, const SceneState& state,
                        const EngineSetup& setup) = 0;
+  // Edits between sub-steps, of the scene as it was uploaded. They wait, and cost what they touch; kernels over cells find it.
+  // None of a World that halted. Densities are those of a sub-step again once one was taken, as after upload().
+  /// Particles whose centres lie in a box, in stored coordinates, by id. Returns the status, nothing cleared. Error: out_of_memory.
+  virtual Result<WorldStatus> find(const Vec3d& low, const Vec3d& high,
+                                   std::vector<FoundParticle>& found) = 0;
+  /// Liquid gets the next ids; there is room for it. heat_level: temperatures are level with it. Error: out_of_memory.
+  virtual Status append(const SceneState& liquid, bool heat_level) = 0;
+  /// Removes what find() has found since the last sub-step. Error: out_of_memory.
+  virtual Status take_out(const std::vector<FoundParticle>& what) = 0;
+  /// Puts what find() has found since the last sub-step at the positions in the list. Error: out_of_memory.
+  virtual Status move(const std::vector<FoundParticle>& what) = 0;
+  /// Removes all that is solid of a body, whose `count` vertices begin at `first`. How much that was. Error: out_of_memory.
+  virtual Result<std::uint64_t> take_body(std::uint32_t body, std::uint32_t first, std::uint32_t count) = 0;
   /// Waits; writes the State channels of the lattice that are allocated.
   virtual void download_lattice(SceneState& state) = 0;
   /// Waits; writes every State channel in order of id: of the last good state. The status, nothing cleared.

@@ -12,6 +12,7 @@
 
 #include "engine/checked.hpp"
 #include "engine/custom_stages.hpp"
+#include "engine/edit_run.hpp"
 #include "engine/engine.hpp"
 #include "engine/engine_buffers.hpp"
 #include "engine/engine_sizes.hpp"
@@ -47,6 +48,7 @@ class EngineImpl final : public Engine {
     drop_saved();
     readings_.release(ex_);
     mesh_staging_.release(ex_);
+    edits_.release(ex_);
     for (void* const mark : marks_) ex_.release_mark(mark);
     if (sound_ != nullptr) ex_.release(sound_);
   }
@@ -57,7 +59,8 @@ class EngineImpl final : public Engine {
   std::uint64_t scratch_bytes() const override {
     std::uint64_t saved = 0;
     for (const Saved& s : saved_) saved += s.bytes;
-    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes() + readings_.bytes() + saved;
+    return ex_.reserved_bytes() + surface_.bytes() + probes_.bytes() + readings_.bytes() + edits_.bytes() +
+           saved;
   }
   std::uint64_t graphs() const override { return ex_.captures(); }
   std::uint64_t free_bytes() const override { return ex_.free_bytes(); }
@@ -96,6 +99,7 @@ class EngineImpl final : public Engine {
     w_.born = static_cast<std::uint32_t>(state.position.size());
     use_slots(slots_for(w_.born));
     put_state(c, l, state);
+    edits_.sorted(false);
     rolled_back_ = abandoned_ = sized_ = false;
     materials_ = static_cast<std::uint32_t>(c.materials.size());
     count_anew_ = true;
@@ -124,12 +128,13 @@ class EngineImpl final : public Engine {
     if (needed > available) return out_of_memory(needed, available);
     FieldSet grown = 0;
     if (!buffers_.grow(ex_, setup.channels, n, grown)) return out_of_memory(needed, available);
-    ex_.forget_repeats();
+    const std::string had(reinterpret_cast<const char*>(&w_), sizeof w_);  // what recorded sub-steps hold
     buffers_.link(w_);
     scales_ = scales_of(c, l);
     fill_constants<E>(w_, c, l, n);
     materials_ = static_cast<std::uint32_t>(c.materials.size());
     sized_ = false;
+    edits_.moved();
     w_.slots_of_all = asks_by_id(setup.facts);
     put_tables(ex_, w_, c);
     put_lattice(ex_, w_, l, state, grown);
@@ -150,7 +155,65 @@ class EngineImpl final : public Engine {
     ex_.synchronize();
     buffers_.shrink(ex_, setup.channels, n);
     buffers_.link(w_);
+    if (std::memcmp(had.data(), &w_, sizeof w_) != 0) ex_.forget_repeats();
     return fault_status();
+  }
+
+  Result<WorldStatus> find(const Vec3d& low, const Vec3d& high, std::vector<FoundParticle>& found) override {
+    const WorldStatus s = last_good();
+    bool there = true;
+    if (w_.f.status != nullptr && !rolled_back_)
+      unguarded([&] { there = edits_.find(ex_, w_, reserved_, low, high, found); });
+    if (!there) return out_of_memory(w_.particles * sizeof(FoundParticle), ex_.free_bytes()).error();
+    return s;
+  }
+
+  Status append(const SceneState& liquid, bool heat_level) override {
+    const auto n = static_cast<std::uint32_t>(liquid.position.size());
+    bool there = true;
+    unguarded([&] { there = edits_.append(ex_, w_, liquid, w_.born); });
+    if (!there) return out_of_memory(std::uint64_t{n} * 256, ex_.free_bytes());
+    w_.born += n;
+    use_slots(slots_for(w_.born));
+    for (const double m : liquid.mass) mass_ += m;
+    edited(0, heat_level ? idle_level : 0u);
+    return fault_status();
+  }
+
+  Status take_out(const std::vector<FoundParticle>& what) override {
+    bool there = true;
+    unguarded([&] { there = edits_.take_out(ex_, w_, what); });
+    if (!there) return out_of_memory(what.size() * sizeof(FoundParticle), ex_.free_bytes());
+    edited(what.size(), idle_level);
+    return fault_status();
+  }
+
+  Status move(const std::vector<FoundParticle>& what) override {
+    bool there = true;
+    unguarded([&] { there = edits_.move(ex_, w_, what); });
+    if (!there) return out_of_memory(what.size() * sizeof(FoundParticle), ex_.free_bytes());
+    edited(0, idle_level);
+    return fault_status();
+  }
+
+  Result<std::uint64_t> take_body(std::uint32_t body, std::uint32_t first, std::uint32_t count) override {
+    std::uint64_t taken = 0;
+    bool there = true;
+    if (w_.f.vertex_state != nullptr && w_.f.vertex_id != nullptr)
+      unguarded([&] { there = edits_.take_body(ex_, w_, body, first, count, taken); });
+    if (!there) return out_of_memory(256, ex_.free_bytes()).error();
+    if (w_.f.bodies != nullptr) {
+      BodyRow row = fetch(ex_, static_cast<const BodyRow*>(w_.f.bodies) + body, 1).front();
+      row.watched = 0;
+      ex_.upload(w_.f.bodies + body, &row, sizeof row);
+    }
+    if (w_.f.seen_touch != nullptr && body < w_.bodies) {  // it does not melt away
+      const std::uint64_t columns = w_.bodies + wall_columns, at = body * columns + wall_columns + body;
+      if (at < w_.touch_entries) ex_.upload(w_.f.seen_touch + at, &none, sizeof none);
+    }
+    edited(taken, idle_level);
+    if (Status s = fault_status(); !s) return s.error();
+    return taken;
   }
 
   void surround(const Surroundings& s) override {
@@ -174,6 +237,7 @@ class EngineImpl final : public Engine {
     if (rolled_back_ || w_.born == 0) return;
     step::shift<E, T>(ex_, w_, velocity, begin, length, reach, by);
     count_anew_ = true;
+    edits_.moved();
   }
 
   void set_heat_region(std::uint32_t row, bool held, double temperature, double source) override {
@@ -239,6 +303,7 @@ class EngineImpl final : public Engine {
     if (advances) buffers_.take_spare(w_);
     if (advances && checked_build) look_at(stage_step_integrate, 0);
     sized_ = true;
+    edits_.sorted(w_.cells != 0 && !custom_.move_particles());
     ex_.pace();
   }
 
@@ -317,6 +382,7 @@ class EngineImpl final : public Engine {
     last_index_ = s.last_index;
     rolled_back_ = abandoned_ = sized_ = false;
     count_anew_ = true;
+    edits_.sorted(false);
     if (w_.f.status == nullptr) return;
     ex_.set_guard(s.missing());
     buffers_.load(ex_, s.memory + Saved::head);
@@ -567,10 +633,24 @@ class EngineImpl final : public Engine {
     ex_.set_guard(&w_.f.status->halted);
   }
 
+  /// Behind an edit: `taken` particles were removed; of what keeps heat from flowing `idle` may stay.
+  void edited(std::uint64_t taken, std::uint32_t idle) {
+    WorldStatus s;
+    ex_.download(&s, w_.f.status, sizeof s);
+    s.particles = w_.born;
+    s.removed += static_cast<std::int64_t>(taken);
+    s.heat_idle &= idle;
+    ex_.upload(w_.f.status, &s, sizeof s);
+    sized_ = false;
+    last_index_ = 0;
+    count_anew_ = true;
+  }
+
   /// Goes back to the last good state, once, after the stream has been waited for.
   void roll_back(const WorldStatus& s) {
     if (s.halted == 0 || rolled_back_) return;
     buffers_.go_back(w_, s);
+    edits_.sorted(false);
     w_.born = s.particles;
     use_slots(slots_for(w_.born));
     rolled_back_ = true;
@@ -885,6 +965,7 @@ class EngineImpl final : public Engine {
   ReadingRun<E, T> readings_;
   EngineBuffers<E, T> buffers_;
   MeshStaging<E> mesh_staging_;
+  EditRun<E, T> edits_;
   CustomStages custom_;
   Scales scales_;
   std::uint64_t last_index_ = 0;

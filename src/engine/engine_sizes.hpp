@@ -66,7 +66,7 @@ inline void size_search(Sizes& n, const SceneConstants& c, const EngineSetup& s)
   n.groups = s.particle_capacity;
   if (c.domain.bounded) n.groups = std::min(n.groups, cell_count(c.domain, c.support, 1));
   if ((s.facts & fact_packed) != 0) {
-    n.reach = std::max(1, packed_reach(c.domain, c.support, s.particle_capacity));
+    n.reach = std::max(1, packed_reach(c.domain, c.support, s.searched));
     n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
   }
   n.rows = is_periodic(c, 0) ? 18 : 9;

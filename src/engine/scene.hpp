@@ -139,6 +139,7 @@ struct EngineSetup {
   std::uint32_t facts = 0;
   FieldSet channels = 0;
   std::uint32_t particle_capacity = 0;
+  std::uint64_t searched = 0;     ///< particles that cells are made for: those without room in reserve
   bool heat_flows_again = false;  ///< to Engine::adapt: a source has begun
 };
 

@@ -3,6 +3,7 @@
 // once per executor and scalar in src/<module>/<module>_cpu.cpp and cuda/<module>/<module>.cu.
 #pragma once
 
+#include "frame/edit_rows.hpp"
 #include "frame/frame.hpp"
 #include "frame/ray_rows.hpp"
 #include "frame/steered.hpp"
@@ -29,6 +30,22 @@ void respeed(E& ex, const core::Frame<T>& w, Vec3<double> from, Vec3<double> to)
 template <class E, class T>
 void shift(E& ex, const core::Frame<T>& w, Vec3<double> velocity, Vec3<double> begin, double length,
            double reach, Vec3<double> by);
+template <class E, class T>
+void count_in_box(E& ex, const core::Frame<T>& w, const core::FoundBox& box, std::uint64_t ranges,
+                  std::uint32_t* counts);
+template <class E, class T>
+void list_in_box(E& ex, const core::Frame<T>& w, const core::FoundBox& box, std::uint64_t ranges,
+                 const std::uint32_t* counts, core::FoundParticle* list);
+template <class E, class T>
+void append(E& ex, const core::Frame<T>& w, const core::PreviousViews<T>& from, std::uint32_t first,
+            std::uint64_t n);
+template <class E, class T>
+void take_out(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n);
+template <class E, class T>
+void move(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n);
+template <class E, class T>
+void take_body(E& ex, const core::Frame<T>& w, std::uint32_t body, std::uint32_t first, std::uint32_t count,
+               core::TakenSum* sum);
 template <class E, class T>
 void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a);
 template <class E, class T>
@@ -147,6 +164,22 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
                                          core::SoundWork*, core::SoundWork*);                                \
   template void look<Exec, T>(Exec&, const core::Frame<T>&, bool, core::SoundLook*);                         \
   template void respeed<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>);
+
+/// What edits between sub-steps enqueue, likewise.
+#define MELTSIM_INSTANTIATE_EDITS(Exec)     \
+  MELTSIM_INSTANTIATE_EDITS_OF(Exec, float) \
+  MELTSIM_INSTANTIATE_EDITS_OF(Exec, double)
+#define MELTSIM_INSTANTIATE_EDITS_OF(Exec, T)                                                               \
+  template void count_in_box<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundBox&, std::uint64_t,   \
+                                      std::uint32_t*);                                                      \
+  template void list_in_box<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundBox&, std::uint64_t,    \
+                                     const std::uint32_t*, core::FoundParticle*);                           \
+  template void append<Exec, T>(Exec&, const core::Frame<T>&, const core::PreviousViews<T>&, std::uint32_t, \
+                                std::uint64_t);                                                             \
+  template void take_out<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t); \
+  template void move<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t);     \
+  template void take_body<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, std::uint32_t,              \
+                                   std::uint32_t, core::TakenSum*);
 
 /// All that a reading enqueues, likewise.
 #define MELTSIM_INSTANTIATE_READING(Exec)             \

@@ -102,6 +102,8 @@ Ledger WorldImpl::ledger_of(const core::StateReading& s, const StepResult& r, co
   l.field_work = now.field_work;
   l.field_impulse = now.field_impulse;
   l.sound_work = at.sound_work;
+  l.displaced = at.displaced;
+  l.displaced_work = at.displaced_work;
   std::copy(std::begin(s.contents.solute), std::end(s.contents.solute), l.solute.begin());
   l.solution = s.contents.solution;
   if (now.ledger_step == 0) {  // no sub-step since the upload

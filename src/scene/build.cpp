@@ -329,8 +329,9 @@ void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t
   make_room(lattice_.site_vertex, sites);
 }
 
-void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
-                       std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) {
+void WorldImpl::append(core::SceneState& to, Vec3d position, Vec3d velocity, double density,
+                       double specific_enthalpy, std::uint32_t tag, std::uint32_t vertex,
+                       const Contents& fractions) const {
   double mass = density * desc.spacing * desc.spacing * desc.spacing;
   double volume = mass / density;
   round_to_precision(mass);
@@ -341,16 +342,16 @@ void WorldImpl::append(Vec3d position, Vec3d velocity, double density, double sp
   round_to_precision(velocity.x);
   round_to_precision(velocity.y);
   round_to_precision(velocity.z);
-  state_.position.push_back(position);
-  state_.velocity.push_back(velocity);
-  state_.mass.push_back(mass);
-  state_.volume.push_back(volume);
-  state_.enthalpy.push_back(specific_enthalpy * mass);
-  for (std::size_t k = 0; k < species_.size(); ++k) state_.solute[k].push_back(fractions[k] * mass);
-  state_.tag.push_back(tag);
-  state_.vertex_of_id.push_back(vertex);
-  core::each_held(state_, species_.size(), [this](auto held, auto& array, const auto& added) {
-    if (!held.of_vertex) array.resize(state_.position.size(), added);
+  to.position.push_back(position);
+  to.velocity.push_back(velocity);
+  to.mass.push_back(mass);
+  to.volume.push_back(volume);
+  to.enthalpy.push_back(specific_enthalpy * mass);
+  for (std::size_t k = 0; k < species_.size(); ++k) to.solute[k].push_back(fractions[k] * mass);
+  to.tag.push_back(tag);
+  to.vertex_of_id.push_back(vertex);
+  core::each_held(to, species_.size(), [&to](auto held, auto& array, const auto& added) {
+    if (!held.of_vertex) array.resize(to.position.size(), added);
   });
 }
 
@@ -401,6 +402,16 @@ void WorldImpl::close_up() {
   });
 }
 
+/// Whether there is room for a particle at x, as far as walls go.
+bool WorldImpl::fits(Vec3d x) const {
+  return inside_domain(desc.domain, x) && has_room(desc.domain, desc.spacing, x);
+}
+
+Error WorldImpl::all_taken(std::size_t points) {
+  return invalid("fluid: shape: every one of its ", static_cast<std::uint64_t>(points),
+                 " points is already taken; move it or leave it out");
+}
+
 Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (!valid(f.material))
     return invalid("fluid: material: no such material in this World; pass an id from add_material");
@@ -414,6 +425,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   std::vector<Vec3d> positions;
   Vec3d origin;
   if (Status s = place(f.shape, "fluid: ", false, points, positions, origin); !s) return s.error();
+  if (const auto added = add_in_place(f, contents, positions, origin)) return *added;
   update_state();
   const core::PointGrid& taken = places();  // as it is before this liquid
   const auto is_there = [this](std::uint32_t id) { return !is_removed(state_.tag[id]); };
@@ -426,12 +438,10 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin;
     if (taken.near(x, is_there)) continue;
-    append(x, f.velocity, density, h, f.material.index, none, contents);
+    append(state_, x, f.velocity, density, h, f.material.index, none, contents);
   }
   const std::uint64_t added = state_.position.size() - before;
-  if (added == 0)
-    return invalid("fluid: shape: every one of its ", static_cast<std::uint64_t>(positions.size()),
-                   " points is already taken; move it or leave it out");
+  if (added == 0) return all_taken(positions.size());
   settle_at(origin);
   return added;
 }

@@ -9,6 +9,7 @@ inline namespace v0 {
 
 Status WorldImpl::remove_body(BodyId id) {
   if (Status s = check_body("remove", id); !s) return s;
+  if (const auto removed = remove_in_place(id.index)) return *removed;
   fetch_state();
   BodyRecord& body = bodies_[id.index];
   // A site that is free may be frozen onto only beside a live one, of which there is none left.
@@ -19,22 +20,29 @@ Status WorldImpl::remove_body(BodyId id) {
     tag |= tag_removed;
     ++body.taken;
   }
-  body.gone = true;
-  solids_built_ -= body.taken;
   state_.removed += body.taken;
-  motions_[id.index].reset();
-  proxies_[id.index].reset();
-  meshes_[id.index].set = false;
-  body.watched = false;
-  forget_live(id.index);
-  lattice_.bodies[id.index].watched = 0;
+  forget_body(id.index);
   dirty_ = measure_ = true;
   return {};
+}
+
+/// Whose particles were taken out.
+void WorldImpl::forget_body(std::uint32_t index) {
+  BodyRecord& body = bodies_[index];
+  body.gone = true;
+  solids_built_ -= body.taken;
+  motions_[index].reset();
+  proxies_[index].reset();
+  meshes_[index].set = false;
+  body.watched = false;
+  forget_live(index);
+  lattice_.bodies[index].watched = 0;
 }
 
 Result<std::uint64_t> WorldImpl::remove_liquid(const Shape& shape) {
   if (Status s = shape.validate(); !s)
     return Error{s.error().code, core::text("remove_liquid: shape: ", s.error().message)};
+  if (const auto removed = remove_liquid_in_place(shape)) return *removed;
   fetch_state();
   std::vector<std::uint32_t> inside;
   for (std::size_t i = 0; i < state_.tag.size(); ++i)

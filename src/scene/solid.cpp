@@ -393,8 +393,8 @@ void WorldImpl::NewBody::add_vertices() {
     lattice.vertex_site.push_back(site);
     lattice.vertex_body.push_back(number());
     lattice.vertex_coordinates.push_back(points_[k]);
-    w_.append(x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_, enthalpy_,
-              tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_);
+    w_.append(w_.state_, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
+              enthalpy_, tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_);
   }
 }
 

@@ -79,6 +79,7 @@ Status WorldImpl::load_state(int slot) {
   born_ = v.born;
   noted_step_ = v.noted_step;
   state_.heat_level = v.heat_level;
+  level_.reset();
   may_melt_ = v.may_melt;
   was_emitting_ = v.was_emitting;
   plan_changed_ = v.plan_changed;

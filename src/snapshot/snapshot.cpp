@@ -454,6 +454,7 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   state_ = std::move(s);
   state_stale_ = false;
   state_.heat_level = (d.flags & heat_level_bit) != 0u;
+  level_.reset();
   may_melt_ = (d.flags & may_melt_bit) != 0u;
   measure_ = false;
   plan_until_ = 0;

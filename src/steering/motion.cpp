@@ -79,7 +79,7 @@ Status WorldImpl::set_motion(BodyId id, const BodyMotion& m) {
   if (m.teleport) {
     const physics::RigidPlace place = motion_for(id.index, motion, 0).first;
     if (Status s = inside_walls(id.index, place, extent_of(id.index, 0, false)); !s) return s;
-    if (Status s = check_teleport(id.index, place); !s) return s;
+    if (Status s = clear_for_teleport(id.index, place); !s) return s;
   }
   motions_[id.index] = motion;
   return {};
@@ -159,27 +159,6 @@ Status WorldImpl::inside_walls(std::uint32_t body, const physics::RigidPlace& pl
                      ": body \"", b.desc.name, "\": ", deforms(body) ? "vertices" : "position",
                      ": would reach through a wall at ", x + origin_, "; keep it within the domain ",
                      desc.domain.min, " to ", desc.domain.max);
-  }
-  return {};
-}
-
-/// Refuses a teleport onto liquid or another body. Waits.
-Status WorldImpl::check_teleport(std::uint32_t body, const physics::RigidPlace& place) {
-  fetch_state();
-  const BodyRecord& b = bodies_[body];
-  const BodyExtent extent = extent_of(body, 0, false);
-  core::PointGrid own(core::same_place * desc.spacing);
-  for (std::uint32_t v = b.first_vertex; v < b.first_vertex + b.vertices; ++v)
-    own.add(physics::point_of(place, rest_of(body, v, extent)).position, 0);
-  for (std::size_t i = 0; i < state_.position.size(); ++i) {
-    const std::uint32_t tag = state_.tag[i];
-    if (is_removed(tag) || (is_solid(tag) && body_of(tag) == body + 1u)) continue;
-    if (own.near(state_.position[i], [](std::uint32_t) { return true; }))
-      return invalid(
-          b.proxy() ? "set_proxy" : "set_motion", ": body \"", b.desc.name, "\": teleport: ",
-          is_solid(tag) ? "body \"" + bodies_[body_of(tag) - 1u].desc.name + "\"" : std::string("liquid"),
-          " is in the way at ", state_.position[i] + origin_,
-          "; choose a clear place, or move there without teleport");
   }
   return {};
 }

@@ -137,7 +137,7 @@ Status WorldImpl::set_proxy(BodyId id, const ProxyState& given) {
   if (state.teleport) {
     const physics::RigidPlace place = motion_for(state, 0).first;
     if (Status s = inside_walls(id.index, place, extent_of(id.index, 0, false)); !s) return s;
-    if (Status s = check_teleport(id.index, place); !s) return s;
+    if (Status s = clear_for_teleport(id.index, place); !s) return s;
   }
   proxies_[id.index] = state;
   return {};

@@ -130,7 +130,6 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
                    " and generation ", id.generation, "; pass what add_material() of this World returned");
   if (Status s = core::validate(m); !s) return Error{s.error().code, "set_material: " + s.error().message};
   if (Status s = unchanged(materials[id.index], m); !s) return s;
-  fetch_state();
   const MaterialDesc before = std::exchange(materials[id.index], m);
   const auto derive = [this] {
     properties_ = material_properties();
@@ -150,8 +149,17 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
     take_back();
     throw;
   }
-  dirty_ = measure_ = true;
-  added_ = added_ || m.surface_tension != before.surface_tension;  // sound may have to be faster
+  const bool tension = m.surface_tension != before.surface_tension;  // sound may have to be faster
+  added_ = added_ || (dirty_ && tension);
+  if (dirty_) return {};  // prepare() goes by it
+  if (tension) {
+    look_now_ = true;
+    derive_sound_speed();
+  }
+  const Status outrun = check_sound_speed();
+  outrun_ = outrun ? std::optional<Error>{} : outrun.error();
+  plan_changed_ = true;
+  ++layout_;  // a state saved before would come back with the plan of then
   return {};
 }
 
@@ -341,9 +349,12 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
     state_stale_ = true;
     see_speed(r.desc.speed);
   }
-  if (born_ + planned_emission() > capacity_) {
+  // Where temperatures were level, they may not be with what comes now.
+  const bool warmer = setting.temperature && state_.heat_level && emits(r);
+  if (warmer || born_ + planned_emission() > capacity_) {
     fetch_state();
     dirty_ = true;
+    measure_ = measure_ || warmer;
   }
   return {};
 }

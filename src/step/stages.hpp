@@ -2,6 +2,7 @@
 #pragma once
 
 #include "step/bodies.hpp"
+#include "step/edit_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -110,6 +111,40 @@ void shift(E& ex, const core::Frame<T>& w, Vec3<double> velocity, Vec3<double> b
   const Vec3<double> axis = velocity * (1 / meltsim::length(velocity));
   ex.for_each(w.particles, NozzleShiftBody<T>{w, cast<T>(velocity), cast<T>(begin), cast<T>(axis),
                                               cast<T>(by), static_cast<T>(length), static_cast<T>(reach)});
+}
+
+/// Running count of particles of a box, range by range; not a stage.
+template <class E, class T>
+void count_in_box(E& ex, const core::Frame<T>& w, const core::FoundBox& box, std::uint64_t ranges,
+                  std::uint32_t* counts) {
+  ex.scan(ranges, CountInBoxBody<T>{w, box}, counts);
+}
+/// Behind it: those particles; not a stage.
+template <class E, class T>
+void list_in_box(E& ex, const core::Frame<T>& w, const core::FoundBox& box, std::uint64_t ranges,
+                 const std::uint32_t* counts, core::FoundParticle* list) {
+  ex.for_each(ranges, ListInBoxBody<T>{w, box, counts, list});
+}
+
+/// Between sub-steps; not stages.
+template <class E, class T>
+void append(E& ex, const core::Frame<T>& w, const core::PreviousViews<T>& from, std::uint32_t first,
+            std::uint64_t n) {
+  ex.for_each(n, AppendBody<T>{w, from, first});
+}
+template <class E, class T>
+void take_out(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n) {
+  ex.for_each(n, TakeOutBody<T>{w, list});
+}
+template <class E, class T>
+void move(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n) {
+  ex.for_each(n, MoveBody<T>{w, list});
+}
+template <class E, class T>
+void take_body(E& ex, const core::Frame<T>& w, std::uint32_t body, std::uint32_t first, std::uint32_t count,
+               core::TakenSum* sum) {
+  if (w.f.site_live != nullptr) ex.accumulate(count, EmptySitesBody<T>{w, first});
+  ex.reduce(count, TakeBodyBody<T>{w, first, body}, sum);
 }
 
 template <class E, class T>

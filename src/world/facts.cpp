@@ -60,12 +60,9 @@ bool WorldImpl::host_heats() const {
 }
 
 /// Whether temperatures of what is there, and of what is to be emitted, differ by no more than the tolerance.
-bool WorldImpl::temperatures_level() const {
-  double low = infinity, high = -infinity;
-  const auto see = [&](double t) {
-    low = std::min(low, t);
-    high = std::max(high, t);
-  };
+bool WorldImpl::temperatures_level() {
+  LevelRange range;
+  const auto see = [&range](double t) { range.see(t); };
   const auto rows = material_rows();
   for (std::size_t i = 0; i < state_.position.size(); ++i) {
     if (is_removed(state_.tag[i])) continue;
@@ -73,9 +70,13 @@ bool WorldImpl::temperatures_level() const {
   }
   for (const EmitterRecord& e : emitters_)
     if (emits(e)) see(e.desc.temperature);
-  // Equal temperatures that went through mass * c * T and back may differ in the last bits.
-  const double rounding = 1e-9 * std::max({1.0, std::fabs(low), std::fabs(high)});
-  return !(high - low > std::max(desc.heat.level_tolerance, rounding));
+  const bool level = is_level(range);
+  level_ = level ? std::optional<LevelRange>(range) : std::nullopt;
+  return level;
+}
+
+bool WorldImpl::is_level(const LevelRange& range) const {
+  return !(range.high - range.low > std::max(desc.heat.level_tolerance, range.rounding()));
 }
 
 /// Empty when heat flows; otherwise why it does not.
@@ -173,6 +174,20 @@ void WorldImpl::note(const core::WorldStatus& s) {
   // A reading may be of before the plan was made, or of before one that was taken already.
   if (s.halted != 0 || s.ledger_step < noted_step_) return;
   noted_step_ = s.ledger_step;
+  recount(s);
+  if ((s.heat_idle & core::idle_level) != 0u && !state_.heat_level) {
+    state_.heat_level = true;
+    level_.reset();
+    census_.molten = (s.heat_pending & core::pending_melt) != 0u;
+    census_.supercooled = (s.heat_pending & core::pending_freeze) != 0u;
+  }
+  // Regions and pieces have yet to follow what melted or froze.
+  census_.unsettled = census_.meltable != 0 && (s.pieces_stale != 0u || s.died != 0 || s.born != 0u);
+  plan_changed_ = plan_changed_ || facts() != facts_;
+}
+
+/// How much there is of what, as the device has counted.
+void WorldImpl::recount(const core::WorldStatus& s) {
   const std::uint64_t melted = static_cast<std::uint64_t>(s.melted),
                       removed = static_cast<std::uint64_t>(s.removed);
   const std::uint64_t solid = solids_built_ + s.frozen - melted;
@@ -185,14 +200,6 @@ void WorldImpl::note(const core::WorldStatus& s) {
   if (census_.meltable == 0)
     for (std::size_t b = 0; b < bodies_.size(); ++b)
       if (leaves_lattice(bodies_[b].desc.material.index)) census_.live[b] = 0;
-  if ((s.heat_idle & core::idle_level) != 0u && !state_.heat_level) {
-    state_.heat_level = true;
-    census_.molten = (s.heat_pending & core::pending_melt) != 0u;
-    census_.supercooled = (s.heat_pending & core::pending_freeze) != 0u;
-  }
-  // Regions and pieces have yet to follow what melted or froze.
-  census_.unsettled = census_.meltable != 0 && (s.pieces_stale != 0u || s.died != 0 || s.born != 0u);
-  plan_changed_ = plan_changed_ || facts() != facts_;
 }
 
 /// Which stages the census asks for.

@@ -100,6 +100,7 @@ Plan WorldImpl::plan() {
   }
   p.bytes += engine->scratch_bytes();
   p.graphs = engine->graphs();
+  p.uploads = uploads_;
   p.timings_every = timings_every_;
   p.substep_ms = engine->median_ms(core::whole_substep);
   return p;

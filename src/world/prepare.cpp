@@ -57,6 +57,14 @@ double WorldImpl::least_viscosity(const MaterialDesc& m) const {
   return shears(m) ? physics::least_flow_viscosity(flow_of(m), mu, 0.1 * sound_speed_ / desc.spacing) : mu;
 }
 
+/// Something was added at x.
+void WorldImpl::see(Vec3d x, Vec3d up) {
+  seen_.low = std::min(seen_.low, dot(x, up));
+  seen_.high = std::max(seen_.high, dot(x, up));
+  seen_.min = {std::min(seen_.min.x, x.x), std::min(seen_.min.y, x.y), std::min(seen_.min.z, x.z)};
+  seen_.max = {std::max(seen_.max.x, x.x), std::max(seen_.max.y, x.y), std::max(seen_.max.z, x.z)};
+}
+
 /// Height and speed of all that was added, as it was added: of what moves by then nothing is asked, so that what follows
 /// from them depends on neither when a scene is read nor where a splash is.
 void WorldImpl::look_at_added() {
@@ -67,21 +75,15 @@ void WorldImpl::look_at_added() {
     seen_ = {};
     seen_particles_ = seen_emitters_ = seen_bodies_ = 0;
   }
-  const auto see = [&](Vec3d x) {
-    seen_.low = std::min(seen_.low, dot(x, up));
-    seen_.high = std::max(seen_.high, dot(x, up));
-    seen_.min = {std::min(seen_.min.x, x.x), std::min(seen_.min.y, x.y), std::min(seen_.min.z, x.z)};
-    seen_.max = {std::max(seen_.max.x, x.x), std::max(seen_.max.y, x.y), std::max(seen_.max.z, x.z)};
-  };
   liquid_used_.resize(materials.size(), 0);
   for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
     if (is_removed(state_.tag[i])) continue;
     if (!is_solid(state_.tag[i])) liquid_used_[material_of(state_.tag[i])] = 1;
-    see(state_.position[i] + origin_);
+    see(state_.position[i] + origin_, up);
     seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
   }
   for (std::size_t e = seen_emitters_; e < emitters_.size(); ++e) {
-    see(emitters_[e].desc.center);
+    see(emitters_[e].desc.center, up);
     seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
   }
   if (desc.domain.bounded)
@@ -254,6 +256,7 @@ core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
   setup.facts = facts;
   setup.channels = channels_of(facts);
   setup.particle_capacity = capacity_;
+  setup.searched = searched_;
   if ((facts & core::fact_particles) != 0) {
     setup.channels |= core::copied_channels | core::FieldSet{1} << core::field_vertex_of_id;
     if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
@@ -285,18 +288,24 @@ Status WorldImpl::prepare() {
   was_emitting_ = emitting();
   species_used_ = species_present();
   contents_level_ = contents_level();
-  if (measure_) state_.heat_level = temperatures_level();
+  // Once heat flows, the backend finds out when temperatures are level.
+  if (measure_ && (steps == 0 || state_.heat_level)) state_.heat_level = temperatures_level();
   if (heat_from_outside() || host_heats() || solution_heats()) state_.heat_level = false;
+  if (!state_.heat_level) level_.reset();
   take_census();
-  const std::uint64_t capacity = state_.position.size() + planned_emission();
+  searched_ = state_.position.size() + planned_emission();
+  // Room that is there is kept, so that an upload changes nothing that follows from it.
+  const std::uint64_t capacity = desc.reserved_particles != 0 && searched_ <= capacity_
+                                     ? capacity_
+                                     : searched_ + desc.reserved_particles;
   if (capacity >= core::none)
     return Error{ErrorCode::capacity,
                  core::text("particles: ", capacity, " are more than 32-bit ids can number (", core::none,
-                            "); use a larger spacing or shorter emitters")};
+                            "); use a larger spacing, shorter emitters or fewer reserved_particles")};
   capacity_ = static_cast<std::uint32_t>(capacity);
   born_ = state_.position.size();
   noted_step_ = steps + 1;
-  search_ = core::choose_search(desc, core::support_of(desc), capacity);
+  search_ = core::choose_search(desc, core::support_of(desc), searched_);
   find_materials();
   const Status outrun = check_sound_speed();
   outrun_ = outrun ? std::optional<Error>{} : outrun.error();
@@ -338,7 +347,10 @@ Status WorldImpl::adapt() {
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
   const bool outside = heat_from_outside() || host_heats() || solution_heats();
-  if (outside) state_.heat_level = false;
+  if (outside) {
+    state_.heat_level = false;
+    level_.reset();
+  }
   derive_limits();
   const std::uint32_t wanted = facts(), had = facts_;
   core::EngineSetup setup = setup_of(wanted);

@@ -627,7 +627,7 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
 WorldImpl::Moment WorldImpl::now() const {
   const bool spent =
       std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return exhausted(e); });
-  return {steps, time, solids_built_, spent, origin_, sound_now(), sound_.work};
+  return {steps, time, solids_built_, spent, origin_, sound_now(), sound_.work, displaced_, displaced_work_};
 }
 
 /// Flags of a status of that moment, except halts.

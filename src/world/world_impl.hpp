@@ -3,8 +3,10 @@
 // steering (what a host changes), readout (what a host reads), snapshot, and world itself (stages, constants, steps, plan).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <memory>
@@ -167,6 +169,7 @@ class WorldImpl final : public Scheduler {
   // scene/remove.cpp
   Status remove_body(BodyId id);
   Result<std::uint64_t> remove_liquid(const Shape& shape);
+  void forget_body(std::uint32_t index);
   // world/prepare.cpp
   Status prepare();
   /// prepare(), and whether a step may be taken.
@@ -259,6 +262,7 @@ class WorldImpl final : public Scheduler {
   Vec3d lattice_origin() const { return desc.domain.bounded ? desc.domain.min : Vec3d{}; }
 
  private:
+  using Contents = std::array<double, most_species>;  ///< mass fractions, per species
   class Limit;
   /// Sub-steps of one length, and how heat is spread over them.
   struct StepPart {
@@ -305,7 +309,11 @@ class WorldImpl final : public Scheduler {
   Status check_body(const char* call, BodyId id) const;
   Status push(const char* call, const core::PushArguments& a);
   Status check_pushed(const char* call, BodyId id) const;
-  Status check_teleport(std::uint32_t body, const physics::RigidPlace& place);
+  // steering/teleport.cpp
+  class Teleport;
+  Status clear_for_teleport(std::uint32_t body, const physics::RigidPlace& place);
+  Result<bool> particles_in(Vec3d low, Vec3d high);
+  bool fits(Vec3d x) const;
   physics::RigidMotion motion_for(std::uint32_t body, const BodyMotion& m, double dt) const;
   Status plan_motions(double dt);
   Status check_motion(std::uint32_t body, const physics::RigidMotion& m, const BodyExtent& extent,
@@ -337,7 +345,31 @@ class WorldImpl final : public Scheduler {
   void weigh_materials();
   void take_census();
   void note(const core::WorldStatus& s);
-  bool temperatures_level() const;
+  void recount(const core::WorldStatus& s);
+  /// Lowest and highest temperature [degrees Celsius].
+  struct LevelRange {
+    double low = infinity, high = -infinity;
+    void see(double t) {
+      low = std::min(low, t);
+      high = std::max(high, t);
+    }
+    /// Equal temperatures that went through mass * c * T and back may differ in the last bits.
+    double rounding() const { return 1e-9 * std::max({1.0, std::fabs(low), std::fabs(high)}); }
+    bool equal() const { return high - low <= rounding(); }
+  };
+  bool temperatures_level();
+  bool is_level(const LevelRange& range) const;
+  // scene/in_place.cpp
+  static Error all_taken(std::size_t points);
+  bool edits_in_place() const;
+  Result<bool> find(Vec3d low, Vec3d high, core::WorldStatus& status);
+  bool same_search(std::uint64_t particles) const;
+  void see(Vec3d x, Vec3d up);
+  void edited_in_place();
+  std::optional<Result<std::uint64_t>> add_in_place(const FluidDesc& f, const Contents& contents,
+                                                    const std::vector<Vec3d>& positions, Vec3d origin);
+  std::optional<Status> remove_in_place(std::uint32_t body);
+  std::optional<Result<std::uint64_t>> remove_liquid_in_place(const Shape& shape);
   bool host_heats() const;
   bool emitting() const;
   bool any_liquid() const;
@@ -368,7 +400,6 @@ class WorldImpl final : public Scheduler {
   void fill_heat_boundary(core::SceneConstants& c) const;
   std::size_t freezes_into(std::size_t material) const;
   // scene/species.cpp
-  using Contents = std::array<double, most_species>;
   std::vector<core::SpeciesRow<double>> species_rows() const;
   std::size_t species_of(std::size_t material) const;
   bool leaves_lattice(std::size_t material) const;
@@ -444,6 +475,8 @@ class WorldImpl final : public Scheduler {
     bool emitter_exhausted = false;
     Vec3d origin;
     double sound_speed = 0, sound_work = 0;
+    std::uint64_t displaced = 0;
+    double displaced_work = 0;
   };
   Moment now() const;
   static StepResult result_of(const core::WorldStatus& s, const Moment& at);
@@ -484,8 +517,8 @@ class WorldImpl final : public Scheduler {
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
-  void append(Vec3d position, Vec3d velocity, double density, double specific_enthalpy, std::uint32_t tag,
-              std::uint32_t vertex, const Contents& fractions);
+  void append(core::SceneState& to, Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
+              std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) const;
   void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
   const core::PointGrid& places();
@@ -620,8 +653,13 @@ class WorldImpl final : public Scheduler {
   bool measure_ = true;           ///< something was added: whether temperatures are level is to be asked
   bool plan_changed_ = false;     ///< the census asks for other stages than `facts_`
   bool was_emitting_ = false;
-  double plan_until_ = 0;       ///< end of the step that is being taken [s]
-  std::uint32_t capacity_ = 0;  ///< particles that the engine has room for
+  double plan_until_ = 0;                   ///< end of the step that is being taken [s]
+  std::uint32_t capacity_ = 0;              ///< particles that the engine has room for
+  std::uint64_t searched_ = 0;              ///< those that the search was chosen for: without room in reserve
+  std::optional<LevelRange> level_;         ///< temperatures, where they are level and were measured since
+  std::uint64_t displaced_ = 0;             ///< liquid that teleports have put elsewhere
+  double displaced_work_ = 0;               ///< on it, against gravity [J]
+  std::vector<core::FoundParticle> found_;  ///< by the last find()
   core::SearchChoice search_;
   double spring_dt_ = 0;            ///< what contacts and bodies without a modulus go by [s]
   double spring_share_ = 1;         ///< of the acoustic step

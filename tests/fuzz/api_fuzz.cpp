@@ -163,6 +163,7 @@ class Sequence {
     if (chance(0.15)) d.domain.contact_angle = or_extreme(random_.uniform(0, 180));
     if (chance(0.1)) d.solute.time_scale = or_extreme(pick({0.0, 1e3, 1e5}));
     if (chance(0.05)) d.stray = Stray::halt;
+    if (chance(0.5)) d.reserved_particles = random_.below(300);
     d.spacing = or_extreme(d.spacing, 0.02);
     d.support_radius = or_extreme(d.support_radius, 0.02);
     d.courant = or_extreme(d.courant, 0.02);

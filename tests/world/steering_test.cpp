@@ -390,10 +390,6 @@ TEST(Steering, RefusesWhatCannotBeAndChangesNothing) {
       {"body: no body of this World", other.paddle, moves_at({1, 0, 0})},
       {"body: no body of this World", BodyId{}, moves_at({1, 0, 0})},
       {"teleport", a.paddle, with([](BodyMotion& m) { m.teleport = true; })},
-      {"liquid is in the way", a.paddle, with([](BodyMotion& m) {
-         m.teleport = true;
-         m.position = Vec3d{0.6, 0.4, 0.8};
-       })},
       {"block", a.paddle, with([](BodyMotion& m) {
          m.teleport = true;
          m.position = Vec3d{0.6, 1.0, 0.6};

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adding liquid, and taking out liquid and bodies, while the World runs: on the backend, where they are, without the scene
+// being uploaded anew. What it comes to is what an upload comes to, to the bit.
+#include <algorithm>
+#include <tuple>
+
+#include "description/point_grid.hpp"
+#include "description/validate.hpp"
+#include "engine/held.hpp"
+#include "meltsim/physics/heat.hpp"
+#include "meltsim/physics/liquid_properties.hpp"
+#include "meltsim/physics/phase_change.hpp"
+#include "world/world_impl.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+/// Species are left out: how contents differ is asked of all particles.
+bool WorldImpl::edits_in_place() const {
+  return !dirty_ && !halted_ && steps > 0 && capacity_ != 0 && origin_set_ && species_.empty() &&
+         !engine->host_captures();
+}
+
+/// Fills found_. false: the World has halted meanwhile.
+Result<bool> WorldImpl::find(Vec3d low, Vec3d high, core::WorldStatus& status) {
+  auto s = engine->find(low, high, found_);
+  if (!s) return s.error();
+  status = *s;
+  note_halt(status, engine->fault());
+  status.particles = static_cast<std::uint32_t>(born_);
+  return status.halted == 0 && !halted_;
+}
+
+/// Whether neighbours of so many particles would be found as they are.
+bool WorldImpl::same_search(std::uint64_t particles) const {
+  const double support = core::support_of(desc);
+  const core::SearchChoice other = core::choose_search(desc, support, particles);
+  return other.search == search_.search && other.facts == search_.facts &&
+         core::packed_reach(desc.domain, support, particles) ==
+             core::packed_reach(desc.domain, support, searched_);
+}
+
+/// As after an upload: of what lies on the backend no copy, view or saved state holds any more, and the plan follows.
+void WorldImpl::edited_in_place() {
+  const auto derived = [this] {
+    return std::make_tuple(spring_dt_, static_dt_, rest_dt_, sound_dt_, heat_lambda_, viscous_lambda_,
+                           diffuses_, strong_pull_, contrast_, one_liquid_, changes_phase_);
+  };
+  const auto before = derived();
+  const Status outrun = check_sound_speed();
+  outrun_ = outrun ? std::optional<Error>{} : outrun.error();
+  weigh_materials();
+  derive_limits();
+  places_.reset();
+  state_stale_ = true;
+  noted_step_ = steps + 1;
+  ++layout_;
+  if (std::any_of(saved_.begin(), saved_.end(), [](const SavedState& s) { return s.layout != 0; }))
+    engine->forget_saved();
+  plan_changed_ = plan_changed_ || derived() != before || facts() != facts_;
+}
+
+/// Empty where it takes an upload: no room in reserve, another search, temperatures that are to be measured.
+std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f, const Contents& contents,
+                                                             const std::vector<Vec3d>& positions,
+                                                             Vec3d origin) {
+  const std::uint64_t coming = planned_emission();
+  if (!edits_in_place() || born_ + coming >= capacity_) return std::nullopt;
+  const std::uint32_t m = f.material.index;
+  const physics::MaterialRow<double> row = material_rows()[m];
+  const double h = physics::enthalpy_of(row, f.temperature), density = physics::rest_density(row, h);
+  if (Status s = check_numbers("fluid: ", materials[m], density, h, f.velocity); !s) return s.error();
+  const double reach = core::same_place * desc.spacing;
+  Vec3d low = positions.front() - origin, high = low;
+  for (const Vec3d& p : positions) {
+    const Vec3d x = p - origin;
+    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+  }
+  const Vec3d margin{reach, reach, reach};
+  core::WorldStatus status;
+  const auto runs = find(low - margin, high + margin, status);
+  if (!runs) return runs.error();
+  if (!*runs) return std::nullopt;
+  core::PointGrid taken(reach);
+  for (const core::FoundParticle& p : found_) taken.add(p.position, p.id);
+  core::SceneState more;
+  for (const Vec3d& p : positions) {
+    const Vec3d x = p - origin;
+    if (!taken.near(x, [](std::uint32_t) { return true; }))
+      append(more, x, f.velocity, density, h, m, core::none, contents);
+  }
+  const std::uint64_t n = more.position.size();
+  if (n == 0) return all_taken(positions.size());
+  const std::uint64_t total = born_ + n + coming;
+  if (total > capacity_ || !same_search(total)) return std::nullopt;
+  std::optional<LevelRange> range;  // of temperatures that are level with it
+  if ((status.heat_idle & core::idle_level) != 0u) {
+    if (!level_ || emitting()) return std::nullopt;
+    range = *level_;
+    range->see(physics::temperature_of(row, more.enthalpy.front() / more.mass.front()));
+    if (!is_level(*range)) range.reset();
+  }
+  if (Status s = engine->append(more, range.has_value()); !s) return s.error();
+  level_ = range;
+  state_.heat_level = range.has_value();
+  born_ += n;
+  searched_ = total;
+  census_.fluid = true;
+  census_.supercooled =
+      census_.supercooled || physics::freezes(row, more.enthalpy.front() / more.mass.front());
+  const bool first = liquid_used_[m] == 0u || largest_density(m) > densest_added_;
+  liquid_used_[m] = 1;
+  densest_added_ = std::max(densest_added_, largest_density(m));
+  const double g = length(desc.gravity);
+  const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+  for (std::size_t k = 0; k < n; ++k) {
+    see(more.position[k] + origin_, up);
+    seen_.speed = std::max(seen_.speed, length(more.velocity[k]));
+  }
+  seen_particles_ = static_cast<std::size_t>(born_);
+  const double sound = sound_speed_;
+  derive_sound_speed();
+  look_now_ = true;
+  edited_in_place();
+  plan_changed_ = plan_changed_ || first || sound_speed_ != sound;
+  return n;
+}
+
+std::optional<Status> WorldImpl::remove_in_place(std::uint32_t index) {
+  if (!edits_in_place()) return std::nullopt;
+  core::WorldStatus status;
+  const auto runs = find({1, 1, 1}, {}, status);
+  if (!runs) return Status{runs.error()};
+  if (!*runs) return std::nullopt;
+  BodyRecord& body = bodies_[index];
+  const std::uint32_t end = index + 1 < bodies_.size()
+                                ? bodies_[index + 1].first_vertex
+                                : static_cast<std::uint32_t>(lattice_.vertex_site.size());
+  const auto taken = engine->take_body(index, body.first_vertex, end - body.first_vertex);
+  if (!taken) return Status{taken.error()};
+  body.taken = *taken;
+  forget_body(index);
+  if (index < census_.live.size()) census_.live[index] = 0;
+  if (level_ && !level_->equal()) level_.reset();  // the rest may be closer together
+  status.removed += static_cast<std::int64_t>(*taken);
+  recount(status);
+  edited_in_place();
+  return Status{};
+}
+
+std::optional<Result<std::uint64_t>> WorldImpl::remove_liquid_in_place(const Shape& shape) {
+  if (!edits_in_place()) return std::nullopt;
+  const Box box = shape.bounds();
+  core::WorldStatus status;
+  const auto runs = find(box.min - origin_, box.max - origin_, status);
+  if (!runs) return runs.error();
+  if (!*runs) return std::nullopt;
+  found_.erase(std::remove_if(found_.begin(), found_.end(),
+                              [&](const core::FoundParticle& p) {
+                                return !is_fluid(p.tag) || !shape.contains(p.position + origin_);
+                              }),
+               found_.end());
+  if (found_.empty()) return std::uint64_t{0};
+  if (Status s = engine->take_out(found_); !s) return s.error();
+  const std::uint64_t n = found_.size();
+  if (level_ && !level_->equal()) level_.reset();
+  status.removed += static_cast<std::int64_t>(n);
+  recount(status);
+  edited_in_place();
+  return n;
+}
+
+}  // namespace v0
+}  // namespace meltsim

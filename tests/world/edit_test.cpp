@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+// Adding and taking out while the World runs: on the backend, where particles are, as long as there is room in reserve. Held
+// to what an upload comes to, to the bit: a World that was restored from its own snapshot holds its state on the host, so that
+// the same calls take that way.
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+FluidDesc liquid(MaterialId material, const Shape& shape, double temperature) {
+  FluidDesc f;
+  f.material = material;
+  f.shape = shape;
+  f.temperature = temperature;
+  f.velocity = {0.1, -0.5, 0};
+  return f;
+}
+
+/// A World and its twin, to which the host does the same; the twin goes through the host's memory each time.
+struct Twins {
+  Scene scene, twin;
+  bool same() {
+    const auto a = scene.world.particles(), b = twin.world.particles();
+    if (!a || !b) return false;
+    bool equal = a->id == b->id && a->tag == b->tag && a->temperature == b->temperature;
+    for (std::size_t i = 0; equal && i < a->position.size(); ++i)
+      equal = a->position[i].x == b->position[i].x && a->position[i].y == b->position[i].y &&
+              a->position[i].z == b->position[i].z && a->velocity[i].y == b->velocity[i].y;
+    return equal && *scene.world.state_hash() == *twin.world.state_hash();
+  }
+  void step(int n) {
+    for (int k = 0; k < n; ++k) {
+      require(scene.world.step(0.01));
+      require(twin.world.step(0.01));
+    }
+  }
+  /// What both calls return has to be the same, and then all else.
+  template <class Call>
+  auto both(const Call& call) {
+    const auto bytes = twin.world.snapshot();
+    EXPECT_TRUE(bytes) << bytes.error().message;
+    require(twin.world.restore(bytes->data(), bytes->size()));
+    auto a = call(scene), b = call(twin);
+    EXPECT_EQ(bool(a), bool(b));
+    if (!a && !b) EXPECT_EQ(a.error().message, b.error().message);
+    return std::make_pair(std::move(a), std::move(b));
+  }
+};
+
+struct Case {
+  const char* name;
+  std::function<void(WorldDesc&, IceScene&)> change;
+};
+
+/// A tank with ice above water; its particles are few enough that each search and both precisions take a moment.
+Twins make(const Case& c) {
+  WorldDesc d = describe();
+  IceScene s;
+  d.reserved_particles = 600;
+  c.change(d, s);
+  Twins t{ice_in_water(d, s), ice_in_water(d, s)};
+  return t;
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all = {
+      {"single", [](WorldDesc&, IceScene&) {}},
+      {"double", [](WorldDesc& d, IceScene&) { d.precision = Precision::double_precision; }},
+      {"tree", [](WorldDesc& d, IceScene&) { d.neighbour_search = NeighbourSearch::tree; }},
+      {"freezing",
+       [](WorldDesc&, IceScene& s) {
+         s.freezes = true;
+         s.growth = 2;
+         s.water_temperature = 1;
+         s.ice_temperature = -40;
+       }},
+      {"rigid", [](WorldDesc&, IceScene& s) { s.motion = Motion::rigid; }},
+      {"no heat", [](WorldDesc& d, IceScene&) { d.heat.model = HeatModel::none; }},
+      {"level", [](WorldDesc&, IceScene& s) { s.ice_temperature = s.water_temperature = -5; }},
+      {"follows sound", [](WorldDesc& d, IceScene&) { d.follow_sound_speed = true; }},
+  };
+  return all;
+}
+
+TEST(Edits, InPlaceAreThoseOfAnUploadToTheBit) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    Twins t = make(c);
+    for (World* w : {&t.scene.world, &t.twin.world}) require(w->watch_events());
+    t.step(3);
+    ASSERT_TRUE(t.same());
+    const std::uint64_t uploads = t.scene.world.plan().uploads;
+    // Beside the block, reaching into the water: some points are taken.
+    const auto pour = [](Scene& s) {
+      return s.world.add_fluid(liquid(s.water, Shape::box({0.2, 0.6, 0.2}, {0.8, 1.8, 0.8}), 30));
+    };
+    const auto poured = t.both(pour);
+    ASSERT_TRUE(poured.first) << poured.first.error().message;
+    EXPECT_EQ(*poured.first, *poured.second);
+    EXPECT_GT(*poured.first, 0u);
+    EXPECT_LT(*poured.first, 3u * 6u * 3u);
+    EXPECT_TRUE(t.same());
+    // What was added is found, too, ahead of any sub-step.
+    EXPECT_FALSE(t.both(pour).first);
+    const auto drain = [](Scene& s) { return s.world.remove_liquid(Shape::sphere({0.5, 1.2, 0.5}, 0.35)); };
+    const auto drained = t.both(drain);
+    ASSERT_TRUE(drained.first) << drained.first.error().message;
+    EXPECT_GT(*drained.first, 0u);
+    EXPECT_EQ(*drained.first, *drained.second);
+    EXPECT_TRUE(t.same());
+    const auto again = t.both(drain);
+    EXPECT_EQ(*again.first, 0u);
+    t.step(4);
+    EXPECT_TRUE(t.same());
+    EXPECT_GT(*t.both(pour).first, 0u);  // now found by cells
+    t.step(2);
+    EXPECT_TRUE(t.same());
+    EXPECT_GT(*t.both([](Scene& s) {
+                  return s.world.remove_liquid(Shape::box({-9, -9, -9}, {1, 0.5, 9}));
+                }).first,
+              0u);
+    t.step(2);
+    EXPECT_TRUE(t.same());
+    const StepResult a = t.scene.world.synchronize(), b = t.twin.world.synchronize();
+    EXPECT_EQ(a.fluid, b.fluid);
+    EXPECT_EQ(a.solid, b.solid);
+    EXPECT_EQ(a.removed, b.removed);
+    EXPECT_EQ(a.melted, b.melted);
+    const auto seen = t.scene.world.take_events(), too = t.twin.world.take_events();
+    ASSERT_TRUE(seen && too);
+    // What went through restore() has dropped the events before.
+    EXPECT_LE(too->events.size(), seen->events.size());
+    EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+    EXPECT_GT(t.twin.world.plan().uploads, uploads);
+  }
+}
+
+TEST(Edits, RemovedBodiesAreThoseOfAnUploadToTheBit) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    Twins t = make(c);
+    // Others beside it stay as they are.
+    const auto beside = [](Scene& s) {
+      SolidDesc d;
+      d.name = "beside";
+      d.material = s.ice;
+      d.shape = Shape::box({0.2, 1.2, 0.2}, {0.8, 1.8, 0.8});
+      d.temperature = -5;
+      return s.world.add_solid(d);
+    };
+    const auto stone = t.both(beside);
+    ASSERT_TRUE(stone.first) << stone.first.error().message;
+    t.step(12);
+    ASSERT_TRUE(t.same());
+    const std::uint64_t uploads = t.scene.world.plan().uploads;
+    const auto melt_off = t.scene.world.synchronize().solid;
+    const auto pieces = t.scene.world.pieces();
+    ASSERT_TRUE(pieces);
+    BodyId first;
+    for (const PieceInfo& p : *pieces)
+      if (!(p.body == *stone.first)) first = p.body;
+    int call = 0;
+    const auto gone = t.both([&](Scene& s) {
+      const BodyId here = call++ == 0 ? first : BodyId{first.index, stone.second->generation};
+      return s.world.remove(here);
+    });
+    ASSERT_TRUE(gone.first) << gone.first.error().message;
+    EXPECT_TRUE(t.same());
+    EXPECT_LT(t.scene.world.synchronize().solid, melt_off);
+    EXPECT_EQ(t.scene.world.synchronize().removed, t.twin.world.synchronize().removed);
+    // Twice is refused, and changes nothing.
+    const Status twice = t.scene.world.remove(first);
+    ASSERT_FALSE(twice);
+    EXPECT_NE(twice.error().message.find("was removed"), std::string::npos);
+    t.step(4);
+    EXPECT_TRUE(t.same());
+    ASSERT_TRUE(t.scene.world.remove(*stone.first));
+    ASSERT_TRUE(t.twin.world.remove(*stone.second));
+    t.step(4);
+    EXPECT_TRUE(t.same());
+    EXPECT_EQ(t.scene.world.synchronize().solid, 0u);
+    EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+  }
+}
+
+TEST(Edits, RoomThatRunsOutIsMadeAnew) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.reserved_particles = 40;
+  Twins t{ice_in_water(d, {}), ice_in_water(d, {})};
+  t.step(1);
+  const std::uint64_t uploads = t.scene.world.plan().uploads;
+  std::uint64_t added = 0;
+  for (int k = 0; k < 6; ++k) {
+    const double x = 0.2 + 0.2 * k;
+    const auto n = t.both([x](Scene& s) {
+      return s.world.add_fluid(liquid(s.water, Shape::box({x, 2.0, 0.4}, {x + 0.2, 2.2, 2.2}), 80));
+    });
+    ASSERT_TRUE(n.first) << n.first.error().message;
+    EXPECT_EQ(*n.first, 9u);  // a row along z
+    added += *n.first;
+    EXPECT_TRUE(t.same());
+    t.step(1);
+    EXPECT_TRUE(t.same());
+  }
+  EXPECT_EQ(added, 54u);  // more than 40: once, room was made
+  EXPECT_EQ(t.scene.world.plan().uploads, uploads + 1);
+}
+
+TEST(Edits, MaterialsChangeWithoutAnUpload) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  Twins t{ice_in_water(d, {}), ice_in_water(d, {})};
+  t.step(3);
+  const std::uint64_t uploads = t.scene.world.plan().uploads;
+  MaterialDesc thick = t.scene.world.material(t.scene.water);
+  thick.viscosity = 0.5;
+  thick.conductivity = 2;
+  MaterialDesc hard = t.scene.world.material(t.scene.ice);
+  hard.friction = 0.7;
+  hard.damping = 0.2;
+  t.both([&](Scene& s) { return s.world.set_material(s.water, thick); });
+  t.both([&](Scene& s) { return s.world.set_material(s.ice, hard); });
+  t.step(4);
+  EXPECT_TRUE(t.same());
+  EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+  EXPECT_EQ(t.scene.world.material(t.scene.water).viscosity, 0.5);
+}
+
+TEST(Edits, AreHeldBySnapshotsAndEndWhatWasSaved) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.reserved_particles = 100;
+  Scene s = ice_in_water(d, {}), other = ice_in_water(d, {});
+  for (int k = 0; k < 2; ++k) require(s.world.step(0.01));
+  require(s.world.save_state(0));
+  const auto view = s.world.device_state();
+  ASSERT_TRUE(view);
+  ASSERT_TRUE(s.world.add_fluid(liquid(s.water, Shape::box({0.2, 2.0, 0.4}, {0.4, 2.2, 2.2}), 80)));
+  EXPECT_FALSE(s.world.check_view(*view));
+  const Status lost = s.world.load_state(0);
+  ASSERT_FALSE(lost);
+  EXPECT_NE(lost.error().message.find("something was added"), std::string::npos);
+  const auto bytes = s.world.snapshot();
+  ASSERT_TRUE(bytes);
+  require(other.world.restore(bytes->data(), bytes->size()));
+  for (int k = 0; k < 3; ++k) {
+    require(s.world.step(0.01));
+    require(other.world.step(0.01));
+  }
+  EXPECT_EQ(*s.world.state_hash(), *other.world.state_hash());
+}
+
+// Where all is as warm as what a nozzle brings, no heat flows; what comes warmer later ends that.
+TEST(Edits, AWarmerEmitterLetsHeatFlow) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.heat.time_scale = 1000;  // in 0.8 s a spacing's heat goes 0.01 m on
+  d.domain.bounded = true;
+  d.domain.max = {0.6, 1, 0.6};
+  auto made = World::create(d);
+  ASSERT_TRUE(made);
+  World& w = *made;
+  const MaterialId water = *w.add_material({});
+  FluidDesc f;
+  f.material = water;
+  f.shape = Shape::box({0, 0, 0}, {0.6, 0.3, 0.6});
+  const std::uint64_t first = *w.add_fluid(f);
+  EmitterDesc e;
+  e.material = water;
+  e.center = {0.3, 0.6, 0.3};
+  e.radius = 0.15;
+  e.speed = 2;
+  e.until = 0.3;
+  const EmitterId tap = *w.add_emitter(e);
+  const auto heat_runs = [&w] {
+    for (const StageReport& s : w.plan().stages)
+      if (s.name == "thermal.exchange") return s.runs;
+    return false;
+  };
+  require(w.step(0.02));
+  EXPECT_FALSE(heat_runs());
+  EmitterSetting warmer;
+  warmer.temperature = 80;
+  require(w.set_emitter(tap, warmer));
+  EXPECT_TRUE(heat_runs());
+  for (int k = 0; k < 40; ++k) require(w.step(0.02));
+  const ParticleData p = *w.particles();
+  double warmest = 0;
+  for (std::size_t i = 0; i < first; ++i) warmest = std::max(warmest, p.temperature[i]);
+  EXPECT_GT(warmest, 20.1);
+  EXPECT_LT(warmest, 80);
+}
+
+}  // namespace
+}  // namespace meltsim_test
