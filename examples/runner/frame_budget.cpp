@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 
 #include "expect.hpp"
@@ -42,10 +43,12 @@ double frame_cost(const Scene& scene, const MachineOptions& machine) {
 
 FrameBudget FrameBudget::repeating(const std::string& directory) {
   const std::string file = directory + "/run.json";
-  const Json json = Json::parse(read_file(file), nullptr, false);
   const auto fail = [&](const std::string& why) {
     return Failure(ExitCode::usage, fmt::format("--repeat {}: {}", directory, why));
   };
+  if (!std::filesystem::exists(file))
+    throw fail("no run.json is there; name the directory of a run under --budget");
+  const Json json = Json::parse(read_file(file), nullptr, false);
   if (!json.is_object() || !json.contains("budget"))
     throw fail("its run.json is not of a run under --budget; name the directory of one");
   try {

@@ -31,14 +31,16 @@ void watch_interrupts() {
   struct sigaction action {};
   action.sa_handler = note_signal;
   action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   struct sigaction late = action;
   late.sa_handler = interrupt_step;
   sigaction(SIGALRM, &late, nullptr);
-  struct sigaction before {};
-  sigaction(SIGHUP, nullptr, &before);
-  if (before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // ignored: nohup started this
+  // Ignored from the start: nohup, or a script that put this into the background, keeps it so.
+  for (const int signal : {SIGINT, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);
+  }
   // A closed pipe (`meltsim run ... | head`) must not kill a long run.
   std::signal(SIGPIPE, SIG_IGN);
   // Nor must a limit on the size of files: writing fails, and that is said.

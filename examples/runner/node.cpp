@@ -145,7 +145,12 @@ double Node::number_or_infinite(const std::string& unit) const {
   if (value && !is_plain(value_) && !std::isinf(*value)) value.reset();
   if (!value) {
     const bool in_quotes = value_.IsScalar() && !is_plain(value_) && parse_number(value_.Scalar());
-    fail(fmt::format("{}, got {}{}", expected, found(), in_quotes ? "; remove the quotes" : ""));
+    const bool in_hundredths = is_plain(value_) && !value_.Scalar().empty() && value_.Scalar().back() == '%';
+    const auto share = in_hundredths ? parse_share(value_.Scalar()) : std::nullopt;
+    fail(fmt::format("{}, got {}{}", expected, found(),
+                     in_quotes ? "; remove the quotes"
+                     : share   ? fmt::format("; write {:g}", *share)
+                               : ""));
   }
   if (std::isnan(*value)) fail(fmt::format("{}, got {}", expected, found()));
   return *value;

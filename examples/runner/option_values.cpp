@@ -44,9 +44,10 @@ double option_share(const std::string& option, const std::string& value) {
 
 double option_milliseconds(const std::string& option, const std::string& value) {
   std::string text = value;
-  double unit = 1;
+  double unit = 0;
   if (text.size() > 2 && text.compare(text.size() - 2, 2, "ms") == 0) {
     text.resize(text.size() - 2);
+    unit = 1;
   } else if (text.size() > 1 && text.back() == 's') {
     text.pop_back();
     unit = 1000;
@@ -55,6 +56,9 @@ double option_milliseconds(const std::string& option, const std::string& value) 
   const auto number = parse_number(text);
   if (!number || !std::isfinite(*number) || *number <= 0)
     bad(option, "a time above 0 like 16ms or 0.016s", value);
+  if (unit == 0)
+    bad(option, "a time with its unit like 16ms or 0.016s", value,
+        fmt::format("; did you mean {0:g}ms or {0:g}s?", *number));
   return *number * unit;
 }
 

@@ -294,7 +294,8 @@ Status validate(const WorldDesc& d) {
                    " m/s stays as it is; leave sound_speed 0 and set density_error, or follow_sound_speed to "
                    "false");
   if (d.density_error != 0) {
-    if (Status s = within("density_error", d.density_error, 1e-5, 0.1, "", "0 is 0.005"); !s) return s;
+    if (Status s = within("density_error", d.density_error, 1e-5, 0.1, "", "left out it is 0.005"); !s)
+      return s;
     if (d.sound_speed != 0)
       return invalid("density_error: a sound_speed of ", d.sound_speed,
                      " m/s is set, which decides; drop one of them");

@@ -68,6 +68,11 @@ def read_vtp(path):
     return int(piece.get("NumberOfPoints")), arrays
 
 
+# A shell that puts this into the background of a script has SIGINT ignored, and what is started inherits that; what is handled
+# here is at its default there.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 class WholeRuns(unittest.TestCase):
     def setUp(self):
         self.directory = tempfile.TemporaryDirectory()
@@ -160,9 +165,11 @@ class WholeRuns(unittest.TestCase):
         self.assertEqual(json.loads(Path(self.path("starved", "run.json")).read_text())["budget"]["substeps"], [1] * 5)
         self.assertEqual(json.loads(Path(self.path("full", "run.json")).read_text())["budget"]["not_simulated_s"], 0)
         self.assertIn("like 16ms", self.meltsim("run", SCENE, "--budget", "0", code=1).stderr)
+        self.assertIn("did you mean 16ms or 16s?", self.meltsim("run", SCENE, "--budget", "16", code=1).stderr)
         self.assertIn("give one of them",
-                      self.meltsim("run", SCENE, "--budget", "16", "--max-error", "3%", code=1).stderr)
+                      self.meltsim("run", SCENE, "--budget", "16ms", "--max-error", "3%", code=1).stderr)
         self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "2", "--out", "plain")
+        self.assertIn("--repeat 0: no run.json", self.meltsim("run", SCENE, "--repeat", "0", code=1).stderr)
         self.assertIn("not of a run under --budget", self.meltsim("run", SCENE, "--repeat", "plain", code=1).stderr)
 
     def test_the_resolved_scene_runs_again_to_the_same_end(self):
@@ -500,6 +507,16 @@ class WholeRuns(unittest.TestCase):
         self.meltsim(*common, "--out", "whole")
         name = os.path.join("frames", "particles_00001.ply")
         self.assertEqual(Path(self.path("whole", name)).read_bytes(), Path(self.path("cut", name)).read_bytes())
+
+    def test_an_interrupt_that_is_ignored_stays_so(self):
+        run = subprocess.Popen([PROGRAM, "run", SCENE, "--backend", "cpu", "--out", "kept", "--steps", "300"],
+                               cwd=self.directory.name, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+        while run.poll() is None:
+            run.send_signal(signal.SIGINT)
+            time.sleep(0.02)
+        self.assertEqual(run.wait(), 0, run.stdout.read())
+        run.stdout.close()
 
     def test_a_second_signal_of_another_kind_ends_the_program(self):
         """A step that takes minutes: the first signal cannot be acted upon yet."""
