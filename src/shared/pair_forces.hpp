@@ -138,7 +138,7 @@ struct LiquidOnSolid {
   };
 };
 
-/// Its part without viscosity, artificial viscosity included.
+/// Its part without viscosity, real and artificial.
 template <class T>
 struct PressureOnSolid : LiquidOnSolid<T> {
   using Base = LiquidOnSolid<T>;

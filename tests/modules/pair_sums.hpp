@@ -18,6 +18,7 @@
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
+#include "meltsim/physics/property_table.hpp"
 #include "meltsim/physics/shifting.hpp"
 #include "meltsim/physics/solute.hpp"
 #include "meltsim/physics/surface_tension.hpp"
@@ -61,7 +62,9 @@ struct Summed {
 struct PairSums {
   std::vector<std::uint32_t> beside;
   /// diffused: acceleration where viscosity comes in one stage of sph.diffuse.
-  std::vector<Summed> density, term, acceleration, diffused, shift, heat, iwasaki, paper, solute;
+  /// watched: of a body that the host watches, six one after the other: impulses of all but gravity, of the liquid's pressure and
+  /// of contact, and their moments about its centre.
+  std::vector<Summed> density, term, acceleration, diffused, shift, heat, iwasaki, paper, solute, watched;
   explicit PairSums(std::size_t n = 0)
       : beside(n),
         density(n),
@@ -72,7 +75,8 @@ struct PairSums {
         heat(n),
         iwasaki(n),
         paper(n),
-        solute(n) {}
+        solute(n),
+        watched(n) {}
 };
 
 enum Quantity {
@@ -85,13 +89,15 @@ enum Quantity {
   of_iwasaki,
   of_paper,
   of_solute,
+  of_watched,
   quantities
 };
-inline constexpr const char* quantity_names[] = {
-    "density", "pressure term", "acceleration", "diffused", "shift", "heat", "iwasaki", "paper", "solute"};
+inline constexpr const char* quantity_names[] = {"density", "pressure term", "acceleration", "diffused",
+                                                 "shift",   "heat",          "iwasaki",      "paper",
+                                                 "solute",  "watched"};
 inline std::vector<Summed>& quantity(PairSums& s, int q) {
   std::vector<Summed>* all[] = {&s.density, &s.term,    &s.acceleration, &s.diffused, &s.shift,
-                                &s.heat,    &s.iwasaki, &s.paper,        &s.solute};
+                                &s.heat,    &s.iwasaki, &s.paper,        &s.solute,   &s.watched};
   return *all[q];
 }
 
@@ -126,6 +132,7 @@ class AllPairs {
     accelerations();
     if ((scene.facts & core::fact_contact) != 0) contacts();
     if ((scene.facts & core::fact_tension) != 0) tensions();
+    watched();
     // One stage from the beginning of the sub-step is the explicit force.
     if ((scene.facts & core::fact_fluid) != 0) sums_.diffused = sums_.acceleration;
     if ((scene.facts & core::fact_shifting) != 0) shifts();
@@ -233,15 +240,46 @@ class AllPairs {
       around(i, [&](std::size_t j, const Copy&, const Vec3d&, double r) {
         phi.add({volume_[j] * W(r), 0, 0});
       });
-      phi_[i] = phi.value.x;
+      phi_[i] = phi.value.x;  // of heat, whatever presses
+      const double pressing = unstrained(i) ? phi_of_lattice(i).value.x : phi_[i];
       // Of a solid particle, what multiplies the stiffness of the liquid at the other end.
       const double stiffness = solid(i) ? 1 : row(i).tait_stiffness, lowest = !solid(i) && c_.tension ? 0 : 1;
-      const double p = std::max(phi_[i], lowest), p7 = std::pow(p, 7);
-      term_[i] = stiffness * (p7 - 1) / (phi_[i] * phi_[i]);
-      term_scale_[i] = stiffness * (7 * p7 + 1) / (phi_[i] * phi_[i]);  // seven times what phi has
+      const double p = std::max(pressing, lowest), p7 = std::pow(p, 7);
+      term_[i] = stiffness * (p7 - 1) / (pressing * pressing);
+      term_scale_[i] = stiffness * (7 * p7 + 1) / (pressing * pressing);  // seven times what phi has
       if (!solid(i)) sums_.density[i] = phi;
       sums_.term[i].add({solid(i) ? -term_[i] : term_[i], 0, 0}, term_scale_[i]);
     }
+  }
+  /// Whether a solid particle counts its own body where the lattice has it: one that liquid touches.
+  bool unstrained(std::size_t i) const {
+    if (!solid(i) || scene_.lattice.bodies.empty()) return false;
+    bool wet = false;
+    around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double) {
+      if (!copy.mirrored && !solid(j)) wet = true;
+    });
+    return wet;
+  }
+  /// Its phi. Neighbours within H of where they are count; those of its body, and their images, from where the lattice has them.
+  Summed phi_of_lattice(std::size_t i) const {
+    Summed phi;
+    const auto coordinates = [&](std::size_t k) {
+      const Vec3i p = scene_.lattice.vertex_coordinates[scene_.state.vertex_of_id[k]];
+      return Vec3d{double(p.x), double(p.y), double(p.z)};
+    };
+    for (std::size_t j = 0; j < n_; ++j) {
+      if (gone(j) || length(x_[i] - x_[j]) >= H()) continue;
+      Vec3d moved{};
+      if (solid(j) && body_of(tag_[j]) == body_of(tag_[i]))
+        moved = x_[i] - (coordinates(i) - coordinates(j)) * c_.spacing - x_[j];
+      for (const Copy& copy : copies_[j]) {
+        const Vec3d a = copy.across;
+        const Vec3d at =
+            copy.x + Vec3d{moved.x * (1 - 2 * a.x), moved.y * (1 - 2 * a.y), moved.z * (1 - 2 * a.z)};
+        phi.add({volume_[j] * W(length(x_[i] - at)), 0, 0});
+      }
+    }
+    return phi;
   }
   double viscosity(std::size_t i) const { return mu_[i]; }
   /// Of liquids with a flow curve at the shear rate of the least-squares fit to the velocities around, walls as one particle
@@ -305,8 +343,9 @@ class AllPairs {
       mu_size_[i] = 1 + 1 / std::cbrt(det(M));  // the fit divides by what neighbours span
     }
   }
-  /// Of liquid i and j at its other end, liquid or solid; size: of what is added up.
-  Vec3d push(std::size_t i, std::size_t j, const Vec3d& d, double r, bool mirrored, double& size) const {
+  /// Of liquid i and j at its other end, liquid or solid; size: of what is added up, viscous: the part of viscosity, real and artificial.
+  Vec3d push(std::size_t i, std::size_t j, const Vec3d& d, double r, bool mirrored, double& size,
+             Vec3d& viscous) const {
     const bool to_solid = solid(j);
     const double stiffness = to_solid ? row(i).tait_stiffness : 1, V = volume_[i] * volume_[j];
     const double terms = term_[i] + stiffness * term_[j];
@@ -330,6 +369,7 @@ class AllPairs {
              (std::max(0.0, spring - physics::passing_contact<double>().dashpot * m / t * dot(u, d) / r) / r);
       size += 0.15 * m / (t * t) * 0.9 * c_.spacing;  // a difference is taken
     }
+    viscous = drag + artificial;
     size += length(artificial) + length(drag) * std::max(mu_size_[i], mu_size_[j]) + length(leak);
     return force + artificial + drag + leak;
   }
@@ -348,9 +388,11 @@ class AllPairs {
       around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
         if ((solid(i) && solid(j)) || r == 0) return;
         double size = 0;
+        Vec3d viscous{};
         // A solid gets the opposite of what its copy of the pair gives the liquid; images push both inwards.
-        Vec3d force =
-            solid(i) ? -push(j, i, -d, r, copy.mirrored, size) : push(i, j, d, r, copy.mirrored, size);
+        Vec3d force = solid(i) ? -push(j, i, -d, r, copy.mirrored, size, viscous)
+                               : push(i, j, d, r, copy.mirrored, size, viscous);
+        if (solid(i)) pressure_[i].add(force + viscous, size);
         a.add(force * (1 / mass_[i]), size / mass_[i]);
       });
       if (solid(i)) continue;
@@ -394,7 +436,33 @@ class AllPairs {
         // Overlap is a difference of lengths of a spacing, and the weight one of 1.
         const double size = 0.4 * physics::reduced_mass(mass_[i], mass_[j]) * c_.spacing;
         sums_.acceleration[i].add(force * (1 / mass_[i]), size / (c_.spring_dt * c_.spring_dt * mass_[i]));
+        contact_[i].add(force, size / (c_.spring_dt * c_.spring_dt));
         touching_[i] = touching_[j] = true;
+      });
+    }
+  }
+  void watched() {
+    for (std::size_t b = 0; b < scene_.lattice.bodies.size(); ++b) {
+      if (scene_.lattice.bodies[b].watched == 0u) continue;
+      Vec3d first{};
+      double mass = 0;
+      const auto each = [&](const auto& visit) {
+        for (std::size_t i = 0; i < n_; ++i)
+          if (!gone(i) && solid(i) && body_of(tag_[i]) == b + 1) visit(i);
+      };
+      each([&](std::size_t i) { first += x_[i] * mass_[i], mass += mass_[i]; });
+      each([&](std::size_t i) {
+        const Vec3d arm = x_[i] - first * (1 / mass);
+        const Summed& a = sums_.acceleration[i];
+        Summed all;
+        all.add((a.value - c_.surroundings.gravity) * mass_[i], a.scale * mass_[i]);
+        const Summed* const parts[] = {&all, &pressure_[i], &contact_[i]};
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vec3d impulse = parts[k]->value * scene_.dt;
+          const double size = parts[k]->scale * scene_.dt;
+          sums_.watched[6 * b + k].add(impulse, size);
+          sums_.watched[6 * b + 3 + k].add(cross(arm, impulse), length(arm) * size);
+        }
       });
     }
   }
@@ -562,31 +630,43 @@ class AllPairs {
       if (face(axis, 0) == Face::periodic) return;  // wrapped rows have an order of their own
     paper();
   }
-  /// Liquid of the solvent and bodies of the species exchange it; nothing else holds it, and images do not.
+  /// Liquid of the solvent and bodies of the species exchange it; nothing else holds it, and images do not. Where the species
+  /// precipitates, supersaturated liquid within 1.5 spacings of a body is crystals as the body is, and what a pair moves is
+  /// bounded by the room of the crystals that take it in.
   void solute() {
     const auto& s = c_.species[0];
     const auto correction = physics::make_conduction_share<double>(H(), c_.spacing);
     const auto holds = [&](std::size_t i) {
       return material_of(tag_[i]) == (solid(i) ? s.solute : s.solvent);
     };
-    std::vector<double> u(n_), resistivity(n_);
+    const bool precipitates = s.saturation.points > 0;
+    std::vector<double> u(n_), resistivity(n_), room(n_, std::numeric_limits<double>::infinity());
+    std::vector<bool> crystal(n_);
     for (std::size_t i = 0; i < n_; ++i) {
       if (gone(i) || !holds(i)) continue;
       double phi = 0;
+      bool beside_body = false;
       around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
-        if (!copy.mirrored && holds(j)) phi += volume_[j] * W(r);
+        if (copy.mirrored) return;
+        if (holds(j)) phi += volume_[j] * W(r);
+        if (r <= 1.5 * c_.spacing && solid(j) && material_of(tag_[j]) == s.solute) beside_body = true;
       });
       const double w = scene_.state.solute[0][i] / mass_[i];
-      u[i] = solid(i) ? std::min(w, s.solubility) : w;
+      const double saturated =
+          precipitates ? physics::property_at(s.saturation, temperature(i)) : s.solubility;
+      crystal[i] = solid(i) || (precipitates && w > saturated && beside_body);
+      u[i] = crystal[i] ? std::min(w, saturated) : w;
+      if (precipitates) room[i] = crystal[i] ? 1 - w : 1;
       resistivity[i] =
-          physics::conduction_share(correction, phi) * physics::solute_resistivity(s, w, solid(i));
+          physics::conduction_share(correction, phi) * physics::solute_resistivity(s, w, crystal[i]);
     }
     for (std::size_t i = 0; i < n_; ++i) {
       if (gone(i) || !holds(i)) continue;
       around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
         if (copy.mirrored || !holds(j)) return;
         const double g = volume_[i] * volume_[j] * L(r) * 2 / (resistivity[i] + resistivity[j]);
-        sums_.solute[i].add({g * (u[j] - u[i]), 0, 0}, g * (u[i] + u[j]));
+        sums_.solute[i].add({g * std::max(std::min(u[j] - u[i], room[i]), -room[j]), 0, 0},
+                            g * (u[i] + u[j]));
       });
     }
   }
@@ -667,6 +747,7 @@ class AllPairs {
   std::vector<double> volume_, mass_, phi_, term_, term_scale_, share_, mu_, mu_size_;
   std::vector<std::uint32_t> tag_;
   std::vector<std::vector<Copy>> copies_;
+  std::vector<Summed> pressure_ = std::vector<Summed>(n_), contact_ = pressure_;  ///< on solids [N]
   std::vector<bool> touching_ = std::vector<bool>(n_);
   double w_ = 1, f_ = 1, l_ = 1;
 };

@@ -3,6 +3,8 @@
 
 #include <limits>
 
+#include "engine/scales.hpp"
+#include "frame/piece_sums.hpp"
 #include "meltsim/physics/surface_tension.hpp"
 
 namespace modules_test {
@@ -10,7 +12,7 @@ namespace {
 
 constexpr double dx = 0.2, step = 0.9 * dx;
 
-enum class Kind { water, water_and_ice, all, all_viscosity, yielding, wetting };
+enum class Kind { water, water_and_ice, all, all_viscosity, yielding, wetting, precipitating };
 
 bool solids_of(Kind kind) { return kind != Kind::water; }
 
@@ -53,6 +55,12 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     s.solubility = 0.4;
     s.volume = s.solvent_volume = 1 / c.materials[0].density;
     s.diffusivity = 0.01;
+    if (kind == Kind::precipitating) {  // over the temperatures of what is liquid: 0 to 7 degrees
+      s.saturation.points = 2;
+      s.saturation.temperature[1] = 7;
+      s.saturation.value[0] = 0.2;
+      s.saturation.value[1] = s.solubility = 0.6;
+    }
     c.species = {s};
   }
   if (kind == Kind::yielding) {  // one liquid yields, the other thickens: velocities of 1 m/s over 0.2 m
@@ -96,7 +104,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     p.state.enthalpy[i] = h * p.state.mass[i];
     if (!c.species.empty()) p.state.solute[0].push_back(random.uniform(0, 1) * p.state.mass[i]);
   }
-  if (solids) p.facts |= core::fact_solid | core::fact_mobile | core::fact_lattice;
+  if (solids) p.facts |= core::fact_solid | core::fact_mobile;  // without a lattice
   return p;
 }
 
@@ -151,6 +159,8 @@ PairScene bodies(double support, bool liquid) {
                    0u, random.vector(1));
   for (std::size_t i = 0; i < p.state.position.size(); ++i)
     p.state.enthalpy[i] = 4000 * random.uniform(-5, 5) * p.state.mass[i];
+  for (core::BodyRow& body : p.lattice.bodies) body.watched = 1;
+  p.state.forces.resize(p.lattice.bodies.size());
   p.facts |= core::fact_solid | core::fact_mobile | core::fact_lattice | core::fact_contact;
   if (!liquid) p.facts &= ~core::fact_fluid;
   return p;
@@ -174,6 +184,13 @@ std::vector<NamedScene> pair_scenes(double support, double length) {
   all.push_back({"two liquids that wet and ice", box(support, Kind::wetting, 0, {9, 8, 8}, 4, 16)});
   all.push_back(
       {"two liquids that wet and ice, y periodic", box(support, Kind::wetting, 2, {9, 9, 8}, 0, 17)});
+  all.push_back({"water and ice that precipitates", box(support, Kind::precipitating, 0, {9, 8, 8}, 4, 18)});
+  all.push_back({"water and ice that precipitates, all periodic",
+                 box(support, Kind::precipitating, 7, {9, 9, 9}, 0, 19)});
+  for (const char* slips : {"water, x and z periodic", "two liquids that shear and ice",
+                            "two liquids that wet and ice, y periodic"})
+    for (NamedScene& s : all)
+      if (s.name == slips) s.scene.constants.domain.no_slip = false;
   PairScene under_tension = box(support, Kind::water, 4, {9, 8, 9}, 4, 11);
   under_tension.constants.tension = true;
   under_tension.facts |= core::fact_shifting;
@@ -236,6 +253,7 @@ struct Run {
     engine->substep(a);
     const core::WorldStatus end = engine->synchronize();
     ASSERT_EQ(end.halted, 0u) << how.name << ": " << end.halt_value << " at particle " << end.halt_particle;
+    after.motion.resize(scene.lattice.bodies.size());  // so many rows of forces come
     engine->download(after);
     engine->download(derived);
   }
@@ -279,6 +297,23 @@ PairSums sums_of(const PairEngine& how, const PairScene& scene) {
     const Vec3d x = drifted(scene.state.position[i], v0), rest = v1 * (0.5 * scene.dt);
     if ((scene.facts & core::fact_shifting) != 0)
       sums.shift[i].add(run.after.position[i] - x - rest, length(x) + length(run.after.position[i]));
+  }
+  if (!scene.state.forces.empty()) {
+    run(core::fact_forces, {"step.begin", "spatial", "sph", "lsm", "sampling", "step.integrate"});
+    if (testing::Test::HasFatalFailure()) return sums;
+    const core::Scales scales = core::scales_of(scene.constants, scene.lattice);
+    for (std::size_t b = 0; b < scene.state.forces.size(); ++b) {
+      const core::BodyForceTotals& f = run.after.forces[b];
+      const core::Impulses* const parts[] = {&f.all, &f.pressure, &f.contact};
+      // Sums are whole numbers of these units (EngineImpl::set_sum_units); each of 27 particles is rounded to one, and half of
+      // all errors are to be below 20 units in the last place.
+      const double units = 27 / 20.0 * std::ldexp(scales.largest_mass, 1 - scales.sum_bits) * scales.spacing /
+                           std::min(scales.spring_dt, scene.dt) / std::numeric_limits<T>::epsilon();
+      for (std::size_t k = 0; k < 3; ++k) {
+        sums.watched[6 * b + k].add(parts[k]->linear, units);
+        sums.watched[6 * b + 3 + k].add(parts[k]->angular, 2 * units * scales.spacing * scales.body_size);
+      }
+    }
   }
   if (!scene.constants.species.empty()) {
     run(core::fact_species, {"step.begin", "spatial", "sph.density", "species"});

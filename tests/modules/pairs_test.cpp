@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Density, forces and reaction, the strain rate, implicit viscosity, surface tension and wetting, shifting, contact, exchange of
-// heat in three models and of what is dissolved: what every particle gets from its neighbours, by every strategy, against one sum over all pairs in double (pair_sums.hpp), by what a particle is beside.
+// heat in three models and of what is dissolved or precipitates, impulses on watched bodies: what every particle gets from its neighbours, by every strategy, against one sum over all pairs in double (pair_sums.hpp), by what a particle is beside.
 //
 // Tolerance, in units in the last place of the sum of the sizes of all terms: a term is the outcome of some 30 roundings;
 // x_i - x_j loses the digits by which a domain of 2 m is larger than a distance (10 units), kernels take them to the third and
@@ -52,6 +52,9 @@ TYPED_TEST(Pairs, EqualOneSumOverAllPairs) {
           EXPECT_LE(quantile(e, 1), 100) << what;
         }
     }
+    std::size_t watched = 0;
+    for (const std::size_t n : seen[of_watched]) watched += n;
+    EXPECT_GE(watched, 36u) << how.name;  // three bodies in two scenes
     for (int q = 0; q < quantities; ++q)
       for (int b = 0; b < beside_count; ++b) {
         const std::uint32_t beside = 1u << b;
@@ -60,6 +63,7 @@ TYPED_TEST(Pairs, EqualOneSumOverAllPairs) {
             (beside & (beside_other_phase | beside_other_liquid | beside_crowd | beside_other_body)) != 0u)
           continue;                                              // one liquid alone
         if (q == of_paper && beside == beside_period) continue;  // pair_sums.hpp
+        if (q == of_watched) continue;                           // of whole bodies; below
         if (q == of_solute && (beside & (beside_crowd | beside_other_body)) != 0u) continue;  // of one body
         EXPECT_GT(seen[q][b], 1u) << how.name << ": " << quantity_names[q] << " beside " << beside_names[b];
       }
