@@ -44,6 +44,11 @@ Status bounded_vector(const std::string& field, Vec3d v, const char* unit) {
                  "; check the computation that made it");
 }
 
+Status positive_speed(const std::string& field, double speed, const char* advice) {
+  if (Status s = above(field, speed, 0, "m/s", advice); !s) return s;
+  return bounded_vector(field, {speed, 0, 0}, "m/s");
+}
+
 double component(Vec3d v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 /// The axis that a vector lies along; 3: none.
@@ -61,10 +66,7 @@ Status validate_outlet(const WorldDesc& d, std::size_t face, const std::string& 
                    ": liquid leaves through open faces only; make that face open");
   if (o.level && o.speed)
     return invalid(p, "speed: liquid leaves at a speed or against a level; drop one of them");
-  if (o.speed) {
-    if (Status s = above(p + "speed", *o.speed, 0, "m/s", "a wall lets nothing out"); !s) return s;
-    return bounded_vector(p + "speed", {*o.speed, 0, 0}, "m/s");
-  }
+  if (o.speed) return positive_speed(p + "speed", *o.speed, "a wall lets nothing out");
   if (!std::isfinite(*o.level))
     return invalid(p, "level: must be finite, got ", *o.level, " m; without one liquid falls out freely");
   const std::size_t down = axis_of(d.gravity);
@@ -553,7 +555,7 @@ Status validate(const EmitterDesc& e, double spacing) {
   } else if (!(std::isfinite(e.radius) && e.radius >= spacing))
     return invalid(p, "radius: must be at least one spacing (", spacing, " m), got ", e.radius,
                    "; widen the nozzle");
-  if (Status s = above(p + "speed", e.speed, 0, "m/s", "a nozzle at rest emits nothing"); !s) return s;
+  if (Status s = positive_speed(p + "speed", e.speed, "a nozzle at rest emits nothing"); !s) return s;
   if (Status st = validate_times(p, e.from, e.until); !st) return st;
   if (!std::isfinite(e.until) && e.max_particles == 0)
     return invalid(

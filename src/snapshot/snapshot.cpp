@@ -525,7 +525,7 @@ void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {
 Status WorldImpl::check_emitter(std::size_t k, const EmitterState& s, double new_time) const {
   EmitterRecord e = emitters_[k];
   put_emitter(s, e);
-  if (!std::isfinite(s.from) || !(s.speed > 0 && s.speed < 1e15) || !std::isfinite(s.temperature) ||
+  if (!std::isfinite(s.from) || !(s.speed > 0 && s.speed <= 1e15) || !std::isfinite(s.temperature) ||
       !(s.temperature >= absolute_zero) || s.on > 1 || !finite(s.center))
     return corrupt("a nozzle's setting is not usable");
   if (s.first_layer > layers_before(e, new_time) || s.skipped > layers_before(e, new_time))

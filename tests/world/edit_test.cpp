@@ -47,7 +47,9 @@ struct Twins {
     require(twin.world.restore(bytes->data(), bytes->size()));
     auto a = call(scene), b = call(twin);
     EXPECT_EQ(bool(a), bool(b));
-    if (!a && !b) EXPECT_EQ(a.error().message, b.error().message);
+    if (!a && !b) {
+      EXPECT_EQ(a.error().message, b.error().message);
+    }
     return std::make_pair(std::move(a), std::move(b));
   }
 };

@@ -491,6 +491,13 @@ TEST(Found, SpeedsBeyondReasonAreRefused) {
   s.material = *w->add_material({});
   s.shape = Shape::box({0.3, 0.3, 0.3}, {0.6, 0.6, 0.6});
   s.motion = Motion::kinematic;
+  EmitterDesc e;
+  e.material = s.material;
+  e.center = {0.5, 0.8, 0.5};
+  e.radius = 0.1;
+  e.until = 1;
+  e.speed = 1e30;
+  expect_refused(w->add_emitter(e), {"emitter1", "speed", "1e+15", "1e+30"});
   s.max_speed = 1e300;
   expect_refused(w->add_solid(s), {"body1", "max_speed", "1e+15", "1e+300"});
 }
