@@ -528,7 +528,8 @@ Status WorldImpl::check_emitter(std::size_t k, const EmitterState& s, double new
   if (!std::isfinite(s.from) || !(s.speed > 0 && s.speed <= 1e15) || !std::isfinite(s.temperature) ||
       !(s.temperature >= absolute_zero) || s.on > 1 || !finite(s.center))
     return corrupt("a nozzle's setting is not usable");
-  if (s.first_layer > layers_before(e, new_time) || s.skipped > layers_before(e, new_time))
+  // Also of a nozzle that has ended: a speed set since moves where its layers count from.
+  if (s.first_layer > layers_due(e, new_time) || s.skipped > layers_due(e, new_time))
     return corrupt("a nozzle's first layer is yet to come");
   return {};
 }

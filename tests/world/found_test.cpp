@@ -474,6 +474,33 @@ TEST(Found, SoundFollowsTheTensionOfWhatIsThereAlone) {
   EXPECT_EQ(alone.resolved().sound_speed, from_the_start.resolved().sound_speed);
 }
 
+// Its layers count from another time then, fewer of them before its end than it had left out: the World refused its own snapshot.
+TEST(Found, ANozzleThatHasEndedMayGetAnotherSpeed) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.gravity = {};
+  auto w = World::create(d);
+  require(w);
+  EmitterDesc e;
+  e.material = *w->add_material({});
+  e.radius = 0.15;
+  e.speed = 2;
+  while (w->time() < 1) require(w->step(0.05));
+  e.until = 0.5;
+  const auto nozzle = w->add_emitter(e);
+  require(nozzle);
+  EmitterSetting slower;
+  slower.speed = 0.1;
+  require(w->set_emitter(*nozzle, slower));
+  require(w->step(0.05));
+  const auto bytes = w->snapshot();
+  require(bytes);
+  require(w->restore(bytes->data(), bytes->size()));
+  require(w->step(0.05));
+  EXPECT_EQ(w->totals()->fluid, 0u);
+}
+
 // 1e300 squared is no number, and the World then refused its own snapshots.
 TEST(Found, SpeedsBeyondReasonAreRefused) {
   MELTSIM_NEEDS_BACKEND();
