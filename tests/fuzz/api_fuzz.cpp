@@ -45,6 +45,7 @@ class Sequence {
  public:
   Sequence(std::uint64_t item, const Settings& settings, fuzz::Progress& progress)
       : random_(static_cast<std::uint32_t>(item * 2654435761u + 17u)),
+        reserved_(item % 3 == 0 ? 0 : item % 300),
         settings_(settings),
         progress_(progress),
         wild_(item % 2 == 1) {}
@@ -163,7 +164,7 @@ class Sequence {
     if (chance(0.15)) d.domain.contact_angle = or_extreme(random_.uniform(0, 180));
     if (chance(0.1)) d.solute.time_scale = or_extreme(pick({0.0, 1e3, 1e5}));
     if (chance(0.05)) d.stray = Stray::halt;
-    if (chance(0.5)) d.reserved_particles = random_.below(300);
+    d.reserved_particles = reserved_;
     d.spacing = or_extreme(d.spacing, 0.02);
     d.support_radius = or_extreme(d.support_radius, 0.02);
     d.courant = or_extreme(d.courant, 0.02);
@@ -1287,6 +1288,7 @@ class Sequence {
   }
 
   Random random_;
+  const std::uint64_t reserved_;  ///< room for liquid that is added later
   const Settings& settings_;
   fuzz::Progress& progress_;
   const bool wild_;
