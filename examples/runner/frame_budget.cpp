@@ -27,16 +27,21 @@ constexpr double tolerance = 1.05;
 // Sub-steps of the scene are timed for so long.
 constexpr double timing_ms = 200;
 
-/// What a frame of the scene takes on this machine as it begins [ms].
-double frame_cost(const Scene& scene, const MachineOptions& machine) {
+struct FrameCost {
+  double frame_ms = 0, substep_ms = 0;
+};
+
+/// What a frame of the scene, and a sub-step of it, take on this machine as it begins.
+FrameCost frame_cost(const Scene& scene, const MachineOptions& machine) {
   Built built = build_world(scene, machine);
   const double frame = 1 / scene.time.fps;
   expect(built.world.step_part(frame, 1));  // allocates and records
   const meltsim::TimedStep timed = expect(built.world.step_within(frame, timing_ms));
-  if (timed.substeps == 0) return 0;
+  if (timed.substeps == 0) return {};
   const double steps = scene.time.dt ? std::max(1.0, std::ceil(frame / *scene.time.dt - 1e-6)) : 1;
   const double planned = std::max(static_cast<double>(timed.planned), steps);
-  return timed.wall_ms / static_cast<double>(timed.substeps) * planned;
+  const double each = timed.wall_ms / static_cast<double>(timed.substeps);
+  return {each * planned, each};
 }
 
 }  // namespace
@@ -65,11 +70,20 @@ FrameBudget FrameBudget::repeating(const std::string& directory) {
 }
 
 void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
-  expected_ms_ = frame_cost(scene, options.machine);
+  FrameCost cost = frame_cost(scene, options.machine);
+  expected_ms_ = cost.frame_ms;
   const auto say = [&](const std::string& what) {
     log.info("chosen for the budget: " + what);
-    expected_share_ = std::min(1.0, milliseconds_ / expected_ms_);
-    if (expected_share_ < 1)
+    // A frame has one sub-step at least, however long that takes.
+    expected_share_ = std::min(1.0, std::max(milliseconds_, cost.substep_ms) / expected_ms_);
+    if (cost.substep_ms > milliseconds_)
+      log.warn(
+          fmt::format("expected: one sub-step takes {:.3g} ms, more than the budget of {:g} ms; every frame "
+                      "will have one and be late, and "
+                      "{:.2g} s of every second will not be simulated; ask for a longer budget or coarser "
+                      "settings (--scale)",
+                      cost.substep_ms, milliseconds_, 1 - expected_share_));
+    else if (expected_share_ < 1)
       log.warn(fmt::format(
           "expected: {:.3g} ms of computing a frame, more than the budget of {:g} ms; {:.2g} s of "
           "every second will not be simulated",
@@ -100,7 +114,8 @@ void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
       if (1000 * c.seconds / frames <= wanted) best = c;
     scene = tuning->with(best.knobs);
     settings_ = tuning->settings_json(best.knobs);
-    expected_ms_ = frame_cost(scene, options.machine);
+    cost = frame_cost(scene, options.machine);
+    expected_ms_ = cost.frame_ms;
     say(fmt::format("{}; error of {} {}", tuning->settings_text(best.knobs), of,
                     error_text(tuning->known(), best.error)));
   } catch (const Failure& failure) {

@@ -146,8 +146,10 @@ class WholeRuns(unittest.TestCase):
     def test_a_budget_is_accounted_for_and_repeated_to_the_bit(self):
         # A hundredth of a millisecond has no room for two sub-steps, a minute has room for all.
         for name, budget in (("starved", "0.01ms"), ("full", "60s")):
-            said = self.meltsim("run", SCENE, "--backend", "cpu", "--budget", budget, "--out", name, "--time-limit", "3",
-                                "--no-cache").stdout
+            done = self.meltsim("run", SCENE, "--backend", "cpu", "--budget", budget, "--out", name, "--time-limit", "3",
+                                "--no-cache")
+            said = done.stdout
+            self.assertEqual("expected: one sub-step takes" in done.stderr + said, name == "starved")
             self.assertRegex(said, r"(?m)^chosen for the budget: ")
             self.assertRegex(said, r"(?m)^budget: \d of 5 frames within .* of 0\.2 s simulated$")
             run = json.loads(Path(self.path(name, "run.json")).read_text())
