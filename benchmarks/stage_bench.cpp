@@ -130,7 +130,7 @@ void register_searches() {
   using namespace meltsim::core;
   for (const Backend backend : backends())
     for (const Scene& scene : search_scenes(backend)) {
-      std::uint32_t facts = fact_packed;
+      FactSet facts = fact_packed;
       if (scene.layout == "droplets") facts = fact_sorted | fact_sparse;
       if (scene.search == meltsim::NeighbourSearch::tree) facts = fact_sorted | fact_tree;
       for (const StageInfo& info : stage_table) {

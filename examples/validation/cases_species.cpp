@@ -351,12 +351,13 @@ void growth(const Settings& s, Report& r) {
 void lock_of(const Settings& s, Report& r, int depth) {
   Plot plot{"species_lock_" + std::to_string(depth), "Lock exchange", "t sqrt(g'/H)", "front / H", {}};
   {
-    constexpr double contrast = 0.2, gravity = 9.81;
+    constexpr double contrast = 0.05, gravity = 9.81;
     const double high = depth * dx;
     WorldDesc d = box(s, dx, {8 * depth, depth + depth / 2, 8}, Face::wall, Face::wall, Face::periodic);
     d.gravity = {0, -gravity, 0};
     d.domain.no_slip = false;
     d.artificial_viscosity = 0.01;
+    d.isotropic_pressure = true;
     d.sound_speed = 10 * std::sqrt(2 * gravity * high);
     d.heat.model = HeatModel::none;
     Run run(d, r);

@@ -128,6 +128,10 @@ struct WorldDesc {
   double artificial_viscosity = 0.05;  ///< Monaghan's alpha, >= 0: damps acoustic noise; 0.01..0.1
   /// Allows pressures below 0. For liquid that fills its domain; at a free surface liquid would form clumps.
   bool tension = false;
+  /// Makes the stress of the pressure isotropic (physics/isotropic_pressure.hpp). Without it liquid resists shear with a stress in
+  /// proportion to its pressure, as if it were more viscous: slow flow deep below a surface stands still. Costs two more sweeps over the
+  /// neighbours. Needs an artificial_viscosity of 0.01 or more.
+  bool isotropic_pressure = false;
   /// Moves liquid particles slightly down the gradient of their concentration, so that they stay evenly spread in
   /// flows that would squeeze them into strings (physics/shifting.hpp). Costs one more sweep over the neighbours. Needs
   /// tension, because below a free surface it stirs the liquid. Liquid then moves with its velocity plus the shift:

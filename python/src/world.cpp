@@ -185,6 +185,8 @@ const Keys<WorldDesc>& world_keys() {
        {"artificial_viscosity", "float", "damps acoustic noise; 0.01 to 0.1",
         set_to(&WorldDesc::artificial_viscosity)},
        {"tension", "bool", "allows pressures below 0", set_to(&WorldDesc::tension)},
+       {"isotropic_pressure", "bool", "slow flow is not held up by the level of pressure; costs two sweeps",
+        set_to(&WorldDesc::isotropic_pressure)},
        {"particle_shifting", "bool", "keeps liquid evenly spread; needs tension",
         set_to(&WorldDesc::particle_shifting)},
        {"viscosity", "str", "how viscosity enters a sub-step: \"automatic\", \"explicit\" or \"implicit\"",

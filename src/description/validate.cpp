@@ -7,6 +7,7 @@
 #include "description/material_values.hpp"
 #include "description/nozzle.hpp"
 #include "engine/text.hpp"
+#include "meltsim/physics/isotropic_pressure.hpp"
 #include "meltsim/physics/property_table.hpp"
 
 namespace meltsim {

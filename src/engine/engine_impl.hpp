@@ -552,7 +552,7 @@ class EngineImpl final : public Engine {
   }
 
   /// Sorting, freezing and events look particles up by id.
-  static bool asks_by_id(std::uint32_t facts) {
+  static bool asks_by_id(FactSet facts) {
     return (facts & fact_packed) == 0 || (facts & (fact_freeze | fact_events)) != 0;
   }
 

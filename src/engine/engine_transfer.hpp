@@ -35,6 +35,12 @@ std::vector<V> fetch(const E& ex, const V* from, std::size_t n) {
 #define MELTSIM_BY_SLOT_id(...)
 #define MELTSIM_BY_SLOT_vertex(...)
 
+/// Puts a part of every item: `from`, then `to_come`.
+template <class Part, class Host, class Item>
+void fill_slots(std::vector<Item>& to, const std::vector<Host>& from, const Host& to_come) {
+  for (std::size_t i = 0; i < to.size(); ++i) Part::put(to[i], i < from.size() ? from[i] : to_come);
+}
+
 /// The State channels of particles, by slot. What emitters will fill lies ready as if it had been removed.
 template <class T>
 struct ParticleArrays {
@@ -43,19 +49,13 @@ struct ParticleArrays {
   ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species) {
 #define MELTSIM_MOVED(name, type) name.resize(capacity);
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
-  MELTSIM_BY_SLOT_##owner(fill<Part_##part>(channel, s.array, host(first));)
+  MELTSIM_BY_SLOT_##owner(fill_slots<Part_##part>(channel, s.array, host(first));)
 #include "meltsim/fields.def"
     for (std::size_t i = 0; i < capacity; ++i) id[i] = static_cast<std::uint32_t>(i);
     solute.assign(capacity * species, 0.0);
     for (std::size_t k = 0; k < species; ++k)
       std::copy(s.solute[k].begin(), s.solute[k].end(),
                 solute.begin() + static_cast<std::ptrdiff_t>(k * capacity));
-  }
-
- private:
-  template <class Part, class Host, class Item>
-  static void fill(std::vector<Item>& to, const std::vector<Host>& from, const Host& to_come) {
-    for (std::size_t i = 0; i < to.size(); ++i) Part::put(to[i], i < from.size() ? from[i] : to_come);
   }
 };
 

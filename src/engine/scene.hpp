@@ -117,7 +117,7 @@ inline constexpr int tree_resolution = 4;
 /// The neighbour search of a scene and the reason for its choice.
 struct SearchChoice {
   NeighbourSearch search = NeighbourSearch::grid;
-  std::uint32_t facts = fact_packed;
+  FactSet facts = fact_packed;
   const char* reason = "";
 };
 
@@ -136,7 +136,7 @@ inline constexpr std::uint64_t level_interval = 64;
 
 /// How much to allocate and which stages to run.
 struct EngineSetup {
-  std::uint32_t facts = 0;
+  FactSet facts = 0;
   FieldSet channels = 0;
   std::uint32_t particle_capacity = 0;
   std::uint64_t searched = 0;     ///< particles that cells are made for: those without room in reserve

@@ -15,7 +15,7 @@ struct FusionInfo {
   const char* name;
   std::uint64_t stages;  ///< all of them are in the sub-step
   std::uint64_t breaks;  ///< none of them is
-  std::uint32_t never;   ///< facts of scenes in which it never holds
+  FactSet never;         ///< facts of scenes in which it never holds
   const char* why;
   const char* why_not;
 };
@@ -28,7 +28,8 @@ inline constexpr FusionInfo fusion_table[fusion_count] = {
      ~((stage_bit(stage_sph_forces) << 1) - 1) & ~stage_bit(stage_step_integrate) &
          ((std::uint64_t{1} << (stage_count - 1) << 1) - 1),
      fact_solid | fact_melt | fact_shifting | fact_viscosity | fact_implicit | fact_heat_enthalpy |
-         fact_heat_paper | fact_heat_iwasaki | fact_events | fact_species | fact_tension | fact_fields,
+         fact_heat_paper | fact_heat_iwasaki | fact_events | fact_species | fact_tension | fact_fields |
+         fact_isotropic,
      "a liquid is alone: sph.forces and step.integrate are one sweep",
      "on a GPU, where one liquid is alone and stages of the host's only read, and are recorded"},
     {"step.count_ahead", stage_bit(stage_spatial_cells) | stage_bit(stage_step_integrate),

@@ -100,8 +100,11 @@ inline constexpr std::array<FieldInfo, field_count> field_table{{
 #undef MELTSIM_FIELD
 }};
 
+/// Facts of a scene, a bit each.
+using FactSet = std::uint64_t;
+
 /// Facts: what a scene contains. They decide which stages run.
-enum Fact : std::uint32_t {
+enum Fact : FactSet {
   fact_particles = 1u << 0,
   fact_fluid = 1u << 1,          ///< liquid now, or later by melting or emission
   fact_solid = 1u << 2,          ///< lattice vertices
@@ -131,24 +134,24 @@ enum Fact : std::uint32_t {
   fact_lattice = 1u << 23,  ///< free bodies, which shape matching moves
   fact_rigid = 1u << 24,    ///< rigid bodies and proxies
   // Further facts that the check skips:
-  fact_forces = 1u << 25,   ///< what acts on bodies is summed
-  fact_events = 1u << 26,   ///< events are noted
-  fact_species = 1u << 27,  ///< something is dissolved, or dissolves
-  fact_tension = 1u << 28,  ///< a liquid has surface tension
-  fact_outlets = 1u << 29,  ///< liquid leaves against a level
-  fact_strain = 1u << 30,   ///< a liquid's viscosity depends on its shear rate; with fact_viscosity
-  fact_fields = 1u << 31,   ///< force fields; with liquid or bodies that can move
+  fact_forces = 1u << 25,             ///< what acts on bodies is summed
+  fact_events = 1u << 26,             ///< events are noted
+  fact_species = 1u << 27,            ///< something is dissolved, or dissolves
+  fact_tension = 1u << 28,            ///< a liquid has surface tension
+  fact_outlets = 1u << 29,            ///< liquid leaves against a level
+  fact_strain = 1u << 30,             ///< a liquid's viscosity depends on its shear rate; with fact_viscosity
+  fact_fields = 1u << 31,             ///< force fields; with liquid or bodies that can move
+  fact_isotropic = FactSet{1} << 32,  ///< the stress of the pressure is isotropic
 };
 
-inline constexpr std::uint32_t search_facts[] = {fact_packed, fact_sorted | fact_sparse,
-                                                 fact_sorted | fact_tree};
-inline constexpr std::uint32_t any_search = fact_packed | fact_sorted | fact_sparse | fact_tree;
+inline constexpr FactSet search_facts[] = {fact_packed, fact_sorted | fact_sparse, fact_sorted | fact_tree};
+inline constexpr FactSet any_search = fact_packed | fact_sorted | fact_sparse | fact_tree;
 
 struct StageInfo {
   const char* module;
   const char* stage;
   const char* name;
-  std::uint32_t need;
+  FactSet need;
   FieldSet reads, writes;
   FieldSet may;                        ///< reads or writes where the scene has them
   FieldSet reads_apart, writes_apart;  ///< reads, writes and may, parts by their own names
@@ -181,16 +184,14 @@ enum Stage : int {
 #undef MELTSIM_STAGE
 };
 
-constexpr bool runs(const StageInfo& stage, std::uint32_t facts) {
-  return (stage.need & facts) == stage.need;
-}
+constexpr bool runs(const StageInfo& stage, FactSet facts) { return (stage.need & facts) == stage.need; }
 
 /// Facts that a real scene cannot combine otherwise.
-constexpr bool consistent(std::uint32_t f) {
+constexpr bool consistent(FactSet f) {
   // The facts that leave the fewest combinations come first: compilers bound the work of a constant expression.
   if (((f & fact_fluid) != 0) == ((f & fact_dry) != 0)) return false;
   if (f != 0 && (f & fact_particles) == 0) return false;
-  const auto implies = [f](std::uint32_t a, std::uint32_t b) { return (f & a) == 0 || (f & b) == b; };
+  const auto implies = [f](FactSet a, FactSet b) { return (f & a) == 0 || (f & b) == b; };
   return implies(fact_mobile, fact_solid) && implies(fact_contact, fact_mobile) &&
          implies(fact_melt, fact_solid | fact_fluid) && implies(fact_freeze, fact_melt) &&
          implies(fact_shifting, fact_fluid) &&
@@ -213,7 +214,7 @@ constexpr FieldSet fed_before_stages() {
 }
 
 /// Index of the first stage that reads a channel no stage produced in a scene with these facts, or -1.
-constexpr int first_unfed_stage(std::uint32_t facts, FieldSet available) {
+constexpr int first_unfed_stage(FactSet facts, FieldSet available) {
   for (int i = 0; i < stage_count; ++i) {
     const StageInfo& stage = stage_table[i];
     if ((stage.need & facts) != stage.need) continue;
@@ -224,13 +225,13 @@ constexpr int first_unfed_stage(std::uint32_t facts, FieldSet available) {
 }
 
 /// mobile: what can move where something can.
-constexpr bool pipeline_is_fed(std::uint32_t search, std::uint32_t mobile) {
+constexpr bool pipeline_is_fed(FactSet search, FactSet mobile) {
   constexpr FieldSet before = fed_before_stages();
-  for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
+  for (FactSet facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts)) continue;
-    const std::uint32_t bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
-    constexpr std::uint32_t host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces |
-                                   fact_events | fact_species | fact_strain | fact_fields;
+    const FactSet bodies = (facts & fact_mobile) != 0 ? mobile : 0u;
+    constexpr FactSet host = fact_probes | fact_loads | fact_kinematic | fact_implicit | fact_forces |
+                             fact_events | fact_species | fact_strain | fact_fields;
     if (first_unfed_stage(facts | bodies | search | host, before) >= 0) return false;
   }
   return true;
@@ -247,7 +248,7 @@ static_assert(pipeline_is_fed(search_facts[2], fact_lattice | fact_rigid),
 static_assert(sizeof search_facts / sizeof *search_facts == 3);
 
 /// Channels that a scene needs: those that its stages touch and the host requests. Enthalpies that neither touches are stored by id.
-constexpr FieldSet channels_for(std::uint32_t facts, FieldSet wanted = 0) {
+constexpr FieldSet channels_for(FactSet facts, FieldSet wanted = 0) {
   FieldSet set = wanted;
   for (int i = 0; i < stage_count; ++i)
     if (runs(stage_table[i], facts)) set |= stage_table[i].reads | stage_table[i].writes;

@@ -198,8 +198,8 @@ std::vector<core::ProbeLine> WorldImpl::lines_of(const ProbeDesc& p) const {
 }
 
 /// Facts for the plan.
-std::uint32_t WorldImpl::probe_facts() const {
-  std::uint32_t facts = 0;
+core::FactSet WorldImpl::probe_facts() const {
+  core::FactSet facts = 0;
   for (const ProbeRecord& p : probes_) facts |= p.sums() ? core::fact_loads : core::fact_probes;
   return facts;
 }

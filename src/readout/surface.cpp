@@ -41,7 +41,7 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
   view.backend = engine->backend();
   view.serial = mark_view(surface_view_, true);
   const bool solids = (facts_ & core::fact_solid) != 0;
-  const std::uint32_t needed = d.of == SurfaceOf::liquid ? core::fact_fluid : core::fact_solid;
+  const core::FactSet needed = d.of == SurfaceOf::liquid ? core::fact_fluid : core::fact_solid;
   if ((facts_ & needed) == 0) return view;
   core::SurfaceRequest q;
   q.of = d.of;

@@ -58,6 +58,8 @@ struct WatchedForcesBody {
     if (body == core::none) return body;
     Vec3<T> pressure = spatial::sum_part<Periodic>(w, core::PressureOnSolid<T>{{w}}, i, 0u, 1u).force;
     if (w.f.surface_along != nullptr) pressure += core::tension_on_solid<Periodic>(w, i, tag);
+    if (w.f.isotropic_diagonal != nullptr)
+      pressure += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
     const Vec3<T> contact = contact_force_on<Periodic>(w, i, tag);
     const T mass = w.f.mass[i];
     Vec3<T> all;

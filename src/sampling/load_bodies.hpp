@@ -7,6 +7,7 @@
 #include "meltsim/physics/sampling.hpp"
 #include "sampling/bodies.hpp"
 #include "shared/heat_operand.hpp"
+#include "shared/isotropic_forces.hpp"
 #include "shared/pair_forces.hpp"
 #include "shared/tension_forces.hpp"
 
@@ -46,6 +47,8 @@ template <bool Periodic, class T>
 MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
   Vec3<T> force = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force;
   if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i, tag);
+  if (w.f.isotropic_diagonal != nullptr)
+    force += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
   return force;
 }
 
@@ -130,6 +133,9 @@ struct LiquidOnWallBody {
       force += n * dot(n, images(i, tag, walls));
       if (liquid && w.f.surface_along != nullptr)
         force += n * dot(n, core::tension_of_walls<Periodic>(w, i, tag));
+      if (w.f.isotropic_diagonal != nullptr)
+        force +=
+            n * dot(n, spatial::sum_part<Periodic>(w, core::IsotropicForce<T, true>{w}, i, 0u, 1u).force);
       if (liquid)
         force +=
             n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, core::pull_at(w, i))) * w.f.mass[i];

@@ -9,6 +9,7 @@
 #include "sph/bodies.hpp"
 #include "sph/cohere_bodies.hpp"
 #include "sph/diffuse_bodies.hpp"
+#include "sph/isotropy_bodies.hpp"
 #include "sph/shift_bodies.hpp"
 #include "sph/strain_bodies.hpp"
 
@@ -116,6 +117,20 @@ void tension(E& ex, const core::Frame<T>& w) {
 template <class E, class T>
 void cohere(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, CohereBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
+void arrangement(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(w, [&](auto periodic) {
+    spatial::sweep<periodic()>(ex, w.particles, ArrangementBody<T, periodic()>{w});
+  });
+}
+
+template <class E, class T>
+void isotropy(E& ex, const core::Frame<T>& w) {
+  spatial::with_periods(w, [&](auto periodic) {
+    spatial::sweep<periodic()>(ex, w.particles, IsotropyBody<T, periodic()>{{w}});
+  });
 }
 
 template <class E, class T>

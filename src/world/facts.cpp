@@ -203,8 +203,8 @@ void WorldImpl::recount(const core::WorldStatus& s) {
 }
 
 /// Which stages the census asks for.
-std::uint32_t WorldImpl::facts() const {
-  std::uint32_t f = 0;
+core::FactSet WorldImpl::facts() const {
+  core::FactSet f = 0;
   const bool fluid = census_.fluid || emitting();
   const bool heat = heat_reason().empty(), model = desc.heat.model != HeatModel::none;
   bool freezing_body = false, watched = false;
@@ -251,6 +251,7 @@ std::uint32_t WorldImpl::facts() const {
       f |= core::fact_tension;
   for (const OutletDesc& outlet : desc.domain.outlets)
     if (outlet.level && (f & core::fact_fluid) != 0) f |= core::fact_outlets;
+  if (desc.isotropic_pressure && (f & core::fact_fluid) != 0) f |= core::fact_isotropic;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
   if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;

@@ -144,7 +144,7 @@ std::string Plan::to_string() const {
 
 /// Channels of a scene with these facts and the custom stages there are. Of what such a stage can see, only enthalpies are
 /// not there in any scene with particles.
-core::FieldSet WorldImpl::channels_of(std::uint32_t facts) const {
+core::FieldSet WorldImpl::channels_of(core::FactSet facts) const {
   core::FieldSet wanted = 0;
   for (const core::PlacedStage& c : custom_)
     for (const auto* list : {&c.stage.reads, &c.stage.writes})
@@ -245,7 +245,7 @@ Status WorldImpl::set_interval_of(const std::string& module, int n) {
 
 namespace {
 /// Switching a module off is saying that the scene does not need it: facts go, stages and channels follow.
-std::uint32_t facts_of_module(const std::string& module) {
+core::FactSet facts_of_module(const std::string& module) {
   if (module == "sph") return core::fact_fluid | core::fact_melt | core::fact_freeze;
   if (module == "lsm") return core::fact_mobile | core::fact_contact | core::fact_lattice | core::fact_rigid;
   if (module == "thermal")

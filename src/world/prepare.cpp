@@ -9,6 +9,7 @@
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
+#include "meltsim/physics/isotropic_pressure.hpp"
 #include "meltsim/physics/phase_change.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
 #include "meltsim/physics/surface_tension.hpp"
@@ -152,6 +153,24 @@ void WorldImpl::derive_sound_speed() {
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
 }
 
+/// Refuses isotropic pressure in a liquid that neither its own viscosity nor artificial viscosity damps.
+Status WorldImpl::check_damping() const {
+  using physics::least_artificial_viscosity;
+  for (std::size_t i = 0; desc.isotropic_pressure && i < materials.size(); ++i) {
+    if (liquid_used_[i] == 0u) continue;
+    const MaterialDesc& m = materials[i];
+    const double own = least_viscosity(m) / largest_density(i) /
+                       physics::artificial_kinematic_viscosity(1, sound_speed_, core::support_of(desc));
+    if (desc.artificial_viscosity + own < least_artificial_viscosity)
+      return core::invalid("isotropic_pressure: needs an artificial_viscosity of ",
+                           least_artificial_viscosity, " or more, got ", desc.artificial_viscosity,
+                           "; liquid \"", m.name,
+                           "\" is too thin to do without and would gain motion. Set artificial_viscosity, or "
+                           "isotropic_pressure to false");
+  }
+  return {};
+}
+
 /// Refuses a sound speed that what falls onto the floor of the domain outruns: it would pass through liquid, in sub-steps that
 /// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
 /// below, how far things fall is not known.
@@ -251,7 +270,7 @@ std::uint64_t WorldImpl::planned_emission() const {
 }
 
 /// Stages and channels for these facts.
-core::EngineSetup WorldImpl::setup_of(std::uint32_t facts) const {
+core::EngineSetup WorldImpl::setup_of(core::FactSet facts) const {
   core::EngineSetup setup;
   setup.facts = facts;
   setup.channels = channels_of(facts);
@@ -312,6 +331,7 @@ Status WorldImpl::prepare() {
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
   derive_limits();
+  if (Status damped = check_damping(); outrun && !damped) outrun_ = damped.error();
   facts_ = facts();
   fit_regions();
   place_forces();
@@ -352,7 +372,7 @@ Status WorldImpl::adapt() {
     level_.reset();
   }
   derive_limits();
-  const std::uint32_t wanted = facts(), had = facts_;
+  const core::FactSet wanted = facts(), had = facts_;
   core::EngineSetup setup = setup_of(wanted);
   setup.heat_flows_again = outside;
   // The host keeps the parts of the lattice that are dropped.

@@ -340,7 +340,7 @@ class WorldImpl final : public Scheduler {
   void fit_events();
   void forget_live(std::uint32_t body);
   Vec3d rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExtent& extent) const;
-  std::uint32_t facts() const;
+  core::FactSet facts() const;
   void find_materials();
   void weigh_materials();
   void take_census();
@@ -376,7 +376,7 @@ class WorldImpl final : public Scheduler {
   bool regions_fit() const;
   static bool acts(const HeatRegionRecord& r, double from, double until);
   bool regions_act(double from, double until);
-  core::EngineSetup setup_of(std::uint32_t facts) const;
+  core::EngineSetup setup_of(core::FactSet facts) const;
   Status adapt();
   Status follow_plan(double dt);
   static std::uint32_t motion_of(const BodyRecord& body, bool held);
@@ -394,7 +394,7 @@ class WorldImpl final : public Scheduler {
   }
   bool may_be_liquid(std::size_t material) const;
   Box reachable(Box box) const;
-  core::FieldSet channels_of(std::uint32_t facts) const;
+  core::FieldSet channels_of(core::FactSet facts) const;
   std::string heat_reason() const;
   bool heat_from_outside() const;
   void fill_heat_boundary(core::SceneConstants& c) const;
@@ -443,6 +443,7 @@ class WorldImpl final : public Scheduler {
   double least_viscosity(const MaterialDesc& m) const;
   void derive_sound_speed();
   Status check_sound_speed() const;
+  Status check_damping() const;
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();
@@ -545,7 +546,7 @@ class WorldImpl final : public Scheduler {
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
   Status check(const ProbeDesc& p, ProbeRecord& record) const;
-  std::uint32_t probe_facts() const;
+  core::FactSet probe_facts() const;
   Status check_load(const std::string& what, const ProbeDesc& p, ProbeRecord& record) const;
   void place_load(const ProbeRecord& record, std::uint32_t number, core::ProbeSetup& s) const;
   std::vector<core::ProbeLine> lines_of(const ProbeDesc& p) const;
@@ -634,7 +635,7 @@ class WorldImpl final : public Scheduler {
   double densest_added_ =
       0;                 ///< of liquid that was added or is emitted, not of what melted [kg/m^3]; 0: none
   double contrast_ = 1;  ///< physics::contrast_factor of what is in the scene
-  std::uint32_t facts_ = 0;
+  core::FactSet facts_ = 0;
   /// Census of the scene, from which its stages follow. It may lag behind the device
   /// until the host reads a status: then a stage runs that has nothing to do.
   struct Census {
@@ -671,7 +672,8 @@ class WorldImpl final : public Scheduler {
   StepResult carried_;              ///< extremes seen by a synchronize() of the World's own
   bool changes_phase_ = false;      ///< a material in use melts or freezes
   double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
-  std::optional<Error> outrun_;     ///< what falls outruns the sound speed: no step is taken
+  std::optional<Error>
+      outrun_;  ///< what falls outruns the sound speed, or nothing damps liquid: no step is taken
   bool strong_pull_ = false;  ///< a body's damping and stiffness need two super-steps of implicit viscosity
   double viscous_dt_ = infinity;  ///< what explicit viscosity would allow [s]
   double viscous_lambda_ = 0;     ///< bound of the viscous operator's spectrum [1/s]
@@ -689,7 +691,7 @@ class WorldImpl final : public Scheduler {
   std::uint64_t samples_used_ = 0;  ///< those that are in the region that is written to
   bool probes_stale_ = false;       ///< the engine does not have them as they are
   std::vector<core::PlacedStage> custom_;
-  std::uint32_t disabled_facts_ = 0;
+  core::FactSet disabled_facts_ = 0;
   std::vector<std::string> disabled_modules_;
   int topology_interval_ = 1;
   double heat_owed_ = 0;  ///< [s] of sub-steps without heat in a step that was broken off

@@ -37,7 +37,7 @@ struct Pool {
 template <class T>
 class Advance : public ::testing::Test {
  protected:
-  static constexpr std::uint32_t facts = core::fact_particles | core::fact_fluid;
+  static constexpr core::FactSet facts = core::fact_particles | core::fact_fluid;
   using Rig = modules_test::Rig<T>;
   static void step(Rig& rig, int times = 1) {
     for (int k = 0; k < times; ++k) rig.run({"step.begin", "spatial", "sph", "step.integrate"}, dt);

@@ -26,7 +26,7 @@ template <class T>
 std::shared_ptr<core::Engine> make_engine(const PermutingExec<T>& exec);
 
 /// With what a scene cannot be without.
-inline core::EngineSetup setup_for(std::uint32_t facts, std::size_t particles) {
+inline core::EngineSetup setup_for(core::FactSet facts, std::size_t particles) {
   if ((facts & core::fact_fluid) == 0) facts |= core::fact_dry;
   if ((facts & core::any_search) == 0) facts |= core::fact_sparse;
   if ((facts & (core::fact_sparse | core::fact_tree)) != 0) facts |= core::fact_sorted;
@@ -40,7 +40,7 @@ inline core::EngineSetup setup_for(std::uint32_t facts, std::size_t particles) {
 }
 
 /// Bits of a stage, or of all stages of a module that run in such a scene; 0: there is none.
-inline std::uint64_t stage_bits(const std::string& wanted, std::uint32_t facts) {
+inline std::uint64_t stage_bits(const std::string& wanted, core::FactSet facts) {
   std::uint64_t bits = 0;
   for (int s = 0; s < core::stage_count; ++s) {
     const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
@@ -61,7 +61,7 @@ struct Rig {
       : exec(order, fuses), engine(make_engine<T>(exec)) {}
   const core::Frame<T>& frame() const { return exec.frame(); }
   void upload(const core::SceneConstants& c, const core::SceneLattice& l, const core::SceneState& s,
-              std::uint32_t facts) {
+              core::FactSet facts) {
     const core::EngineSetup setup = setup_for(facts, s.position.size());
     facts_ = setup.facts;
     const Status status = engine->upload(c, l, s, setup);
@@ -83,7 +83,7 @@ struct Rig {
 
  private:
   std::uint64_t steps_ = 0;
-  std::uint32_t facts_ = 0;
+  core::FactSet facts_ = 0;
 };
 
 /// Constants with one liquid (0), one solid that melts into it at 0 degrees (1), a denser liquid (2).

@@ -11,7 +11,7 @@ namespace {
 
 using namespace modules_test;
 
-constexpr std::uint32_t facts = core::fact_particles | core::fact_fluid | core::fact_solid |
+constexpr core::FactSet facts = core::fact_particles | core::fact_fluid | core::fact_solid |
                                 core::fact_mobile | core::fact_lattice | core::fact_contact |
                                 core::fact_melt | core::fact_freeze;
 constexpr std::uint32_t water = 0, brine = 2;

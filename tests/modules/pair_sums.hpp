@@ -105,7 +105,7 @@ struct PairScene {
   core::SceneConstants constants = plain_constants(0.2);
   core::SceneLattice lattice;
   core::SceneState state;
-  std::uint32_t facts = core::fact_particles | core::fact_fluid;
+  core::FactSet facts = core::fact_particles | core::fact_fluid;
   double dt = 1e-3, heat_dt = 1e-2;
   bool has_solids() const { return (facts & core::fact_mobile) != 0; }
 };
@@ -132,6 +132,7 @@ class AllPairs {
     accelerations();
     if ((scene.facts & core::fact_contact) != 0) contacts();
     if ((scene.facts & core::fact_tension) != 0) tensions();
+    if ((scene.facts & core::fact_isotropic) != 0) isotropy();
     watched();
     // One stage from the beginning of the sub-step is the explicit force.
     if ((scene.facts & core::fact_fluid) != 0) sums_.diffused = sums_.acceleration;
@@ -463,6 +464,46 @@ class AllPairs {
           sums_.watched[6 * b + k].add(impulse, size);
           sums_.watched[6 * b + 3 + k].add(cross(arm, impulse), length(arm) * size);
         }
+      });
+    }
+  }
+  /// Isotropic pressure: what the surroundings of liquid lack of an isotropic second moment, times its pressure, as a stress.
+  void isotropy() {
+    std::vector<Mat3<double>> stress(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i) || solid(i)) continue;
+      Mat3<double> A;
+      around(i, [&](std::size_t j, const Copy&, const Vec3d& d, double r) {
+        const double x[3] = {d.x, d.y, d.z};
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b) A.m[a][b] += volume_[j] * f(r) * x[a] * x[b];
+      });
+      const double third = (A.m[0][0] + A.m[1][1] + A.m[2][2]) / 3;
+      double size = 0;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          A.m[a][b] = (a == b ? 1 : 0) - A.m[a][b] / third;
+          size += A.m[a][b] * A.m[a][b];
+        }
+      const double share = std::min(1.0, std::max(0.0, 2 - 5 * std::sqrt(size)));
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) stress[i].m[a][b] = share * term_[i] * A.m[a][b];
+    }
+    for (std::size_t i = 0; i < n_; ++i) {
+      if (gone(i)) continue;
+      around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+        const double x[3] = {d.x, d.y, d.z},
+                     side[3] = {1 - 2 * copy.across.x, 1 - 2 * copy.across.y, 1 - 2 * copy.across.z};
+        double force[3] = {};
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b)
+            force[a] += (stress[i].m[a][b] + side[a] * side[b] * stress[j].m[a][b]) * x[b];
+        const double V = volume_[i] * volume_[j] * f(r) / mass_[i];
+        // Of the order of 1 is what is rounded of the moments; the share falls by five times that.
+        const double terms = (solid(i) ? 0 : term_scale_[i]) + (solid(j) ? 0 : term_scale_[j]);
+        sums_.acceleration[i].add(Vec3d{force[0], force[1], force[2]} * V, V * terms * r);
+        if (solid(i))
+          pressure_[i].add(Vec3d{force[0], force[1], force[2]} * (V * mass_[i]), V * mass_[i] * terms * r);
       });
     }
   }

@@ -184,13 +184,22 @@ std::vector<NamedScene> pair_scenes(double support, double length) {
   all.push_back({"two liquids that wet and ice", box(support, Kind::wetting, 0, {9, 8, 8}, 4, 16)});
   all.push_back(
       {"two liquids that wet and ice, y periodic", box(support, Kind::wetting, 2, {9, 9, 8}, 0, 17)});
-  all.push_back({"water and ice that precipitates", box(support, Kind::precipitating, 0, {9, 8, 8}, 4, 18)});
+  all.push_back({"water and ice that precipitates", box(support, Kind::precipitating, 0, {9, 8, 8}, 4, 28)});
   all.push_back({"water and ice that precipitates, all periodic",
                  box(support, Kind::precipitating, 7, {9, 9, 9}, 0, 19)});
   for (const char* slips : {"water, x and z periodic", "two liquids that shear and ice",
                             "two liquids that wet and ice, y periodic"})
     for (NamedScene& s : all)
       if (s.name == slips) s.scene.constants.domain.no_slip = false;
+  for (const auto& [name, of] :
+       {NamedScene{"water, isotropic pressure", box(support, Kind::water, 0, {9, 8, 8}, 4, 28)},
+        NamedScene{"water and ice, isotropic pressure",
+                   box(support, Kind::water_and_ice, 0, {9, 8, 8}, 4, 19)},
+        NamedScene{"two liquids and ice, y periodic, isotropic pressure",
+                   box(support, Kind::all, 2, {9, 9, 8}, 0, 20)}}) {
+    all.push_back({name, of});
+    all.back().scene.facts |= core::fact_isotropic;
+  }
   PairScene under_tension = box(support, Kind::water, 4, {9, 8, 9}, 4, 11);
   under_tension.constants.tension = true;
   under_tension.facts |= core::fact_shifting;
@@ -201,6 +210,8 @@ std::vector<NamedScene> pair_scenes(double support, double length) {
   all.push_back({"crowd", crowded(support)});
   all.push_back({"bodies", bodies(support, false)});
   all.push_back({"bodies and water", bodies(support, true)});
+  all.push_back({"bodies and water, isotropic pressure", bodies(support, true)});
+  all.back().scene.facts |= core::fact_isotropic;
   for (NamedScene& s : all) {
     DomainDesc& d = s.scene.constants.domain;
     if (d.bounded && d.faces[1] == Face::wall) d.max.x = std::max(d.max.x, length * support * dx);
@@ -218,7 +229,7 @@ struct Run {
   core::DerivedState derived;
   std::size_t n = scene.state.position.size();
 
-  void operator()(std::uint32_t facts, std::initializer_list<const char*> stages) {
+  void operator()(core::FactSet facts, std::initializer_list<const char*> stages) {
     const std::shared_ptr<core::Engine> engine =
         how.make(sizeof(T) == sizeof(float) ? Precision::single_precision : Precision::double_precision);
     ASSERT_NE(engine, nullptr) << how.name;

@@ -8,7 +8,7 @@ namespace {
 
 using namespace modules_test;
 
-constexpr std::uint32_t facts = core::fact_particles | core::fact_fluid | core::fact_solid |
+constexpr core::FactSet facts = core::fact_particles | core::fact_fluid | core::fact_solid |
                                 core::fact_mobile | core::fact_lattice | core::fact_contact | core::fact_melt;
 
 /// Uploads, searches once, and compares.

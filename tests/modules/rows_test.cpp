@@ -16,7 +16,7 @@ namespace {
 
 constexpr double dx = 0.2;
 constexpr double dt = 1e-3;
-constexpr std::uint32_t facts =
+constexpr core::FactSet facts =
     core::fact_particles | core::fact_solid | core::fact_mobile | core::fact_lattice;
 
 struct Bodies {

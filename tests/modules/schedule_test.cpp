@@ -12,7 +12,7 @@ namespace {
 
 using namespace meltsim::core;
 
-std::uint64_t stages_of(std::uint32_t facts) {
+std::uint64_t stages_of(FactSet facts) {
   std::uint64_t bits = 0;
   for (int s = 1; s < stage_count; ++s)  // step.begin runs ahead of what repeats
     if (runs(stage_table[static_cast<std::size_t>(s)], facts)) bits |= std::uint64_t{1} << s;
@@ -40,7 +40,7 @@ std::vector<std::uint64_t> ended_before(const Schedule& plan) {
 
 TEST(Schedule, StagesThatTouchTheSameChannelKeepTheirOrder) {
   int pairs = 0;
-  for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
+  for (FactSet facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts)) continue;
     for (const std::uint32_t search : search_facts) {
       const std::uint64_t running = stages_of(facts | search | fact_probes | fact_loads);
@@ -84,7 +84,7 @@ TEST(Schedule, ProbesRunBesideTheSweepThatEndsTheSubstep) {
 }
 
 TEST(Schedule, NothingPassesIntegrationAndAllEndsOnTheFirstTrack) {
-  for (std::uint32_t facts = 0; facts < fact_packed; ++facts) {
+  for (FactSet facts = 0; facts < fact_packed; ++facts) {
     if (!consistent(facts) || (facts & fact_particles) == 0) continue;
     const std::uint64_t running = stages_of(facts | fact_packed);
     const Schedule plan = make_schedule(running);

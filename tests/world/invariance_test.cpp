@@ -60,7 +60,7 @@ struct Answer {
   std::uint64_t melted = 0;
 };
 
-/// Water with a block that melts, a rigid ball, a paddle that turns, a jet, heat through a wall and the free surface, a source,
+/// Water of isotropic pressure with a block that melts, a rigid ball, a paddle that turns, a jet, heat through a wall and the free surface, a source,
 /// a force field. 10 x 8 x 8 spacings: each part has two or more across, and 0.2 s are 150 sub-steps, in which a third melts.
 Answer run(const Placement& p, Precision precision) {
   constexpr double dx = 0.0625;
@@ -68,6 +68,7 @@ Answer run(const Placement& p, Precision precision) {
   d.precision = precision;
   d.spacing = dx * p.length;
   d.gravity = (p.length / (p.time * p.time)) * p.direction({0.5, -9.81, 0});
+  d.isotropic_pressure = true;
   d.domain.bounded = true;
   const Box tank = p.box({0, 0, 0}, {10 * dx, 14 * dx, 8 * dx}).bounds();
   d.domain.min = tank.min;

@@ -44,12 +44,14 @@ struct Search {
   NeighbourSearch search = NeighbourSearch::grid;
   bool periodic = false;
   Precision precision = Precision::double_precision;
+  bool isotropic_pressure = false;
 };
 const Search searches[] = {
     {"grid"},
     {"grid, single", NeighbourSearch::grid, false, Precision::single_precision},
     {"grid, periodic", NeighbourSearch::grid, true},
     {"tree, periodic", NeighbourSearch::tree, true},
+    {"grid, isotropic pressure", NeighbourSearch::grid, false, Precision::double_precision, true},
 };
 
 /// A tank of moving water, a post in it that is held, and on the post a block that slides.
@@ -63,6 +65,7 @@ Tank make_tank(const Search& s, double viscosity, bool no_slip) {
   d.precision = s.precision;
   d.spacing = 0.2;
   d.sound_speed = 40;
+  d.isotropic_pressure = s.isotropic_pressure;
   d.heat.model = HeatModel::none;
   d.domain.bounded = true;
   d.domain.max = {2.4, 2.4, 2.4};

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forces of isotropic pressure on one particle, for the step, for watched bodies and for probes of kind `force`; formulas in
+// meltsim/physics/isotropic_pressure.hpp.
+#pragma once
+
+#include "meltsim/physics/isotropic_pressure.hpp"
+#include "shared/pair_forces.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace core {
+
+/// visit(mask, x_m, r_m^2) for every image of a neighbour within H.
+template <class T, class Visit>
+MELTSIM_HD void for_each_masked_image(const physics::WallView<T>& walls, T support2,
+                                      const spatial::Pair<T>& pair, const Visit& visit) {
+  for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
+    const T square = physics::image_square(walls, pair.x_ij, pair.r2, mask);
+    if (square < support2) visit(mask, physics::image_of(walls, pair.x_ij, mask), square);
+  }
+}
+
+template <class T>
+MELTSIM_HD Sym3<T> pressure_stress_of(const Frame<T>& w, std::uint64_t i) {
+  return {xyz(w.f.isotropic_diagonal[i]), xyz(w.f.isotropic_mixed[i])};
+}
+
+/// The force on a particle of liquid or of a body. of_walls: what of it walls take: of images in them, what is across the planes that mirror
+/// them. The rest pairs of particles exchange.
+template <class T, bool of_walls = false>
+struct IsotropicForce {
+  Frame<T> w;
+  using Sum = ForceSum<T>;
+  struct Own {
+    Sym3<T> stress;
+    T volume;
+    physics::WallView<T> walls;
+  };
+  using Stored = Sym3<T>;
+  MELTSIM_HD bool takes_part(std::uint64_t) const { return true; }
+  MELTSIM_HD Own own(std::uint64_t i) const {
+    const Vec4<T> x = w.f.position[i];
+    return {pressure_stress_of(w, i), x.w, physics::wall_view(w.c.walls, xyz(x))};
+  }
+  MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const { return pressure_stress_of(w, j); }
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
+  template <class Along>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
+                      Along) const {
+    if (of_walls) return;
+    sum.force +=
+        physics::isotropic_force(physics::sum_of(own.stress, other), own.volume * pair.volume,
+                                 physics::kernel_gradient_factor(w.c.kernel, std::sqrt(pair.r2)), pair.x_ij);
+  }
+  MELTSIM_HD bool may_be_rare(const Stored&) const { return true; }
+  /// With images in walls.
+  MELTSIM_HD bool rare(const Own& own, const Stored&, const spatial::Pair<T>&) const {
+    return own.walls.axes != 0u;
+  }
+  MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Stored& other, std::uint64_t, std::uint32_t,
+                           const spatial::Pair<T>& pair) const {
+    for_each_masked_image(
+        own.walls, w.c.kernel.support2, pair, [&](std::uint32_t mask, Vec3<T> x_m, T square) {
+          const Sym3<T> stress = physics::sum_of(own.stress, physics::mirrored_in(other, mask));
+          const Vec3<T> force =
+              physics::isotropic_force(stress, own.volume * pair.volume,
+                                       physics::kernel_gradient_factor(w.c.kernel, std::sqrt(square)), x_m);
+          sum.force += of_walls ? across(force, mask) : force;
+        });
+  }
+  /// The components along the axes of `mask`.
+  MELTSIM_HD static Vec3<T> across(Vec3<T> v, std::uint32_t mask) {
+    return {(mask & 1u) != 0u ? v.x : T(0), (mask & 2u) != 0u ? v.y : T(0), (mask & 4u) != 0u ? v.z : T(0)};
+  }
+  struct Lanes {
+    spatial::LaneVectors<T> diagonal, mixed;
+    Stored at(std::size_t k) const {
+      return {{diagonal.x[k], diagonal.y[k], diagonal.z[k]}, {mixed.x[k], mixed.y[k], mixed.z[k]}};
+    }
+    template <class Body>
+    void load(const Body& body, const Own&, std::uint64_t, const std::uint32_t* slots, std::uint32_t n,
+              const T*) {
+      diagonal.load(body.w.f.isotropic_diagonal, slots, n);
+      mixed.load(body.w.f.isotropic_mixed, slots, n);
+    }
+  };
+};
+
+}  // namespace core
+}  // namespace v0
+}  // namespace meltsim
