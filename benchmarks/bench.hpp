@@ -63,7 +63,7 @@ struct Scene {
   meltsim::HeatModel heat = meltsim::HeatModel::enthalpy;
   bool extras =
       false;  ///< also what few scenes need: warm walls, freezing, viscosity that depends on temperature
-  /// Stages that liquids bring along: implicit viscosity in six stages, a yield stress, surface tension, two contents. No solids.
+  /// Stages that liquids bring along: implicit viscosity in six stages, a yield stress, surface tension, isotropic pressure, two contents. No solids.
   bool liquids = false;
 
   meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;

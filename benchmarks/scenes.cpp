@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes, at the sizes the targets are stated for.
 //   water     a pool at one temperature: neighbour search, liquid, integration
-//   liquids   the same, viscous, with a yield stress, surface tension and two contents: those stages alone
+//   liquids   the same, viscous, with a yield stress, surface tension, isotropic pressure and two contents: those stages alone
 //   melting   the same with a third of it ice, w = 2: everything, and something melts in most steps
 // Structures that find neighbours are compared in water: a pool at rest, one that sloshes, and two droplets
 // that stand 1000 H apart where nothing bounds them.
@@ -99,6 +99,7 @@ meltsim::World build(const Scene& s, Backend backend) {
   if (s.extras) desc.domain.heat[2].temperature = 30;
   desc.tension = desc.particle_shifting = s.extras;
   if (s.liquids) desc.viscosity = Viscosity::implicit;
+  if (s.liquids) desc.isotropic_pressure = true;
   if (s.solid && s.heat == HeatModel::enthalpy) desc.heat.time_scale = two_stages(s);
   World world = value_of(World::create(desc));
   MaterialDesc water;

@@ -107,7 +107,8 @@ void register_stages(const Scene& scene, Backend backend) {
     if ((info.need &
          (fact_rigid | fact_kinematic | fact_forces | fact_events | fact_outlets | fact_fields)) != 0u)
       continue;
-    const bool liquids = (info.need & (fact_implicit | fact_strain | fact_species | fact_tension)) != 0u;
+    const bool liquids =
+        (info.need & (fact_implicit | fact_strain | fact_species | fact_tension | fact_isotropic)) != 0u;
     if (!model && !few && !liquids) {
       register_stage(info, scene, backend);
       continue;

@@ -915,12 +915,13 @@ class Sequence {
     d.hottest = or_extreme(50);
     (void)guarded_call("render_view", [&] { return world_->render_view(d); });
   }
-  /// A stage of the host: pushes every particle a little, or once makes a velocity no number.
+  /// A stage of the host: pushes every particle a little, or once makes a velocity no number; on CUDA it does nothing.
   struct Nudge {
     bool poison = false;
   };
   static void nudge(const StageContext& c, void* user) {
     auto& what = *static_cast<Nudge*>(user);
+    if (c.backend == Backend::cuda) return;  // the channels are the device's
     const auto push = [&](auto* acceleration, auto* velocity) {
       for (std::uint64_t i = 0; acceleration && i < c.particles; ++i) acceleration[i].x += 1e-3f;
       if (what.poison && c.particles > 0)
