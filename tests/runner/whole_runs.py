@@ -376,7 +376,7 @@ class WholeRuns(unittest.TestCase):
         self.assertEqual(times, sorted(times))
         refused = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "no", code=2,
                                *["--set", 'probes=[{kind: level, at: [1, 1, 1], fields: [pressure]}]']).stderr
-        self.assertIn("probes[0].fields: a level has no fields", refused)
+        self.assertIn("probes[0].fields: kind level has no fields", refused)
 
     def test_forces_heat_and_fluxes(self):
         """Every kind, in the order of the scene; what is wrong is found before the run."""
