@@ -47,10 +47,9 @@ void WorldImpl::edited_in_place() {
                            diffuses_, strong_pull_, contrast_, one_liquid_, changes_phase_);
   };
   const auto before = derived();
-  const Status outrun = check_sound_speed();
-  outrun_ = outrun ? std::optional<Error>{} : outrun.error();
   weigh_materials();
   derive_limits();
+  look_for_refusal();
   places_.reset();
   state_stale_ = true;
   noted_step_ = steps + 1;

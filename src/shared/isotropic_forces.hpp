@@ -25,8 +25,8 @@ MELTSIM_HD Sym3<T> pressure_stress_of(const Frame<T>& w, std::uint64_t i) {
   return {xyz(w.f.isotropic_diagonal[i]), xyz(w.f.isotropic_mixed[i])};
 }
 
-/// The force on a particle of liquid or of a body. of_walls: what of it walls take: of images in them, what is across the planes that mirror
-/// them. The rest pairs of particles exchange.
+/// The force on a particle of liquid or of a body. of_walls: the part of it that walls take, which is what their images give across the
+/// planes that mirror them. Pairs of particles exchange the rest.
 template <class T, bool of_walls = false>
 struct IsotropicForce {
   Frame<T> w;

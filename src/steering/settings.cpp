@@ -156,8 +156,7 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
     look_now_ = true;
     derive_sound_speed();
   }
-  const Status outrun = check_sound_speed();
-  outrun_ = outrun ? std::optional<Error>{} : outrun.error();
+  look_for_refusal();
   plan_changed_ = true;
   ++layout_;  // a state saved before would come back with the plan of then
   return {};

@@ -153,6 +153,13 @@ void WorldImpl::derive_sound_speed() {
   sound_speed_ = steps == 0 ? c : std::max(sound_speed_, c);
 }
 
+/// Whether steps are to be refused, by what the scene holds now. After derive_sound_speed().
+void WorldImpl::look_for_refusal() {
+  Status s = check_sound_speed();
+  if (s) s = check_damping();
+  refusal_ = s ? std::optional<Error>{} : s.error();
+}
+
 /// Refuses isotropic pressure in a liquid that neither its own viscosity nor artificial viscosity damps.
 Status WorldImpl::check_damping() const {
   using physics::least_artificial_viscosity;
@@ -326,12 +333,10 @@ Status WorldImpl::prepare() {
   noted_step_ = steps + 1;
   search_ = core::choose_search(desc, core::support_of(desc), searched_);
   find_materials();
-  const Status outrun = check_sound_speed();
-  outrun_ = outrun ? std::optional<Error>{} : outrun.error();
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
   derive_limits();
-  if (Status damped = check_damping(); outrun && !damped) outrun_ = damped.error();
+  look_for_refusal();
   facts_ = facts();
   fit_regions();
   place_forces();

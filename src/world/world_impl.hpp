@@ -175,7 +175,7 @@ class WorldImpl final : public Scheduler {
   /// prepare(), and whether a step may be taken.
   Status ready_to_step() {
     if (Status s = prepare(); !s) return s;
-    return outrun_ ? Status{*outrun_} : Status{};
+    return refusal_ ? Status{*refusal_} : Status{};
   }
   // world/step.cpp
   Status step(double dt);
@@ -444,6 +444,7 @@ class WorldImpl final : public Scheduler {
   void derive_sound_speed();
   Status check_sound_speed() const;
   Status check_damping() const;
+  void look_for_refusal();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();
@@ -673,7 +674,7 @@ class WorldImpl final : public Scheduler {
   bool changes_phase_ = false;      ///< a material in use melts or freezes
   double heat_lambda_ = 0;          ///< bound of the heat operator's spectrum [1/s]
   std::optional<Error>
-      outrun_;  ///< what falls outruns the sound speed, or nothing damps liquid: no step is taken
+      refusal_;  ///< what falls outruns the sound speed, or nothing damps liquid: no step is taken
   bool strong_pull_ = false;  ///< a body's damping and stiffness need two super-steps of implicit viscosity
   double viscous_dt_ = infinity;  ///< what explicit viscosity would allow [s]
   double viscous_lambda_ = 0;     ///< bound of the viscous operator's spectrum [1/s]

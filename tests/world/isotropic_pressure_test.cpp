@@ -125,5 +125,38 @@ TEST(IsotropicPressure, WhatWouldGainMotionIsRefused) {
   EXPECT_EQ(error_of(200, 0), "");  // its own viscosity does
 }
 
+TEST(IsotropicPressure, WhatGetsThinWhileAWorldRunsIsRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool added : {true, false}) {  // liquid in place, or another viscosity
+    WorldDesc d = describe();
+    d.isotropic_pressure = true;
+    d.artificial_viscosity = 0;
+    d.reserved_particles = 1000;
+    d.domain.bounded = true;
+    d.domain.max = {2, 2, 2};
+    World world = *World::create(d);
+    MaterialDesc thick, thin;
+    thick.name = "syrup";
+    thick.viscosity = 200;
+    const MaterialId syrup = *world.add_material(thick), oil = *world.add_material(thin);
+    FluidDesc f;
+    f.shape = Shape::box({0, 0, 0}, {2, 1, 2});
+    f.material = syrup;
+    require(world.add_fluid(f));
+    require(world.step(0.001));
+    if (added) {
+      f.shape = Shape::box({0, 1, 0}, {2, 1.4, 2});
+      f.material = oil;
+      require(world.add_fluid(f));
+    } else {
+      thick.viscosity = 1e-3;
+      require(world.set_material(syrup, thick));
+    }
+    const Status s = world.step(0.001);
+    ASSERT_FALSE(s) << added;
+    EXPECT_NE(s.error().message.find("isotropic_pressure: needs"), std::string::npos) << s.error().message;
+  }
+}
+
 }  // namespace
 }  // namespace meltsim_test

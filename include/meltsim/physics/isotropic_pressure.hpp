@@ -36,7 +36,7 @@ inline constexpr double anisotropy_whole = 0.2;
 /// Least artificial viscosity (Monaghan's alpha) beside isotropic pressure [-]: below, liquid gains motion.
 inline constexpr double least_artificial_viscosity = 0.01;
 
-/// A w, a symmetric matrix and a vector.
+/// A v, a symmetric matrix times a vector.
 template <class T>
 MELTSIM_HD Vec3<T> times(const Sym3<T>& A, Vec3<T> v) {
   return {A.diagonal.x * v.x + A.mixed.z * v.y + A.mixed.y * v.z,
