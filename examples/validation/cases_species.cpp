@@ -84,6 +84,17 @@ double crystals(const ParticleData& p, double solubility, double cells) {
   return sum / (1000 * dx * dx * dx) / cells;
 }
 
+/// What has left the slab's place at x < `slab` spacings, in cells.
+double given_off(const ParticleData& p, int slab, double cells) {
+  double left = 0;
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    if (p.position[i].x < slab * dx) left += p.fractions[0][i];
+  return slab - left / cells;
+}
+
+// u = w_s erfc(x/(2 sqrt(D t)))/erfc(-lambda) from the front at x = -2 lambda sqrt(D t) on: beyond x = 0 are
+// 2 w_s sqrt(D t/pi)/erfc(-lambda), by which the front is read. Cells tell no other one: what a front in one of them has dissolved is not
+// saturated throughout. Exact contents, read as if it were, give a front that is up to 34 % off (B = 2).
 void slab(const Settings& s, Report& r) {
   struct Front {
     double b, lambda, pace;
@@ -102,41 +113,40 @@ void slab(const Settings& s, Report& r) {
                      salt = run.material(solute(water, solubility));
     run.solid("slab", Shape::box({0, 0, 0}, {f.slab * dx, 8 * dx, 8 * dx}), salt, {}, true);
     run.fluid(Shape::box({f.slab * dx, 0, 0}, {(f.slab + f.liquid) * dx, 8 * dx, 8 * dx}), water);
+    const double per_cell = f.lambda * std::sqrt(pi) * std::erfc(-f.lambda) / solubility;
     std::vector<double> at, found;
     double early = 0, half = 0, late = 0, front = 0;
-    for (int k = 1; front < f.thickness && k < 4000; ++k) {
-      if (!run.to(0.01 * k, 0.01)) return;
-      front = f.slab - crystals(run.particles(), solubility, 64);
-      const double expected = 2 * f.lambda * std::sqrt(f.pace * k);
+    // Ten steps for one until D t = 2 dx^2: the front of B = 2 is through its first cell at 0.9.
+    double now = 0;
+    while (front < f.thickness && now < 40) {
+      const double step = f.pace * now < 0.0199 ? 0.001 : 0.01;
+      now += step;
+      if (!run.to(now, step)) return;
+      const ParticleData p = run.particles();
+      front = per_cell * given_off(p, f.slab, 64);
+      const double expected = 2 * f.lambda * std::sqrt(100 * f.pace * now);
       at.push_back(expected);
       found.push_back(front);
       if (expected > 0.5) {
         early = std::max(early, std::fabs(front - expected));
         half = std::max(half, 100 * std::fabs(front / expected - 1));
       }
-      if (expected > std::min(4.0, 2 * f.b + 1)) late = std::max(late, 100 * std::fabs(front / expected - 1));
+      if (expected > 2) late = std::max(late, 100 * std::fabs(front / expected - 1));
     }
     char b[32];
     std::snprintf(b, sizeof b, ", B = %g", f.b);
     r.absolute(std::string("largest error of the front from half a cell on") + b, half, 0, 1.5, "%",
                "asked for");
-    r.absolute(std::string("the same in spacings") + b, early, 0, 0.15, "spacings",
-               "a cell gives off its content as a whole");
-    r.absolute(std::string("from ") +
-                   (f.b < 0.3   ? "1.2"
-                    : f.b < 0.7 ? "2"
-                    : f.b < 1.5 ? "3"
-                                : "4") +
-                   " cells on" + b,
-               late, 0, 1.5, "%", "asked for");
+    r.absolute(std::string("the same in spacings") + b, early, 0, 0.05, "spacings", "a twentieth of a cell");
+    r.absolute(std::string("the same from 2 cells on") + b, late, 0, 1.5, "%", "asked for");
     plot.curves.push_back({std::string("meltsim") + b, at, found, false});
   }
   plot.curves.push_back({"exact", {0, 12}, {0, 12}, true});
   r.plots.push_back(plot);
   r.note =
-      "At first the layer at the face is thinner than the spacing (0.7 spacings at half a cell, B = 1), and "
-      "a cell gives off its "
-      "content while the front is in it.";
+      "The front is read by what has left the slab's place; a cell's content alone does not tell where a "
+      "front in it is. At first the layer at the face is thinner than the spacing (0.46 spacings at half a "
+      "cell, B = 2).";
 }
 
 /// An eighth of a sphere in a corner, whose walls are planes of symmetry.
@@ -174,7 +184,7 @@ void sphere_of(const Settings& s, Report& r, int radius, double b, double refere
   r.relative(text, nearly / (sampled * sampled), nearly_reference, 1, "a radial solution of 200 cells");
 }
 void sphere(const Settings& s, Report& r) {
-  for (const int radius : {8, 10}) {
+  for (const int radius : {8}) {
     sphere_of(s, r, radius, 1, 0.451, 0.4237, 3.7);
     sphere_of(s, r, radius, 0.5, 0.834, 0.7931, 4.5);
   }

@@ -243,9 +243,12 @@ void WorldImpl::limit_solute(double laplacian_sum) {
     const double most = physics::solution_volume(r, largest_content(materials[r.solute]));
     const double thinnest = std::max(r.solvent_volume, most), densest = std::min(r.solvent_volume, most);
     double a = r.diffusivity / densest;  // rho D
+    double margin = solute_margin;
     if (r.surface_resistivity > 0) a = std::max(a, 2 / r.surface_resistivity);
-    solute_lambda_ =
-        std::max(solute_lambda_, 2 * solute_margin * a * laplacian_sum * std::max(thinnest, r.volume));
+    else if (std::any_of(bodies_.begin(), bodies_.end(),
+                         [&](const BodyRecord& b) { return !b.gone && b.desc.material.index == r.solute; }))
+      margin = physics::most_front_exchange;
+    solute_lambda_ = std::max(solute_lambda_, 2 * margin * a * laplacian_sum * std::max(thinnest, r.volume));
   }
 }
 

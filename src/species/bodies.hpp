@@ -60,34 +60,42 @@ MELTSIM_HD void set_room(const Frame<T>& w, std::uint32_t k, std::uint64_t i, co
   else if (w.precipitates) w.f.solute_room[i] = T(1);
 }
 
-/// Potential and resistivity of every particle. Along surfaces the sum over neighbours lacks those beyond: the resistivity is
-/// corrected as that of heat is, with walls and everything that cannot hold the species counted as empty.
+/// Potential and resistivity of slot i, which holds species k. Along surfaces the sum over neighbours lacks those beyond: the
+/// resistivity is corrected as that of heat is, with walls and everything that cannot hold the species counted as empty. That of crystals is
+/// of the whole pair, and marked.
+template <class T>
+MELTSIM_HD HeatOperand<T> solute_operand(const Frame<T>& w, std::uint32_t k, std::uint64_t i,
+                                         const Content& content) {
+  const SpeciesRow<T>& s = w.f.species[k];
+  const T potential = potential_of<T>(content);
+  if (content.crystal && s.surface_resistivity > T(0))
+    return {potential, core::marked(s.surface_resistivity)};
+  T phi = 0;
+  spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+    if (holds(s, w.f.tag[j])) phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
+  });
+  const T share = physics::conduction_share(w.c.conduction_share, phi);
+  if (!content.crystal)
+    return {potential, share * static_cast<T>(physics::solute_resistivity(s, content.fraction))};
+  return {potential, core::marked(share * static_cast<T>(physics::front_resistivity(s, content.fraction,
+                                                                                    content.saturation)))};
+}
+
+/// Potential and resistivity of every particle.
 template <class T>
 struct SoluteOperandsBody {
   Frame<T> w;
   std::uint32_t k;
   MELTSIM_HD void operator()(std::uint64_t i) const {
-    const SpeciesRow<T>& s = w.f.species[k];
     const std::uint32_t tag = w.f.tag[i];
-    if (!holds(s, tag)) {
+    if (!holds(w.f.species[k], tag)) {
       w.f.solute_operand[i] = {T(0), physics::resistivity_of(T(0))};
       if (w.precipitates) w.f.solute_room[i] = T(1);
       return;
     }
     const Content content = content_at(w, k, i, tag);
     set_room(w, k, i, content);
-    HeatOperand<T> own{potential_of<T>(content), T(0)};
-    if (content.crystal && s.surface_resistivity > T(0)) {
-      own.resistivity = core::marked(s.surface_resistivity);
-    } else {
-      T phi = 0;
-      spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-        if (holds(s, w.f.tag[j])) phi += xj.w * physics::kernel_value(w.c.kernel, std::sqrt(r2));
-      });
-      own.resistivity = physics::conduction_share(w.c.conduction_share, phi) *
-                        static_cast<T>(physics::solute_resistivity(s, content.fraction, content.crystal));
-    }
-    w.f.solute_operand[i] = own;
+    w.f.solute_operand[i] = solute_operand(w, k, i, content);
   }
 };
 
@@ -117,28 +125,34 @@ struct ExchangeBody {
   struct Own {
     HeatOperand<T> operand;
     T volume, room;
+    T saturated;  ///< 1/(rho D) [m s/kg]; 0 where a transfer coefficient says what crosses a front
   };
   struct Stored {
-    T potential, resistivities;  ///< of the neighbour; of both ends
+    T potential, resistivities;  ///< of the neighbour; of both ends, or marked, across a front
     T room;                      ///< of the neighbour
   };
   MELTSIM_HD bool takes_part(std::uint64_t i) const { return holds(w.f.species[k], w.f.tag[i]); }
   MELTSIM_HD T room_at(std::uint64_t i) const { return Limited ? w.f.solute_room[i] : T(1); }
-  MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.solute_operand[i], w.f.position[i].w, room_at(i)}; }
+  MELTSIM_HD Own own(std::uint64_t i) const {
+    const SpeciesRow<T>& s = w.f.species[k];
+    const T saturated = static_cast<T>(physics::solute_resistivity(s, s.solubility));
+    return {w.f.solute_operand[i], w.f.position[i].w, room_at(i),
+            s.surface_resistivity > T(0) ? T(0) : saturated};
+  }
   MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
     const HeatOperand<T> other = w.f.solute_operand[j];
     return {other.temperature, own.operand.resistivity + other.resistivity, room_at(j)};
   }
-  /// A body's resistivity that is marked is that of the whole pair.
-  MELTSIM_HD Stored other(const Own&, const Stored& s) const {
-    return {s.potential, core::unmarked(s.resistivities), s.room};
-  }
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
                       Along) const {
-    const T g = physics::pair_conductance(
-        own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
-        other.resistivities);
+    const T r = std::sqrt(pair.r2), both = core::unmarked(other.resistivities);
+    const T front =
+        physics::across_front(both, own.saturated, w.c.spacing, r, own.operand.temperature, other.potential);
+    const T g = physics::pair_conductance(own.volume, pair.volume,
+                                          physics::laplacian_quotient(w.c.kernel, r, pair.r2),
+                                          own.saturated > T(0) && other.resistivities < T(0) ? front : both);
     T drive = other.potential - own.operand.temperature;
     if constexpr (Limited)
       drive = physics::limited_drive(own.operand.temperature, own.room, other.potential, other.room);
@@ -175,7 +189,7 @@ struct ExchangeBody {
   }
 };
 
-/// Potentials and room from the present contents, for the next step.
+/// Potentials, resistivities of crystals and room from the present contents, for the next step.
 template <class T>
 struct PotentialBody {
   Frame<T> w;
@@ -185,7 +199,8 @@ struct PotentialBody {
     if (!holds(w.f.species[k], tag)) return;
     const Content content = content_at(w, k, i, tag);
     set_room(w, k, i, content);
-    w.f.solute_operand[i].temperature = potential_of<T>(content);
+    if (content.crystal) w.f.solute_operand[i] = solute_operand(w, k, i, content);
+    else w.f.solute_operand[i].temperature = potential_of<T>(content);
   }
 };
 

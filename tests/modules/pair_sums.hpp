@@ -681,6 +681,7 @@ class AllPairs {
       return material_of(tag_[i]) == (solid(i) ? s.solute : s.solvent);
     };
     const bool precipitates = s.saturation.points > 0;
+    // Resistivity of crystals: of the pair.
     std::vector<double> u(n_), resistivity(n_), room(n_, std::numeric_limits<double>::infinity());
     std::vector<bool> crystal(n_);
     for (std::size_t i = 0; i < n_; ++i) {
@@ -699,13 +700,19 @@ class AllPairs {
       u[i] = crystal[i] ? std::min(w, saturated) : w;
       if (precipitates) room[i] = crystal[i] ? 1 - w : 1;
       resistivity[i] =
-          physics::conduction_share(correction, phi) * physics::solute_resistivity(s, w, crystal[i]);
+          physics::conduction_share(correction, phi) *
+          (crystal[i] ? physics::front_resistivity(s, w, saturated) : physics::solute_resistivity(s, w));
     }
+    const auto of_pair = [&](std::size_t i, std::size_t j, double r) {
+      if (!crystal[i] && !crystal[j]) return resistivity[i] + resistivity[j];
+      return physics::across_front((crystal[i] ? resistivity[i] : 0) + (crystal[j] ? resistivity[j] : 0),
+                                   physics::solute_resistivity(s, s.solubility), c_.spacing, r, u[i], u[j]);
+    };
     for (std::size_t i = 0; i < n_; ++i) {
       if (gone(i) || !holds(i)) continue;
       around(i, [&](std::size_t j, const Copy& copy, const Vec3d&, double r) {
         if (copy.mirrored || !holds(j)) return;
-        const double g = volume_[i] * volume_[j] * L(r) * 2 / (resistivity[i] + resistivity[j]);
+        const double g = volume_[i] * volume_[j] * L(r) * 2 / of_pair(i, j, r);
         sums_.solute[i].add({g * std::max(std::min(u[j] - u[i], room[i]), -room[j]), 0, 0},
                             g * (u[i] + u[j]));
       });

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace {
 
@@ -104,8 +105,35 @@ TEST(Solute, VolumesAddUpAndResistivityIsThatOfTheSolution) {
   EXPECT_NEAR(solution_volume(s, 0.25), 0.75 / 1000 + 0.25 / 1600, 1e-18);
   EXPECT_NEAR(dissolved_volume(s, 3.2), 0.002, 1e-15);
   const double density = 1 / (0.75 / 1000 + 0.25 / 1600);
-  EXPECT_NEAR(solute_resistivity(s, 0.25, false) * density * 5e-10, 1, 1e-14);
-  EXPECT_EQ(solute_resistivity(s, 0.9, true), solute_resistivity(s, 0.6, false));
+  EXPECT_NEAR(solute_resistivity(s, 0.25) * density * 5e-10, 1, 1e-14);
+}
+
+// r + (f - 1/2) dx from the front to the other cell's centre, f = 0, 1/2 and 1: a pair of liquid is r apart and has 2/(rho D).
+TEST(Solute, AFrontResistsByHowFarItIsWithinItsCell) {
+  const auto s = sugar();
+  const double R = solute_resistivity(s, 0.6), dx = 0.02;
+  for (const auto& [w, f] : {std::pair{1.0, 0.0}, {0.8, 0.5}, {0.6, 1.0}, {0.3, 1.0}})
+    for (const double r : {1.0, 1.5, 2.4})  // [spacings]
+      EXPECT_NEAR(across_front(front_resistivity(s, w, 0.6), R, dx, r * dx, 0.6, 0.6) / (2 * R),
+                  (r + f - 0.5) / r, 1e-14)
+          << w << ' ' << r;
+  // Nearer than a spacing as at a spacing: of a crowd it is not known where in its cell the front is.
+  EXPECT_EQ(across_front(front_resistivity(s, 1.0, 0.6), R, dx, 0.3 * dx, 0.6, 0.6), R);
+  // A species that mixes in any ratio has no front.
+  EXPECT_EQ(front_resistivity(s, 1.0, 1.0), 2 * R);
+}
+
+// The slope of erfc at 0 over that of the straight line from there to z, by the library's erfc.
+TEST(Solute, ALayerThinnerThanTheSpacingTakesMore) {
+  for (const double z : {1e-4, 0.1, 0.3, 0.5, 0.8}) {
+    const double v = std::erfc(z), slope = 2 / std::sqrt(3.14159265358979323846) * z / (1 - v);
+    EXPECT_NEAR(layer_gain(0.6, 0.6 * v) / slope, 1, 4e-3) << v;
+    EXPECT_EQ(layer_gain(0.6, 0.6 * v), layer_gain(0.6 * v, 0.6));
+  }
+  EXPECT_EQ(layer_gain(0.6, 0.6), 1);
+  EXPECT_EQ(layer_gain(0.6, 0.0), most_layer_gain);
+  EXPECT_EQ(layer_gain(0.6f, -1e-9f), float(most_layer_gain));  // rounding
+  EXPECT_TRUE(std::isfinite(layer_gain(0.0f, 0.0f)));
 }
 
 TEST(Solute, LogarithmsOfViscositiesAddUpByMass) {

@@ -618,33 +618,43 @@ void add_body(Solution& s, const Shape& shape, Motion motion = Motion::fixed, do
   require(s.world.add_solid(b));
 }
 
+// Read by what has left the slab's place, 2 w_s sqrt(D t/pi)/erfc(-lambda): within a cell, contents alone do not tell where the front is.
 TEST(Species, FrontOfADissolvingSlabMovesAsTheSquareRootOfTime) {
   MELTSIM_NEEDS_BACKEND();
   for (const Front& f :
-       {Front{0.5, 0.216879, 8, 56, 6}, Front{1, 0.357835, 10, 54, 8}, Front{2, 0.541132, 14, 42, 12}}) {
+       {Front{0.5, 0.216879, 4, 20, 2}, Front{1, 0.357835, 5, 19, 3}, Front{2, 0.541132, 6, 18, 4}}) {
     const double solubility = f.b / (1 + f.b);
-    WorldDesc d = box_of({f.slab + f.liquid, 8, 8}, 500);
+    WorldDesc d = box_of({f.slab + f.liquid, 8, 8}, 100);  // D dt/dx^2 = 0.1
     d.domain.faces = {Face::wall, Face::wall, Face::periodic, Face::periodic, Face::periodic, Face::periodic};
     d.heat.model = HeatModel::none;
     Solution s = make(d, [&](MaterialDesc& m) { m.solubility = solubility; });
     add_body(s, Shape::box({0, 0, 0}, {f.slab * dx, 8 * dx, 8 * dx}));
     fill(s, {double(f.slab), 0, 0}, {double(f.slab + f.liquid), 8, 8}, 0);
-    const double before = crystals(s.world, solubility, 64);
-    ASSERT_NEAR(before, f.slab, 1e-6);
-    double off = 0, worst = 0, front = 0;
-    for (int k = 1; front < f.thickness; ++k) {
-      ASSERT_LT(k, 2000);
-      require(s.world.step(0.01));  // D t = k/2 dx^2
-      front = before - crystals(s.world, solubility, 64);
-      const double expected = 2 * f.lambda * std::sqrt(0.5 * k);
+    ASSERT_NEAR(crystals(s.world, solubility, 64), f.slab, 1e-6);
+    const double per_cell = f.lambda * std::sqrt(pi) * std::erfc(-f.lambda) / solubility;
+    double off = 0, worst = 0, front = 0, time = 0;  // D t [dx^2]
+    while (front < f.thickness) {
+      ASSERT_LT(time, 200);
+      const double step =
+          time < 1 ? 0.2 : 4;  // at first short beside the time in which a cell goes, 1 at B = 2
+      require(s.world.step(0.01 * step));
+      time += 0.1 * step;
+      const ParticleData p = *s.world.particles();
+      double left = 0;
+      for (std::size_t i = 0; i < p.id.size(); ++i)
+        if (p.position[i].x < f.slab * dx) left += p.fractions[0][i];
+      front = per_cell * (f.slab - left / 64);
+      const double expected = 2 * f.lambda * std::sqrt(time);
       if (expected > 0.5) off = std::max(off, std::fabs(front - expected));
-      if (expected > 4) worst = std::max(worst, std::fabs(front / expected - 1));
+      if (expected > 1.5) worst = std::max(worst, std::fabs(front / expected - 1));
     }
     const StepResult r = s.world.synchronize();
     ASSERT_FALSE(r.halted) << r.halt_reason;
-    // A cell gives off its content while the front is in it, and the layer at the front is thinner than the spacing at first:
-    // 0.07, 0.11 and 0.13 cells off at most, and less than 1.5 % from the fourth cell on.
-    EXPECT_LT(off, 0.14) << "B " << f.b;
+    EXPECT_FALSE(r.solute_bound_exceeded);
+    RecordProperty("B_" + std::to_string(f.b), std::to_string(off) + " " + std::to_string(worst));
+    // 0.01, 0.03 and 0.06 were found: at half a cell the layer is 0.46 spacings thick for B = 2. With distances of centres and
+    // straight lines in between it would be 0.1, 0.16 and 0.22.
+    EXPECT_LT(off, 0.08) << "B " << f.b;
     EXPECT_LT(worst, 0.015) << "B " << f.b;
     EXPECT_GE(r.melted, 64u * static_cast<unsigned>(f.thickness - 1));
   }
@@ -715,7 +725,7 @@ TEST(Species, SaltCoolsItsWaterByTheHeatOfSolution) {
   const Ledger before = *s.world.ledger();
   EXPECT_EQ(before.solution, 0);
   double worst = 0;
-  for (int k = 0; k < 500; ++k) {
+  for (int k = 0; k < 200; ++k) {
     require(s.world.step(0.01));
     const Ledger now = *s.world.ledger();
     worst = std::max(worst, std::fabs(now.thermal + now.solution - before.thermal - before.solution));
