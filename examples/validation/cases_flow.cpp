@@ -92,7 +92,7 @@ void bingham(const Settings& s, Report& r) {
     r.relative("width of the plug" + at, found.plug, 0.5, 3, "of the channel's");
   }
   r.note =
-      "The kernel smears the shear rate across the edge of the plug, which moves it by half a spacing "
+      "The kernel smears the shear rate across the edge of the plug, which moves it by a third of a spacing "
       "towards the middle "
       "whatever the spacing is: errors halve with the spacing.";
   r.plots.push_back(plot);

@@ -146,6 +146,7 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   k.lowest_phi = c.tension ? T(0) : T(1);
   k.volume_rate = static_cast<T>(c.sound_speed / (physics::volume_relaxation * c.support));
   k.conduction_share = physics::make_conduction_share<T>(c.support, c.spacing);
+  k.central_viscosity = physics::make_central_viscosity<T>(c.support, c.spacing);
   k.heat_regions = static_cast<std::uint32_t>(c.heat_regions.size());
   k.leak_distance2 = static_cast<T>(std::pow(physics::leak_distance * c.spacing, 2));
   fill_faces(k, c);

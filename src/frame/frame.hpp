@@ -28,6 +28,7 @@
 #include "meltsim/physics/shape_matching.hpp"
 #include "meltsim/physics/solute.hpp"
 #include "meltsim/physics/sph_kernels.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "meltsim/stage_clock.hpp"
@@ -277,6 +278,7 @@ struct Constants {
   T volume_rate{};   ///< 1 / relaxation time of a melted particle's volume [1/s]
   physics::WallExchange<T> wall_exchange;
   physics::ConductionShare<T> conduction_share;
+  physics::CentralViscosity<T> central_viscosity;
   T first_layer{};  ///< share of a plane surface that its first layer serves
   std::uint32_t heat_regions = 0;
   std::uint32_t no_slip = 1;

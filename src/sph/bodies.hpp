@@ -159,6 +159,7 @@ struct ForcesBody {
     T stiffness, density, viscosity;
     Vec4<T> x, v;
     physics::WallView<T> walls;
+    bool yields;
   };
   struct Stored {
     Vec4<T> v;
@@ -181,7 +182,8 @@ struct ForcesBody {
             viscosity_of(w, i, m),
             x,
             w.f.velocity[i],
-            physics::wall_view(w.c.walls, xyz(x))};
+            physics::wall_view(w.c.walls, xyz(x)),
+            any && physics::yields(m)};
   }
   MELTSIM_HD Stored stored(const Own& own, std::uint32_t j) const {
     return {w.f.velocity[j], own.viscosity, own.density, false};
@@ -193,9 +195,11 @@ struct ForcesBody {
     s.solid = is_solid(tag);
     const bool same = s.solid || material_of(tag) == material_of(own.tag);
     if (!same) s.density = T(0.5) * (own.density + w.f.materials[material_of(tag)].density);
-    if (!same || (w.f.viscosity != nullptr && !s.solid))
-      s.viscosity =
-          physics::pair_viscosity(own.viscosity, viscosity_of(w, j, w.f.materials[material_of(tag)]));
+    if (!same || (w.f.viscosity != nullptr && !s.solid)) {
+      const MaterialRow<T>& m = w.f.materials[material_of(tag)];
+      s.viscosity = physics::pair_viscosity(own.viscosity, viscosity_of(w, j, m),
+                                            own.yields && (same || physics::yields(m)));
+    }
   }
   /// A solid acts like the same liquid, except for its pressure term and the pair's viscosity.
   MELTSIM_HD Other other(const Own& own, const Stored& s) const {

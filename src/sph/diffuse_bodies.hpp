@@ -2,6 +2,9 @@
 // Kernels of implicit viscosity: velocity diffuses in super-steps, from the beginning of the sub-step to its end.
 #pragma once
 
+#include <limits>
+
+#include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
 #include "shared/pair_forces.hpp"
 #include "spatial/exchange_sum.hpp"
@@ -14,7 +17,7 @@ namespace sph {
 using core::Frame;
 
 /// Resistivity of a particle of a body that no liquid touches: nothing comes of its sum, which is not made.
-inline constexpr double resistivity_of_dry = 2 * physics::resistivity_of_solid;
+inline constexpr double resistivity_of_dry = std::numeric_limits<double>::infinity();
 
 /// Acceleration that shape matching gives a particle of a movable body.
 template <class T>
@@ -31,12 +34,13 @@ struct ViscousOperandsBody {
     const std::uint32_t tag = w.f.tag[i];
     T resistivity = static_cast<T>(resistivity_of_dry);
     if (is_fluid(tag)) {
-      resistivity = T(1) / core::viscosity_of(w, i, w.f.materials[material_of(tag)]);
+      const core::MaterialRow<T>& m = w.f.materials[material_of(tag)];
+      resistivity = physics::viscous_resistivity(core::viscosity_of(w, i, m), physics::yields(m));
     } else if (is_solid(tag)) {
       const bool moves = (tag & tag_fixed) == 0u && w.f.liquid_bits != nullptr;
       if (!moves || spatial::any_marked(w, i, w.f.liquid_bits))
         resistivity = static_cast<T>(physics::resistivity_of_solid);
-      if (moves && resistivity > static_cast<T>(resistivity_of_dry))
+      if (moves && resistivity == static_cast<T>(physics::resistivity_of_solid))
         w.f.acceleration[i] += shape_acceleration(w, i, tag);
     }
     // Both buffers: what keeps its velocity is not written again.
@@ -73,7 +77,7 @@ struct ViscousStageBody {
     const std::uint32_t tag = w.f.tag[i];
     if (is_fluid(tag)) return !is_held(tag);
     return is_solid(tag) && (tag & tag_fixed) == 0u && w.f.liquid_bits != nullptr &&
-           w.f.viscous_operand[i].w > static_cast<T>(resistivity_of_dry);
+           w.f.viscous_operand[i].w == static_cast<T>(physics::resistivity_of_solid);
   }
   MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.viscous_operand[i], w.f.position[i].w}; }
   MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const { return w.f.viscous_operand[j]; }
@@ -81,11 +85,18 @@ struct ViscousStageBody {
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
                       Along) const {
-    const T g = physics::viscous_conductance(
-        own.volume, pair.volume, physics::laplacian_quotient(w.c.kernel, std::sqrt(pair.r2), pair.r2),
-        own.operand.w, other.w);
-    sum.rate += (xyz(other) - xyz(own.operand)) * g;
-    sum.conductance += g * physics::bound_share(own.operand.w, other.w);
+    const T r = std::sqrt(pair.r2);
+    const bool body = physics::with_body(own.operand.w, other.w);
+    const bool whole = body | !(w.c.central_viscosity.scale > T(0));
+    const auto l = physics::laplacian_quotient(w.c.kernel, r, pair.r2);
+    const auto c = physics::central_quotient(w.c.central_viscosity, w.c.kernel, r);
+    const T g = physics::viscous_conductance(own.volume, pair.volume,
+                                             {whole ? l.above : c.above, whole ? l.below : c.below},
+                                             own.operand.w, other.w);
+    const Vec3<T> v_ji = xyz(other) - xyz(own.operand), u = pair.x_ij * w.c.central_viscosity.inverse_spacing;
+    const T across = whole ? g : T(0), along = whole ? T(0) : g * dot(u, v_ji);
+    sum.rate += v_ji * across + u * along;
+    sum.conductance += g * (whole ? physics::bound_share(own.operand.w, other.w) : physics::central_share(u));
   }
   struct Lanes {
     spatial::LaneVectors<T> operand;
@@ -105,10 +116,11 @@ struct ViscousStageBody {
     Vec3<T> force = s.rate;
     T walls = 0;
     if (is_fluid(tag) && w.c.no_slip != 0u)
-      core::for_each_sticky_wall(w, xyz(x), T(1) / operand.w, x.w, [&](T factor, Vec3<T> velocity) {
-        force += (velocity - xyz(operand)) * factor;
-        walls += factor;
-      });
+      core::for_each_sticky_wall(w, xyz(x), T(1) / std::fabs(operand.w), x.w,
+                                 [&](T factor, Vec3<T> velocity) {
+                                   force += (velocity - xyz(operand)) * factor;
+                                   walls += factor;
+                                 });
     if (stage.first &&
         static_cast<double>(T(2) * s.conductance + walls) > w.viscous_bound * static_cast<double>(mass))
       add(&w.f.status->viscous_bound_exceeded, 1);

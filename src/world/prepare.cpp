@@ -419,6 +419,8 @@ Status WorldImpl::follow_plan(double dt) {
 void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
   viscous_dt_ = infinity;
   viscous_lambda_ = 0;
+  const double in_stages =
+      std::max(laplacian_sum, physics::lattice_central_sum(core::support_of(desc), desc.spacing));
   if (any_liquid()) {
     double lightest_body = infinity;
     for (const BodyRecord& b : bodies_)
@@ -432,14 +434,17 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
       viscous_dt_ = std::min(viscous_dt_,
                              physics::explicit_viscous_dt(mu, density, lightest_body, drag, laplacian_sum));
       double least = std::min(density, lightest_body);
-      viscous_lambda_ = std::max(viscous_lambda_, physics::viscous_lambda(mu, least, laplacian_sum));
-      // Beside a liquid that is lighter, or more viscous: the pair's viscosity is the harmonic mean.
+      viscous_lambda_ = std::max(viscous_lambda_, physics::viscous_lambda(mu, least, in_stages));
+      // Beside a liquid that is lighter, or more viscous: the pair has a viscosity of its own.
       for (std::size_t j = 0; j < materials.size(); ++j)
-        if (liquid_used_[j] != 0u)
+        if (liquid_used_[j] != 0u) {
+          const bool both_yield =
+              largest_yield_stress(materials[i]) > 0 && largest_yield_stress(materials[j]) > 0;
+          const double of_pair = physics::pair_viscosity(mu, largest_viscosity(materials[j]), both_yield);
           viscous_lambda_ =
               std::max(viscous_lambda_,
-                       physics::viscous_lambda(physics::pair_viscosity(mu, largest_viscosity(materials[j])),
-                                               std::min(density, least_density(j)), laplacian_sum));
+                       physics::viscous_lambda(of_pair, std::min(density, least_density(j)), in_stages));
+        }
     }
   }
   diffuses_ =

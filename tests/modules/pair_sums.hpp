@@ -22,6 +22,7 @@
 #include "meltsim/physics/shifting.hpp"
 #include "meltsim/physics/solute.hpp"
 #include "meltsim/physics/surface_tension.hpp"
+#include "meltsim/physics/viscous_diffusion.hpp"
 #include "meltsim/physics/walls.hpp"
 #include "modules/engine.hpp"
 
@@ -134,8 +135,11 @@ class AllPairs {
     if ((scene.facts & core::fact_tension) != 0) tensions();
     if ((scene.facts & core::fact_isotropic) != 0) isotropy();
     watched();
-    // One stage from the beginning of the sub-step is the explicit force.
-    if ((scene.facts & core::fact_fluid) != 0) sums_.diffused = sums_.acceleration;
+    // One stage from the beginning of the sub-step is the explicit force, but for what is along the line between liquid.
+    if ((scene.facts & core::fact_fluid) != 0) {
+      sums_.diffused = sums_.acceleration;
+      for (std::size_t i = 0; i < n_; ++i) sums_.diffused[i].add(central_[i].value, central_[i].scale);
+    }
     if ((scene.facts & core::fact_shifting) != 0) shifts();
     heat();
     if (!scene.constants.species.empty()) solute();
@@ -344,6 +348,26 @@ class AllPairs {
       mu_size_[i] = 1 + 1 / std::cbrt(det(M));  // the fit divides by what neighbours span
     }
   }
+  bool yields(std::size_t i) const {
+    return row(i).tables != nullptr && row(i).tables->flow.yield_stress > 0;
+  }
+  /// The harmonic mean, of two liquids that yield the geometric one; a body is infinitely viscous.
+  double viscosity(std::size_t i, std::size_t j) const {
+    const double a = viscosity(i), b = viscosity(j);
+    if (solid(j)) return 2 * a;
+    if (yields(i) && yields(j)) return std::sqrt(a * b);
+    return a + b > 0 ? 2 * a * b / (a + b) : 0;
+  }
+  /// What stages of sph.diffuse have beyond the explicit force of liquid i and j.
+  void add_central(std::size_t i, std::size_t j, const Vec3d& d, double r) {
+    if (!(central_scale_ > 0)) return;
+    const double mu = viscosity(i, j) * volume_[i] * volume_[j], dx = c_.spacing;
+    const double C = central_scale_ / std::pow(dx, 5);
+    const Vec3d v = v_[j] - v_[i], drag = v * (mu * L(r));
+    const Vec3d along = d * (mu * C * std::pow(1 - r / H(), 3) * dot(v, d) / (dx * dx));
+    central_[i].add((along - drag) * (1 / mass_[i]),
+                    (length(along) + length(drag)) * std::max(mu_size_[i], mu_size_[j]) / mass_[i]);
+  }
   /// Of liquid i and j at its other end, liquid or solid; size: of what is added up, viscous: the part of viscosity, real and artificial.
   Vec3d push(std::size_t i, std::size_t j, const Vec3d& d, double r, bool mirrored, double& size,
              Vec3d& viscous) const {
@@ -353,9 +377,7 @@ class AllPairs {
     size = V * f(r) * (term_scale_[i] + stiffness * term_scale_[j]) * r;
     Vec3d force = d * (V * f(r) * terms);
     if (mirrored) return force;
-    // The harmonic mean; a body is infinitely viscous.
-    const double mu_i = viscosity(i), mu_j = to_solid ? 0 : viscosity(j);
-    const double mu = to_solid ? 2 * mu_i : mu_i + mu_j > 0 ? 2 * mu_i * mu_j / (mu_i + mu_j) : 0;
+    const double mu = viscosity(i, j);
     const double rho = to_solid ? row(i).density : 0.5 * (row(i).density + row(j).density);
     const Vec3d u = v_[i] - v_[j];
     const double approach = std::min(0.0, dot(u, d)) / (r * r + epsilon2());
@@ -395,6 +417,7 @@ class AllPairs {
                                : push(i, j, d, r, copy.mirrored, size, viscous);
         if (solid(i)) pressure_[i].add(force + viscous, size);
         a.add(force * (1 / mass_[i]), size / mass_[i]);
+        if (!copy.mirrored && !solid(i) && !solid(j)) add_central(i, j, d, r);
       });
       if (solid(i)) continue;
       a.add(cast<double>(
@@ -796,6 +819,8 @@ class AllPairs {
   std::vector<std::uint32_t> tag_;
   std::vector<std::vector<Copy>> copies_;
   std::vector<Summed> pressure_ = std::vector<Summed>(n_), contact_ = pressure_;  ///< on solids [N]
+  std::vector<Summed> central_ = std::vector<Summed>(n_);                         ///< [m/s^2]
+  double central_scale_ = physics::central_viscosity_scale(H(), c_.spacing);
   std::vector<bool> touching_ = std::vector<bool>(n_);
   double w_ = 1, f_ = 1, l_ = 1;
 };

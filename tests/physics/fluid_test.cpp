@@ -163,7 +163,14 @@ TEST(PairViscosity, HarmonicAndSymmetric) {
   for (int i = 0; i < 10000; ++i) {
     const auto a = static_cast<float>(random.uniform(0, 2)), b = static_cast<float>(random.uniform(0, 2));
     ASSERT_EQ(pair_viscosity(a, b), pair_viscosity(b, a));
+    ASSERT_EQ(pair_viscosity(a, b, true), pair_viscosity(b, a, true));
   }
+}
+
+TEST(PairViscosity, OfTwoThatYieldTheGeometricMean) {
+  EXPECT_DOUBLE_EQ(pair_viscosity(1.0, 4.0, true), 2);
+  EXPECT_DOUBLE_EQ(pair_viscosity(30.0, 30.0, true), 30);
+  EXPECT_EQ(pair_viscosity(0.0, 3.0, true), 0.0);
 }
 
 // Monaghan (1992), eq. 4.2 without the square, in masses: m_i m_j alpha c mu/rho grad W, mu = h v.x/(r^2 +

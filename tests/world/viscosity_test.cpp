@@ -95,14 +95,15 @@ TEST(ImplicitViscosity, ChannelsAtTheAcousticStep) {
       EXPECT_FALSE(s.viscous_bound_exceeded);
       EXPECT_EQ(s.steps, static_cast<std::uint64_t>(steps));
       EXPECT_LT(error_of(l.world, driven), 0.02) << "sigma " << sigma << (driven ? ", driven" : ", lid");
-      // From rest nothing becomes faster than it ends: without the second super-step it would by 31 % at 100. 0.5 %: what
-      // the profile itself is off by.
-      EXPECT_LT(s.max_speed, 1.005 * speed) << sigma;
+      // From rest nothing becomes faster than it ends: without the second super-step it would by 31 % at 100. 2 %: what
+      // the profile itself may be off by.
+      EXPECT_LT(s.max_speed, 1.02 * speed) << sigma;
     }
 }
 
 // Steps as short as explicit viscosity takes them: the same flow. A quarter of L^2/nu after the lid has begun to move half of
-// the profile is still to come. 0.2 % of the lid's speed: one stage of the one, two of the other's, of first order.
+// the profile is still to come. 1 % of the lid's speed: what 1.5 % of viscosity make of it, by which the force along the line, made for
+// lattices that flow has sheared, is less on the one that this is still near; 0.32 % was found.
 TEST(ImplicitViscosity, EqualsTheExplicitForceAtItsStep) {
   MELTSIM_NEEDS_BACKEND();
   Liquid a = channel(Viscosity::explicit_, 1, false), b = channel(Viscosity::implicit, 1, false);
@@ -118,7 +119,7 @@ TEST(ImplicitViscosity, EqualsTheExplicitForceAtItsStep) {
     worst = std::max(worst, length(p.velocity[i] - q.velocity[i]));
     fastest = std::max(fastest, length(p.velocity[i]));
   }
-  EXPECT_LT(worst, 0.002 * speed);
+  EXPECT_LT(worst, 0.01 * speed);
   EXPECT_GT(fastest, 0.9 * speed);
 }
 
@@ -218,6 +219,37 @@ TEST(ImplicitViscosity, LiquidSticksToTheSurfaceOfBodies) {
       EXPECT_NEAR(sticks_at(Viscosity::implicit, 3, across, driven), 0, 0.1) << across << driven;
     EXPECT_NEAR(sticks_at(Viscosity::explicit_, 0.25, 10, driven), 0, 0.1) << driven;
   }
+}
+
+// A free bar of syrup that turns: angular momentum stays. 12 x 4 x 4 spacings, nu dt/dx^2 = 30, for a time of 100 acoustic steps, in which it turns by 0.5;
+// with forces that are not along the line between particles it had none left after ten. 1e-9 of the first: rounding in
+// double, and that forces act at the middle of the drift. The walls are out of reach.
+TEST(ImplicitViscosity, WhatTurnsFreelyGoesOnTurning) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.precision = Precision::double_precision;
+  d.gravity = {0, 0, 0};
+  d.viscosity = Viscosity::implicit;
+  Liquid l = box_of(d, {20, 20, 10}, 30);
+  const Vec3d middle{10 * dx, 10 * dx, 5 * dx};
+  for (int y = 8; y < 12; ++y)
+    for (int x = 4; x < 16; ++x) {
+      const Vec3d low{x * dx, y * dx, 3 * dx}, arm = low + Vec3d{0.5 * dx, 0.5 * dx, 0} - middle;
+      fill(l, low, low + Vec3d{dx, dx, 4 * dx}, {-arm.y, arm.x, 0});
+    }
+  const auto turning = [&] {
+    const ParticleData p = *l.world.particles();
+    double sum = 0;
+    for (std::size_t i = 0; i < p.id.size(); ++i)
+      sum += p.mass[i] * cross(p.position[i] - middle, p.velocity[i]).z;
+    return sum;
+  };
+  const double before = turning();
+  for (int k = 0; k < 100; ++k) require(l.world.step(step_at(2)));
+  const StepResult r = l.world.synchronize();
+  ASSERT_FALSE(r.halted) << r.halt_reason;
+  EXPECT_FALSE(r.viscous_bound_exceeded);
+  EXPECT_NEAR(turning() / before, 1, 1e-9);
 }
 
 /// Periodic, everything moving at random and a body among it: nothing acts from outside.
@@ -370,8 +402,9 @@ double height(World& w) {
 }
 
 // A body takes part in the stages as it does in the explicit force: it sinks as fast, with a twentieth of the sub-steps.
-// Over 60 acoustic steps, 0.3 s, the cube sinks by half a micrometre or more; 5 %: what falls is still speeding up, over
-// steps that the one resolves and the other does not.
+// Over 60 acoustic steps, 0.3 s, the cube sinks by half a micrometre or more; 10 %: what falls is still speeding up, over
+// steps that the one resolves and the other does not, and until the pressure is there, within nu/c^2 = 0.04 s and more, liquid gives way by being
+// pressed, which the force along the line resists three times as much. 7 % was found.
 TEST(ImplicitViscosity, BodiesSinkAsWithTheExplicitForce) {
   MELTSIM_NEEDS_BACKEND();
   double path[2] = {};
@@ -387,7 +420,7 @@ TEST(ImplicitViscosity, BodiesSinkAsWithTheExplicitForce) {
     steps[k] = r.steps;
   }
   EXPECT_GT(path[0], 5e-7);
-  EXPECT_NEAR(path[1] / path[0], 1, 0.05);
+  EXPECT_NEAR(path[1] / path[0], 1, 0.1);
   EXPECT_GT(steps[0], 10 * steps[1]);
 }
 

@@ -86,9 +86,12 @@ MELTSIM_HD Vec3<T> viscous_force(T mu, T volume_i, T volume_j, T laplacian, Vec3
 }
 
 /// Pair viscosity [Pa s]: the harmonic mean, so that the thinner liquid limits the shear stress
-/// (Morris et al. 1997; continuous stress across an interface). Symmetric in its arguments.
+/// (Morris et al. 1997; continuous stress across an interface). Of two liquids with a yield stress the geometric mean: what does not yield
+/// is some thousand times as viscous as what does, and ends anywhere between the two particles, where the harmonic mean
+/// lets all of the pair yield. Symmetric in its arguments.
 template <class T>
-MELTSIM_HD T pair_viscosity(T mu_i, T mu_j) {
+MELTSIM_HD T pair_viscosity(T mu_i, T mu_j, bool both_yield = false) {
+  if (both_yield) return std::sqrt(mu_i * mu_j);
   const T sum = mu_i + mu_j;
   return sum > T(0) ? T(2) * mu_i * mu_j / sum : T(0);
 }

@@ -30,6 +30,12 @@ MELTSIM_HD T viscosity_at(const MaterialRow<T>& m, double h) {
   return property_at(m.tables->viscosity, static_cast<T>(temperature_of(m, h)));
 }
 
+/// Whether a liquid has a yield stress, at some temperature.
+template <class T>
+MELTSIM_HD bool yields(const MaterialRow<T>& m) {
+  return m.tables != nullptr && m.tables->flow.yield_stress > T(0);
+}
+
 /// Flow curve of a liquid at specific enthalpy h: its yield stress is that at the temperature there. Of a material with tables.
 template <class T>
 MELTSIM_HD FlowCurve<T> flow_curve_at(const MaterialRow<T>& m, double h) {
