@@ -18,7 +18,6 @@ MELTSIM_INSTANTIATE(core::CudaExec, reaction)
 MELTSIM_INSTANTIATE(core::CudaExec, tension)
 MELTSIM_INSTANTIATE(core::CudaExec, cohere)
 MELTSIM_INSTANTIATE(core::CudaExec, arrangement)
-MELTSIM_INSTANTIATE(core::CudaExec, isotropy)
 MELTSIM_INSTANTIATE(core::CudaExec, shift)
 
 }  // namespace sph

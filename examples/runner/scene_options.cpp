@@ -239,11 +239,14 @@ const Options<Scene>& solver_options() {
       flag<Scene>("tension", "", OF_WORLD(tension), "false",
                   "liquid may pull (pressure below 0). For liquid that fills its domain; at a free surface "
                   "it makes clumps"),
-      flag<Scene>(
-          "isotropic_pressure", "isotropic_pressure", OF_WORLD(isotropic_pressure), "false",
+      automatic_flag<Scene>(
+          "isotropic_pressure", "isotropic_pressure", OF_WORLD(isotropic_pressure),
           "takes out of the pressure what the arrangement of the particles adds to it, which acts as a "
           "viscosity in proportion to the pressure: for slow flow below a surface (what sinks, drifts or "
-          "convects). Needs `artificial_viscosity` of 0.01 or more"),
+          "convects). Needs `artificial_viscosity` of 0.01 or more. `auto`: `true` where liquid moves "
+          "bodies, "
+          "has a yield stress, surface tension or contents, or expands with heat, and is damped enough. "
+          "[Isotropic pressure](design/pressure.md)"),
       flag<Scene>("particle_shifting", "particle_shifting", OF_WORLD(particle_shifting), "false",
                   "moves liquid's particles slightly towards where there are fewer. For flows that strain "
                   "for long (vortices, convection), which otherwise squeeze the particles into strings. "

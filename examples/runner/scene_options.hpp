@@ -284,6 +284,20 @@ Option<D> flag(const char* key, const char* field, const Get& get, const char* o
           [get](const D& d) -> Json { return get(d); }};
 }
 
+/// A flag that the World decides on if the scene does not.
+template <class D, class Get>
+Option<D> automatic_flag(const char* key, const char* field, const Get& get, const char* doc) {
+  return {key,
+          field,
+          "`auto`",
+          doc,
+          {{"enum", {"auto", true, false}}},
+          [get](const Node& value, D& d) {
+            get(d) = value.is_word("auto") ? std::optional<bool>() : std::optional<bool>(value.boolean());
+          },
+          [get](const D& d) -> Json { return get(d) ? Json(*get(d)) : Json("auto"); }};
+}
+
 /// An enumeration, or a bool, whose values are `words` in order.
 template <class D, class Get>
 Option<D> word(const char* key, const char* field, const Get& get, const keys::List& words,

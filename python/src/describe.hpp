@@ -36,6 +36,12 @@ auto set_to(bool D::*member) {
   return [member](D& d, const std::string& name, nb::handle v) { d.*member = boolean(name, v); };
 }
 template <class D>
+auto set_to(std::optional<bool> D::*member) {
+  return [member](D& d, const std::string& name, nb::handle v) {
+    d.*member = v.is_none() ? std::optional<bool>() : std::optional<bool>(boolean(name, v));
+  };
+}
+template <class D>
 auto set_to(int D::*member) {
   return [member](D& d, const std::string& name, nb::handle v) {
     const std::int64_t value = integer(name, v);

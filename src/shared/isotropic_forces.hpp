@@ -10,16 +10,6 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// visit(mask, x_m, r_m^2) for every image of a neighbour within H.
-template <class T, class Visit>
-MELTSIM_HD void for_each_masked_image(const physics::WallView<T>& walls, T support2,
-                                      const spatial::Pair<T>& pair, const Visit& visit) {
-  for (std::uint32_t mask = walls.axes; mask != 0u; mask = (mask - 1u) & walls.axes) {
-    const T square = physics::image_square(walls, pair.x_ij, pair.r2, mask);
-    if (square < support2) visit(mask, physics::image_of(walls, pair.x_ij, mask), square);
-  }
-}
-
 template <class T>
 MELTSIM_HD Sym3<T> pressure_stress_of(const Frame<T>& w, std::uint64_t i) {
   return {xyz(w.f.isotropic_diagonal[i]), xyz(w.f.isotropic_mixed[i])};
@@ -52,21 +42,14 @@ struct IsotropicForce {
         physics::isotropic_force(physics::sum_of(own.stress, other), own.volume * pair.volume,
                                  physics::kernel_gradient_factor(w.c.kernel, std::sqrt(pair.r2)), pair.x_ij);
   }
-  MELTSIM_HD bool may_be_rare(const Stored&) const { return true; }
-  /// With images in walls.
-  MELTSIM_HD bool rare(const Own& own, const Stored&, const spatial::Pair<T>&) const {
-    return own.walls.axes != 0u;
-  }
-  MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Stored& other, std::uint64_t, std::uint32_t,
-                           const spatial::Pair<T>& pair) const {
-    for_each_masked_image(
-        own.walls, w.c.kernel.support2, pair, [&](std::uint32_t mask, Vec3<T> x_m, T square) {
-          const Sym3<T> stress = physics::sum_of(own.stress, physics::mirrored_in(other, mask));
-          const Vec3<T> force =
-              physics::isotropic_force(stress, own.volume * pair.volume,
-                                       physics::kernel_gradient_factor(w.c.kernel, std::sqrt(square)), x_m);
-          sum.force += of_walls ? across(force, mask) : force;
-        });
+  static constexpr bool each_image = true;
+  MELTSIM_HD void add_image(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& image,
+                            std::uint32_t mask) const {
+    const Sym3<T> stress = physics::sum_of(own.stress, physics::mirrored_in(other, mask));
+    const Vec3<T> force = physics::isotropic_force(
+        stress, own.volume * image.volume, physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image.r2)),
+        image.x_ij);
+    sum.force += of_walls ? across(force, mask) : force;
   }
   /// The components along the axes of `mask`.
   MELTSIM_HD static Vec3<T> across(Vec3<T> v, std::uint32_t mask) {

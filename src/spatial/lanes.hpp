@@ -312,6 +312,17 @@ inline typename Body::Sum sum_in_lanes(const core::Frame<T>& w, const Body& body
           if (rare(k))
             body.add_rare(apart, own, body.other(own, stored.at(k)), i, neighbours.slots[k], pair(k));
     }
+    if constexpr (adds_each_image<Body>)
+      for_each_mask(own.walls.axes, [&](auto mask) {
+        in_lanes(n, [&](std::size_t l, std::size_t k) {
+          const Pair<T> p = pair(k);
+          const Pair<T> image{physics::image_of(own.walls, p.x_ij, mask()),
+                              physics::image_square(own.walls, p.x_ij, p.r2, mask()), p.volume};
+          auto sum = sums.at(l);
+          body.add_image(sum, own, body.other(own, stored.at(k)), image, mask());
+          sums.put(l, sum);
+        });
+      });
     if constexpr (is_mirrored<Body>)
       for_each_mask(own.walls.axes, [&](auto mask) {
         in_lanes(n, [&](std::size_t l, std::size_t k) {

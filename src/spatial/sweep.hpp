@@ -20,6 +20,8 @@
 //   mirrored(own, other, volume)        what multiplies mirrored_shape(r_m) x_m, summed over the images in own.walls
 //   add_normal(sum, force)              what images add along the walls' normals; add() takes the rest
 //   add_images(sum, pair, force)        instead of both, if images come after rare terms
+//   each_image = true,                  instead of all three, if images add more than a multiple of x_m: what the image
+//   add_image(sum, own, other, image, mask)   mirrored in the planes of `mask` adds, image being its pair; without branches
 #pragma once
 
 #include <cstddef>
@@ -89,6 +91,11 @@ template <class Body>
 inline constexpr bool is_mirrored<Body, std::void_t<decltype(&Body::mirrored)>> = true;
 
 template <class Body, class = void>
+inline constexpr bool adds_each_image = false;
+template <class Body>
+inline constexpr bool adds_each_image<Body, std::void_t<decltype(Body::each_image)>> = Body::each_image;
+
+template <class Body, class = void>
 inline constexpr bool is_listed = false;
 template <class Body>
 inline constexpr bool is_listed<Body, std::void_t<decltype(&Body::wanted)>> = true;
@@ -131,6 +138,11 @@ MELTSIM_HD typename Body::Sum sum_part(const core::Frame<T>& w, const Body& body
         along = force.along;
       }
     body.add(sum, own, other, pair, along);
+    if constexpr (adds_each_image<Body>)
+      physics::for_each_masked_image(
+          own.walls, w.c.kernel.support2, x_ij, r2, [&](std::uint32_t mask, const Vec3<T>& x_m, T square) {
+            body.add_image(sum, own, other, Pair<T>{x_m, square, pair.volume}, mask);
+          });
     if constexpr (has_rare<Body>)
       if (body.rare(own, other, pair)) body.add_rare(sum, own, other, i, j, pair);
     if constexpr (adds_images_last<Body>)

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of isotropic pressure: one sum for how the surroundings of liquid are arranged, one for its forces; formulas in
-// meltsim/physics/isotropic_pressure.hpp.
+// Isotropic pressure: the sum for how the surroundings of liquid are arranged; its forces are added in the sweeps of sph.forces and
+// sph.reaction. Formulas in meltsim/physics/isotropic_pressure.hpp.
 #pragma once
 
 #include "shared/isotropic_forces.hpp"
+#include "spatial/together.hpp"
 #include "sph/bodies.hpp"
 
 namespace meltsim {
@@ -51,18 +52,10 @@ struct ArrangementBody {
     add_square(sum.moment, pair.volume * physics::kernel_gradient_shape(w.c.kernel, std::sqrt(pair.r2)),
                pair.x_ij);
   }
-  MELTSIM_HD bool may_be_rare(const Stored&) const { return true; }
-  /// With images in walls.
-  MELTSIM_HD bool rare(const Own& own, const Stored&, const spatial::Pair<T>&) const {
-    return own.walls.axes != 0u;
-  }
-  MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Stored&, std::uint64_t, std::uint32_t,
-                           const spatial::Pair<T>& pair) const {
-    core::for_each_masked_image(
-        own.walls, w.c.kernel.support2, pair, [&](std::uint32_t, Vec3<T> x_m, T square) {
-          add_square(sum.moment, pair.volume * physics::kernel_gradient_shape(w.c.kernel, std::sqrt(square)),
-                     x_m);
-        });
+  static constexpr bool each_image = true;
+  MELTSIM_HD void add_image(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& image,
+                            std::uint32_t) const {
+    add(sum, own, other, image, spatial::NoImages{});
   }
   struct Lanes {
     Stored at(std::size_t) const { return {}; }
@@ -77,25 +70,9 @@ struct ArrangementBody {
   }
 };
 
-/// Its forces on liquid and on bodies that can move.
-template <class T, bool Periodic>
-struct IsotropyBody : core::IsotropicForce<T> {
-  using Base = core::IsotropicForce<T>;
-  using Base::w;
-  using Sum = typename Base::Sum;
-  static constexpr bool shared = true;
-  static constexpr std::uint32_t resident_warps(std::uint32_t) { return 0u; }
-  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
-    return spatial::sum_part<Periodic>(w, *this, i, k, parts);
-  }
-  MELTSIM_HD bool takes_part(std::uint64_t i) const {
-    const std::uint32_t tag = w.f.tag[i];
-    return is_fluid(tag) || (is_solid(tag) && (tag & tag_fixed) == 0u);
-  }
-  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
-    if (takes_part(i)) w.f.acceleration[i] += s.force * (T(1) / w.f.mass[i]);
-  }
-};
+/// Body, whose sum is a force, with the force of isotropic pressure in the same sweep.
+template <class T, class Body, bool Periodic>
+using WithIsotropy = spatial::Together<Body, core::IsotropicForce<T>, Periodic>;
 
 }  // namespace sph
 }  // namespace v0

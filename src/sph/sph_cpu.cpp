@@ -16,7 +16,6 @@ MELTSIM_INSTANTIATE(core::CpuExec, unstrained)
 MELTSIM_INSTANTIATE(core::CpuExec, tension)
 MELTSIM_INSTANTIATE(core::CpuExec, cohere)
 MELTSIM_INSTANTIATE(core::CpuExec, arrangement)
-MELTSIM_INSTANTIATE(core::CpuExec, isotropy)
 MELTSIM_INSTANTIATE(core::CpuExec, shift)
 
 }  // namespace sph

@@ -36,7 +36,9 @@ void strain(E& ex, const core::Frame<T>& w) {
 
 template <Company company, bool Periodic, class E, class T>
 void forces_of(E& ex, const core::Frame<T>& w) {
-  spatial::sweep<Periodic>(ex, w.particles, ForcesBody<T, company, Periodic>{w});
+  using Body = ForcesBody<T, company, Periodic>;
+  if (w.f.isotropic_diagonal == nullptr) return spatial::sweep<Periodic>(ex, w.particles, Body{w});
+  spatial::sweep<Periodic>(ex, w.particles, WithIsotropy<T, Body, Periodic>{{w}, {w}});
 }
 
 /// The frame of a stage that leaves viscosity to sph.diffuse, where the scene has that.
@@ -87,7 +89,12 @@ template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& frame) {
   const core::Frame<T> w = without_viscosity(frame);
   spatial::with_periods(w, [&](auto periodic) {
-    spatial::sweep_listed<periodic()>(ex, w.particles, w.f.wetted, ReactionBody<T, periodic()>{{w}});
+    using Body = ReactionBody<T, periodic()>;
+    const auto sweep = [&](const auto& body) {
+      spatial::sweep_listed<periodic()>(ex, w.particles, w.f.wetted, body);
+    };
+    if (w.f.isotropic_diagonal == nullptr) return sweep(Body{{w}});
+    sweep(WithIsotropy<T, Body, periodic()>{{{w}}, {w}});
   });
 }
 
@@ -123,13 +130,6 @@ template <class E, class T>
 void arrangement(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(w, [&](auto periodic) {
     spatial::sweep<periodic()>(ex, w.particles, ArrangementBody<T, periodic()>{w});
-  });
-}
-
-template <class E, class T>
-void isotropy(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(w, [&](auto periodic) {
-    spatial::sweep<periodic()>(ex, w.particles, IsotropyBody<T, periodic()>{{w}});
   });
 }
 

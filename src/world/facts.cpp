@@ -202,6 +202,24 @@ void WorldImpl::recount(const core::WorldStatus& s) {
       if (leaves_lattice(bodies_[b].desc.material.index)) census_.live[b] = 0;
 }
 
+/// Whether liquid is driven by differences that are small beside its pressure: by what was described, not by what is left of it, so that
+/// results do not depend on when the census is taken.
+bool WorldImpl::flows_slowly() const {
+  if (species_used_) return true;
+  for (const BodyRecord& b : bodies_)
+    if (!b.desc.fixed && !b.kinematic()) return true;
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const MaterialDesc& m = materials[i];
+    if (liquid_used_[i] != 0u && (shears(m) || m.surface_tension > 0 || !m.density_points.empty()))
+      return true;
+  }
+  return false;
+}
+
+bool WorldImpl::isotropic() const {
+  return desc.isotropic_pressure.value_or(flows_slowly() && undamped_liquid() == nullptr);
+}
+
 /// Which stages the census asks for.
 core::FactSet WorldImpl::facts() const {
   core::FactSet f = 0;
@@ -251,7 +269,7 @@ core::FactSet WorldImpl::facts() const {
       f |= core::fact_tension;
   for (const OutletDesc& outlet : desc.domain.outlets)
     if (outlet.level && (f & core::fact_fluid) != 0) f |= core::fact_outlets;
-  if (desc.isotropic_pressure && (f & core::fact_fluid) != 0) f |= core::fact_isotropic;
+  if ((f & core::fact_fluid) != 0 && isotropic()) f |= core::fact_isotropic;
   if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
   if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
   if (heat && heat_from_outside()) f |= core::fact_heat_boundary;

@@ -160,22 +160,26 @@ void WorldImpl::look_for_refusal() {
   refusal_ = s ? std::optional<Error>{} : s.error();
 }
 
-/// Refuses isotropic pressure in a liquid that neither its own viscosity nor artificial viscosity damps.
-Status WorldImpl::check_damping() const {
-  using physics::least_artificial_viscosity;
-  for (std::size_t i = 0; desc.isotropic_pressure && i < materials.size(); ++i) {
+/// A liquid that neither its own viscosity nor artificial viscosity damps enough for isotropic pressure; null if there is none.
+const MaterialDesc* WorldImpl::undamped_liquid() const {
+  for (std::size_t i = 0; i < materials.size(); ++i) {
     if (liquid_used_[i] == 0u) continue;
-    const MaterialDesc& m = materials[i];
-    const double own = least_viscosity(m) / largest_density(i) /
+    const double own = least_viscosity(materials[i]) / largest_density(i) /
                        physics::artificial_kinematic_viscosity(1, sound_speed_, core::support_of(desc));
-    if (desc.artificial_viscosity + own < least_artificial_viscosity)
-      return core::invalid("isotropic_pressure: needs an artificial_viscosity of ",
-                           least_artificial_viscosity, " or more, got ", desc.artificial_viscosity,
-                           "; liquid \"", m.name,
-                           "\" is too thin to do without and would gain motion. Set artificial_viscosity, or "
-                           "isotropic_pressure to false");
+    if (desc.artificial_viscosity + own < physics::least_artificial_viscosity) return &materials[i];
   }
-  return {};
+  return nullptr;
+}
+
+/// Refuses isotropic pressure in such a liquid.
+Status WorldImpl::check_damping() const {
+  const MaterialDesc* const thin = desc.isotropic_pressure.value_or(false) ? undamped_liquid() : nullptr;
+  if (thin == nullptr) return {};
+  return core::invalid("isotropic_pressure: needs an artificial_viscosity of ",
+                       physics::least_artificial_viscosity, " or more, got ", desc.artificial_viscosity,
+                       "; liquid \"", thin->name,
+                       "\" is too thin to do without and would gain motion. Set artificial_viscosity, or "
+                       "isotropic_pressure to false");
 }
 
 /// Refuses a sound speed that what falls onto the floor of the domain outruns: it would pass through liquid, in sub-steps that

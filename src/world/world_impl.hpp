@@ -341,6 +341,8 @@ class WorldImpl final : public Scheduler {
   void forget_live(std::uint32_t body);
   Vec3d rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExtent& extent) const;
   core::FactSet facts() const;
+  bool flows_slowly() const;
+  bool isotropic() const;
   void find_materials();
   void weigh_materials();
   void take_census();
@@ -443,6 +445,7 @@ class WorldImpl final : public Scheduler {
   double least_viscosity(const MaterialDesc& m) const;
   void derive_sound_speed();
   Status check_sound_speed() const;
+  const MaterialDesc* undamped_liquid() const;
   Status check_damping() const;
   void look_for_refusal();
   core::SceneConstants constants() const;

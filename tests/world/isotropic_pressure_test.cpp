@@ -2,6 +2,7 @@
 // Isotropic pressure: liquid under pressure shears as its viscosity says, momentum stays what it is, and what would gain motion is
 // refused. What walls and bodies carry is in load_test.cpp, other directions and units in invariance_test.cpp.
 #include <cmath>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -156,6 +157,86 @@ TEST(IsotropicPressure, WhatGetsThinWhileAWorldRunsIsRefused) {
     ASSERT_FALSE(s) << added;
     EXPECT_NE(s.error().message.find("isotropic_pressure: needs"), std::string::npos) << s.error().message;
   }
+}
+
+/// A tank of water, with what `change` makes of it before it is filled.
+World tank(const std::function<void(WorldDesc&, MaterialDesc&)>& change) {
+  WorldDesc d = describe();
+  d.domain.bounded = true;
+  d.domain.max = {2, 2, 2};
+  MaterialDesc water;
+  change(d, water);
+  World world = *World::create(d);
+  FluidDesc f;
+  f.shape = Shape::box({0, 0, 0}, {2, 1, 2});
+  f.material = *world.add_material(water);
+  f.temperature = 60;
+  require(world.add_fluid(f));
+  return world;
+}
+
+bool is_on(World& world) {
+  require(world.prepare());
+  for (const StageReport& s : world.plan().stages)
+    if (std::string(s.name) == "sph.arrangement") return s.runs;
+  return false;
+}
+
+SolidDesc cube(World& world, double temperature) {
+  MaterialDesc m;
+  m.name = "ice";
+  m.density = 900;
+  m.latent_heat = 1000;
+  m.melting_point = 0;
+  m.melts_into = MaterialId{0, 1};
+  SolidDesc s;
+  s.material = *world.add_material(m);
+  s.shape = Shape::box({0.8, 1.2, 0.8}, {1.2, 1.6, 1.2});
+  s.temperature = temperature;
+  return s;
+}
+
+TEST(IsotropicPressure, IsOnWhereLiquidFlowsSlowlyUnlessTheHostSaysOtherwise) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto on = [](const std::function<void(WorldDesc&, MaterialDesc&)>& change) {
+    World world = tank(change);
+    return is_on(world);
+  };
+  EXPECT_FALSE(on([](WorldDesc&, MaterialDesc&) {}));
+  EXPECT_TRUE(on([](WorldDesc& d, MaterialDesc&) { d.isotropic_pressure = true; }));
+  EXPECT_TRUE(on([](WorldDesc&, MaterialDesc& m) { m.yield_stress = 10; }));
+  EXPECT_TRUE(on([](WorldDesc&, MaterialDesc& m) { m.surface_tension = 0.07; }));
+  EXPECT_TRUE(on([](WorldDesc&, MaterialDesc& m) { m.density_points = {{0, 1000}, {100, 960}}; }));
+  EXPECT_FALSE(on([](WorldDesc& d, MaterialDesc& m) {
+    d.isotropic_pressure = false;
+    m.yield_stress = 10;
+  }));
+  // What nothing damps is left as it is, not refused.
+  EXPECT_FALSE(on([](WorldDesc& d, MaterialDesc& m) {
+    d.artificial_viscosity = 0;
+    m.surface_tension = 0.07;
+  }));
+}
+
+TEST(IsotropicPressure, IsOnWithBodiesThatLiquidMovesAndStaysWhenTheyHaveMelted) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto with = [](const std::function<void(SolidDesc&)>& change) {
+    World world = tank([](WorldDesc& d, MaterialDesc& m) {
+      d.heat.time_scale = 1e4;
+      m.conductivity = 1;
+    });
+    SolidDesc s = cube(world, 0);
+    change(s);
+    require(world.add_solid(s));
+    return world;
+  };
+  World held = with([](SolidDesc& s) { s.fixed = true; });
+  EXPECT_FALSE(is_on(held));
+  World floating = with([](SolidDesc&) {});
+  EXPECT_TRUE(is_on(floating));
+  for (int k = 0; k < 400 && floating.synchronize().solid > 0; ++k) require(floating.step(0.01));
+  ASSERT_EQ(floating.synchronize().solid, 0u);
+  EXPECT_TRUE(is_on(floating));
 }
 
 }  // namespace

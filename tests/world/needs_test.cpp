@@ -147,6 +147,7 @@ std::vector<std::string> stages(World& w) {
 /// Water alone, as much as ice_in_water() has of both, all of one temperature, or not.
 World water_alone(bool level, std::uint64_t particles) {
   WorldDesc d = describe();
+  d.isotropic_pressure = true;  // what bodies have asked for stays: the flow that they made is still there
   Scene s = ice_in_water(d, [] {
     IceScene i;
     i.water = false;

@@ -57,8 +57,9 @@ std::vector<std::uint64_t> frames_on_disk(const RunDirectory& directory) {
     const std::string name = entry.path().filename().string();
     const bool ours =
         name.rfind("particles_", 0) == 0 || name.rfind("liquid_", 0) == 0 || name.rfind("solid_", 0) == 0;
-    const auto number = ours && entry.path().extension() == ".ply" ? frame_number(name) : std::nullopt;
-    if (number && *number >= 0) numbers.insert(static_cast<std::uint64_t>(*number));
+    if (!ours || entry.path().extension() != ".ply") continue;
+    const auto number = frame_number(name).value_or(-1);
+    if (number >= 0) numbers.insert(static_cast<std::uint64_t>(number));
   }
   return {numbers.begin(), numbers.end()};
 }

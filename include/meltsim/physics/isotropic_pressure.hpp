@@ -8,7 +8,7 @@
 //   symbol  meaning                                                                unit
 //   A_i     sum_j V_j f_ij x_ij x_ij^T over liquid, solids and images in walls      -      (grad_i W_ij = -f_ij x_ij)
 //   D_i     1 - A_i/(tr A_i/3): how far the surroundings are from being isotropic    -
-//   s       1 where |D_i| <= 0.2, 0 from 0.4 on                                     -
+//   s       1 where |D_i| <= 0.2, 0 from 0.4 on and where P_i < 0                   -
 //   S_i     s (P_i/phi_i^2) D_i                                                     Pa
 //   F       force on i from j, V_i V_j (S_i + S_j) f_ij x_ij                        N
 //
@@ -19,6 +19,7 @@
 //
 // The forces are antisymmetric, so that momentum is exact. They are not along x_ij, so that angular momentum is not, and not the gradient
 // of an energy: particles that jitter gain from them what artificial viscosity must take away again (least_artificial_viscosity).
+// Liquid that pulls is left to particle shifting (shifting.hpp): s is 0 where P_i < 0.
 // At surfaces, where neighbours are missing, D_i is large and s is 0: pressure there is small, and the forces are those of fluid.hpp.
 // Bodies carry no S of their own; their forces are the negatives of what they give the liquid.
 // Deviations: the papers invert A_i, and scale the force to the gradient of a linear field; here the trace is left as it is, so that
@@ -52,7 +53,7 @@ MELTSIM_HD Sym3<T> isotropic_stress(const Sym3<T>& A, T term) {
   const T inverse = T(1) / third;
   const Vec3<T> d = Vec3<T>{T(1), T(1), T(1)} - A.diagonal * inverse, m = A.mixed * -inverse;
   const T size = std::sqrt(dot(d, d) + T(2) * dot(m, m));
-  const T s = term * clamp(T(2) - size * static_cast<T>(1 / anisotropy_whole), T(0), T(1));
+  const T s = maximum(term, T(0)) * clamp(T(2) - size * static_cast<T>(1 / anisotropy_whole), T(0), T(1));
   return {d * s, m * s};
 }
 

@@ -197,13 +197,21 @@ MELTSIM_HD T image_square(const WallView<T>& v, Vec3<T> x_ij, T r2, std::uint32_
          ((mask & 4u) != 0u ? image_shift(v.from.z, x_ij.z) : T(0));
 }
 
-/// Calls visit(x_m, r_m^2) for every image of j within H of i, for terms that depend on more than r_m.
+/// Calls visit(mask, x_m, r_m^2) for every image of j within H of i, for terms that depend on more than r_m; r2 = x_ij^2.
+template <class T, class Visit>
+MELTSIM_HD void for_each_masked_image(const WallView<T>& v, T support2, Vec3<T> x_ij, T r2,
+                                      const Visit& visit) {
+  for (std::uint32_t mask = v.axes; mask != 0u; mask = (mask - 1u) & v.axes) {
+    const T square = image_square(v, x_ij, r2, mask);
+    if (square < support2) visit(mask, image_of(v, x_ij, mask), square);
+  }
+}
+
+/// Calls visit(x_m, r_m^2), for terms that do not depend on the planes.
 template <class T, class Visit>
 MELTSIM_HD void for_each_image(const WallView<T>& v, T support2, Vec3<T> x_ij, const Visit& visit) {
-  for (std::uint32_t mask = v.axes; mask != 0u; mask = (mask - 1u) & v.axes) {
-    const T square = image_square(v, x_ij, dot(x_ij, x_ij), mask);
-    if (square < support2) visit(image_of(v, x_ij, mask), square);
-  }
+  for_each_masked_image(v, support2, x_ij, dot(x_ij, x_ij),
+                        [&](std::uint32_t, const Vec3<T>& x, T square) { visit(x, square); });
 }
 
 /// Integral of W over the outside of one plane at distance d, without scale: 2 pi w H^3 b^6 (1/6 - 3b/14 +
