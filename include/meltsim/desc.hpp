@@ -129,7 +129,7 @@ struct WorldDesc {
   /// Allows pressures below 0. For liquid that fills its domain; at a free surface liquid would form clumps.
   bool tension = false;
   /// Makes the stress of the pressure isotropic (physics/isotropic_pressure.hpp). Without it liquid resists shear with a stress in
-  /// proportion to its pressure, as if it were more viscous: slow flow deep below a surface stands still. Costs two more sweeps over the
+  /// proportion to its pressure, as if it were more viscous: slow flow deep below a surface stands still. Costs a sweep more over the
   /// neighbours. Needs an artificial_viscosity of 0.01 or more. Automatic: on where liquid moves bodies, has a yield stress, surface
   /// tension or contents, or expands with heat, and is damped enough.
   std::optional<bool> isotropic_pressure;

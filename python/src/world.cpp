@@ -186,7 +186,7 @@ const Keys<WorldDesc>& world_keys() {
         set_to(&WorldDesc::artificial_viscosity)},
        {"tension", "bool", "allows pressures below 0", set_to(&WorldDesc::tension)},
        {"isotropic_pressure", "bool | None",
-        "slow flow is not held up by the level of pressure; costs two sweeps; None: where it is needed",
+        "slow flow is not held up by the level of pressure; costs a sweep; None: where it is needed",
         set_to(&WorldDesc::isotropic_pressure)},
        {"particle_shifting", "bool", "keeps liquid evenly spread; needs tension",
         set_to(&WorldDesc::particle_shifting)},
