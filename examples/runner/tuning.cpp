@@ -26,6 +26,8 @@ namespace {
 // A body, and the liquid, of fewer particles behaves as no body of the scene does.
 constexpr double least_body = 27, least_liquid = 64;
 constexpr double largest_courant = 0.6;
+// Where a body can move, a film of liquid under it bursts beyond these (docs/trade.md).
+constexpr double largest_courant_of_bodies = 0.5, least_sound_of_bodies = 0.5;
 constexpr int fewest_samples = 10, most_samples = 60;
 // Of gravity: what no observable resolves, and what chaos makes visible.
 constexpr double stir = 1e-4;
@@ -197,7 +199,11 @@ void Tuning::choose_ranges(Built& built) {
     step_ = dt;
     ranges[at(Knob::step)] = {1.0 / 8, std::max(1.0, std::min(8.0, frame / dt))};
   } else {
-    ranges[at(Knob::courant)] = {std::min(1.0, 0.2 / courant_), std::max(1.0, largest_courant / courant_)};
+    const bool moving = std::any_of(scene_.bodies.begin(), scene_.bodies.end(),
+                                    [](const SceneBody& body) { return !body.desc.fixed; });
+    const double most = moving ? largest_courant_of_bodies : largest_courant;
+    ranges[at(Knob::courant)] = {std::min(1.0, 0.2 / courant_), std::max(1.0, most / courant_)};
+    if (moving) ranges[at(Knob::sound_speed)].least = least_sound_of_bodies;
     // Shorter than what sound asks for: whoever wrote it wants it.
     if (scene_.time.dt && dt < stable) {
       step_ = dt;
