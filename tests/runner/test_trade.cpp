@@ -119,6 +119,17 @@ TEST(Trade, KnobsChangeWhatTheySayAndNothingElse) {
   EXPECT_NEAR(g.x, 9.81e-4, 1e-12);
 }
 
+TEST(Trade, WhereABodyCanMoveStepsStayShorterAndSoundFaster) {
+  const auto range = [](const std::string& scene, Knob knob) {
+    const Tuning tuning(parse(scene, {"solver.courant=0.4"}), cpu(), {}, "");
+    return tuning.problem().ranges[static_cast<std::size_t>(knob)];
+  };
+  EXPECT_DOUBLE_EQ(range(dam, Knob::courant).most, 0.6 / 0.4);
+  EXPECT_DOUBLE_EQ(range(dam, Knob::sound_speed).least, 0.3);
+  EXPECT_DOUBLE_EQ(range(basin, Knob::courant).most, 0.5 / 0.4);
+  EXPECT_DOUBLE_EQ(range(basin, Knob::sound_speed).least, 0.5);
+}
+
 TEST(Trade, SpacingsAreChosenSoThatBodiesKeepTheirVolume) {
   const std::string block =
       "bodies=[{name: block, shape: {box: [[0.1,0.5,0.1],[0.5,0.9,0.5]]}, material: ice, temperature: -10}]";
