@@ -57,7 +57,7 @@ struct WatchedForcesBody {
     const std::uint32_t tag = w.f.tag[i], body = watched_body(w, tag);
     if (body == core::none) return body;
     Vec3<T> pressure = spatial::sum_part<Periodic>(w, core::PressureOnSolid<T>{{w}}, i, 0u, 1u).force;
-    if (w.f.surface_along != nullptr) pressure += core::tension_on_solid<Periodic>(w, i, tag);
+    if (w.f.surface_along != nullptr) pressure += core::tension_on_solid<Periodic>(w, i);
     if (w.f.isotropic_diagonal != nullptr)
       pressure += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
     const Vec3<T> contact = contact_force_on<Periodic>(w, i, tag);
@@ -65,7 +65,7 @@ struct WatchedForcesBody {
     Vec3<T> all;
     if ((tag & tag_fixed) == 0u && w.f.acceleration != nullptr)
       all = (w.f.acceleration[i] - w.f.clock->gravity) * mass;
-    else all = liquid_force_on<Periodic>(w, i, tag) + contact;
+    else all = liquid_force_on<Periodic>(w, i) + contact;
     if (!finite(all) || !finite(pressure)) return core::none;  // step.integrate reports it
     const Vec3<double> arm =
         cast<double>(spatial::separation(w.grid, xyz(w.f.position[i]), cast<T>(reference_of(w, body))));

@@ -44,9 +44,9 @@ MELTSIM_HD Vec3<T> on_face(const Frame<T>& w, Vec3<T> x, int face) {
 
 /// The liquid's force on solid particle i: sph.reaction, and surface tension where a liquid has it.
 template <bool Periodic, class T>
-MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
+MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i) {
   Vec3<T> force = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force;
-  if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i, tag);
+  if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i);
   if (w.f.isotropic_diagonal != nullptr)
     force += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
   return force;
@@ -63,7 +63,7 @@ struct LiquidOnBodyBody {
     const std::uint32_t tag = w.f.tag[i];
     if (!counts(w, r, tag) || !belongs(r, tag)) return s;
     s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, xyz(w.f.position[i])),
-          cast<double>(liquid_force_on<Periodic>(w, i, tag)));
+          cast<double>(liquid_force_on<Periodic>(w, i)));
     return s;
   }
 };
@@ -132,7 +132,9 @@ struct LiquidOnWallBody {
     if (((walls.axes >> (r.face / 2)) & 1u) != 0u && dot(walls.from, n) > T(0)) {
       force += n * dot(n, images(i, tag, walls));
       if (liquid && w.f.surface_along != nullptr)
-        force += n * dot(n, core::tension_of_walls<Periodic>(w, i, tag));
+        force +=
+            n *
+            dot(n, spatial::sum_part<Periodic>(w, core::TensionOnLiquid<T, false, true>{w}, i, 0u, 1u).force);
       if (w.f.isotropic_diagonal != nullptr)
         force +=
             n * dot(n, spatial::sum_part<Periodic>(w, core::IsotropicForce<T, true>{w}, i, 0u, 1u).force);

@@ -49,11 +49,7 @@ struct IsotropicForce {
     const Vec3<T> force = physics::isotropic_force(
         stress, own.volume * image.volume, physics::kernel_gradient_factor(w.c.kernel, std::sqrt(image.r2)),
         image.x_ij);
-    sum.force += of_walls ? across(force, mask) : force;
-  }
-  /// The components along the axes of `mask`.
-  MELTSIM_HD static Vec3<T> across(Vec3<T> v, std::uint32_t mask) {
-    return {(mask & 1u) != 0u ? v.x : T(0), (mask & 2u) != 0u ? v.y : T(0), (mask & 4u) != 0u ? v.z : T(0)};
+    sum.force += of_walls ? spatial::across(force, mask) : force;
   }
   struct Lanes {
     spatial::LaneVectors<T> diagonal, mixed;

@@ -104,6 +104,12 @@ inline constexpr bool adds_images_last = false;
 template <class Body>
 inline constexpr bool adds_images_last<Body, std::void_t<decltype(&Body::add_images)>> = true;
 
+/// The components along the axes of `mask`: of an image's place or force, those across the planes that mirror it.
+template <class T>
+MELTSIM_HD Vec3<T> across(Vec3<T> v, std::uint32_t mask) {
+  return {(mask & 1u) != 0u ? v.x : T(0), (mask & 2u) != 0u ? v.y : T(0), (mask & 4u) != 0u ? v.z : T(0)};
+}
+
 /// Force of the images of a neighbour in own.walls.
 template <class T, class Body, class Own, class Other>
 MELTSIM_HD physics::ImageForce<T> images_of(const core::Frame<T>& w, const Body& body, const Own& own,

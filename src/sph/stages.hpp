@@ -115,15 +115,30 @@ void diffuse(E& ex, const core::Frame<T>& frame) {
   });
 }
 
+/// stage(alone, periodic): whether a particle of liquid meets no solid and no other liquid, and whether the domain has periods.
+template <class T, class Stage>
+void with_company(const core::Frame<T>& w, const Stage& stage) {
+  spatial::with_periods(w, [&](auto periodic) {
+    if (w.one_liquid && !w.solids) stage(std::true_type{}, periodic);
+    else stage(std::false_type{}, periodic);
+  });
+}
+
 template <class E, class T>
 void tension(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(
-      w, [&](auto periodic) { ex.for_each(w.particles, SurfaceStressBody<T, periodic()>{w}); });
+  with_company(w, [&](auto alone, auto periodic) {
+    spatial::sweep<periodic()>(ex, w.particles, SurfaceStressBody<T, alone(), periodic()>{w});
+  });
 }
 
 template <class E, class T>
 void cohere(E& ex, const core::Frame<T>& w) {
-  spatial::with_periods(w, [&](auto periodic) { ex.for_each(w.particles, CohereBody<T, periodic()>{w}); });
+  with_company(w, [&](auto alone, auto periodic) {
+    spatial::sweep<periodic()>(ex, w.particles, CohereBody<T, alone(), periodic()>{{w}});
+    if constexpr (!alone())
+      if (w.f.liquid_bits != nullptr)
+        spatial::sweep_listed<periodic()>(ex, w.particles, w.f.wetted, AdhereBody<T, periodic()>{{w}});
+  });
 }
 
 template <class E, class T>
@@ -135,7 +150,8 @@ void arrangement(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void shift(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, ShiftBody<T>{w});
+  spatial::with_periods(
+      w, [&](auto periodic) { spatial::sweep<periodic()>(ex, w.particles, ShiftBody<T, periodic()>{w}); });
 }
 
 }  // namespace sph

@@ -409,27 +409,56 @@ struct PaperBody {
 };
 
 /// One explicit step of every temperature at once, from the old ones.
-template <class T>
+template <class T, bool Periodic>
 struct IwasakiBody {
   Frame<T> w;
+  static constexpr bool shared = true;
+  static constexpr std::uint32_t resident_warps(std::uint32_t) { return 0u; }
+  using Sum = ExchangeSum<T>;  ///< degrees per second, and 1/s
+  MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
+    return spatial::sum_part<Periodic>(w, *this, i, k, parts);
+  }
+
+  // One pair (spatial/sweep.hpp).
+  struct Own {
+    T temperature, diffusivity;
+  };
+  using Stored = Own;
+  MELTSIM_HD bool takes_part(std::uint64_t i) const { return !is_removed(w.f.tag[i]); }
+  MELTSIM_HD Own own(std::uint64_t i) const {
+    return {w.f.heat_operand[i].temperature, w.f.materials[material_of(w.f.tag[i])].diffusivity};
+  }
+  MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const { return own(j); }
+  MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
+  template <class Along>
+  MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& other, const spatial::Pair<T>& pair,
+                      Along) const {
+    const T share = physics::explicit_pair_rate(
+        own.diffusivity, other.diffusivity,
+        physics::kernel_laplacian(w.c.kernel, std::sqrt(pair.r2), pair.r2), pair.volume);
+    sum.rate += static_cast<double>(share * (other.temperature - own.temperature));
+    sum.conductance += share;
+  }
+  struct Lanes {
+    spatial::LanePairs<T> pairs;
+    Stored at(std::size_t k) const { return {pairs.first[k], pairs.second[k]}; }
+    void load(const IwasakiBody& body, const Own&, std::uint64_t, const std::uint32_t* slots, std::uint32_t n,
+              const T*) {
+      for (std::uint32_t k = 0; k < spatial::whole_lanes(n); ++k) {
+        const Stored s = body.own(slots[k]);
+        pairs.first[k] = s.temperature;
+        pairs.second[k] = s.diffusivity;
+      }
+    }
+  };
   template <class Add>
-  MELTSIM_HD void operator()(std::uint64_t i, const Add& add) const {
-    const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag)) return;
-    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
-    const HeatOperand<T> own = w.f.heat_operand[i];
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
+    if (!takes_part(i)) return;
+    const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
     const T mass = w.f.mass[i];
-    T rate = 0, weight = 0;
-    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-      const T share =
-          physics::explicit_pair_rate(m.diffusivity, w.f.materials[material_of(w.f.tag[j])].diffusivity,
-                                      physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2), xj.w);
-      rate += share * (w.f.heat_operand[j].temperature - own.temperature);
-      weight += share;
-    });
-    if (weight * w.heat_dt > T(1)) add(&w.f.status->heat_bound_exceeded, 1);
+    if (s.conductance * w.heat_dt > T(1)) add(&w.f.status->heat_bound_exceeded, 1);
     const double before = physics::temperature_of(m, w.f.enthalpy[i] / static_cast<double>(mass));
-    const T change = w.heat_dt * rate;
+    const T change = w.heat_dt * static_cast<T>(s.rate);
     const double after = before + static_cast<double>(change);
     if (after < -physics::kelvin_offset) add(&w.f.status->cooled_to_zero, 1);
     if (change != T(0))

@@ -71,7 +71,9 @@ void paper(E& ex, const core::Frame<T>& frame) {
 template <class E, class T>
 void iwasaki(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.particles, PlainOperandsBody<T>{w});
-  ex.accumulate(w.particles, IwasakiBody<T>{w});
+  spatial::with_periods(w, [&](auto periodic) {
+    spatial::sweep_adding<periodic()>(ex, w.particles, IwasakiBody<T, periodic()>{w});
+  });
 }
 
 }  // namespace thermal

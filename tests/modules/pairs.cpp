@@ -12,9 +12,9 @@ namespace {
 
 constexpr double dx = 0.2, step = 0.9 * dx;
 
-enum class Kind { water, water_and_ice, all, all_viscosity, yielding, wetting, precipitating };
+enum class Kind { water, drop, water_and_ice, all, all_viscosity, yielding, wetting, precipitating };
 
-bool solids_of(Kind kind) { return kind != Kind::water; }
+bool solids_of(Kind kind) { return kind != Kind::water && kind != Kind::drop; }
 
 /// Nothing in it is symmetric: positions are jittered, velocities and temperatures random, one in 50 is removed.
 PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, int free_layers,
@@ -69,7 +69,7 @@ PairScene box(double support, Kind kind, std::uint32_t periodic, Vec3i count, in
     c.properties[2].flow = {0, 1.5, 10, 8};
     p.facts |= core::fact_viscosity | core::fact_strain;
   }
-  if (kind == Kind::wetting) {  // as much as pressure does
+  if (kind == Kind::wetting || kind == Kind::drop) {  // as much as pressure does
     const double tension[] = {1e5, 0, 3e4};
     for (std::size_t k : {0u, 2u}) {
       c.materials[k].tension = tension[k];
@@ -181,6 +181,7 @@ std::vector<NamedScene> pair_scenes(double support, double length) {
   all.push_back({"two liquids that shear and ice", box(support, Kind::yielding, 0, {9, 8, 8}, 4, 14)});
   all.push_back(
       {"two liquids that shear and ice, periodic", box(support, Kind::yielding, 5, {9, 8, 9}, 4, 15)});
+  all.push_back({"water that wets", box(support, Kind::drop, 0, {9, 8, 8}, 4, 21)});
   all.push_back({"two liquids that wet and ice", box(support, Kind::wetting, 0, {9, 8, 8}, 4, 16)});
   all.push_back(
       {"two liquids that wet and ice, y periodic", box(support, Kind::wetting, 2, {9, 9, 8}, 0, 17)});

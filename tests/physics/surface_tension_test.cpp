@@ -60,8 +60,8 @@ Layer layer_at(int layer, bool solid, double cosine, double support = 2.5) {
         const double r = length(d);
         if (r >= support || (y + layer < 0 && !solid)) continue;
         const double shape = kernel_gradient_shape(k, r);
-        if (y + layer >= 0) at.sums.add(1, 1, shape, d);
-        else at.sums.add_solid(1, cosine, shape, d * shape, d * shape);
+        at.sums.add(1, 1, shape, d);
+        if (y + layer < 0) at.sums.add_wall(1, cosine, shape, d, d);
         at.phi += kernel_value(k, r);
         at.carried += k.grad_scale * shape * x * x;
       }

@@ -122,16 +122,16 @@ struct SurfaceSums {
   Vec3<T> normal{};  ///< its part across the solids' surfaces
   T cover{};         ///< sum of V (1-q)^3 over solids and images
   T wetting{};       ///< the same times cos
-  /// A liquid neighbour; share = s_ij.
-  MELTSIM_HD void add(T volume, T share, T shape, Vec3<T> x_ij) { all += x_ij * (volume * share * shape); }
-  /// A solid or images of a neighbour, `shape` their sum, x that of x_m times it and across its part across the solid's surface:
-  /// of a solid, whose lattice goes on beyond the liquid, x. Images end where the liquid does.
-  MELTSIM_HD void add_solid(T volume, T cosine, T shape, Vec3<T> x, Vec3<T> across) {
-    all += x * volume;
-    wall += x * volume;
-    normal += across * volume;
-    cover += volume * shape;
-    wetting += volume * shape * cosine;
+  /// A neighbour or an image at x, shape = (1-r/H)^3; share = s_ij, 1 unless both are liquid.
+  MELTSIM_HD void add(T volume, T share, T shape, Vec3<T> x) { all += x * (volume * share * shape); }
+  /// Beside that, of solids and images: x and its part across the solid's surface; of a solid, whose lattice goes on beyond
+  /// the liquid, x. Images end where the liquid does.
+  MELTSIM_HD void add_wall(T volume, T cosine, T shape, Vec3<T> x, Vec3<T> across) {
+    const T weight = volume * shape;
+    wall += x * weight;
+    normal += across * weight;
+    cover += weight;
+    wetting += weight * cosine;
   }
 };
 
