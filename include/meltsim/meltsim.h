@@ -119,6 +119,18 @@ typedef struct meltsim_outlet {
   double value;     /* level or speed */
 } meltsim_outlet;
 
+/* A choice that is left to the library unless it is made. */
+enum { MELTSIM_CHOICE_AUTOMATIC = 0, MELTSIM_CHOICE_OFF = 1, MELTSIM_CHOICE_ON = 2 };
+
+/* How neighbours are found. */
+enum { MELTSIM_SEARCH_AUTOMATIC = 0, MELTSIM_SEARCH_GRID = 1, MELTSIM_SEARCH_TREE = 3 };
+
+/* How viscosity enters a sub-step. */
+enum { MELTSIM_VISCOSITY_AUTOMATIC = 0, MELTSIM_VISCOSITY_EXPLICIT = 1, MELTSIM_VISCOSITY_IMPLICIT = 2 };
+
+/* What happens to liquid that falls out of an unbounded scene. */
+enum { MELTSIM_STRAY_REMOVE = 0, MELTSIM_STRAY_HALT = 1 };
+
 /* A World. */
 typedef struct meltsim_world_desc {
   uint32_t size;                     /* sizeof(meltsim_world_desc) */
@@ -144,6 +156,26 @@ typedef struct meltsim_world_desc {
   int32_t heat_interval;             /* most sub-steps that share a step of heat, within a step; 0: chosen */
   int32_t follow_sound_speed;        /* the derived sound speed follows what moves, 0 or 1 */
   uint64_t reserved_particles;       /* room for liquid that is added while the World runs */
+  double support_radius;             /* of the smoothing kernel [m], 1.5 to 6 spacings; 0: 2.5 spacings */
+  double artificial_viscosity;       /* Monaghan's alpha: damps acoustic noise */
+  int32_t tension;                   /* pressure may be below 0, 0 or 1 */
+  int32_t isotropic_pressure;        /* MELTSIM_CHOICE_...: its level does not act as viscosity */
+  int32_t particle_shifting;         /* keeps particles evenly spread; needs `tension`, 0 or 1 */
+  int32_t neighbour_search;          /* MELTSIM_SEARCH_... */
+  int32_t viscosity;                 /* MELTSIM_VISCOSITY_... */
+  int32_t stray;                     /* MELTSIM_STRAY_... */
+  double courant;                    /* sub-steps keep c dt / H at or below this, above 0, at most 0.6 */
+  int32_t pieces_interval;           /* sub-steps between searches for pieces that came apart */
+  int32_t heat_max_stages;           /* stages per super-step of heat, 2 to 1024 */
+  int32_t heat_max_supersteps;       /* of heat in a sub-step; a step that needs more is refused */
+  int32_t solute_max_supersteps;     /* likewise of species */
+  double solute_time_scale;          /* species diffuse so many times faster than motion */
+  double heat_level_tolerance;       /* temperatures that differ by no more count as level [K] */
+  meltsim_surface_heat free_surface; /* heat through free surfaces of liquids */
+  double wall_friction;              /* Coulomb coefficient */
+  double wall_contact_angle;         /* of liquids with surface tension at walls, 0 to 180 degrees */
+  double wall_velocity[6][3];        /* of each wall, in the order of `faces` [m/s]; along it only */
+  void* stream;                      /* CUDA stream that the World runs on; null: its own */
 } meltsim_world_desc;
 
 /* A substance. */
@@ -172,6 +204,17 @@ typedef struct meltsim_material_desc {
       yield_stress_points; /* in place of yield_stress: temperature [degrees Celsius] and value, pair after
                                         pair, ascending; null: none */
   size_t yield_stress_point_count; /* pairs: 0, or 2 to 8 */
+  double damping;                  /* of shape matching, 0 to 1 */
+  double diffusivity;              /* in place of conductivity [m^2/s]; 0: conductivity holds */
+  /* Properties by temperature, likewise, in place of the constants above; density of liquids alone. */
+  const double* conductivity_points;
+  size_t conductivity_point_count;
+  const double* heat_capacity_points;
+  size_t heat_capacity_point_count;
+  const double* viscosity_points;
+  size_t viscosity_point_count;
+  const double* density_points;
+  size_t density_point_count;
 } meltsim_material_desc;
 
 /* Liquid that fills a shape. */
@@ -219,6 +262,8 @@ typedef struct meltsim_solid_desc {
   double mass;       /* of a proxy, above 0 [kg] */
   double inertia[9]; /* of a proxy, about its pivot, row by row [kg m^2]; all 0: of the shape */
   double held_until; /* a free or rigid body stays where it is until then [s]; 0: free from the start */
+  int32_t carve;     /* 0: refused where liquid lies in its place; 1: that leaves */
+  int32_t growth;    /* lattice steps beyond its shape that liquid may freeze onto */
 } meltsim_solid_desc;
 
 /* A nozzle that emits liquid at a steady speed. */

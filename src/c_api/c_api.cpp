@@ -347,6 +347,18 @@ static void fill(meltsim_world_desc* desc) {
   desc->max_substeps = d.max_substeps;
   desc->heat_time_scale = d.heat.time_scale;
   for (meltsim_surface_heat& heat : desc->wall_heat) heat.ambient = meltsim::SurfaceHeatDesc{}.ambient;
+  desc->artificial_viscosity = d.artificial_viscosity;
+  desc->courant = d.courant;
+  desc->pieces_interval = d.pieces_interval;
+  desc->heat_interval = d.heat.interval;
+  desc->heat_max_stages = d.heat.max_stages;
+  desc->heat_max_supersteps = d.heat.max_supersteps;
+  desc->solute_max_supersteps = d.solute.max_supersteps;
+  desc->solute_time_scale = d.solute.time_scale;
+  desc->heat_level_tolerance = d.heat.level_tolerance;
+  desc->free_surface.ambient = d.heat.free_surface.ambient;
+  desc->wall_friction = d.domain.friction;
+  desc->wall_contact_angle = d.domain.contact_angle;
 }
 static void fill(meltsim_material_desc* desc) {
   const meltsim::MaterialDesc d;
@@ -364,6 +376,7 @@ static void fill(meltsim_material_desc* desc) {
   desc->contact_angle = d.contact_angle;
   desc->flow_index = d.flow_index;
   desc->regularisation = d.regularisation;
+  desc->damping = d.damping;
 }
 static void fill(meltsim_species_desc* desc) {
   *desc = {};
@@ -379,6 +392,7 @@ static void fill(meltsim_solid_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
   desc->temperature = meltsim::SolidDesc{}.temperature;
+  desc->carve = 1;
   desc->surface.ambient = meltsim::SurfaceHeatDesc{}.ambient;
 }
 static void fill(meltsim_emitter_desc* desc) {
@@ -476,6 +490,32 @@ void meltsim_probe_desc_init_sized(meltsim_probe_desc* to, size_t size) { init_s
 void meltsim_surface_desc_init_sized(meltsim_surface_desc* to, size_t size) { init_sized(to, size); }
 void meltsim_render_desc_init_sized(meltsim_render_desc* to, size_t size) { init_sized(to, size); }
 
+/// Settings of the method, and of walls.
+static void set_method(meltsim::WorldDesc& d, const meltsim_world_desc& c) {
+  d.stream = c.stream;
+  d.support_radius = c.support_radius;
+  d.artificial_viscosity = c.artificial_viscosity;
+  d.tension = c.tension != 0;
+  const auto choice = option<std::int32_t>(c.isotropic_pressure, MELTSIM_CHOICE_ON, "isotropic_pressure");
+  if (choice != MELTSIM_CHOICE_AUTOMATIC) d.isotropic_pressure = choice == MELTSIM_CHOICE_ON;
+  d.particle_shifting = c.particle_shifting != 0;
+  d.neighbour_search =
+      option<meltsim::NeighbourSearch>(c.neighbour_search, MELTSIM_SEARCH_TREE, "neighbour_search");
+  d.viscosity = option<meltsim::Viscosity>(c.viscosity, MELTSIM_VISCOSITY_IMPLICIT, "viscosity");
+  d.stray = option<meltsim::Stray>(c.stray, MELTSIM_STRAY_HALT, "stray");
+  d.courant = c.courant;
+  d.pieces_interval = c.pieces_interval;
+  d.heat.max_stages = c.heat_max_stages;
+  d.heat.max_supersteps = c.heat_max_supersteps;
+  d.heat.level_tolerance = c.heat_level_tolerance;
+  d.heat.free_surface = heat_of(c.free_surface);
+  d.solute.max_supersteps = c.solute_max_supersteps;
+  d.solute.time_scale = c.solute_time_scale;
+  d.domain.friction = c.wall_friction;
+  d.domain.contact_angle = c.wall_contact_angle;
+  for (std::size_t i = 0; i < 6; ++i) d.domain.velocity[i] = vec(c.wall_velocity[i]);
+}
+
 meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_world** world) {
   if (world != nullptr) *world = nullptr;
   return guarded([&] {
@@ -510,6 +550,7 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
     d.follow_sound_speed = c.follow_sound_speed != 0;
     d.max_substeps = c.max_substeps;
     d.reserved_particles = c.reserved_particles;
+    set_method(d, c);
     *world = new meltsim_world{expect(meltsim::World::create(d, c.version))};
   });
 }
@@ -547,6 +588,14 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   d.regularisation = c.regularisation;
   d.yield_stress_points =
       points_of(c.yield_stress_points, c.yield_stress_point_count, "desc.yield_stress_points");
+  d.damping = c.damping;
+  if (c.diffusivity != 0) d.diffusivity = c.diffusivity;
+  d.conductivity_points =
+      points_of(c.conductivity_points, c.conductivity_point_count, "desc.conductivity_points");
+  d.heat_capacity_points =
+      points_of(c.heat_capacity_points, c.heat_capacity_point_count, "desc.heat_capacity_points");
+  d.viscosity_points = points_of(c.viscosity_points, c.viscosity_point_count, "desc.viscosity_points");
+  d.density_points = points_of(c.density_points, c.density_point_count, "desc.density_points");
   return d;
 }
 meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {
@@ -622,6 +671,8 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
     d.surface = heat_of(c.surface);
     d.heat_source = c.heat_source;
     d.held_until = c.held_until;
+    d.carve = c.carve != 0;
+    d.growth = c.growth;
     const meltsim::BodyId made = expect(world_of(world).add_solid(d));
     if (id != nullptr) *id = id_of(made);
   });

@@ -27,16 +27,40 @@ class WorldDesc(c.Structure):
                 ("heat_model", c.c_int32), ("max_substeps", c.c_int32), ("heat_time_scale", c.c_double), ("wall_heat", SurfaceHeat * 6)]
 
 
+class Outlet(c.Structure):
+    _fields_ = [("kind", c.c_int32), ("reserved", c.c_int32), ("value", c.c_double)]
+
+
+class WholeWorldDesc(WorldDesc):
+    _fields_ = [("outlets", Outlet * 6), ("density_error", c.c_double), ("heat_interval", c.c_int32), ("follow_sound_speed", c.c_int32),
+                ("reserved_particles", c.c_uint64), ("support_radius", c.c_double), ("artificial_viscosity", c.c_double),
+                ("tension", c.c_int32), ("isotropic_pressure", c.c_int32), ("particle_shifting", c.c_int32), ("neighbour_search", c.c_int32),
+                ("viscosity", c.c_int32), ("stray", c.c_int32), ("courant", c.c_double), ("pieces_interval", c.c_int32),
+                ("heat_max_stages", c.c_int32), ("heat_max_supersteps", c.c_int32), ("solute_max_supersteps", c.c_int32),
+                ("solute_time_scale", c.c_double), ("heat_level_tolerance", c.c_double), ("free_surface", SurfaceHeat),
+                ("wall_friction", c.c_double), ("wall_contact_angle", c.c_double), ("wall_velocity", Vec * 6), ("stream", c.c_void_p)]
+
+
 class MaterialDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("freezes", c.c_int32), ("name", c.c_char_p), ("density", c.c_double), ("rest", c.c_double * 5),
                 ("melts_into", Id), ("more", c.c_double * 9),
                 ("yield_stress_points", c.POINTER(c.c_double)), ("yield_stress_point_count", c.c_size_t)]
 
 
+class WholeMaterialDesc(MaterialDesc):
+    _fields_ = [("damping", c.c_double), ("diffusivity", c.c_double)] + [
+        (name + end, kind) for name in ("conductivity", "heat_capacity", "viscosity", "density")
+        for end, kind in (("_points", c.POINTER(c.c_double)), ("_point_count", c.c_size_t))]
+
+
 class SolidDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("motion", c.c_int32), ("name", c.c_char_p), ("shape", c.c_void_p), ("material", Id),
                 ("temperature", c.c_double), ("velocity", Vec), ("angular_velocity", Vec), ("max_speed", c.c_double), ("surface", SurfaceHeat), ("heat_source", c.c_double),
                 ("has_pivot", c.c_int32), ("reserved", c.c_int32), ("pivot", Vec), ("mass", c.c_double), ("inertia", c.c_double * 9)]
+
+
+class WholeSolidDesc(SolidDesc):
+    _fields_ = [("held_until", c.c_double), ("carve", c.c_int32), ("growth", c.c_int32)]
 
 
 class ProxyState(c.Structure):
@@ -449,6 +473,33 @@ wrong = made(WorldDesc, lib.meltsim_world_desc_init_sized)
 wrong.spacing = -1
 handle = c.c_void_p(1)
 assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 1 and "spacing" in text() and handle.value is None
+# What follows heat through walls: each value reaches the library, which refuses it by the name that it has there.
+for name, value, said in (("support_radius", 1e-9, "support_radius"), ("artificial_viscosity", -1, "artificial_viscosity"),
+                          ("isotropic_pressure", 3, "isotropic_pressure"), ("particle_shifting", 1, "particle_shifting"),
+                          ("neighbour_search", 4, "neighbour_search"), ("viscosity", 3, "viscosity"), ("stray", 2, "stray"),
+                          ("courant", 0.7, "courant"), ("pieces_interval", 0, "pieces_interval"), ("heat_max_stages", 1, "max_stages"),
+                          ("heat_max_supersteps", 0, "max_supersteps"), ("solute_max_supersteps", 0, "max_supersteps"),
+                          ("solute_time_scale", -1, "solute.time_scale"), ("heat_level_tolerance", -1, "level_tolerance"),
+                          ("free_surface", SurfaceHeat(flux=math.nan), "free_surface"), ("wall_friction", -1, "friction"),
+                          ("wall_contact_angle", 200, "contact_angle"), ("wall_velocity", (Vec * 6)(Vec(math.nan, 0, 0)), "velocity")):
+    whole = made(WholeWorldDesc, lib.meltsim_world_desc_init_sized)
+    whole.bounded, whole.max, whole.spacing, whole.backend = 1, Vec(2, 2, 2), 0.1, 1
+    assert lib.meltsim_world_create(c.byref(whole), c.byref(handle)) == 0, text()
+    lib.meltsim_world_destroy(handle)
+    setattr(whole, name, value)
+    assert lib.meltsim_world_create(c.byref(whole), c.byref(handle)) == 1 and said in text(), f"{name}: {text()}"
+for name, value in (("damping", -1), ("diffusivity", -1), ("conductivity_points", 0), ("heat_capacity_points", 0),
+                    ("viscosity_points", 0), ("density_points", 0)):
+    whole = made(WholeMaterialDesc, lib.meltsim_material_desc_init_sized)
+    assert whole.damping == 0.1 and whole.diffusivity == 0
+    if name.endswith("_points"):  # of one point
+        setattr(whole, name, (c.c_double * 2)(20, 1))
+        setattr(whole, name.replace("_points", "_point_count"), 1)
+    else:
+        setattr(whole, name, value)
+    assert lib.meltsim_world_add_material(a, c.byref(whole), None) == 1 and name in text(), f"{name}: {text()}"
+whole = made(WholeSolidDesc, lib.meltsim_solid_desc_init_sized)
+assert whole.carve == 1 and whole.growth == 0
 wrong.spacing, wrong.size = 0.1, 4000
 assert lib.meltsim_world_create(c.byref(wrong), c.byref(handle)) == 1 and "size" in text()
 wrong.size, wrong.version = c.sizeof(WorldDesc), 1
