@@ -499,17 +499,22 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
 
 Status WorldImpl::attempt(double dt, Limit* limit, TimedStep* done) {
   if (Status s = ready_to_step(); !s) return s;
+  const double carried = carried_speed_;
   if (Status s = plan_motions(dt); !s) return s;
+  const auto refused = [&](Status s) {  // the motions wait for another step
+    carried_speed_ = carried;
+    return s;
+  };
   if (Status s = check_substeps(dt); !s)
-    return s;  // before anything follows the plan of a step that is not taken
+    return refused(s);  // before anything follows the plan of a step that is not taken
   const BeforePlan before{state_.heat_level, may_melt_, (facts_ & core::fact_melt) != 0};
   liquid_used_before_ = liquid_used_;
-  if (Status s = follow_plan(dt); !s) return not_taken(s, before);
+  if (Status s = follow_plan(dt); !s) return refused(not_taken(s, before));
   if (halted_) return halted_error();  // found out while it was prepared
-  if (Status s = check_substeps(dt); !s) return not_taken(s, before);
+  if (Status s = check_substeps(dt); !s) return refused(not_taken(s, before));
   OngoingStep ongoing(*this, dt, limit);
   if (limit != nullptr) limit->begin();
-  if (Status s = ongoing.take(); !s) return ongoing.refused() ? not_taken(s, before) : s;
+  if (Status s = ongoing.take(); !s) return ongoing.refused() ? refused(not_taken(s, before)) : s;
   if (limit == nullptr) return {};
   ongoing.report(*done);
   limit->end(done->substeps);

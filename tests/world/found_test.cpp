@@ -616,5 +616,29 @@ TEST(Found, ARefusedStepLetsGoOfNothing) {
   EXPECT_EQ(w.stable_dt(), stable);
 }
 
+// A motion of a step that was refused moves nothing yet: it limits no sub-step, either.
+TEST(Found, AMotionThatWasRefusedLimitsNothing) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  auto w = World::create(d);
+  require(w);
+  SolidDesc s;
+  s.material = *w->add_material({});
+  s.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+  s.motion = Motion::kinematic;
+  const auto id = w->add_solid(s);
+  require(id);
+  require(w->step(0.01));
+  const double stable = w->stable_dt();
+  BodyMotion far;
+  far.position = {1e9, 0, 0};  // alone in a World it may be as fast as it likes
+  require(w->set_motion(*id, far));
+  const Status refused = w->step(0.01);
+  ASSERT_FALSE(refused) << "the test tests nothing";
+  EXPECT_NE(refused.error().message.find("max_substeps"), std::string::npos) << refused.error().message;
+  EXPECT_EQ(w->stable_dt(), stable);
+}
+
 }  // namespace
 }  // namespace meltsim_test
