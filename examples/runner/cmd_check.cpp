@@ -168,13 +168,13 @@ class Check {
            fmt::format("implicit, {} per sub-step; explicit, sub-steps would be at most {:.3g} s",
                        r.viscous_supersteps == 1 ? of : fmt::format("{} times {}", r.viscous_supersteps, of),
                        r.viscous_dt));
-      const double share = substep() / r.stable_dt;
-      if (const int most = scene_.world.max_substeps; std::floor(share * r.viscous_supersteps) > most)
+      const double needed = std::floor(substep() / r.stable_dt * r.viscous_supersteps);
+      if (const int most = scene_.world.max_substeps; needed > most)
         warn(fmt::format(
             "viscosity takes at least {:.0f} super-steps of {} stages per sub-step, more than "
             "solver.max_substeps {}: "
             "steps will be refused; check viscosity and yield_stress, or use a larger particles.spacing",
-            share * r.viscous_supersteps, r.viscous_stages, most));
+            needed, r.viscous_stages, most));
       else if (r.viscous_supersteps > 2)
         warn(
             fmt::format("viscosity takes {} sweeps over all neighbours per sub-step; a larger "

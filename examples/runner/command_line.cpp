@@ -89,6 +89,13 @@ class CommandLine {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   }
 
+  /// Given more than once, it means all that was given.
+  void list_of(CLI::App* command, const std::string& option, const std::string& type,
+               const std::string& help) {
+    value(command, option, type, help);
+    command->get_option(option)->multi_option_policy(CLI::MultiOptionPolicy::Join)->delimiter(',');
+  }
+
   void add_machine(CLI::App* command) {
     value(command, "--backend", "auto|cuda|cpu", "where to compute; auto takes CUDA when it is usable");
     value(command, "--threads", "N", "CPU threads; 0 = all");
@@ -119,7 +126,7 @@ class CommandLine {
     value(run, "--frames", "N", "frames after the starting one, instead of the scene's end");
     value(run, "--steps", "N", "time steps, instead of the scene's end");
     value(run, "--fps", "F", "frames per simulated second");
-    value(run, "--export", "ply,surface,...", "what each frame is written as, or none");
+    list_of(run, "--export", "ply,surface,...", "what each frame is written as, or none");
     value(run, "--log", "text|json", "how to report; json is one object per line");
     value(run, "--max-error", "E", "choose the settings for this error, e.g. 3%");
     value(run, "--of", "OBSERVABLE", "of what; by default the scene's first observable");
@@ -140,7 +147,7 @@ class CommandLine {
     CLI::App* trade =
         app_.add_subcommand("trade", "say what accuracy costs in a scene, and which setting buys what");
     add_shared(trade);
-    value(trade, "--observe", "melted,front,...", "what matters; by default the scene's, or what is in it");
+    list_of(trade, "--observe", "melted,front,...", "what matters; by default the scene's, or what is in it");
     value(trade, "--error", "E", "also the cheapest settings for this error of the first one, e.g. 3%");
     value(trade, "--time", "S", "simulated seconds, instead of the scene's end");
     value(trade, "--time-limit", "S", "seconds for all probes; 60 by default");
