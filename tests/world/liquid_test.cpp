@@ -41,9 +41,9 @@ TEST(Liquid, FullTankWithABodyStaysAtRest) {
 
 // Steady shear between a resting and a moving wall, 8 layers, from rest: after 3 L^2/nu the series is within
 // 1e-12 of linear. Viscosity in stages acts along the line between particles, with a shear's viscosity on average over the lattices that
-// a flow makes (viscous_diffusion.hpp): this one, whose layers slide by 2e-3 dx, has 1 % less than that, the walls have all of it
-// (wall_exchange.hpp), so that the layers next to them lag by 1 % of a sixteenth of the lid: 7e-4. Double: in float phi's rounding
-// moves single particles by a tenth of so slow a lid.
+// a flow makes (viscous_diffusion.hpp). Walls have it in full (wall_exchange.hpp), this lattice, whose layers slide by 2e-3 dx, has it
+// within 2 %, more beside them and less inside, which bends the profile by 3e-3 of the lid. Double: in float phi's rounding moves single
+// particles by a tenth of so slow a lid.
 TEST(Liquid, CouetteFlowIsLinearUpToTheWalls) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();
@@ -68,7 +68,7 @@ TEST(Liquid, CouetteFlowIsLinearUpToTheWalls) {
   ASSERT_FALSE(w->synchronize().halted);
   const auto p = *w->particles();
   for (std::size_t i = 0; i < p.id.size(); ++i)
-    ASSERT_NEAR(p.velocity[i].x / 1e-5, p.position[i].y / 0.8, 7e-4) << p.position[i].y;
+    ASSERT_NEAR(p.velocity[i].x / 1e-5, p.position[i].y / 0.8, 3e-3) << p.position[i].y;
 }
 
 // A channel that is no whole number of spacings wide: the last layer would stand beside its image in the wall, squeezed, and
