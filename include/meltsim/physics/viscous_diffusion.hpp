@@ -130,7 +130,7 @@ inline double lattice_central_sum(double support, double spacing) {
       }
   return central_viscosity_scale(support, spacing) * sum / (spacing * spacing);
 }
-
+/// The same of H [m] and dx [m], as sums take it (host).
 template <class T>
 inline CentralViscosity<T> make_central_viscosity(double support, double spacing) {
   return {static_cast<T>(central_viscosity_scale(support, spacing) / std::pow(spacing, 5)),
