@@ -22,7 +22,7 @@ using meltsim::MaterialId;
 class Builder {
  public:
   Builder(const Scene& scene, meltsim::World world)
-      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, {}, 0, {}} {}
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, false, false, {}, 0, {}} {}
 
   Built build() && {
     for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);
@@ -93,9 +93,11 @@ class Builder {
     const meltsim::MaterialDesc material = built_.world.material(desc.material);
     const bool heats =
         scene_.world.heat.model != meltsim::HeatModel::none && scene_.world.heat.time_scale > 0;
-    built_.body_melts.push_back(
-        (heats && static_cast<bool>(material.melts_into)) ||
-        (scene_.world.solute.time_scale > 0 && static_cast<bool>(material.dissolves_in)));
+    const bool melts = heats && static_cast<bool>(material.melts_into),
+               dissolves = scene_.world.solute.time_scale > 0 && static_cast<bool>(material.dissolves_in);
+    built_.body_melts.push_back(melts || dissolves);
+    built_.melts = built_.melts || melts;
+    built_.dissolves = built_.dissolves || dissolves;
     accept(built_.world.add_solid(desc), body);
   }
 
@@ -160,6 +162,11 @@ Built build_world(const Scene& scene, const MachineOptions& machine) {
   desc.sound_speed = automatic * scene.sound_factor;
   desc.density_error = 0;
   return build();
+}
+
+const char* pace_keys(const Built& built) {
+  if (!built.dissolves) return "heat.time_scale";
+  return built.melts ? "heat.time_scale or solute.time_scale" : "solute.time_scale";
 }
 
 const char* backend_name(meltsim::Backend backend) {

@@ -18,11 +18,15 @@ struct Built {
   std::vector<std::uint64_t> fluid_particles;  ///< per fluid of the scene, before bodies carve theirs away
   std::vector<std::string> materials;          ///< by the index in a particle's tag
   std::vector<meltsim::MaterialId> material_ids;
-  std::vector<bool> body_melts;  ///< per body of the scene
+  std::vector<bool> body_melts;           ///< per body of the scene: it melts or dissolves
+  bool melts = false, dissolves = false;  ///< some body does
   std::vector<meltsim::ForceFieldId> force_field_ids;
-  std::uint64_t meltable = 0;  ///< solid particles that can melt
+  std::uint64_t meltable = 0;  ///< solid particles that can melt or dissolve
   ProbeGroups probes;          ///< once add_probes() was called; the World of a viewer has none
 };
+
+/// The keys of the scene that make its bodies go sooner.
+const char* pace_keys(const Built& built);
 
 /// Builds and prepares the world. Failures carry the place in the scene.
 Built build_world(const Scene& scene, const MachineOptions& machine);

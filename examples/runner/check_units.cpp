@@ -13,8 +13,9 @@ namespace runner {
 
 namespace {
 
-constexpr double zero_celsius = 273.15;                    // K
-constexpr double least_density = 1, most_density = 25000;  // kg/m^3: aerogel and osmium
+constexpr double zero_celsius = 273.15;  // K
+// kg/m^3: light foams and osmium; below them lies what most substances have in g/cm^3, water with 1 among them.
+constexpr double least_density = 10, most_density = 25000;
 constexpr double most_frames = 1e7;
 // Heavy metals have 116 J/(kg K) and more, mercury melts with 1.2e4 J/kg: what lies far below was meant in kJ.
 constexpr double least_capacity = 20, least_latent_heat = 1500;

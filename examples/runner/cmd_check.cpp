@@ -417,8 +417,9 @@ class Check {
 
   void print_melting(const std::optional<Rehearsal>& rehearsal) {
     if (built_.meltable == 0) return;
+    const char* name = built_.melts ? "melting" : "dissolving";
     if (!rehearsal) {
-      line("melting", "not estimated: the scene cannot be tried with coarser particles");
+      line(name, "not estimated: the scene cannot be tried with coarser particles");
       return;
     }
     const double end = scene_.time.end, until = rehearsal->until, melted = rehearsal->melted_at(until);
@@ -428,20 +429,20 @@ class Check {
             : " (tried)";
     const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
     if (broken_off && melted < telling) {
-      line("melting", fmt::format("{:.2g} % of the solid by t={:.2g} s{}; beyond that it was not tried",
-                                  100 * melted, until, how));
+      line(name, fmt::format("{:.2g} % of the solid by t={:.2g} s{}; beyond that it was not tried",
+                             100 * melted, until, how));
       return;
     }
     const double share = rehearsal->melted_at(end), all = rehearsal->time_of(1);
+    const char* verb = built_.melts ? "melts" : "dissolves";
     std::string text;
-    if (share >= 1) text = fmt::format("everything melts by about t={:.2g} s", all);
-    else if (share < 0.005) text = fmt::format("next to nothing melts by t={:g} s", end);
+    if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
+    else if (share < 0.005) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
     else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
     if (share >= telling && share < 1 && std::isfinite(all))
       text += fmt::format(", all of it by about t={:.2g} s", all);
-    if (share < 1 && scene_.world.heat.model == meltsim::HeatModel::enthalpy)
-      text += "; heat.time_scale makes it faster";
-    line("melting", text + how);
+    if (share < 1) text += fmt::format("; {} makes it faster", pace_keys(built_));
+    line(name, text + how);
   }
 
   /// [s] The end of a run, which may come when everything has melted.

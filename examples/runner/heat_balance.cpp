@@ -16,8 +16,8 @@ namespace {
 
 /// Sums of one pass over the particles, against a common melting point.
 struct Sums {
-  double liquid_heat = 0;      ///< [J] above the melting point
-  double liquid_capacity = 0;  ///< [J/K]
+  double heat = 0;             ///< [J] above the melting point, of liquids and of bodies that do not melt
+  double capacity = 0;         ///< [J/K] of the same
   double warming = 0;          ///< [J] to bring the solids to the melting point
   double latent = 0;           ///< [J]
   double melted_capacity = 0;  ///< [J/K] of the solids once they are liquid
@@ -44,41 +44,49 @@ std::optional<HeatBalance> heat_balance(Built& built) {
   if (!point) return std::nullopt;
   const meltsim::ParticleData data = expect(built.world.particles());
   Sums sums;
+  HeatBalance balance;
   for (std::size_t i = 0; i < data.id.size(); ++i) {
     const meltsim::MaterialDesc& material = table.at(meltsim::material_of(data.tag[i]));
     const double capacity = data.mass[i] * material.heat_capacity;
-    if (meltsim::is_fluid(data.tag[i])) {
-      sums.liquid_heat += capacity * (data.temperature[i] - *point);
-      sums.liquid_capacity += capacity;
-    } else if (meltsim::is_solid(data.tag[i]) && material.melts_into) {
+    const bool fluid = meltsim::is_fluid(data.tag[i]);
+    if (fluid || (meltsim::is_solid(data.tag[i]) && !material.melts_into)) {
+      sums.heat += capacity * (data.temperature[i] - *point);
+      sums.capacity += capacity;
+      (fluid ? balance.liquid : balance.bodies) = true;
+    } else if (meltsim::is_solid(data.tag[i])) {
       sums.warming += capacity * (*point - data.temperature[i]);
       sums.latent += data.mass[i] * material.latent_heat;
       sums.solid_capacity += capacity;
       sums.melted_capacity += data.mass[i] * built.world.material(material.melts_into).heat_capacity;
     }
   }
-  HeatBalance balance;
   balance.melting_point = *point;
-  balance.available = sums.liquid_heat;
+  balance.available = sums.heat;
   balance.needed = sums.warming + sums.latent;
   const double left = balance.available - balance.needed, spare = balance.available - sums.warming;
   if (left >= 0) {
     balance.melts = 1;
-    balance.end_temperature = *point + left / (sums.liquid_capacity + sums.melted_capacity);
+    balance.end_temperature = *point + left / (sums.capacity + sums.melted_capacity);
   } else if (spare >= 0) {
     balance.melts = sums.latent > 0 ? spare / sums.latent : 0;
     balance.end_temperature = *point;
   } else {
-    balance.end_temperature = *point + spare / (sums.liquid_capacity + sums.solid_capacity);
+    balance.end_temperature = *point + spare / (sums.capacity + sums.solid_capacity);
   }
   return balance;
 }
 
 std::string heat_balance_text(const HeatBalance& balance, const std::string& others) {
+  if (!balance.liquid && !balance.bodies)
+    return fmt::format("melting takes {:.3g} J, {}", balance.needed,
+                       others.empty() ? "and nothing here brings heat" : "which has to come from " + others);
+  const std::string who = !balance.bodies  ? "the liquid holds"
+                          : balance.liquid ? "the liquid and what does not melt hold"
+                                           : "what does not melt holds";
   const std::string end = balance.melts >= 1  ? "everything melts"
                           : balance.melts > 0 ? percent_text(balance.melts) + " of the solid melts"
                                               : "nothing melts";
-  return fmt::format("the liquid holds {:.2g} times what melting takes: in the end {} at {:.3g} C{}",
+  return fmt::format("{} {:.2g} times what melting takes: in the end {} at {:.3g} C{}", who,
                      balance.needed > 0 ? std::max(0.0, balance.available / balance.needed) : 0, end,
                      balance.end_temperature, others.empty() ? "" : "; not counted: " + others);
 }

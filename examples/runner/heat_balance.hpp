@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calorimetry before the run: does the liquid hold enough heat to melt the solids?
+// Calorimetry before the run: do the liquid and the bodies that do not melt hold enough heat to melt the others?
 #pragma once
 
 #include <optional>
@@ -10,7 +10,9 @@
 namespace runner {
 
 struct HeatBalance {
-  double available = 0;        ///< [J] the liquid gives while it cools to the melting point
+  bool liquid = false;         ///< there is liquid
+  bool bodies = false;         ///< there are bodies that do not melt
+  double available = 0;        ///< [J] both give while they cool to the melting point
   double needed = 0;           ///< [J] to warm the meltable solids to the melting point and melt them
   double melting_point = 0;    ///< [degrees Celsius]
   double melts = 0;            ///< share of the solid that melts in an insulated box

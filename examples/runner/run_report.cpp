@@ -215,9 +215,9 @@ int Run::report(Outcome outcome) {
                             directory_.path));
   }
   if (outcome == Outcome::finished && time_.until_melted && !state_.melted_at) {
-    log_.warn(
-        fmt::format("the end was reached with {} of the solid melted; raise time.end or heat.time_scale",
-                    percent_text(recorder_->last().melted_fraction)));
+    log_.warn(fmt::format("the end was reached with {} of the solid {}; raise time.end or {}",
+                          percent_text(recorder_->last().melted_fraction),
+                          built_.melts ? "melted" : "dissolved", pace_keys(built_)));
   }
   const Json block = final_block(outcome);
   write_run_json(block);

@@ -167,6 +167,8 @@ TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
             "");
   EXPECT_NE(warning_of({"materials.ice.density=0.917"}).find("0.917 kg/m^3 is no density"),
             std::string::npos);
+  EXPECT_NE(warning_of({"materials.water.density=1"}).find("(10 to 25000); 1 g/cm^3 is 1000"),
+            std::string::npos);
   EXPECT_NE(warning_of({"bodies[0].density=3e4"}).find("30000 kg/m^3 is no density"), std::string::npos);
   EXPECT_EQ(warning_of({"bodies[0].density=22590"}), "");  // osmium
 }

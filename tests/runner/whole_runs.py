@@ -799,6 +799,34 @@ output: {export: []}
         self.assertIn("everything melts by about t=1.5 s", said)
         self.assertIn("next to nothing melts by t=1 s", self.check(SCENE, *options, "--set", "heat.time_scale=1"))
 
+    def test_check_counts_heat_of_bodies_and_names_what_is_missing(self):
+        """Ice at its melting point needs 64 kg times 3e5 J/kg = 1.92e7 J; stone of the same mass at 150 degrees has
+        half of that, water as much of 75 degrees a quarter."""
+        cube = "{{shape: {{box: [[{0}, 0, 0], [{1}, 0.4, 0.4]]}}, material: {2}, temperature: {3}}}".format
+        Path(self.path("warm.yaml")).write_text(f"""
+meltsim: 1
+domain: {{min: [0, 0, 0], max: [1.2, 0.8, 0.8]}}
+particles: {{spacing: 0.1}}
+time: {{end: 0.1}}
+materials:
+  water: {{heat_capacity: 1000}}
+  ice: {{melting_point: 0, latent_heat: 3e5, becomes: water}}
+  stone: {{heat_capacity: 1000}}
+  sugar: {{density: 1590, dissolves_in: water, solubility: 0.67, diffusivity_in: 5e-10}}
+bodies: [{cube(0, 0.4, "ice", 0)}]
+""")
+        bodies = "bodies=[" + cube(0, 0.4, "ice", 0) + ", " + cube(0.8, 1.2, "stone", 150) + "]"
+        water = "fluids=[" + cube(0.4, 0.8, "water", 75) + "]"
+        said = self.check("warm.yaml", "--set", bodies)
+        self.assertIn("what does not melt holds 0.5 times what melting takes: in the end 50.0 % of the solid melts at 0 C", said)
+        said = self.check("warm.yaml", "--set", bodies, "--set", water)
+        self.assertIn("the liquid and what does not melt hold 0.75 times what melting takes", said)
+        self.assertIn("melting takes 1.92e+07 J, and nothing here brings heat\n", self.check("warm.yaml"))
+        said = self.check("warm.yaml", "--set", "heat.walls={-y: {temperature: 80}}")
+        self.assertIn("melting takes 1.92e+07 J, which has to come from walls\n", said)
+        said = self.check("warm.yaml", "--set", "bodies=[" + cube(0, 0.4, "sugar", 20) + "]", "--set", water)
+        self.assertRegex(said, r"\ndissolving +next to nothing dissolves by t=0.1 s; solute.time_scale makes it faster")
+
     def test_check_measures_the_disk(self):
         said = self.check(SCENE, "--set", "output.export=[ply, surface]")
         self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "output.export=[ply, surface]")
