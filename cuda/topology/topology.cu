@@ -14,6 +14,7 @@ MELTSIM_INSTANTIATE(core::CudaExec, neighbours)
 MELTSIM_INSTANTIATE(core::CudaExec, regions)
 MELTSIM_INSTANTIATE(core::CudaExec, pieces)
 MELTSIM_INSTANTIATE(core::CudaExec, build)
+MELTSIM_INSTANTIATE_BUILD_BODY(core::CudaExec)
 
 }  // namespace topology
 }  // namespace v0

@@ -155,8 +155,8 @@ struct WorldDesc {
   /// youngs_modulus that is not molten yet keeps the speed where it is. step() then waits for results, once in 32 sub-steps.
   /// Not together with sound_speed.
   bool follow_sound_speed = false;
-  /// Room for particles that the host adds while the World runs, beyond those that are there and those that emitters will bring: as
-  /// long as it lasts, add_fluid() costs what it adds, and nothing is uploaded again. Takes memory like particles.
+  /// Room for particles, liquid or of bodies, that the host adds while the World runs, beyond those there and those that emitters will
+  /// bring: while it lasts, add_fluid() and add_solid() cost what they add, and nothing is uploaded again. Takes memory like theirs.
   std::uint64_t reserved_particles = 0;
   int pieces_interval = 16;  ///< sub-steps between searches for pieces that came apart, >= 1
 };

@@ -155,7 +155,7 @@ typedef struct meltsim_world_desc {
   double density_error;              /* compression at rest that a derived sound speed allows; 0: 0.005 */
   int32_t heat_interval;             /* most sub-steps that share a step of heat, within a step; 0: chosen */
   int32_t follow_sound_speed;        /* the derived sound speed follows what moves, 0 or 1 */
-  uint64_t reserved_particles;       /* room for liquid that is added while the World runs */
+  uint64_t reserved_particles;       /* room for what is added while the World runs */
   double support_radius;             /* of the smoothing kernel [m], 1.5 to 6 spacings; 0: 2.5 spacings */
   double artificial_viscosity;       /* Monaghan's alpha: damps acoustic noise */
   int32_t tension;                   /* pressure may be below 0, 0 or 1 */

@@ -174,8 +174,8 @@ class MELTSIM_API World {
   ~World();
 
   // Building, also between steps. All synchronise; on an error (invalid_argument, capacity, out_of_memory) nothing changes.
-  // Between steps, add_fluid() costs what it adds while there is room in reserve (WorldDesc::reserved_particles) and no species;
-  // otherwise, and after any of the others, the next step uploads the whole scene.
+  // Between steps, add_fluid() and add_solid() cost what they add while there is room in reserve (WorldDesc::reserved_particles), and the
+  // others take a new plan; without room, the next step uploads the whole scene.
   Result<MaterialId> add_material(const MaterialDesc& desc);  ///< before the liquids and bodies of it
   Result<std::uint64_t> add_fluid(const FluidDesc& desc);     ///< returns the number of particles added
   Result<BodyId> add_solid(const SolidDesc& desc);            ///< samples a body on the lattice

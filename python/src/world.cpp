@@ -200,7 +200,7 @@ const Keys<WorldDesc>& world_keys() {
        {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
         set_to(&WorldDesc::stray, {"remove", "halt"})},
        {"max_substeps", "int", "a step that needs more is refused", set_to(&WorldDesc::max_substeps)},
-       {"reserved_particles", "int", "room for liquid that is added while it runs",
+       {"reserved_particles", "int", "room for liquid and bodies that are added while it runs",
         set_to(&WorldDesc::reserved_particles)},
        {"density_error", "float", "compression at rest that the derived sound speed allows; 0: 0.005",
         set_to(&WorldDesc::density_error)},

@@ -72,10 +72,20 @@ class EditRun {
     return true;
   }
 
-  /// Liquid gets the ids from `first` on.
-  bool append(E& ex, const Frame<T>& w, const SceneState& more, std::uint32_t first) {
+  /// So that take_out() and append() of so many do not fail.
+  bool make_room(E& ex, std::uint64_t taken, std::uint64_t appended) {
+    std::uint64_t item = 0, channels = 0;
+#define MELTSIM_MOVED(name, type) item += sizeof(type), ++channels;
+#include "meltsim/fields.def"
+    return fit<FoundParticle>(ex, list_, taken) != nullptr &&
+           fit<unsigned char>(ex, staged_,
+                              (item + most_species * sizeof(double)) * appended + 256 * channels) != nullptr;
+  }
+
+  /// Particles get the ids from `first` on; vertex: of the first, or none.
+  bool append(E& ex, const Frame<T>& w, const SceneState& more, std::uint32_t first, std::uint32_t vertex) {
     const std::size_t n = more.position.size();
-    ParticleArrays<T> arrays(more, n, 0);
+    ParticleArrays<T> arrays(more, n, w.f.solute != nullptr ? w.species : 0);
     for (std::uint32_t& id : arrays.id) id += first;
     std::vector<unsigned char> bytes;
     const auto pack = [&bytes](const auto& array) {
@@ -97,7 +107,7 @@ class EditRun {
 #define MELTSIM_MOVED(name, type) \
   if (!arrays.name.empty()) from.name = reinterpret_cast<const type*>(staged + at_##name);
 #include "meltsim/fields.def"
-    step::append<E, T>(ex, w, from, first, n);
+    step::append<E, T>(ex, w, from, first, vertex, n);
     ex.synchronize();
     fresh_.swap(fresh);
     return true;
@@ -123,6 +133,34 @@ class EditRun {
     ex.upload(list, what.data(), what.size() * sizeof(FoundParticle));
     step::move<E, T>(ex, w, list, what.size());
     moved();
+    return true;
+  }
+
+  /// What is solid of a body, by id.
+  bool find_body(E& ex, const Frame<T>& w, std::uint32_t body, std::uint32_t first, std::uint32_t count,
+                 std::vector<FoundParticle>& found) {
+    auto* const list = fit<FoundParticle>(ex, list_, count);
+    if (list == nullptr) return false;
+    step::list_body<E, T>(ex, w, body, first, count, list);
+    found = fetch(ex, static_cast<const FoundParticle*>(list), count);
+    found.erase(
+        std::remove_if(found.begin(), found.end(), [](const FoundParticle& p) { return p.slot == none; }),
+        found.end());
+    std::sort(found.begin(), found.end(),
+              [](const FoundParticle& a, const FoundParticle& b) { return a.id < b.id; });
+    return true;
+  }
+
+  /// Holds them, or lets them go at the velocities that stand in place of positions.
+  bool hold(E& ex, const Frame<T>& w, const std::vector<FoundParticle>& what, bool on, std::uint32_t first,
+            std::uint32_t count) {
+    auto* const list = fit<FoundParticle>(ex, list_, what.size());
+    if (list == nullptr) return false;
+    ex.upload(list, what.data(), what.size() * sizeof(FoundParticle));
+    step::hold<E, T>(ex, w, list, what.size(), on, first, count);
+    for (FoundParticle& p : fresh_)
+      for (const FoundParticle& q : what)
+        if (p.id == q.id) p.tag = q.tag;
     return true;
   }
 

@@ -13,10 +13,11 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-/// site_vertex with empty_row and empty_plane (frame/frame.hpp) instead of `none` where they hold for half-widths up to
-/// that of the widest body.
-inline std::vector<std::uint32_t> mark_empty_sites(const SceneLattice& l) {
-  std::vector<std::uint32_t> sites = l.site_vertex;
+/// site_vertex from `first_site` on, of the vertices from `first_vertex` on, with empty_row and empty_plane (frame/frame.hpp) instead of
+/// `none` where they hold for half-widths up to that of the widest body.
+inline std::vector<std::uint32_t> mark_empty_sites(const SceneLattice& l, const AddedBody& from) {
+  const auto first = static_cast<std::ptrdiff_t>(from.first_site);
+  std::vector<std::uint32_t> sites(l.site_vertex.begin() + first, l.site_vertex.end());
   std::int64_t widest = 0;
   for (const BodyRow& b : l.bodies) widest = std::max<std::int64_t>(widest, b.region_half_width);
   const auto n = static_cast<std::int64_t>(sites.size());
@@ -36,11 +37,11 @@ inline std::vector<std::uint32_t> mark_empty_sites(const SceneLattice& l) {
     return near;
   };
   std::vector<std::uint8_t> here(sites.size(), 0), beside_y(sites.size(), 0);
-  for (std::size_t v = 0; v < l.vertex_site.size(); ++v) {
+  for (std::size_t v = from.first_vertex; v < l.vertex_site.size(); ++v) {
     const BodyRow& b = l.bodies[l.vertex_body[v]];
-    here[l.vertex_site[v]] = 1;
+    here[l.vertex_site[v] - from.first_site] = 1;
     for (int dy = -b.region_half_width; dy <= b.region_half_width; ++dy)
-      beside_y[site_at(l.vertex_site[v], b, 0, dy, 0)] = 1;
+      beside_y[site_at(l.vertex_site[v], b, 0, dy, 0) - from.first_site] = 1;
   }
   const auto row = spread(here), plane = spread(beside_y);
   for (std::size_t i = 0; i < sites.size(); ++i)

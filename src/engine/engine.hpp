@@ -147,14 +147,30 @@ class Engine {
   /// Particles whose centres lie in a box, in stored coordinates, by id. Returns the status, nothing cleared. Error: out_of_memory.
   virtual Result<WorldStatus> find(const Vec3d& low, const Vec3d& high,
                                    std::vector<FoundParticle>& found) = 0;
-  /// Liquid gets the next ids; there is room for it. heat_level: temperatures are level with it. Error: out_of_memory.
-  virtual Status append(const SceneState& liquid, bool heat_level) = 0;
+  /// Memory for taking out and appending so many, so that append(), take_out() and add_body() do not fail for want of it. Error:
+  /// out_of_memory.
+  virtual Status make_edit_room(std::uint64_t taken, std::uint64_t appended) = 0;
+  /// Particles get the next ids; there is room for them. heat_level: temperatures are level with them. vertex: of the first, where
+  /// they are a body, whose part of the lattice add_body() is given; else none. Error: out_of_memory.
+  virtual Status append(const SceneState& more, bool heat_level, std::uint32_t vertex) = 0;
+  /// The part of the lattice that belongs to the body added last, for which there is room. Where there is no lattice yet, adapt() makes
+  /// it.
+  virtual Status add_body(const SceneLattice& lattice, const SceneState& state, const AddedBody& added) = 0;
   /// Removes what find() has found since the last sub-step. Error: out_of_memory.
   virtual Status take_out(const std::vector<FoundParticle>& what) = 0;
   /// Puts what find() has found since the last sub-step at the positions in the list. Error: out_of_memory.
   virtual Status move(const std::vector<FoundParticle>& what) = 0;
   /// Removes all that is solid of a body, whose `count` vertices begin at `first`. How much that was. Error: out_of_memory.
   virtual Result<std::uint64_t> take_body(std::uint32_t body, std::uint32_t first, std::uint32_t count) = 0;
+  /// What is solid of a body, whose `count` vertices begin at `first`, by id. Returns the status, nothing cleared. Error: out_of_memory.
+  virtual Result<WorldStatus> find_body(std::uint32_t body, std::uint32_t first, std::uint32_t count,
+                                        std::vector<FoundParticle>& found) = 0;
+  /// Holds what find_body() has found, or lets it go with the velocities that stand in place of positions.
+  virtual Status hold(const std::vector<FoundParticle>& what, bool on, std::uint32_t first,
+                      std::uint32_t count) = 0;
+  /// The row of a body, and what is summed of the forces on it. place: where particle of the vertex is, which that is relative to.
+  virtual Status set_body(std::uint32_t body, const BodyRow& row) = 0;
+  virtual Status set_forces(std::uint32_t body, std::uint32_t vertex, BodyForceTotals& forces) = 0;
   /// Waits; writes the State channels of the lattice that are allocated.
   virtual void download_lattice(SceneState& state) = 0;
   /// Waits; writes every State channel in order of id: of the last good state. The status, nothing cleared.

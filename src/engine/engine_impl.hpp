@@ -90,6 +90,9 @@ class EngineImpl final : public Engine {
     release();
     w_ = Frame<T>{};
     const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
+    sizes_ = n;
+    room_ = setup.room;
+    vertices_ = l.vertex_site.size();
     if (Status s = allocate(setup.channels, n, bytes_needed(c, l, setup)); !s) return s;
     buffers_.link(w_);
     scales_ = scales_of(c, l);
@@ -123,7 +126,7 @@ class EngineImpl final : public Engine {
     last_good();
     if (rolled_back_) return {};
     settle_regions();  // the new plan may lack the stage
-    const Sizes n = sizes_of<E>(c, l, setup, fuses(ex_));
+    const Sizes& n = sizes_ = sizes_of<E>(c, l, setup, fuses(ex_));
     const std::uint64_t needed = buffers_.missing(setup.channels, n), available = ex_.free_bytes();
     if (needed > available) return out_of_memory(needed, available);
     FieldSet grown = 0;
@@ -137,7 +140,7 @@ class EngineImpl final : public Engine {
     edits_.moved();
     w_.slots_of_all = asks_by_id(setup.facts);
     put_tables(ex_, w_, c);
-    put_lattice(ex_, w_, l, state, grown);
+    put_lattice(ex_, w_, l, state, room_, grown);
     const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
     unguarded([&] {
       if (has(field_enthalpy)) step::enthalpy_to_slots<E, T>(ex_, w_);
@@ -168,15 +171,42 @@ class EngineImpl final : public Engine {
     return s;
   }
 
-  Status append(const SceneState& liquid, bool heat_level) override {
-    const auto n = static_cast<std::uint32_t>(liquid.position.size());
+  Status make_edit_room(std::uint64_t taken, std::uint64_t appended) override {
+    if (edits_.make_room(ex_, taken, appended)) return {};
+    return out_of_memory(taken * sizeof(FoundParticle) + appended * 256, ex_.free_bytes());
+  }
+
+  Status append(const SceneState& more, bool heat_level, std::uint32_t vertex) override {
+    const auto n = static_cast<std::uint32_t>(more.position.size());
     bool there = true;
-    unguarded([&] { there = edits_.append(ex_, w_, liquid, w_.born); });
+    unguarded([&] { there = edits_.append(ex_, w_, more, w_.born, vertex); });
     if (!there) return out_of_memory(std::uint64_t{n} * 256, ex_.free_bytes());
     w_.born += n;
     use_slots(slots_for(w_.born));
-    for (const double m : liquid.mass) mass_ += m;
+    for (const double m : more.mass) mass_ += m;
     edited(0, heat_level ? idle_level : 0u);
+    return fault_status();
+  }
+
+  Status add_body(const SceneLattice& l, const SceneState& s, const AddedBody& a) override {
+    const std::uint64_t end = l.vertex_site.size();
+    const Scales had = scales_;
+    const bool first = !w_.solids;
+    extend(scales_, l, a);
+    readings_.extend(l, scales_);
+    w_.solids = true;
+    vertices_ = end;
+    if (w_.f.vertex_site != nullptr) {
+      unguarded([&] {
+        put_body(ex_, w_, l, s, a);
+        use_vertices<E>(w_, end, sizes_);
+        if (w_.f.site_vertex != nullptr)
+          topology::build_body<E, T>(ex_, w_, a.first_vertex,
+                                     static_cast<std::uint32_t>(end) - a.first_vertex);
+      });
+    }
+    ex_.synchronize();
+    if (first || !(had == scales_)) ex_.forget_repeats();  // recorded sub-steps hold them
     return fault_status();
   }
 
@@ -214,6 +244,43 @@ class EngineImpl final : public Engine {
     edited(taken, idle_level);
     if (Status s = fault_status(); !s) return s.error();
     return taken;
+  }
+
+  Result<WorldStatus> find_body(std::uint32_t body, std::uint32_t first, std::uint32_t count,
+                                std::vector<FoundParticle>& found) override {
+    const WorldStatus s = last_good();
+    found.clear();
+    bool there = true;
+    if (w_.f.vertex_state != nullptr && w_.f.vertex_id != nullptr && !rolled_back_)
+      unguarded([&] { there = edits_.find_body(ex_, w_, body, first, count, found); });
+    if (!there) return out_of_memory(count * sizeof(FoundParticle), ex_.free_bytes()).error();
+    return s;
+  }
+
+  Status hold(const std::vector<FoundParticle>& what, bool on, std::uint32_t first,
+              std::uint32_t count) override {
+    bool there = true;
+    unguarded([&] { there = edits_.hold(ex_, w_, what, on, first, count); });
+    if (!there) return out_of_memory(what.size() * sizeof(FoundParticle), ex_.free_bytes());
+    edited(0, idle_level);
+    return fault_status();
+  }
+
+  Status set_body(std::uint32_t body, const BodyRow& row) override {
+    if (w_.f.bodies != nullptr) ex_.upload(w_.f.bodies + body, &row, sizeof row);
+    return fault_status();
+  }
+
+  Status set_forces(std::uint32_t body, std::uint32_t vertex, BodyForceTotals& forces) override {
+    if (w_.f.vertex_id == nullptr) return {};
+    if (!w_.slots_of_all) index_all();
+    const std::uint32_t id =
+        fetch(ex_, static_cast<const std::uint32_t*>(w_.f.vertex_id) + vertex, 1).front();
+    const std::uint32_t slot = fetch(ex_, static_cast<const std::uint32_t*>(w_.f.slot_of_id) + id, 1).front();
+    forces.center =
+        cast<double>(xyz(fetch(ex_, static_cast<const Vec4<T>*>(w_.f.position) + slot, 1).front()));
+    if (w_.f.body_forces != nullptr) ex_.upload(w_.f.body_forces + body, &forces, sizeof forces);
+    return fault_status();
   }
 
   void surround(const Surroundings& s) override {
@@ -421,9 +488,9 @@ class EngineImpl final : public Engine {
     settle_regions();
     ex_.synchronize();
     m.region_words = w_.region_words;
-    if (w_.f.neighbour_mask != nullptr) m.neighbour_mask = fetch(ex_, w_.f.neighbour_mask, w_.vertices);
+    if (w_.f.neighbour_mask != nullptr) m.neighbour_mask = fetch(ex_, w_.f.neighbour_mask, vertices_);
     if (w_.f.region_mask != nullptr)
-      m.region_mask = fetch(ex_, w_.f.region_mask, static_cast<std::size_t>(w_.vertices) * w_.region_words);
+      m.region_mask = fetch(ex_, w_.f.region_mask, static_cast<std::size_t>(vertices_) * w_.region_words);
   }
 
   Result<bool> surface(const SurfaceRequest& request, SurfaceView& view, SurfaceMesh* mesh) override {
@@ -671,8 +738,8 @@ class EngineImpl final : public Engine {
     if (buffers_.has_spare_position()) put(ex_, buffers_.spare().position, particles.position);
     put(ex_, w_.f.slot_of_id, particles.id);
     put_tables(ex_, w_, c);
-    put_lattice(ex_, w_, l, s, ~FieldSet{0});
-    put_events(ex_, w_, particles.tag, s);
+    put_lattice(ex_, w_, l, s, room_, ~FieldSet{0});
+    put_events(ex_, w_, particles.tag, s, room_);
     put_status(ex_, w_, s);
   }
 
@@ -683,13 +750,7 @@ class EngineImpl final : public Engine {
     w_.words_room = spatial::words_room(scales_.support_in_spacings, w_.grid.rows, w_.words_parts);
   }
 
-  /// Slots that kernels run over: in steps, so that an emitter does not make every sub-step differ from the
-  /// last one.
-  std::uint32_t slots_for(std::uint32_t born) const {
-    const std::uint64_t capacity = w_.capacity, step = std::max<std::uint64_t>(capacity / 8, 1);
-    if (born == 0) return 0;
-    return static_cast<std::uint32_t>(std::min(capacity, (born + step - 1) / step * step));
-  }
+  std::uint32_t slots_for(std::uint32_t born) const { return stepped(born, w_.capacity); }
 
   void emit(const BurstArguments& b) {
     w_.burst.first_point = b.first_point;
@@ -882,7 +943,7 @@ class EngineImpl final : public Engine {
       return b;
     };
     return {a.stages,
-            w_.particles,
+            w_.particles | std::uint64_t{w_.vertices} << 32,
             reinterpret_cast<std::uintptr_t>(w_.f.position),  // which of the buffers
             reinterpret_cast<std::uintptr_t>(w_.before.position),
             reinterpret_cast<std::uintptr_t>(w_.f.velocity),
@@ -968,6 +1029,9 @@ class EngineImpl final : public Engine {
   EditRun<E, T> edits_;
   CustomStages custom_;
   Scales scales_;
+  Sizes sizes_;
+  LatticeRoom room_;
+  std::uint64_t vertices_ = 0;  ///< of the lattices that are there
   std::uint64_t last_index_ = 0;
   SoundRoom* sound_ = nullptr;   ///< null until it is asked for
   std::uint32_t materials_ = 0;  ///< rows of the table

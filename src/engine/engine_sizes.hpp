@@ -61,6 +61,14 @@ std::uint64_t most_words(const SceneConstants& c, std::uint64_t capacity, std::u
 
 inline void set_size(Sizes& n, Owner owner, std::uint64_t count) { n.count[static_cast<int>(owner)] = count; }
 
+/// Slots or vertices that kernels run over, of a room for so many: in steps, so that what comes little by little does not make every
+/// sub-step differ from the last one.
+inline std::uint32_t stepped(std::uint64_t used, std::uint64_t room) {
+  const std::uint64_t step = std::max<std::uint64_t>(room / 8, 1);
+  if (used == 0) return 0;
+  return static_cast<std::uint32_t>(std::min(room, (used + step - 1) / step * step));
+}
+
 /// Sizes of the neighbour search: cells, or levels of the tree.
 inline void size_search(Sizes& n, const SceneConstants& c, const EngineSetup& s) {
   n.groups = s.particle_capacity;
@@ -96,22 +104,24 @@ void size_particles(Sizes& n, const SceneConstants& c, std::uint64_t capacity) {
 }
 
 template <class E>
-void size_lattices(Sizes& n, const SceneLattice& l) {
-  const std::uint64_t vertices = l.vertex_site.size();
+void size_lattices(Sizes& n, const SceneLattice& l, const LatticeRoom& room) {
+  const std::uint64_t vertices = std::max<std::uint64_t>(l.vertex_site.size(), room.vertices);
+  const std::uint64_t sites = std::max<std::uint64_t>(l.site_vertex.size(), room.sites);
   const bool rows = l.max_half_width >= least_row_width(as_gpu<E>, vertices);
   set_size(n, Owner::vertex, vertices);
   set_size(n, Owner::vertex_fits, 4 * vertices);
   set_size(n, Owner::vertex_rows, rows ? 7 * vertices : 0);
   set_size(n, Owner::vertex_list, rows && E::lists ? vertices + 1 : 0);
   set_size(n, Owner::vertex_words, vertices * words_for(l.max_half_width));
-  set_size(n, Owner::site, l.site_vertex.size());
-  set_size(n, Owner::site_words, l.site_vertex.empty() ? 0 : l.site_vertex.size() / 32 + 2);
+  set_size(n, Owner::site, sites);
+  set_size(n, Owner::site_words, sites == 0 ? 0 : sites / 32 + 2);
   set_size(n, Owner::mesh_point, l.mesh_points);
-  set_size(n, Owner::body, l.bodies.size());
+  set_size(n, Owner::body, std::max<std::uint64_t>(l.bodies.size(), room.bodies));
 }
 
 inline void size_tables(Sizes& n, const SceneConstants& c) {
-  set_size(n, Owner::material, c.materials.size());
+  constexpr std::uint64_t few = 16;  // materials that may come without another table
+  set_size(n, Owner::material, (c.materials.size() + few - 1) / few * few);
   set_size(n, Owner::species, c.species.size());
   set_size(n, Owner::property, c.properties.size());
   set_size(n, Owner::emitter_point, c.emitter_points.size());
@@ -120,10 +130,12 @@ inline void size_tables(Sizes& n, const SceneConstants& c) {
   set_size(n, Owner::world, 1);
 }
 
-inline void size_events(Sizes& n, const SceneConstants& c, const SceneLattice& l, std::uint64_t capacity) {
-  const std::uint64_t touch = touch_entries(l.bodies.size(), c.event_kinds);
+/// After size_lattices().
+inline void size_events(Sizes& n, const SceneConstants& c, std::uint64_t capacity) {
+  const auto items = [&n](Owner owner) { return n.count[static_cast<int>(owner)]; };
+  const std::uint64_t touch = touch_entries(items(Owner::body), c.event_kinds);
   set_size(n, Owner::touch_entry, touch);
-  set_size(n, Owner::event_item, c.event_kinds != 0u ? capacity + l.vertex_site.size() + touch : 0);
+  set_size(n, Owner::event_item, c.event_kinds != 0u ? capacity + items(Owner::vertex) + touch : 0);
   set_size(n, Owner::event, c.event_capacity);
 }
 
@@ -136,9 +148,9 @@ Sizes sizes_of(const SceneConstants& c, const SceneLattice& l, const EngineSetup
                      (s.facts & fusion_table[fusion_advance].never) == 0 &&
                      l.vertex_site.empty();  // what was solid keeps sph.advance away
   size_particles<E>(n, c, s.particle_capacity);
-  size_lattices<E>(n, l);
+  size_lattices<E>(n, l, s.room);
   size_tables(n, c);
-  size_events(n, c, l, s.particle_capacity);
+  size_events(n, c, s.particle_capacity);
   return n;
 }
 

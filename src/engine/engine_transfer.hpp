@@ -114,9 +114,79 @@ void put_as(E& ex, Item* to, const std::vector<Host>& from) {
   put(ex, to, items);
 }
 
+/// Items from `first` on.
+template <class V>
+std::vector<V> behind(const std::vector<V>& v, std::uint64_t first) {
+  return {v.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(first, v.size())), v.end()};
+}
+
+/// Uploads items behind the first ones.
+template <class E, class V>
+void put_behind(E& ex, V* to, std::uint64_t first, const std::vector<V>& items) {
+  if (to != nullptr) put(ex, to + first, items);
+}
+
+/// Labels of free vertices [first, end) that never were of a piece: each its own.
+inline std::vector<std::uint32_t> own_labels(std::uint64_t first, std::uint64_t end) {
+  std::vector<std::uint32_t> labels;
+  for (std::uint64_t v = first; v < end; ++v) labels.push_back(static_cast<std::uint32_t>(v));
+  return labels;
+}
+
+/// Vertices, sites and the body that fill the room for what is to come, of the channels in `which`.
+template <class E, class T>
+void put_room(E& ex, const Frame<T>& w, const SceneLattice& l, const LatticeRoom& room, FieldSet which) {
+  const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
+  const std::uint64_t vertices = l.vertex_site.size(), sites = l.site_vertex.size();
+  if (room.vertices <= vertices || room.sites < sites + LatticeRoom::spare_sites ||
+      room.bodies <= l.bodies.size())
+    return;
+  const std::uint64_t more = room.vertices - vertices;
+  const auto spare_site = static_cast<std::uint32_t>(room.sites - LatticeRoom::spare_sites / 2);
+  const std::vector<std::uint32_t> nothing(more, none), site(more, spare_site),
+      body(more, static_cast<std::uint32_t>(room.bodies - 1));
+  put_behind(ex, wanted(field_vertex_id, w.f.vertex_id), vertices, nothing);
+  put_behind(ex, wanted(field_vertex_piece, w.f.vertex_piece), vertices, own_labels(vertices, room.vertices));
+  put_behind(ex, wanted(field_vertex_site, w.f.vertex_site), vertices, site);
+  put_behind(ex, wanted(field_vertex_body, w.f.vertex_body), vertices, body);
+  put_behind(ex, wanted(field_site_vertex, w.f.site_vertex), sites,
+             std::vector<std::uint32_t>(room.sites - sites, none));
+  BodyRow spare;
+  spare.stride_y = spare.stride_z = 1;  // whatever is asked for beside its site is one of its sites
+  spare.first_site = spare_site;
+  put_behind(ex, wanted(field_bodies, w.f.bodies), room.bodies - 1, std::vector<BodyRow>{spare});
+}
+
+/// Uploads the part of the lattice, and of the state, that belongs to the body added last, into the channels that are there.
+template <class E, class T>
+void put_body(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s, const AddedBody& a) {
+  const std::uint64_t v = a.first_vertex;
+#define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
+  if constexpr (Owner::owner == Owner::vertex)                         \
+    if (w.f.channel != nullptr) put_as<Part_##part>(ex, w.f.channel + v, behind(s.array, v));
+#include "meltsim/fields.def"
+  put_behind(ex, w.f.vertex_site, v, behind(l.vertex_site, v));
+  put_behind(ex, w.f.vertex_body, v, behind(l.vertex_body, v));
+  put_behind(ex, w.f.rigid_rotation, v, behind(s.region_rotation, v));
+  put_behind(ex, w.f.seen_piece, v, behind(s.vertex_piece, v));
+  if (w.f.site_vertex != nullptr) put(ex, w.f.site_vertex + a.first_site, mark_empty_sites(l, a));
+  put_behind(ex, w.f.bodies, a.body, behind(l.bodies, a.body));
+  if (w.f.body_motion != nullptr) {
+    BodyMotionRow row = l.rests[a.body];
+    row.motion = s.motion[a.body];
+    ex.upload(w.f.body_motion + a.body, &row, sizeof row);
+  }
+  put_behind(ex, w.f.body_forces, a.body, behind(s.forces, a.body));
+  if (w.f.body_heat != nullptr) {
+    const BodyHeat<T> heat{round_condition<T>(a.heat.surface), static_cast<T>(a.heat.source)};
+    ex.upload(w.f.body_heat + a.body, &heat, sizeof heat);
+  }
+}
+
 /// Uploads the channels of the lattice and its state that are in `which`.
 template <class E, class T>
-void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s, FieldSet which) {
+void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s,
+                 const LatticeRoom& room, FieldSet which) {
   const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
   if constexpr (Owner::owner == Owner::vertex || Owner::owner == Owner::id) \
@@ -125,7 +195,8 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
   put(ex, wanted(field_vertex_site, w.f.vertex_site), l.vertex_site);
   put(ex, wanted(field_vertex_body, w.f.vertex_body), l.vertex_body);
   put(ex, wanted(field_rigid_rotation, w.f.rigid_rotation), s.region_rotation);
-  if (wanted(field_site_vertex, w.f.site_vertex) != nullptr) put(ex, w.f.site_vertex, mark_empty_sites(l));
+  if (wanted(field_site_vertex, w.f.site_vertex) != nullptr)
+    put(ex, w.f.site_vertex, mark_empty_sites(l, {}));
   put(ex, wanted(field_bodies, w.f.bodies), l.bodies);
   if (wanted(field_body_motion, w.f.body_motion) != nullptr) {
     std::vector<BodyMotionRow> rows = l.rests;
@@ -134,14 +205,17 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
   }
   put(ex, wanted(field_mesh_points, w.f.mesh_points), s.mesh_points);
   put(ex, wanted(field_body_forces, w.f.body_forces), s.forces);
+  put_room(ex, w, l, room, which);
 }
 
 /// Uploads the state that events are compared with, and events that the host has not taken.
 template <class E, class T>
-void put_events(E& ex, const Frame<T>& w, const std::vector<std::uint32_t>& tags, const SceneState& s) {
+void put_events(E& ex, const Frame<T>& w, const std::vector<std::uint32_t>& tags, const SceneState& s,
+                const LatticeRoom& room) {
   if (w.f.event_head == nullptr) return;
   put(ex, w.f.seen_tag, tags);
   put(ex, w.f.seen_piece, s.vertex_piece);
+  put_behind(ex, w.f.seen_piece, s.vertex_piece.size(), own_labels(s.vertex_piece.size(), room.vertices));
   put(ex, w.f.seen_touch, s.touched);
   put(ex, w.f.events, s.events);
   ex.upload(w.f.event_head, &s.event_head, sizeof s.event_head);
@@ -186,11 +260,11 @@ template <class E, class T>
 void download_lattice(const E& ex, const Frame<T>& w, SceneState& s) {
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
   if constexpr (Owner::owner == Owner::vertex || Owner::owner == Owner::id) \
-    fetch_as<Part_##part>(ex, w.f.channel, Owner::owner == Owner::id ? w.born : w.vertices, s.array);
+    fetch_as<Part_##part>(ex, w.f.channel, Owner::owner == Owner::id ? w.born : s.array.size(), s.array);
 #include "meltsim/fields.def"
   if (w.f.rigid_rotation != nullptr) {
-    const auto q = fetch(ex, w.f.rigid_rotation, w.vertices);
-    const auto body = fetch(ex, w.f.vertex_body, w.vertices);
+    const auto q = fetch(ex, w.f.rigid_rotation, s.region_rotation.size());
+    const auto body = fetch(ex, w.f.vertex_body, s.region_rotation.size());
     const auto rows = fetch(ex, w.f.bodies, s.motion.size());
     for (std::size_t v = 0; v < q.size(); ++v)
       if (moves_rigidly(rows[body[v]])) s.region_rotation[v] = q[v];

@@ -135,6 +135,13 @@ void fill_faces(Constants<T>& k, const SceneConstants& c) {
   fill_outlets(k.outlets, c);
 }
 
+/// Vertices that kernels run over, and what follows from how many there are.
+template <class E, class T>
+void use_vertices(Frame<T>& w, std::uint64_t used, const Sizes& n) {
+  w.vertices = stepped(used, n.count[static_cast<int>(Owner::vertex)]);
+  w.row_width = least_row_width(as_gpu<E>, w.vertices);
+}
+
 /// All but views and what changes from sub-step to sub-step.
 template <class E, class T>
 void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l, const Sizes& n) {
@@ -155,14 +162,13 @@ void fill_constants(Frame<T>& w, const SceneConstants& c, const SceneLattice& l,
   if (n.tree_levels != 0) fill_tree(w, c, n);
   w.max_groups = static_cast<std::uint32_t>(n.groups);
   w.cells = static_cast<std::uint32_t>(n.cells);
-  w.vertices = static_cast<std::uint32_t>(l.vertex_site.size());
-  w.bodies = static_cast<std::uint32_t>(l.bodies.size());
+  w.bodies = static_cast<std::uint32_t>(n.count[static_cast<int>(Owner::body)]);
   w.capacity = n.count[static_cast<int>(Owner::particle)];
   w.one_liquid = c.one_liquid;
   w.precipitates = std::any_of(c.species.begin(), c.species.end(), physics::precipitates<double>);
   w.species = static_cast<std::uint32_t>(c.species.size());
   w.region_words = words_for(l.max_half_width);
-  w.row_width = least_row_width(as_gpu<E>, w.vertices);
+  use_vertices<E>(w, l.vertex_site.size(), n);
   w.event_kinds = c.event_kinds;
   w.event_capacity = c.event_capacity;
   w.touch_entries = n.count[static_cast<int>(Owner::touch_entry)];

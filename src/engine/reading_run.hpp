@@ -29,13 +29,19 @@ class ReadingRun {
  public:
   /// Values that stay the same until the next upload.
   void describe(const SceneConstants& c, const SceneLattice& l, const Scales& scales) {
-    largest_mass_ = scales.largest_mass;
-    size_ = 8 * scales.body_size * scales.spacing;
-    sum_bits_ = scales.sum_bits;
     domain_ = c.domain;
     spacing_ = c.spacing;
     set_gravity(c.surroundings.gravity);
-    origins_ = body_origins(l);
+    origins_.clear();
+    extend(l, scales);
+  }
+
+  /// With the bodies that were added last.
+  void extend(const SceneLattice& l, const Scales& scales) {
+    largest_mass_ = scales.largest_mass;
+    size_ = 8 * scales.body_size * scales.spacing;
+    sum_bits_ = scales.sum_bits;
+    add_body_origins(l, origins_);
     origins_sent_ = false;
     bodies_ = l.bodies.size();
   }
@@ -492,25 +498,26 @@ class ReadingRun {
     }
   }
 
-  /// Site of every body at the low corner of its vertices.
-  static std::vector<std::uint32_t> body_origins(const SceneLattice& l) {
-    std::vector<std::uint32_t> origins(l.bodies.size(), 0);
-    std::vector<Vec3i> low(l.bodies.size());
-    std::vector<std::int64_t> zero(l.bodies.size(), -1);  // site of coordinates (0, 0, 0); -1: no vertex yet
-    std::vector<bool> seen(l.bodies.size(), false);
-    for (std::size_t v = 0; v < l.vertex_site.size(); ++v) {
-      const std::uint32_t b = l.vertex_body[v];
-      const Vec3i p = l.vertex_coordinates[v];
-      if (!seen[b]) {
-        low[b] = p;
-        zero[b] = l.vertex_site[v] - offset_of(p, l.bodies[b]);
-        seen[b] = true;
+  /// Site at the low corner of its vertices of every body that has none yet. Bodies follow each other in the lattice.
+  static void add_body_origins(const SceneLattice& l, std::vector<std::uint32_t>& origins) {
+    const std::size_t had = origins.size();
+    origins.resize(l.bodies.size(), 0);
+    std::size_t v = l.vertex_site.size();
+    for (std::size_t b = origins.size(); b-- > had;) {
+      bool seen = false;
+      Vec3i low{};
+      std::int64_t zero = 0;  // site of coordinates (0, 0, 0)
+      for (; v > 0 && l.vertex_body[v - 1] == b; --v) {
+        const Vec3i p = l.vertex_coordinates[v - 1];
+        if (!seen) {
+          low = p;
+          zero = l.vertex_site[v - 1] - offset_of(p, l.bodies[b]);
+          seen = true;
+        }
+        low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
       }
-      low[b] = {std::min(low[b].x, p.x), std::min(low[b].y, p.y), std::min(low[b].z, p.z)};
+      if (seen) origins[b] = static_cast<std::uint32_t>(zero + offset_of(low, l.bodies[b]));
     }
-    for (std::size_t b = 0; b < origins.size(); ++b)
-      if (seen[b]) origins[b] = static_cast<std::uint32_t>(zero[b] + offset_of(low[b], l.bodies[b]));
-    return origins;
   }
   static std::int64_t offset_of(Vec3i p, const BodyRow& b) {
     return p.x + std::int64_t{p.y} * b.stride_y + std::int64_t{p.z} * b.stride_z;

@@ -134,8 +134,24 @@ inline SearchChoice choose_search(const WorldDesc& desc, double support, std::ui
 /// Sub-steps between two looks at whether temperatures are level.
 inline constexpr std::uint64_t level_interval = 64;
 
+/// Room for lattices, with bodies to come; 0: for those that are there. Beyond those that are there: the last body of the room never
+/// comes, nor do its sites, the last ones; vertices to come are free ones of it.
+struct LatticeRoom {
+  static constexpr std::uint32_t spare_sites = 8;
+  std::uint64_t vertices = 0, sites = 0, bodies = 0;
+};
+
+/// What belongs to the body that was added last, beside its part of the lattice.
+struct AddedBody {
+  std::uint32_t body = 0, first_vertex = 0;
+  std::uint64_t first_site = 0;
+  double largest_mass = 0;  ///< of a particle of the scene [kg]
+  BodyHeat<double> heat;
+};
+
 /// How much to allocate and which stages to run.
 struct EngineSetup {
+  LatticeRoom room;
   FactSet facts = 0;
   FieldSet channels = 0;
   std::uint32_t particle_capacity = 0;

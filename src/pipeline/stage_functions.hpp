@@ -38,7 +38,7 @@ void list_in_box(E& ex, const core::Frame<T>& w, const core::FoundBox& box, std:
                  const std::uint32_t* counts, core::FoundParticle* list);
 template <class E, class T>
 void append(E& ex, const core::Frame<T>& w, const core::PreviousViews<T>& from, std::uint32_t first,
-            std::uint64_t n);
+            std::uint32_t vertex, std::uint64_t n);
 template <class E, class T>
 void take_out(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n);
 template <class E, class T>
@@ -46,6 +46,12 @@ void move(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::
 template <class E, class T>
 void take_body(E& ex, const core::Frame<T>& w, std::uint32_t body, std::uint32_t first, std::uint32_t count,
                core::TakenSum* sum);
+template <class E, class T>
+void list_body(E& ex, const core::Frame<T>& w, std::uint32_t body, std::uint32_t first, std::uint32_t count,
+               core::FoundParticle* list);
+template <class E, class T>
+void hold(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n, bool on,
+          std::uint32_t first, std::uint32_t count);
 template <class E, class T>
 void push(E& ex, const core::Frame<T>& w, const core::PushArguments& a);
 template <class E, class T>
@@ -87,7 +93,9 @@ void advance(E& ex, const core::Frame<T>& w);
 namespace topology {
 template <class E, class T>
 void build(E& ex, const core::Frame<T>& w);
-}
+template <class E, class T>
+void build_body(E& ex, const core::Frame<T>& w, std::uint32_t first, std::uint32_t count);
+}  // namespace topology
 
 namespace sampling {
 template <class E, class T>
@@ -169,17 +177,25 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
 #define MELTSIM_INSTANTIATE_EDITS(Exec)     \
   MELTSIM_INSTANTIATE_EDITS_OF(Exec, float) \
   MELTSIM_INSTANTIATE_EDITS_OF(Exec, double)
-#define MELTSIM_INSTANTIATE_EDITS_OF(Exec, T)                                                               \
-  template void count_in_box<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundBox&, std::uint64_t,   \
-                                      std::uint32_t*);                                                      \
-  template void list_in_box<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundBox&, std::uint64_t,    \
-                                     const std::uint32_t*, core::FoundParticle*);                           \
-  template void append<Exec, T>(Exec&, const core::Frame<T>&, const core::PreviousViews<T>&, std::uint32_t, \
-                                std::uint64_t);                                                             \
-  template void take_out<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t); \
-  template void move<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t);     \
-  template void take_body<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, std::uint32_t,              \
-                                   std::uint32_t, core::TakenSum*);
+#define MELTSIM_INSTANTIATE_EDITS_OF(Exec, T)                                                                \
+  template void count_in_box<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundBox&, std::uint64_t,    \
+                                      std::uint32_t*);                                                       \
+  template void list_in_box<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundBox&, std::uint64_t,     \
+                                     const std::uint32_t*, core::FoundParticle*);                            \
+  template void append<Exec, T>(Exec&, const core::Frame<T>&, const core::PreviousViews<T>&, std::uint32_t,  \
+                                std::uint32_t, std::uint64_t);                                               \
+  template void take_out<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t);  \
+  template void move<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t);      \
+  template void take_body<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, std::uint32_t,               \
+                                   std::uint32_t, core::TakenSum*);                                          \
+  template void list_body<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, std::uint32_t,               \
+                                   std::uint32_t, core::FoundParticle*);                                     \
+  template void hold<Exec, T>(Exec&, const core::Frame<T>&, const core::FoundParticle*, std::uint64_t, bool, \
+                              std::uint32_t, std::uint32_t);
+
+#define MELTSIM_INSTANTIATE_BUILD_BODY(Exec)                                                             \
+  template void build_body<Exec, float>(Exec&, const core::Frame<float>&, std::uint32_t, std::uint32_t); \
+  template void build_body<Exec, double>(Exec&, const core::Frame<double>&, std::uint32_t, std::uint32_t);
 
 /// All that a reading enqueues, likewise.
 #define MELTSIM_INSTANTIATE_READING(Exec)             \

@@ -58,10 +58,10 @@ void WorldImpl::forget_events() {
   state_.events.assign(event_watch_ ? event_watch_->capacity : 0, {});
 }
 
-/// Ahead of an upload: the table of contacts has a row for every body.
+/// Ahead of an upload: the table of contacts has a row for every body, those to come included.
 void WorldImpl::fit_events() {
   if (!event_watch_) return;
-  const std::size_t bodies = bodies_.size(), had = state_.touched_bodies;
+  const std::size_t bodies = std::max<std::size_t>(bodies_.size(), room_.bodies), had = state_.touched_bodies;
   std::vector<std::uint32_t> table(core::touch_entries(bodies, event_watch_->kinds), core::none);
   const std::size_t columns = bodies + core::wall_columns, columns_had = had + core::wall_columns;
   if (!table.empty() && !state_.touched.empty())

@@ -73,7 +73,8 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
   }
   if (Status s = check_freezing(m); !s) return s.error();
   if (Status s = check_species(m); !s) return s.error();
-  fetch_state();
+  const bool planned = takes_new_plan() && !m.dissolves_in;
+  if (!planned) fetch_state();
   species_.reserve(most_species);
   if (m.dissolves_in) state_.solute[species_.size()].assign(state_.position.size(), 0.0);
   materials.push_back(m);
@@ -97,7 +98,18 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
     take_back();
     throw;
   }
-  dirty_ = measure_ = true;
+  if (planned) {
+    liquid_used_.resize(materials.size(), 0);
+    solid_used_.resize(materials.size(), 0);
+    if (Status s = adapt(); !s) {
+      take_back();
+      liquid_used_.resize(materials.size());
+      solid_used_.resize(materials.size());
+      return s.error();
+    }
+  } else {
+    dirty_ = measure_ = true;
+  }
   return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
 }
 
@@ -483,11 +495,13 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
                    "spacing")};
   const core::NozzleLayer layer = core::nozzle_layer(e, desc.spacing);
   const std::vector<Vec3d>& disc = layer.points;
-  fetch_state();
-  if (Status s = check_nozzle(e, what, disc, nullptr); !s) return s.error();
   r.layer_distance = layer.distance;
   r.held_layers =
       std::max(1u, static_cast<std::uint32_t>(std::lround(nozzle_length * desc.spacing / layer.distance)));
+  core::WorldStatus status;
+  const auto running = find_solids(e, r.held_layers * layer.distance, status);
+  if (!running) return running.error();
+  if (Status s = check_nozzle(e, what, disc, nullptr); !s) return s.error();
   if (room_behind(e, disc, r.held_layers * layer.distance)) r.lead = r.held_layers * layer.distance;
   Vec3d origin;
   if (Status s = origin_for({e.center}, what.c_str(), origin); !s) return s.error();
@@ -510,8 +524,60 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   make_room(emitter_points_, disc.size());
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
-  settle_at(origin);
+  if (!*running || !emitter_joins_in_place(status)) {
+    fetch_state();
+    settle_at(origin);
+  }
   return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), number_};
+}
+
+/// Solid particles around a nozzle and its pipe, in found_. Whether the World runs, so that the emitter may join it as it is.
+Result<bool> WorldImpl::find_solids(const EmitterDesc& e, double pipe, core::WorldStatus& status) {
+  bool runs = edits_in_place();
+  if (runs) {
+    const double reach = core::nozzle_reach_across(e) + pipe + (nozzle_reach + 2) * desc.spacing;
+    const Vec3d margin{reach, reach, reach}, center = e.center - origin_;
+    const auto found = find(center - margin, center + margin, status);
+    if (!found) return found.error();
+    runs = *found;
+  }
+  if (!runs) {
+    fetch_state();
+    found_.clear();
+    for (std::size_t i = 0; i < state_.position.size(); ++i) {
+      core::FoundParticle p;
+      p.position = state_.position[i];
+      p.tag = state_.tag[i];
+      if (is_solid(p.tag)) found_.push_back(p);
+    }
+  }
+  found_.erase(std::remove_if(found_.begin(), found_.end(),
+                              [](const core::FoundParticle& p) { return !is_solid(p.tag); }),
+               found_.end());
+  return runs;
+}
+
+/// The emitter added last, without an upload. False: it takes one, for what it will bring there is no room.
+bool WorldImpl::emitter_joins_in_place(const core::WorldStatus& status) {
+  const EmitterRecord& e = emitters_.back();
+  const std::uint64_t total = born_ + planned_emission();
+  if (total > capacity_ || !same_search(total) || !holds_contents(e.contents)) return false;
+  if (!comes_in_place(e.desc.temperature, status)) return false;
+  searched_ = total;
+  const auto before = derived();
+  const std::size_t m = e.desc.material.index;
+  if (emits(e)) liquid_used_[m] = 1;
+  densest_added_ = std::max(densest_added_, largest_density(m));
+  const double g = length(desc.gravity);
+  see(e.desc.center, g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{});
+  seen_.speed = std::max(seen_.speed, e.desc.speed);
+  seen_emitters_ = emitters_.size();
+  derive_sound_speed();
+  look_now_ = true;
+  mix();
+  edited_in_place(before);
+  plan_changed_ = true;  // its points
+  return true;
 }
 
 /// Something was added, with stored coordinates relative to this origin.
@@ -559,7 +625,7 @@ std::uint64_t WorldImpl::next_layer(const EmitterRecord& e) const {
 }
 
 /// Whether a nozzle can begin this far behind its centre: within the domain, off walls and bodies. Where it cannot, it ends
-/// as far ahead.
+/// as far ahead. After find_solids().
 bool WorldImpl::room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc, double distance) const {
   const double dx = desc.spacing;
   const Vec3d behind = core::unit(e.axis) * -distance;
@@ -571,8 +637,8 @@ bool WorldImpl::room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc
     own.add(x - behind * 0.5, 0);
   }
   const auto any = [](std::uint32_t) { return true; };
-  for (std::size_t i = 0; i < state_.position.size(); ++i)
-    if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, any)) return false;
+  for (const core::FoundParticle& p : found_)
+    if (own.near(p.position + origin_, any)) return false;
   for (const EmitterRecord& other : emitters_) {
     if (other.desc.from >= e.until || e.from >= other.desc.until) continue;
     for (const Vec3d& p : places_of(other))
@@ -594,7 +660,8 @@ std::vector<Vec3d> WorldImpl::places_of(const EmitterRecord& e) const {
 }
 
 /// A nozzle is a disc with thickness: its points and their outlets must be within the domain, off its walls, and off
-/// bodies and other nozzles that are open at the same time. Of one that moves, `moved`, bodies are not looked at: that would wait.
+/// bodies, after find_solids(), and other nozzles that are open at the same time. Of one that moves, `moved`, bodies are not looked
+/// at: that would wait.
 Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
                                const EmitterRecord* moved) const {
   const double dx = desc.spacing;
@@ -620,10 +687,10 @@ Status WorldImpl::check_nozzle(const EmitterDesc& e, const std::string& what, co
     own.add(x, 0);
     own.add(x + ahead * 0.5, 0);
   }
-  for (std::size_t i = 0; i < state_.position.size() && moved == nullptr; ++i)
-    if (is_solid(state_.tag[i]) && own.near(state_.position[i] + origin_, any))
+  for (std::size_t k = 0; k < found_.size() && moved == nullptr; ++k)
+    if (own.near(found_[k].position + origin_, any))
       return invalid(what, "center: the nozzle's ", opening, " lies in body \"",
-                     bodies_[body_of(state_.tag[i]) - 1].desc.name, "\" at ", state_.position[i] + origin_,
+                     bodies_[body_of(found_[k].tag) - 1].desc.name, "\" at ", found_[k].position + origin_,
                      "; move the nozzle or the body a spacing apart");
   for (const EmitterRecord& other : emitters_) {
     if (&other == moved || other.desc.from >= e.until || e.from >= other.desc.until) continue;

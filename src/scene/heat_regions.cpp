@@ -52,9 +52,11 @@ Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
                    " m; make it larger or lower the spacing",
                    desc.domain.bounded ? ", or move it into the domain" : "");
   record.desc = std::move(region);
-  fetch_state();
+  const bool planned = takes_new_plan();
+  if (!planned) fetch_state();
   heat_regions_.push_back(std::move(record));
-  dirty_ = true;
+  if (planned) plan_changed_ = regions_act(time, std::max(time, plan_until_)) || plan_changed_;
+  else dirty_ = true;
   return HeatRegionId{static_cast<std::uint32_t>(heat_regions_.size() - 1), number_};
 }
 

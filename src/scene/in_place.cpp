@@ -15,10 +15,19 @@
 namespace meltsim {
 inline namespace v0 {
 
-/// Species are left out: how contents differ is asked of all particles.
-bool WorldImpl::edits_in_place() const {
-  return !dirty_ && !halted_ && steps > 0 && capacity_ != 0 && origin_set_ && species_.empty() &&
-         !engine->host_captures();
+bool WorldImpl::edits_in_place() const { return takes_new_plan() && origin_set_ && !engine->host_captures(); }
+
+/// Whether the plan has what these contents need: where nothing is dissolved as yet, there are no channels for them.
+bool WorldImpl::holds_contents(const Contents& contents) const {
+  return species_used_ || std::all_of(contents.begin(), contents.end(), [](double c) { return c == 0; });
+}
+
+/// Something with contents of its own has come. Whether all hold the same is not measured: where they do, an exchange changes
+/// no bit.
+void WorldImpl::mix() {
+  if (!species_used_ || !contents_level_) return;
+  contents_level_ = false;
+  plan_changed_ = true;
 }
 
 /// Fills found_. false: the World has halted meanwhile.
@@ -40,13 +49,15 @@ bool WorldImpl::same_search(std::uint64_t particles) const {
              core::packed_reach(desc.domain, support, searched_);
 }
 
+/// What the plan holds of the scene, beside facts.
+WorldImpl::Derived WorldImpl::derived() const {
+  return std::make_tuple(spring_dt_, static_dt_, rest_dt_, sound_dt_, heat_lambda_, viscous_lambda_,
+                         solute_lambda_, diffuses_, strong_pull_, contrast_, one_liquid_, changes_phase_);
+}
+
 /// As after an upload: of what lies on the backend no copy, view or saved state holds any more, and the plan follows.
-void WorldImpl::edited_in_place() {
-  const auto derived = [this] {
-    return std::make_tuple(spring_dt_, static_dt_, rest_dt_, sound_dt_, heat_lambda_, viscous_lambda_,
-                           diffuses_, strong_pull_, contrast_, one_liquid_, changes_phase_);
-  };
-  const auto before = derived();
+void WorldImpl::edited_in_place() { edited_in_place(derived()); }
+void WorldImpl::edited_in_place(const Derived& before) {
   weigh_materials();
   derive_limits();
   look_for_refusal();
@@ -59,15 +70,54 @@ void WorldImpl::edited_in_place() {
   plan_changed_ = plan_changed_ || derived() != before || facts() != facts_;
 }
 
+/// False: they cannot be read now. range: of temperatures that are level with one that is added, empty where they are not level.
+bool WorldImpl::stays_level(double temperature, std::uint32_t idle, std::optional<LevelRange>& range) {
+  range.reset();
+  if ((idle & core::idle_level) == 0u) return true;
+  if (!level_) {
+    core::ReadParts parts;
+    parts.sums = true;
+    const auto s = read_now(parts);
+    if (!s) return false;
+    LevelRange there;
+    if (s->extents.coldest <= s->extents.hottest) {
+      there.see(s->extents.coldest);
+      there.see(s->extents.hottest);
+    }
+    for (const EmitterRecord& e : emitters_)
+      if (emits(e)) there.see(e.desc.temperature);
+    level_ = there;
+  }
+  range = *level_;
+  range->see(temperature);
+  if (!is_level(*range)) range.reset();
+  return true;
+}
+
+/// Something of a temperature will come: heat flows then, unless that is level with it. False: that takes an upload.
+bool WorldImpl::comes_in_place(double temperature, const core::WorldStatus& status) {
+  std::optional<LevelRange> range;
+  if (!stays_level(temperature, status.heat_idle, range)) return false;
+  if ((status.heat_idle & core::idle_level) != 0u && !range && !engine->append({}, false, core::none))
+    return false;
+  level_ = range;
+  state_.heat_level = range.has_value();
+  return true;
+}
+
+/// Whether a new plan is enough for what is added now, beside particles.
+bool WorldImpl::takes_new_plan() const { return !dirty_ && !halted_ && steps > 0 && capacity_ != 0; }
+
 /// Empty where it takes an upload: no room in reserve, another search, temperatures that are to be measured.
 std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f, const Contents& contents,
                                                              const std::vector<Vec3d>& positions,
                                                              Vec3d origin) {
   const std::uint64_t coming = planned_emission();
-  if (!edits_in_place() || born_ + coming >= capacity_) return std::nullopt;
+  if (!edits_in_place() || born_ + coming >= capacity_ || !holds_contents(contents)) return std::nullopt;
   const std::uint32_t m = f.material.index;
   const physics::MaterialRow<double> row = material_rows()[m];
-  const double h = physics::enthalpy_of(row, f.temperature), density = physics::rest_density(row, h);
+  const double h = physics::enthalpy_of(row, f.temperature);
+  const double density = mixed_density(physics::rest_density(row, h), contents);
   if (Status s = check_numbers("fluid: ", materials[m], density, h, f.velocity); !s) return s.error();
   const double reach = core::same_place * desc.spacing;
   Vec3d low = positions.front() - origin, high = low;
@@ -93,14 +143,11 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   if (n == 0) return all_taken(positions.size());
   const std::uint64_t total = born_ + n + coming;
   if (total > capacity_ || !same_search(total)) return std::nullopt;
-  std::optional<LevelRange> range;  // of temperatures that are level with it
-  if ((status.heat_idle & core::idle_level) != 0u) {
-    if (!level_ || emitting()) return std::nullopt;
-    range = *level_;
-    range->see(physics::temperature_of(row, more.enthalpy.front() / more.mass.front()));
-    if (!is_level(*range)) range.reset();
-  }
-  if (Status s = engine->append(more, range.has_value()); !s) return s.error();
+  std::optional<LevelRange> range;
+  if (!stays_level(physics::temperature_of(row, more.enthalpy.front() / more.mass.front()), status.heat_idle,
+                   range))
+    return std::nullopt;
+  if (Status s = engine->append(more, range.has_value(), core::none); !s) return s.error();
   level_ = range;
   state_.heat_level = range.has_value();
   born_ += n;
@@ -121,9 +168,43 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   const double sound = sound_speed_;
   derive_sound_speed();
   look_now_ = true;
+  mix();
   edited_in_place();
   plan_changed_ = plan_changed_ || first || sound_speed_ != sound;
   return n;
+}
+
+/// The body added last, of `particles`, is on the backend; `displaced` liquid has left.
+void WorldImpl::body_joined(const core::SceneState& particles, std::uint64_t displaced,
+                            core::WorldStatus status, const physics::MaterialRow<double>& row) {
+  const BodyRecord& body = bodies_.back();
+  const std::uint64_t n = particles.position.size(), total = born_ + n + planned_emission();
+  born_ += n;
+  searched_ = total;
+  status.particles = static_cast<std::uint32_t>(born_);
+  status.removed += static_cast<std::int64_t>(displaced);
+  census_.live.resize(bodies_.size(), 0);
+  census_.live.back() = 1;
+  recount(status);
+  census_.molten = census_.molten || (row.melts != 0u && leaves_lattice(body.desc.material.index) &&
+                                      physics::liquid_fraction(
+                                          row, particles.enthalpy.front() / particles.mass.front()) >= 1.0);
+  for (std::size_t v = body.first_vertex; v < body.first_vertex + n; ++v)
+    census_.apart = census_.apart || state_.vertex_piece[v] != body.first_vertex;
+  const double g = length(desc.gravity);
+  const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+  for (std::size_t k = 0; k < n; ++k) {
+    see(particles.position[k] + origin_, up);
+    seen_.speed = std::max(seen_.speed, length(particles.velocity[k]));
+  }
+  seen_.speed = std::max(seen_.speed, body.desc.max_speed);
+  seen_particles_ = static_cast<std::size_t>(born_);
+  seen_bodies_ = bodies_.size();
+  const double sound = sound_speed_;
+  derive_sound_speed();
+  look_now_ = true;
+  mix();
+  plan_changed_ = plan_changed_ || sound_speed_ != sound;
 }
 
 std::optional<Status> WorldImpl::remove_in_place(std::uint32_t index) {

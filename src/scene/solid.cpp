@@ -2,6 +2,7 @@
 // Adding a body: its lattice, the sites that it may grow into, and obstacles.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "description/growth_sites.hpp"
@@ -61,6 +62,8 @@ class WorldImpl::NewBody {
   Status weigh();  ///< density, enthalpy, speeds
   void reserve();  ///< all memory; from here on nothing fails
   BodyId join();   ///< it becomes part of the World
+  /// The same while the World runs, without an upload. Empty where it takes one.
+  std::optional<Result<BodyId>> join_in_place();
 
  private:
   Status check_motion() const;
@@ -68,13 +71,18 @@ class WorldImpl::NewBody {
   Status check_velocity() const;
   Status place_growth();
   Status number_sites();
-  Status find_displaced(const core::PointGrid& there);
+  template <class TagOf>
+  Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
+  Status check_carve(Vec3d place) const;
+  bool fits_in_place() const;
+  bool keeps_regions();
+  void count();
   Status check_nozzles() const;
   Vec3d mean_position() const;
   double fastest_particle() const;
   void make_record();
   void make_row();
-  void add_vertices();
+  void add_vertices(core::SceneState& particles, std::size_t first_id);
   std::uint32_t tag_at(std::uint32_t site) const;
   void label_pieces();
   void label_piece(std::uint32_t first);
@@ -87,7 +95,6 @@ class WorldImpl::NewBody {
   bool proxy() const { return s_.motion == Motion::proxy; }
   bool rigid() const { return s_.motion == Motion::rigid || proxy(); }
   const MaterialDesc& material() const { return w_.materials[s_.material.index]; }
-  std::uint32_t number() const { return static_cast<std::uint32_t>(w_.bodies_.size()); }
   std::uint64_t site_of(Vec3i p) const {
     return base_ + std::uint64_t(p.x - box_.low[0] + pad_) + std::uint64_t(p.y - box_.low[1] + pad_) * nx_ +
            std::uint64_t(p.z - box_.low[2] + pad_) * nx_ * ny_;
@@ -97,6 +104,7 @@ class WorldImpl::NewBody {
   }
 
   WorldImpl& w_;
+  std::uint32_t index_ = static_cast<std::uint32_t>(w_.bodies_.size());  ///< of the body that it becomes
   SolidDesc s_;
   std::string name_, what_;  ///< what: the head of its errors
   bool held_ = false;
@@ -239,25 +247,34 @@ Status WorldImpl::NewBody::number_sites() {
 
 Status WorldImpl::NewBody::clear() {
   w_.update_state();
-  if (Status st = find_displaced(w_.places()); !st) return st;
-  if (!displaced_.empty() && !s_.carve)
-    return invalid(what_, "carve: liquid occupies its place at ",
-                   w_.state_.position[*std::min_element(displaced_.begin(), displaced_.end())] + w_.origin_,
-                   " and carve is off; move the body or let it carve");
+  const auto tag_of = [this](std::uint32_t id) { return w_.state_.tag[id]; };
+  if (Status st = find_displaced(w_.places(), tag_of); !st) return st;
+  if (!displaced_.empty())
+    if (Status st = check_carve(w_.state_.position[*std::min_element(displaced_.begin(), displaced_.end())]);
+        !st)
+      return st;
   return check_nozzles();
 }
 
-Status WorldImpl::NewBody::find_displaced(const core::PointGrid& there) {
-  const std::vector<std::uint32_t>& tag = w_.state_.tag;
+/// Liquid lies in its place, there.
+Status WorldImpl::NewBody::check_carve(Vec3d place) const {
+  if (s_.carve) return {};
+  return invalid(what_, "carve: liquid occupies its place at ", place + w_.origin_,
+                 " and carve is off; move the body or let it carve");
+}
+
+/// tag_of: of what the grid numbers.
+template <class TagOf>
+Status WorldImpl::NewBody::find_displaced(const core::PointGrid& there, const TagOf& tag_of) {
   for (const Vec3d& p : positions_) {
     std::uint32_t other = none;
     const auto look = [&](std::uint32_t id) {
-      if (is_fluid(tag[id])) displaced_.push_back(id);
-      if (is_solid(tag[id])) other = id;
+      if (is_fluid(tag_of(id))) displaced_.push_back(id);
+      if (is_solid(tag_of(id))) other = id;
       return other != none;
     };
     if (there.near(p - origin_, look))
-      return invalid(what_, "shape: overlaps body \"", w_.bodies_[body_of(tag[other]) - 1].desc.name,
+      return invalid(what_, "shape: overlaps body \"", w_.bodies_[body_of(tag_of(other)) - 1].desc.name,
                      "\" at ", p, "; bodies must be a spacing apart, move one of them");
   }
   return {};
@@ -355,7 +372,16 @@ BodyId WorldImpl::NewBody::join() {
   for (const std::uint32_t id : displaced_)
     if (is_fluid(w_.state_.tag[id])) w_.drop_fluid(id);  // several points may have met it
   make_row();
-  add_vertices();
+  add_vertices(w_.state_, w_.state_.position.size());
+  count();
+  w_.bodies_.push_back(std::move(record_));
+  w_.lattice_.bodies.push_back(row_);
+  w_.settle_at(origin_);
+  return BodyId{index_, w_.number_};
+}
+
+/// All of it but its particles, its row and its record.
+void WorldImpl::NewBody::count() {
   label_pieces();
   add_free_sites();
   w_.lattice_.rests.push_back(rest_row());
@@ -365,11 +391,113 @@ BodyId WorldImpl::NewBody::join() {
   w_.proxies_.push_back({});
   w_.state_.forces.push_back({});
   w_.solids_built_ += points_.size();
-  w_.lattice_.bodies.push_back(row_);
   w_.lattice_.max_half_width = std::max(w_.lattice_.max_half_width, row_.region_half_width);
-  w_.bodies_.push_back(std::move(record_));
-  w_.settle_at(origin_);
-  return BodyId{number() - 1, w_.number_};
+}
+
+bool WorldImpl::NewBody::fits_in_place() const {
+  const std::uint64_t total = w_.born_ + points_.size() + w_.planned_emission();
+  return w_.edits_in_place() && total <= w_.capacity_ && w_.same_search(total) &&
+         w_.fits_lattice_room(points_.size() + free_.size(), nx_ * ny_ * nz_, 1);
+}
+
+/// Whether all regions stay as wide as they are, with the body, whose regions become as wide as they are to be. Its record and row are
+/// then the World's.
+bool WorldImpl::NewBody::keeps_regions() {
+  WorldImpl& w = w_;
+  const std::vector<std::uint8_t> liquid = w.liquid_used_, solid = w.solid_used_;
+  make_row();
+  w.bodies_.push_back(record_);
+  w.lattice_.bodies.push_back(row_);
+  w.solid_used_[s_.material.index] = 1;
+  w.weigh_materials();
+  w.derive_limits();
+  core::BodyRow& row = w.lattice_.bodies.back();
+  if (record_.may_deform()) row.region_half_width = w.half_width_of(material());
+  row_ = row;
+  const bool lattices = (w.facts_ & core::fact_solid) != 0;  // on the backend, with masks of one width
+  if (w.regions_fit() && (!lattices || row.region_half_width <= w.lattice_.max_half_width)) return true;
+  w.bodies_.pop_back();
+  w.lattice_.bodies.pop_back();
+  w.liquid_used_ = liquid;
+  w.solid_used_ = solid;
+  w.weigh_materials();
+  w.derive_limits();
+  return false;
+}
+
+std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
+  if (!fits_in_place()) return std::nullopt;
+  const double reach = same_place * w_.desc.spacing;
+  Vec3d low = positions_.front() - origin_, high = low;
+  for (const Vec3d& p : positions_) {
+    const Vec3d x = p - origin_;
+    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+  }
+  const Vec3d margin{reach, reach, reach};
+  core::WorldStatus status;
+  const auto runs = w_.find(low - margin, high + margin, status);
+  if (!runs) return Result<BodyId>(runs.error());
+  if (!*runs) return std::nullopt;
+  const std::vector<core::FoundParticle>& found = w_.found_;
+  core::PointGrid there(reach);
+  for (std::size_t k = 0; k < found.size(); ++k) there.add(found[k].position, static_cast<std::uint32_t>(k));
+  const auto tag_of = [&found](std::uint32_t k) { return found[k].tag; };
+  if (Status st = find_displaced(there, tag_of); !st) return Result<BodyId>(st.error());
+  std::sort(displaced_.begin(), displaced_.end());
+  displaced_.erase(std::unique(displaced_.begin(), displaced_.end()), displaced_.end());
+  if (!displaced_.empty())
+    if (Status st = check_carve(found[displaced_.front()].position); !st) return Result<BodyId>(st.error());
+  if (Status st = check_nozzles(); !st) return Result<BodyId>(st.error());
+  if (Status st = weigh(); !st) return Result<BodyId>(st.error());
+  if (!w_.holds_contents(contents_)) {
+    displaced_.clear();
+    return std::nullopt;
+  }
+  std::optional<LevelRange> range;
+  const physics::MaterialRow<double> material_row = w_.material_rows()[s_.material.index];
+  if (!w_.stays_level(physics::temperature_of(material_row, enthalpy_), status.heat_idle, range)) {
+    displaced_.clear();
+    return std::nullopt;
+  }
+  std::vector<core::FoundParticle> taken;
+  for (const std::uint32_t k : displaced_) taken.push_back(found[k]);
+  if (Status st = w_.engine->make_edit_room(taken.size(), points_.size()); !st)
+    return Result<BodyId>(st.error());
+  reserve();
+  const auto derived = w_.derived();
+  const std::vector<std::uint8_t> liquid = w_.liquid_used_, solid = w_.solid_used_;
+  if (!keeps_regions()) {
+    w_.body_names_.erase(name_);
+    displaced_.clear();
+    return std::nullopt;
+  }
+  core::SceneState particles;
+  w_.state_.vertex_of_id.resize(w_.born_, none);
+  const bool had_lattice = (w_.facts_ & core::fact_solid) != 0;
+  add_vertices(particles, w_.born_);
+  w_.state_.vertex_of_id.insert(w_.state_.vertex_of_id.end(), particles.vertex_of_id.begin(),
+                                particles.vertex_of_id.end());
+  count();
+  if (record_.watched) w_.state_.forces.back().center = particles.position.front();
+  // From here on there is nothing that could fail but the device.
+  core::AddedBody added;
+  added.body = index_;
+  added.first_vertex = record_.first_vertex;
+  added.first_site = base_;
+  added.largest_mass = w_.largest_mass();
+  added.heat = {core::condition_of(s_.surface), s_.heat_source};
+  Status done = taken.empty() ? Status{} : w_.engine->take_out(taken);
+  if (done) done = w_.engine->append(particles, range.has_value(), record_.first_vertex);
+  if (done) done = w_.engine->add_body(w_.lattice_, w_.state_, added);
+  if (!done) return Result<BodyId>(done.error());
+  w_.level_ = range;
+  w_.state_.heat_level = range.has_value();
+  w_.body_joined(particles, taken.size(), status, material_row);
+  w_.edited_in_place(derived);
+  w_.plan_changed_ = w_.plan_changed_ || liquid != w_.liquid_used_ || solid != w_.solid_used_;  // tables
+  if (!had_lattice) static_cast<void>(w_.adapt());  // the step finds what is amiss
+  return Result<BodyId>(BodyId{index_, w_.number_});
 }
 
 void WorldImpl::NewBody::make_row() {
@@ -381,7 +509,8 @@ void WorldImpl::NewBody::make_row() {
   row_.watched = proxy() ? 1u : 0u;
 }
 
-void WorldImpl::NewBody::add_vertices() {
+/// Its particles get the ids from `first_id` on.
+void WorldImpl::NewBody::add_vertices(core::SceneState& particles, std::size_t first_id) {
   core::SceneLattice& lattice = w_.lattice_;
   lattice.site_vertex.resize(base_ + nx_ * ny_ * nz_, none);
   for (std::size_t k = 0; k < points_.size(); ++k)
@@ -389,11 +518,11 @@ void WorldImpl::NewBody::add_vertices() {
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const auto site = static_cast<std::uint32_t>(site_of(points_[k]));
     const Vec3d x = positions_[k] - origin_;
-    w_.append_vertex(static_cast<std::uint32_t>(w_.state_.position.size()), core::vertex_live, none);
+    w_.append_vertex(static_cast<std::uint32_t>(first_id + k), core::vertex_live, none);
     lattice.vertex_site.push_back(site);
-    lattice.vertex_body.push_back(number());
+    lattice.vertex_body.push_back(index_);
     lattice.vertex_coordinates.push_back(points_[k]);
-    w_.append(w_.state_, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
+    w_.append(particles, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
               enthalpy_, tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_);
   }
 }
@@ -402,7 +531,7 @@ std::uint32_t WorldImpl::NewBody::tag_at(std::uint32_t site) const {
   int direct = 0;
   core::each_direct(
       [&](int dx, int dy, int dz) { direct += vertex_beside(site, dx, dy, dz) != none ? 1 : 0; });
-  std::uint32_t tag = s_.material.index | tag_solid | ((number() + 1) << tag_body_shift);
+  std::uint32_t tag = s_.material.index | tag_solid | ((index_ + 1) << tag_body_shift);
   if (direct < static_cast<int>(core::full_neighbours)) tag |= tag_surface;
   if (record_.desc.fixed) tag |= tag_fixed;
   if (kinematic()) tag |= tag_kinematic;
@@ -440,7 +569,7 @@ void WorldImpl::NewBody::add_free_sites() {
     const std::uint64_t site = site_of(p);
     lattice.site_vertex[site] = v;
     lattice.vertex_site.push_back(static_cast<std::uint32_t>(site));
-    lattice.vertex_body.push_back(number());
+    lattice.vertex_body.push_back(index_);
     lattice.vertex_coordinates.push_back(p);
     w_.append_vertex(none, core::vertex_free, v);
   }
@@ -475,6 +604,7 @@ Result<BodyId> WorldImpl::add_solid(const SolidDesc& given) {
   NewBody body(*this, given);
   if (Status st = body.check(); !st) return st.error();
   if (Status st = body.place(); !st) return st.error();
+  if (const auto joined = body.join_in_place()) return *joined;
   if (Status st = body.clear(); !st) return st.error();
   if (Status st = body.weigh(); !st) return st.error();
   body.reserve();

@@ -22,6 +22,8 @@ Status WorldImpl::save_state(int slot) {
     return Error{ErrorCode::halted,
                  "save_state: the World halted: " + halt_reason_ + "; go back to a state saved before"};
   if (Status s = prepare(); !s) return s;
+  if (plan_changed_ && capacity_ != 0)  // the next step's new plan would lose it
+    if (Status s = adapt(); !s) return s;
   SavedState v;
   v.layout = layout_;
   v.restored = restored_;

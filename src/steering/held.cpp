@@ -34,13 +34,49 @@ Status WorldImpl::hold(BodyId id, bool on) {
     body.desc.held_until = 0;
   }
   if (body.held == on) return {};
-  fetch_state();
   set_held(id.index, on);
   return {};
 }
 
-/// In the state on the host.
+/// Where its particles are on the backend. False: that takes an upload.
+bool WorldImpl::set_held_in_place(std::size_t b, bool on) {
+  if (!edits_in_place()) return false;
+  BodyRecord& body = bodies_[b];
+  const std::uint32_t end = b + 1 < bodies_.size() ? bodies_[b + 1].first_vertex
+                                                   : static_cast<std::uint32_t>(lattice_.vertex_site.size());
+  const std::uint32_t count = end - body.first_vertex;
+  const auto found = engine->find_body(static_cast<std::uint32_t>(b), body.first_vertex, count, found_);
+  if (!found) return false;
+  note_halt(*found, engine->fault());
+  if (found->halted != 0 || halted_) return false;
+  double mass = 0;
+  Vec3d center{};
+  for (const core::FoundParticle& p : found_) {
+    mass += p.mass;
+    center += p.position * p.mass;
+  }
+  if (mass > 0) center = center * (1 / mass);
+  for (core::FoundParticle& p : found_) {
+    p.tag = on ? p.tag | tag_fixed : p.tag & ~tag_fixed;
+    p.position = on ? Vec3d{} : body.desc.velocity + cross(body.desc.angular_velocity, p.position - center);
+  }
+  if (!engine->hold(found_, on, body.first_vertex, count)) return false;
+  const Derived before = derived();
+  hold_as(b, on);
+  static_cast<void>(
+      engine->set_body(static_cast<std::uint32_t>(b), lattice_.bodies[b]));  // a fault is told later
+  edited_in_place(before);
+  if (!regions_fit()) {
+    fetch_state();
+    dirty_ = true;
+  }
+  return true;
+}
+
+/// Waits.
 void WorldImpl::set_held(std::size_t b, bool on) {
+  if (set_held_in_place(b, on)) return;
+  fetch_state();
   BodyRecord& body = bodies_[b];
   const auto of_body = [&](std::uint32_t tag) { return is_solid(tag) && body_of(tag) == b + 1u; };
   double mass = 0;
@@ -82,7 +118,6 @@ std::vector<std::size_t> WorldImpl::let_go_of_bodies(double dt) {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     BodyRecord& body = bodies_[b];
     if (!body.held || body.gone || body.desc.held_until > now) continue;
-    fetch_state();
     set_held(b, false);
     let_go.push_back(b);
   }

@@ -176,11 +176,19 @@ Status WorldImpl::watch_forces(BodyId id, bool on) {
     return invalid("watch_forces: body \"", body.desc.name,
                    "\": on: a proxy is always watched, since its host needs what acts on it");
   if (body.watched == on) return {};
-  fetch_state();
+  const bool planned = takes_new_plan() && !engine->host_captures();
+  if (!planned) fetch_state();
   body.watched = on;
   lattice_.bodies[id.index].watched = on ? 1u : 0u;
-  state_.forces[id.index] = {};
-  dirty_ = true;
+  core::BodyForceTotals& forces = state_.forces[id.index] = {};
+  if (!planned) {
+    dirty_ = true;
+    return {};
+  }
+  if (Status s = engine->set_body(id.index, lattice_.bodies[id.index]); !s) return s;
+  if (on)
+    if (Status s = engine->set_forces(id.index, body.first_vertex, forces); !s) return s;
+  edited_in_place();
   return {};
 }
 

@@ -349,7 +349,15 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
     see_speed(r.desc.speed);
   }
   // Where temperatures were level, they may not be with what comes now.
-  const bool warmer = setting.temperature && state_.heat_level && emits(r);
+  bool warmer = setting.temperature && state_.heat_level && emits(r);
+  if (warmer && edits_in_place()) {
+    core::WorldStatus status;
+    const auto runs = find({1, 1, 1}, {}, status);
+    if (runs && *runs && comes_in_place(r.desc.temperature, status)) {
+      warmer = false;
+      plan_changed_ = true;
+    }
+  }
   if (warmer || born_ + planned_emission() > capacity_) {
     fetch_state();
     dirty_ = true;

@@ -69,20 +69,24 @@ struct ListInBoxBody {
   }
 };
 
-/// The next ids get particles of liquid, as an emitter's do.
+/// The next ids get particles: of liquid, as an emitter's do, or of a body, whose vertices begin at `vertex`.
 template <class T>
 struct AppendBody {
   Frame<T> w;
   core::PreviousViews<T> from;
-  std::uint32_t first;
+  std::uint32_t first, vertex;
+  std::uint64_t n;  ///< how many there are
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const auto id = first + static_cast<std::uint32_t>(k);
     const std::uint32_t slot = w.f.slot_of_id[id];  // until now it held nothing, as if removed
 #define MELTSIM_MOVED(name, type) \
   if (w.f.name != nullptr && from.name != nullptr) w.f.name[slot] = from.name[k];
 #include "meltsim/fields.def"
+    if (w.f.solute != nullptr && from.solute != nullptr)
+      for (std::uint32_t s = 0; s < w.species; ++s) core::solute_at(w, s, slot) = from.solute[s * n + k];
     if (w.f.enthalpy == nullptr) w.f.enthalpy_of_id[id] = from.enthalpy[k];
-    if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
+    if (w.f.vertex_of_id != nullptr)
+      w.f.vertex_of_id[id] = vertex == core::none ? core::none : vertex + static_cast<std::uint32_t>(k);
     if (w.f.seen_tag != nullptr) w.f.seen_tag[id] = from.tag[k];
   }
 };
@@ -139,6 +143,56 @@ struct TakeBodyBody {
       for (std::uint32_t n = 0; n < w.region_words; ++n)
         w.f.region_mask[std::uint64_t{v} * w.region_words + n] = 0u;
     return s;
+  }
+};
+
+/// Lists what is solid of a body; slot none: nothing is, at that vertex. One call per vertex of it, from `first` on.
+template <class T>
+struct ListBodyBody {
+  Frame<T> w;
+  std::uint32_t first, body;
+  core::FoundParticle* list;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const std::uint32_t v = first + static_cast<std::uint32_t>(k), id = w.f.vertex_id[v];
+    core::FoundParticle p;
+    p.slot = core::none;
+    if (w.f.vertex_state[v] != core::vertex_free && id != core::none) {
+      const std::uint32_t slot = w.f.slot_of_id[id], tag = w.f.tag[slot];
+      if (is_solid(tag) && body_of(tag) == body + 1u) {
+        p.position = cast<double>(xyz(w.f.position[slot]));
+        p.mass = static_cast<double>(w.f.mass[slot]);
+        p.id = id;
+        p.tag = tag;
+        p.slot = slot;
+      }
+    }
+    list[k] = p;
+  }
+};
+
+/// Particles of a body get their tags and, in place of positions, velocities.
+template <class T>
+struct HoldBody {
+  Frame<T> w;
+  const core::FoundParticle* list;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const core::FoundParticle& p = list[k];
+    w.f.tag[p.slot] = p.tag;
+    w.f.velocity[p.slot] = with_w(cast<T>(p.position), w.f.velocity[p.slot].w);
+    if (w.f.seen_tag != nullptr) w.f.seen_tag[p.id] = p.tag;
+  }
+};
+
+/// Of rigid bodies that move rotations are kept in double; of others as every channel is.
+template <class T>
+struct RoundRotationsBody {
+  Frame<T> w;
+  std::uint32_t first;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const std::uint64_t v = first + k;
+    const Quat<T>& q = w.f.region_rotation[v];
+    w.f.rigid_rotation[v] = {static_cast<double>(q.w), static_cast<double>(q.x), static_cast<double>(q.y),
+                             static_cast<double>(q.z)};
   }
 };
 

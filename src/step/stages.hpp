@@ -129,8 +129,8 @@ void list_in_box(E& ex, const core::Frame<T>& w, const core::FoundBox& box, std:
 /// Between sub-steps; not stages.
 template <class E, class T>
 void append(E& ex, const core::Frame<T>& w, const core::PreviousViews<T>& from, std::uint32_t first,
-            std::uint64_t n) {
-  ex.for_each(n, AppendBody<T>{w, from, first});
+            std::uint32_t vertex, std::uint64_t n) {
+  ex.for_each(n, AppendBody<T>{w, from, first, vertex, n});
 }
 template <class E, class T>
 void take_out(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n) {
@@ -145,6 +145,19 @@ void take_body(E& ex, const core::Frame<T>& w, std::uint32_t body, std::uint32_t
                core::TakenSum* sum) {
   if (w.f.site_live != nullptr) ex.accumulate(count, EmptySitesBody<T>{w, first});
   ex.reduce(count, TakeBodyBody<T>{w, first, body}, sum);
+}
+
+template <class E, class T>
+void list_body(E& ex, const core::Frame<T>& w, std::uint32_t body, std::uint32_t first, std::uint32_t count,
+               core::FoundParticle* list) {
+  ex.for_each(count, ListBodyBody<T>{w, first, body, list});
+}
+template <class E, class T>
+void hold(E& ex, const core::Frame<T>& w, const core::FoundParticle* list, std::uint64_t n, bool on,
+          std::uint32_t first, std::uint32_t count) {
+  ex.for_each(n, HoldBody<T>{w, list});
+  if (on && w.f.rigid_rotation != nullptr && w.f.region_rotation != nullptr)
+    ex.for_each(count, RoundRotationsBody<T>{w, first});
 }
 
 template <class E, class T>

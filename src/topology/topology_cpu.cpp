@@ -14,6 +14,7 @@ MELTSIM_INSTANTIATE(core::CpuExec, neighbours)
 MELTSIM_INSTANTIATE(core::CpuExec, regions)
 MELTSIM_INSTANTIATE(core::CpuExec, pieces)
 MELTSIM_INSTANTIATE(core::CpuExec, build)
+MELTSIM_INSTANTIATE_BUILD_BODY(core::CpuExec)
 
 }  // namespace topology
 }  // namespace v0

@@ -227,6 +227,16 @@ Status WorldImpl::check_sound_speed() const {
                        ", with liquid squeezed to part of its volume)");
 }
 
+/// Of a particle of the scene as built [kg].
+double WorldImpl::largest_mass() const {
+  double mass = 0;
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (used(m)) mass = std::max(mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
+  for (const BodyRecord& b : bodies_)
+    mass = std::max(mass, b.density * desc.spacing * desc.spacing * desc.spacing);
+  return mass;
+}
+
 core::SceneConstants WorldImpl::constants() const {
   core::SceneConstants c;
   c.spacing = desc.spacing;
@@ -261,12 +271,7 @@ core::SceneConstants WorldImpl::constants() const {
   for (std::uint32_t k = 0; k < physics::most_force_fields; ++k)
     c.force_fields.row[k] = field_row(force_fields_[k]);
   c.emitter_points = emitter_points_;
-  for (std::size_t m = 0; m < materials.size(); ++m)
-    if (used(m))
-      c.largest_mass =
-          std::max(c.largest_mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
-  for (const BodyRecord& b : bodies_)
-    c.largest_mass = std::max(c.largest_mass, b.density * desc.spacing * desc.spacing * desc.spacing);
+  c.largest_mass = largest_mass();
   if (event_watch_) {
     c.event_kinds = event_watch_->kinds;
     c.event_capacity = event_watch_->capacity;
@@ -287,6 +292,7 @@ core::EngineSetup WorldImpl::setup_of(core::FactSet facts) const {
   setup.channels = channels_of(facts);
   setup.particle_capacity = capacity_;
   setup.searched = searched_;
+  setup.room = room_;
   if ((facts & core::fact_particles) != 0) {
     setup.channels |= core::copied_channels | core::FieldSet{1} << core::field_vertex_of_id;
     if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;
@@ -333,6 +339,7 @@ Status WorldImpl::prepare() {
                  core::text("particles: ", capacity, " are more than 32-bit ids can number (", core::none,
                             "); use a larger spacing, shorter emitters or fewer reserved_particles")};
   capacity_ = static_cast<std::uint32_t>(capacity);
+  make_lattice_room();
   born_ = state_.position.size();
   noted_step_ = steps + 1;
   search_ = core::choose_search(desc, core::support_of(desc), searched_);
@@ -356,6 +363,30 @@ Status WorldImpl::prepare() {
   places_.reset();
   dirty_ = measure_ = plan_changed_ = false;
   return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
+}
+
+/// Room for the lattices of as many particles as there is room for, which is kept, too.
+void WorldImpl::make_lattice_room() {
+  constexpr std::uint64_t sites_per_particle =
+      32;  // a cube of 8^3, with the widest regions around it, has 27
+  constexpr std::uint64_t more_bodies = 64;
+  const bool contacts = event_watch_ && (event_watch_->kinds & core::contact_events) != 0;
+  const std::uint64_t most_bodies = contacts ? core::most_touching_bodies : 65535;
+  if (fits_lattice_room(0, 0, 0) && room_.bodies <= most_bodies) return;
+  room_ = {};
+  const std::uint64_t reserved = desc.reserved_particles, bodies = bodies_.size();
+  if (reserved == 0 || bodies >= most_bodies) return;
+  const core::LatticeRoom room{lattice_.vertex_site.size() + reserved,
+                               lattice_.site_vertex.size() + sites_per_particle * reserved,
+                               std::min(bodies + more_bodies, most_bodies)};
+  if (room.vertices < core::none && room.sites < core::none) room_ = room;
+}
+
+/// Whether there is room for so many more.
+bool WorldImpl::fits_lattice_room(std::uint64_t vertices, std::uint64_t sites, std::uint64_t bodies) const {
+  return room_.vertices != 0 && lattice_.vertex_site.size() + vertices <= room_.vertices &&
+         lattice_.site_vertex.size() + sites + core::LatticeRoom::spare_sites <= room_.sites &&
+         bodies_.size() + bodies < room_.bodies;
 }
 
 /// Which regions act in [from, until); whether those are others than before.

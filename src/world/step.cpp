@@ -492,8 +492,7 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   const std::uint64_t before = steps;
   Status s = attempt(dt, limit, done);
   if (s || let_go.empty() || steps != before || halted_) return s;
-  fetch_state();  // no sub-step was taken
-  for (const std::size_t b : let_go) set_held(b, true);
+  for (const std::size_t b : let_go) set_held(b, true);  // no sub-step was taken
   return s;
 }
 

@@ -96,21 +96,23 @@ Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
 bool WorldImpl::regions_fit() const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const MaterialDesc& m = materials[bodies_[b].desc.material.index];
-    if (!bodies_[b].desc.fixed && !bodies_[b].rigid() &&
-        lattice_.bodies[b].region_half_width != half_width_of(m))
-      return false;
+    if (bodies_[b].may_deform() && lattice_.bodies[b].region_half_width != half_width_of(m)) return false;
   }
   return true;
 }
 
+/// With room in reserve, also for bodies to come of a material without a modulus.
 void WorldImpl::fit_regions() {
   lattice_.max_half_width = 0;
+  for (const MaterialDesc& m : materials)
+    if (room_.vertices != 0 && !(m.youngs_modulus > 0))
+      lattice_.max_half_width = std::max(lattice_.max_half_width, half_width_of(m));
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const MaterialDesc& m = materials[bodies_[b].desc.material.index];
     // Sites around a body are no more than the domain allows (widest_half_width).
-    const int w = bodies_[b].rigid()      ? 0
-                  : bodies_[b].desc.fixed ? std::min(m.region_half_width, most_half_width())
-                                          : half_width_of(m);
+    const int w = bodies_[b].rigid()        ? 0
+                  : bodies_[b].may_deform() ? half_width_of(m)
+                                            : std::min(m.region_half_width, most_half_width());
     lattice_.bodies[b].region_half_width = w;
     lattice_.max_half_width = std::max(lattice_.max_half_width, w);
   }

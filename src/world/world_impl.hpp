@@ -12,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <unordered_set>
 #include <vector>
 
@@ -34,7 +35,8 @@ struct BodyRecord {
   bool kinematic() const { return desc.motion == Motion::kinematic; }
   bool proxy() const { return desc.motion == Motion::proxy; }
   bool rigid() const { return desc.motion == Motion::rigid || proxy(); }  ///< moves as a whole
-  bool watched = false;                                                   ///< what acts on it is summed
+  bool may_deform() const { return desc.motion == Motion::free && (!desc.fixed || held); }
+  bool watched = false;     ///< what acts on it is summed
   double density = 0;       ///< of its particles [kg/m^3]; a proxy's is not its material's
   bool gone = false;        ///< the host removed it
   std::uint64_t taken = 0;  ///< particles that went with it
@@ -364,10 +366,26 @@ class WorldImpl final : public Scheduler {
   // scene/in_place.cpp
   static Error all_taken(std::size_t points);
   bool edits_in_place() const;
+  void make_lattice_room();
+  bool fits_lattice_room(std::uint64_t vertices, std::uint64_t sites, std::uint64_t bodies) const;
+  bool stays_level(double temperature, std::uint32_t idle, std::optional<LevelRange>& range);
+  bool holds_contents(const Contents& contents) const;
+  void mix();
+  bool comes_in_place(double temperature, const core::WorldStatus& status);
+  bool takes_new_plan() const;
+  Result<bool> find_solids(const EmitterDesc& e, double pipe, core::WorldStatus& status);
+  bool emitter_joins_in_place(const core::WorldStatus& status);
   Result<bool> find(Vec3d low, Vec3d high, core::WorldStatus& status);
   bool same_search(std::uint64_t particles) const;
   void see(Vec3d x, Vec3d up);
+  using Derived =
+      std::tuple<double, double, double, double, double, double, double, bool, bool, double, bool, bool>;
+  Derived derived() const;
   void edited_in_place();
+  void edited_in_place(const Derived& before);
+  void body_joined(const core::SceneState& particles, std::uint64_t displaced, core::WorldStatus status,
+                   const physics::MaterialRow<double>& row);
+  double largest_mass() const;
   std::optional<Result<std::uint64_t>> add_in_place(const FluidDesc& f, const Contents& contents,
                                                     const std::vector<Vec3d>& positions, Vec3d origin);
   std::optional<Status> remove_in_place(std::uint32_t body);
@@ -383,6 +401,7 @@ class WorldImpl final : public Scheduler {
   Status follow_plan(double dt);
   static std::uint32_t motion_of(const BodyRecord& body, bool held);
   void set_held(std::size_t body, bool on);
+  bool set_held_in_place(std::size_t body, bool on);
   void hold_as(std::size_t body, bool on);
   std::vector<char> fixed_in(const core::SceneState& s) const;
   std::vector<std::size_t> let_go_of_bodies(double dt);
@@ -660,6 +679,7 @@ class WorldImpl final : public Scheduler {
   bool was_emitting_ = false;
   double plan_until_ = 0;                   ///< end of the step that is being taken [s]
   std::uint32_t capacity_ = 0;              ///< particles that the engine has room for
+  core::LatticeRoom room_;                  ///< lattices that the engine has room for; 0: without a reserve
   std::uint64_t searched_ = 0;              ///< those that the search was chosen for: without room in reserve
   std::optional<LevelRange> level_;         ///< temperatures, where they are level and were measured since
   std::uint64_t displaced_ = 0;             ///< liquid that teleports have put elsewhere
