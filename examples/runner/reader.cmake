@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# meltsim_reader: scenes from text, the World that a scene describes, and the replay page. The runner and the Python module
+# meltsim_reader: scenes from text, the World that a scene describes, checkpoints and the replay page. The runner and the Python module
 # link it, so it is position-independent. Included by the directories of both; the first makes the target.
 if(TARGET meltsim_reader)
   return()
@@ -27,6 +27,7 @@ add_library(meltsim_reader STATIC
   ${reader_dir}/builtin.cpp
   ${reader_dir}/build_world.cpp
   ${reader_dir}/check_units.cpp
+  ${reader_dir}/checkpoint.cpp
   ${reader_dir}/csv.cpp
   ${reader_dir}/files.cpp
   ${reader_dir}/item_options.cpp

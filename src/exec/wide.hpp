@@ -7,9 +7,11 @@
 //
 // Without fused multiply-add, which would be worth little here: results then have the same bits on every CPU,
 // wide or not, and what two bodies compute by one formula stays equal to the last bit.
+//
+// MELTSIM_ONE_WIDTH leaves the wider code out: the same source twice tells a sanitizer nothing, and takes most of the time.
 #pragma once
 
-#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(MELTSIM_ONE_WIDTH)
 #define MELTSIM_WIDE [[gnu::target("avx2,bmi,bmi2,popcnt"), gnu::flatten, gnu::noinline]]
 #else
 #define MELTSIM_WIDE
@@ -27,7 +29,7 @@ inline namespace v0 {
 namespace core {
 
 inline bool wide_instructions() {
-#if defined(__x86_64__) && defined(__GNUC__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(MELTSIM_ONE_WIDTH)
   static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") &&
                           __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
   return has;

@@ -11,7 +11,7 @@
   rules.py sizes DIR             no folder holds more than 15 % of the library's lines, no function of src/engine more than 40
   rules.py names DIR             no two bodies (kernels) have the same name
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
-  rules.py headers DIR -- COMMAND...   every public header compiles alone
+  rules.py headers DIR -- COMMAND...   every public header compiles alone; for nvcc together
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
   rules.py links DIR             links between documents lead to a file and a heading; paths that ARCHITECTURE.md names exist
   rules.py selftest              each rule finds what it is there to find
@@ -294,26 +294,28 @@ def check_symbols(library):
 
 
 def check_headers(root, command):
-    """command is a compiler with flags; a file with one #include is appended."""
-    headers = [p for p in sources(root, "include") if p.suffix == ".hpp"]
+    """command is a compiler with flags; a file with #includes is appended. nvcc takes a second for each file: it compiles its
+    own header alone, and all others, which a host's compiler takes alone, together."""
+    headers = [p.relative_to(root / "include").as_posix() for p in sources(root, "include") if p.suffix == ".hpp"]
     cuda = "nvcc" in Path(command[0]).name
-    if not cuda:
-        headers = [h for h in headers if h.relative_to(root).as_posix() != INTEROP]
+    own = INTEROP[len("include/"):]
+    others = [h for h in headers if h != own]
+    units = [[own], others] if cuda and own in headers else [others] if cuda else [[h] for h in others]
 
-    def compile_alone(header):
-        include = header.relative_to(root / "include").as_posix()
+    def compile_unit(names):
         with tempfile.TemporaryDirectory() as directory:
             unit = Path(directory) / ("alone.cu" if cuda else "alone.cpp")
             # Twice: an include guard that is missing shows up too.
-            unit.write_text(f'#include "{include}"\n#include "{include}"\n')
+            unit.write_text("".join(f'#include "{name}"\n' for name in names * 2))
             done = subprocess.run([*command, "-I", str(root / "include"), str(unit)], cwd=directory,
                                   capture_output=True, text=True)
-            return include, done
+            return names, done
 
     with concurrent.futures.ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as pool:
-        for include, done in pool.map(compile_alone, headers):
+        for names, done in pool.map(compile_unit, units):
             if done.returncode:
-                yield f"{include} does not compile alone:\n{done.stdout}{done.stderr}"
+                what = f"{names[0]} does not compile alone" if len(names) == 1 else "the public headers do not compile together"
+                yield f"{what}:\n{done.stdout}{done.stderr}"
     print(f"{len(headers)} headers, {' '.join(command)}")
 
 

@@ -15,9 +15,10 @@
 
 #include "build_world.hpp"
 #include "builtin.hpp"
-#include "commands.hpp"
 #include "failure.hpp"
+#include "load_scene.hpp"
 #include "meltsim/meltsim.hpp"
+#include "resolution.hpp"
 
 namespace {
 
@@ -28,10 +29,8 @@ constexpr int steps = 120;
 constexpr double scale = 0.5;
 
 std::string hash_of(const std::string& name, Backend backend, Precision precision) {
-  runner::SceneOptions options;
-  options.scene = name;
-  options.scale = scale;
-  const runner::Scene scene = runner::load_scene(options);
+  runner::Scene scene = runner::load_scene(name, {});
+  runner::apply_resolution(scene, scale, runner::Quality::balanced);
   runner::MachineOptions machine;
   machine.backend = backend;
   machine.precision = precision;

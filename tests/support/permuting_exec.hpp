@@ -103,60 +103,44 @@ class PermutingExec : public meltsim::core::CpuExec {
   template <class Body>
   void for_each(std::uint64_t n, const Body& body) {
     if constexpr (has_frame<Body>) see(body.w);  // rows that the host sets between sub-steps need none
-    const auto order = indices(n);
-    Base::for_each(n, [&](std::uint64_t k) { body(order[k]); });
+    each(n, body);
   }
   template <class Body>
   void accumulate(std::uint64_t n, const Body& body) {
     see(body.w);
-    const auto order = indices(n);
-    Base::accumulate(n, [&](std::uint64_t k, const auto& add) { body(order[k], add); });
+    const meltsim::core::CpuAdder add;
+    each(n, [&](std::uint64_t i) { body(i, add); });
   }
   template <class Body>
   void gather(std::uint64_t n, const Body& body) {
     see(body.w);
-    const auto order = indices(n);
     const std::uint32_t parts = meltsim::core::gather_parts<Body>(n);
-    Base::for_each(
-        n, [&](std::uint64_t k) { body.finish(order[k], meltsim::core::sum_of(body, order[k], parts)); });
+    each(n, [&](std::uint64_t i) { body.finish(i, meltsim::core::sum_of(body, i, parts)); });
   }
   template <class Body>
   void gather_adding(std::uint64_t n, const Body& body) {
     see(body.w);
-    const auto order = indices(n);
     const std::uint32_t parts = meltsim::core::gather_parts<Body>(n);
-    Base::accumulate(n, [&](std::uint64_t k, const auto& add) {
-      body.finish(order[k], meltsim::core::sum_of(body, order[k], parts), add);
-    });
+    const meltsim::core::CpuAdder add;
+    each(n, [&](std::uint64_t i) { body.finish(i, meltsim::core::sum_of(body, i, parts), add); });
   }
   template <class Body>
   void gather_listed(std::uint64_t n, const std::uint32_t*, const Body& body) {
     see(body.w);
-    const auto order = indices(n);
-    Base::for_each(n, [&](std::uint64_t k) {
-      if (body.wanted(order[k]))
-        body.finish(order[k], meltsim::core::sum_of(body, order[k], meltsim::core::listed<Body>::parts));
+    each(n, [&](std::uint64_t i) {
+      if (body.wanted(i)) body.finish(i, meltsim::core::sum_of(body, i, meltsim::core::listed<Body>::parts));
     });
   }
   /// What is reduced in a step must not depend on order either: CheckResult and Count promise it.
   template <class R, class Body, class Last = meltsim::core::Nothing>
   void reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     see(body.w);
-    const auto order = indices(n);
-    Base::reduce(
-        n,
-        [&](std::uint64_t k) { return meltsim::core::result_of(body, order[k], meltsim::core::CpuAdder{}); },
-        out, last);
+    combine(n, body, out, last);
   }
   template <class R, class Body, class Last = meltsim::core::Nothing>
   void gather_reduce(std::uint64_t n, const Body& body, R* out, const Last& last = {}) {
     see(body.w);
-    const auto order = indices(n);
-    const meltsim::core::Finishing<Body> one{body, meltsim::core::gather_parts<Body>(n)};
-    Base::reduce(
-        n,
-        [&](std::uint64_t k) { return meltsim::core::result_of(one, order[k], meltsim::core::CpuAdder{}); },
-        out, last);
+    combine(n, meltsim::core::Finishing<Body>{body, meltsim::core::gather_parts<Body>(n)}, out, last);
   }
   /// Where the guard holds, begin is spoilt: on a GPU counts are added up whatever the guard says.
   template <class Body>
@@ -192,6 +176,23 @@ class PermutingExec : public meltsim::core::CpuExec {
   }
 
  private:
+  /// body(i) for all i in [0, n), in this executor's order. Not by the base's verbs, which would compile every body twice more.
+  template <class Body>
+  void each(std::uint64_t n, const Body& body) {
+    if (stopped()) return;
+    for (const std::uint64_t i : indices(n)) body(i);
+  }
+  template <class R, class Body, class Last>
+  void combine(std::uint64_t n, const Body& body, R* out, const Last& last) {
+    if (stopped()) return;
+    R r{};
+    {
+      const meltsim::core::CpuAdder add;
+      each(n, [&](std::uint64_t i) { r = R::combine(r, meltsim::core::result_of(body, i, add)); });
+    }
+    *out = r;
+    last(*out);
+  }
   template <class Body>
   struct Permuted {
     using Sum = typename Body::Sum;
