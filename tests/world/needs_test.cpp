@@ -122,18 +122,18 @@ TEST(Needs, TopologyGoesWithTheLastThatCanMeltThoughAStoneStays) {
 
 TEST(Needs, MeltingOutLeavesTheSameStateHoweverOftenTheHostLooks) {
   MELTSIM_NEEDS_BACKEND();
-  for (const bool fixed : {true, false})
-    for (const Precision p : {Precision::single_precision, Precision::double_precision}) {
-      // All has melted after about 260 of these steps; before, about when and long after.
+  // All has melted after about 260 of these steps; before, about when and long after.
+  for (const Precision p : {Precision::single_precision, Precision::double_precision}) {
+    for (const bool fixed : {true, false})
       expect_one_state([&] { return ice_and_stone(fixed, p); }, 400, 0.005, {100, 270, 350});
-      expect_one_state(
-          [&] {
-            WorldDesc d = describe();
-            d.precision = p;
-            return ice_in_water(d).world;
-          },
-          400, 0.005, {100, 270, 350});
-    }
+    expect_one_state(
+        [&] {
+          WorldDesc d = describe();
+          d.precision = p;
+          return ice_in_water(d).world;
+        },
+        400, 0.005, {100, 270, 350});
+  }
 }
 
 /// Names of the stages that run.
