@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <type_traits>
 
 #include "meltsim/physics/liquid_properties.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
@@ -16,8 +17,8 @@ namespace sph {
 
 using core::Frame;
 
-/// Resistivity of a particle of a body that no liquid touches: nothing comes of its sum, which is not made.
-inline constexpr double resistivity_of_dry = std::numeric_limits<double>::infinity();
+/// Root of a particle of a body that no liquid touches: nothing comes of its sum, which is not made.
+inline constexpr double root_of_dry = std::numeric_limits<double>::infinity();
 
 /// Acceleration that shape matching gives a particle of a movable body.
 template <class T>
@@ -26,35 +27,35 @@ MELTSIM_HD Vec3<T> shape_acceleration(const Frame<T>& w, std::uint64_t i, std::u
   return w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]] * (T(1) / w.f.clock->dt);
 }
 
-/// Velocity and resistivity of every particle; the acceleration of wetted bodies takes shape matching in until the end.
+/// Velocity and root of the resistivity of every particle; the acceleration of wetted bodies takes shape matching in until the end.
 template <class T>
 struct ViscousOperandsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     const std::uint32_t tag = w.f.tag[i];
-    T resistivity = static_cast<T>(resistivity_of_dry);
+    T root = static_cast<T>(root_of_dry);
     if (is_fluid(tag)) {
       const core::MaterialRow<T>& m = w.f.materials[material_of(tag)];
-      resistivity = physics::viscous_resistivity(core::viscosity_of(w, i, m), physics::yields(m));
+      root = physics::resistivity_root(core::viscosity_of(w, i, m), physics::yields(m));
     } else if (is_solid(tag)) {
       const bool moves = (tag & tag_fixed) == 0u && w.f.liquid_bits != nullptr;
-      if (!moves || spatial::any_marked(w, i, w.f.liquid_bits))
-        resistivity = static_cast<T>(physics::resistivity_of_solid);
-      if (moves && resistivity == static_cast<T>(physics::resistivity_of_solid))
+      if (!moves || spatial::any_marked(w, i, w.f.liquid_bits)) root = static_cast<T>(physics::root_of_solid);
+      if (moves && root == static_cast<T>(physics::root_of_solid))
         w.f.acceleration[i] += shape_acceleration(w, i, tag);
     }
     // Both buffers: what keeps its velocity is not written again.
-    w.f.viscous_operand[i] = w.f.viscous_operand_next[i] = with_w(xyz(w.f.velocity[i]), resistivity);
+    w.f.viscous_operand[i] = w.f.viscous_operand_next[i] = with_w(xyz(w.f.velocity[i]), root);
   }
 };
 
-/// Force of neighbours on a particle [N], and the part of its conductance that counts towards the bound of the stages [kg/s].
-template <class T>
-using ViscousSum = spatial::ExchangeSum<Vec3<T>, T>;
+/// Force of neighbours on a particle [N], and in the first stage the part of its conductance that counts towards the bound of the
+/// stages [kg/s].
+template <class T, bool First>
+using ViscousSum = std::conditional_t<First, spatial::ExchangeSum<Vec3<T>, T>, spatial::RateSum<Vec3<T>, T>>;
 
-/// Stage j of a super-step: the increment of the velocity. The last stage of the last super-step turns the whole increment
+/// Stage j of a super-step, First: j = 1: the increment of the velocity. The last stage of the last super-step turns the whole increment
 /// into the acceleration that step.integrate takes.
-template <class T, bool Periodic>
+template <class T, bool Periodic, bool First>
 struct ViscousStageBody {
   Frame<T> w;
   physics::StageFactors<T> stage;
@@ -62,12 +63,12 @@ struct ViscousStageBody {
   static constexpr std::uint32_t resident_warps(std::uint32_t) {
     return sizeof(T) != sizeof(float) ? 0u : 36u;
   }
-  using Sum = ViscousSum<T>;
+  using Sum = ViscousSum<T, First>;
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     return spatial::sum_part<Periodic>(w, *this, i, k, parts);
   }
 
-  // One pair (spatial/sweep.hpp): velocity, and resistivity in w.
+  // One pair (spatial/sweep.hpp): velocity, and the root of the resistivity in w.
   using Stored = Vec4<T>;
   struct Own {
     Vec4<T> operand;
@@ -77,7 +78,7 @@ struct ViscousStageBody {
     const std::uint32_t tag = w.f.tag[i];
     if (is_fluid(tag)) return !is_held(tag);
     return is_solid(tag) && (tag & tag_fixed) == 0u && w.f.liquid_bits != nullptr &&
-           w.f.viscous_operand[i].w == static_cast<T>(physics::resistivity_of_solid);
+           w.f.viscous_operand[i].w == static_cast<T>(physics::root_of_solid);
   }
   MELTSIM_HD Own own(std::uint64_t i) const { return {w.f.viscous_operand[i], w.f.position[i].w}; }
   MELTSIM_HD Stored stored(const Own&, std::uint32_t j) const { return w.f.viscous_operand[j]; }
@@ -96,7 +97,9 @@ struct ViscousStageBody {
     const Vec3<T> v_ji = xyz(other) - xyz(own.operand), u = pair.x_ij * w.c.central_viscosity.inverse_spacing;
     const T across = whole ? g : T(0), along = whole ? T(0) : g * dot(u, v_ji);
     sum.rate += v_ji * across + u * along;
-    sum.conductance += g * (whole ? physics::bound_share(own.operand.w, other.w) : physics::central_share(u));
+    if constexpr (First)
+      sum.conductance +=
+          g * (whole ? physics::bound_share(own.operand.w, other.w) : physics::central_share(u));
   }
   struct Lanes {
     spatial::LaneVectors<T> operand;
@@ -116,14 +119,14 @@ struct ViscousStageBody {
     Vec3<T> force = s.rate;
     T walls = 0;
     if (is_fluid(tag) && w.c.no_slip != 0u)
-      core::for_each_sticky_wall(w, xyz(x), T(1) / std::fabs(operand.w), x.w,
+      core::for_each_sticky_wall(w, xyz(x), physics::viscosity_of_root(operand.w), x.w,
                                  [&](T factor, Vec3<T> velocity) {
                                    force += (velocity - xyz(operand)) * factor;
                                    walls += factor;
                                  });
-    if (stage.first &&
-        static_cast<double>(T(2) * s.conductance + walls) > w.viscous_bound * static_cast<double>(mass))
-      add(&w.f.status->viscous_bound_exceeded, 1);
+    if constexpr (First)
+      if (static_cast<double>(T(2) * s.conductance + walls) > w.viscous_bound * static_cast<double>(mass))
+        add(&w.f.status->viscous_bound_exceeded, 1);
     const Vec3<T> rate = force * (T(1) / mass) + w.f.acceleration[i];
     const Vec3<T> d = physics::next_increment(
         stage, rate, [&] { return w.f.velocity_increment[i]; }, [&] { return w.f.velocity_increment_old[i]; },

@@ -107,8 +107,12 @@ void diffuse(E& ex, const core::Frame<T>& frame) {
   const core::SuperSteps plan{w.viscous_stages, w.viscous_supersteps, w.viscous_dt};
   spatial::with_periods(w, [&](auto periodic) {
     core::super_steps(ex, plan, [&](const physics::StageFactors<double>& stage) {
-      spatial::sweep_adding<periodic()>(ex, w.particles,
-                                        ViscousStageBody<T, periodic()>{w, stage.template as<T>()});
+      const auto sweep = [&](auto first) {
+        using Body = ViscousStageBody<T, periodic(), first()>;
+        spatial::sweep_adding<periodic()>(ex, w.particles, Body{w, stage.template as<T>()});
+      };
+      if (stage.first) sweep(std::true_type{});
+      else sweep(std::false_type{});
       std::swap(w.f.velocity_increment, w.f.velocity_increment_old);
       std::swap(w.f.viscous_operand, w.f.viscous_operand_next);
     });

@@ -16,7 +16,7 @@ namespace {
 using namespace meltsim;
 using namespace meltsim::physics;
 
-constexpr double solid = resistivity_of_solid;
+constexpr double solid = root_of_solid;
 
 // The same number as mu V V L of fluid.hpp, which is rounded elsewhere: a few units in the last place of double.
 TEST(ViscousDiffusion, ConductanceIsTheExplicitPairForce) {
@@ -32,13 +32,17 @@ TEST(ViscousDiffusion, ConductanceIsTheExplicitPairForce) {
     const auto near = [](double a, double b) { EXPECT_NEAR(a, b, 1e-14 * std::fabs(b)); };
     for (const bool i_yields : {false, true})
       for (const bool j_yields : {false, true})
-        near(viscous_conductance(vi, vj, l, viscous_resistivity(mu_i, i_yields),
-                                 viscous_resistivity(mu_j, j_yields)),
+        near(viscous_conductance(vi, vj, l, resistivity_root(mu_i, i_yields),
+                                 resistivity_root(mu_j, j_yields)),
              expected(pair_viscosity(mu_i, mu_j, i_yields && j_yields)));
     // A body is a liquid of infinite viscosity, as in coupling_force.
-    near(viscous_conductance(vi, vj, l, 1 / mu_i, solid), expected(no_slip_viscosity(mu_i)));
-    near(viscous_conductance(vi, vj, l, solid, 1 / mu_j), expected(no_slip_viscosity(mu_j)));
-    near(viscous_conductance(vi, vj, l, solid, -1 / mu_j), expected(no_slip_viscosity(mu_j)));
+    near(viscous_conductance(vi, vj, l, resistivity_root(mu_i, false), solid),
+         expected(no_slip_viscosity(mu_i)));
+    near(viscous_conductance(vi, vj, l, solid, resistivity_root(mu_j, false)),
+         expected(no_slip_viscosity(mu_j)));
+    near(viscous_conductance(vi, vj, l, solid, resistivity_root(mu_j, true)),
+         expected(no_slip_viscosity(mu_j)));
+    near(viscosity_of_root(resistivity_root(mu_i, true)), mu_i);
   }
 }
 
@@ -51,8 +55,8 @@ TEST(ViscousDiffusion, ConductanceIsSymmetric) {
       return static_cast<float>(random.uniform(low, high));
     };
     const float r = number(0.01, 0.25), vi = number(0.5, 2), vj = number(0.5, 2);
-    const float ri = n % 3 == 0 ? 0.0f : viscous_resistivity(number(1e-3, 1e4), n % 2 == 0);
-    const float rj = n % 5 == 1 ? 0.0f : viscous_resistivity(number(1e-3, 1e4), n % 7 < 3);
+    const float ri = n % 3 == 0 ? 0.0f : resistivity_root(number(1e-3, 1e4), n % 2 == 0);
+    const float rj = n % 5 == 1 ? 0.0f : resistivity_root(number(1e-3, 1e4), n % 7 < 3);
     const auto l = laplacian_quotient(k, r, r * r);
     ASSERT_EQ(viscous_conductance(vi, vj, l, ri, rj), viscous_conductance(vj, vi, l, rj, ri));
   }

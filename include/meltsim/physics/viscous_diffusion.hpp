@@ -54,24 +54,32 @@ inline double explicit_viscous_dt(double mu, double density, double lightest_bod
                    drag_dt(2 * no_slip_viscosity(mu) + artificial, lightest_body, laplacian_sum));
 }
 
-/// Resistivity of a particle of a body, which has none.
-inline constexpr double resistivity_of_solid = 0;
+/// Root of the resistivity of a particle of a body, which has none.
+inline constexpr double root_of_solid = 0;
 
-/// 1/mu [1/(Pa s)], negative of a liquid with a yield stress: pairs of such take another mean.
+/// Root of the resistivity 1/mu [1/sqrt(Pa s)], negative of a liquid with a yield stress: pairs of such take another mean. Of the
+/// roots both means are products.
 template <class T>
-MELTSIM_HD T viscous_resistivity(T mu, bool yields) {
-  const T resistivity = T(1) / mu;
-  return yields ? -resistivity : resistivity;
+MELTSIM_HD T resistivity_root(T mu, bool yields) {
+  const T root = std::sqrt(T(1) / mu);
+  return yields ? -root : root;
 }
 
-/// 2/mu of a pair [1/(Pa s)], as pair_viscosity has it, from the resistivities of both; 0 where both are of bodies.
+/// mu [Pa s] of a liquid particle.
 template <class T>
-MELTSIM_HD T viscous_resistivities(T own, T other) {
-  const T product = own * other;
-  return (own < T(0)) & (other < T(0)) ? T(2) * std::sqrt(product) : std::fabs(own) + std::fabs(other);
+MELTSIM_HD T viscosity_of_root(T root) {
+  return T(1) / (root * root);
 }
 
-/// Whether one of a pair with these resistivities is of a body.
+/// 2/mu of a pair [1/(Pa s)], as pair_viscosity has it, from the roots of both; 0 where both are of bodies, not a number where one
+/// is infinite. R_i + R_j as (r_i + r_j)^2 - 2 r_i r_j, which is symmetric to the last bit where products and sums are fused, too.
+template <class T>
+MELTSIM_HD T pair_resistivities(T own, T other) {
+  const T twice = T(2) * std::fabs(own * other), sum = std::fabs(own) + std::fabs(other);
+  return (own < T(0)) & (other < T(0)) ? twice : sum * sum - twice;
+}
+
+/// Whether one of a pair with these roots is of a body.
 template <class T>
 MELTSIM_HD bool with_body(T own, T other) {
   return own == T(0) || other == T(0);
@@ -149,10 +157,11 @@ MELTSIM_HD T central_share(Vec3<T> u) {
   return dot(u, u) * T(1.0 / 3.0);
 }
 
-/// g_ij [kg/s]; 0 between particles of bodies, and with a liquid without viscosity (R infinite). Symmetric to the last bit.
+/// g_ij [kg/s] from the roots of both; 0 between particles of bodies, and with a liquid without viscosity (an infinite root).
+/// Symmetric to the last bit.
 template <class T>
 MELTSIM_HD T viscous_conductance(T volume_i, T volume_j, const LaplacianQuotient<T>& l, T own, T other) {
-  const T resistivities = viscous_resistivities(own, other);
+  const T resistivities = pair_resistivities(own, other);
   return resistivities > T(0) ? pair_conductance(volume_i, volume_j, l, resistivities) : T(0);
 }
 
