@@ -476,7 +476,11 @@ TEST(DeviceState, AViewPastItsTimeIsFoundOut) {
   require(w.add_material(m));
   past(w.check_view(before), "added");
   require(w.prepare());
-  past(w.check_view(surface), "added");
+  require(w.check_view(surface));  // where it is now nothing was uploaded
+  const auto bytes = *w.snapshot();
+  require(w.restore(bytes.data(), bytes.size()));
+  require(w.prepare());
+  past(w.check_view(surface), "restored");
 }
 
 TEST(DeviceState, OfNothing) {
