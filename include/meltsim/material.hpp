@@ -99,7 +99,8 @@ struct MaterialDesc {
   double stiffness = 1.0;
   /// Young's modulus E [Pa], >= 0; 0: `stiffness` holds. A value above 0 replaces `stiffness`. Regions are widened from
   /// region_half_width (at least 1) up to 8 until they carry E at the World's largest sub-step (stable_dt without
-  /// speeds). If width 8 does not suffice, E > 24 density (spacing/dt)^2, the body gets that limit,
+  /// speeds). If width 8 does not suffice, E > 24 density (spacing/dt)^2, or one that holds all of a body n sites long,
+  /// E > n^2/pi^2 density (spacing/dt)^2, the body gets that limit,
   /// StepResult::modulus_unreachable is set, and Resolved::stiffness holds the value delivered. The cost of regions grows
   /// as (2w+1)^3; a larger sound_speed, and so a shorter sub-step, is the cheaper way to a stiff body.
   /// In a scene with liquid, a movable body has at least half-width 1 and E = density c^2/2, or (density of the liquid - 1.5 density)

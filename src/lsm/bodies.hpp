@@ -195,8 +195,8 @@ template <class T>
 MELTSIM_HD T stiffness(const Frame<T>& w, std::uint64_t v, const physics::MaterialRow<T>& m) {
   if (!(m.modulus_rate > T(0)))
     return physics::stiffness_of_step(m.shape_stiffness, w.f.clock->dt, w.f.clock->spring_dt);
-  const int half_width = w.f.bodies[w.f.vertex_body[v]].region_half_width;
-  return minimum(physics::modulus_stiffness(m.modulus_rate, half_width, w.f.clock->dt), T(1));
+  const T wave_speed2 = static_cast<T>(w.f.bodies[w.f.vertex_body[v]].wave_speed2);
+  return minimum(physics::modulus_stiffness(m.modulus_rate, wave_speed2, w.f.clock->dt), T(1));
 }
 
 template <class T>

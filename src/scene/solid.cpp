@@ -199,6 +199,7 @@ Status WorldImpl::NewBody::place() {
 /// out: an obstacle there may move or melt, so topology.freeze checks a site when liquid is about to freeze.
 Status WorldImpl::NewBody::place_growth() {
   box_ = core::box_of(points_);
+  record_.longest = static_cast<int>(std::max({box_.extent(0), box_.extent(1), box_.extent(2)}));
   const MaterialDesc& m = material();
   if (s_.growth < 0)
     return invalid(what_, "growth: must be >= 0 lattice steps, got ", s_.growth,
@@ -412,7 +413,7 @@ bool WorldImpl::NewBody::keeps_regions() {
   w.weigh_materials();
   w.derive_limits();
   core::BodyRow& row = w.lattice_.bodies.back();
-  if (record_.may_deform()) row.region_half_width = w.half_width_of(material());
+  if (record_.may_deform()) w.fit_regions_of(record_, row);
   row_ = row;
   const bool lattices = (w.facts_ & core::fact_solid) != 0;  // on the backend, with masks of one width
   if (w.regions_fit() && (!lattices || row.region_half_width <= w.lattice_.max_half_width)) return true;

@@ -2,6 +2,7 @@
 // Stiffness of bodies, and the width of regions for a youngs_modulus. Both follow from the scene's
 // largest sub-step, so that a body keeps one law whatever sub-steps are taken.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "description/validate.hpp"
@@ -12,6 +13,24 @@
 
 namespace meltsim {
 inline namespace v0 {
+
+namespace {
+
+/// physics::bar_wave_speed2, each found once.
+double wave_speed2_of(int half_width, int sites) {
+  using Row = std::array<double, physics::most_short_sites + 1>;
+  static const auto all = [] {
+    std::array<Row, physics::most_half_width + 1> t{};
+    for (int w = 0; w <= physics::most_half_width; ++w)
+      for (int n = 0; n <= physics::most_short_sites; ++n)
+        t[static_cast<std::size_t>(w)][static_cast<std::size_t>(n)] = physics::bar_wave_speed2(w, n);
+    return t;
+  }();
+  const int n = sites <= physics::most_short_sites ? sites : 0;
+  return all[static_cast<std::size_t>(half_width)][static_cast<std::size_t>(n)];
+}
+
+}  // namespace
 
 /// Least E dt_s^2/(rho dx^2) of a body in liquid: of lengths alone, so that no sound speed makes it overflow.
 double WorldImpl::least_spring(const MaterialDesc& m) const {
@@ -41,7 +60,8 @@ int WorldImpl::widest_half_width(const MaterialDesc& m) const {
   if (m.youngs_modulus > 0) return most_half_width();
   const double share = desc.courant * core::support_of(desc) / desc.spacing;
   return physics::modulus_half_width(physics::most_least_spring * share * share,
-                                     std::max(1, m.region_half_width), most_half_width(), 1.0);
+                                     std::max(1, m.region_half_width), most_half_width(), 1.0,
+                                     physics::region_wave_speed2);
 }
 
 double WorldImpl::asked_modulus_rate(const MaterialDesc& m) const {
@@ -68,37 +88,89 @@ int WorldImpl::half_width_of(const MaterialDesc& m) const {
   const int asked = any_liquid() ? std::max(1, m.region_half_width) : m.region_half_width;
   if (!std::isfinite(static_dt_)) return asked;
   if (!(m.youngs_modulus > 0))  // as wide as what liquid asks for needs
-    return any_liquid() ? physics::modulus_half_width(least_spring(m), asked, most_half_width(), 1.0) : asked;
-  return physics::modulus_half_width(modulus_rate_of(m), asked, most_half_width(), static_dt_);
+    return any_liquid() ? physics::modulus_half_width(least_spring(m), asked, most_half_width(), 1.0,
+                                                      physics::region_wave_speed2)
+                        : asked;
+  return physics::modulus_half_width(modulus_rate_of(m), asked, most_half_width(), static_dt_,
+                                     physics::region_wave_speed2);
 }
 
-/// alpha at a sub-step of dt.
+/// Of one that can deform. With a youngs_modulus as wide as a body of its length needs, and no wider than holds all of it: that
+/// pulls no harder.
+int WorldImpl::half_width_of(const BodyRecord& body) const {
+  const MaterialDesc& m = materials[body.desc.material.index];
+  if (!(m.youngs_modulus > 0) || !std::isfinite(static_dt_)) return half_width_of(m);
+  const int asked = any_liquid() ? std::max(1, m.region_half_width) : m.region_half_width;
+  const int most = std::min(most_half_width(), std::max({1, asked, body.longest - 1}));
+  return physics::modulus_half_width(modulus_rate_of(m), asked, most, static_dt_,
+                                     [&](int w) { return wave_speed2_of(w, body.longest); });
+}
+
+/// alpha at a sub-step of dt, of a body with a youngs_modulus.
+double WorldImpl::alpha_of(const BodyRecord& body, double dt) const {
+  const double speed2 = wave_speed2_of(half_width_of(body), body.longest);
+  return std::min(
+      1.0, physics::modulus_stiffness(modulus_rate_of(materials[body.desc.material.index]), speed2, dt));
+}
+
+/// visit(body) of those of a material that can deform.
+template <class Visit>
+void WorldImpl::for_each_of(const MaterialDesc& m, const Visit& visit) const {
+  for (const BodyRecord& b : bodies_)
+    if (&materials[b.desc.material.index] == &m && b.may_deform() && !b.gone) visit(b);
+}
+
+/// alpha at a sub-step of dt; with a youngs_modulus the largest of its bodies.
 double WorldImpl::alpha_of(const MaterialDesc& m, double dt) const {
   if (!(m.youngs_modulus > 0)) {
     const double alpha = half_width_of(m) > 0 ? stiffness_in_liquid(m) : m.stiffness;
     return physics::stiffness_of_step(alpha, dt, spring_dt_);
   }
-  return std::min(1.0, physics::modulus_stiffness(modulus_rate_of(m), half_width_of(m), dt));
+  double most = 0;
+  for_each_of(m, [&](const BodyRecord& b) { most = std::max(most, alpha_of(b, dt)); });
+  return most;
 }
 
+/// With a youngs_modulus that of the body that has least of it.
 Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
   Stiffness s;
   s.region_half_width = half_width_of(m);
   s.stiffness = m.stiffness;
   const double dt = substep_ > 0 ? substep_ : static_dt_;
   if (!std::isfinite(dt)) return s;
-  s.stiffness = alpha_of(m, dt);
-  s.youngs_modulus = physics::shape_modulus(s.stiffness, s.region_half_width, m.density, desc.spacing, dt);
+  const auto has = [&](double alpha, int w, double speed2) {
+    const double modulus = physics::shape_modulus(alpha, speed2, m.density, desc.spacing, dt);
+    if (s.youngs_modulus == 0 || modulus < s.youngs_modulus) s = {w, alpha, modulus};
+  };
+  if (m.youngs_modulus > 0)
+    for_each_of(m, [&](const BodyRecord& b) {
+      has(alpha_of(b, dt), half_width_of(b), wave_speed2_of(half_width_of(b), b.longest));
+    });
+  if (s.youngs_modulus == 0) {
+    const double speed2 = physics::region_wave_speed2(s.region_half_width);
+    has(m.youngs_modulus > 0 ? std::min(1.0, physics::modulus_stiffness(modulus_rate_of(m), speed2, dt))
+                             : alpha_of(m, dt),
+        s.region_half_width, speed2);
+  }
   return s;
 }
 
 /// Whether regions are as wide as fit_regions() would make them.
 bool WorldImpl::regions_fit() const {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const MaterialDesc& m = materials[bodies_[b].desc.material.index];
-    if (bodies_[b].may_deform() && lattice_.bodies[b].region_half_width != half_width_of(m)) return false;
+    if (bodies_[b].may_deform() && lattice_.bodies[b].region_half_width != half_width_of(bodies_[b]))
+      return false;
   }
   return true;
+}
+
+/// Sites around a body are no more than the domain allows (widest_half_width).
+void WorldImpl::fit_regions_of(const BodyRecord& body, core::BodyRow& row) const {
+  const int asked = materials[body.desc.material.index].region_half_width;
+  row.region_half_width = body.rigid()        ? 0
+                          : body.may_deform() ? half_width_of(body)
+                                              : std::min(asked, most_half_width());
+  row.wave_speed2 = wave_speed2_of(row.region_half_width, body.longest);
 }
 
 /// With room in reserve, also for bodies to come of a material without a modulus.
@@ -108,13 +180,9 @@ void WorldImpl::fit_regions() {
     if (room_.vertices != 0 && !(m.youngs_modulus > 0))
       lattice_.max_half_width = std::max(lattice_.max_half_width, half_width_of(m));
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    const MaterialDesc& m = materials[bodies_[b].desc.material.index];
-    // Sites around a body are no more than the domain allows (widest_half_width).
-    const int w = bodies_[b].rigid()        ? 0
-                  : bodies_[b].may_deform() ? half_width_of(m)
-                                            : std::min(m.region_half_width, most_half_width());
-    lattice_.bodies[b].region_half_width = w;
-    lattice_.max_half_width = std::max(lattice_.max_half_width, w);
+    core::BodyRow& row = lattice_.bodies[b];
+    fit_regions_of(bodies_[b], row);
+    lattice_.max_half_width = std::max(lattice_.max_half_width, row.region_half_width);
   }
 }
 
@@ -134,9 +202,9 @@ bool WorldImpl::modulus_out_of_reach() const {
   if ((facts_ & core::fact_mobile) == 0) return false;
   for (const BodyRecord& b : bodies_) {
     const MaterialDesc& m = materials[b.desc.material.index];
-    if (!b.desc.fixed && !b.rigid() && m.youngs_modulus > 0 &&
-        modulus_rate_of(m) < asked_modulus_rate(m) * (1 - 1e-9))
-      return true;
+    if (b.desc.fixed || b.rigid() || !(m.youngs_modulus > 0)) continue;
+    const double most = wave_speed2_of(half_width_of(b), b.longest) / (static_dt_ * static_dt_);
+    if (most < asked_modulus_rate(m) * (1 - 1e-9)) return true;
   }
   return false;
 }

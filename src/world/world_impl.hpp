@@ -41,6 +41,7 @@ struct BodyRecord {
   bool gone = false;        ///< the host removed it
   std::uint64_t taken = 0;  ///< particles that went with it
   double reach = 0;         ///< of its farthest particle as built, from its centre or the pivot [m]
+  int longest = 0;          ///< sites along its longest axis, as built
   Vec3d rest_low,
       rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
   std::uint32_t first_vertex = 0, vertices = 0;
@@ -483,9 +484,14 @@ class WorldImpl final : public Scheduler {
   double modulus_rate_of(const MaterialDesc& m) const;
   double stiffness_in_liquid(const MaterialDesc& m) const;
   int half_width_of(const MaterialDesc& m) const;
+  int half_width_of(const BodyRecord& body) const;
+  template <class Visit>
+  void for_each_of(const MaterialDesc& m, const Visit& visit) const;
+  double alpha_of(const BodyRecord& body, double dt) const;
   double alpha_of(const MaterialDesc& m, double dt) const;
   Stiffness stiffness_of(const MaterialDesc& m) const;
   void fit_regions();
+  void fit_regions_of(const BodyRecord& body, core::BodyRow& row) const;
   void fit_rows(std::vector<core::MaterialRow<double>>& rows) const;
   bool modulus_out_of_reach() const;
   bool stiffened_by_liquid() const;

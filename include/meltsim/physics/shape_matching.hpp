@@ -49,6 +49,8 @@
 // defined.
 #pragma once
 
+#include <array>
+
 #include "meltsim/physics/polar.hpp"
 
 namespace meltsim {
@@ -255,20 +257,66 @@ MELTSIM_HD T least_damping(T stiffness) {
 
 inline constexpr int most_half_width = 8;  ///< a region has at most 17^3 sites
 
-/// Square of the wave speed of a bar at alpha = 1 [(dx/dt)^2].
+/// Square of the wave speed of a long bar at alpha = 1 [(dx/dt)^2].
 MELTSIM_HD constexpr double region_wave_speed2(int half_width) { return half_width * (half_width + 1) / 3.0; }
 
-/// alpha at a step dt [s] that gives E = modulus_rate rho dx^2; modulus_rate = E/(rho dx^2) [1/s^2]. A result above 1
-/// means that this half-width cannot give E.
-template <class T>
-MELTSIM_HD T modulus_stiffness(T modulus_rate, int half_width, T dt) {
-  return modulus_rate * dt * dt / static_cast<T>(region_wave_speed2(half_width));
+/// Sites up to which a bar is not taken for a long one, which has its E to 2 %.
+inline constexpr int most_short_sites = 6 * most_half_width;
+
+/// The same of a bar of n sites, by its first longitudinal mode (host): n^2 (1 - g)/pi^2, as a bar of length L has pi^2 E/(rho L^2). g: the largest
+/// eigenvalue of G among modes odd about the middle, by the power method; G u: the goals of sites displaced by u, which are means
+/// over the regions of a site of the means over their sites, each of these weighted by one over its number of regions. Regions
+/// end where the bar does; one that holds all of it does not follow the mode at all: n^2/pi^2 is the most. Ours.
+inline double bar_wave_speed2(int half_width, int sites) {
+  constexpr double pi2 = 9.86960440108935861;
+  if (half_width < 1 || sites < 2 || sites > most_short_sites) return region_wave_speed2(half_width);
+  const auto n = static_cast<std::size_t>(sites), w = static_cast<std::size_t>(half_width);
+  std::array<double, most_short_sites> mode{}, share{}, mean{}, goal{};
+  const auto low = [&](std::size_t k) { return k > w ? k - w : std::size_t{0}; };
+  const auto high = [&](std::size_t k) { return k + w < n ? k + w : n - 1; };
+  for (std::size_t k = 0; k < n; ++k) {
+    mode[k] =
+        std::sin(std::sqrt(pi2) * (static_cast<double>(k) - 0.5 * (sites - 1)) / sites);  // of a long bar
+    share[k] = 1.0 / static_cast<double>(high(k) - low(k) + 1);
+  }
+  double g = 0;
+  constexpr int rounds = 12;  // g is right to the square of the mode's error
+  for (int round = 0; round < rounds; ++round) {
+    for (std::size_t r = 0; r < n; ++r) {
+      double sum = 0, shares = 0;
+      for (std::size_t k = low(r); k <= high(r); ++k) {
+        sum += share[k] * mode[k];
+        shares += share[k];
+      }
+      mean[r] = sum / shares;
+    }
+    double up = 0, down = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      goal[k] = 0;
+      for (std::size_t r = low(k); r <= high(k); ++r) goal[k] += share[k] * mean[r];
+      up += mode[k] * goal[k];
+      down += mode[k] * mode[k];
+    }
+    g = up / down;
+    if (!(g > 1e-9)) break;  // all regions hold all of it
+    for (std::size_t k = 0; k < n; ++k) mode[k] = 0.5 * (goal[k] - goal[n - 1 - k]) / g;
+  }
+  return sites * sites * (1 - g) / pi2;
 }
 
-/// The smallest half-width from `least` to `most` whose alpha for a step dt is at most 1, or `most`.
-MELTSIM_HD int modulus_half_width(double modulus_rate, int least, int most, double dt) {
+/// alpha at a step dt [s] that gives E = modulus_rate rho dx^2; modulus_rate = E/(rho dx^2) [1/s^2], wave_speed2 as above. A result above 1
+/// means that these regions cannot give E.
+template <class T>
+MELTSIM_HD T modulus_stiffness(T modulus_rate, T wave_speed2, T dt) {
+  return modulus_rate * dt * dt / wave_speed2;
+}
+
+/// The smallest half-width w from `least` to `most` whose alpha for a step dt is at most 1, or `most`; wave_speed2(w) as above.
+template <class WaveSpeed2>
+inline int modulus_half_width(double modulus_rate, int least, int most, double dt,
+                              const WaveSpeed2& wave_speed2) {
   int w = least;
-  while (w < most && modulus_stiffness(modulus_rate, w, dt) > 1.0) ++w;
+  while (w < most && modulus_stiffness(modulus_rate, wave_speed2(w), dt) > 1.0) ++w;
   return w;
 }
 
@@ -277,10 +325,11 @@ inline double modulus_rate(double youngs_modulus, double density, double spacing
   return youngs_modulus / (density * spacing * spacing);
 }
 
-/// Young's modulus [Pa] of shape matching with stiffness alpha at a step dt [s].
-MELTSIM_HD double shape_modulus(double stiffness, int half_width, double density, double spacing, double dt) {
+/// Young's modulus [Pa] of shape matching with stiffness alpha at a step dt [s]; wave_speed2 as above.
+MELTSIM_HD double shape_modulus(double stiffness, double wave_speed2, double density, double spacing,
+                                double dt) {
   const double speed = spacing / dt;
-  return density * stiffness * region_wave_speed2(half_width) * speed * speed;
+  return density * stiffness * wave_speed2 * speed * speed;
 }
 
 /// Rounding error in the momentum and spin of a piece after shape matching, which must change neither: sums over its
