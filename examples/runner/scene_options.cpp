@@ -244,8 +244,8 @@ const Options<Scene>& solver_options() {
           "takes out of the pressure what the arrangement of the particles adds to it, which acts as a "
           "viscosity in proportion to the pressure: for slow flow below a surface (what sinks, drifts or "
           "convects). Needs `artificial_viscosity` of 0.01 or more. `auto`: `true` where liquid moves "
-          "bodies, "
-          "has a yield stress, surface tension or contents, or expands with heat, and is damped enough. "
+          "bodies or meets liquid of another density, has a yield stress, surface tension or contents, or "
+          "expands with heat, and is damped enough. "
           "[Isotropic pressure](design/pressure.md)"),
       flag<Scene>("particle_shifting", "particle_shifting", OF_WORLD(particle_shifting), "false",
                   "moves liquid's particles slightly towards where there are fewer. For flows that strain "

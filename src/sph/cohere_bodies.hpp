@@ -124,7 +124,7 @@ struct SurfaceStressBody {
     const T tension = tension_of(i);
     if (tension > T(0)) {
       stress = physics::surface_stress(w.c.kernel, tension, w.f.density[i], s.of);
-      wall = physics::wall_direction(s.of);
+      wall = physics::wall_direction(w.c.kernel, s.of);
       free = physics::free_share(w.c.kernel, s.of);
       skin = physics::skin_share(w.c.kernel, s.of);
     }

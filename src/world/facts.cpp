@@ -213,6 +213,12 @@ bool WorldImpl::flows_slowly() const {
     if (liquid_used_[i] != 0u && (shears(m) || m.surface_tension > 0 || !m.density_points.empty()))
       return true;
   }
+  double density = 0;  // [kg/m^3] of the first liquid; another one rises or sinks in it
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    if (materials[i].density == density || !may_be_liquid(i)) continue;
+    if (density > 0) return true;
+    density = materials[i].density;
+  }
   return false;
 }
 

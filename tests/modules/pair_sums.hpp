@@ -567,7 +567,7 @@ class AllPairs {
     s.stress = {{{S.along.x, S.shear.x, S.shear.y},
                  {S.shear.x, S.along.y, S.shear.z},
                  {S.shear.y, S.shear.z, S.along.z}}};
-    s.wall = physics::wall_direction(sums);
+    s.wall = physics::wall_direction(kernel, sums);
     s.wall_size = walls > 0 ? walls / length(sums.normal) : 0;
     s.free = physics::free_share(kernel, sums);
     s.skin = physics::skin_share(kernel, sums);

@@ -218,6 +218,32 @@ TEST(IsotropicPressure, IsOnWhereLiquidFlowsSlowlyUnlessTheHostSaysOtherwise) {
   }));
 }
 
+TEST(IsotropicPressure, IsOnWhereLiquidsOfDifferentDensityMeet) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto with = [](double density, bool emitted) {
+    World world = tank([](WorldDesc&, MaterialDesc&) {});
+    MaterialDesc oil;
+    oil.name = "oil";
+    oil.density = density;
+    const MaterialId id = *world.add_material(oil);
+    FluidDesc f;
+    f.shape = Shape::box({0, 1, 0}, {2, 1.4, 2});
+    f.material = id;
+    EmitterDesc e;
+    e.center = {1, 1.8, 1};
+    e.radius = 0.3;
+    e.material = id;
+    e.max_particles = 100;
+    if (emitted) require(world.add_emitter(e));
+    else require(world.add_fluid(f));
+    return is_on(world);
+  };
+  EXPECT_FALSE(with(1000, false));
+  EXPECT_TRUE(with(850, false));
+  EXPECT_FALSE(with(1000, true));
+  EXPECT_TRUE(with(850, true));
+}
+
 TEST(IsotropicPressure, IsOnWithBodiesThatLiquidMovesAndStaysWhenTheyHaveMelted) {
   MELTSIM_NEEDS_BACKEND();
   const auto with = [](const std::function<void(SolidDesc&)>& change) {
