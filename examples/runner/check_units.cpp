@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
 
 #include "failure.hpp"
 #include "numbers.hpp"
@@ -17,6 +20,7 @@ constexpr double zero_celsius = 273.15;  // K
 // kg/m^3: light foams and osmium; below them lies what most substances have in g/cm^3, water with 1 among them.
 constexpr double least_density = 10, most_density = 25000;
 constexpr double most_frames = 1e7;
+constexpr double most_rounding = 0.01;  // of places in files, in spacings
 // Heavy metals have 116 J/(kg K) and more, mercury melts with 1.2e4 J/kg: what lies far below was meant in kJ.
 constexpr double least_capacity = 20, least_latent_heat = 1500;
 // Below three times the largest speed the density of the liquid varies by more than a tenth.
@@ -53,6 +57,7 @@ class Units {
       if (region.shape.mesh) check_size(region.shape, region.source);
     check_probes();
     check_sound_speed();
+    check_distance();
     check_frames(scene_);
   }
 
@@ -149,6 +154,27 @@ class Units {
              "{:g} m/s, where things reach {:.3g} m/s by falling or from the start: the liquid would be "
              "squeezed; use ten times that speed, or auto",
              sound, speed));
+  }
+
+  /// Files of frames hold places in single precision, counted from the origin of the scene.
+  void check_distance() {
+    const meltsim::DomainDesc& domain = scene_.world.domain;
+    const auto in_file = [](const std::string& format) { return format != "png" && format != "html"; };
+    const std::vector<std::string>& formats = scene_.output.formats;
+    if (!domain.bounded || !std::any_of(formats.begin(), formats.end(), in_file)) return;
+    double far = 0;
+    for (const meltsim::Vec3d& corner : {domain.min, domain.max})
+      far = std::max({far, std::fabs(corner.x), std::fabs(corner.y), std::fabs(corner.z)});
+    const float place = static_cast<float>(far);
+    const double step = static_cast<double>(std::nextafter(place, std::numeric_limits<float>::infinity())) -
+                        static_cast<double>(place);
+    if (!(step > most_rounding * scene_.world.spacing) || !std::isfinite(step)) return;
+    warn(
+        scene_.domain, "max",
+        fmt::format(
+            "{:g} m from the origin files of frames hold places to {:.2g} m, {:.2g} spacings: move the scene "
+            "near the origin, and the frames back where they are used",
+            far, step, step / scene_.world.spacing));
   }
 
   const Node& root_;

@@ -143,6 +143,17 @@ std::string warning_of(const std::vector<std::string>& set) {
   return warnings.empty() ? "" : warnings.size() == 1 ? warnings[0] : "several warnings";
 }
 
+// Beside 1e4 m numbers of single precision are 2^-10 m apart, beside 2e5 m 2^-6 m; a hundredth of a spacing is 1e-3 m here.
+TEST(Scene, WarnsWhereFilesCannotHoldPlaces) {
+  EXPECT_EQ(warning_of({"domain.max=[2, 1e4, 2]"}), "");
+  EXPECT_NE(
+      warning_of({"domain.max=[2, 2e5, 2]"})
+          .find("domain.max: 200000 m from the origin files of frames hold places to 0.016 m, 0.16 spacings"),
+      std::string::npos);
+  EXPECT_NE(warning_of({"domain.min=[0, -2e5, 0]"}).find("200000 m from the origin"), std::string::npos);
+  EXPECT_EQ(warning_of({"domain.max=[2, 2e5, 2]", "output.export=[png]"}), "");
+}
+
 TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
   EXPECT_EQ(warning_of({}), "");
   EXPECT_EQ(warning_of({"fluids[0].temperature=95"}), "");
