@@ -82,7 +82,7 @@ Status validate_outlet(const WorldDesc& d, std::size_t face, const std::string& 
   return {};
 }
 
-Status validate(const DomainDesc& d, double support) {
+Status validate_domain(const DomainDesc& d, double support) {
   if (!d.bounded) return {};
   if (Status s = finite_vector("domain.min", d.min); !s) return s;
   if (Status s = finite_vector("domain.max", d.max); !s) return s;
@@ -182,23 +182,22 @@ Status validate_flow(const MaterialDesc& m, const std::string& p) {
   return {};
 }
 
-/// Checks of a species that need no other species.
-Status validate_species(const MaterialDesc& m, const std::string& p) {
-  if (!m.dissolves_in) {
-    if (m.diffusivity_in != 0)
-      return invalid(p, "dissolves_in: diffusivity_in (", m.diffusivity_in,
-                     " m^2/s) is given, but no liquid; name the solvent, or leave diffusivity_in out");
-    if (!m.solubility_points.empty())
-      return invalid(p,
-                     "dissolves_in: solubility_points are given, but no liquid; name the solvent, or leave "
-                     "them out");
-    if (m.transfer_coefficient)
-      return invalid(p, "dissolves_in: transfer_coefficient (", *m.transfer_coefficient,
-                     " m/s) is given, but no liquid; name the solvent, or leave transfer_coefficient out");
-    return {};
-  }
-  if (m.melts_into)
-    return invalid(p, "dissolves_in: it melts (melts_into) already; a material does one of the two");
+/// A material that is no species has nothing of one.
+Status validate_no_species(const MaterialDesc& m, const std::string& p) {
+  if (m.diffusivity_in != 0)
+    return invalid(p, "dissolves_in: diffusivity_in (", m.diffusivity_in,
+                   " m^2/s) is given, but no liquid; name the solvent, or leave diffusivity_in out");
+  if (!m.solubility_points.empty())
+    return invalid(p,
+                   "dissolves_in: solubility_points are given, but no liquid; name the solvent, or leave "
+                   "them out");
+  if (m.transfer_coefficient)
+    return invalid(p, "dissolves_in: transfer_coefficient (", *m.transfer_coefficient,
+                   " m/s) is given, but no liquid; name the solvent, or leave transfer_coefficient out");
+  return {};
+}
+
+Status validate_solubility(const MaterialDesc& m, const std::string& p) {
   if (!m.solubility_points.empty()) {
     if (Status s = validate_points(p + "solubility_points", m.solubility_points, false, "kg/kg"); !s)
       return s;
@@ -210,6 +209,11 @@ Status validate_species(const MaterialDesc& m, const std::string& p) {
   } else if (!(m.solubility > 0 && m.solubility <= 1))
     return invalid(p, "solubility: must be in (0, 1] kg per kg of solution, got ", m.solubility,
                    "; sugar is 0.67, 1 mixes in any ratio");
+  return {};
+}
+
+/// How fast a species spreads, and what heat that takes.
+Status validate_dissolving(const MaterialDesc& m, const std::string& p) {
   if (!(std::isfinite(m.diffusivity_in) && m.diffusivity_in > 0))
     return invalid(p, "diffusivity_in: must be finite and > 0 m^2/s, got ", m.diffusivity_in,
                    m.diffusivity_in == 0 ? ", as where it is left out" : "",
@@ -226,6 +230,16 @@ Status validate_species(const MaterialDesc& m, const std::string& p) {
       return s;
     if (Status s = measurable(p + "transfer_coefficient", *m.transfer_coefficient, "m/s"); !s) return s;
   }
+  return {};
+}
+
+/// Checks of a species that need no other species.
+Status validate_species(const MaterialDesc& m, const std::string& p) {
+  if (!m.dissolves_in) return validate_no_species(m, p);
+  if (m.melts_into)
+    return invalid(p, "dissolves_in: it melts (melts_into) already; a material does one of the two");
+  if (Status s = validate_solubility(m, p); !s) return s;
+  if (Status s = validate_dissolving(m, p); !s) return s;
   for (const auto& [name, points] :
        {std::pair{"viscosity_points", &m.viscosity_points}, std::pair{"density_points", &m.density_points},
         std::pair{"heat_capacity_points", &m.heat_capacity_points}})
@@ -250,7 +264,10 @@ Status summable(const std::string& field, double v, const char* unit) {
   return invalid(field, ": must be in ", -most, "..", most, " ", unit, ", got ", v, "; check its unit");
 }
 
-Status validate(const WorldDesc& d) {
+namespace {
+
+/// Spacing and support.
+Status validate_lengths(const WorldDesc& d) {
   if (Status s = above("spacing", d.spacing, 0, "m", "typical 0.005..0.5"); !s) return s;
   if (!(std::isfinite(d.support_radius) && d.support_radius >= 0))
     return invalid("support_radius: must be finite and >= 0 m, got ", d.support_radius,
@@ -263,11 +280,14 @@ Status validate(const WorldDesc& d) {
                    single_spacing ? "single" : "double", " precision, got ", d.spacing,
                    "; use another unit of length",
                    single_spacing ? ", or precision double for 1e-9..1e9 m" : "");
-  const double support = support_of(d), ratio = support / d.spacing;
+  const double ratio = support_of(d) / d.spacing;
   if (!(ratio >= 1.5 * (1 - 1e-9) && ratio <= 6 * (1 + 1e-9)))  // 6 x 0.2 m is above 6 spacings of 0.2 m
     return invalid("support_radius: must be 1.5..6 spacings, got ", ratio,
                    "; below 1.5 a particle has too few neighbours, 2..2.5 is usual");
-  if (Status s = bounded_vector("gravity", d.gravity, "m/s^2"); !s) return s;
+  return {};
+}
+
+Status validate_sound(const WorldDesc& d) {
   if (d.sound_speed > 0 && !(d.sound_speed >= 1e-15 && d.sound_speed <= 1e15))
     return invalid("sound_speed: must be 0 or 1e-15..1e15 m/s, got ", d.sound_speed,
                    "; 0 derives it from the scene");
@@ -281,12 +301,11 @@ Status validate(const WorldDesc& d) {
   if (!(std::isfinite(d.sound_speed) && d.sound_speed >= 0))
     return invalid("sound_speed: must be finite and >= 0 m/s, got ", d.sound_speed,
                    "; 0 derives it from the scene");
-  if (Status s = within("artificial_viscosity", d.artificial_viscosity, 0, 1, "", "0.01..0.1 is usual"); !s)
-    return s;
-  if (d.particle_shifting && !d.tension)
-    return invalid(
-        "particle_shifting: needs tension, since it is for liquid that fills its domain and stirs a ",
-        "free surface; set tension, or leave particle_shifting off");
+  return {};
+}
+
+/// What sets the length of a sub-step, and how far liquid may be compressed in it.
+Status validate_steps(const WorldDesc& d) {
   if (Status s = within("courant", d.courant, 1e-3, 0.6, "", "0.4 is the default, larger ones make energy");
       !s)
     return s;
@@ -303,6 +322,10 @@ Status validate(const WorldDesc& d) {
       return invalid("density_error: a sound_speed of ", d.sound_speed,
                      " m/s is set, which decides; drop one of them");
   }
+  return {};
+}
+
+Status validate_counts(const WorldDesc& d) {
   if (d.heat.interval < 0 || d.heat.interval > 1000)
     return invalid("heat.interval: must be in 0..1000 sub-steps, got ", d.heat.interval, "; 0 chooses");
   constexpr std::uint64_t most_ids = 0xffffffffu;
@@ -312,6 +335,11 @@ Status validate(const WorldDesc& d) {
   if (d.pieces_interval < 1)
     return invalid("pieces_interval: must be >= 1, got ", d.pieces_interval, "; the default is 16");
   if (d.threads < 0) return invalid("threads: must be >= 0, got ", d.threads, "; 0 uses all processors");
+  return {};
+}
+
+/// How heat and species are stepped.
+Status validate_diffusion(const WorldDesc& d) {
   if (Status s = at_least("heat.time_scale", d.heat.time_scale, 0, "", "1 is real time, 0 freezes heat"); !s)
     return s;
   if (d.heat.max_stages < 2 || d.heat.max_stages > 1024)
@@ -325,34 +353,24 @@ Status validate(const WorldDesc& d) {
   if (d.solute.max_supersteps < 1 || d.solute.max_supersteps > 1000000)
     return invalid("solute.max_supersteps: must be in 1..1000000, got ", d.solute.max_supersteps,
                    "; the default is 64");
-  if (d.viscosity != Viscosity::automatic && d.viscosity != Viscosity::explicit_ &&
-      d.viscosity != Viscosity::implicit)
-    return invalid("viscosity: is no Viscosity, got ", static_cast<int>(d.viscosity),
-                   "; automatic is the default");
-  if (d.stray != Stray::remove && d.stray != Stray::halt)
-    return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
-  if (Status s = at_least("heat.level_tolerance", d.heat.level_tolerance, 0, "K",
-                          "0 lets heat flow however small differences are");
-      !s)
-    return s;
-  if (Status s = validate(d.heat.free_surface, d.heat.model, "heat.free_surface."); !s) return s;
-  if (Status s = validate(d.domain, support); !s) return s;
-  const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
-  for (std::size_t f = 0; f < 6; ++f) {
-    const std::string p = std::string("domain.heat[") + faces[f] + "].";
-    if (Status s = validate(d.domain.heat[f], d.heat.model, p); !s) return s;
-    const bool wall = d.domain.bounded && d.domain.faces[f] == Face::wall;
-    if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
-      return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
-                     faces[f], "; make that face a wall");
-    if (Status s = validate_outlet(d, f, std::string("domain.outlets[") + faces[f] + "]."); !s) return s;
-  }
-  return {};
+  return at_least("heat.level_tolerance", d.heat.level_tolerance, 0, "K",
+                  "0 lets heat flow however small differences are");
 }
 
-Status validate(const MaterialDesc& m) {
-  const std::string p = "material \"" + m.name + "\": ";
-  if (m.name.empty()) return invalid("material: name is empty; give it one, errors refer to it");
+/// Heat and outlet of a face of the domain.
+Status validate_face(const WorldDesc& d, std::size_t f) {
+  const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  const std::string p = std::string("domain.heat[") + faces[f] + "].";
+  if (Status s = validate(d.domain.heat[f], d.heat.model, p); !s) return s;
+  const bool wall = d.domain.bounded && d.domain.faces[f] == Face::wall;
+  if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
+    return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
+                   faces[f], "; make that face a wall");
+  return validate_outlet(d, f, std::string("domain.outlets[") + faces[f] + "].");
+}
+
+/// Properties that are one number.
+Status validate_constants(const MaterialDesc& m, const std::string& p) {
   if (Status s = above(p + "density", m.density, 0, "kg/m^3", "water is 1000"); !s) return s;
   if (Status s = at_least(p + "viscosity", m.viscosity, 0, "Pa s", "water is 0.001"); !s) return s;
   if (Status s =
@@ -377,6 +395,11 @@ Status validate(const MaterialDesc& m) {
       {"diffusivity", "m^2/s", m.diffusivity ? *m.diffusivity : 0}};
   for (const auto& n : numbers)
     if (Status s = measurable(p + n.name, n.value, n.unit); !s) return s;
+  return {};
+}
+
+/// Properties over temperature.
+Status validate_tables(const MaterialDesc& m, const std::string& p) {
   if (m.diffusivity && !m.conductivity_points.empty())
     return invalid(p, "conductivity_points: diffusivity is given too; give one of the two");
   const struct {
@@ -391,10 +414,10 @@ Status validate(const MaterialDesc& m) {
   for (const auto& t : tables) {
     if (Status s = validate_points(p + t.name, t.points, t.zero, t.unit); !s) return s;
   }
-  if (Status s = validate_flow(m, p); !s) return s;
-  if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
-    return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
-                   ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");
+  return {};
+}
+
+Status validate_melting(const MaterialDesc& m, const std::string& p) {
   if (Status s = at_least(p + "latent_heat", m.latent_heat, 0, "J/kg", "ice is 3.34e5"); !s) return s;
   if (std::isnan(m.melting_point) || m.melting_point < absolute_zero)
     return invalid(p, "melting_point: must be >= ", absolute_zero, " degrees Celsius, got ", m.melting_point,
@@ -411,7 +434,11 @@ Status validate(const MaterialDesc& m) {
   if (!std::isfinite(m.melting_point) && m.melts_into)
     return invalid(p, "melting_point: a material that melts_into a liquid needs a finite melting point, got ",
                    m.melting_point, "; ice is 0");
-  if (Status s = validate_species(m, p); !s) return s;
+  return {};
+}
+
+/// What holds a body together.
+Status validate_lattice(const MaterialDesc& m, const std::string& p) {
   if (m.region_half_width < 0 || m.region_half_width > 8)
     return invalid(p, "region_half_width: must be in 0..8, got ", m.region_half_width, "; 2 is the default");
   if (!(m.stiffness > 0 && m.stiffness <= 1))
@@ -420,7 +447,11 @@ Status validate(const MaterialDesc& m) {
   if (m.youngs_modulus > 0 && m.region_half_width == 0)
     return invalid(p, "region_half_width: loose particles (0) have no youngs_modulus, got ", m.youngs_modulus,
                    " Pa; set region_half_width to 1 or more, or youngs_modulus to 0");
-  if (Status s = within(p + "damping", m.damping, 0, 1, "", "0.1 is the default"); !s) return s;
+  return within(p + "damping", m.damping, 0, 1, "", "0.1 is the default");
+}
+
+/// Surface and contacts.
+Status validate_surface(const MaterialDesc& m, const std::string& p) {
   if (Status s = at_least(p + "surface_tension", m.surface_tension, 0, "N/m", "water is 0.072, 0 is none");
       !s)
     return s;
@@ -430,6 +461,49 @@ Status validate(const MaterialDesc& m) {
       !s)
     return s;
   return at_least(p + "friction", m.friction, 0, "", "0.3 is the default");
+}
+
+}  // namespace
+
+Status validate(const WorldDesc& d) {
+  if (Status s = validate_lengths(d); !s) return s;
+  if (Status s = bounded_vector("gravity", d.gravity, "m/s^2"); !s) return s;
+  if (Status s = validate_sound(d); !s) return s;
+  if (Status s = within("artificial_viscosity", d.artificial_viscosity, 0, 1, "", "0.01..0.1 is usual"); !s)
+    return s;
+  if (d.particle_shifting && !d.tension)
+    return invalid(
+        "particle_shifting: needs tension, since it is for liquid that fills its domain and stirs a ",
+        "free surface; set tension, or leave particle_shifting off");
+  if (Status s = validate_steps(d); !s) return s;
+  if (Status s = validate_counts(d); !s) return s;
+  if (Status s = validate_diffusion(d); !s) return s;
+  if (d.viscosity != Viscosity::automatic && d.viscosity != Viscosity::explicit_ &&
+      d.viscosity != Viscosity::implicit)
+    return invalid("viscosity: is no Viscosity, got ", static_cast<int>(d.viscosity),
+                   "; automatic is the default");
+  if (d.stray != Stray::remove && d.stray != Stray::halt)
+    return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
+  if (Status s = validate(d.heat.free_surface, d.heat.model, "heat.free_surface."); !s) return s;
+  if (Status s = validate_domain(d.domain, support_of(d)); !s) return s;
+  for (std::size_t f = 0; f < 6; ++f)
+    if (Status s = validate_face(d, f); !s) return s;
+  return {};
+}
+
+Status validate(const MaterialDesc& m) {
+  const std::string p = "material \"" + m.name + "\": ";
+  if (m.name.empty()) return invalid("material: name is empty; give it one, errors refer to it");
+  if (Status s = validate_constants(m, p); !s) return s;
+  if (Status s = validate_tables(m, p); !s) return s;
+  if (Status s = validate_flow(m, p); !s) return s;
+  if (m.melts_into && !(m.viscosity_points.empty() && m.density_points.empty()))
+    return invalid(p, m.viscosity_points.empty() ? "density_points" : "viscosity_points",
+                   ": a solid's lattice neither flows nor expands; give them to the liquid it melts into");
+  if (Status s = validate_melting(m, p); !s) return s;
+  if (Status s = validate_species(m, p); !s) return s;
+  if (Status s = validate_lattice(m, p); !s) return s;
+  return validate_surface(m, p);
 }
 
 Status validate_state(const char* what, double temperature, Vec3d velocity) {

@@ -114,6 +114,33 @@ Status WorldImpl::check_load(const std::string& what, const ProbeDesc& p, ProbeR
   return {};
 }
 
+/// Where the moments of a probe on a wall are about, unless it says so: the middle of the wall.
+Vec3d WorldImpl::middle_of_wall(std::uint32_t face) const {
+  const DomainDesc& d = desc.domain;
+  Vec3d middle = (d.min + d.max) * 0.5;
+  double* const at[3] = {&middle.x, &middle.y, &middle.z};
+  const double low[3] = {d.min.x, d.min.y, d.min.z}, high[3] = {d.max.x, d.max.y, d.max.z};
+  *at[face / 2] = face % 2 == 0 ? low[face / 2] : high[face / 2];
+  return middle;
+}
+
+namespace {
+
+/// The opening that a probe of kind flux looks through.
+void place_opening(const ProbeDesc& p, core::LoadRow& row) {
+  row.opening.normal = p.normal * (1 / length(p.normal));
+  const Vec3d n = row.opening.normal;
+  const Vec3d seen = p.radius > 0 ? (std::fabs(n.x) < 0.8 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}) : p.along;
+  const Vec3d along = seen - n * dot(seen, n);
+  row.opening.along = along * (1 / length(along));
+  row.opening.across = cross(n, row.opening.along);
+  row.opening.radius = p.radius;
+  row.opening.half_along = 0.5 * p.size[0];
+  row.opening.half_across = 0.5 * p.size[1];
+}
+
+}  // namespace
+
 /// The sums of a probe of kind force, heat or flux, as one of the setup's.
 void WorldImpl::place_load(const ProbeRecord& record, std::uint32_t number, core::ProbeSetup& s) const {
   const ProbeDesc& p = record.desc;
@@ -132,12 +159,7 @@ void WorldImpl::place_load(const ProbeRecord& record, std::uint32_t number, core
   } else if (p.body) {
     row.about_center = true;
   } else {
-    const DomainDesc& d = desc.domain;
-    Vec3d middle = (d.min + d.max) * 0.5;
-    double* const at[3] = {&middle.x, &middle.y, &middle.z};
-    const double low[3] = {d.min.x, d.min.y, d.min.z}, high[3] = {d.max.x, d.max.y, d.max.z};
-    *at[row.face / 2] = row.face % 2 == 0 ? low[row.face / 2] : high[row.face / 2];
-    row.about = middle - origin_;
+    row.about = middle_of_wall(row.face) - origin_;
   }
   std::uint32_t at[4] = {core::none, core::none, core::none, core::none}, next = 0;
   for (const std::string& name : p.fields) {
@@ -148,15 +170,7 @@ void WorldImpl::place_load(const ProbeRecord& record, std::uint32_t number, core
   if (p.kind == ProbeKind::flux) {
     row.force = at[0];
     row.moment = at[1];
-    row.opening.normal = p.normal * (1 / length(p.normal));
-    const Vec3d n = row.opening.normal;
-    const Vec3d seen = p.radius > 0 ? (std::fabs(n.x) < 0.8 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}) : p.along;
-    const Vec3d along = seen - n * dot(seen, n);
-    row.opening.along = along * (1 / length(along));
-    row.opening.across = cross(n, row.opening.along);
-    row.opening.radius = p.radius;
-    row.opening.half_along = 0.5 * p.size[0];
-    row.opening.half_across = 0.5 * p.size[1];
+    place_opening(p, row);
     return add(LoadKind::flux);
   }
   const auto sum = [&](std::size_t first, LoadKind of_body, LoadKind of_wall) {

@@ -116,11 +116,8 @@ Vec3d WorldImpl::up() const {
   return g > 0 ? desc.gravity * (-1 / g) : Vec3d{0, 1, 0};
 }
 
-Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
-  const std::string what = "probe \"" + p.name + "\": ";
-  for (const ProbeRecord& other : probes_)
-    if (other.desc.name == p.name) return invalid(what, "name: another probe has it; choose a different one");
-  if (p.points.empty() && !record.sums()) return invalid(what, "points: none is given; give at least one");
+/// Where a probe is, and when it samples.
+Status WorldImpl::check_points(const std::string& what, const ProbeDesc& p) const {
   const DomainDesc& d = desc.domain;
   const double slack = 1e-9 * desc.spacing;
   for (const Vec3d& x : p.points) {
@@ -138,6 +135,15 @@ Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
   if (!(p.until >= p.from))
     return invalid(what, "until: must not be before from (", p.from, " s), got ", p.until,
                    "; infinity never stops");
+  return {};
+}
+
+Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
+  const std::string what = "probe \"" + p.name + "\": ";
+  for (const ProbeRecord& other : probes_)
+    if (other.desc.name == p.name) return invalid(what, "name: another probe has it; choose a different one");
+  if (p.points.empty() && !record.sums()) return invalid(what, "points: none is given; give at least one");
+  if (Status s = check_points(what, p); !s) return s;
   record.points = static_cast<std::uint32_t>(p.points.size());
   if (record.sums()) {
     if (Status s = check_load(what, p, record); !s) return s;

@@ -14,7 +14,20 @@ using core::invalid;
 
 namespace {
 constexpr std::size_t most_rays = std::size_t{1} << 20;
+
+/// Its direction, of length 1.
+Result<Vec3d> checked_direction(const Ray& r, const std::string& what) {
+  if (!finite(r.origin)) return invalid(what, "origin: must be finite, got ", r.origin);
+  if (!finite(r.direction)) return invalid(what, "direction: must be finite, got ", r.direction);
+  // Scaled first, so that the square of no length overflows or vanishes.
+  const double most =
+      std::max({std::fabs(r.direction.x), std::fabs(r.direction.y), std::fabs(r.direction.z)});
+  if (!(most > 0)) return invalid(what, "direction: must not be 0");
+  if (!(r.length > 0)) return invalid(what, "length: must be > 0, got ", r.length);
+  const Vec3d scaled{r.direction.x / most, r.direction.y / most, r.direction.z / most};
+  return scaled * (1 / length(scaled));
 }
+}  // namespace
 
 Result<std::vector<RayHit>> WorldImpl::cast_rays(const std::vector<Ray>& rays, std::uint32_t sought) {
   if (rays.empty()) return invalid("cast_rays: rays: there are none; pass at least one");
@@ -28,16 +41,9 @@ Result<std::vector<RayHit>> WorldImpl::cast_rays(const std::vector<Ray>& rays, s
   asked.reserve(rays.size());
   for (std::size_t k = 0; k < rays.size(); ++k) {
     const Ray& r = rays[k];
-    const std::string what = core::text("cast_rays: rays[", std::uint64_t{k}, "]: ");
-    if (!finite(r.origin)) return invalid(what, "origin: must be finite, got ", r.origin);
-    if (!finite(r.direction)) return invalid(what, "direction: must be finite, got ", r.direction);
-    // Scaled first, so that the square of no length overflows or vanishes.
-    const double most =
-        std::max({std::fabs(r.direction.x), std::fabs(r.direction.y), std::fabs(r.direction.z)});
-    if (!(most > 0)) return invalid(what, "direction: must not be 0");
-    if (!(r.length > 0)) return invalid(what, "length: must be > 0, got ", r.length);
-    const Vec3d scaled{r.direction.x / most, r.direction.y / most, r.direction.z / most};
-    asked.push_back({r.origin - origin_, scaled * (1 / length(scaled)), r.length});
+    const auto along = checked_direction(r, core::text("cast_rays: rays[", std::uint64_t{k}, "]: "));
+    if (!along) return along.error();
+    asked.push_back({r.origin - origin_, *along, r.length});
   }
   if (Status s = prepare(); !s) return s.error();
   for (std::size_t k = 0; k < rays.size(); ++k)

@@ -175,6 +175,21 @@ Result<std::vector<PieceInfo>> WorldImpl::pieces() {
   return pieces_of(*s, origin_);
 }
 
+core::ReadParts WorldImpl::parts_of(const ReadRequest& what) {
+  core::ReadParts parts;
+  parts.sums = what.totals;
+  parts.pieces = what.pieces;
+  parts.particles = what.particles;
+  parts.forces = what.forces;
+  parts.events = what.events;
+  parts.clears = true;
+  if (what.probes) {
+    parts.first_sample = first_of_region();
+    parts.samples = samples_used_;
+  }
+  return parts;
+}
+
 Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
   const auto free = std::find_if(readings_.begin(), readings_.end(),
                                  [](const OpenReading& r) { return r.ticket.value == 0; });
@@ -193,19 +208,8 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
     r.carried = synchronize();
     if (what.probes) collect_samples();
   } else {
-    core::ReadParts parts;
-    parts.sums = what.totals;
-    parts.pieces = what.pieces;
-    parts.particles = what.particles;
-    parts.forces = what.forces;
-    parts.events = what.events;
-    parts.clears = true;
-    if (what.probes) {
-      parts.first_sample = first_of_region();
-      parts.samples = samples_used_;
-    }
     const auto slot = static_cast<int>(free - readings_.begin());
-    if (Status asked = engine->request(slot, parts); !asked) return asked.error();
+    if (Status asked = engine->request(slot, parts_of(what)); !asked) return asked.error();
     r.carried = take_carried();
     r.at = now();
     state_stale_ = state_stale_ || what.forces || what.events;  // the device begins anew
@@ -222,6 +226,26 @@ Result<bool> WorldImpl::ready(ReadTicket ticket) {
     if (ticket.value != 0 && readings_[k].ticket.value == ticket.value)
       return readings_[k].of_nothing ? Result<bool>(true) : engine->ready(static_cast<int>(k));
   return invalid("ready: ticket: no open reading of this World has it; use what request() returned, once");
+}
+
+/// What was asked for, beside status and samples.
+void WorldImpl::fill_reading(Reading& r, core::StateReading& s, const OpenReading& open) {
+  if (open.what.totals) {
+    r.ledger = ledger_of(s, r.result, open.at);
+    r.totals = totals_of(s, r.result, open.at);
+  }
+  if (open.what.pieces) {
+    r.pieces = pieces_of(s, open.at.origin);
+    r.pieces_left_out = s.piece_count - s.pieces.size();
+  }
+  if (open.what.forces) r.forces = forces_of(s, open.at.origin, r.time);
+  if (open.what.events) r.events = events_of(s, open.at.origin);
+  if (open.what.particles) {
+    r.particles = std::move(s.particles);
+    r.particles.species = species_ids();
+    r.particles.fractions.resize(species_.size(), std::vector<float>(r.particles.id.size(), 0.0F));
+    r.particles.origin = open.at.origin;
+  }
 }
 
 Result<Reading> WorldImpl::take(ReadTicket ticket) {
@@ -256,22 +280,7 @@ Result<Reading> WorldImpl::take(ReadTicket ticket) {
   r.step = r.result.steps;
   r.time = r.result.time;
   add_samples(open.samples, s.samples.data(), s.status.halted != 0 ? s.status.halt_step : 0, r.probes);
-  if (open.what.totals) {
-    r.ledger = ledger_of(s, r.result, open.at);
-    r.totals = totals_of(s, r.result, open.at);
-  }
-  if (open.what.pieces) {
-    r.pieces = pieces_of(s, open.at.origin);
-    r.pieces_left_out = s.piece_count - s.pieces.size();
-  }
-  if (open.what.forces) r.forces = forces_of(s, open.at.origin, r.time);
-  if (open.what.events) r.events = events_of(s, open.at.origin);
-  if (open.what.particles) {
-    r.particles = std::move(s.particles);
-    r.particles.species = species_ids();
-    r.particles.fractions.resize(species_.size(), std::vector<float>(r.particles.id.size(), 0.0F));
-    r.particles.origin = open.at.origin;
-  }
+  fill_reading(r, s, open);
   return r;
 }
 

@@ -22,8 +22,8 @@ Result<SurfaceMesh> WorldImpl::surface(const SurfaceDesc& d) {
   return mesh;
 }
 
-Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* mesh) {
-  const double dx = desc.spacing, cell = d.cell == automatic ? 0.5 * dx : d.cell;
+Status WorldImpl::check_surface(const SurfaceDesc& d, double cell) const {
+  const double dx = desc.spacing;
   if (d.of != SurfaceOf::liquid && d.of != SurfaceOf::solids && d.of != SurfaceOf::body)
     return invalid("surface: of: is no SurfaceOf, got ", static_cast<int>(d.of));
   if (d.kernel != SurfaceKernel::isotropic && d.kernel != SurfaceKernel::anisotropic)
@@ -36,6 +36,12 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
   if (d.of == SurfaceOf::body && !valid(d.body))
     return invalid("surface: body: no body of this World has index ", d.body.index, " and generation ",
                    d.body.generation, "; pass what add_solid() returned");
+  return {};
+}
+
+Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* mesh) {
+  const double dx = desc.spacing, cell = d.cell == automatic ? 0.5 * dx : d.cell;
+  if (Status s = check_surface(d, cell); !s) return s.error();
   if (Status s = prepare(); !s) return s.error();
   SurfaceView view;
   view.backend = engine->backend();

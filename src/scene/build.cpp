@@ -48,7 +48,43 @@ bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
 constexpr double nozzle_reach = 2;
 /// How long a nozzle is: liquid in it moves at the nozzle's velocity whatever acts on it [spacings].
 constexpr double nozzle_length = 2;
+/// Memory per particle, at least.
+constexpr double least_bytes = 200;
 }  // namespace
+
+/// Whether a material can melt into what it names.
+Status WorldImpl::check_melting(const MaterialDesc& m) const {
+  if (!m.melts_into) return {};
+  const std::string p = "material \"" + m.name + "\": ";
+  if (!valid(m.melts_into))
+    return invalid(p, "melts_into: no such material in this World; add the liquid first and pass its id");
+  const MaterialDesc& liquid = materials[m.melts_into.index];
+  if (liquid.dissolves_in)
+    return invalid(p, "melts_into: \"", liquid.name, "\" is a species, no liquid of its own; melt into \"",
+                   materials[liquid.dissolves_in.index].name, "\", which it dissolves in");
+  if (liquid.melts_into)
+    return invalid(p, "melts_into: \"", liquid.name, "\" melts itself (at ", liquid.melting_point,
+                   "); name a liquid that does not");
+  return check_expansion(m, desc.heat.time_scale);
+}
+
+void WorldImpl::push_material(const MaterialDesc& m) {
+  species_.reserve(most_species);
+  if (m.dissolves_in) state_.solute[species_.size()].assign(state_.position.size(), 0.0);
+  materials.push_back(m);
+  if (m.dissolves_in) species_.push_back(static_cast<std::uint32_t>(materials.size() - 1));
+}
+
+/// Takes the last material back.
+void WorldImpl::pop_material() {
+  if (materials.back().dissolves_in) {
+    species_.pop_back();
+    state_.solute[species_.size()].clear();
+  }
+  materials.pop_back();
+  properties_ = material_properties();
+  if (!rows_.empty()) rows_ = material_rows();  // they point to properties
+}
 
 Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
   if (Status s = core::validate(m); !s) return s.error();
@@ -58,51 +94,24 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
   for (const MaterialDesc& other : materials)
     if (other.name == m.name)
       return invalid("material \"", m.name, "\": a material of this name exists; choose another name");
-  if (m.melts_into) {
-    const std::string p = "material \"" + m.name + "\": ";
-    if (!valid(m.melts_into))
-      return invalid(p, "melts_into: no such material in this World; add the liquid first and pass its id");
-    const MaterialDesc& liquid = materials[m.melts_into.index];
-    if (liquid.dissolves_in)
-      return invalid(p, "melts_into: \"", liquid.name, "\" is a species, no liquid of its own; melt into \"",
-                     materials[liquid.dissolves_in.index].name, "\", which it dissolves in");
-    if (liquid.melts_into)
-      return invalid(p, "melts_into: \"", liquid.name, "\" melts itself (at ", liquid.melting_point,
-                     "); name a liquid that does not");
-    if (Status s = check_expansion(m, desc.heat.time_scale); !s) return s.error();
-  }
+  if (Status s = check_melting(m); !s) return s.error();
   if (Status s = check_freezing(m); !s) return s.error();
   if (Status s = check_species(m); !s) return s.error();
   const bool planned = takes_new_plan() && !m.dissolves_in;
   if (!planned) fetch_state();
-  species_.reserve(most_species);
-  if (m.dissolves_in) state_.solute[species_.size()].assign(state_.position.size(), 0.0);
-  materials.push_back(m);
-  if (m.dissolves_in) species_.push_back(static_cast<std::uint32_t>(materials.size() - 1));
-  const auto take_back = [this] {
-    if (materials.back().dissolves_in) {
-      species_.pop_back();
-      state_.solute[species_.size()].clear();
-    }
-    materials.pop_back();
-    properties_ = material_properties();
-    if (!rows_.empty()) rows_ = material_rows();  // they point to properties
-  };
+  push_material(m);
   try {
     properties_ = material_properties();
-    if (Status s = check_curves(); !s) {
-      take_back();
-      return s.error();
-    }
+    if (Status s = check_curves(); !s) return pop_material(), s.error();
   } catch (...) {
-    take_back();
+    pop_material();
     throw;
   }
   if (planned) {
     liquid_used_.resize(materials.size(), 0);
     solid_used_.resize(materials.size(), 0);
     if (Status s = adapt(); !s) {
-      take_back();
+      pop_material();
       liquid_used_.resize(materials.size());
       solid_used_.resize(materials.size());
       return s.error();
@@ -458,18 +467,19 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   return added;
 }
 
-Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
-  EmitterRecord r;
-  r.desc = e;
-  if (r.desc.name.empty()) r.desc.name = "emitter" + std::to_string(emitters_.size() + 1);
-  const std::string what = "emitter \"" + r.desc.name + "\": ";
+/// Bytes that may still be allocated.
+double WorldImpl::free_room() const {
+  return std::min(double(core::available_memory()), double(engine->free_bytes()));
+}
+
+/// What an emitter emits, and whether its place is in the domain.
+Status WorldImpl::check_emitter(const EmitterDesc& e, const std::string& what, Contents& contents) const {
   if (!valid(e.material))
     return invalid(what, "material: no such material in this World; pass an id from add_material");
   if (materials[e.material.index].melts_into)
     return invalid(what, "material: \"", materials[e.material.index].name, "\" is a solid; emit a liquid");
-  Contents contents{};
-  if (Status s = check_fractions(what, e.material, e.fractions, contents); !s) return s.error();
-  if (Status s = core::validate(r.desc, desc.spacing); !s) return s.error();
+  if (Status s = check_fractions(what, e.material, e.fractions, contents); !s) return s;
+  if (Status s = core::validate(e, desc.spacing); !s) return s;
   if (desc.domain.bounded) {
     const Vec3d lo = desc.domain.min, hi = desc.domain.max, c = e.center;
     if (!(c.x >= lo.x && c.y >= lo.y && c.z >= lo.z && c.x <= hi.x && c.y <= hi.y && c.z <= hi.z))
@@ -477,22 +487,50 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   }
   const auto row = material_rows()[e.material.index];
   const double h = physics::enthalpy_of(row, e.temperature);
-  if (Status s = check_numbers(what, materials[e.material.index],
-                               mixed_density(physics::rest_density(row, h), contents), h,
-                               core::unit(e.axis) * e.speed);
-      !s)
-    return s.error();
-  // Before anything is allocated: particles of a layer, and least memory per particle.
+  return check_numbers(what, materials[e.material.index],
+                       mixed_density(physics::rest_density(row, h), contents), h,
+                       core::unit(e.axis) * e.speed);
+}
+
+/// Whether a layer of an emitter fits into memory, before anything is allocated.
+Status WorldImpl::check_layer(const EmitterDesc& e, const std::string& what) const {
   const double per_layer = 1.02 * core::nozzle_area(e) / (desc.spacing * desc.spacing);
-  constexpr double least_bytes = 200;
-  const double room = std::min(double(core::available_memory()), double(engine->free_bytes()));
-  if (per_layer > most_points || per_layer * least_bytes > room)
-    return Error{
-        per_layer > most_points ? ErrorCode::invalid_argument : ErrorCode::out_of_memory,
-        core::text(what, core::is_rectangle(e) ? "width: the opening of " : "radius: the opening of ",
-                   core::nozzle_area(e), " m^2 makes about ", per_layer,
-                   " particles a layer, more than there is memory for; narrow the nozzle or use a larger "
-                   "spacing")};
+  if (per_layer <= most_points && per_layer * least_bytes <= free_room()) return {};
+  return Error{
+      per_layer > most_points ? ErrorCode::invalid_argument : ErrorCode::out_of_memory,
+      core::text(what, core::is_rectangle(e) ? "width: the opening of " : "radius: the opening of ",
+                 core::nozzle_area(e), " m^2 makes about ", per_layer,
+                 " particles a layer, more than there is memory for; narrow the nozzle or use a larger "
+                 "spacing")};
+}
+
+/// The layers that an emitter will emit, and whether they fit into memory.
+Status WorldImpl::plan_layers(EmitterRecord& r, const std::string& what) const {
+  const EmitterDesc& e = r.desc;
+  if (e.max_particles != 0 && e.max_particles < r.points)
+    return invalid(what, "max_particles: ", e.max_particles, " is less than one layer of the nozzle (",
+                   r.points, " particles); raise it");
+  r.first_layer = layers_before(r, time);  // those before are not owed
+  limit_layers(r);
+  const double planned = double(r.layers - r.first_layer) * r.points;
+  if (planned > most_points)
+    return invalid(what, "until: would emit ", planned, " particles, more than ", most_points,
+                   "; shorten it or set max_particles");
+  if (planned * least_bytes > free_room())
+    return Error{ErrorCode::out_of_memory,
+                 core::text(what, e.max_particles != 0 ? "max_particles: " : "until: ", planned,
+                            " particles are more than there is memory for; emit fewer")};
+  return {};
+}
+
+Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
+  EmitterRecord r;
+  r.desc = e;
+  if (r.desc.name.empty()) r.desc.name = "emitter" + std::to_string(emitters_.size() + 1);
+  const std::string what = "emitter \"" + r.desc.name + "\": ";
+  Contents contents{};
+  if (Status s = check_emitter(r.desc, what, contents); !s) return s.error();
+  if (Status s = check_layer(e, what); !s) return s.error();
   const core::NozzleLayer layer = core::nozzle_layer(e, desc.spacing);
   const std::vector<Vec3d>& disc = layer.points;
   r.layer_distance = layer.distance;
@@ -508,19 +546,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   r.contents = contents;
   r.points = static_cast<std::uint32_t>(disc.size());
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
-  if (e.max_particles != 0 && e.max_particles < r.points)
-    return invalid(what, "max_particles: ", e.max_particles, " is less than one layer of the nozzle (",
-                   r.points, " particles); raise it");
-  r.first_layer = layers_before(r, time);  // those before are not owed
-  limit_layers(r);
-  const double planned = double(r.layers - r.first_layer) * r.points;
-  if (planned > most_points)
-    return invalid(what, "until: would emit ", planned, " particles, more than ", most_points,
-                   "; shorten it or set max_particles");
-  if (planned * least_bytes > room)
-    return Error{ErrorCode::out_of_memory,
-                 core::text(what, e.max_particles != 0 ? "max_particles: " : "until: ", planned,
-                            " particles are more than there is memory for; emit fewer")};
+  if (Status s = plan_layers(r, what); !s) return s.error();
   make_room(emitter_points_, disc.size());
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());

@@ -108,6 +108,44 @@ bool WorldImpl::comes_in_place(double temperature, const core::WorldStatus& stat
 /// Whether a new plan is enough for what is added now, beside particles.
 bool WorldImpl::takes_new_plan() const { return !dirty_ && !halted_ && steps > 0 && capacity_ != 0; }
 
+/// What is within same_place of particles that are to come, in found_. Whether the World runs.
+Result<bool> WorldImpl::find_around(const std::vector<Vec3d>& positions, Vec3d origin,
+                                    core::WorldStatus& status) {
+  Vec3d low = positions.front() - origin, high = low;
+  for (const Vec3d& p : positions) {
+    const Vec3d x = p - origin;
+    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
+    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
+  }
+  const double reach = core::same_place * desc.spacing;
+  const Vec3d margin{reach, reach, reach};
+  return find(low - margin, high + margin, status);
+}
+
+/// Liquid `more` of material m is on the backend. Whether its plan may be another now.
+bool WorldImpl::liquid_joined(const core::SceneState& more, std::uint32_t m,
+                              const physics::MaterialRow<double>& row) {
+  const std::uint64_t n = more.position.size();
+  born_ += n;
+  census_.fluid = true;
+  census_.supercooled =
+      census_.supercooled || physics::freezes(row, more.enthalpy.front() / more.mass.front());
+  const bool first = liquid_used_[m] == 0u || largest_density(m) > densest_added_;
+  liquid_used_[m] = 1;
+  densest_added_ = std::max(densest_added_, largest_density(m));
+  const double g = length(desc.gravity);
+  const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
+  for (std::size_t k = 0; k < n; ++k) {
+    see(more.position[k] + origin_, up);
+    seen_.speed = std::max(seen_.speed, length(more.velocity[k]));
+  }
+  seen_particles_ = static_cast<std::size_t>(born_);
+  const double sound = sound_speed_;
+  derive_sound_speed();
+  look_now_ = true;
+  return first || sound_speed_ != sound;
+}
+
 /// Empty where it takes an upload: no room in reserve, another search, temperatures that are to be measured.
 std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f, const Contents& contents,
                                                              const std::vector<Vec3d>& positions,
@@ -119,19 +157,11 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   const double h = physics::enthalpy_of(row, f.temperature);
   const double density = mixed_density(physics::rest_density(row, h), contents);
   if (Status s = check_numbers("fluid: ", materials[m], density, h, f.velocity); !s) return s.error();
-  const double reach = core::same_place * desc.spacing;
-  Vec3d low = positions.front() - origin, high = low;
-  for (const Vec3d& p : positions) {
-    const Vec3d x = p - origin;
-    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
-  }
-  const Vec3d margin{reach, reach, reach};
   core::WorldStatus status;
-  const auto runs = find(low - margin, high + margin, status);
+  const auto runs = find_around(positions, origin, status);
   if (!runs) return runs.error();
   if (!*runs) return std::nullopt;
-  core::PointGrid taken(reach);
+  core::PointGrid taken(core::same_place * desc.spacing);
   for (const core::FoundParticle& p : found_) taken.add(p.position, p.id);
   core::SceneState more;
   for (const Vec3d& p : positions) {
@@ -150,27 +180,11 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   if (Status s = engine->append(more, range.has_value(), core::none); !s) return s.error();
   level_ = range;
   state_.heat_level = range.has_value();
-  born_ += n;
   searched_ = total;
-  census_.fluid = true;
-  census_.supercooled =
-      census_.supercooled || physics::freezes(row, more.enthalpy.front() / more.mass.front());
-  const bool first = liquid_used_[m] == 0u || largest_density(m) > densest_added_;
-  liquid_used_[m] = 1;
-  densest_added_ = std::max(densest_added_, largest_density(m));
-  const double g = length(desc.gravity);
-  const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
-  for (std::size_t k = 0; k < n; ++k) {
-    see(more.position[k] + origin_, up);
-    seen_.speed = std::max(seen_.speed, length(more.velocity[k]));
-  }
-  seen_particles_ = static_cast<std::size_t>(born_);
-  const double sound = sound_speed_;
-  derive_sound_speed();
-  look_now_ = true;
+  const bool another_plan = liquid_joined(more, m, row);
   mix();
   edited_in_place();
-  plan_changed_ = plan_changed_ || first || sound_speed_ != sound;
+  plan_changed_ = plan_changed_ || another_plan;
   return n;
 }
 

@@ -84,54 +84,60 @@ std::vector<physics::MaterialProperties<double>> WorldImpl::material_properties(
   return all;
 }
 
+/// What a material is as heat: the models without enthalpy have no latent heat. m: whose enthalpy curve it has.
+void WorldImpl::fill_heat(core::MaterialRow<double>& r, std::size_t i, const MaterialDesc& m) const {
+  const MaterialDesc& own = materials[i];
+  const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
+  r.conductivity = conductivity_of(m);
+  r.diffusivity = physics::diffusivity_of(conductivity_of(own), own.density, own.heat_capacity);
+  r.liquid_conductivity = conductivity_of(l);
+  const MaterialDesc& c = own.dissolves_in ? materials[own.dissolves_in.index] : m;
+  r.heat_capacity = least_value(c.heat_capacity_points, c.heat_capacity);
+  r.liquid_heat_capacity =
+      own.dissolves_in ? r.heat_capacity : least_value(l.heat_capacity_points, l.heat_capacity);
+  if (r.plateau != 0u) {
+    r.latent_heat = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
+    r.melting_point = m.melting_point;
+    r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;
+  }
+  // A liquid that cannot freeze holds the latent heat of what melts into it none the less.
+  for (const MaterialDesc& s : materials)
+    if (r.plateau == 0u && r.latent_heat == 0 && s.melts_into && s.melts_into.index == i &&
+        desc.heat.model == HeatModel::enthalpy)
+      r.latent_heat = s.latent_heat;
+}
+
+core::MaterialRow<double> WorldImpl::material_row(std::size_t i) const {
+  const MaterialDesc& own = materials[i];
+  const bool freezes = freezes_into(i) < materials.size();
+  core::MaterialRow<double> r;
+  r.density = own.density;
+  r.tait_stiffness = physics::tait_stiffness(own.density, sound_speed_);
+  r.viscosity = own.viscosity;
+  r.melts = own.melts_into ? 1u : 0u;
+  r.freezes = freezes ? 1u : 0u;
+  r.plateau = r.melts | r.freezes;
+  r.liquid = own.melts_into     ? own.melts_into.index
+             : own.dissolves_in ? own.dissolves_in.index
+                                : static_cast<std::uint32_t>(i);
+  r.solid = static_cast<std::uint32_t>(freezes ? freezes_into(i) : i);
+  fill_heat(r, i, freezes ? materials[freezes_into(i)] : own);
+  if (!properties_.empty() && has_tables(properties_[i])) r.tables = &properties_[i];
+  r.coldest = physics::enthalpy_of(r, -physics::kelvin_offset);
+  r.shape_stiffness = own.stiffness;
+  r.modulus_rate = physics::modulus_rate(own.youngs_modulus, own.density, desc.spacing);
+  r.shape_damping = own.damping;
+  r.friction = own.friction;
+  r.tension = own.surface_tension;
+  r.cohesion = physics::cohesion_strength(own.surface_tension, core::support_of(desc));
+  r.skin_viscosity = physics::skin_viscosity(own.surface_tension, own.density, desc.spacing);
+  r.wetting = physics::wetting_cosine(own.contact_angle);
+  return r;
+}
+
 std::vector<core::MaterialRow<double>> WorldImpl::material_rows() const {
   std::vector<core::MaterialRow<double>> rows;
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    const MaterialDesc& own = materials[i];
-    const bool freezes = freezes_into(i) < materials.size();
-    const MaterialDesc& m = freezes ? materials[freezes_into(i)] : own;  // whose enthalpy curve it has
-    const MaterialDesc& l = m.melts_into ? materials[m.melts_into.index] : m;
-    core::MaterialRow<double> r;
-    r.density = own.density;
-    r.tait_stiffness = physics::tait_stiffness(own.density, sound_speed_);
-    r.viscosity = own.viscosity;
-    r.conductivity = conductivity_of(m);
-    r.diffusivity = physics::diffusivity_of(conductivity_of(own), own.density, own.heat_capacity);
-    r.liquid_conductivity = conductivity_of(l);
-    const MaterialDesc& c = own.dissolves_in ? materials[own.dissolves_in.index] : m;
-    r.heat_capacity = least_value(c.heat_capacity_points, c.heat_capacity);
-    r.liquid_heat_capacity =
-        own.dissolves_in ? r.heat_capacity : least_value(l.heat_capacity_points, l.heat_capacity);
-    r.melts = own.melts_into ? 1u : 0u;
-    r.freezes = freezes ? 1u : 0u;
-    r.plateau = r.melts | r.freezes;
-    r.liquid = own.melts_into     ? own.melts_into.index
-               : own.dissolves_in ? own.dissolves_in.index
-                                  : static_cast<std::uint32_t>(i);
-    r.solid = static_cast<std::uint32_t>(freezes ? freezes_into(i) : i);
-    if (r.plateau != 0u) {
-      // The models without enthalpy have no latent heat.
-      r.latent_heat = desc.heat.model == HeatModel::enthalpy ? m.latent_heat : 0.0;
-      r.melting_point = m.melting_point;
-      r.melting_enthalpy = physics::capacity_integral(capacity_table(l), m.melting_point) - r.latent_heat;
-    }
-    // A liquid that cannot freeze holds the latent heat of what melts into it none the less.
-    for (const MaterialDesc& s : materials)
-      if (r.plateau == 0u && r.latent_heat == 0 && s.melts_into && s.melts_into.index == i &&
-          desc.heat.model == HeatModel::enthalpy)
-        r.latent_heat = s.latent_heat;
-    if (!properties_.empty() && has_tables(properties_[i])) r.tables = &properties_[i];
-    r.coldest = physics::enthalpy_of(r, -physics::kelvin_offset);
-    r.shape_stiffness = own.stiffness;
-    r.modulus_rate = physics::modulus_rate(own.youngs_modulus, own.density, desc.spacing);
-    r.shape_damping = own.damping;
-    r.friction = own.friction;
-    r.tension = own.surface_tension;
-    r.cohesion = physics::cohesion_strength(own.surface_tension, core::support_of(desc));
-    r.skin_viscosity = physics::skin_viscosity(own.surface_tension, own.density, desc.spacing);
-    r.wetting = physics::wetting_cosine(own.contact_angle);
-    rows.push_back(r);
-  }
+  for (std::size_t i = 0; i < materials.size(); ++i) rows.push_back(material_row(i));
   return rows;
 }
 

@@ -75,6 +75,10 @@ class WorldImpl::NewBody {
   Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
   Status check_carve(Vec3d place) const;
   bool fits_in_place() const;
+  Status clear_found();
+  core::SceneState enter_tables();
+  Status enter_backend(const std::vector<core::FoundParticle>& taken, const core::SceneState& particles,
+                       bool level);
   bool keeps_regions();
   void count();
   Status check_nozzles() const;
@@ -426,43 +430,64 @@ bool WorldImpl::NewBody::keeps_regions() {
   return false;
 }
 
-std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
-  if (!fits_in_place()) return std::nullopt;
-  const double reach = same_place * w_.desc.spacing;
-  Vec3d low = positions_.front() - origin_, high = low;
-  for (const Vec3d& p : positions_) {
-    const Vec3d x = p - origin_;
-    low = {std::min(low.x, x.x), std::min(low.y, x.y), std::min(low.z, x.z)};
-    high = {std::max(high.x, x.x), std::max(high.y, x.y), std::max(high.z, x.z)};
-  }
-  const Vec3d margin{reach, reach, reach};
-  core::WorldStatus status;
-  const auto runs = w_.find(low - margin, high + margin, status);
-  if (!runs) return Result<BodyId>(runs.error());
-  if (!*runs) return std::nullopt;
+/// clear() and weigh() with the liquid of found_.
+Status WorldImpl::NewBody::clear_found() {
   const std::vector<core::FoundParticle>& found = w_.found_;
-  core::PointGrid there(reach);
+  core::PointGrid there(same_place * w_.desc.spacing);
   for (std::size_t k = 0; k < found.size(); ++k) there.add(found[k].position, static_cast<std::uint32_t>(k));
   const auto tag_of = [&found](std::uint32_t k) { return found[k].tag; };
-  if (Status st = find_displaced(there, tag_of); !st) return Result<BodyId>(st.error());
+  if (Status st = find_displaced(there, tag_of); !st) return st;
   std::sort(displaced_.begin(), displaced_.end());
   displaced_.erase(std::unique(displaced_.begin(), displaced_.end()), displaced_.end());
   if (!displaced_.empty())
-    if (Status st = check_carve(found[displaced_.front()].position); !st) return Result<BodyId>(st.error());
-  if (Status st = check_nozzles(); !st) return Result<BodyId>(st.error());
-  if (Status st = weigh(); !st) return Result<BodyId>(st.error());
-  if (!w_.holds_contents(contents_)) {
-    displaced_.clear();
-    return std::nullopt;
-  }
+    if (Status st = check_carve(found[displaced_.front()].position); !st) return st;
+  if (Status st = check_nozzles(); !st) return st;
+  return weigh();
+}
+
+/// Its rows in the tables of the World.
+core::SceneState WorldImpl::NewBody::enter_tables() {
+  core::SceneState particles;
+  w_.state_.vertex_of_id.resize(w_.born_, none);
+  add_vertices(particles, w_.born_);
+  w_.state_.vertex_of_id.insert(w_.state_.vertex_of_id.end(), particles.vertex_of_id.begin(),
+                                particles.vertex_of_id.end());
+  count();
+  if (record_.watched) w_.state_.forces.back().center = particles.position.front();
+  return particles;
+}
+
+/// Itself instead of the liquid that it takes the place of, on the backend.
+Status WorldImpl::NewBody::enter_backend(const std::vector<core::FoundParticle>& taken,
+                                         const core::SceneState& particles, bool level) {
+  core::AddedBody added;
+  added.body = index_;
+  added.first_vertex = record_.first_vertex;
+  added.first_site = base_;
+  added.largest_mass = w_.largest_mass();
+  added.heat = {core::condition_of(s_.surface), s_.heat_source};
+  if (!taken.empty())
+    if (Status st = w_.engine->take_out(taken); !st) return st;
+  if (Status st = w_.engine->append(particles, level, record_.first_vertex); !st) return st;
+  return w_.engine->add_body(w_.lattice_, w_.state_, added);
+}
+
+std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
+  if (!fits_in_place()) return std::nullopt;
+  core::WorldStatus status;
+  const auto runs = w_.find_around(positions_, origin_, status);
+  if (!runs) return Result<BodyId>(runs.error());
+  if (!*runs) return std::nullopt;
+  if (Status st = clear_found(); !st) return Result<BodyId>(st.error());
   std::optional<LevelRange> range;
   const physics::MaterialRow<double> material_row = w_.material_rows()[s_.material.index];
-  if (!w_.stays_level(physics::temperature_of(material_row, enthalpy_), status.heat_idle, range)) {
+  if (!w_.holds_contents(contents_) ||
+      !w_.stays_level(physics::temperature_of(material_row, enthalpy_), status.heat_idle, range)) {
     displaced_.clear();
     return std::nullopt;
   }
   std::vector<core::FoundParticle> taken;
-  for (const std::uint32_t k : displaced_) taken.push_back(found[k]);
+  for (const std::uint32_t k : displaced_) taken.push_back(w_.found_[k]);
   if (Status st = w_.engine->make_edit_room(taken.size(), points_.size()); !st)
     return Result<BodyId>(st.error());
   reserve();
@@ -473,25 +498,10 @@ std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
     displaced_.clear();
     return std::nullopt;
   }
-  core::SceneState particles;
-  w_.state_.vertex_of_id.resize(w_.born_, none);
   const bool had_lattice = (w_.facts_ & core::fact_solid) != 0;
-  add_vertices(particles, w_.born_);
-  w_.state_.vertex_of_id.insert(w_.state_.vertex_of_id.end(), particles.vertex_of_id.begin(),
-                                particles.vertex_of_id.end());
-  count();
-  if (record_.watched) w_.state_.forces.back().center = particles.position.front();
+  const core::SceneState particles = enter_tables();
   // From here on there is nothing that could fail but the device.
-  core::AddedBody added;
-  added.body = index_;
-  added.first_vertex = record_.first_vertex;
-  added.first_site = base_;
-  added.largest_mass = w_.largest_mass();
-  added.heat = {core::condition_of(s_.surface), s_.heat_source};
-  Status done = taken.empty() ? Status{} : w_.engine->take_out(taken);
-  if (done) done = w_.engine->append(particles, range.has_value(), record_.first_vertex);
-  if (done) done = w_.engine->add_body(w_.lattice_, w_.state_, added);
-  if (!done) return Result<BodyId>(done.error());
+  if (Status st = enter_backend(taken, particles, range.has_value()); !st) return Result<BodyId>(st.error());
   w_.level_ = range;
   w_.state_.heat_level = range.has_value();
   w_.body_joined(particles, taken.size(), status, material_row);

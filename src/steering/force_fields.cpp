@@ -76,6 +76,23 @@ Vec3d WorldImpl::point_of(const ForceFieldRecord& r) {
   return r.desc.center.value_or(r.desc.shape ? r.place.center : Vec3d{});
 }
 
+namespace {
+
+/// How far corners of a box are from a point, or from the line through it along an axis of length 1.
+double farthest_corner(const Box& box, Vec3d point, Vec3d axis) {
+  double far = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d d =
+        Vec3d{(corner & 1) != 0 ? box.min.x : box.max.x, (corner & 2) != 0 ? box.min.y : box.max.y,
+              (corner & 4) != 0 ? box.min.z : box.max.z} -
+        point;
+    far = std::max(far, length(d - axis * dot(d, axis)));
+  }
+  return far;
+}
+
+}  // namespace
+
 /// Bounds of the motion that a field may cause.
 WorldImpl::FieldReach WorldImpl::reach_of(const ForceFieldRecord& r) const {
   FieldReach out;
@@ -85,14 +102,7 @@ WorldImpl::FieldReach WorldImpl::reach_of(const ForceFieldRecord& r) const {
   const Vec3d point = point_of(r), size = box.max - box.min;
   const bool vortex = f.kind == ForceFieldKind::vortex;
   const Vec3d axis = vortex ? f.axis * (1 / length(f.axis)) : Vec3d{};
-  double far = 0;  // from the point, or from the axis of a vortex
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d d =
-        Vec3d{(corner & 1) != 0 ? box.min.x : box.max.x, (corner & 2) != 0 ? box.min.y : box.max.y,
-              (corner & 4) != 0 ? box.min.z : box.max.z} -
-        point;
-    far = std::max(far, length(d - axis * dot(d, axis)));
-  }
+  const double far = farthest_corner(box, point, axis);
   if (!(far > 0)) return out;
   constexpr double turn = 6.283185307179586;
   switch (f.kind) {

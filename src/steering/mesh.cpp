@@ -13,15 +13,9 @@ inline namespace v0 {
 
 using core::invalid;
 
-Status WorldImpl::update_mesh(BodyId id, const std::vector<Vec3d>& vertices,
-                              const std::vector<Vec3d>& velocities) {
-  if (Status s = check_body("update_mesh", id); !s) return s;
-  BodyRecord& body = bodies_[id.index];
-  const std::string what = "update_mesh: body \"" + body.desc.name + "\": ";
-  if (!body.kinematic())
-    return invalid(
-        what,
-        "motion: only the mesh of a kinematic body can be moved; build it with SolidDesc::motion kinematic");
+namespace {
+Status check_vertices(const std::string& what, const std::vector<Vec3d>& vertices,
+                      const std::vector<Vec3d>& velocities) {
   const auto check = [&what](const char* name, const std::vector<Vec3d>& values) -> Status {
     for (std::size_t i = 0; i < values.size(); ++i)
       if (!finite(values[i]))
@@ -32,7 +26,20 @@ Status WorldImpl::update_mesh(BodyId id, const std::vector<Vec3d>& vertices,
     return invalid(what, "velocities: must be one per vertex, ", static_cast<std::uint64_t>(vertices.size()),
                    ", or none, got ", static_cast<std::uint64_t>(velocities.size()));
   if (Status s = check("vertices", vertices); !s) return s;
-  if (Status s = check("velocities", velocities); !s) return s;
+  return check("velocities", velocities);
+}
+}  // namespace
+
+Status WorldImpl::update_mesh(BodyId id, const std::vector<Vec3d>& vertices,
+                              const std::vector<Vec3d>& velocities) {
+  if (Status s = check_body("update_mesh", id); !s) return s;
+  BodyRecord& body = bodies_[id.index];
+  const std::string what = "update_mesh: body \"" + body.desc.name + "\": ";
+  if (!body.kinematic())
+    return invalid(
+        what,
+        "motion: only the mesh of a kinematic body can be moved; build it with SolidDesc::motion kinematic");
+  if (Status s = check_vertices(what, vertices, velocities); !s) return s;
   if (engine->host_captures())
     return invalid(
         what,

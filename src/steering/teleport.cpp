@@ -100,6 +100,7 @@ class WorldImpl::Teleport {
     return {o.x + (double(x) + 0.5) * dx, o.y + (double(y) + 0.5) * dx, o.z + (double(z) + 0.5) * dx};
   }
   bool cells_around(double spacings, Cells& cells) const;
+  Status look_around(const Cells& cells, core::PointGrid& bodies, core::PointGrid& taken);
   Status search(const Cells& cells, bool& reached_edge);
   void match();
 
@@ -168,14 +169,12 @@ bool WorldImpl::Teleport::cells_around(double spacings, Cells& cells) const {
   return all <= most_cells;
 }
 
-/// Floods the cells from those of what is buried, around other bodies, and takes the free ones in the order in which they are
-/// reached. reached_edge: there may be more beyond.
-Status WorldImpl::Teleport::search(const Cells& cells, bool& reached_edge) {
+/// What is in and around these cells: bodies, and particles and nozzles in whose places there is no room.
+Status WorldImpl::Teleport::look_around(const Cells& cells, core::PointGrid& bodies, core::PointGrid& taken) {
   const Vec3d low = center(cells.low[0], cells.low[1], cells.low[2]),
               high = center(cells.low[0] + cells.size[0] - 1, cells.low[1] + cells.size[1] - 1,
                             cells.low[2] + cells.size[2] - 1);
   if (const auto there = w_.particles_in(low - margin(1), high + margin(1)); !there) return there.error();
-  core::PointGrid bodies(reach_), taken(reach_);
   std::size_t next = 0;
   for (const FoundParticle& p : w_.found_) {
     while (next < buried_.size() && buried_[next].id < p.id) ++next;
@@ -186,6 +185,14 @@ Status WorldImpl::Teleport::search(const Cells& cells, bool& reached_edge) {
   for (const EmitterRecord& e : w_.emitters_)
     if (w_.time < e.desc.until)
       for (const Vec3d& x : w_.places_of(e)) taken.add(x - w_.origin_, 0);
+  return {};
+}
+
+/// Floods the cells from those of what is buried, around other bodies, and takes the free ones in the order in which they are
+/// reached. reached_edge: there may be more beyond.
+Status WorldImpl::Teleport::search(const Cells& cells, bool& reached_edge) {
+  core::PointGrid bodies(reach_), taken(reach_);
+  if (Status s = look_around(cells, bodies, taken); !s) return s;
   enum : std::uint8_t { unseen = 0, seen = 1 };
   std::vector<std::uint8_t> state(static_cast<std::size_t>(cells.size[0]) *
                                       static_cast<std::size_t>(cells.size[1]) *
@@ -217,12 +224,8 @@ Status WorldImpl::Teleport::search(const Cells& cells, bool& reached_edge) {
     const Cell c = queue[k];
     const Vec3d x = center(c.x, c.y, c.z);
     if (w_.fits(x + w_.origin_) && !own_.near(x, any) && !taken.near(x, any)) places_.push_back(x);
-    reach(c.x - 1, c.y, c.z);
-    reach(c.x + 1, c.y, c.z);
-    reach(c.x, c.y - 1, c.z);
-    reach(c.x, c.y + 1, c.z);
-    reach(c.x, c.y, c.z - 1);
-    reach(c.x, c.y, c.z + 1);
+    for (int a = 0; a < 3; ++a)
+      for (const int d : {-1, 1}) reach(c.x + (a == 0) * d, c.y + (a == 1) * d, c.z + (a == 2) * d);
   }
   return {};
 }

@@ -226,62 +226,92 @@ bool WorldImpl::isotropic() const {
   return desc.isotropic_pressure.value_or(flows_slowly() && undamped_liquid() == nullptr);
 }
 
-/// Which stages the census asks for.
-core::FactSet WorldImpl::facts() const {
-  core::FactSet f = 0;
-  const bool fluid = census_.fluid || emitting();
+/// Material that can freeze can melt again.
+bool WorldImpl::may_freeze() const {
+  if (may_precipitate()) return true;
+  if (desc.heat.model == HeatModel::none || !(heat_reason().empty() || census_.supercooled)) return false;
+  for (std::size_t b = 0; b < census_.live.size(); ++b)
+    if (census_.live[b] != 0u && materials[bodies_[b].desc.material.index].freezes) return true;
+  return false;
+}
+
+/// A melting solid makes liquid that may freeze onto it later.
+bool WorldImpl::may_melt(bool freezes) const {
   const bool heat = heat_reason().empty(), model = desc.heat.model != HeatModel::none;
-  bool freezing_body = false, watched = false;
-  int bodies = 0, mobile = 0, kinematic = 0, rigid = 0;
+  if (freezes || (census_.meltable != 0 && ((model && (heat || census_.molten)) || dissolves()))) return true;
+  return census_.unsettled && (facts_ & core::fact_melt) != 0;
+}
+
+core::FactSet WorldImpl::facts_of_bodies(bool melts) const {
+  core::FactSet f = 0;
+  int bodies = 0, mobile = 0, rigid = 0;
   for (std::size_t b = 0; b < census_.live.size(); ++b) {
     if (census_.live[b] == 0u) continue;
     ++bodies;
     if (!bodies_[b].desc.fixed) ++mobile;
-    if (bodies_[b].kinematic()) ++kinematic;
     if (bodies_[b].rigid()) ++rigid;
-    watched = watched || bodies_[b].watched;
-    freezing_body = freezing_body || materials[bodies_[b].desc.material.index].freezes;
+    if (bodies_[b].kinematic()) f |= core::fact_kinematic;
+    if (bodies_[b].watched) f |= core::fact_forces;
   }
-  // Material that can freeze can melt again, and a melting solid makes liquid that may freeze onto it later.
-  const bool freezes = (freezing_body && model && (heat || census_.supercooled)) || may_precipitate();
-  bool melts = freezes || (census_.meltable != 0 && ((model && (heat || census_.molten)) || dissolves()));
-  melts = melts || (census_.unsettled && (facts_ & core::fact_melt) != 0);
-  if (capacity_ != 0) f |= core::fact_particles;
-  if (fluid || melts) f |= core::fact_fluid;
   if (bodies > 0) f |= core::fact_solid;
   if (mobile > 0) f |= core::fact_mobile;
   if (mobile > rigid) f |= core::fact_lattice;
   if (rigid > 0) f |= core::fact_rigid;
-  if (kinematic > 0) f |= core::fact_kinematic;
-  if (watched) f |= core::fact_forces;
-  if (event_watch_) f |= core::fact_events;
   if (mobile > 0 && (bodies > 1 || melts || census_.apart)) f |= core::fact_contact;
-  if (melts) f |= core::fact_melt;
-  if (freezes) f |= core::fact_freeze;
-  if (heat && desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
-  if (heat && desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
-  if (heat && desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
-  for (std::size_t m = 0; m < materials.size(); ++m)
-    if (liquid_used_[m] != 0u && !materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
-  for (std::size_t m = 0; m < materials.size(); ++m)
-    if (liquid_used_[m] != 0u && shears(materials[m])) f |= core::fact_viscosity | core::fact_strain;
+  return f;
+}
+
+/// Viscosities that are not one number.
+core::FactSet WorldImpl::facts_of_viscosity() const {
+  core::FactSet f = 0;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (liquid_used_[m] == 0u) continue;
+    if (!materials[m].viscosity_points.empty()) f |= core::fact_viscosity;
+    if (shears(materials[m])) f |= core::fact_viscosity | core::fact_strain;
+  }
   for (const std::uint32_t k : species_)
     if (species_used_ && materials[k].viscosity != materials[materials[k].dissolves_in.index].viscosity)
       f |= core::fact_viscosity;
-  if (species_used_ && !contents_level_ && desc.solute.time_scale > 0 && (f & core::fact_fluid) != 0)
-    f |= core::fact_species;
+  return f;
+}
+
+/// Where there is liquid, or may be.
+core::FactSet WorldImpl::facts_of_liquid() const {
+  core::FactSet f = core::fact_fluid;
+  if (species_used_ && !contents_level_ && desc.solute.time_scale > 0) f |= core::fact_species;
   for (std::size_t m = 0; m < materials.size(); ++m)
-    if (liquid_used_[m] != 0u && materials[m].surface_tension > 0 && (f & core::fact_fluid) != 0)
-      f |= core::fact_tension;
+    if (liquid_used_[m] != 0u && materials[m].surface_tension > 0) f |= core::fact_tension;
   for (const OutletDesc& outlet : desc.domain.outlets)
-    if (outlet.level && (f & core::fact_fluid) != 0) f |= core::fact_outlets;
-  if ((f & core::fact_fluid) != 0 && isotropic()) f |= core::fact_isotropic;
-  if (desc.particle_shifting && (f & core::fact_fluid) != 0) f |= core::fact_shifting;
-  if (diffuses_ && (f & core::fact_fluid) != 0) f |= core::fact_implicit;
-  if (heat && heat_from_outside()) f |= core::fact_heat_boundary;
+    if (outlet.level) f |= core::fact_outlets;
+  if (isotropic()) f |= core::fact_isotropic;
+  if (desc.particle_shifting) f |= core::fact_shifting;
+  if (diffuses_) f |= core::fact_implicit;
+  return f;
+}
+
+/// Where heat flows.
+core::FactSet WorldImpl::facts_of_heat() const {
+  core::FactSet f = 0;
+  if (desc.heat.model == HeatModel::enthalpy) f |= core::fact_heat_enthalpy;
+  if (desc.heat.model == HeatModel::paper) f |= core::fact_heat_paper;
+  if (desc.heat.model == HeatModel::iwasaki) f |= core::fact_heat_iwasaki;
+  if (heat_from_outside()) f |= core::fact_heat_boundary;
   if ((f & core::fact_heat_enthalpy) != 0 && (f & core::fact_heat_boundary) == 0 && !host_heats() &&
       !solution_heats() && !emitting() && desc.heat.level_tolerance > 0)
     f |= core::fact_levels;
+  return f;
+}
+
+/// Which stages the census asks for.
+core::FactSet WorldImpl::facts() const {
+  const bool freezes = may_freeze(), melts = may_melt(freezes);
+  core::FactSet f = facts_of_bodies(melts) | facts_of_viscosity();
+  if (capacity_ != 0) f |= core::fact_particles;
+  if (census_.fluid || emitting() || melts) f |= facts_of_liquid();
+  if (heat_reason().empty()) f |= facts_of_heat();
+  if (event_watch_) f |= core::fact_events;
+  if (melts) f |= core::fact_melt;
+  if (freezes) f |= core::fact_freeze;
   f &= ~disabled_facts_;
   if ((f & (core::fact_fluid | core::fact_mobile)) != 0 && any_field()) f |= core::fact_fields;
   if ((f & core::fact_particles) == 0) return f;

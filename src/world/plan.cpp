@@ -48,14 +48,40 @@ double WorldImpl::next_region() const {
   return next;
 }
 
-Plan WorldImpl::plan() {
-  Plan p;
-  if (Status s = ready_to_step(); !s) p.error = s.error().message;
-  if (plan_changed_ && !dirty_ && !halted_) static_cast<void>(adapt());
-  const std::string cold = (facts_ & core::fact_particles) != 0 ? heat_reason() : std::string();
-  const auto is_disabled = [&](const std::string& module) {
-    return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
-  };
+bool WorldImpl::is_disabled(const std::string& module) const {
+  return std::find(disabled_modules_.begin(), disabled_modules_.end(), module) != disabled_modules_.end();
+}
+
+/// Why a stage does not run.
+std::string WorldImpl::reason_to_rest(const core::StageInfo& info) const {
+  const std::string module = info.module;
+  // The search that runs gives the reason why the others do not.
+  if ((info.need & core::any_search) != 0) return search_.reason;
+  if (module == "species" && species_used_ && contents_level_) return "contents are the same everywhere";
+  if (is_disabled(module)) return "switched off by the host";
+  if (module == "thermal" && (facts_ & core::fact_particles) != 0)
+    if (const std::string cold = heat_reason(); !cold.empty()) return cold;
+  if (const std::string change = reason_of_change(info); !change.empty()) return change;
+  return info.why_not;
+}
+
+StageReport WorldImpl::stage_report(int s, const core::Arrangement& arrangement) const {
+  const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
+  StageReport r;
+  r.track = arrangement.track[static_cast<std::size_t>(s)];
+  r.name = info.name;
+  r.module = info.module;
+  r.runs = core::runs(info, facts_ | probe_facts());
+  r.reason = r.runs ? info.why : reason_to_rest(info);
+  if (r.module == "thermal") r.interval = heat_interval(static_dt_);
+  if (s == core::stage_thermal_level) r.interval = static_cast<int>(core::level_interval);
+  if (r.module == "topology")
+    r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;
+  r.median_ms = engine->median_ms(s);
+  return r;
+}
+
+void WorldImpl::report_stages(Plan& p) const {
   std::uint64_t running = 0;
   for (int s = 0; s < core::stage_count; ++s)
     if (core::runs(core::stage_table[static_cast<std::size_t>(s)], facts_ | probe_facts()))
@@ -67,32 +93,19 @@ Plan WorldImpl::plan() {
     p.fusions.push_back({info.name, holds, holds ? info.why : info.why_not});
   }
   for (int s = 0; s < core::stage_count; ++s) {
-    const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
-    StageReport r;
-    r.track = arrangement.track[static_cast<std::size_t>(s)];
-    r.name = info.name;
-    r.module = info.module;
-    r.runs = core::runs(info, facts_ | probe_facts());
-    r.reason = r.runs ? info.why : info.why_not;
-    if (const std::string change = r.runs ? std::string() : reason_of_change(info); !change.empty())
-      r.reason = change;
-    if (!r.runs && is_disabled(r.module)) r.reason = "switched off by the host";
-    if (!r.runs && r.module == "species" && species_used_ && contents_level_)
-      r.reason = "contents are the same everywhere";
-    if (!r.runs && r.module == "thermal" && !cold.empty() && !is_disabled(r.module)) r.reason = cold;
-    // The search that runs gives the reason why the others do not.
-    if (!r.runs && (info.need & core::any_search) != 0) r.reason = search_.reason;
-    if (r.module == "thermal") r.interval = heat_interval(static_dt_);
-    if (s == core::stage_thermal_level) r.interval = static_cast<int>(core::level_interval);
-    if (r.module == "topology")
-      r.interval = s == core::stage_topology_pieces ? desc.pieces_interval : topology_interval_;
-    r.median_ms = engine->median_ms(s);
-    p.stages.push_back(r);
+    p.stages.push_back(stage_report(s, arrangement));
     for (std::size_t k = 0; k < custom_.size(); ++k)
       if (custom_[k].after == s) p.stages.push_back(custom_report(k, arrangement));
   }
   if (const double ms = engine->median_ms(core::surface_stage); ms > 0)
     p.stages.push_back({"surface.build", "surface", true, "the host asks for it", 0, ms});
+}
+
+Plan WorldImpl::plan() {
+  Plan p;
+  if (Status s = ready_to_step(); !s) p.error = s.error().message;
+  if (plan_changed_ && !dirty_ && !halted_) static_cast<void>(adapt());
+  report_stages(p);
   for (int i = 0; i < core::field_count; ++i) {
     const core::FieldInfo& f = core::field_table[static_cast<std::size_t>(i)];
     p.channels.push_back({f.name, f.type, f.owner_name, f.lifetime_name, f.unit, engine->channel_bytes(i)});

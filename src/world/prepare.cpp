@@ -182,10 +182,8 @@ Status WorldImpl::check_damping() const {
                        "isotropic_pressure to false");
 }
 
-/// Refuses a sound speed that what falls onto the floor of the domain outruns: it would pass through liquid, in sub-steps that
-/// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
-/// below, how far things fall is not known.
-Status WorldImpl::check_sound_speed() const {
+/// Refuses a sound speed at which the surface tension of a liquid would compress it.
+Status WorldImpl::check_tension_speed() const {
   // Liquids that bodies will melt into count, too: otherwise a run would be refused only when its first particle melts.
   const auto comes = [this](std::size_t i) {
     return desc.heat.model != HeatModel::none && desc.heat.time_scale > 0 &&
@@ -194,7 +192,7 @@ Status WorldImpl::check_sound_speed() const {
              return !b.gone && liquid && liquid.index == i;
            });
   };
-  for (std::size_t i = 0; desc.sound_speed > 0 && i < materials.size(); ++i) {
+  for (std::size_t i = 0; i < materials.size(); ++i) {
     const MaterialDesc& m = materials[i];
     if (!(m.surface_tension > 0) || !(liquid_used_[i] != 0u || comes(i))) continue;
     const double least = physics::tension_sound_speed(m.surface_tension, least_density(i), desc.spacing);
@@ -204,7 +202,16 @@ Status WorldImpl::check_sound_speed() const {
                            " m, which would compress the liquid; use at least ", least,
                            ", or 0 to derive it");
   }
-  if (desc.sound_speed <= 0 || !desc.domain.bounded || !any_liquid()) return {};
+  return {};
+}
+
+/// Refuses a sound speed that what falls onto the floor of the domain outruns: it would pass through liquid, in sub-steps that
+/// are too long for it. Liquid without movable bodies that creeps is no faster than its viscosity allows. Where no wall is
+/// below, how far things fall is not known.
+Status WorldImpl::check_sound_speed() const {
+  if (desc.sound_speed <= 0) return {};
+  if (Status s = check_tension_speed(); !s) return s;
+  if (!desc.domain.bounded || !any_liquid()) return {};
   const Vec3d pull = desc.gravity;
   const auto& faces = desc.domain.faces;
   const double along[3] = {pull.x, pull.y, pull.z};
@@ -449,6 +456,14 @@ Status WorldImpl::follow_plan(double dt) {
   return changed ? adapt() : Status{};
 }
 
+/// The largest viscosity of liquid i, with what may be dissolved in it [Pa s].
+double WorldImpl::thickest(std::size_t i) const {
+  double mu = largest_viscosity(materials[i]);
+  for (const std::uint32_t k : species_)
+    if (species_used_ && materials[k].dissolves_in.index == i) mu = std::max(mu, materials[k].viscosity);
+  return mu;
+}
+
 /// Whether viscosity is implicit, and the limits that follow: of the sub-step, or of what a stage may exchange. `drag`: the
 /// viscosity that artificial viscosity amounts to at a body [Pa s].
 void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
@@ -461,10 +476,7 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
     for (const BodyRecord& b : bodies_)
       if (!b.desc.fixed) lightest_body = std::min(lightest_body, b.density);
     for (std::size_t i = 0; i < materials.size(); ++i) {
-      double mu = largest_viscosity(materials[i]);
-      for (const std::uint32_t k : species_)
-        if (species_used_ && materials[k].dissolves_in.index == i) mu = std::max(mu, materials[k].viscosity);
-      const double density = least_density(i);
+      const double mu = thickest(i), density = least_density(i);
       if (liquid_used_[i] == 0u || !(mu > 0)) continue;
       viscous_dt_ = std::min(viscous_dt_,
                              physics::explicit_viscous_dt(mu, density, lightest_body, drag, laplacian_sum));

@@ -125,43 +125,50 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index, bool heat) const {
   return bits;
 }
 
+/// A layer of an emitter `late` seconds after its time; `comes`: with its particles, otherwise only its nozzle.
+core::BurstArguments WorldImpl::burst_of(const EmitterRecord& e, double late, bool comes) const {
+  const auto& row = rows_[e.desc.material.index];
+  const Vec3d axis = core::unit(e.desc.axis);
+  core::BurstArguments b;
+  b.first_point = e.first_point;
+  b.points = comes ? e.points : 0;
+  b.center = e.desc.center - origin_ + axis * (e.desc.speed * late - e.lead);
+  b.radius = core::nozzle_reach_across(e.desc);
+  if (core::is_rectangle(e.desc)) {
+    const core::NozzleAxes sides = core::nozzle_axes(e.desc);
+    b.across = sides.across;
+    b.upright = sides.upright;
+    b.width = e.desc.width;
+    b.height = e.desc.height;
+  }
+  b.held = (e.held_layers - 0.5) * e.layer_distance;
+  b.velocity = axis * e.desc.speed;
+  b.mass =
+      mixed_density(physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)), e.contents) *
+      desc.spacing * desc.spacing * desc.spacing;
+  round_to_precision(b.mass);
+  for (std::size_t k = 0; k < species_.size(); ++k) b.solute[k] = e.contents[k] * b.mass;
+  b.volume = desc.spacing * desc.spacing * desc.spacing;
+  b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
+  b.tag = e.desc.material.index;
+  return b;
+}
+
 /// Layers whose time comes in [from, until): known to the host, so emission needs no word from the device.
 const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, double until) {
   bursts_.clear();
   for (EmitterRecord& e : emitters_) {
     // Behind the last layer the nozzle lets go of those that it holds.
     const std::uint64_t end = std::min(e.layers + e.held_layers, layers_due(e, until));
-    const Vec3d axis = core::unit(e.desc.axis);
     for (std::uint64_t layer = std::max(e.first_layer, layers_due(e, from)); layer < end; ++layer) {
-      const auto& row = rows_[e.desc.material.index];
-      core::BurstArguments b;
-      b.first_point = e.first_point;
       const bool due_now = layer < e.layers;
       e.blocked = due_now && e.on && !has_room_for(e.points);
-      b.points = due_now && e.on && !e.blocked ? e.points : 0;
-      if (due_now && b.points == 0) ++e.skipped;
-      b.center = e.desc.center - origin_ + axis * (e.desc.speed * (from - due(e, layer)) - e.lead);
-      b.radius = core::nozzle_reach_across(e.desc);
-      if (core::is_rectangle(e.desc)) {
-        const core::NozzleAxes sides = core::nozzle_axes(e.desc);
-        b.across = sides.across;
-        b.upright = sides.upright;
-        b.width = e.desc.width;
-        b.height = e.desc.height;
-      }
-      b.held = (e.held_layers - 0.5) * e.layer_distance;
-      b.velocity = axis * e.desc.speed;
-      b.mass = mixed_density(physics::rest_density(row, physics::enthalpy_of(row, e.desc.temperature)),
-                             e.contents) *
-               desc.spacing * desc.spacing * desc.spacing;
-      round_to_precision(b.mass);
-      for (std::size_t k = 0; k < species_.size(); ++k) b.solute[k] = e.contents[k] * b.mass;
-      b.volume = desc.spacing * desc.spacing * desc.spacing;
-      b.enthalpy = physics::enthalpy_of(row, e.desc.temperature) * b.mass;
-      b.tag = e.desc.material.index;
-      bursts_.push_back(b);
-      if (b.points != 0) census_.fluid = true;
-      born_ += b.points;
+      const bool comes = due_now && e.on && !e.blocked;
+      if (due_now && !comes) ++e.skipped;
+      bursts_.push_back(burst_of(e, from - due(e, layer), comes));
+      if (!comes) continue;
+      census_.fluid = true;
+      born_ += e.points;
     }
     if (!e.on || e.blocked) limit_layers(e);
   }

@@ -217,6 +217,7 @@ class WorldImpl final : public Scheduler {
   Status check_view(const SurfaceView& view) const;
   // readout/surface.cpp
   Result<SurfaceMesh> surface(const SurfaceDesc& d);
+  Status check_surface(const SurfaceDesc& d, double cell) const;
   Result<SurfaceView> surface_view(const SurfaceDesc& d,
                                    SurfaceMesh* mesh);  ///< mesh: null if not requested
   // snapshot/saved_states.cpp
@@ -233,6 +234,10 @@ class WorldImpl final : public Scheduler {
   Status set_interval(const std::string& module, int n) override;
   Status enable(const std::string& module, bool on) override;
   Status enable_timings(bool on, int every) override;
+  bool is_disabled(const std::string& module) const;
+  std::string reason_to_rest(const core::StageInfo& info) const;
+  StageReport stage_report(int s, const core::Arrangement& arrangement) const;
+  void report_stages(Plan& p) const;
   StageReport custom_report(std::size_t k, const core::Arrangement& arrangement) const;
   Status place_stage(const std::string& after, const CustomStage& stage);
   Status remove_stage(const std::string& name);
@@ -255,6 +260,8 @@ class WorldImpl final : public Scheduler {
   bool valid(HeatRegionId id) const { return id.generation == number_ && id.index < heat_regions_.size(); }
   bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
   /// Rows in double, all values derived.
+  void fill_heat(core::MaterialRow<double>& r, std::size_t i, const MaterialDesc& m) const;
+  core::MaterialRow<double> material_row(std::size_t i) const;
   std::vector<core::MaterialRow<double>> material_rows() const;
   std::vector<physics::MaterialProperties<double>> material_properties() const;
   /// Materials that dissolve in another, in the order in which they were added.
@@ -339,11 +346,20 @@ class WorldImpl final : public Scheduler {
   void place_forces();
   static Status check_touching(std::uint32_t kinds, std::size_t bodies, const char* call);
   Events events_of(const core::StateReading& s, Vec3d origin) const;
+  core::ReadParts parts_of(const ReadRequest& what);
+  struct OpenReading;
+  void fill_reading(Reading& r, core::StateReading& s, const OpenReading& open);
   void forget_events();
   void fit_events();
   void forget_live(std::uint32_t body);
   Vec3d rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExtent& extent) const;
   core::FactSet facts() const;
+  bool may_freeze() const;
+  bool may_melt(bool freezes) const;
+  core::FactSet facts_of_bodies(bool melts) const;
+  core::FactSet facts_of_viscosity() const;
+  core::FactSet facts_of_liquid() const;
+  core::FactSet facts_of_heat() const;
   bool flows_slowly() const;
   bool isotropic() const;
   void find_materials();
@@ -387,6 +403,8 @@ class WorldImpl final : public Scheduler {
   void body_joined(const core::SceneState& particles, std::uint64_t displaced, core::WorldStatus status,
                    const physics::MaterialRow<double>& row);
   double largest_mass() const;
+  Result<bool> find_around(const std::vector<Vec3d>& positions, Vec3d origin, core::WorldStatus& status);
+  bool liquid_joined(const core::SceneState& more, std::uint32_t m, const physics::MaterialRow<double>& row);
   std::optional<Result<std::uint64_t>> add_in_place(const FluidDesc& f, const Contents& contents,
                                                     const std::vector<Vec3d>& positions, Vec3d origin);
   std::optional<Status> remove_in_place(std::uint32_t body);
@@ -444,6 +462,9 @@ class WorldImpl final : public Scheduler {
   Status check_freezing(const MaterialDesc& m);
   Status check_curves() const;
   Status check_expansion(const MaterialDesc& m, double time_scale) const;
+  Status check_melting(const MaterialDesc& m) const;
+  void push_material(const MaterialDesc& m);
+  void pop_material();
   double fall_height() const;
   double lowest_place() const;
   // world/sound.cpp
@@ -464,6 +485,7 @@ class WorldImpl final : public Scheduler {
   double largest_viscosity(const MaterialDesc& m) const;
   double least_viscosity(const MaterialDesc& m) const;
   void derive_sound_speed();
+  Status check_tension_speed() const;
   Status check_sound_speed() const;
   const MaterialDesc* undamped_liquid() const;
   Status check_damping() const;
@@ -471,6 +493,7 @@ class WorldImpl final : public Scheduler {
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
   void look_at_added();
+  double thickest(std::size_t i) const;
   void limit_viscosity(double laplacian_sum, double drag);
   void derive_limits();
   double limit_motion(double support, double sum);
@@ -523,6 +546,7 @@ class WorldImpl final : public Scheduler {
   void heat_plan(double dt, int& stages, int& supersteps, double& heat_dt, double& bound) const;
   std::uint64_t stage_bits(std::uint64_t index, bool heat) const;
   int heat_interval(double substep) const;
+  core::BurstArguments burst_of(const EmitterRecord& e, double late, bool comes) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   double substeps_of(double dt) const;
   Status check_substeps(double dt) const;
@@ -542,6 +566,10 @@ class WorldImpl final : public Scheduler {
                std::vector<Vec3d>& positions, Vec3d& origin) const;
   Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
                        double specific_enthalpy, Vec3d velocity) const;
+  Status check_emitter(const EmitterDesc& e, const std::string& what, Contents& contents) const;
+  Status check_layer(const EmitterDesc& e, const std::string& what) const;
+  Status plan_layers(EmitterRecord& r, const std::string& what) const;
+  double free_room() const;
   Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
                       const EmitterRecord* moved) const;
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
@@ -574,9 +602,11 @@ class WorldImpl final : public Scheduler {
   Status check_origin(Vec3d origin) const;
   std::string halt_text(const core::WorldStatus& s);
   void round_to_precision(double& v) const;
+  Status check_points(const std::string& what, const ProbeDesc& p) const;
   Status check(const ProbeDesc& p, ProbeRecord& record) const;
   core::FactSet probe_facts() const;
   Status check_load(const std::string& what, const ProbeDesc& p, ProbeRecord& record) const;
+  Vec3d middle_of_wall(std::uint32_t face) const;
   void place_load(const ProbeRecord& record, std::uint32_t number, core::ProbeSetup& s) const;
   std::vector<core::ProbeLine> lines_of(const ProbeDesc& p) const;
   core::ProbeSetup probe_setup() const;
