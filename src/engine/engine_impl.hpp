@@ -111,8 +111,7 @@ class EngineImpl final : public Engine {
     w_.slots_of_all = asks_by_id(setup.facts);
     ex_.set_guard(nullptr);
     step::reindex<E, T>(ex_, w_);
-    if (w_.vertices != 0 && w_.f.vertex_site != nullptr && w_.f.site_vertex != nullptr)
-      topology::build<E, T>(ex_, w_);
+    if (w_.vertices != 0 && w_.f.vertex_site != nullptr) topology::build<E, T>(ex_, w_);
     if (w_.f.status != nullptr) ex_.set_guard(&w_.f.status->halted);
     ex_.synchronize();
     broken_.clear();
@@ -200,9 +199,7 @@ class EngineImpl final : public Engine {
       unguarded([&] {
         put_body(ex_, w_, l, s, a);
         use_vertices<E>(w_, end, sizes_);
-        if (w_.f.site_vertex != nullptr)
-          topology::build_body<E, T>(ex_, w_, a.first_vertex,
-                                     static_cast<std::uint32_t>(end) - a.first_vertex);
+        topology::build_body<E, T>(ex_, w_, a.first_vertex, static_cast<std::uint32_t>(end) - a.first_vertex);
       });
     }
     ex_.synchronize();
