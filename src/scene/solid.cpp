@@ -83,6 +83,7 @@ class WorldImpl::NewBody {
   void count();
   Status check_nozzles() const;
   Vec3d mean_position() const;
+  Vec3d center_in_lattice() const;
   double fastest_particle() const;
   void make_record();
   void make_row();
@@ -305,6 +306,15 @@ Vec3d WorldImpl::NewBody::mean_position() const {
   return sum * (1.0 / double(positions_.size()));
 }
 
+/// Its pivot or the mean of its points, from the origin of the lattice [m]: to the bit the same wherever the World's origin is, which
+/// a World that takes a snapshot may have elsewhere.
+Vec3d WorldImpl::NewBody::center_in_lattice() const {
+  if (s_.pivot) return *s_.pivot - w_.lattice_origin();
+  Vec3d sum{};  // of whole numbers: exact
+  for (const Vec3i& p : points_) sum += {double(p.x), double(p.y), double(p.z)};
+  return (sum * (1.0 / double(points_.size())) + Vec3d{0.5, 0.5, 0.5}) * w_.desc.spacing;
+}
+
 double WorldImpl::NewBody::fastest_particle() const {
   double fastest = length(s_.velocity);
   for (const Vec3d& p : positions_)
@@ -318,7 +328,9 @@ Status WorldImpl::NewBody::weigh() {
   center_ = s_.pivot ? *s_.pivot - origin_ : mean_position();
   enthalpy_ = physics::enthalpy_of(w_.material_rows()[s_.material.index], s_.temperature);
   if (proxy())
-    if (Status st = w_.make_proxy(what_, points_, positions_, center_ + origin_, s_); !st) return st;
+    if (Status st = w_.make_proxy(what_, points_, positions_, w_.lattice_origin() + center_in_lattice(), s_);
+        !st)
+      return st;
   density_ = proxy() ? s_.mass / (double(positions_.size()) * dx * dx * dx) : m.density;
   const double fastest = fastest_particle();
   if (Status st = w_.check_numbers(what_, m, density_, enthalpy_, {fastest, 0, 0}); !st) return st;
@@ -594,11 +606,10 @@ core::BodyMotionRow WorldImpl::NewBody::rest_row() const {
   rest.mass = s_.mass;
   rest.inertia = s_.inertia;
   if (!kinematic() && !proxy()) return rest;
-  const Vec3d o = w_.lattice_origin() - origin_;
   const double dx = w_.desc.spacing;
-  rest.low = Vec3d{o.x + (box_.low[0] - pad_ + 0.5) * dx, o.y + (box_.low[1] - pad_ + 0.5) * dx,
-                   o.z + (box_.low[2] - pad_ + 0.5) * dx} -
-             center_;
+  rest.low = Vec3d{(box_.low[0] - pad_ + 0.5) * dx, (box_.low[1] - pad_ + 0.5) * dx,
+                   (box_.low[2] - pad_ + 0.5) * dx} -
+             center_in_lattice();
   return rest;
 }
 

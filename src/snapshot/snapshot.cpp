@@ -448,7 +448,12 @@ Status WorldImpl::check_speeds(const StoredState& d) {
 }
 
 void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
-  const std::vector<char> held = fixed_in(s);
+  // Of a body without a particle, all of which have melted, no tag says whether it is held: it is until it is due to be let go.
+  std::vector<char> held = fixed_in(s), there(bodies_.size(), 0);
+  for (const std::uint32_t tag : s.tag)
+    if (is_solid(tag) && body_of(tag) != 0u && body_of(tag) <= there.size()) there[body_of(tag) - 1u] = 1;
+  for (std::size_t b = 0; b < held.size(); ++b)
+    if (there[b] == 0 && d.releases[b].held_until > d.time) held[b] = 1;
   collect_samples();
   drop_samples_from(d.time);
   state_ = std::move(s);

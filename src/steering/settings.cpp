@@ -288,6 +288,25 @@ Status WorldImpl::apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse)
   return push("apply_impulse", {id.index, body.first_vertex, false, impulse, angular_impulse});
 }
 
+/// Whether there is memory for what a nozzle brings that is `now` instead of `before`: without it no step, and no other setting, would
+/// be possible any more.
+Status WorldImpl::check_emission(const std::string& what, const EmitterRecord& now,
+                                 const EmitterRecord& before) const {
+  const auto left = [this](const EmitterRecord& e) { return (e.layers - next_layer(e)) * e.points; };
+  const std::uint64_t total = born_ + planned_emission() - left(before) + left(now);
+  if (total <= capacity_) return {};
+  core::EngineSetup setup = setup_of(facts_);
+  const std::uint64_t had = engine->bytes_needed(constants(), lattice_, setup);
+  setup.particle_capacity =
+      static_cast<std::uint32_t>(std::min<std::uint64_t>(total + desc.reserved_particles, core::none - 1));
+  if (engine->bytes_needed(constants(), lattice_, setup) <= had + engine->free_bytes()) return {};
+  return Error{
+      ErrorCode::out_of_memory,
+      core::text(what, "speed: would emit ", left(now),
+                 " particles until its end, more than there is memory for; lower it, or add the emitter "
+                 "with max_particles or an earlier `until`")};
+}
+
 Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
   if (!valid(id))
     return invalid("set_emitter: emitter: no emitter of this World has index ", id.index, " and generation ",
@@ -334,6 +353,7 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
                  core::text(what, "speed: would emit ", double(r.layers) * r.points,
                             " particles until its end; shorten it or set max_particles")};
   if (Status s = prepare(); !s) return s;
+  if (Status s = check_emission(what, r, emitters_[id.index]); !s) return s;
   if (setting.center) {  // ahead of the change of speed, by which its liquid is found
     const Vec3d begin = r.desc.center - origin_ - axis * r.lead;
     r.desc.center = *setting.center;

@@ -492,6 +492,7 @@ class WorldImpl final : public Scheduler {
   void look_for_refusal();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
+  Status check_emission(const std::string& what, const EmitterRecord& now, const EmitterRecord& before) const;
   void look_at_added();
   double thickest(std::size_t i) const;
   void limit_viscosity(double laplacian_sum, double drag);

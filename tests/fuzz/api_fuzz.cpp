@@ -1229,7 +1229,7 @@ class Sequence {
       if (!build(*other)) return;  // its place is taken there: bodies of this World have moved meanwhile
     const auto bytes = world_->snapshot();
     const auto hash = world_->state_hash();
-    if (!bytes || !hash) return expect(halted_, "snapshot failed");
+    if (!bytes || !hash) return expect(halted_, "snapshot failed: " + (bytes ? "" : bytes.error().message));
     const Status taken = other->restore(bytes->data(), bytes->size());
     if (!taken) return expect(wild_, "a World built alike refuses the snapshot: " + taken.error().message);
     const auto there = other->state_hash();
@@ -1245,8 +1245,9 @@ class Sequence {
     const StepResult r = other->synchronize();
     expect(r.halted == halted_, "of two Worlds built alike one halts");
     const auto first = world_->state_hash(), second = other->state_hash();
-    expect(first && second && *first == *second,
-           "two Worlds built alike go on differently from one snapshot");
+    expect(
+        first && second && *first == *second,
+        "two Worlds built alike go on differently from one snapshot" + first_difference(other->particles()));
   }
 
   void any_call() {

@@ -503,6 +503,9 @@ TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
     const auto body = [&](Scene&) {
       return call++ % 2 == 0 ? first : BodyId{first.index, t.twin.world.pieces()->front().body.generation};
     };
+    const auto turn = [&](Scene& s) { return s.world.apply_impulse(body(s), {10, 0, 0}, {0, 2, 5}); };
+    ASSERT_TRUE(t.both(turn).first);
+    t.step(1);
     for (const bool on : {true, false, true}) {
       ASSERT_TRUE(t.both([&](Scene& s) { return s.world.watch_forces(body(s), on); }).first);
       t.step(1);

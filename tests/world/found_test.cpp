@@ -640,5 +640,121 @@ TEST(Found, AMotionThatWasRefusedLimitsNothing) {
   EXPECT_EQ(w->stable_dt(), stable);
 }
 
+// Which vertices lie side by side is built at the upload, also where no stage asks for it as yet: once heat flows, pieces are searched
+// by it, and a body that is whole stays whole. Found as a rigid body that fell apart into its particles.
+TEST(Found, ARigidBodyThatMayMeltLaterStaysWhole) {
+  MELTSIM_NEEDS_BACKEND();
+  IceScene alone;
+  alone.water = false;
+  alone.motion = Motion::rigid;
+  WorldDesc d = describe();
+  d.pieces_interval = 1;
+  Scene s = ice_in_water(d, alone);
+  require(s.world.step(0.001));
+  ASSERT_EQ(s.world.pieces()->size(), 1u);
+  const std::uint64_t uploads = s.world.plan().uploads;
+  HeatRegionDesc r;
+  r.shape = Shape::box({0.7, 1.1, 0.7}, {1.1, 1.5, 1.1});
+  r.source = 1;  // far from melting anything
+  require(s.world.add_heat_region(r));
+  for (int k = 0; k < 3; ++k) require(s.world.step(0.001));
+  ASSERT_EQ(s.world.plan().uploads, uploads) << "the test tests nothing";
+  ASSERT_EQ(s.world.pieces()->size(), 1u);
+  EXPECT_EQ(s.world.pieces()->front().particles, 27u);
+}
+
+/// Steps that a World takes and one that was built alike, with `less`, and has taken its snapshot: the same to the bit.
+void goes_on_alike(World& w, World& less) {
+  const auto bytes = w.snapshot();
+  require(bytes);
+  require(less.restore(bytes->data(), bytes->size()));
+  ASSERT_EQ(*less.state_hash(), *w.state_hash());
+  for (int k = 0; k < 3; ++k) {
+    require(w.step(0.002));
+    require(less.step(0.002));
+  }
+  EXPECT_EQ(*less.state_hash(), *w.state_hash());
+}
+
+// Where a body that the host moves has its corner goes by its lattice, not by the World's origin, which is where the first thing was
+// added: here 3 m away, there at the body.
+TEST(Found, AProxyIsThatOfAWorldWithAnotherOrigin) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto build = [](World& w, bool beside) {
+    const MaterialId id = *w.add_material({});
+    if (beside) {
+      FluidDesc f;
+      f.material = id;
+      f.shape = Shape::box({0.1, 0.1, 0.1}, {0.14, 0.14, 0.14});
+      require(w.add_fluid(f));
+    }
+    SolidDesc s;
+    s.material = id;
+    s.motion = Motion::proxy;
+    s.mass = 0.1;
+    s.shape = Shape::box({3.22, 3.32, -3.36}, {3.28, 3.38, -3.3});
+    s.angular_velocity = {1, 2, 3};
+    require(w.add_solid(s));
+  };
+  WorldDesc d = describe();
+  d.spacing = 0.02;
+  auto w = World::create(d), other = World::create(d);
+  ASSERT_TRUE(w && other);
+  build(*w, true);
+  build(*other, false);
+  require(w->step(0.002));
+  goes_on_alike(*w, *other);
+}
+
+// Isotropic pressure is on by itself where a body can move, which one that is held cannot. Of what no particle is left, no tag says
+// whether it was held.
+TEST(Found, AHeldBodyThatHasMeltedLeavesTheStressAsItIs) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto build = [] {
+    IceScene without;
+    without.block = 0;
+    Scene s = ice_in_water(describe(), without);
+    SolidDesc held;
+    held.material = s.ice;
+    held.shape = Shape::box({0.8, 1.2, 0.8}, {1.4, 1.8, 1.4});
+    held.temperature = 30;  // melts in the first sub-step
+    held.held_until = infinity;
+    require(s.world.add_solid(held));
+    return s;
+  };
+  Scene s = build(), other = build();
+  for (int k = 0; k < 20; ++k) require(s.world.step(0.002));
+  ASSERT_EQ(s.world.synchronize().solid, 0u) << "the test tests nothing";
+  goes_on_alike(s.world, other.world);
+}
+
+// An emitter that would bring more than there is memory for is refused, and the World goes on: else no step, no snapshot and no other
+// setting would be possible any more.
+TEST(Found, AnEmitterIsNotSetToBringMoreThanThereIsMemoryFor) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe(), {});
+  EmitterDesc tap;
+  tap.material = s.water;
+  tap.center = {0.4, 1.8, 0.4};
+  tap.radius = 0.25;
+  tap.speed = 1;
+  tap.until = 0.1;
+  const auto id = s.world.add_emitter(tap);
+  require(id);
+  require(s.world.step(0.002));
+  const auto before = *s.world.snapshot();
+  EmitterSetting much;
+  much.speed = 1e9;  // 5 10^8 layers of 4: at 200 bytes and more each, 4 10^11 bytes
+  const Status refused = s.world.set_emitter(*id, much);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::out_of_memory) << refused.error().message;
+  EXPECT_NE(refused.error().message.find("speed: would emit"), std::string::npos) << refused.error().message;
+  EXPECT_EQ(*s.world.snapshot(), before);
+  EmitterSetting twice;
+  twice.speed = 2;
+  require(s.world.set_emitter(*id, twice));
+  require(s.world.step(0.002));
+}
+
 }  // namespace
 }  // namespace meltsim_test
