@@ -20,9 +20,9 @@ def stage_order(root):
 
 
 def functions_of(text):
-    """name -> text between its braces, of every `void name(E& ex, ...)`."""
+    """name -> text between its braces, of every `void name(E& ex, ...)` and `void name(const core::Frame<T>& w, ...)`."""
     found = {}
-    for match in re.finditer(r"void (\w+)\(E& ex[^)]*\)\s*\{", text):
+    for match in re.finditer(r"void (\w+)\((?:E& ex|const core::Frame)[^)]*\)\s*\{", text):
         depth, end = 1, match.end()
         while depth and end < len(text):
             depth += {"{": 1, "}": -1}.get(text[end], 0)
@@ -35,7 +35,7 @@ def with_called(name, functions, seen=()):
     """A function's text and that of what it calls."""
     text = functions[name]
     for other in functions:
-        if other not in (name, *seen) and re.search(rf"\b{other}(<[^;]*?>)?\(ex\b", text):
+        if other not in (name, *seen) and re.search(rf"\b{other}(<[^;]*?>)?\((?:ex|w)\b", text):
             text += with_called(other, functions, (name, *seen))
     return text
 
