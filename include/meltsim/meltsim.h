@@ -503,6 +503,12 @@ MELTSIM_C_API meltsim_status meltsim_world_add_solid(meltsim_world* world, const
                                                      meltsim_id* id);
 MELTSIM_C_API meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
                                                        meltsim_id* id);
+/* The same of liquid in which something is dissolved, as meltsim_world_add_mixture(). */
+MELTSIM_C_API meltsim_status meltsim_world_add_mixture_emitter(meltsim_world* world,
+                                                               const meltsim_emitter_desc* desc,
+                                                               const meltsim_id* species,
+                                                               const double* fractions, size_t count,
+                                                               meltsim_id* id);
 MELTSIM_C_API meltsim_status meltsim_world_add_heat_region(meltsim_world* world,
                                                            const meltsim_heat_region_desc* desc,
                                                            meltsim_id* id);
@@ -517,6 +523,24 @@ MELTSIM_C_API meltsim_status meltsim_world_add_probe(meltsim_world* world, const
 MELTSIM_C_API meltsim_status meltsim_world_prepare(meltsim_world* world);
 /* Enqueues `seconds`, in sub-steps that keep it stable. */
 MELTSIM_C_API meltsim_status meltsim_world_step(meltsim_world* world, double seconds);
+/* A step that may have ended early. The caller sets `size`. */
+typedef struct meltsim_timed_step {
+  uint32_t size;       /* sizeof(meltsim_timed_step) */
+  int32_t over_budget; /* wall_ms is above what was asked for; with one sub-step: one alone takes longer */
+  double simulated;    /* by which meltsim_world_time() went on [s] */
+  double owed;         /* rest of `seconds`, which was not simulated [s]; 0: all of it was */
+  uint64_t substeps;   /* taken; meltsim_world_step_part() with as many repeats the call to the bit */
+  uint64_t planned;    /* sub-steps that all of `seconds` takes */
+  double wall_ms;      /* the call took [ms], with the wait for the device */
+  double substep_ms;   /* running mean over the sub-steps of such calls [ms]; 0: none was measured yet */
+} meltsim_timed_step;
+/* Takes sub-steps of `seconds` until `milliseconds` of wall time are used up, at least one, and waits for them. What is owed is
+ * forgotten: a host that is to catch up adds it to the next step. `result` may be null. */
+MELTSIM_C_API meltsim_status meltsim_world_step_within(meltsim_world* world, double seconds, double milliseconds,
+                                                       meltsim_timed_step* result);
+/* Takes the first `substeps` of the sub-steps of `seconds`, all if there are no more, and waits for them. `result` may be null. */
+MELTSIM_C_API meltsim_status meltsim_world_step_part(meltsim_world* world, double seconds, uint64_t substeps,
+                                                     meltsim_timed_step* result);
 /* Ends the running step, or the next one, with MELTSIM_INTERRUPTED. From any thread or a signal handler. */
 MELTSIM_C_API void meltsim_world_interrupt(meltsim_world* world);
 /* Sets the motion of a kinematic body; without waiting, but for a teleport. */
@@ -597,6 +621,8 @@ MELTSIM_C_API meltsim_status meltsim_world_remove_liquid(meltsim_world* world, c
 /* Time after all enqueued steps [s]; largest stable sub-step [s]. */
 MELTSIM_C_API double meltsim_world_time(const meltsim_world* world);
 MELTSIM_C_API double meltsim_world_stable_dt(const meltsim_world* world);
+/* Sub-steps enqueued so far. */
+MELTSIM_C_API uint64_t meltsim_world_steps(const meltsim_world* world);
 /* MELTSIM_BACKEND_CPU or MELTSIM_BACKEND_CUDA. */
 MELTSIM_C_API int32_t meltsim_world_backend(const meltsim_world* world);
 

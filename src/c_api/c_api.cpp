@@ -164,6 +164,19 @@ meltsim_report report_of(const meltsim::StepResult& s) {
   return {0, s.halted, s.steps, s.time, s.max_speed, s.fluid, s.solid, s.melted, s.frozen, s.removed};
 }
 
+void put(meltsim_timed_step* to, const meltsim::TimedStep& s) {
+  if (to == nullptr) return;
+  meltsim_timed_step c{};
+  c.over_budget = s.over_budget ? 1 : 0;
+  c.simulated = s.simulated;
+  c.owed = s.owed;
+  c.substeps = s.substeps;
+  c.planned = s.planned;
+  c.wall_ms = s.wall_ms;
+  c.substep_ms = s.substep_ms;
+  write(to, "result", c);
+}
+
 meltsim_totals totals_of(const meltsim::Totals& t) {
   meltsim_totals c{};
   c.mass = t.mass;
@@ -598,6 +611,33 @@ meltsim::MaterialDesc material_of(const meltsim_material_desc* desc, const char*
   d.density_points = points_of(c.density_points, c.density_point_count, "desc.density_points");
   return d;
 }
+meltsim::EmitterDesc emitter_of(const meltsim_emitter_desc* desc) {
+  const meltsim_emitter_desc c = read(desc, "desc", defaults_of<meltsim_emitter_desc>());
+  meltsim::EmitterDesc d;
+  if (c.name != nullptr) d.name = c.name;
+  d.center = vec(c.center);
+  d.axis = vec(c.axis);
+  d.radius = c.radius;
+  d.speed = c.speed;
+  d.material = handle<meltsim::MaterialId>(c.material);
+  d.temperature = c.temperature;
+  d.from = c.from;
+  d.until = c.until;
+  d.max_particles = c.max_particles;
+  d.width = c.width;
+  d.height = c.height;
+  d.up = vec(c.up);
+  return d;
+}
+
+std::vector<meltsim::MassFraction> fractions_of(const meltsim_id* species, const double* fractions,
+                                                size_t count) {
+  if (count > 0) given(species, "species"), given(fractions, "fractions");
+  std::vector<meltsim::MassFraction> all;
+  for (size_t k = 0; k < count; ++k) all.push_back({handle<meltsim::MaterialId>(species[k]), fractions[k]});
+  return all;
+}
+
 meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {
   const meltsim_fluid_desc c = read(desc, "desc", defaults_of<meltsim_fluid_desc>());
   meltsim::FluidDesc d;
@@ -645,10 +685,8 @@ meltsim_status meltsim_world_add_mixture(meltsim_world* world, const meltsim_flu
                                          const meltsim_id* species, const double* fractions, size_t count,
                                          uint64_t* added) {
   return guarded([&] {
-    if (count > 0) given(species, "species"), given(fractions, "fractions");
     meltsim::FluidDesc d = fluid_of(desc);
-    for (size_t k = 0; k < count; ++k)
-      d.fractions.push_back({handle<meltsim::MaterialId>(species[k]), fractions[k]});
+    d.fractions = fractions_of(species, fractions, count);
     const std::uint64_t particles = expect(world_of(world).add_fluid(d));
     if (added != nullptr) *added = particles;
   });
@@ -680,22 +718,14 @@ meltsim_status meltsim_world_add_solid(meltsim_world* world, const meltsim_solid
 
 meltsim_status meltsim_world_add_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
                                          meltsim_id* id) {
+  return meltsim_world_add_mixture_emitter(world, desc, nullptr, nullptr, 0, id);
+}
+meltsim_status meltsim_world_add_mixture_emitter(meltsim_world* world, const meltsim_emitter_desc* desc,
+                                                 const meltsim_id* species, const double* fractions,
+                                                 size_t count, meltsim_id* id) {
   return guarded([&] {
-    const meltsim_emitter_desc c = read(desc, "desc", defaults_of<meltsim_emitter_desc>());
-    meltsim::EmitterDesc d;
-    if (c.name != nullptr) d.name = c.name;
-    d.center = vec(c.center);
-    d.axis = vec(c.axis);
-    d.radius = c.radius;
-    d.speed = c.speed;
-    d.material = handle<meltsim::MaterialId>(c.material);
-    d.temperature = c.temperature;
-    d.from = c.from;
-    d.until = c.until;
-    d.max_particles = c.max_particles;
-    d.width = c.width;
-    d.height = c.height;
-    d.up = vec(c.up);
+    meltsim::EmitterDesc d = emitter_of(desc);
+    d.fractions = fractions_of(species, fractions, count);
     const meltsim::EmitterId made = expect(world_of(world).add_emitter(d));
     if (id != nullptr) *id = id_of(made);
   });
@@ -763,6 +793,20 @@ meltsim_status meltsim_world_prepare(meltsim_world* world) {
 }
 meltsim_status meltsim_world_step(meltsim_world* world, double seconds) {
   return guarded([&] { expect(world_of(world).step(seconds)); });
+}
+meltsim_status meltsim_world_step_within(meltsim_world* world, double seconds, double milliseconds,
+                                         meltsim_timed_step* result) {
+  return guarded([&] {
+    if (result != nullptr) read(result, "result", meltsim_timed_step{});
+    put(result, expect(world_of(world).step_within(seconds, milliseconds)));
+  });
+}
+meltsim_status meltsim_world_step_part(meltsim_world* world, double seconds, uint64_t substeps,
+                                       meltsim_timed_step* result) {
+  return guarded([&] {
+    if (result != nullptr) read(result, "result", meltsim_timed_step{});
+    put(result, expect(world_of(world).step_part(seconds, substeps)));
+  });
 }
 void meltsim_world_interrupt(meltsim_world* world) {
   if (world != nullptr) world->world.interrupt();
@@ -920,6 +964,9 @@ meltsim_status meltsim_world_remove_liquid(meltsim_world* world, const meltsim_s
 double meltsim_world_time(const meltsim_world* world) { return world != nullptr ? world->world.time() : 0; }
 double meltsim_world_stable_dt(const meltsim_world* world) {
   return world != nullptr ? world->world.stable_dt() : 0;
+}
+uint64_t meltsim_world_steps(const meltsim_world* world) {
+  return world != nullptr ? world->world.steps() : 0;
 }
 int32_t meltsim_world_backend(const meltsim_world* world) {
   return world != nullptr ? static_cast<int32_t>(world->world.backend()) : MELTSIM_BACKEND_AUTOMATIC;

@@ -37,7 +37,7 @@ C = {
     "SoluteDesc": {"time_scale": "solute_time_scale", "max_supersteps": "solute_max_supersteps"},
     "FluidDesc": {"fractions": "meltsim_world_add_mixture"},
     "SolidDesc": {"fixed": "- motion says it"},
-    "EmitterDesc": {"fractions": "- not yet"},
+    "EmitterDesc": {"fractions": "meltsim_world_add_mixture_emitter"},
     "MaterialDesc": {name: "meltsim_world_add_species" for name in (
         "dissolves_in", "solubility", "solubility_points", "diffusivity_in", "heat_of_solution", "transfer_coefficient")},
 }
@@ -55,7 +55,7 @@ CALLS = {
     "overlap": "bodies_in", "take_samples": "- a reading has them", "surface_view": "- a host with a GPU of its own uses C++",
     "device_state": "- a host with a GPU of its own uses C++", "plan": "- for people", "scheduler": "- stages are C++",
     "resolved": "- for people", "desc": "- the host has it", "material": "- the host has it", "force_field": "- the host has it",
-    "watched_bodies": "- take_forces() counts them", "step_within": "- not yet", "step_part": "- not yet", "steps": "- not yet",
+    "watched_bodies": "- take_forces() counts them",
     "precision": "- the host has it",
 }
 

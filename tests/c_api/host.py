@@ -8,6 +8,7 @@ lib = c.CDLL(sys.argv[1])
 lib.meltsim_error_text.restype = c.c_char_p
 lib.meltsim_world_time.restype = c.c_double
 lib.meltsim_world_stable_dt.restype = c.c_double
+lib.meltsim_world_steps.restype = c.c_uint64
 Vec = c.c_double * 3
 
 
@@ -161,6 +162,11 @@ class ForceFieldDesc(c.Structure):
 class Totals(c.Structure):
     _fields_ = [("size", c.c_uint32), ("reserved", c.c_uint32), ("mass", c.c_double), ("rest", c.c_double * 7), ("heat_in", c.c_double),
                 ("temperatures", Vec), ("field_work", c.c_double), ("field_impulse", Vec)]
+
+
+class TimedStep(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("over_budget", c.c_int32), ("simulated", c.c_double), ("owed", c.c_double), ("substeps", c.c_uint64),
+                ("planned", c.c_uint64), ("wall_ms", c.c_double), ("substep_ms", c.c_double)]
 
 
 class Particles(c.Structure):
@@ -570,6 +576,38 @@ assert lib.meltsim_world_fractions(s, salt, values, c.c_uint64(26), c.byref(coun
 assert lib.meltsim_world_fractions(s, salt, values, c.c_uint64(27), c.byref(count)) == 0, text()
 assert all(abs(value - 0.1) < 1e-15 for value in values)
 assert lib.meltsim_world_fractions(s, water, values, c.c_uint64(27), c.byref(count)) != 0 and "is no species" in text()
+
+# A nozzle of salt water: what it emits has the mass fraction asked for.
+nozzle = made(EmitterDesc, lib.meltsim_emitter_desc_init_sized)
+nozzle.center, nozzle.radius, nozzle.speed, nozzle.until, nozzle.material = Vec(0, 5, 0), 0.2, 2, 1, water
+share = c.c_double(0.3)
+arguments = (s, c.byref(nozzle), c.byref(salt), c.byref(share), c.c_size_t(1), None)
+assert lib.meltsim_world_add_mixture_emitter(*arguments) != 0 and "0.25" in text(), text()
+share.value = 0.2
+assert lib.meltsim_world_add_mixture_emitter(s, c.byref(nozzle), None, c.byref(share), c.c_size_t(1), None) == 1 and "species" in text()
+assert lib.meltsim_world_add_mixture_emitter(*arguments) == 0, text()
+assert step(s, 0.05) == 0, text()
+values = (c.c_double * 1000)()
+assert lib.meltsim_world_fractions(s, salt, values, c.c_uint64(1000), c.byref(count)) == 0 and count.value > 27, text()
+assert all(abs(value - 0.2) < 1e-15 for value in values[27:count.value])
+
+# Steps that end early: the first sub-steps of a step, to the bit; without a limit, all of it.
+twins = [world() for _ in range(3)]
+part, whole = TimedStep(size=c.sizeof(TimedStep)), TimedStep(size=c.sizeof(TimedStep))
+seconds = c.c_double(10 * lib.meltsim_world_stable_dt(twins[0]))
+assert lib.meltsim_world_step_part(twins[0], seconds, c.c_uint64(3), c.byref(part)) == 0, text()
+assert (part.substeps, part.over_budget) == (3, 0) and part.planned >= 10, (part.substeps, part.planned)
+assert abs(part.simulated + part.owed - seconds.value) < 1e-12 and lib.meltsim_world_steps(twins[0]) == 3
+assert lib.meltsim_world_step_part(twins[1], seconds, c.c_uint64(3), None) == 0 and state_hash(twins[0]) == state_hash(twins[1])
+assert lib.meltsim_world_step_within(twins[2], seconds, c.c_double(math.inf), c.byref(whole)) == 0, text()
+assert whole.substeps == whole.planned == part.planned and whole.owed == 0 and whole.wall_ms > 0
+assert lib.meltsim_world_step_part(twins[1], seconds, whole.planned, None) == 0, text()
+assert lib.meltsim_world_step_within(twins[2], seconds, c.c_double(0), None) == 1 and "milliseconds" in text(), text()
+part.size = 0
+assert lib.meltsim_world_step_part(twins[2], seconds, c.c_uint64(1), c.byref(part)) == 1 and "size" in text(), text()
+assert lib.meltsim_world_steps(twins[2]) == whole.planned and lib.meltsim_world_steps(None) == 0
+for twin in twins:
+    lib.meltsim_world_destroy(twin)
 lib.meltsim_shape_destroy(shape)
 lib.meltsim_world_destroy(s)
 print("ok")
