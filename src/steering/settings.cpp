@@ -307,18 +307,9 @@ Status WorldImpl::check_emission(const std::string& what, const EmitterRecord& n
                  "with max_particles or an earlier `until`")};
 }
 
-Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
-  if (!valid(id))
-    return invalid("set_emitter: emitter: no emitter of this World has index ", id.index, " and generation ",
-                   id.generation, "; pass what add_emitter() of this World returned");
-  if (halted_)
-    return Error{ErrorCode::halted, core::text("set_emitter: the World halted: ", halt_reason_,
-                                               "; restore a snapshot to go on")};
-  EmitterRecord r = emitters_[id.index];
-  const double before = r.desc.speed;
-  if (setting.speed) r.desc.speed = *setting.speed;
-  if (setting.temperature) r.desc.temperature = *setting.temperature;
-  const std::string what = "set_emitter: emitter \"" + r.desc.name + "\": ";
+/// Whether a setting of an emitter can be taken; r has the speed and the temperature that it asks for.
+Status WorldImpl::check_setting(EmitterId id, const EmitterRecord& r, const EmitterSetting& setting,
+                                const std::string& what) const {
   EmitterDesc asked = r.desc;
   asked.from =
       std::min(std::max(asked.from, 0.0), asked.until);  // a changed speed moves where its layers count from
@@ -333,19 +324,54 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
   }
   const auto row = material_rows()[r.desc.material.index];
   const double h = physics::enthalpy_of(row, r.desc.temperature);
-  const Vec3d axis = core::unit(r.desc.axis);
-  if (Status s = check_numbers(what, materials[r.desc.material.index], physics::rest_density(row, h), h,
-                               axis * r.desc.speed);
-      !s)
-    return s;
+  return check_numbers(what, materials[r.desc.material.index], physics::rest_density(row, h), h,
+                       core::unit(r.desc.axis) * r.desc.speed);
+}
+
+/// When layers come after a change of speed: the next one when the last one has gone on by the distance of layers.
+void WorldImpl::count_layers_anew(EmitterRecord& r, const EmitterRecord& before) const {
+  if (r.desc.speed == before.desc.speed || time <= before.desc.from) return;
+  const std::uint64_t next = layers_due(before, time);
+  const double gone = next == 0 ? r.layer_distance : before.desc.speed * (time - due(before, next - 1));
+  const double then = time + std::max(0.0, r.layer_distance - gone) / r.desc.speed;
+  r.desc.from = then - double(next) * r.layer_distance / r.desc.speed;
+}
+
+/// Moves a nozzle whose liquid has this velocity, and the liquid in it.
+void WorldImpl::move_nozzle(EmitterRecord& r, Vec3d velocity, Vec3d center) {
+  const Vec3d begin = r.desc.center - origin_ - core::unit(r.desc.axis) * r.lead;
+  engine->shift(velocity, begin, (r.held_layers + 1) * r.layer_distance,
+                core::nozzle_reach_across(r.desc) + 0.5 * desc.spacing, center - r.desc.center);
+  r.desc.center = center;
+  state_stale_ = true;
+}
+
+/// Whether what an emitter emits from now on fits in beside temperatures that are level without an upload.
+bool WorldImpl::keeps_level(const EmitterRecord& r) {
+  if (!state_.heat_level || !emits(r)) return true;
+  if (!edits_in_place()) return false;
+  core::WorldStatus status;
+  const auto runs = find({1, 1, 1}, {}, status);
+  if (!runs || !*runs || !comes_in_place(r.desc.temperature, status)) return false;
+  plan_changed_ = true;
+  return true;
+}
+
+Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
+  if (!valid(id))
+    return invalid("set_emitter: emitter: no emitter of this World has index ", id.index, " and generation ",
+                   id.generation, "; pass what add_emitter() of this World returned");
+  if (halted_)
+    return Error{ErrorCode::halted, core::text("set_emitter: the World halted: ", halt_reason_,
+                                               "; restore a snapshot to go on")};
+  EmitterRecord r = emitters_[id.index];
+  const double before = r.desc.speed;
+  if (setting.speed) r.desc.speed = *setting.speed;
+  if (setting.temperature) r.desc.temperature = *setting.temperature;
+  const std::string what = "set_emitter: emitter \"" + r.desc.name + "\": ";
+  if (Status s = check_setting(id, r, setting, what); !s) return s;
   if (setting.on) r.on = *setting.on;
-  if (r.desc.speed != before && time > emitters_[id.index].desc.from) {
-    // The next layer comes when the last one has gone on by the distance of layers.
-    const std::uint64_t next = layers_due(emitters_[id.index], time);
-    const double gone = next == 0 ? r.layer_distance : before * (time - due(emitters_[id.index], next - 1));
-    const double then = time + std::max(0.0, r.layer_distance - gone) / r.desc.speed;
-    r.desc.from = then - double(next) * r.layer_distance / r.desc.speed;
-  }
+  count_layers_anew(r, emitters_[id.index]);
   limit_layers(r);
   constexpr double most_points = 4e9;  // ids are 32 bits
   if (double(r.layers) * r.points > most_points)
@@ -354,30 +380,16 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
                             " particles until its end; shorten it or set max_particles")};
   if (Status s = prepare(); !s) return s;
   if (Status s = check_emission(what, r, emitters_[id.index]); !s) return s;
-  if (setting.center) {  // ahead of the change of speed, by which its liquid is found
-    const Vec3d begin = r.desc.center - origin_ - axis * r.lead;
-    r.desc.center = *setting.center;
-    engine->shift(axis * before, begin, (r.held_layers + 1) * r.layer_distance,
-                  core::nozzle_reach_across(r.desc) + 0.5 * desc.spacing,
-                  r.desc.center - emitters_[id.index].desc.center);
-    state_stale_ = true;
-  }
+  const Vec3d axis = core::unit(r.desc.axis);
+  // Ahead of the change of speed, by which its liquid is found.
+  if (setting.center) move_nozzle(r, axis * before, *setting.center);
   emitters_[id.index] = r;
   if (r.desc.speed != before) {
     engine->respeed(axis * before, axis * r.desc.speed);
     state_stale_ = true;
     see_speed(r.desc.speed);
   }
-  // Where temperatures were level, they may not be with what comes now.
-  bool warmer = setting.temperature && state_.heat_level && emits(r);
-  if (warmer && edits_in_place()) {
-    core::WorldStatus status;
-    const auto runs = find({1, 1, 1}, {}, status);
-    if (runs && *runs && comes_in_place(r.desc.temperature, status)) {
-      warmer = false;
-      plan_changed_ = true;
-    }
-  }
+  const bool warmer = setting.temperature && !keeps_level(r);
   if (warmer || born_ + planned_emission() > capacity_) {
     fetch_state();
     dirty_ = true;

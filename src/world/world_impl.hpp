@@ -492,6 +492,11 @@ class WorldImpl final : public Scheduler {
   void look_for_refusal();
   core::SceneConstants constants() const;
   std::uint64_t planned_emission() const;
+  Status check_setting(EmitterId id, const EmitterRecord& r, const EmitterSetting& setting,
+                       const std::string& what) const;
+  void count_layers_anew(EmitterRecord& r, const EmitterRecord& before) const;
+  void move_nozzle(EmitterRecord& r, Vec3d velocity, Vec3d center);
+  bool keeps_level(const EmitterRecord& r);
   Status check_emission(const std::string& what, const EmitterRecord& now, const EmitterRecord& before) const;
   void look_at_added();
   double thickest(std::size_t i) const;

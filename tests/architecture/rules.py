@@ -228,8 +228,6 @@ LONGER = {
     # One thing after another, in an order that matters, with nothing in between that has a name.
     ("src/snapshot/saved_states.cpp", "load_state"), ("src/world/prepare.cpp", "prepare"),
     ("src/world/prepare.cpp", "constants"), ("cuda/exec/exec_cuda.cu", "reserve"),
-    # Not cut yet.
-    ("src/steering/settings.cpp", "set_emitter"),
     # One loop whose parts all read and write the same tables.
     ("src/pipeline/schedule.hpp", "make_schedule")}
 
