@@ -113,11 +113,11 @@ double WorldImpl::alpha_of(const BodyRecord& body, double dt) const {
       1.0, physics::modulus_stiffness(modulus_rate_of(materials[body.desc.material.index]), speed2, dt));
 }
 
-/// visit(body) of those of a material that can deform.
+/// visit(body) of those of a material that can deform, also of those that were removed, so that a removal changes no table.
 template <class Visit>
 void WorldImpl::for_each_of(const MaterialDesc& m, const Visit& visit) const {
   for (const BodyRecord& b : bodies_)
-    if (&materials[b.desc.material.index] == &m && b.may_deform() && !b.gone) visit(b);
+    if (&materials[b.desc.material.index] == &m && b.may_deform()) visit(b);
 }
 
 /// alpha at a sub-step of dt; with a youngs_modulus the largest of its bodies.

@@ -567,6 +567,37 @@ TEST(Edits, MaterialsChangeWithoutAnUpload) {
   EXPECT_EQ(t.scene.world.material(t.scene.water).viscosity, 0.5);
 }
 
+// The stiffness that a modulus takes goes up where a body is shorter, and with it the least damping of its material: the tables
+// have to follow. Two sites beside three; a damping of 0, so that the least one holds.
+TEST(Edits, AShorterBodyWithAModulusIsThatOfAnUploadToTheBit) {
+  MELTSIM_NEEDS_BACKEND();
+  Twins t = make({"", [](WorldDesc&, IceScene&) {}});
+  MaterialDesc soft = t.scene.world.material(t.scene.ice);
+  soft.youngs_modulus = 1e3;
+  soft.damping = 0;
+  for (Scene* s : {&t.scene, &t.twin}) require(s->world.set_material(s->ice, soft));
+  t.step(3);
+  ASSERT_TRUE(t.same());
+  const std::uint64_t uploads = t.scene.world.plan().uploads;
+  const auto short_one = [](Scene& s) {
+    SolidDesc d;
+    d.material = s.ice;
+    d.shape = Shape::box({0.2, 1.4, 0.2}, {0.6, 1.8, 0.6});
+    d.temperature = -5;
+    return s.world.add_solid(d);
+  };
+  const auto added = t.both(short_one);
+  ASSERT_TRUE(added.first) << added.first.error().message;
+  t.step(4);
+  EXPECT_TRUE(t.same());
+  int call = 0;
+  ASSERT_TRUE(
+      t.both([&](Scene& s) { return s.world.remove(call++ == 0 ? *added.first : *added.second); }).first);
+  t.step(4);
+  EXPECT_TRUE(t.same());
+  EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+}
+
 TEST(Edits, AreHeldBySnapshotsAndEndWhatWasSaved) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = describe();
