@@ -536,8 +536,8 @@ typedef struct meltsim_timed_step {
 } meltsim_timed_step;
 /* Takes sub-steps of `seconds` until `milliseconds` of wall time are used up, at least one, and waits for them. What is owed is
  * forgotten: a host that is to catch up adds it to the next step. `result` may be null. */
-MELTSIM_C_API meltsim_status meltsim_world_step_within(meltsim_world* world, double seconds, double milliseconds,
-                                                       meltsim_timed_step* result);
+MELTSIM_C_API meltsim_status meltsim_world_step_within(meltsim_world* world, double seconds,
+                                                       double milliseconds, meltsim_timed_step* result);
 /* Takes the first `substeps` of the sub-steps of `seconds`, all if there are no more, and waits for them. `result` may be null. */
 MELTSIM_C_API meltsim_status meltsim_world_step_part(meltsim_world* world, double seconds, uint64_t substeps,
                                                      meltsim_timed_step* result);

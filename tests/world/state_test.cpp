@@ -419,7 +419,8 @@ TEST(Halt, IsFoundByWhateverComesNext) {
       EXPECT_EQ(*b.world.state_hash(), good) << k;
     }
     if (k + 1 < next.size()) {
-      ASSERT_EQ(bool(s), k == 0) << k;  // found by the call between; a material is added without a look at particles
+      ASSERT_EQ(bool(s), k == 0)
+          << k;  // found by the call between; a material is added without a look at particles
       if (k > 0) {
         EXPECT_EQ(s.error().code, ErrorCode::halted);
       }
