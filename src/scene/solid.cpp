@@ -520,7 +520,7 @@ std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
   w_.edited_in_place(derived);
   w_.plan_changed_ = w_.plan_changed_ || liquid != w_.liquid_used_ || solid != w_.solid_used_ ||
                      material().youngs_modulus > 0;  // tables
-  if (!had_lattice) static_cast<void>(w_.adapt());  // the step finds what is amiss
+  if (!had_lattice) static_cast<void>(w_.adapt());   // the step finds what is amiss
   return Result<BodyId>(BodyId{index_, w_.number_});
 }
 
