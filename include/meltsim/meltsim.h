@@ -5,7 +5,7 @@
  *
  * Every call that can fail returns a meltsim_status. Where it is not MELTSIM_OK, meltsim_error_text() has the text, which names
  * field, value and fix, and nothing has changed. A World is used by one thread at a time, meltsim_world_interrupt() excepted.
- * The C++ interface (meltsim.hpp) has more: custom stages, timings, lattices. */
+ * The C++ interface (meltsim.hpp) has more: timings, lattices, what was derived. */
 #ifndef MELTSIM_MELTSIM_H
 #define MELTSIM_MELTSIM_H
 
@@ -67,6 +67,14 @@ MELTSIM_C_API meltsim_status meltsim_shape_capsule(const double a[3], const doub
                                                    meltsim_shape** shape);
 MELTSIM_C_API meltsim_status meltsim_shape_cylinder(const double a[3], const double b[3], double radius,
                                                     meltsim_shape** shape);
+/* A ring around `axis`. */
+MELTSIM_C_API meltsim_status meltsim_shape_torus(const double center[3], const double axis[3],
+                                                 double major_radius, double minor_radius,
+                                                 meltsim_shape** shape);
+/* Smooth union of ellipsoids along the axes: 3 numbers per centre, 3 half axes each; `blend` is the width over which neighbours
+ * merge [m], 0: sharp. */
+MELTSIM_C_API meltsim_status meltsim_shape_blend(const double* centers, const double* radii, size_t count,
+                                                 double blend, meltsim_shape** shape);
 /* Inside of a triangle mesh: 3 numbers per vertex; 3 indices, from 0, per triangle. */
 MELTSIM_C_API meltsim_status meltsim_shape_mesh(const double* vertices, size_t vertex_count,
                                                 const uint32_t* triangles, size_t triangle_count,
@@ -79,6 +87,10 @@ MELTSIM_C_API meltsim_status meltsim_shape_unite(const meltsim_shape* a, const m
 MELTSIM_C_API meltsim_status meltsim_shape_subtract(const meltsim_shape* a, const meltsim_shape* b,
                                                     meltsim_shape** shape);
 MELTSIM_C_API meltsim_status meltsim_shape_intersect(const meltsim_shape* a, const meltsim_shape* b,
+                                                     meltsim_shape** shape);
+/* `of` moved: x -> scale R x + offset, R = rotation about `axis` by `angle` [rad]. */
+MELTSIM_C_API meltsim_status meltsim_shape_transform(const meltsim_shape* of, const double offset[3],
+                                                     const double axis[3], double angle, double scale,
                                                      meltsim_shape** shape);
 /* Frees a shape; null does nothing. */
 MELTSIM_C_API void meltsim_shape_destroy(meltsim_shape* shape);
@@ -404,7 +416,7 @@ typedef struct meltsim_surface_desc {
   int32_t anisotropic;      /* not 0: ellipsoids, smoother and several times the cost */
   int32_t smoothing;        /* passes over the mesh, 0 to 100 */
   int32_t closed_at_solids; /* not 0: the liquid's mesh covers what touches solids, too */
-  int32_t reserved;         /* 0 */
+  int32_t no_wait;          /* not 0: meltsim_world_surface_view() does not wait for the mesh's size */
 } meltsim_surface_desc;
 
 /* What colours a render view has. */
@@ -893,6 +905,79 @@ typedef struct meltsim_render_view {
 MELTSIM_C_API meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_render_desc* desc,
                                                        meltsim_render_view* view);
 
+/* A surface mesh in the memory of the backend. The caller sets `size`. */
+typedef struct meltsim_surface_view {
+  uint32_t size;                /* sizeof(meltsim_surface_view) */
+  int32_t backend;              /* MELTSIM_BACKEND_CUDA: the pointers are into the device's memory */
+  void* stream;                 /* cudaStream_t; null on the CPU */
+  double origin[3];             /* add it to positions [m] */
+  uint64_t vertices;            /* number of vertices; with `no_wait`: how many there is room for */
+  uint64_t triangles;           /* number of triangles, likewise */
+  const float* position;        /* 3 per vertex [m] */
+  const float* normal;          /* 3 per vertex: a unit vector, outward */
+  const float* temperature;     /* per vertex [degrees Celsius] */
+  const float* liquid_fraction; /* per vertex, 0 to 1 */
+  const uint32_t* body;         /* per vertex: 0 liquid, else index + 1 */
+  const uint32_t* material;     /* per vertex: index */
+  const uint32_t* triangle;     /* 3 vertices per triangle, counter-clockwise from outside */
+  const uint32_t* draw;         /* 5 words: the arguments of an indexed indirect draw of it */
+  uint64_t serial;              /* for meltsim_world_check_surface_view() */
+} meltsim_surface_view;
+/* Makes a surface there; waits for its size unless desc->no_wait. The arrays stay until the next surface. */
+MELTSIM_C_API meltsim_status meltsim_world_surface_view(meltsim_world* world,
+                                                        const meltsim_surface_desc* desc,
+                                                        meltsim_surface_view* view);
+
+/* Time as the device has it: of the sub-step that runs, also in one that was recorded. */
+typedef struct meltsim_stage_clock {
+  double time; /* at its start [s] */
+  double dt;   /* its length [s] */
+} meltsim_stage_clock;
+/* The World's own arrays in the backend's memory, one entry per particle in the order of slots. T is float or double. */
+typedef struct meltsim_stage_context {
+  uint32_t size;                    /* sizeof(meltsim_stage_context) */
+  int32_t backend;                  /* MELTSIM_BACKEND_CUDA: the pointers are into the device's memory */
+  int32_t double_precision;         /* not 0: T is double */
+  int32_t reserved;                 /* 0 */
+  void* stream;                     /* cudaStream_t; null on the CPU: work there and do not wait */
+  double dt;                        /* of a stage: length of the sub-step [s]; else 0 */
+  double time;                      /* at its start [s] */
+  double origin[3];                 /* positions are relative to it [m] */
+  uint64_t particles;               /* number of entries */
+  void* position;                   /* T: x, y, z [m], rest volume [m^3] */
+  void* velocity;                   /* T: 3 numbers [m/s], and one that belongs to the library */
+  void* acceleration;               /* T: 3 numbers [m/s^2], to be added to; null outside of stages */
+  const double* enthalpy;           /* [J]; null where heat is at rest and no stage names it */
+  const double* enthalpy_of_id;     /* [J] by id where `enthalpy` is null; else null */
+  const uint32_t* id;               /* stable */
+  const uint32_t* tag;              /* as meltsim_particles */
+  const meltsim_stage_clock* clock; /* in the backend's memory; null outside of stages */
+  uint64_t serial;                  /* for meltsim_world_check_device_state() */
+} meltsim_stage_context;
+/* The state as it is, without a copy. Arrays are not to be written; they stay until the next step. The caller sets `size`. */
+MELTSIM_C_API meltsim_status meltsim_world_device_state(meltsim_world* world, meltsim_stage_context* state);
+
+/* A stage of the host, called in every sub-step with arrays that hold until it returns. It must not call the World. */
+typedef void (*meltsim_stage_function)(const meltsim_stage_context* context, void* user);
+typedef struct meltsim_stage_desc {
+  uint32_t size;              /* sizeof(meltsim_stage_desc) */
+  int32_t recorded;           /* not 0: CUDA records what it enqueues: CustomStage::recorded */
+  const char* name;           /* unique; copied */
+  const char* after;          /* the built-in stage before it; null: "sph.forces" */
+  meltsim_stage_function run; /* enqueues the work of the stage */
+  void* user;                 /* passed to `run`; it outlives the stage */
+  const char* const* reads;   /* channels that it reads, by their names in fields.def */
+  uint64_t read_count;        /* how many */
+  const char* const* writes;  /* channels that it writes */
+  uint64_t write_count;       /* how many */
+} meltsim_stage_desc;
+MELTSIM_C_API void meltsim_stage_desc_init_sized(meltsim_stage_desc* to, size_t size);
+static inline void meltsim_stage_desc_init(meltsim_stage_desc* to) {
+  meltsim_stage_desc_init_sized(to, sizeof *to);
+} /* size and defaults */
+MELTSIM_C_API meltsim_status meltsim_world_add_stage(meltsim_world* world, const meltsim_stage_desc* desc);
+MELTSIM_C_API meltsim_status meltsim_world_remove_stage(meltsim_world* world, const char* name);
+
 /* Order between the World's stream and other streams of the host, on the device; neither waits. `event` is a cudaEvent_t. What the
  * World enqueues from now on waits for it; it is recorded behind what the World has enqueued. MELTSIM_INVALID_ARGUMENT: no event, one of
  * another device, a World on the CPU. */
@@ -902,6 +987,10 @@ MELTSIM_C_API meltsim_status meltsim_world_signal(meltsim_world* world, void* ev
 /* Whether the arrays of a view are still what they were: MELTSIM_INVALID_ARGUMENT, and why, where another call has taken their memory.
  * Does not wait; for the asserts of a debug build. */
 MELTSIM_C_API meltsim_status meltsim_world_check_view(meltsim_world* world, const meltsim_render_view* view);
+MELTSIM_C_API meltsim_status meltsim_world_check_surface_view(meltsim_world* world,
+                                                              const meltsim_surface_view* view);
+MELTSIM_C_API meltsim_status meltsim_world_check_device_state(meltsim_world* world,
+                                                              const meltsim_stage_context* state);
 
 /* Copies the state to `buffer`, for meltsim_world_restore(). *bytes is set to the size of the state; where `capacity` is less,
  * nothing is copied and MELTSIM_CAPACITY is returned. `buffer` may be null if `capacity` is 0. Waits for all steps. */

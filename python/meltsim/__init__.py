@@ -6,11 +6,12 @@
 >>> world.run(1.0)
 >>> world.show()
 """
-from ._core import (Body, Emitter, ForceField, HeatRegion, Ledger, Material, Particles, Piece, Probe, Resolved, Shape, State, StepResult, Stiffness, Surface,
-                    TimedStep, Totals, build_info, scenes)
+from ._core import (Body, Emitter, ForceField, HeatRegion, Ledger, Material, ParticleFrame, Particles, Piece, Probe, Reading, RenderPack, Resolved,
+                    Shape, State, StepResult, Stiffness, Surface, SurfaceView, TimedStep, Totals, build_info, scenes)
 from ._error import Error
 from ._world import Page, World
 
 __version__ = build_info()["version"]
-__all__ = ["Body", "Emitter", "Error", "ForceField", "HeatRegion", "Ledger", "Material", "Page", "Particles", "Piece", "Probe", "Resolved", "Shape",
-           "State", "StepResult", "Stiffness", "Surface", "TimedStep", "Totals", "World", "build_info", "scenes"]
+__all__ = ["Body", "Emitter", "Error", "ForceField", "HeatRegion", "Ledger", "Material", "Page", "ParticleFrame", "Particles", "Piece", "Probe",
+           "Reading", "RenderPack", "Resolved", "Shape", "State", "StepResult", "Stiffness", "Surface", "SurfaceView", "TimedStep", "Totals", "World",
+           "build_info", "scenes"]

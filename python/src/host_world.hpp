@@ -80,11 +80,13 @@ class HostWorld {
   std::vector<Material> materials;
   std::vector<Body> bodies;
   std::vector<Probe> probes;
-  std::vector<ForceField> fields;  ///< that there are
+  std::vector<ForceField> fields;                          ///< that there are
+  std::map<std::uint64_t, meltsim::ReadRequest> requests;  ///< open ones, by ticket
   runner::Scene scene;
   std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive
   std::atomic<int> packed{0};                ///< of render_view() that are
   std::atomic<std::uint64_t> packs{0};       ///< calls of render_view()
+  std::atomic<int> surfaced{0};              ///< arrays of surface_view() that are alive
   std::atomic<std::uint64_t> generation{0};  ///< of the state: views of another one have expired
   std::vector<std::unique_ptr<Stage>>& stages() { return stages_; }
 
@@ -118,6 +120,21 @@ struct RenderPack {
   nb::object owner;  ///< the World
   HostWorld* world = nullptr;
   std::uint64_t pack = 0;  ///< which call it is of
+};
+
+/// A mesh that surface_view() made.
+struct SurfacePack {
+  meltsim::SurfaceView view;
+  nb::object owner;  ///< the World
+  HostWorld* world = nullptr;
+};
+
+/// What take() gave, with the World whose names it is told by.
+struct HostReading {
+  meltsim::Reading reading;
+  meltsim::ReadRequest asked;
+  nb::object owner;  ///< the World
+  HostWorld* world = nullptr;
 };
 
 template <class Tag>

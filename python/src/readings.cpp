@@ -78,6 +78,46 @@ auto vertex_column(std::vector<V> meltsim::SurfaceMesh::*member, std::size_t col
   };
 }
 
+template <class T, class V>
+auto frame_column(std::vector<V> meltsim::ParticleFrame::*member, std::size_t columns = 1) {
+  return [member, columns](nb::handle self) {
+    const auto& values = nb::cast<const meltsim::ParticleFrame&>(self).*member;
+    std::vector<std::size_t> shape{values.size()};
+    if (columns > 1) shape.push_back(columns);
+    return array_view<T>(reinterpret_cast<const T*>(values.data()), shape, self);
+  };
+}
+
+void bind_frame(nb::module_& m) {
+  using meltsim::ParticleFrame;
+  nb::class_<ParticleFrame>(m, "ParticleFrame",
+                            "Particles of a Reading, sorted by id, in single precision. Arrays are parallel "
+                            "and share its memory.")
+      .def("__len__", [](const ParticleFrame& p) { return p.id.size(); })
+      .def("__repr__",
+           [](const ParticleFrame& p) {
+             return "<meltsim.ParticleFrame: " + std::to_string(p.id.size()) + ">";
+           })
+      .def_prop_ro(
+          "origin", [](const ParticleFrame& p) { return tuple3(p.origin); },
+          "Positions are relative to it [m].")
+      .def_prop_ro("id", frame_column<std::uint32_t>(&ParticleFrame::id), "Ascending, uint32 (n,)")
+      .def_prop_ro("position", frame_column<float>(&ParticleFrame::position, 3), "[m], float32 (n, 3)")
+      .def_prop_ro("velocity", frame_column<float>(&ParticleFrame::velocity, 3), "[m/s], float32 (n, 3)")
+      .def_prop_ro("temperature", frame_column<float>(&ParticleFrame::temperature),
+                   "[degrees Celsius], float32 (n,)")
+      .def_prop_ro("liquid_fraction", frame_column<float>(&ParticleFrame::liquid_fraction),
+                   "0 solid to 1 liquid, float32 (n,)")
+      .def_prop_ro("density", frame_column<float>(&ParticleFrame::density),
+                   "[kg/m^3], 0 before the first step, float32 (n,)")
+      .def_prop_ro("pressure", frame_column<float>(&ParticleFrame::pressure),
+                   "[Pa], 0 for solids, float32 (n,)")
+      .def_prop_ro("tag", frame_column<std::uint32_t>(&ParticleFrame::tag),
+                   "Bits of meltsim/particle_tag.hpp, uint32 (n,)")
+      .def_prop_ro("piece", frame_column<std::uint32_t>(&ParticleFrame::piece),
+                   "Label of the connected piece, 0 for liquid, uint32 (n,)");
+}
+
 }  // namespace
 
 void bind_readings(nb::module_& m) {
@@ -164,7 +204,11 @@ void bind_readings(nb::module_& m) {
       .add("courant", &Ledger::courant, "(c + max_speed) dt / H of that sub-step.")
       .add("solution", &Ledger::solution, "Heat that what is dissolved has taken up [J].");
   Record<PieceInfo> piece(m, "Piece", "One connected piece of a body.");
+  piece.get().def_prop_ro(
+      "body", [](const PieceInfo& p) { return p.body.index; },
+      "Body.index of the body that it is or was part of.");
   piece.add("name", &PieceInfo::name, "The body's name; further pieces get \".2\", \".3\", ...")
+      .add("piece", &PieceInfo::piece, "Label, as of Particles.piece and of events.")
       .add("particles", &PieceInfo::particles, "Number of its particles.")
       .add("mass", &PieceInfo::mass, "[kg]")
       .add("center", &PieceInfo::center, "Centre of mass [m].")
@@ -225,6 +269,7 @@ void bind_readings(nb::module_& m) {
       nb::sig("def stiffness(self) -> list[Stiffness]"),
       "Per material, in the order added: at the last sub-step; before the first one, at stable_dt.");
 
+  bind_frame(m);
   nb::class_<ParticleData>(
       m, "Particles",
       "All particles, sorted by id: a copy that stays as it is. Arrays are parallel and share its memory.")

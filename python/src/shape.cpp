@@ -57,6 +57,21 @@ void bind_shape(nb::module_& m) {
           },
           "center"_a, "axis"_a, "major_radius"_a, "minor_radius"_a, "Ring.")
       .def_static(
+          "blend",
+          [](ArrayLike centers, ArrayLike radii, Real blend) {
+            const auto at = points("centers", centers), axes = points("radii", radii);
+            if (at.size() != axes.size())
+              refuse("radii: expected as many as centers, " + std::to_string(at.size()) + ", got " +
+                     std::to_string(axes.size()));
+            std::vector<meltsim::Ellipsoid> parts;
+            for (std::size_t k = 0; k < at.size(); ++k) parts.push_back({at[k], axes[k]});
+            return valid(Shape::blend(std::move(parts), number("blend", blend)));
+          },
+          "centers"_a, "radii"_a, "blend"_a = 0.0,
+          "Smooth union of ellipsoids along the axes: centers and half axes (n, 3); neighbours merge over "
+          "the "
+          "width blend [m].")
+      .def_static(
           "mesh",
           [](ArrayLike vertices, ArrayLike faces) {
             meltsim::TriangleMesh mesh;

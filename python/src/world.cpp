@@ -364,18 +364,23 @@ const Keys<SolidInput>& solid_keys() {
       {"max_speed", "float", "of a kinematic body or proxy: the largest speed it will have [m/s]",
        d(&D::max_speed)},
       {"mass", "float", "of a proxy, above 0 [kg]", d(&D::mass)},
-      {"inertia", "Sequence[Sequence[float]] | None",
-       "of a proxy, about its pivot as built, 3 x 3 [kg m^2]; None: of its mass spread over the shape",
+      {"inertia", "Sequence[Sequence[float]] | Sequence[float] | None",
+       "of a proxy, about its pivot as built, 3 x 3, or three numbers along the axes [kg m^2]; None: of its "
+       "mass spread over the shape",
        [](SolidInput& input, const std::string& name, nb::handle v) {
          input.desc.inertia = {};
          if (v.is_none()) return;
          nb::object rows = nb::steal(PySequence_Fast(v.ptr(), ""));
          if (!rows || PySequence_Fast_GET_SIZE(rows.ptr()) != 3) {
            PyErr_Clear();
-           wrong_type(name + ": expected three rows of three numbers, got " + shown(v));
+           wrong_type(name + ": expected three rows of three numbers, or three numbers, got " + shown(v));
          }
+         const bool axes = PyNumber_Check(PySequence_Fast_GET_ITEM(rows.ptr(), 0)) != 0 &&
+                           PySequence_Check(PySequence_Fast_GET_ITEM(rows.ptr(), 0)) == 0;
+         const Vec3d along = axes ? vector(name, v) : Vec3d{};
          for (int k = 0; k < 3; ++k) {
-           const Vec3d row = vector(name, PySequence_Fast_GET_ITEM(rows.ptr(), k));
+           const Vec3d row = axes ? Vec3d{k == 0 ? along.x : 0, k == 1 ? along.y : 0, k == 2 ? along.z : 0}
+                                  : vector(name, PySequence_Fast_GET_ITEM(rows.ptr(), k));
            input.desc.inertia.m[k][0] = row.x;
            input.desc.inertia.m[k][1] = row.y;
            input.desc.inertia.m[k][2] = row.z;
@@ -679,6 +684,173 @@ TimedStep timed(HostWorld& w, F steps) {
   return taken;
 }
 
+// ---- Results by name ------------------------------------------------------------------------------------
+
+nb::dict forces_by_name(const HostWorld& w, const std::vector<BodyForces>& all) {
+  nb::dict bodies;
+  for (const BodyForces& f : all) {
+    nb::dict d;
+    d["seconds"] = f.seconds;
+    d["impulse"] = tuple3(f.total.linear);
+    d["angular_impulse"] = tuple3(f.total.angular);
+    d["pressure"] = tuple3(f.pressure.linear);
+    d["pressure_angular"] = tuple3(f.pressure.angular);
+    d["viscosity"] = tuple3(f.viscosity.linear);
+    d["viscosity_angular"] = tuple3(f.viscosity.angular);
+    d["contact"] = tuple3(f.contact.linear);
+    d["contact_angular"] = tuple3(f.contact.angular);
+    d["heat"] = f.heat;
+    d["position"] = tuple3(f.position);
+    d["orientation"] = tuple4(f.orientation);
+    d["velocity"] = tuple3(f.velocity);
+    d["angular_velocity"] = tuple3(f.angular_velocity);
+    for (const Body& body : w.bodies)
+      if (body.id.index == f.body.index) bodies[body.name.c_str()] = d;
+  }
+  return bodies;
+}
+
+nb::dict events_by_name(const HostWorld& w, const Events& all) {
+  const auto name_of = [&w](BodyId id) -> nb::object {
+    for (const Body& body : w.bodies)
+      if (id && body.id.index == id.index) return nb::cast(body.name);
+    return nb::none();
+  };
+  nb::list events;
+  for (const Event& e : all.events) {
+    nb::dict d;
+    d["kind"] = event_names[static_cast<std::size_t>(e.kind)];
+    d["step"] = e.step;
+    d["time"] = e.time;
+    d["position"] = tuple3(e.position);
+    d["particle"] = e.particle;
+    d["body"] = name_of(e.body);
+    d["other"] = name_of(e.other);
+    d["wall"] = e.wall < 0 ? nb::object(nb::none()) : nb::cast(face_names[static_cast<std::size_t>(e.wall)]);
+    d["piece"] = e.piece;
+    d["from"] = e.from;
+    events.append(d);
+  }
+  nb::dict counts, result;
+  for (std::size_t k = 0; k < all.counts.size(); ++k) counts[event_names[k].c_str()] = all.counts[k];
+  result["events"] = events;
+  result["lost"] = all.lost;
+  result["counts"] = counts;
+  return result;
+}
+
+nb::dict samples_by_name(const HostWorld& w, std::vector<ProbeSeries> all) {
+  nb::dict result;
+  std::size_t k = 0;
+  for (ProbeSeries& s : all) {
+    nb::dict one;
+    const std::size_t points = s.points, width = s.width, times = s.time.size();
+    one["time"] = array_of<double>(std::move(s.time));
+    one["values"] = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
+    result[(k < w.probes.size() ? w.probes[k].name : "probe" + std::to_string(k)).c_str()] = one;
+    ++k;
+  }
+  return result;
+}
+
+// ---- Reading without waiting ------------------------------------------------------------------------------
+
+const std::vector<std::string> part_names{"totals", "forces", "events", "pieces", "particles", "samples"};
+bool ReadRequest::*const part_members[] = {&ReadRequest::totals,    &ReadRequest::forces,
+                                           &ReadRequest::events,    &ReadRequest::pieces,
+                                           &ReadRequest::particles, &ReadRequest::probes};
+
+/// A member of what was read; None where it was not asked for.
+template <class F>
+auto part(bool ReadRequest::*asked, F f) {
+  return [asked, f](HostReading& r) -> nb::object {
+    return r.asked.*asked ? nb::object(f(r)) : nb::object(nb::none());
+  };
+}
+
+ReadTicket ticket_of(nb::handle ticket) {
+  const std::int64_t value = integer("ticket", ticket);
+  if (value < 0) refuse("ticket: expected one of request(), got " + std::to_string(value));
+  return {static_cast<std::uint64_t>(value)};
+}
+
+void bind_reading(nb::module_& m) {
+  nb::class_<HostReading>(m, "Reading",
+                          "What World.take() gives: the World as it was at the request. What was not asked "
+                          "for is None.")
+      .def_prop_ro(
+          "time", [](const HostReading& r) { return r.reading.time; }, "[s]")
+      .def_prop_ro(
+          "steps", [](const HostReading& r) { return r.reading.step; }, "Sub-steps completed.")
+      .def_prop_ro(
+          "result", [](const HostReading& r) { return r.reading.result; },
+          "The report that synchronize() would have given then; always there.")
+      .def_prop_ro("totals",
+                   part(&ReadRequest::totals, [](HostReading& r) { return nb::cast(r.reading.totals); }),
+                   nb::sig("def totals(self) -> Totals | None"), "As World.totals().")
+      .def_prop_ro("ledger",
+                   part(&ReadRequest::totals, [](HostReading& r) { return nb::cast(r.reading.ledger); }),
+                   nb::sig("def ledger(self) -> Ledger | None"), "As World.ledger(), with the totals.")
+      .def_prop_ro("forces",
+                   part(&ReadRequest::forces,
+                        [](HostReading& r) { return forces_by_name(*r.world, r.reading.forces); }),
+                   nb::sig("def forces(self) -> dict[str, dict[str, float | tuple[float, ...]]] | None"),
+                   "As World.take_forces().")
+      .def_prop_ro("events",
+                   part(&ReadRequest::events,
+                        [](HostReading& r) { return events_by_name(*r.world, r.reading.events); }),
+                   nb::sig("def events(self) -> dict[str, Any] | None"), "As World.take_events().")
+      .def_prop_ro("pieces",
+                   part(&ReadRequest::pieces,
+                        [](HostReading& r) {
+                          nb::list all;
+                          for (const PieceInfo& p : r.reading.pieces) all.append(nb::cast(p));
+                          return all;
+                        }),
+                   nb::sig("def pieces(self) -> list[Piece] | None"), "As World.pieces(); at most 65,536.")
+      .def_prop_ro("particles",
+                   part(&ReadRequest::particles,
+                        [](HostReading& r) {
+                          return nb::cast(r.reading.particles, nb::rv_policy::reference_internal,
+                                          nb::find(&r));
+                        }),
+                   nb::sig("def particles(self) -> ParticleFrame | None"),
+                   "Particles in single precision, without a copy.")
+      .def_prop_ro("samples",
+                   part(&ReadRequest::probes,
+                        [](HostReading& r) { return samples_by_name(*r.world, r.reading.probes); }),
+                   nb::sig("def samples(self) -> dict[str, dict[str, numpy.ndarray]] | None"),
+                   "As World.take_samples().");
+}
+
+std::uint64_t request(HostWorld& w, const nb::args& args) {
+  ReadRequest what;
+  for (nb::handle name : args) what.*part_members[choice("parts", name, part_names)] = true;
+  const HostWorld::Use use(w);
+  ReadTicket ticket;
+  {
+    const nb::gil_scoped_release released;
+    ticket = expect(use->request(what));
+  }
+  w.requests[ticket.value] = what;
+  return ticket.value;
+}
+
+nb::object take(HostWorld& w, Integer of) {
+  const ReadTicket ticket = ticket_of(of);
+  auto taken = std::make_unique<HostReading>();
+  const HostWorld::Use use(w);
+  {
+    const nb::gil_scoped_release released;
+    taken->reading = expect(use->take(ticket));
+  }
+  taken->asked = w.requests[ticket.value];
+  w.requests.erase(ticket.value);
+  taken->owner = nb::find(&w);
+  taken->world = &w;
+  return nb::cast(taken.release(), nb::rv_policy::take_ownership);
+}
+
 // ---- Views of the World's own memory ------------------------------------------------------------------------
 
 /// An array of the World's own memory. It keeps the World, and counts: what changes that memory is refused while the array is
@@ -686,7 +858,7 @@ TimedStep timed(HostWorld& w, F steps) {
 nb::object exported_array(const nb::object& of, HostWorld& w, std::atomic<int>& counter, Backend backend,
                           void* data, std::uint64_t rows, std::size_t columns, nb::dlpack::dtype dtype,
                           bool writable) {
-  if (data == nullptr) return nb::none();
+  if (data == nullptr && rows > 0) return nb::none();
   struct Export {
     nb::object owner;
     std::atomic<int>* counter;
@@ -712,11 +884,13 @@ nb::object exported_array(const nb::object& of, HostWorld& w, std::atomic<int>& 
 }
 
 /// T: 0 = the World's precision, else the type.
-nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dtype dtype, bool writable) {
+nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dtype dtype, bool writable,
+                       bool optional = false) {
   HostWorld& w = *s.world;
   if (s.stage ? !*s.alive : s.generation != w.generation)
     refuse(s.stage ? "state: the stage has returned; its argument holds until then"
                    : "state: the World has changed since state(); call state() again");
+  if (data == nullptr && optional) return nb::none();
   return exported_array(s.owner, w, w.exported, s.context.backend, data, s.context.particles, columns, dtype,
                         writable);
 }
@@ -731,6 +905,8 @@ auto pack_array(const V* RenderView::*member) {
       refuse(
           "render_view: there is a later one, which has taken the place of this; use that, or keep a copy");
     auto* data = const_cast<V*>(p.view.*member);
+    if constexpr (std::is_same_v<V, std::uint32_t>)  // colours, where none were asked for
+      if (data == nullptr && member == &RenderView::color) return nb::object(nb::none());
     return exported_array(p.owner, *p.world, p.world->packed, p.view.backend, data, p.view.count, columns,
                           nb::dtype<Item>(), false);
   };
@@ -772,6 +948,78 @@ void bind_pack(nb::module_& m) {
           "The World's cudaStream_t; 0 on the CPU.");
 }
 
+/// A member of a surface in the backend's memory.
+template <class V>
+auto surface_array(const V* SurfaceView::*member) {
+  return [member](SurfacePack& p) {
+    constexpr std::size_t columns = std::is_same_v<V, Vec3f> ? 3 : 1;
+    using Item = std::conditional_t<std::is_same_v<V, Vec3f>, float, V>;
+    expect(p.world->unguarded().check_view(p.view));
+    const bool of_triangles = static_cast<const void*>(p.view.*member) == p.view.triangle;
+    return exported_array(p.owner, *p.world, p.world->surfaced, p.view.backend,
+                          const_cast<V*>(p.view.*member), of_triangles ? p.view.triangles : p.view.vertices,
+                          of_triangles ? 3 : columns, nb::dtype<Item>(), false);
+  };
+}
+
+void bind_surface_pack(nb::module_& m) {
+  nb::class_<SurfacePack>(
+      m, "SurfaceView",
+      "A surface mesh in the memory of the backend: no copy. NumPy arrays on the CPU; on CUDA arrays with "
+      "__dlpack__. They stay while the World steps, until the next surface, which is refused while one is "
+      "alive.")
+      .def_prop_ro(
+          "origin", [](const SurfacePack& p) { return tuple3(p.view.origin); }, "Add it to positions [m].")
+      .def_prop_ro("position", surface_array(&SurfaceView::position), nb::sig("def position(self) -> Any"),
+                   "[m], float32 (n, 3)")
+      .def_prop_ro("normal", surface_array(&SurfaceView::normal), nb::sig("def normal(self) -> Any"),
+                   "Outward, length 1, float32 (n, 3)")
+      .def_prop_ro("temperature", surface_array(&SurfaceView::temperature),
+                   nb::sig("def temperature(self) -> Any"), "[degrees Celsius], float32 (n,)")
+      .def_prop_ro("liquid_fraction", surface_array(&SurfaceView::liquid_fraction),
+                   nb::sig("def liquid_fraction(self) -> Any"), "0 to 1, float32 (n,)")
+      .def_prop_ro("body", surface_array(&SurfaceView::body), nb::sig("def body(self) -> Any"),
+                   "0 = liquid, else Body.index + 1, uint32 (n,)")
+      .def_prop_ro("material", surface_array(&SurfaceView::material), nb::sig("def material(self) -> Any"),
+                   "Material.index, uint32 (n,)")
+      .def_prop_ro("triangles", surface_array(&SurfaceView::triangle), nb::sig("def triangles(self) -> Any"),
+                   "Vertices of triangles, counter-clockwise seen from outside, uint32 (m, 3)")
+      .def_prop_ro(
+          "draw",
+          [](SurfacePack& p) {
+            expect(p.world->unguarded().check_view(p.view));
+            return exported_array(p.owner, *p.world, p.world->surfaced, p.view.backend,
+                                  const_cast<SurfaceDraw*>(p.view.draw), p.view.draw == nullptr ? 0 : 5, 1,
+                                  nb::dtype<std::uint32_t>(), false);
+          },
+          nb::sig("def draw(self) -> Any"),
+          "Arguments of an indexed indirect draw: uint32 (5,), the first is three times the number of "
+          "triangles.")
+      .def_prop_ro(
+          "stream", [](const SurfacePack& p) { return reinterpret_cast<std::uintptr_t>(p.view.stream); },
+          "The World's cudaStream_t; 0 on the CPU.");
+}
+
+void refuse_while_surfaced(const HostWorld& w, const char* call) {
+  if (w.surfaced > 0)
+    refuse(std::string(call) + ": " + std::to_string(w.surfaced) +
+           " array(s) of a surface_view() still view its memory; delete them first, or keep a copy "
+           "(array.copy())");
+}
+
+SurfaceDesc surface_desc(HostWorld& w, nb::handle of_what, nb::handle cell, nb::handle kernel,
+                         nb::handle smoothing, nb::handle closed) {
+  SurfaceDesc desc;
+  if (nb::isinstance<Body>(of_what))
+    desc.of = SurfaceOf::body, desc.body = w.resolve("of", w.bodies, of_what, "body");
+  else desc.of = static_cast<SurfaceOf>(choice("of", of_what, {"liquid", "solids"}));
+  desc.cell = number("cell", cell);
+  desc.kernel = static_cast<SurfaceKernel>(choice("kernel", kernel, {"isotropic", "anisotropic"}));
+  desc.smoothing = static_cast<int>(integer("smoothing", smoothing));
+  desc.closed_at_solids = boolean("closed_at_solids", closed);
+  return desc;
+}
+
 nb::dlpack::dtype scalar(const State& s) {
   return s.context.precision == Precision::double_precision ? nb::dtype<double>() : nb::dtype<float>();
 }
@@ -793,7 +1041,7 @@ void bind_state(nb::module_& m) {
           nb::sig("def velocity(self) -> Any"), "[m/s]; the fourth column belongs to the library; (n, 4)")
       .def_prop_ro(
           "acceleration",
-          [](State& s) { return state_array(s, s.context.acceleration, 3, scalar(s), s.stage); },
+          [](State& s) { return state_array(s, s.context.acceleration, 3, scalar(s), s.stage, true); },
           nb::sig("def acceleration(self) -> Any"),
           "Within a stage: add to it [m/s^2]; (n, 3). None outside.")
       .def_prop_ro(
@@ -814,7 +1062,8 @@ void bind_state(nb::module_& m) {
       .def_prop_ro(
           "enthalpy",
           [](State& s) {
-            return state_array(s, const_cast<double*>(s.context.enthalpy), 1, nb::dtype<double>(), false);
+            return state_array(s, const_cast<double*>(s.context.enthalpy), 1, nb::dtype<double>(), false,
+                               true);
           },
           nb::sig("def enthalpy(self) -> Any"), "[J], float64 (n,); None where heat is at rest")
       .def_prop_ro(
@@ -859,6 +1108,8 @@ void bind_world(nb::module_& m) {
   bind_named<Probe>(m, "Probe", "A probe of a World.");
   bind_state(m);
   bind_pack(m);
+  bind_surface_pack(m);
+  bind_reading(m);
 
   nb::class_<LoadedScene>(m, "Scene", "A scene that was read and not built yet.")
       .def(nb::new_([](const std::string& source, bool is_text, const std::vector<std::string>& set,
@@ -1167,27 +1418,7 @@ void bind_world(nb::module_& m) {
           "take_forces",
           [](HostWorld& w) {
             const auto all = away(w, false, [](World& world) { return expect(world.take_forces()); });
-            nb::dict bodies;
-            for (const BodyForces& f : all) {
-              nb::dict d;
-              d["seconds"] = f.seconds;
-              d["impulse"] = tuple3(f.total.linear);
-              d["angular_impulse"] = tuple3(f.total.angular);
-              d["pressure"] = tuple3(f.pressure.linear);
-              d["pressure_angular"] = tuple3(f.pressure.angular);
-              d["viscosity"] = tuple3(f.viscosity.linear);
-              d["viscosity_angular"] = tuple3(f.viscosity.angular);
-              d["contact"] = tuple3(f.contact.linear);
-              d["contact_angular"] = tuple3(f.contact.angular);
-              d["heat"] = f.heat;
-              d["position"] = tuple3(f.position);
-              d["orientation"] = tuple4(f.orientation);
-              d["velocity"] = tuple3(f.velocity);
-              d["angular_velocity"] = tuple3(f.angular_velocity);
-              for (const Body& body : w.bodies)
-                if (body.id.index == f.body.index) bodies[body.name.c_str()] = d;
-            }
-            return bodies;
+            return forces_by_name(w, all);
           },
           nb::sig("def take_forces(self) -> dict[str, dict[str, float | tuple[float, ...]]]"),
           "What acted on every watched body since the last call, by its name: impulses [N s] and angular "
@@ -1223,34 +1454,7 @@ void bind_world(nb::module_& m) {
           "take_events",
           [](HostWorld& w) {
             const Events all = away(w, false, [](World& world) { return expect(world.take_events()); });
-            const auto name_of = [&w](BodyId id) -> nb::object {
-              for (const Body& body : w.bodies)
-                if (id && body.id.index == id.index) return nb::cast(body.name);
-              return nb::none();
-            };
-            nb::list events;
-            for (const Event& e : all.events) {
-              nb::dict d;
-              d["kind"] = event_names[static_cast<std::size_t>(e.kind)];
-              d["step"] = e.step;
-              d["time"] = e.time;
-              d["position"] = tuple3(e.position);
-              d["particle"] = e.particle;
-              d["body"] = name_of(e.body);
-              d["other"] = name_of(e.other);
-              d["wall"] = e.wall < 0 ? nb::object(nb::none())
-                                     : nb::cast(face_names[static_cast<std::size_t>(e.wall)]);
-              d["piece"] = e.piece;
-              d["from"] = e.from;
-              events.append(d);
-            }
-            nb::dict counts, result;
-            for (std::size_t k = 0; k < all.counts.size(); ++k)
-              counts[event_names[k].c_str()] = all.counts[k];
-            result["events"] = events;
-            result["lost"] = all.lost;
-            result["counts"] = counts;
-            return result;
+            return events_by_name(w, all);
           },
           nb::sig("def take_events(self) -> dict[str, Any]"),
           "Events since the last call: \"events\", a list of dicts with kind, step, time [s], position [m], "
@@ -1443,6 +1647,19 @@ void bind_world(nb::module_& m) {
           "pieces",
           [](HostWorld& w) { return away(w, false, [](World& world) { return expect(world.pieces()); }); },
           "Connected pieces of all bodies.")
+      .def("request", &request, nb::sig("def request(self, *parts: str) -> int"),
+           "Enqueues a reading behind the steps so far and returns its ticket, without waiting: \"totals\", "
+           "\"forces\", "
+           "\"events\", \"pieces\", \"particles\", \"samples\". At most four are open.")
+      .def(
+          "ready",
+          [](HostWorld& w, Integer ticket) {
+            const ReadTicket of = ticket_of(ticket);
+            return away(w, false, [&](World& world) { return expect(world.ready(of)); });
+          },
+          "ticket"_a, "Whether take() would return at once.")
+      .def("take", &take, "ticket"_a, nb::sig("def take(self, ticket: int) -> Reading"),
+           "Waits for that reading, not for steps behind it, and closes the ticket.")
       .def("state", &HostWorld::state, nb::sig("def state(self) -> State"),
            "Views of the World's own memory, without a copy. Waits for all steps.")
       .def(
@@ -1473,18 +1690,8 @@ void bind_world(nb::module_& m) {
       .def(
           "take_samples",
           [](HostWorld& w) {
-            auto all = away(w, false, [](World& world) { return expect(world.take_samples()); });
-            nb::dict result;
-            std::size_t k = 0;
-            for (ProbeSeries& s : all) {
-              nb::dict one;
-              const std::size_t points = s.points, width = s.width, times = s.time.size();
-              one["time"] = array_of<double>(std::move(s.time));
-              one["values"] = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
-              result[(k < w.probes.size() ? w.probes[k].name : "probe" + std::to_string(k)).c_str()] = one;
-              ++k;
-            }
-            return result;
+            return samples_by_name(w,
+                                   away(w, false, [](World& world) { return expect(world.take_samples()); }));
           },
           nb::sig("def take_samples(self) -> dict[str, dict[str, numpy.ndarray]]"),
           "Samples of every probe since the last call, by name: \"time\" (samples,) and \"values\" (samples, "
@@ -1505,22 +1712,44 @@ void bind_world(nb::module_& m) {
       .def(
           "surface",
           [](HostWorld& w, nb::object of_what, Real cell, Text kernel, Integer smoothing, Boolean closed) {
-            SurfaceDesc desc;
-            if (nb::isinstance<Body>(of_what))
-              desc.of = SurfaceOf::body, desc.body = w.resolve("of", w.bodies, of_what, "body");
-            else desc.of = static_cast<SurfaceOf>(choice("of", of_what, {"liquid", "solids"}));
-            desc.cell = number("cell", cell);
-            desc.kernel = static_cast<SurfaceKernel>(choice("kernel", kernel, {"isotropic", "anisotropic"}));
-            desc.smoothing = static_cast<int>(integer("smoothing", smoothing));
-            desc.closed_at_solids = boolean("closed_at_solids", closed);
+            const SurfaceDesc desc = surface_desc(w, of_what, cell, kernel, smoothing, closed);
+            refuse_while_surfaced(w, "surface");
             return away(w, false, [&](World& world) { return expect(world.surface(desc)); });
           },
           "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
           "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a Body as triangles.")
       .def(
+          "surface_view",
+          [](HostWorld& w, nb::object of_what, Real cell, Text kernel, Integer smoothing, Boolean closed,
+             Boolean wait) {
+            SurfaceDesc desc = surface_desc(w, of_what, cell, kernel, smoothing, closed);
+            desc.wait = boolean("wait", wait);
+            refuse_while_surfaced(w, "surface_view");
+            auto pack = std::make_unique<SurfacePack>();
+            const HostWorld::Use world(w);
+            {
+              const nb::gil_scoped_release released;
+              pack->view = expect(world->surface_view(desc));
+              if (desc.wait)
+                world->synchronize();  // arrays are used on streams that the World has no part in
+            }
+            pack->owner = nb::find(&w);
+            pack->world = &w;
+            return nb::cast(pack.release(), nb::rv_policy::take_ownership);
+          },
+          "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
+          "closed_at_solids"_a = false, "wait"_a = true,
+          nb::sig("def surface_view(self, of: Any = \"liquid\", *, cell: float = 0.0, kernel: str = "
+                  "\"isotropic\", smoothing: int = 4, closed_at_solids: bool = False, wait: bool = True) -> "
+                  "SurfaceView"),
+          "The same as arrays in the memory of the backend, without a copy. wait=False: nothing waits on "
+          "CUDA; arrays are as "
+          "long as there is room for, draw says how much of them there is, and they are used on stream.")
+      .def(
           "render_view",
-          [](HostWorld& w, nb::object color, Real coldest, Real hottest, nb::object colors) {
+          [](HostWorld& w, nb::object color, Real coldest, Real hottest, nb::object colors, Boolean wait) {
             RenderDesc desc;
+            const bool waits = boolean("wait", wait);
             if (!color.is_none())
               desc.color = static_cast<ColorBy>(1 + choice("color", color, {"material", "temperature"}));
             desc.coldest = number("coldest", coldest);
@@ -1541,7 +1770,7 @@ void bind_world(nb::module_& m) {
             {
               const nb::gil_scoped_release released;
               pack->view = expect(world->render_view(desc));
-              world->synchronize();  // arrays are used on streams that the World has no part in
+              if (waits) world->synchronize();  // arrays are used on streams that the World has no part in
             }
             pack->owner = nb::find(&w);
             pack->world = &w;
@@ -1549,15 +1778,17 @@ void bind_world(nb::module_& m) {
             return nb::cast(pack.release(), nb::rv_policy::take_ownership);
           },
           nb::kw_only(), "color"_a = nb::none(), "coldest"_a = 0.0, "hottest"_a = 100.0,
-          "colors"_a = nb::none(),
+          "colors"_a = nb::none(), "wait"_a = true,
           nb::sig("def render_view(self, *, color: str | None = None, coldest: float = 0.0, hottest: float = "
                   "100.0, "
-                  "colors: Sequence[int] | None = None) -> RenderPack"),
+                  "colors: Sequence[int] | None = None, wait: bool = True) -> RenderPack"),
           "Packs particles by id for a renderer. color: \"material\" (an entry of colors each) or "
           "\"temperature\" (even "
           "steps from coldest to hottest [degrees Celsius]); colors: red in the lowest byte, then green, "
           "blue, opacity; "
-          "None: a palette, a ramp. Waits for all steps.")
+          "None: a palette, a ramp. Waits for all steps, unless wait=False: on CUDA the arrays are then used "
+          "on "
+          "stream.")
       .def(
           "cast_rays",
           [](HostWorld& w, ArrayLike origins, ArrayLike directions, nb::object length, Texts of) {

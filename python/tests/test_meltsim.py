@@ -325,6 +325,110 @@ def test_a_render_pack_is_drawn_from_while_the_world_steps():
             world.render_view(**mistake)
 
 
+def test_a_reading_is_of_its_request_and_names_what_was_asked_for():
+    world = bath(heat_time_scale=1e4)
+    probe = world.add_probe([(0.3, 0.1, 0.3)], ["temperature"], name="middle")
+    world.watch_forces("block")
+    world.watch_events()
+    world.step(0.05)
+    ticket = world.request("totals", "forces", "events", "pieces", "particles", "samples")
+    asked, time, steps, mass = world.particles(), world.time, world.steps, world.totals().mass
+    world.step(0.05)
+    other = world.request("totals")
+    reading = world.take(ticket)
+    assert world.ready(other) in (False, True)
+    assert (reading.time, reading.steps, reading.result.steps) == (time, steps, steps) and not reading.result.halted
+    assert reading.totals.mass == pytest.approx(mass) and reading.ledger.step == steps
+    at = reading.particles
+    assert len(at) == 135 and at.position.dtype == np.float32 and np.array_equal(at.id, asked.id)
+    assert np.allclose(at.position + np.asarray(at.origin), asked.position, atol=1e-6) and np.allclose(at.temperature, asked.temperature, atol=1e-4)
+    position = at.position
+    assert [(p.name, p.body, p.piece, p.particles) for p in reading.pieces] == [("block", world.bodies["block"].index, 1, 27)]
+    assert set(at.piece[at.tag & 0x100 != 0]) == {1}
+    assert reading.samples["middle"]["values"].shape == (steps, 1, 1) and probe.name == "middle"
+    assert reading.forces["block"]["seconds"] == pytest.approx(0.05) and reading.events["lost"] == 0
+    one = world.take(other)
+    assert one.forces is None and one.events is None and one.pieces is None and one.particles is None and one.samples is None
+    del reading, at, one
+    gc.collect()
+    assert np.isfinite(position).all()  # the array keeps what it views
+    with pytest.raises(meltsim.Error, match="ticket"):
+        world.take(ticket)
+    with pytest.raises(meltsim.Error, match="parts: expected totals, forces"):
+        world.request("force")
+    with pytest.raises(meltsim.Error, match="ticket"):
+        world.ready(-1)
+    with pytest.raises(TypeError, match="ticket"):
+        world.ready("first")
+    world.stop_events()
+    with pytest.raises(meltsim.Error, match="events"):
+        world.request("events")
+    opened = [world.request() for _ in range(4)]
+    with pytest.raises(meltsim.Error):
+        world.request()
+    assert all(world.take(t).totals is None for t in opened)
+
+
+def test_a_surface_is_viewed_where_it_was_made():
+    world = bath()
+    whole = world.surface("solids")
+    view = world.surface_view("solids")
+    assert np.array_equal(view.position, whole.position) and np.array_equal(view.triangles, whole.triangles)
+    assert view.position.dtype == np.float32 and not view.position.flags.writeable and view.origin == whole.origin
+    assert set(view.body) == {world.bodies["block"].index + 1} and view.draw.tolist() == [whole.triangles.size, 1, 0, 0, 0]
+    kept = view.position
+    world.step(0.01)
+    for again in (world.surface, world.surface_view):
+        with pytest.raises(meltsim.Error, match="still view its memory"):
+            again("liquid")
+    del kept
+    later = world.surface_view(world.bodies["block"], wait=False)
+    assert later.draw[0] in (0, later.triangles.size)
+    with pytest.raises(meltsim.Error, match="past its time"):
+        view.position
+    with pytest.raises(meltsim.Error, match="of: expected liquid or solids"):
+        world.surface_view("gas")
+
+
+def test_an_empty_world_has_empty_arrays():
+    world = World(spacing=0.1, backend="cpu", threads=1)
+    world.step(0.01)
+    assert len(world.particles()) == 0 and world.totals().mass == 0 and world.pieces() == []
+    state = world.state()
+    assert state.position.shape == (0, 4) and state.id.shape == (0,) and state.acceleration is None
+    del state
+    pack = world.render_view()
+    assert pack.position.shape == (0, 3) and pack.temperature.shape == (0,) and pack.color is None
+    assert len(world.take(world.request("particles")).particles) == 0
+    assert world.surface().triangles.shape == (0, 3)
+    view = world.surface_view()
+    assert view.triangles.shape == (0, 3) and view.position.shape == (0, 3)
+
+
+def test_ellipsoids_that_blend():
+    drops = [(0, 0, 0), (0.5, 0, 0)], [(0.3, 0.2, 0.2), (0.3, 0.2, 0.2)]
+    sharp, smooth = Shape.blend(*drops), Shape.blend(*drops, blend=0.2)
+    neck = (0.25, 0.14, 0)
+    assert smooth.contains(neck) and not sharp.contains(neck) and sharp.contains((0.5, 0.19, 0))
+    with pytest.raises(meltsim.Error, match="radii: expected as many"):
+        Shape.blend([(0, 0, 0)], [(1, 1, 1), (1, 1, 1)])
+
+
+def test_a_proxy_takes_its_inertia_along_the_axes():
+    twists = []
+    for inertia in ((0.01, 0.02, 0.03), np.diag((0.01, 0.02, 0.03))):
+        world = World(spacing=0.1, backend="cpu", threads=1, gravity=(0, 0, 0))
+        world.add_material("wood", density=500)
+        world.add_solid(Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), "wood", name="hull", motion="proxy", mass=1, inertia=inertia)
+        world.set_proxy("hull", position=(0.15, 0.15, 0.15), angular_velocity=(1, 2, 0.1))
+        world.step(0.1)
+        twists.append(world.proxy("hull"))
+    assert twists[0] == twists[1] and not np.allclose(twists[0]["angular_velocity"], (1, 2, 0.1), atol=1e-3)  # it tumbles
+    for mistake in (1, (1, 2), [(1, 0, 0), 2, 3]):
+        with pytest.raises(TypeError, match="inertia: expected three"):
+            world.add_solid(Shape.box((1, 0, 0), (1.3, 0.3, 0.3)), "wood", motion="proxy", mass=1, inertia=mistake)
+
+
 def test_forces_on_a_body_are_its_weight():
     world = World(spacing=0.1, backend="cpu", threads=1, domain=((0, 0, 0), (1, 1, 1)))
     world.add_material("stone", density=2000)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C interface: a user of World. Every call catches, so that no exception reaches C.
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -11,9 +12,18 @@
 #include "meltsim/meltsim.h"
 #include "meltsim/world.hpp"
 
+/// A stage of the host and whose it is.
+struct StageOfHost {
+  std::string name;
+  meltsim_stage_function run = nullptr;
+  void* user = nullptr;
+  meltsim::Vec3d origin;  // of the positions that it sees
+};
+
 struct meltsim_world {
   meltsim::World world;
   std::uint32_t event_capacity = 0;  // of the ring
+  std::vector<std::unique_ptr<StageOfHost>> stages{};
 };
 struct meltsim_shape {
   meltsim::Shape shape;
@@ -295,6 +305,16 @@ static_assert(MELTSIM_RAY_ALL == meltsim::ray_all && MELTSIM_RAY_BODIES == melts
 
 meltsim::World& world_of(meltsim_world* world) { return given(world, "world").world; }
 
+/// The World, about to step: stages of the host get to know where its positions are relative to.
+meltsim::World& stepping(meltsim_world* world) {
+  meltsim::World& w = world_of(world);
+  if (world->stages.empty()) return w;
+  const meltsim::Resolved now = w.resolved();
+  for (const auto& stage : world->stages)
+    if (now.error.empty()) stage->origin = now.origin;
+  return w;
+}
+
 }  // namespace
 
 extern "C" {
@@ -315,6 +335,27 @@ meltsim_status meltsim_shape_capsule(const double a[3], const double b[3], doubl
 meltsim_status meltsim_shape_cylinder(const double a[3], const double b[3], double radius,
                                       meltsim_shape** shape) {
   return make_shape(shape, [&] { return meltsim::Shape::cylinder(vec(a, "a"), vec(b, "b"), radius); });
+}
+meltsim_status meltsim_shape_torus(const double center[3], const double axis[3], double major_radius,
+                                   double minor_radius, meltsim_shape** shape) {
+  return make_shape(shape, [&] {
+    return meltsim::Shape::torus(vec(center, "center"), vec(axis, "axis"), major_radius, minor_radius);
+  });
+}
+meltsim_status meltsim_shape_blend(const double* centers, const double* radii, size_t count, double blend,
+                                   meltsim_shape** shape) {
+  return make_shape(shape, [&] {
+    if (count > 0) given(centers, "centers"), given(radii, "radii");
+    std::vector<meltsim::Ellipsoid> parts;
+    for (size_t i = 0; i < count; ++i) parts.push_back({vec(centers + 3 * i), vec(radii + 3 * i)});
+    return meltsim::Shape::blend(std::move(parts), blend);
+  });
+}
+meltsim_status meltsim_shape_transform(const meltsim_shape* of, const double offset[3], const double axis[3],
+                                       double angle, double scale, meltsim_shape** shape) {
+  return make_shape(shape, [&] {
+    return given(of, "of").shape.transformed(vec(offset, "offset"), vec(axis, "axis"), angle, scale);
+  });
 }
 meltsim_status meltsim_shape_mesh(const double* vertices, size_t vertex_count, const uint32_t* triangles,
                                   size_t triangle_count, meltsim_shape** shape) {
@@ -458,6 +499,10 @@ static void fill(meltsim_surface_desc* desc) {
   desc->size = sizeof *desc;
   desc->smoothing = meltsim::SurfaceDesc{}.smoothing;
 }
+static void fill(meltsim_stage_desc* desc) {
+  *desc = {};
+  desc->size = sizeof *desc;
+}
 static void fill(meltsim_render_desc* desc) {
   *desc = {};
   desc->size = sizeof *desc;
@@ -502,6 +547,7 @@ void meltsim_emitter_setting_init_sized(meltsim_emitter_setting* to, size_t size
 void meltsim_probe_desc_init_sized(meltsim_probe_desc* to, size_t size) { init_sized(to, size); }
 void meltsim_surface_desc_init_sized(meltsim_surface_desc* to, size_t size) { init_sized(to, size); }
 void meltsim_render_desc_init_sized(meltsim_render_desc* to, size_t size) { init_sized(to, size); }
+void meltsim_stage_desc_init_sized(meltsim_stage_desc* to, size_t size) { init_sized(to, size); }
 
 /// Settings of the method, and of walls.
 static void set_method(meltsim::WorldDesc& d, const meltsim_world_desc& c) {
@@ -792,20 +838,20 @@ meltsim_status meltsim_world_prepare(meltsim_world* world) {
   return guarded([&] { expect(world_of(world).prepare()); });
 }
 meltsim_status meltsim_world_step(meltsim_world* world, double seconds) {
-  return guarded([&] { expect(world_of(world).step(seconds)); });
+  return guarded([&] { expect(stepping(world).step(seconds)); });
 }
 meltsim_status meltsim_world_step_within(meltsim_world* world, double seconds, double milliseconds,
                                          meltsim_timed_step* result) {
   return guarded([&] {
     if (result != nullptr) read(result, "result", meltsim_timed_step{});
-    put(result, expect(world_of(world).step_within(seconds, milliseconds)));
+    put(result, expect(stepping(world).step_within(seconds, milliseconds)));
   });
 }
 meltsim_status meltsim_world_step_part(meltsim_world* world, double seconds, uint64_t substeps,
                                        meltsim_timed_step* result) {
   return guarded([&] {
     if (result != nullptr) read(result, "result", meltsim_timed_step{});
-    put(result, expect(world_of(world).step_part(seconds, substeps)));
+    put(result, expect(stepping(world).step_part(seconds, substeps)));
   });
 }
 void meltsim_world_interrupt(meltsim_world* world) {
@@ -1217,19 +1263,65 @@ meltsim_status meltsim_world_bodies_in(meltsim_world* world, const meltsim_shape
   });
 }
 
+namespace {
+meltsim::SurfaceDesc surface_of(const meltsim_surface_desc* desc) {
+  const meltsim_surface_desc c = read(desc, "desc", defaults_of<meltsim_surface_desc>());
+  meltsim::SurfaceDesc d;
+  d.of = option<meltsim::SurfaceOf>(c.of, 2, "desc.of");
+  if (d.of == meltsim::SurfaceOf::body) d.body = handle<meltsim::BodyId>(c.body);
+  d.cell = c.cell;
+  d.kernel = c.anisotropic != 0 ? meltsim::SurfaceKernel::anisotropic : meltsim::SurfaceKernel::isotropic;
+  d.smoothing = c.smoothing;
+  d.closed_at_solids = c.closed_at_solids != 0;
+  d.wait = c.no_wait == 0;
+  return d;
+}
+
+meltsim_stage_context context_of(const meltsim::StageContext& s, const Vec3d& origin) {
+  meltsim_stage_context c{};
+  c.size = sizeof c;
+  c.backend = static_cast<int32_t>(s.backend);
+  c.double_precision = s.precision == meltsim::Precision::double_precision ? 1 : 0;
+  c.stream = s.stream;
+  c.dt = s.dt;
+  c.time = s.time;
+  put(c.origin, origin);
+  c.particles = s.particles;
+  c.position = s.position;
+  c.velocity = s.velocity;
+  c.acceleration = s.acceleration;
+  c.enthalpy = s.enthalpy;
+  c.enthalpy_of_id = s.enthalpy_of_id;
+  c.id = s.id;
+  c.tag = s.tag;
+  static_assert(sizeof(meltsim_stage_clock) == sizeof(meltsim::StageClock) &&
+                    offsetof(meltsim_stage_clock, dt) == offsetof(meltsim::StageClock, length),
+                "the clock is the library's own");
+  c.clock = reinterpret_cast<const meltsim_stage_clock*>(s.clock);
+  c.serial = s.serial;
+  return c;
+}
+
+void run_stage(const meltsim::StageContext& context, void* user) {
+  const auto& stage = *static_cast<const StageOfHost*>(user);
+  const meltsim_stage_context c = context_of(context, stage.origin);
+  stage.run(&c, stage.user);
+}
+
+std::vector<std::string> names(const char* const* from, uint64_t count, const char* name) {
+  std::vector<std::string> all;
+  if (count > 0) given(from, name);
+  for (uint64_t k = 0; k < count; ++k) all.emplace_back(&given(from[k], name));
+  return all;
+}
+}  // namespace
+
 meltsim_status meltsim_world_surface(meltsim_world* world, const meltsim_surface_desc* desc,
                                      meltsim_surface** surface) {
   if (surface != nullptr) *surface = nullptr;
   return guarded([&] {
     given(surface, "surface");
-    const meltsim_surface_desc c = read(desc, "desc", defaults_of<meltsim_surface_desc>());
-    meltsim::SurfaceDesc d;
-    d.of = option<meltsim::SurfaceOf>(c.of, 2, "desc.of");
-    if (d.of == meltsim::SurfaceOf::body) d.body = handle<meltsim::BodyId>(c.body);
-    d.cell = c.cell;
-    d.kernel = c.anisotropic != 0 ? meltsim::SurfaceKernel::anisotropic : meltsim::SurfaceKernel::isotropic;
-    d.smoothing = c.smoothing;
-    d.closed_at_solids = c.closed_at_solids != 0;
+    const meltsim::SurfaceDesc d = surface_of(desc);
     auto made = std::make_unique<meltsim_surface>();
     made->mesh = expect(world_of(world).surface(d));
     *surface = made.release();
@@ -1286,6 +1378,70 @@ meltsim_status meltsim_world_render_view(meltsim_world* world, const meltsim_ren
     write(view, "view", to);
   });
 }
+meltsim_status meltsim_world_surface_view(meltsim_world* world, const meltsim_surface_desc* desc,
+                                          meltsim_surface_view* view) {
+  return guarded([&] {
+    const meltsim::SurfaceDesc d = surface_of(desc);
+    read(view, "view", meltsim_surface_view{});
+    const meltsim::SurfaceView v = expect(world_of(world).surface_view(d));
+    meltsim_surface_view to{};
+    to.backend = static_cast<int32_t>(v.backend);
+    to.stream = v.stream;
+    put(to.origin, v.origin);
+    to.vertices = v.vertices;
+    to.triangles = v.triangles;
+    to.position = numbers(v.position);
+    to.normal = numbers(v.normal);
+    to.temperature = v.temperature;
+    to.liquid_fraction = v.liquid_fraction;
+    to.body = v.body;
+    to.material = v.material;
+    to.triangle = v.triangle;
+    to.draw = reinterpret_cast<const uint32_t*>(v.draw);
+    to.serial = v.serial;
+    write(view, "view", to);
+  });
+}
+meltsim_status meltsim_world_device_state(meltsim_world* world, meltsim_stage_context* state) {
+  return guarded([&] {
+    meltsim::World& w = world_of(world);
+    read(state, "state", meltsim_stage_context{});
+    const meltsim::StageContext s = expect(w.device_state());
+    write(state, "state", context_of(s, w.resolved().origin));
+  });
+}
+meltsim_status meltsim_world_add_stage(meltsim_world* world, const meltsim_stage_desc* desc) {
+  return guarded([&] {
+    meltsim::World& w = world_of(world);
+    const meltsim_stage_desc c = read(desc, "desc", defaults_of<meltsim_stage_desc>());
+    auto stage = std::make_unique<StageOfHost>();
+    stage->name = &given(c.name, "desc.name");
+    stage->run = c.run;
+    stage->user = c.user;
+    if (c.run == nullptr) refuse("desc.run: is null");
+    meltsim::CustomStage custom;
+    custom.name = stage->name;
+    custom.run = run_stage;
+    custom.user = stage.get();
+    custom.reads = names(c.reads, c.read_count, "desc.reads");
+    custom.writes = names(c.writes, c.write_count, "desc.writes");
+    custom.recorded = c.recorded != 0;
+    world->stages.reserve(world->stages.size() + 1);
+    expect(w.scheduler().insert_after(c.after != nullptr ? c.after : "sph.forces", custom));
+    world->stages.push_back(std::move(stage));
+  });
+}
+meltsim_status meltsim_world_remove_stage(meltsim_world* world, const char* name) {
+  return guarded([&] {
+    meltsim::World& w = world_of(world);
+    const std::string sought(&given(name, "name"));
+    expect(w.scheduler().remove(sought));
+    auto& all = world->stages;
+    all.erase(
+        std::remove_if(all.begin(), all.end(), [&](const auto& stage) { return stage->name == sought; }),
+        all.end());
+  });
+}
 meltsim_status meltsim_world_wait_for(meltsim_world* world, void* event) {
   return guarded([&] { expect(world_of(world).wait_for(event)); });
 }
@@ -1297,6 +1453,20 @@ meltsim_status meltsim_world_check_view(meltsim_world* world, const meltsim_rend
     meltsim::RenderView v;
     v.serial = read(view, "view", meltsim_render_view{}).serial;
     expect(world_of(world).check_view(v));
+  });
+}
+meltsim_status meltsim_world_check_surface_view(meltsim_world* world, const meltsim_surface_view* view) {
+  return guarded([&] {
+    meltsim::SurfaceView v;
+    v.serial = read(view, "view", meltsim_surface_view{}).serial;
+    expect(world_of(world).check_view(v));
+  });
+}
+meltsim_status meltsim_world_check_device_state(meltsim_world* world, const meltsim_stage_context* state) {
+  return guarded([&] {
+    meltsim::StageContext s;
+    s.serial = read(state, "state", meltsim_stage_context{}).serial;
+    expect(world_of(world).check_view(s));
   });
 }
 

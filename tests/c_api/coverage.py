@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""coverage.py ROOT: what hosts in C and Python can reach of the descriptions and calls of C++. Every member of a description, and every
-call of World, has to be in include/meltsim/meltsim.h and in the Python package, under its own name or the one that is said here, or be listed
+"""coverage.py ROOT: what hosts in C and Python can reach of the descriptions and calls of C++. Every member of a description, every
+call of World and every shape, has to be in include/meltsim/meltsim.h and in the Python package, under its own name or the one that is said here, or be listed
 here with the reason why not. Exit code 1 where something is missing, or is listed and there after all."""
 import re
 import sys
@@ -52,8 +52,7 @@ STRUCTS = [("include/meltsim/desc.hpp", s, c) for s, c in (
 # Calls that C has under another name, or leaves to its readings.
 CALLS = {
     "add_solid": "add_solid", "ledger": "- totals() has the sums", "pieces": "- a reading has them", "lattice": "- for tests",
-    "overlap": "bodies_in", "take_samples": "- a reading has them", "surface_view": "- a host with a GPU of its own uses C++",
-    "device_state": "- a host with a GPU of its own uses C++", "plan": "- for people", "scheduler": "- stages are C++",
+    "overlap": "bodies_in", "take_samples": "- a reading has them", "plan": "- for people", "scheduler": "add_stage",
     "resolved": "- for people", "desc": "- the host has it", "material": "- the host has it", "force_field": "- the host has it",
     "watched_bodies": "- take_forces() counts them",
     "precision": "- the host has it",
@@ -84,5 +83,10 @@ world = re.search(r"class MELTSIM_API World \{(.*?)\n private:", read("include/m
 calls = sorted(set(re.findall(r"[\w>&*] (\w+)\([^;{]*\)[^;{]*;", world)) - {"operator", "World", "create"})
 for name in calls:
     look("C: World", name, CALLS, lambda n: f"meltsim_world_{n}(" in header)
+shapes = re.findall(r"static Shape (\w+)\(|Shape (transformed)\(", read("include/meltsim/shape.hpp"))
+shape_calls = (root / "python/src/shape.cpp").read_text(encoding="utf-8")
+for name in ("".join(s) for s in shapes):
+    look("C: Shape", name, {"transformed": "transform"}, lambda n: f"meltsim_shape_{n}(" in header)
+    look("Python: Shape", name, {"subtract": "__sub__"}, lambda n: f'"{n}"' in shape_calls)
 print("\n".join(wrong))
 sys.exit(1 if wrong else 0)

@@ -93,7 +93,7 @@ class ProbeSeries(c.Structure):
 
 class SurfaceDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("of", c.c_int32), ("body", Id), ("cell", c.c_double), ("anisotropic", c.c_int32), ("smoothing", c.c_int32),
-                ("closed_at_solids", c.c_int32), ("reserved", c.c_int32)]
+                ("closed_at_solids", c.c_int32), ("no_wait", c.c_int32)]
 
 
 class Mesh(c.Structure):
@@ -124,6 +124,28 @@ class RenderView(c.Structure):
     _fields_ = [("size", c.c_uint32), ("backend", c.c_int32), ("stream", c.c_void_p), ("count", c.c_uint64), ("origin", Vec), ("radius", c.c_double),
                 ("position", c.POINTER(c.c_float)), ("velocity", c.c_void_p), ("temperature", c.POINTER(c.c_float)), ("rest", c.c_void_p * 3),
                 ("tag", c.POINTER(c.c_uint32)), ("piece", c.c_void_p), ("color", c.POINTER(c.c_uint32)), ("serial", c.c_uint64)]
+
+
+class SurfaceView(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("backend", c.c_int32), ("stream", c.c_void_p), ("origin", Vec), ("vertices", c.c_uint64),
+                ("triangles", c.c_uint64), ("position", c.POINTER(c.c_float)), ("rest", c.c_void_p * 3), ("body", c.POINTER(c.c_uint32)),
+                ("material", c.c_void_p), ("triangle", c.POINTER(c.c_uint32)), ("draw", c.POINTER(c.c_uint32)), ("serial", c.c_uint64)]
+
+
+class StageContext(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("backend", c.c_int32), ("double_precision", c.c_int32), ("reserved", c.c_int32), ("stream", c.c_void_p),
+                ("dt", c.c_double), ("time", c.c_double), ("origin", Vec), ("particles", c.c_uint64), ("position", c.POINTER(c.c_float)),
+                ("velocity", c.POINTER(c.c_float)), ("acceleration", c.POINTER(c.c_float)), ("enthalpy", c.c_void_p), ("enthalpy_of_id", c.c_void_p),
+                ("id", c.POINTER(c.c_uint32)), ("tag", c.POINTER(c.c_uint32)), ("clock", c.POINTER(c.c_double)), ("serial", c.c_uint64)]
+
+
+StageFunction = c.CFUNCTYPE(None, c.POINTER(StageContext), c.c_void_p)
+
+
+class StageDesc(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("recorded", c.c_int32), ("name", c.c_char_p), ("after", c.c_char_p), ("run", StageFunction),
+                ("user", c.c_void_p), ("reads", c.POINTER(c.c_char_p)), ("read_count", c.c_uint64), ("writes", c.POINTER(c.c_char_p)),
+                ("write_count", c.c_uint64)]
 
 
 class Ray(c.Structure):
@@ -416,8 +438,21 @@ assert lib.meltsim_world_surface(box, c.byref(of), c.byref(surface)) == 0, text(
 assert lib.meltsim_surface_mesh(surface, c.byref(mesh)) == 0 and mesh.triangles > 50, text()
 top = max(mesh.position[3 * k + 1] for k in range(mesh.vertices)) + mesh.origin[1]
 assert abs(top - 0.3) < 0.05 and max(mesh.triangle[k] for k in range(3 * mesh.triangles)) < mesh.vertices, top
+# The same mesh where it was made; the place of triangles that a draw reads from there.
+seen, older = SurfaceView(size=c.sizeof(SurfaceView)), SurfaceView(size=c.sizeof(SurfaceView))
+assert lib.meltsim_world_surface_view(box, c.byref(of), c.byref(older)) == 0, text()
+assert lib.meltsim_world_surface_view(box, c.byref(of), c.byref(seen)) == 0, text()
+assert (seen.vertices, seen.triangles, seen.draw[0], seen.draw[1]) == (mesh.vertices, mesh.triangles, 3 * mesh.triangles, 1)
+assert all(seen.position[k] == mesh.position[k] for k in range(3 * mesh.vertices))
+assert all(seen.triangle[k] == mesh.triangle[k] for k in range(3 * mesh.triangles)) and all(seen.body[k] == 1 for k in range(mesh.vertices))
+assert lib.meltsim_world_check_surface_view(box, c.byref(seen)) == 0, text()
+assert lib.meltsim_world_check_surface_view(box, c.byref(older)) == 1 and "past its time" in text(), text()
+of.no_wait = 1
+assert lib.meltsim_world_surface_view(box, c.byref(of), c.byref(seen)) == 0 and seen.draw[0] in (0, 3 * mesh.triangles), text()
+assert lib.meltsim_world_surface_view(box, c.byref(of), None) == 1 and "view" in text()
 lib.meltsim_surface_destroy(surface)
 of.of = 7
+assert lib.meltsim_world_surface_view(box, c.byref(of), c.byref(seen)) == 1 and "desc.of" in text()
 assert lib.meltsim_world_surface(box, c.byref(of), c.byref(surface)) == 1 and "desc.of" in text() and surface.value is None
 probe, fields = made(ProbeDesc, lib.meltsim_probe_desc_init_sized), (c.c_char_p * 2)(b"force", b"contact_force")
 probe.kind, probe.wall, probe.fields, probe.field_count = 2, 2, fields, 2
@@ -448,6 +483,50 @@ assert lib.meltsim_world_check_view(box, c.byref(old_view)) == 1 and "past its t
 how.color, how.coldest, how.hottest = 2, 5, 5
 assert lib.meltsim_world_render_view(box, c.byref(how), c.byref(view)) == 1 and "hottest" in text()
 assert lib.meltsim_world_stop_events(box) == 0 and lib.meltsim_world_take_events(box, events, c.sizeof(Event), 16, c.byref(n), None) == 1
+# The state in its own memory, and a stage: a lift of 1.5 g, for 0.1 s, as the velocity says.
+state = StageContext(size=c.sizeof(StageContext))
+assert lib.meltsim_world_device_state(box, c.byref(state)) == 0 and state.particles == 27, text()
+assert not state.acceleration and not state.clock and state.double_precision == 0 and not state.stream
+assert abs(sum(state.position[4 * k + 1] for k in range(27)) / 27 + state.origin[1] - pieces[0].center[1]) < 1e-4
+assert lib.meltsim_world_check_device_state(box, c.byref(state)) == 0, text()
+calls = []
+
+
+@StageFunction
+def lift(context, user):
+    s = context.contents
+    calls.append((user, s.dt, s.clock[0], s.clock[1], s.time, s.origin[1]))
+    for k in range(s.particles):
+        s.acceleration[3 * k + 1] += 2.5 * 9.81
+
+
+stage, channels = made(StageDesc, lib.meltsim_stage_desc_init_sized), (c.c_char_p * 1)(b"acceleration")
+stage.name, stage.run, stage.user, stage.writes, stage.write_count = b"lift", lift, 42, channels, 1
+assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 0, text()
+assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "lift" in text(), text()
+before = lib.meltsim_world_steps(box)
+assert step(box, 0.1) == 0, text()
+assert lib.meltsim_world_check_device_state(box, c.byref(state)) == 1 and "past its time" in text(), text()
+assert len(calls) == lib.meltsim_world_steps(box) - before > 0 and all(user == 42 for user, *_ in calls)
+assert all(dt == length and time == begun and o == state.origin[1] for _, dt, begun, length, time, o in calls)
+assert abs(sum(dt for _, dt, *_ in calls) - 0.1) < 1e-12
+assert lib.meltsim_world_device_state(box, c.byref(state)) == 0, text()
+# In the air now, it gains what the stage gives less gravity. 1e-4: single precision, and the edge of a sub-step.
+rise = sum(state.velocity[4 * k + 1] for k in range(27)) / 27
+assert step(box, 0.05) == 0 and lib.meltsim_world_device_state(box, c.byref(state)) == 0, text()
+gained = sum(state.velocity[4 * k + 1] for k in range(27)) / 27 - rise
+assert rise > 1 and abs(gained - 1.5 * 9.81 * 0.05) < 1e-4 * gained, (rise, gained)
+assert lib.meltsim_world_remove_stage(box, b"lift") == 0, text()
+assert lib.meltsim_world_remove_stage(box, b"lift") == 1 and "lift" in text(), text()
+called = len(calls)
+assert step(box, 0.02) == 0 and len(calls) == called, text()
+stage.after = b"sph.nothing"
+assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "sph.nothing" in text(), text()
+stage.after, stage.write_count = None, 2**40
+stage.writes = None
+assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "desc.writes" in text(), text()
+stage.write_count, stage.run = 0, StageFunction()
+assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "desc.run" in text(), text()
 # A kinematic body of a mesh that the host moves: a cube of 0.3 m, stretched by 1.5 along x from its face at 0.3 m on.
 corners = [(x, y, z) for z in (0.6, 0.9) for y in (0.6, 0.9) for x in (0.3, 0.6)]
 faces = [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5]

@@ -14,7 +14,7 @@ text = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.S)
 lines = ['#include <stdio.h>', '#include "meltsim/meltsim.h"', "int main(void) {"]
 for body, name in re.findall(r"typedef struct meltsim_\w+ \{(.*?)\} (meltsim_\w+);", text, flags=re.S):
     lines.append(f'  printf("{name} %u\\n", (unsigned)sizeof({name}));')
-    for member in re.findall(r"(\w+)(?:\[\d+\])?;", body):
+    for member in re.findall(r"(\w+)(?:\[\d+\])*;", body):
         lines.append(f'  printf("  {member} %u\\n", (unsigned)offsetof({name}, {member}));')
 for value in re.findall(r"\b(MELTSIM_[A-Z_]+) = \d+", text):
     lines.append(f'  printf("{value} %d\\n", {value});')
@@ -29,7 +29,14 @@ inline = set(re.findall(r"static inline \w+ (meltsim_\w+)\(", text))
 declared = sorted(set(re.findall(r"\b(meltsim_\w+)\(", text)) - inline)
 if exported != declared:
     sys.exit(f"declared and not exported, or the other way round: {sorted(set(exported) ^ set(declared))}")
-now += "".join(f"{name}()\n" for name in exported)
+# What is passed and returned, and of which type members are: a name and an offset say nothing of either.
+calls = {}
+for line in re.findall(r"^MELTSIM_C_API ([^;]*?);", text, flags=re.M):
+    calls[re.search(r"(meltsim_\w+)\(", line).group(1)] = " ".join(line.split())
+now += "".join(f"{calls[name]}\n" for name in exported)
+now += "".join(f"{' '.join(line.split())}\n" for line in re.findall(r"typedef (?!struct meltsim_\w+ \{|struct meltsim_\w+ meltsim)[^;{]*;", text))
+for body, name in re.findall(r"typedef struct meltsim_\w+ \{(.*?)\} (meltsim_\w+);", text, flags=re.S):
+    now += f"{name}: " + " ".join(body.split()) + "\n"
 known = Path(__file__).with_name("abi.txt")
 if "--update" in sys.argv:
     known.write_text(now)
