@@ -110,7 +110,7 @@ void draw_look_controls(const PanelInput& in) {
   Look& look = in.look;
   int by = static_cast<int>(look.by);
   for (int i = 0; i < color_choices; ++i) {
-    if (i > 0) ImGui::SameLine();
+    if (i > 0 && i != 3) ImGui::SameLine();  // two lines: the panel is not wide enough for one
     ImGui::RadioButton(color_names()[static_cast<std::size_t>(i)].c_str(), &by, i);
   }
   look.by = static_cast<ColorBy>(by);
