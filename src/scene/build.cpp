@@ -48,8 +48,8 @@ bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
 constexpr double nozzle_reach = 2;
 /// How long a nozzle is: liquid in it moves at the nozzle's velocity whatever acts on it [spacings].
 constexpr double nozzle_length = 2;
-/// Memory per particle, at least.
-constexpr double least_bytes = 200;
+/// Memory of the host per point of a nozzle while it is laid out, at least.
+constexpr double layout_bytes = 200;
 }  // namespace
 
 /// Whether a material can melt into what it names.
@@ -467,7 +467,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   return added;
 }
 
-/// Bytes that may still be allocated.
+/// Bytes that the host and the backend may still allocate.
 double WorldImpl::free_room() const {
   return std::min(double(core::available_memory()), double(engine->free_bytes()));
 }
@@ -495,7 +495,7 @@ Status WorldImpl::check_emitter(const EmitterDesc& e, const std::string& what, C
 /// Whether a layer of an emitter fits into memory, before anything is allocated.
 Status WorldImpl::check_layer(const EmitterDesc& e, const std::string& what) const {
   const double per_layer = 1.02 * core::nozzle_area(e) / (desc.spacing * desc.spacing);
-  if (per_layer <= most_points && per_layer * least_bytes <= free_room()) return {};
+  if (per_layer <= most_points && per_layer * layout_bytes <= free_room()) return {};
   return Error{
       per_layer > most_points ? ErrorCode::invalid_argument : ErrorCode::out_of_memory,
       core::text(what, core::is_rectangle(e) ? "width: the opening of " : "radius: the opening of ",
@@ -504,7 +504,7 @@ Status WorldImpl::check_layer(const EmitterDesc& e, const std::string& what) con
                  "spacing")};
 }
 
-/// The layers that an emitter will emit, and whether they fit into memory.
+/// The layers that an emitter will emit, and whether their particles can be numbered.
 Status WorldImpl::plan_layers(EmitterRecord& r, const std::string& what) const {
   const EmitterDesc& e = r.desc;
   if (e.max_particles != 0 && e.max_particles < r.points)
@@ -516,10 +516,6 @@ Status WorldImpl::plan_layers(EmitterRecord& r, const std::string& what) const {
   if (planned > most_points)
     return invalid(what, "until: would emit ", planned, " particles, more than ", most_points,
                    "; shorten it or set max_particles");
-  if (planned * least_bytes > free_room())
-    return Error{ErrorCode::out_of_memory,
-                 core::text(what, e.max_particles != 0 ? "max_particles: " : "until: ", planned,
-                            " particles are more than there is memory for; emit fewer")};
   return {};
 }
 
@@ -548,6 +544,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
   if (Status s = plan_layers(r, what); !s) return s.error();
   make_room(emitter_points_, disc.size());
+  if (Status s = check_memory(r, what); !s) return s.error();
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
   if (!*running || !emitter_joins_in_place(status)) {

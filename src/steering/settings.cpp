@@ -295,11 +295,7 @@ Status WorldImpl::check_emission(const std::string& what, const EmitterRecord& n
   const auto left = [this](const EmitterRecord& e) { return (e.layers - next_layer(e)) * e.points; };
   const std::uint64_t total = born_ + planned_emission() - left(before) + left(now);
   if (total <= capacity_) return {};
-  core::EngineSetup setup = setup_of(facts_);
-  const std::uint64_t had = engine->bytes_needed(constants(), lattice_, setup);
-  setup.particle_capacity =
-      static_cast<std::uint32_t>(std::min<std::uint64_t>(total + desc.reserved_particles, core::none - 1));
-  if (engine->bytes_needed(constants(), lattice_, setup) <= had + engine->free_bytes()) return {};
+  if (has_memory_for(total, facts_, species_used_)) return {};
   return Error{
       ErrorCode::out_of_memory,
       core::text(what, "speed: would emit ", left(now),

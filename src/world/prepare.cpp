@@ -15,6 +15,7 @@
 #include "meltsim/physics/surface_tension.hpp"
 #include "meltsim/physics/viscous_diffusion.hpp"
 #include "pipeline/pipeline.hpp"
+#include "world/trial.hpp"
 #include "world/world_impl.hpp"
 
 namespace meltsim {
@@ -353,6 +354,7 @@ Status WorldImpl::prepare() {
   find_materials();
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
+  Trial room_before(capacity_, room_);  // of an upload that fails: asked for no more
   derive_limits();
   look_for_refusal();
   facts_ = facts();
@@ -381,6 +383,7 @@ void WorldImpl::make_lattice_room() {
   const std::uint64_t most_bodies = contacts ? core::most_touching_bodies : 65535;
   if (fits_lattice_room(0, 0, 0) && room_.bodies <= most_bodies) return;
   room_ = {};
+  room_before.keep();
   const std::uint64_t reserved = desc.reserved_particles, bodies = bodies_.size();
   if (reserved == 0 || bodies >= most_bodies) return;
   const core::LatticeRoom room{lattice_.vertex_site.size() + reserved,

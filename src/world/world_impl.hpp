@@ -581,6 +581,9 @@ class WorldImpl final : public Scheduler {
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
+  // world/room.cpp
+  bool has_memory_for(std::uint64_t particles, core::FactSet facts, bool solutes) const;
+  Status check_memory(const EmitterRecord& e, const std::string& what);
   void append(core::SceneState& to, Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
               std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) const;
   void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
