@@ -150,9 +150,9 @@ class EngineImpl final : public Engine {
         topology::build<E, T>(ex_, w_);
       step::reindex<E, T>(ex_, w_);
     });
-    if (setup.heat_flows_again) {
-      const std::uint32_t none_idle = 0;
-      ex_.upload(&w_.f.status->heat_idle, &none_idle, sizeof none_idle);
+    if (setup.heat_flows_again || setup.heat_rests_again) {
+      const std::uint32_t idle = setup.heat_rests_again ? idle_level : 0u;
+      ex_.upload(&w_.f.status->heat_idle, &idle, sizeof idle);
     }
     ex_.synchronize();
     buffers_.shrink(ex_, setup.channels, n);

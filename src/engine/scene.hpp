@@ -157,6 +157,7 @@ struct EngineSetup {
   std::uint32_t particle_capacity = 0;
   std::uint64_t searched = 0;     ///< particles that cells are made for: those without room in reserve
   bool heat_flows_again = false;  ///< to Engine::adapt: a source has begun
+  bool heat_rests_again = false;  ///< to Engine::adapt: it has not after all, and temperatures are level
 };
 
 }  // namespace core

@@ -411,8 +411,9 @@ bool WorldImpl::regions_act(double from, double until) {
 }
 
 /// Gives the engine another plan for the scene that it has; particles stay where they are. Whether that happens changes no
-/// bit of the state, but where a source of heat begins or ends, and that follows from the time.
-Status WorldImpl::adapt() {
+/// bit of the state, but where a source of heat begins or ends, and that follows from the time. back: one that a step would have begun,
+/// which was refused, has not.
+Status WorldImpl::adapt(bool back) {
   plan_changed_ = true;  // until it is done
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
@@ -442,6 +443,7 @@ Status WorldImpl::adapt() {
   if (Status s = engine->adapt(constants(), lattice_, state_, setup); !s) {
     facts_ = had;
     derive_limits();
+  setup.heat_rests_again = back && !outside && state_.heat_level;
     return s;
   }
   tell_sound();

@@ -351,10 +351,11 @@ Status WorldImpl::not_taken(Status s, const BeforePlan& before) {
     may_melt_ = before.may_melt;
     liquid_used_ = liquid_used_before_;
     census_.unsettled = census_.unsettled && before.melted;
+    plan_until_ = before.plan_until;
   };
   as_it_was();
   // Where there is no memory to go back, the next step tries again.
-  if (regions_act(time, time)) static_cast<void>(adapt());
+  if (regions_act(time, time)) static_cast<void>(adapt(true));
   as_it_was();
   if (limits_follow) {
     derive_limits();
@@ -513,7 +514,7 @@ Status WorldImpl::attempt(double dt, Limit* limit, TimedStep* done) {
   };
   if (Status s = check_substeps(dt); !s)
     return refused(s);  // before anything follows the plan of a step that is not taken
-  const BeforePlan before{state_.heat_level, may_melt_, (facts_ & core::fact_melt) != 0};
+  const BeforePlan before{state_.heat_level, may_melt_, (facts_ & core::fact_melt) != 0, plan_until_};
   liquid_used_before_ = liquid_used_;
   if (Status s = follow_plan(dt); !s) return refused(not_taken(s, before));
   if (halted_) return halted_error();  // found out while it was prepared

@@ -286,6 +286,7 @@ class WorldImpl final : public Scheduler {
   /// State that planning a step changes, restored if the step is not taken.
   struct BeforePlan {
     bool heat_level = false, may_melt = false, melted = false;
+    double plan_until = 0;
   };
   Error halted_error() const;
   Status check_step(double dt) const;
@@ -416,7 +417,7 @@ class WorldImpl final : public Scheduler {
   static bool acts(const HeatRegionRecord& r, double from, double until);
   bool regions_act(double from, double until);
   core::EngineSetup setup_of(core::FactSet facts) const;
-  Status adapt();
+  Status adapt(bool back = false);
   Status follow_plan(double dt);
   static std::uint32_t motion_of(const BodyRecord& body, bool held);
   void set_held(std::size_t body, bool on);

@@ -1170,7 +1170,11 @@ class Sequence {
     note("interrupt");
     world_->interrupt();
     const double before = world_->time();
-    const Status s = world_->step(some_step());
+    double dt = some_step();
+    Status s = world_->step(dt);
+    // A step that is refused was none: the interruption waits for the next one.
+    for (int k = 0; k < 8 && !s && s.error().code == ErrorCode::step_too_large; ++k)
+      s = world_->step(dt *= 0.01);
     if (s || s.error().code != ErrorCode::interrupted)
       return expect(wild_ || halted_ || refusable_,
                     "interrupt() was not heeded" + (s ? "" : ": " + s.error().message));

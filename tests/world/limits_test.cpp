@@ -300,6 +300,48 @@ TEST(Limits, HeatWorkOfASubStepIsBounded) {
   }
 }
 
+// Temperatures are level, and a source within the step that is refused would have begun.
+TEST(Limits, AStepThatIsRefusedForItsHeatLetsNoneFlow) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto make = [] {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    World w = *World::create(d);
+    MaterialDesc m;
+    m.heat_capacity = 1e-9;  // no sub-step has time for its heat
+    FluidDesc f;
+    f.material = *w.add_material(m);
+    f.shape = Shape::box({0, 0, 0}, {0.3, 0.3, 0.3});
+    require(w.add_fluid(f));
+    HeatRegionDesc r;
+    r.shape = Shape::box({0, 0, 0}, {1, 1, 1});
+    r.source = 1e-9;
+    r.from = 0.02;
+    require(w.add_heat_region(r));
+    require(w.step(1e-3));
+    return w;
+  };
+  World w = make(), other = make();
+  const auto before = *w.snapshot();
+  const Status s = w.step(0.03);
+  ASSERT_FALSE(s);
+  EXPECT_EQ(s.error().code, ErrorCode::step_too_large) << s.error().message;
+  EXPECT_EQ(*w.snapshot(), before);
+  // Nor does it in what goes through the host afterwards, whether it is restored or added to.
+  require(w.restore(before.data(), before.size()));
+  for (World* each : {&w, &other}) require(each->step(1e-3));
+  ASSERT_FALSE(w.step(0.03));
+  for (World* each : {&w, &other}) {
+    FluidDesc f;
+    f.material = MaterialId{0, 1};
+    f.shape = Shape::box({0.5, 0, 0}, {0.8, 0.3, 0.3});
+    require(each->add_fluid(f));
+    require(each->step(1e-3));
+  }
+  EXPECT_FALSE(w.synchronize().halted);
+  EXPECT_EQ(*w.state_hash(), *other.state_hash());
+}
+
 // --- what falls out of the scene --------------------------------------------------------------------------------------
 
 // A droplet in the air, below everything else; gravity is so strong that it is too fast within a few steps.
