@@ -373,7 +373,7 @@ class MELTSIM_API World {
   Result<LatticeData> lattice();            ///< index arrays of all bodies
   /// What acted on every watched body since the last take_forces() or request() of forces.
   Result<std::vector<BodyForces>> take_forces();
-  std::uint64_t watched_bodies() const;  ///< how many take_forces() reports on; does not wait
+  std::uint64_t watched_bodies() const;  ///< the most that take_forces() reports on; does not wait
   /// Events since the last take_events() or request() of events; they need watch_events(). Errors also: invalid_argument.
   Result<Events> take_events();
   /// Hash of the State channels in order of id: equal states give equal hashes on every backend.

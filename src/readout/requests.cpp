@@ -42,11 +42,18 @@ Status WorldImpl::ready_to_read() {
   return prepare();
 }
 
+/// Ahead of a reading of forces: it reports on what is watched since the last step, too. Waits where that is the first to be.
+Status WorldImpl::ready_for_forces() {
+  const bool planned = dirty_ || halted_ || !plan_changed_ || (facts_ & core::fact_forces) != 0;
+  return planned || watched_bodies() == 0 || engine->host_captures() ? Status{} : adapt();
+}
+
 /// Waits.
 Result<core::StateReading> WorldImpl::read_now(const core::ReadParts& parts) {
   core::StateReading s;
   if (Status ready = ready_to_read(); !ready) return ready.error();
   if ((facts_ & core::fact_particles) == 0) return s;
+  if (Status ready = parts.forces ? ready_for_forces() : Status{}; !ready) return ready.error();
   if (Status asked = engine->request(core::waiting_slot, parts); !asked) return asked.error();
   if (Status taken = engine->take(core::waiting_slot, s); !taken) return taken.error();
   if (Status lost = lost_device(); !lost) return lost.error();
@@ -200,6 +207,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
   if (what.events && !event_watch_)
     return invalid("request: events: they are not watched; call watch_events() before the steps");
   if (Status ready = ready_to_read(); !ready) return ready.error();
+  if (Status ready = what.forces ? ready_for_forces() : Status{}; !ready) return ready.error();
   OpenReading r;
   r.what = what;
   r.restored = restored_;

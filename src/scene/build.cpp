@@ -454,6 +454,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   const double density = mixed_density(physics::rest_density(material_rows()[f.material.index], h), contents);
   if (Status s = check_numbers("fluid: ", materials[f.material.index], density, h, f.velocity); !s)
     return s.error();
+  pass_over_particles();
   const std::size_t before = state_.position.size();
   reserve(positions.size(), 0, 0);
   for (const Vec3d& p : positions) {
@@ -543,12 +544,13 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   r.points = static_cast<std::uint32_t>(disc.size());
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
   if (Status s = plan_layers(r, what); !s) return s.error();
-  make_room(emitter_points_, disc.size());
   if (Status s = check_memory(r, what); !s) return s.error();
+  make_room(emitter_points_, disc.size());
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
   if (!*running || !emitter_joins_in_place(status)) {
     fetch_state();
+    pass_over_particles();
     settle_at(origin);
   }
   return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), number_};

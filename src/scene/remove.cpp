@@ -11,6 +11,7 @@ Status WorldImpl::remove_body(BodyId id) {
   if (Status s = check_body("remove", id); !s) return s;
   if (const auto removed = remove_in_place(id.index)) return *removed;
   fetch_state();
+  see_added();
   BodyRecord& body = bodies_[id.index];
   // A site that is free may be frozen onto only beside a live one, of which there is none left.
   for (std::size_t v = 0; v < state_.vertex_state.size(); ++v)
@@ -23,6 +24,7 @@ Status WorldImpl::remove_body(BodyId id) {
   state_.removed += body.taken;
   forget_body(id.index);
   dirty_ = measure_ = true;
+  added_ = added_ || steps == 0;  // all is looked at anew
   return {};
 }
 
@@ -44,13 +46,16 @@ Result<std::uint64_t> WorldImpl::remove_liquid(const Shape& shape) {
     return Error{s.error().code, core::text("remove_liquid: shape: ", s.error().message)};
   if (const auto removed = remove_liquid_in_place(shape)) return *removed;
   fetch_state();
+  see_added();
   std::vector<std::uint32_t> inside;
   for (std::size_t i = 0; i < state_.tag.size(); ++i)
     if (is_fluid(state_.tag[i]) && shape.contains(state_.position[i] + origin_))
       inside.push_back(static_cast<std::uint32_t>(i));
   holes_.reserve(holes_.size() + inside.size());
   for (const std::uint32_t id : inside) drop_fluid(id);
-  if (!inside.empty()) dirty_ = measure_ = true;
+  if (inside.empty()) return std::uint64_t{0};
+  dirty_ = measure_ = true;
+  added_ = added_ || steps == 0;
   return static_cast<std::uint64_t>(inside.size());
 }
 

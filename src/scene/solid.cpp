@@ -386,6 +386,7 @@ void WorldImpl::NewBody::bound_rest() {
 }
 
 BodyId WorldImpl::NewBody::join() {
+  w_.pass_over_particles();
   for (const std::uint32_t id : displaced_)
     if (is_fluid(w_.state_.tag[id])) w_.drop_fluid(id);  // several points may have met it
   make_row();

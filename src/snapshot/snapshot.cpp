@@ -326,7 +326,8 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   d.origin = origin_;
   d.lattice = lattice_hash();
   d.heat_owed = heat_owed_;
-  d.flags = (state_.heat_level ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u) |
+  const bool heated = heat_from_outside() || host_heats() || solution_heats();  // from the next step on
+  d.flags = (state_.heat_level && !heated ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u) |
             (follows_sound() ? follows_sound_bit | (look_now_ ? look_now_bit : 0u) : 0u);
   for (const MaterialDesc& m : materials) d.material_hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_)

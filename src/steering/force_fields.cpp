@@ -188,8 +188,8 @@ std::uint32_t WorldImpl::field_rows() const {
 
 /// After a field has changed: to the engine, and what follows from it.
 void WorldImpl::field_changed(std::uint32_t row) {
-  if (steps == 0 && (dirty_ || sound_speed_ == 0)) {
-    added_ = true;  // the sound speed is derived anew
+  if (steps == 0) {
+    see_all_anew();
     return;
   }
   const double sound = sound_speed_;
@@ -212,6 +212,7 @@ Result<ForceFieldId> WorldImpl::add_force_field(const ForceFieldDesc& f) {
                  core::text("force field \"", field.name, "\": there are ", physics::most_force_fields,
                             " force fields, the most that there may be; remove one, or replace one by "
                             "set_force_field")};
+  see_added();
   ForceFieldRecord& r = force_fields_[row];
   r.desc = std::move(field);
   r.place = place;
@@ -228,6 +229,7 @@ Status WorldImpl::set_force_field(ForceFieldId id, const ForceFieldDesc& f) {
   if (field.name.empty()) field.name = is->desc.name;
   PlacedPrimitive place;
   if (Status s = check_field("set_force_field: ", field, place, is); !s) return s;
+  see_added();
   const auto row = static_cast<std::uint32_t>(is - force_fields_.data());
   force_fields_[row].desc = std::move(field);
   force_fields_[row].place = place;
@@ -244,6 +246,7 @@ Result<ForceFieldDesc> WorldImpl::force_field(ForceFieldId id) const {
 Status WorldImpl::remove_force_field(ForceFieldId id) {
   const ForceFieldRecord* const is = field_of(id);
   if (is == nullptr) return no_such_field("remove", id);
+  see_added();
   const auto row = static_cast<std::uint32_t>(is - force_fields_.data());
   force_fields_[row] = {};
   field_changed(row);

@@ -65,10 +65,11 @@ Status WorldImpl::set_gravity(Vec3d gravity) {
   if (Status s = checked("set_gravity", changed); !s) return s;
   const double g = length(gravity), before = length(desc.gravity);
   // The same direction, to rounding: heights along it stand.
+  see_added();
   const bool turned = !(g > 0 && before > 0 && dot(gravity, desc.gravity) >= g * before * (1 - 1e-12));
   desc.gravity = gravity;
-  if (steps == 0 && (dirty_ || sound_speed_ == 0)) {
-    added_ = true;  // heights are seen anew
+  if (steps == 0) {
+    see_all_anew();
     return {};
   }
   const double sound = sound_speed_;
@@ -150,12 +151,16 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
     throw;
   }
   const bool tension = m.surface_tension != before.surface_tension;  // sound may have to be faster
-  added_ = added_ || (dirty_ && tension);
+  if (dirty_ && tension) {
+    pass_over_particles();
+    added_ = true;
+  }
   if (dirty_) return {};  // prepare() goes by it
   if (tension) {
     look_now_ = true;
     derive_sound_speed();
   }
+  derive_limits();  // stable_dt() tells what the next step will be
   look_for_refusal();
   plan_changed_ = true;
   ++layout_;  // a state saved before would come back with the plan of then

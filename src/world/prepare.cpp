@@ -102,6 +102,22 @@ void WorldImpl::look_at_added() {
   derive_sound_speed();
 }
 
+/// Ahead of a change by which what was added may fall less: a snapshot in between looks at it, too, and sound only gets faster.
+void WorldImpl::see_added() {
+  if (steps > 0 && dirty_) look_at_added();
+}
+
+/// Ahead of an addition by way of the host: what has come from nozzles meanwhile was not added.
+void WorldImpl::pass_over_particles() {
+  if (!added_) seen_particles_ = state_.position.size();
+}
+
+/// Before the first step, whether the World was prepared in between or not.
+void WorldImpl::see_all_anew() {
+  if (!dirty_) fetch_state();
+  added_ = dirty_ = true;
+}
+
 /// How far what was added may fall [m]: to the lowest corner of a bounded domain, however gravity is tilted, else to the lowest
 /// place where something was added.
 double WorldImpl::fall_height() const { return seen_.high >= seen_.low ? seen_.high - lowest_place() : 0; }
@@ -338,6 +354,7 @@ Status WorldImpl::prepare() {
   if (!state_.heat_level) level_.reset();
   take_census();
   searched_ = state_.position.size() + planned_emission();
+  Trial room_before(capacity_, room_);  // of an upload that fails: asked for no more
   // Room that is there is kept, so that an upload changes nothing that follows from it.
   const std::uint64_t capacity = desc.reserved_particles != 0 && searched_ <= capacity_
                                      ? capacity_
@@ -351,10 +368,10 @@ Status WorldImpl::prepare() {
   born_ = state_.position.size();
   noted_step_ = steps + 1;
   search_ = core::choose_search(desc, core::support_of(desc), searched_);
+  may_melt_ = may_melt_ && steps > 0;  // before the first step all follows from what is there
   find_materials();
   may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
-  Trial room_before(capacity_, room_);  // of an upload that fails: asked for no more
   derive_limits();
   look_for_refusal();
   facts_ = facts();
@@ -366,6 +383,7 @@ Status WorldImpl::prepare() {
     engine->forget_saved();
   ++uploads_;
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
+  room_before.keep();
   tell_sound();
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
@@ -383,7 +401,6 @@ void WorldImpl::make_lattice_room() {
   const std::uint64_t most_bodies = contacts ? core::most_touching_bodies : 65535;
   if (fits_lattice_room(0, 0, 0) && room_.bodies <= most_bodies) return;
   room_ = {};
-  room_before.keep();
   const std::uint64_t reserved = desc.reserved_particles, bodies = bodies_.size();
   if (reserved == 0 || bodies >= most_bodies) return;
   const core::LatticeRoom room{lattice_.vertex_site.size() + reserved,
@@ -426,6 +443,7 @@ Status WorldImpl::adapt(bool back) {
   const core::FactSet wanted = facts(), had = facts_;
   core::EngineSetup setup = setup_of(wanted);
   setup.heat_flows_again = outside;
+  setup.heat_rests_again = back && !outside && state_.heat_level;
   // The host keeps the parts of the lattice that are dropped.
   if ((had & core::fact_solid) != 0) engine->download_lattice(state_);
   facts_ = wanted;
@@ -443,7 +461,6 @@ Status WorldImpl::adapt(bool back) {
   if (Status s = engine->adapt(constants(), lattice_, state_, setup); !s) {
     facts_ = had;
     derive_limits();
-  setup.heat_rests_again = back && !outside && state_.heat_level;
     return s;
   }
   tell_sound();

@@ -500,6 +500,9 @@ class WorldImpl final : public Scheduler {
   bool keeps_level(const EmitterRecord& r);
   Status check_emission(const std::string& what, const EmitterRecord& now, const EmitterRecord& before) const;
   void look_at_added();
+  void see_added();
+  void pass_over_particles();
+  void see_all_anew();
   double thickest(std::size_t i) const;
   void limit_viscosity(double laplacian_sum, double drag);
   void derive_limits();
@@ -544,6 +547,7 @@ class WorldImpl final : public Scheduler {
   StepResult take_carried();
   static void add_extremes(StepResult& r, const StepResult& more);
   Status ready_to_read();
+  Status ready_for_forces();
   Result<core::StateReading> read_now(const core::ReadParts& parts);
   Status lost_device();
   Totals totals_of(const core::StateReading& s, const StepResult& r, const Moment& at) const;
@@ -577,14 +581,14 @@ class WorldImpl final : public Scheduler {
   Status check_layer(const EmitterDesc& e, const std::string& what) const;
   Status plan_layers(EmitterRecord& r, const std::string& what) const;
   double free_room() const;
+  // world/room.cpp
+  bool has_memory_for(std::uint64_t particles, core::FactSet facts, bool solutes) const;
+  Status check_memory(const EmitterRecord& e, const std::string& what);
   Status check_nozzle(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& disc,
                       const EmitterRecord* moved) const;
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
-  // world/room.cpp
-  bool has_memory_for(std::uint64_t particles, core::FactSet facts, bool solutes) const;
-  Status check_memory(const EmitterRecord& e, const std::string& what);
   void append(core::SceneState& to, Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
               std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) const;
   void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
