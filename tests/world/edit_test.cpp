@@ -489,6 +489,115 @@ TEST(Edits, InSolutionsAreThoseOfAnUploadToTheBit) {
   EXPECT_EQ(t.scene.world.plan().uploads, uploads + 1);
 }
 
+// Liquid that holds the same everywhere exchanges nothing, and its plan has no stage for it; what comes with other contents makes that
+// one: liquid, a nozzle's, a body.
+TEST(Edits, WhatComesIntoALevelSolutionIsExchangedAsAfterAnUploadToTheBit) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.gravity = {0, 0, 0};
+  d.reserved_particles = 600;
+  d.solute.time_scale = 1e6;
+  d.heat.model = HeatModel::none;
+  MaterialId salt;
+  const auto make_one = [&] {
+    World w = *World::create(d);
+    MaterialDesc m;
+    const MaterialId water = *w.add_material(m);
+    m.name = "salt";
+    m.density = 2170;
+    m.dissolves_in = water;
+    m.solubility = 0.26;
+    m.diffusivity_in = 1.5e-9;
+    salt = *w.add_material(m);
+    FluidDesc f = liquid(water, Shape::box({0, 0, 0}, {0.8, 0.4, 0.8}), 20);
+    f.velocity = {};
+    f.fractions = {{salt, 0.1}};
+    require(w.add_fluid(f));
+    return Scene{std::move(w), water, {}};
+  };
+  const auto exchanges = [](Scene& s) {
+    for (const StageReport& stage : s.world.plan().stages)
+      if (stage.name == "species.exchange") return stage.runs;
+    return false;
+  };
+  const std::vector<std::pair<const char*, std::function<bool(Scene&)>>> ways = {
+      {"liquid",
+       [&](Scene& s) {
+         FluidDesc f = liquid(s.water, Shape::box({0, 0.4, 0}, {0.4, 0.6, 0.8}), 20);
+         f.fractions = {{salt, 0.2}};
+         return bool(s.world.add_fluid(f));
+       }},
+      {"nozzle",
+       [&](Scene& s) {
+         EmitterDesc e;
+         e.material = s.water;
+         e.center = {0.4, 0.5, 0.4};
+         e.radius = 0.15;
+         e.axis = {0, -1, 0};
+         e.speed = 2;
+         e.max_particles = 60;
+         e.temperature = 20;
+         e.fractions = {{salt, 0.2}};
+         return bool(s.world.add_emitter(e));
+       }},
+      {"body", [&](Scene& s) {
+         SolidDesc lump;
+         lump.material = salt;
+         lump.shape = Shape::box({0.2, 0.2, 0.2}, {0.5, 0.5, 0.5});
+         return bool(s.world.add_solid(lump));
+       }}};
+  for (const auto& way : ways) {
+    SCOPED_TRACE(way.first);
+    Twins t{make_one(), make_one()};
+    t.step(2);
+    EXPECT_FALSE(exchanges(t.scene));
+    const std::uint64_t uploads = t.scene.world.plan().uploads;
+    const auto add = [&](Scene& s) -> Status {
+      return way.second(s) ? Status{} : Status{Error{ErrorCode::internal, "refused"}};
+    };
+    ASSERT_TRUE(t.both(add).first);
+    t.step(20);  // a nozzle's liquid takes as long to get there
+    EXPECT_TRUE(exchanges(t.scene));
+    EXPECT_TRUE(t.same());
+    const auto shares = t.scene.world.particles()->fractions.front();
+    EXPECT_TRUE(std::any_of(shares.begin(), shares.end(), [](double w) { return w > 0.1001 && w < 0.1999; }));
+    EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+  }
+}
+
+// Pieces of one body touch each other, also where it is the only one, and came without an upload.
+TEST(Edits, PiecesOfTheOnlyBodyTouchAsAfterAnUploadToTheBit) {
+  MELTSIM_NEEDS_BACKEND();
+  Twins t = make({"", [](WorldDesc& d, IceScene& s) {
+                    d.heat.model = HeatModel::none;
+                    s.block = 0;
+                  }});
+  t.step(2);
+  const std::uint64_t uploads = t.scene.world.plan().uploads;
+  const auto plates = [](Scene& s) {
+    SolidDesc d;
+    d.material = s.ice;
+    d.shape = Shape::unite(
+        {Shape::box({0.4, 1.0, 0.4}, {1.4, 1.2, 1.4}), Shape::box({0.6, 1.6, 0.6}, {1.2, 2.2, 1.2})});
+    return s.world.add_solid(d);
+  };
+  ASSERT_TRUE(t.both(plates).first);
+  t.step(1);
+  const auto contact = [](Scene& s) {
+    for (const StageReport& stage : s.world.plan().stages)
+      if (stage.name == "lsm.contact") return stage.runs;
+    return false;
+  };
+  EXPECT_TRUE(contact(t.scene));
+  t.step(60);  // the upper one falls onto the lower one, which floats
+  EXPECT_TRUE(t.same());
+  const auto pieces = t.scene.world.pieces();
+  ASSERT_EQ(pieces->size(), 2u);
+  EXPECT_GT((*pieces)[1].bounds.min.y, (*pieces)[0].bounds.max.y);
+  EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+}
+
 // A body that is held or watched stays where it is on the backend.
 TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
   MELTSIM_NEEDS_BACKEND();
@@ -508,6 +617,13 @@ TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
     t.step(1);
     for (const bool on : {true, false, true}) {
       ASSERT_TRUE(t.both([&](Scene& s) { return s.world.watch_forces(body(s), on); }).first);
+      // Ahead of any step, too: nothing has acted on it since.
+      for (World* w : {&t.scene.world, &t.twin.world}) {
+        const auto now = w->take_forces();
+        ASSERT_TRUE(now);
+        ASSERT_EQ(now->size(), on ? 1u : 0u);
+        EXPECT_TRUE(!on || now->front().seconds == 0);
+      }
       t.step(1);
       ASSERT_TRUE(t.both([&](Scene& s) { return s.world.hold(body(s), on); }).first);
       EXPECT_TRUE(t.same());
@@ -521,6 +637,36 @@ TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
     EXPECT_GT(forces->front().seconds, 0);
     EXPECT_EQ(t.scene.world.plan().uploads, uploads);
   }
+}
+
+// What has come from a nozzle and fallen since was not added, whichever way something else is: the sound speed does not follow it.
+TEST(Edits, WhatNozzlesBroughtIsSeenByNoUpload) {
+  MELTSIM_NEEDS_BACKEND();
+  double sound[2] = {0, 0};
+  std::uint64_t hash[2] = {0, 0};
+  for (int k = 0; k < 2; ++k) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.reserved_particles = k == 0 ? 0 : 600;
+    World w = *World::create(d);
+    const MaterialId water = *w.add_material({});
+    EmitterDesc e;
+    e.material = water;
+    e.radius = 0.15;
+    e.max_particles = 100;
+    require(w.add_emitter(e));
+    for (int step = 0; step < 50; ++step) require(w.step(0.01));  // falls at 5 m/s then
+    FluidDesc f;
+    f.material = water;
+    f.shape = Shape::box({2, 0, 2}, {2.3, 0.3, 2.3});
+    require(w.add_fluid(f));
+    require(w.step(0.01));
+    EXPECT_EQ(w.plan().uploads, k == 0 ? 2u : 1u);
+    sound[k] = w.resolved().sound_speed;
+    hash[k] = *w.state_hash();
+  }
+  EXPECT_EQ(sound[0], sound[1]);
+  EXPECT_EQ(hash[0], hash[1]);
 }
 
 TEST(Edits, RoomThatRunsOutIsMadeAnew) {
@@ -617,13 +763,6 @@ TEST(Edits, AreHeldBySnapshotsAndEndWhatWasSaved) {
   require(other.world.restore(bytes->data(), bytes->size()));
   for (int k = 0; k < 3; ++k) {
     require(s.world.step(0.01));
-      // Ahead of any step, too: nothing has acted on it since.
-      for (World* w : {&t.scene.world, &t.twin.world}) {
-        const auto now = w->take_forces();
-        ASSERT_TRUE(now);
-        ASSERT_EQ(now->size(), on ? 1u : 0u);
-        EXPECT_TRUE(!on || now->front().seconds == 0);
-      }
     require(other.world.step(0.01));
   }
   EXPECT_EQ(*s.world.state_hash(), *other.world.state_hash());
@@ -639,36 +778,6 @@ TEST(Edits, AWarmerEmitterLetsHeatFlow) {
   d.domain.max = {0.6, 1, 0.6};
   auto made = World::create(d);
   ASSERT_TRUE(made);
-// What has come from a nozzle and fallen since was not added, whichever way something else is: the sound speed does not follow it.
-TEST(Edits, WhatNozzlesBroughtIsSeenByNoUpload) {
-  MELTSIM_NEEDS_BACKEND();
-  double sound[2] = {0, 0};
-  std::uint64_t hash[2] = {0, 0};
-  for (int k = 0; k < 2; ++k) {
-    WorldDesc d = describe();
-    d.spacing = 0.1;
-    d.reserved_particles = k == 0 ? 0 : 600;
-    World w = *World::create(d);
-    const MaterialId water = *w.add_material({});
-    EmitterDesc e;
-    e.material = water;
-    e.radius = 0.15;
-    e.max_particles = 100;
-    require(w.add_emitter(e));
-    for (int step = 0; step < 50; ++step) require(w.step(0.01));  // falls at 5 m/s then
-    FluidDesc f;
-    f.material = water;
-    f.shape = Shape::box({2, 0, 2}, {2.3, 0.3, 2.3});
-    require(w.add_fluid(f));
-    require(w.step(0.01));
-    EXPECT_EQ(w.plan().uploads, k == 0 ? 2u : 1u);
-    sound[k] = w.resolved().sound_speed;
-    hash[k] = *w.state_hash();
-  }
-  EXPECT_EQ(sound[0], sound[1]);
-  EXPECT_EQ(hash[0], hash[1]);
-}
-
   World& w = *made;
   const MaterialId water = *w.add_material({});
   FluidDesc f;
