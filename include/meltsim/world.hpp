@@ -35,7 +35,7 @@ struct LatticeData {
   std::vector<std::uint32_t> arrayR;  ///< members of the region, (2w+1)^3 per vertex, in the same order
 };
 
-/// Stiffness of the bodies of a material; with a youngs_modulus that of the shortest so far.
+/// Stiffness of the bodies of a material: of the one that has least of a modulus, the shortest so far.
 struct Stiffness {
   int region_half_width = 0;  ///< w in use
   double stiffness = 0;       ///< alpha in use

@@ -131,7 +131,7 @@ double WorldImpl::alpha_of(const MaterialDesc& m, double dt) const {
   return most;
 }
 
-/// With a youngs_modulus that of the body that has least of it.
+/// Of the body that has least of a modulus.
 Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
   Stiffness s;
   s.region_half_width = half_width_of(m);
@@ -142,10 +142,10 @@ Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
     const double modulus = physics::shape_modulus(alpha, speed2, m.density, desc.spacing, dt);
     if (s.youngs_modulus == 0 || modulus < s.youngs_modulus) s = {w, alpha, modulus};
   };
-  if (m.youngs_modulus > 0)
-    for_each_of(m, [&](const BodyRecord& b) {
-      has(alpha_of(b, dt), half_width_of(b), wave_speed2_of(half_width_of(b), b.longest));
-    });
+  for_each_of(m, [&](const BodyRecord& b) {
+    const int w = half_width_of(b);
+    has(m.youngs_modulus > 0 ? alpha_of(b, dt) : alpha_of(m, dt), w, wave_speed2_of(w, b.longest));
+  });
   if (s.youngs_modulus == 0) {
     const double speed2 = physics::region_wave_speed2(s.region_half_width);
     has(m.youngs_modulus > 0 ? std::min(1.0, physics::modulus_stiffness(modulus_rate_of(m), speed2, dt))
