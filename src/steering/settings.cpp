@@ -151,10 +151,7 @@ Status WorldImpl::set_material(MaterialId id, const MaterialDesc& m) {
     throw;
   }
   const bool tension = m.surface_tension != before.surface_tension;  // sound may have to be faster
-  if (dirty_ && tension) {
-    pass_over_particles();
-    added_ = true;
-  }
+  if (dirty_ && tension) pass_over_particles(), added_ = true;
   if (dirty_) return {};  // prepare() goes by it
   if (tension) {
     look_now_ = true;
