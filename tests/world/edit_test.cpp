@@ -609,9 +609,9 @@ TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
     const std::uint64_t uploads = t.scene.world.plan().uploads;
     const BodyId first = t.scene.world.pieces()->front().body;
     int call = 0;
-    const auto body = [&](Scene&) {
-      return call++ % 2 == 0 ? first : BodyId{first.index, t.twin.world.pieces()->front().body.generation};
-    };
+    // Asked of the twin beforehand: a reading would upload it, and it would take the way of the other.
+    const BodyId second{first.index, t.twin.world.pieces()->front().body.generation};
+    const auto body = [&](Scene&) { return call++ % 2 == 0 ? first : second; };
     const auto turn = [&](Scene& s) { return s.world.apply_impulse(body(s), {10, 0, 0}, {0, 2, 5}); };
     ASSERT_TRUE(t.both(turn).first);
     t.step(1);
@@ -636,6 +636,42 @@ TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
     ASSERT_EQ(too->size(), 1u);
     EXPECT_GT(forces->front().seconds, 0);
     EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+    EXPECT_GE(t.twin.world.plan().uploads, uploads + 7);
+  }
+}
+
+// A body that its description holds is let go with the velocities that it has there: by the step that it is due in, on the backend, and
+// through the host, where the World was restored before that step.
+TEST(Edits, BodiesThatAreDueAreLetGoAsAfterAnUploadToTheBit) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Motion motion : {Motion::free, Motion::rigid}) {
+    SCOPED_TRACE(motion == Motion::free ? "free" : "rigid");
+    Twins t = make({"", [](WorldDesc& d, IceScene&) { d.heat.model = HeatModel::none; }});
+    t.step(1);
+    const auto held = [motion](Scene& s) {
+      SolidDesc d;
+      d.material = s.ice;
+      d.shape = Shape::box({0.2, 1.6, 0.2}, {0.8, 2.0, 0.6});
+      d.motion = motion;
+      d.velocity = {1, 0, 0};
+      d.angular_velocity = {0, 0, 2};
+      d.held_until = 0.035;
+      return s.world.add_solid(d);
+    };
+    const auto body = t.both(held);
+    ASSERT_TRUE(body.first);
+    t.step(3);  // the next one lets it go
+    const std::uint64_t uploads = t.scene.world.plan().uploads;
+    ASSERT_TRUE(t.both([](Scene&) { return Status{}; }).first);
+    t.step(1);
+    EXPECT_TRUE(t.same());
+    EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+    for (const PieceInfo& p : *t.scene.world.pieces()) {
+      if (!(p.body == *body.first)) continue;
+      EXPECT_NEAR(p.velocity.x, 1, 0.01);
+      EXPECT_NEAR(p.angular_velocity.z, 2, 0.02);
+      EXPECT_NEAR(p.velocity.y, -9.81 * 0.01, 0.01);
+    }
   }
 }
 
