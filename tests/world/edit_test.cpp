@@ -605,6 +605,14 @@ TEST(Edits, HeldAndWatchedBodiesAreThoseOfAnUploadToTheBit) {
     SCOPED_TRACE(motion == Motion::free ? "free" : "rigid");
     Twins t = make({"", [&](WorldDesc&, IceScene& s) { s.motion = motion; }});
     for (World* w : {&t.scene.world, &t.twin.world}) require(w->watch_events());
+    // Another one that moves, so that the backend keeps what is of such bodies.
+    for (Scene* scene : {&t.scene, &t.twin}) {
+      SolidDesc d;
+      d.material = scene->ice;
+      d.shape = Shape::box({0.2, 1.8, 0.2}, {0.6, 2.2, 0.6});
+      d.motion = motion;
+      require(scene->world.add_solid(d));
+    }
     t.step(3);
     const std::uint64_t uploads = t.scene.world.plan().uploads;
     const BodyId first = t.scene.world.pieces()->front().body;
