@@ -46,8 +46,11 @@ Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* m
   SurfaceView view;
   view.backend = engine->backend();
   view.serial = mark_view(surface_view_, true);
-  const bool solids = (facts_ & core::fact_solid) != 0;
   const core::FactSet needed = d.of == SurfaceOf::liquid ? core::fact_fluid : core::fact_solid;
+  if ((facts_ & needed) == 0 && plan_changed_ && !halted_ &&
+      !engine->host_captures())  // the first of it has come
+    if (Status s = adapt(); !s) return s.error();
+  const bool solids = (facts_ & core::fact_solid) != 0;
   if ((facts_ & needed) == 0) return view;
   core::SurfaceRequest q;
   q.of = d.of;

@@ -683,6 +683,40 @@ TEST(Edits, BodiesThatAreDueAreLetGoAsAfterAnUploadToTheBit) {
   }
 }
 
+// The first liquid of a World, and its first body, have a surface at once.
+TEST(Edits, TheFirstLiquidAndBodyHaveSurfacesAheadOfAStep) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool wet : {false, true}) {
+    SCOPED_TRACE(wet ? "a body beside liquid" : "liquid beside a body");
+    Twins t = make({"", [wet](WorldDesc& d, IceScene& s) {
+                      d.heat.model = HeatModel::none;
+                      s.water = wet;
+                      if (wet) s.block = 0;
+                    }});
+    t.step(2);
+    const std::uint64_t uploads = t.scene.world.plan().uploads;
+    const auto add = [wet](Scene& s) -> Status {
+      const Shape where = Shape::box({0.2, 1.6, 0.2}, {0.8, 2.2, 0.8});
+      SolidDesc d;
+      d.material = s.ice;
+      d.shape = where;
+      if (!wet) require(s.world.add_fluid(liquid(s.water, where, 20)));
+      else require(s.world.add_solid(d));
+      return {};
+    };
+    ASSERT_TRUE(t.both(add).first);
+    SurfaceDesc of;
+    of.of = wet ? SurfaceOf::solids : SurfaceOf::liquid;
+    const auto a = t.scene.world.surface(of), b = t.twin.world.surface(of);
+    ASSERT_TRUE(a && b);
+    EXPECT_GT(a->position.size(), 100u);
+    EXPECT_EQ(a->position.size(), b->position.size());
+    EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+    t.step(3);
+    EXPECT_TRUE(t.same());
+  }
+}
+
 // What has come from a nozzle and fallen since was not added, whichever way something else is: the sound speed does not follow it.
 TEST(Edits, WhatNozzlesBroughtIsSeenByNoUpload) {
   MELTSIM_NEEDS_BACKEND();
