@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <set>
 
 #include "csv.hpp"
 #include "show/replay_page.hpp"
@@ -55,10 +56,29 @@ class InterruptScope {
   bool active_ = false;
 };
 
+std::set<HostWorld*> alive;  ///< under the GIL
+
 }  // namespace
 
 HostWorld::HostWorld(meltsim::World world, runner::Scene s)
-    : scene(std::move(s)), world_(std::move(world)), serial_(++serials) {}
+    : scene(std::move(s)), world_(std::move(world)), serial_(++serials) {
+  alive.insert(this);
+}
+
+HostWorld::~HostWorld() { alive.erase(this); }
+
+void HostWorld::release_all() {
+  std::vector<std::unique_ptr<Stage>> gone;  // what they hold may hold Worlds
+  for (HostWorld* host : alive) {
+    if (host->busy_.exchange(true)) continue;
+    for (auto& stage : host->stages_) {
+      static_cast<void>(host->world_->scheduler().remove(stage->name));
+      gone.push_back(std::move(stage));
+    }
+    host->stages_.clear();
+    host->busy_ = false;
+  }
+}
 
 HostWorld::Use::Use(HostWorld& world, bool changes) : host_(world) {
   if (host_.busy_.exchange(true))

@@ -42,6 +42,9 @@ class HostWorld {
  public:
   HostWorld(meltsim::World world, runner::Scene scene);
   HostWorld(const HostWorld&) = delete;
+  ~HostWorld();
+  /// At the end of Python: takes out the stages of all Worlds, but of those that another thread steps.
+  static void release_all();
 
   /// The World, for one call of one thread.
   class Use {

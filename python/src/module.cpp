@@ -2,6 +2,7 @@
 // The module meltsim._core: everything that meltsim re-exports.
 #include "builtin.hpp"
 #include "common.hpp"
+#include "host_world.hpp"
 
 namespace {
 
@@ -27,6 +28,9 @@ NB_MODULE(_core, m) {
       PyErr_SetObject(error_class, instance.ptr());
     }
   });
+  // A NumPy array does not tell Python's collector what it holds: one that outlives its stage, in the frames of an exception, would
+  // keep the World until after the end.
+  nb::module_::import_("atexit").attr("register")(nb::cpp_function(&meltsim_python::HostWorld::release_all));
   meltsim_python::bind_shape(m);
   meltsim_python::bind_readings(m);
   meltsim_python::bind_world(m);

@@ -774,8 +774,19 @@ ReadTicket ticket_of(nb::handle ticket) {
   return {static_cast<std::uint64_t>(value)};
 }
 
+/// Objects that hold their World: Python's collector follows that, or a cycle through a stage's exception, whose frames hold them,
+/// stays for good. The World's own slots break such cycles.
+template <class T>
+int visit_owner(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (nb::inst_ready(self)) Py_VISIT(nb::inst_ptr<T>(self)->owner.ptr());
+  return 0;
+}
+template <class T>
+PyType_Slot owner_slots[] = {{Py_tp_traverse, reinterpret_cast<void*>(visit_owner<T>)}, {0, nullptr}};
+
 void bind_reading(nb::module_& m) {
-  nb::class_<HostReading>(m, "Reading",
+  nb::class_<HostReading>(m, "Reading", nb::type_slots(owner_slots<HostReading>),
                           "What World.take() gives: the World as it was at the request. What was not asked "
                           "for is None.")
       .def_prop_ro(
@@ -914,7 +925,7 @@ auto pack_array(const V* RenderView::*member) {
 
 void bind_pack(nb::module_& m) {
   nb::class_<RenderPack>(
-      m, "RenderPack",
+      m, "RenderPack", nb::type_slots(owner_slots<RenderPack>),
       "Particles by id in single precision, packed in the memory of the backend: no copy. NumPy "
       "arrays on the CPU; on CUDA arrays with __dlpack__. They stay while the World steps, until the "
       "next render_view(), which is refused while one is alive.")
@@ -964,7 +975,7 @@ auto surface_array(const V* SurfaceView::*member) {
 
 void bind_surface_pack(nb::module_& m) {
   nb::class_<SurfacePack>(
-      m, "SurfaceView",
+      m, "SurfaceView", nb::type_slots(owner_slots<SurfacePack>),
       "A surface mesh in the memory of the backend: no copy. NumPy arrays on the CPU; on CUDA arrays with "
       "__dlpack__. They stay while the World steps, until the next surface, which is refused while one is "
       "alive.")
@@ -1025,7 +1036,7 @@ nb::dlpack::dtype scalar(const State& s) {
 }
 
 void bind_state(nb::module_& m) {
-  nb::class_<State>(m, "State",
+  nb::class_<State>(m, "State", nb::type_slots(owner_slots<State>),
                     "Views of the World's own memory, in the order of the backend: no copy. NumPy arrays on "
                     "the CPU; on CUDA "
                     "arrays with __dlpack__, for cupy.from_dlpack and torch.from_dlpack. From World.state() "

@@ -4,6 +4,7 @@ import gc
 import math
 import os
 import signal
+import subprocess
 import threading
 import weakref
 
@@ -810,3 +811,26 @@ def test_the_sun_warms_a_pool():
     before = world.totals().heat_in
     world.step(0.01)
     assert world.totals().heat_in == before
+
+
+@pytest.mark.parametrize("kept", ["pass", "position = state.position"])
+def test_nothing_of_a_world_is_left_at_the_end(kept):
+    """What a stage raised holds its frames, these the state and its arrays, these the World, and that the stage."""
+    script = f"""
+import meltsim
+world = meltsim.World(spacing=0.1)
+world.add_fluid(meltsim.Shape.box((0, 0, 0), (0.3, 0.3, 0.3)), world.add_material("water"))
+world.step(0.001)
+views = world.state(), world.render_view(), world.particles()
+del views
+def stage(state):
+    {kept}
+    raise ValueError("kept")
+world.add_stage("raises", stage)
+try:
+    world.step(0.001)
+except ValueError as error:
+    kept = error
+"""
+    done = subprocess.run([sys.executable, "-B", "-c", script], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and "leaked" not in done.stderr, done.stderr
