@@ -5,6 +5,7 @@ import math
 import os
 import signal
 import subprocess
+import sys
 import threading
 import weakref
 
