@@ -22,7 +22,7 @@ using meltsim::MaterialId;
 class Builder {
  public:
   Builder(const Scene& scene, meltsim::World world)
-      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, false, false, {}, 0, {}} {}
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, false, false, {}, {}, {}, 0, {}} {}
 
   Built build() && {
     for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);
@@ -101,13 +101,15 @@ class Builder {
     accept(built_.world.add_solid(desc), body);
   }
 
-  void add(const SceneHeatRegion& region) { accept(built_.world.add_heat_region(region.desc), region); }
+  void add(const SceneHeatRegion& region) {
+    built_.heat_region_ids.push_back(accept(built_.world.add_heat_region(region.desc), region));
+  }
 
   void add(const SceneEmitter& emitter) {
     meltsim::EmitterDesc desc = emitter.desc;
     desc.material = ids_.at(emitter.material);
     desc.fractions = fractions_of(emitter.fractions);
-    accept(built_.world.add_emitter(desc), emitter);
+    built_.emitter_ids.push_back(accept(built_.world.add_emitter(desc), emitter));
   }
 
   MaterialId with_density(const SceneBody& body) {

@@ -21,6 +21,8 @@ struct Built {
   std::vector<bool> body_melts;           ///< per body of the scene: it melts or dissolves
   bool melts = false, dissolves = false;  ///< some body does
   std::vector<meltsim::ForceFieldId> force_field_ids;
+  std::vector<meltsim::EmitterId> emitter_ids;
+  std::vector<meltsim::HeatRegionId> heat_region_ids;
   std::uint64_t meltable = 0;  ///< solid particles that can melt or dissolve
   ProbeGroups probes;          ///< once add_probes() was called; the World of a viewer has none
 };

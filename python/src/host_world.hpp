@@ -83,7 +83,11 @@ class HostWorld {
   std::vector<Material> materials;
   std::vector<Body> bodies;
   std::vector<Probe> probes;
-  std::vector<ForceField> fields;                          ///< that there are
+  std::vector<Emitter> emitters;
+  std::vector<HeatRegion> regions;
+  std::vector<std::vector<std::string>>
+      scene_probes;                ///< of the scene: names of those that one probe of the World has
+  std::vector<ForceField> fields;  ///< that there are
   std::map<std::uint64_t, meltsim::ReadRequest> requests;  ///< open ones, by ticket
   runner::Scene scene;
   std::atomic<int> exported{0};              ///< arrays of the World's own memory that are alive

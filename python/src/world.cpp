@@ -618,6 +618,21 @@ void init_world(HostWorld* self, const nb::args& args, const nb::kwargs& kwargs)
   new (self) HostWorld(std::move(*world), plain_scene(desc));
 }
 
+/// Its name, or the one that the library gives where that is empty.
+std::string name_or(const std::string& name, const char* kind, std::size_t index) {
+  return name.empty() ? kind + std::to_string(index + 1) : name;
+}
+
+/// Objects by name.
+template <class N>
+auto by_name(std::vector<N> HostWorld::*all) {
+  return [all](HostWorld& w) {
+    nb::dict d;
+    for (const N& x : w.*all) d[x.name.c_str()] = nb::cast(x);
+    return d;
+  };
+}
+
 void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text precision, Integer threads) {
   runner::MachineOptions machine;
   machine.backend = static_cast<Backend>(choice("backend", backend, backends));
@@ -626,7 +641,7 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   auto built = with_place([&] {
     const nb::gil_scoped_release released;
     runner::Built b = runner::build_world(loaded.scene, machine);
-    runner::add_probes(b.world, loaded.scene);
+    b.probes = runner::add_probes(b.world, loaded.scene);
     return b;
   });
   const auto pieces = expect(built.world.pieces());
@@ -641,8 +656,18 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
     self->bodies.push_back({self->serial(), id, name.empty() ? "body" + std::to_string(i) : name});
   }
   for (std::size_t i = 0; i < built.force_field_ids.size(); ++i)
-    self->fields.push_back(
-        {self->serial(), built.force_field_ids[i], loaded.scene.force_fields[i].desc.name});
+    self->fields.push_back({self->serial(), built.force_field_ids[i],
+                            name_or(loaded.scene.force_fields[i].desc.name, "field", i)});
+  for (std::size_t i = 0; i < built.emitter_ids.size(); ++i)
+    self->emitters.push_back(
+        {self->serial(), built.emitter_ids[i], name_or(loaded.scene.emitters[i].desc.name, "emitter", i)});
+  for (std::size_t i = 0; i < built.heat_region_ids.size(); ++i)
+    self->regions.push_back({self->serial(), built.heat_region_ids[i],
+                             name_or(loaded.scene.heat_regions[i].desc.name, "heat", i)});
+  for (const std::vector<std::size_t>& group : built.probes) {
+    self->scene_probes.emplace_back();
+    for (const std::size_t i : group) self->scene_probes.back().push_back(loaded.scene.probes[i].desc.name);
+  }
 }
 
 template <class N>
@@ -741,14 +766,25 @@ nb::dict events_by_name(const HostWorld& w, const Events& all) {
 
 nb::dict samples_by_name(const HostWorld& w, std::vector<ProbeSeries> all) {
   nb::dict result;
-  std::size_t k = 0;
-  for (ProbeSeries& s : all) {
-    nb::dict one;
+  const std::size_t of_scene = w.scene_probes.size();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    ProbeSeries& s = all[k];
     const std::size_t points = s.points, width = s.width, times = s.time.size();
-    one["time"] = array_of<double>(std::move(s.time));
-    one["values"] = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
-    result[(k < w.probes.size() ? w.probes[k].name : "probe" + std::to_string(k)).c_str()] = one;
-    ++k;
+    const nb::object time = array_of<double>(std::move(s.time)),
+                     values = array_of<double>(std::move(s.values)).attr("reshape")(times, points, width);
+    const auto put = [&](const std::string& name, nb::object of) {
+      nb::dict one;
+      one["time"] = time;
+      one["values"] = std::move(of);
+      result[name.c_str()] = one;
+    };
+    if (k >= of_scene) {
+      put(w.probes.at(k - of_scene).name, values);
+      continue;
+    }
+    for (std::size_t j = 0; j < w.scene_probes[k].size(); ++j)
+      put(w.scene_probes[k][j], values[nb::make_tuple(nb::slice(nb::none(), nb::none(), nb::none()),
+                                                      nb::slice(nb::int_(j), nb::int_(j + 1), nb::none()))]);
   }
   return result;
 }
@@ -1256,9 +1292,15 @@ void bind_world(nb::module_& m) {
             describe(input, emitter_keys(), "add_emitter", 2, args, kwargs);
             take_material(w, input, "add_emitter");
             take_fractions(w, input, "add_emitter");
-            return Emitter{w.serial(),
-                           away(w, true, [&](World& world) { return expect(world.add_emitter(input.desc)); }),
-                           input.desc.name};
+            input.desc.name = name_or(input.desc.name, "emitter", w.emitters.size());
+            for (const Emitter& known : w.emitters)
+              if (known.name == input.desc.name)
+                refuse("name: there is an emitter \"" + known.name + "\" already");
+            w.emitters.push_back(
+                {w.serial(),
+                 away(w, true, [&](World& world) { return expect(world.add_emitter(input.desc)); }),
+                 input.desc.name});
+            return w.emitters.back();
           },
           nb::sig(emitter_sig.c_str()), emitter_doc.c_str())
       .def(
@@ -1266,9 +1308,14 @@ void bind_world(nb::module_& m) {
           [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
             HeatRegionDesc desc;
             describe(desc, region_keys(), "add_heat_region", 1, args, kwargs);
-            return HeatRegion{
-                w.serial(), away(w, true, [&](World& world) { return expect(world.add_heat_region(desc)); }),
-                desc.name};
+            desc.name = name_or(desc.name, "heat", w.regions.size());
+            for (const HeatRegion& known : w.regions)
+              if (known.name == desc.name)
+                refuse("name: there is a heat region \"" + known.name + "\" already");
+            w.regions.push_back(
+                {w.serial(), away(w, true, [&](World& world) { return expect(world.add_heat_region(desc)); }),
+                 desc.name});
+            return w.regions.back();
           },
           nb::sig(region_sig.c_str()), region_doc.c_str())
       .def(
@@ -1524,19 +1571,20 @@ void bind_world(nb::module_& m) {
           "Gives a free body an impulse at its centre of mass [N s] and an angular impulse about it [N m s].")
       .def(
           "set_emitter",
-          [](HostWorld& w, const Emitter& emitter, nb::object on, nb::object speed, nb::object temperature,
+          [](HostWorld& w, nb::object emitter, nb::object on, nb::object speed, nb::object temperature,
              nb::object center) {
             EmitterSetting setting;
             if (!center.is_none()) setting.center = vector("center", center);
             if (!on.is_none()) setting.on = boolean("on", on);
             if (!speed.is_none()) setting.speed = number("speed", speed);
             if (!temperature.is_none()) setting.temperature = number("temperature", temperature);
-            const EmitterId id = w.resolve("emitter", std::vector<Emitter>{}, nb::cast(emitter), "emitter");
+            const EmitterId id = w.resolve("emitter", w.emitters, emitter, "emitter");
             away(w, true, [&](World& world) { expect(world.set_emitter(id, setting)); });
           },
           "emitter"_a, nb::kw_only(), "on"_a = nb::none(), "speed"_a = nb::none(),
           "temperature"_a = nb::none(), "center"_a = nb::none(),
-          nb::sig("def set_emitter(self, emitter: Emitter, *, on: bool | None = None, speed: float | None = "
+          nb::sig("def set_emitter(self, emitter: Emitter | str, *, on: bool | None = None, speed: float | "
+                  "None = "
                   "None, temperature: float | None = None, center: Sequence[float] | None = None) -> None"),
           "Turns an emitter on or off, changes its speed [m/s] or the temperature of what is to come "
           "[degrees Celsius], or moves it [m].")
@@ -1582,16 +1630,15 @@ void bind_world(nb::module_& m) {
           "degrees.")
       .def(
           "set_heat_region",
-          [](HostWorld& w, const HeatRegion& region, nb::object temperature, Real source) {
+          [](HostWorld& w, nb::object region, nb::object temperature, Real source) {
             std::optional<double> held;
             if (!temperature.is_none()) held = number("temperature", temperature);
             const double released = number("source", source);
-            const HeatRegionId id =
-                w.resolve("region", std::vector<HeatRegion>{}, nb::cast(region), "heat region");
+            const HeatRegionId id = w.resolve("region", w.regions, region, "heat region");
             away(w, true, [&](World& world) { expect(world.set_heat_region(id, held, released)); });
           },
           "region"_a, nb::kw_only(), "temperature"_a = nb::none(), "source"_a = 0.0,
-          nb::sig("def set_heat_region(self, region: HeatRegion, *, temperature: float | None = None, "
+          nb::sig("def set_heat_region(self, region: HeatRegion | str, *, temperature: float | None = None, "
                   "source: float = 0.0) -> None"),
           "Sets what a heat region does: it holds a temperature [degrees Celsius] or releases heat [W/m^3].")
       .def(
@@ -1911,21 +1958,19 @@ void bind_world(nb::module_& m) {
           "max_substeps", [](HostWorld& w) { return w.unguarded().desc().max_substeps; },
           "Most sub-steps of one step.")
       .def_prop_ro(
-          "materials",
-          [](HostWorld& w) {
-            nb::dict d;
-            for (const auto& x : w.materials) d[x.name.c_str()] = nb::cast(x);
-            return d;
-          },
-          nb::sig("def materials(self) -> dict[str, Material]"), "Its materials by name.")
-      .def_prop_ro(
-          "bodies",
-          [](HostWorld& w) {
-            nb::dict d;
-            for (const auto& x : w.bodies) d[x.name.c_str()] = nb::cast(x);
-            return d;
-          },
-          nb::sig("def bodies(self) -> dict[str, Body]"), "Its bodies by name.");
+          "precision",
+          [](HostWorld& w) { return precisions[static_cast<std::size_t>(w.unguarded().precision())]; },
+          "\"single\" or \"double\": of the state.")
+      .def_prop_ro("materials", by_name(&HostWorld::materials),
+                   nb::sig("def materials(self) -> dict[str, Material]"), "Its materials by name.")
+      .def_prop_ro("bodies", by_name(&HostWorld::bodies), nb::sig("def bodies(self) -> dict[str, Body]"),
+                   "Its bodies by name.")
+      .def_prop_ro("emitters", by_name(&HostWorld::emitters),
+                   nb::sig("def emitters(self) -> dict[str, Emitter]"), "Its emitters by name.")
+      .def_prop_ro("heat_regions", by_name(&HostWorld::regions),
+                   nb::sig("def heat_regions(self) -> dict[str, HeatRegion]"), "Its heat regions by name.")
+      .def_prop_ro("force_fields", by_name(&HostWorld::fields),
+                   nb::sig("def force_fields(self) -> dict[str, ForceField]"), "Its force fields by name.");
 }
 
 }  // namespace meltsim_python

@@ -392,6 +392,39 @@ def test_a_surface_is_viewed_where_it_was_made():
         world.surface_view("gas")
 
 
+def test_what_a_scene_lists_is_steered_and_read_by_its_name():
+    scene = {
+        "meltsim": 1, "particles": {"spacing": 0.1}, "domain": {"min": [0, 0, 0], "max": [1, 1, 1]}, "time": {"end": 1},
+        "materials": {"water": {}}, "fluids": [{"shape": {"box": [[0, 0, 0], [1, 0.3, 1]]}, "material": "water", "temperature": 20}],
+        "emitters": [{"nozzle": {"center": [0.5, 0.9, 0.5], "radius": 0.15, "axis": [0, -1, 0]}, "material": "water", "speed": 1, "name": "tap", "until": 5}],
+        "heat": {"regions": [{"shape": {"box": [[0, 0, 0], [1, 1, 1]]}, "temperature": 20}]},
+        "force_fields": [{"kind": "uniform", "acceleration": [0, 0, 0]}],
+        "probes": [{"name": "low", "at": [0.5, 0.1, 0.5], "fields": ["temperature"]}, {"name": "floor", "kind": "force", "wall": "-y", "fields": ["force"]},
+                   {"name": "high", "at": [0.2, 0.2, 0.5], "fields": ["temperature"]}]}
+    world = World.load(scene, backend="cpu", threads=1)
+    assert list(world.emitters) == ["tap"] and list(world.heat_regions) == ["heat1"] and list(world.force_fields) == ["field1"]
+    world.set_emitter("tap", on=False)
+    world.set_heat_region("heat1", temperature=30)
+    world.set_force_field("field1", acceleration=(0, 1, 0))
+    mine = world.add_probe([(0.5, 0.1, 0.5)], ["temperature"])
+    before = world.synchronize().fluid
+    world.step(0.05)
+    samples = world.take_samples()
+    assert list(samples) == ["low", "high", "floor", mine.name]  # in the order in which the World has them
+    assert samples["low"]["values"].shape == (len(samples["low"]["time"]), 1, 1) and samples["floor"]["values"].shape[1:] == (1, 3)
+    assert all(samples[name]["values"][-1, 0, 0] == pytest.approx(30) for name in ("low", "high", mine.name))
+    assert world.synchronize().fluid == before and world.totals().temperature_min == pytest.approx(30) and world.totals().field_impulse[1] > 0
+    with pytest.raises(meltsim.Error, match="there are: tap"):
+        world.set_emitter("tab", on=True)
+    with pytest.raises(meltsim.Error, match="there are: heat1"):
+        world.set_heat_region("heat", temperature=3)
+    with pytest.raises(TypeError, match="emitter: expected"):
+        world.set_emitter(3, on=True)
+    with pytest.raises(meltsim.Error, match="already"):
+        world.add_heat_region(Shape.sphere((0, 0, 0), 1), name="heat1", temperature=3)
+    assert world.precision == "single"
+
+
 def test_an_empty_world_has_empty_arrays():
     world = World(spacing=0.1, backend="cpu", threads=1)
     world.step(0.01)

@@ -58,9 +58,15 @@ CALLS = {
     "precision": "- the host has it",
 }
 
+PYTHON_CALLS = {
+    "lattice": "- for tests", "device_state": "state", "check_view": "- arrays and views say so themselves", "scheduler": "add_stage",
+    "desc": "- the host has it", "material": "- the host has it", "force_field": "- the host has it", "watched_bodies": "- take_forces() has them",
+}
+
 header = (root / "include/meltsim/meltsim.h").read_text(encoding="utf-8")
 python = (root / "python/src/world.cpp").read_text(encoding="utf-8") + "".join(
     p.read_text(encoding="utf-8") for p in sorted((root / "python/meltsim").glob("*.py")))
+python_world = python[python.index("nb::class_<HostWorld>(m"):]
 wrong = []
 
 
@@ -83,6 +89,7 @@ world = re.search(r"class MELTSIM_API World \{(.*?)\n private:", read("include/m
 calls = sorted(set(re.findall(r"[\w>&*] (\w+)\([^;{]*\)[^;{]*;", world)) - {"operator", "World", "create"})
 for name in calls:
     look("C: World", name, CALLS, lambda n: f"meltsim_world_{n}(" in header)
+    look("Python: World", name, PYTHON_CALLS, lambda n: re.search(r'\.def(?:_prop_ro)?\(\s*"%s"' % n, python_world) is not None)
 shapes = re.findall(r"static Shape (\w+)\(|Shape (transformed)\(", read("include/meltsim/shape.hpp"))
 shape_calls = (root / "python/src/shape.cpp").read_text(encoding="utf-8")
 for name in ("".join(s) for s in shapes):
