@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """coverage.py ROOT: what hosts in C and Python can reach of the descriptions and calls of C++. Every member of a description, every
 call of World and every shape, has to be in include/meltsim/meltsim.h and in the Python package, under its own name or the one that is said here, or be listed
-here with the reason why not. Exit code 1 where something is missing, or is listed and there after all."""
+here with the reason why not. Every function of C has to be called by its fuzzer. Exit code 1 where something is missing, or is listed and there after all."""
 import re
 import sys
 from pathlib import Path
@@ -95,5 +95,9 @@ shape_calls = (root / "python/src/shape.cpp").read_text(encoding="utf-8")
 for name in ("".join(s) for s in shapes):
     look("C: Shape", name, {"transformed": "transform"}, lambda n: f"meltsim_shape_{n}(" in header)
     look("Python: Shape", name, {"subtract": "__sub__"}, lambda n: f'"{n}"' in shape_calls)
+fuzzer = (root / "tests/fuzz/c_fuzz.cpp").read_text(encoding="utf-8")
+for name in sorted(set(re.findall(r"\b(meltsim_\w+)\(", header))):
+    if not re.search(r"_init(_sized)?$", name) and name not in fuzzer:
+        wrong.append(f"C: {name}() is not called by tests/fuzz/c_fuzz.cpp")
 print("\n".join(wrong))
 sys.exit(1 if wrong else 0)

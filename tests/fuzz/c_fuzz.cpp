@@ -387,7 +387,13 @@ class Sequence {
     OF_NOTHING(meltsim_shape_unite, nullptr, nullptr, nullptr);
     OF_NOTHING(meltsim_shape_subtract, nullptr, nullptr, nullptr);
     OF_NOTHING(meltsim_shape_intersect, nullptr, nullptr, nullptr);
+    OF_NOTHING(meltsim_shape_torus, v, v, 1, 1, nullptr);
+    OF_NOTHING(meltsim_shape_blend, v, v, 1, 0, nullptr);
+    OF_NOTHING(meltsim_shape_transform, nullptr, v, v, 1, 1, nullptr);
     meltsim_shape* shape = nullptr;
+    OF_NOTHING(meltsim_shape_torus, nullptr, nullptr, 1, 1, &shape);
+    OF_NOTHING(meltsim_shape_blend, nullptr, nullptr, 1, 0, &shape);
+    OF_NOTHING(meltsim_shape_transform, nullptr, nullptr, nullptr, 1, 1, &shape);
     OF_NOTHING(meltsim_shape_box, nullptr, v, &shape);
     OF_NOTHING(meltsim_shape_sphere, nullptr, 1, &shape);
     OF_NOTHING(meltsim_shape_mesh, nullptr, 3, nullptr, 1, &shape);
@@ -440,6 +446,12 @@ class Sequence {
       OF_NOTHING(meltsim_world_surface, w, nullptr, nullptr);
       OF_NOTHING(meltsim_world_render_view, w, nullptr, nullptr);
       OF_NOTHING(meltsim_world_check_view, w, nullptr);
+      OF_NOTHING(meltsim_world_surface_view, w, nullptr, nullptr);
+      OF_NOTHING(meltsim_world_check_surface_view, w, nullptr);
+      OF_NOTHING(meltsim_world_device_state, w, nullptr);
+      OF_NOTHING(meltsim_world_check_device_state, w, nullptr);
+      OF_NOTHING(meltsim_world_add_stage, w, nullptr);
+      OF_NOTHING(meltsim_world_remove_stage, w, nullptr);
       OF_NOTHING(meltsim_world_wait_for, w, nullptr);
       OF_NOTHING(meltsim_world_signal, w, nullptr);
       OF_NOTHING(meltsim_world_snapshot, w, nullptr, 0, nullptr);
@@ -490,9 +502,28 @@ class Sequence {
     put(high, at + Vec3d{r, r, r});
     double center[3];
     put(center, at);
+    double axis[3];
+    put(axis, vector({0, 1, 0.3}, 0.03));
+    const double blend = number(0.1, 0.03), angle = number(0.3, 0.03), scale = number(0.9, 0.03);
     note("shape");
     meltsim_status status = MELTSIM_OK;
-    switch (random_.below(5)) {
+    switch (random_.below(8)) {
+      case 5:
+        status = meltsim_shape_torus(center, axis, r, dx, &made);
+        s.cpp = Shape::torus(at, vec(axis), r, dx);
+        break;
+      case 6: {
+        const std::vector<double> centers = {at.x, at.y, at.z, at.x + dx, at.y, at.z}, radii(6, r);
+        status = meltsim_shape_blend(centers.data(), radii.data(), 2, blend, &made);
+        s.cpp = Shape::blend({{at, {r, r, r}}, {at + Vec3d{dx, 0, 0}, {r, r, r}}}, blend);
+        break;
+      }
+      case 7: {
+        const BothShapes a = simple();
+        status = meltsim_shape_transform(a.c.get(), low, axis, angle, scale, &made);
+        s.cpp = a.cpp.transformed(vec(low), vec(axis), angle, scale);
+        break;
+      }
       case 0:
         status = meltsim_shape_box(low, high, &made);
         s.cpp = Shape::box(vec(low), vec(high));
@@ -1246,6 +1277,80 @@ class Sequence {
           return v;
         });
   }
+  static void push_c(const meltsim_stage_context* c, void* user) {
+    auto* const a = static_cast<float*>(c->acceleration);
+    ++*static_cast<int*>(user);
+    for (std::uint64_t i = 0; c->double_precision == 0 && i < c->particles && a != nullptr; ++i)
+      a[3 * i] += 0.01f;
+  }
+  static void push_cpp(const StageContext& c, void*) {
+    auto* const a = static_cast<float*>(c.acceleration);
+    for (std::uint64_t i = 0; c.precision == Precision::single_precision && i < c.particles && a != nullptr;
+         ++i)
+      a[3 * i] += 0.01f;
+  }
+  /// A stage of the host that pushes everything a little, on a CPU.
+  void stage() {
+    if (settings_.backend != Backend::cpu) return;
+    const char* called = pick({"a", "b", "c"});
+    if (chance(0.3)) {
+      both(
+          "remove_stage", [&] { return meltsim_world_remove_stage(c_.get(), called); },
+          [&] { return cpp_->scheduler().remove(called); });
+      return step();
+    }
+    meltsim_stage_desc d, defaults;
+    meltsim_stage_desc_init(&defaults);
+    d = defaults;
+    d.name = called;
+    d.after = pick({static_cast<const char*>(nullptr), "sph.forces", "step.begin", "nonsense"});
+    d.run = push_c;
+    d.user = &calls_;
+    const std::vector<const char*> writes = {pick({"acceleration", "acceleration", "nonsense"})};
+    d.writes = writes.data();
+    d.write_count = 1;
+    meltsim_stage_desc bad = d;
+    bad.run = nullptr;
+    if (chance(0.2)) refused("add_stage", [&] { return meltsim_world_add_stage(c_.get(), &bad); });
+    both(
+        "add_stage", [&] { return meltsim_world_add_stage(c_.get(), &d); },
+        [&] {
+          CustomStage own;
+          own.name = called;
+          own.run = push_cpp;
+          own.writes = {writes.front()};
+          return cpp_->scheduler().insert_after(d.after != nullptr ? d.after : "sph.forces", own);
+        });
+    step();
+  }
+  void see_memory() {
+    meltsim_status status = MELTSIM_OK;
+    const auto c = filled<meltsim_stage_context>(
+        "device_state", [&](meltsim_stage_context* to) { return meltsim_world_device_state(c_.get(), to); },
+        status);
+    const auto there = cpp_->device_state();
+    expect((status == MELTSIM_OK) == bool(there), "one interface has its memory, the other has not");
+    if (there && c.size == sizeof c) {
+      expect(c.particles == there->particles, "two states");
+      expect(meltsim_world_check_device_state(c_.get(), &c) == MELTSIM_OK, "a state that was just made");
+    }
+    meltsim_surface_desc d;
+    meltsim_surface_desc_init(&d);
+    meltsim_surface_view v{};
+    v.size = sizeof v;
+    both(
+        "surface_view", [&] { return meltsim_world_surface_view(c_.get(), &d, &v); },
+        [&] {
+          const auto other = cpp_->surface_view({});
+          if (other)
+            expect(other->vertices == v.vertices && other->triangles == v.triangles, "two surfaces in place");
+          return other;
+        });
+    if (v.serial != 0)
+      expect(meltsim_world_check_surface_view(c_.get(), &v) == MELTSIM_OK, "a surface that was just made");
+    v.serial += 12345;
+    refused("check_surface_view", [&] { return meltsim_world_check_surface_view(c_.get(), &v); });
+  }
   void see_surface() {
     meltsim_surface_desc d, defaults;
     meltsim_surface_desc_init(&defaults);
@@ -1510,6 +1615,8 @@ class Sequence {
     else if (what < 0.93) read_later();
     else if (what < 0.96) watch();
     else if (what < 0.98) go_back();
+    else if (what < 0.985) stage();
+    else if (what < 0.993) see_memory();
     else mesh_shape();
     if (chance(0.2)) same_state();
   }
@@ -1523,6 +1630,7 @@ class Sequence {
   std::unique_ptr<World> cpp_;
   std::vector<Thing> materials_, liquids_, solids_, species_, bodies_, emitters_, regions_, fields_;
   std::uint32_t ring_ = 0;
+  int calls_ = 0;  ///< of stages of the C World
   std::string trace_;
 };
 
