@@ -846,6 +846,30 @@ TEST(Edits, AreHeldBySnapshotsAndEndWhatWasSaved) {
   EXPECT_EQ(*s.world.state_hash(), *other.world.state_hash());
 }
 
+// Of a nozzle whose time is over nothing follows, whichever way it is added.
+TEST(Edits, AWarmerEmitterThatIsOverLetsNoHeatFlow) {
+  MELTSIM_NEEDS_BACKEND();
+  Twins t = make({"", [](WorldDesc&, IceScene& s) { s.ice_temperature = s.water_temperature = -5; }});
+  t.step(3);
+  const std::uint64_t uploads = t.scene.world.plan().uploads;
+  const auto tap = [](Scene& s) {
+    EmitterDesc e;
+    e.material = s.water;
+    e.center = {0.6, 2.0, 0.6};
+    e.radius = 0.3;
+    e.temperature = 60;
+    e.until = 0.02;
+    return s.world.add_emitter(e);
+  };
+  ASSERT_TRUE(t.both(tap).first);
+  t.step(3);
+  for (Scene* s : {&t.scene, &t.twin})
+    for (const StageReport& stage : s->world.plan().stages)
+      EXPECT_FALSE(stage.runs && stage.module == "thermal") << stage.name;
+  EXPECT_TRUE(t.same());
+  EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+}
+
 // Where all is as warm as what a nozzle brings, no heat flows; what comes warmer later ends that.
 TEST(Edits, AWarmerEmitterLetsHeatFlow) {
   MELTSIM_NEEDS_BACKEND();
