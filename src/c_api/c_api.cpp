@@ -1022,7 +1022,9 @@ meltsim_status meltsim_world_synchronize(meltsim_world* world, meltsim_report* r
   return guarded([&] {
     read(report, "report", meltsim_report{});
     const meltsim::StepResult s = world_of(world).synchronize();
-    if (!s.error.empty()) throw Refused{{ErrorCode::out_of_memory, s.error}};
+    const bool in_use = s.error.rfind("World: ", 0) == 0;
+    if (!s.error.empty())
+      throw Refused{{in_use ? ErrorCode::invalid_argument : ErrorCode::out_of_memory, s.error}};
     if (s.halted) last_error = s.halt_reason;
     write(report, "report", report_of(s));
   });

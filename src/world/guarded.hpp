@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nothing is thrown across the interface: host memory may run out anywhere, and that too is an Error.
+// Nothing is thrown across the interface: host memory may run out anywhere, and that too is an Error. Nor does anything happen
+// to a World that is in use.
 #pragma once
 
+#include <atomic>
 #include <exception>
 #include <new>
 #include <stdexcept>
@@ -57,6 +59,39 @@ R guarded_report(const Function& function) noexcept {
     r.error = std::move(caught().message);
     return r;
   }
+}
+
+/// Marks a World as in use by this thread: one thread at a time.
+class Use {
+ public:
+  explicit Use(std::atomic<const void*>& user) : user_(user) {
+    static thread_local char here;
+    const void* nobody = nullptr;
+    entered_ = user_.compare_exchange_strong(nobody, &here, std::memory_order_acquire);
+    within_ = !entered_ && nobody == &here;
+  }
+  ~Use() {
+    if (entered_) user_.store(nullptr, std::memory_order_release);
+  }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+  bool entered() const { return entered_; }
+  bool within() const { return within_; }  ///< a stage of the host calls the World that runs it
+
+ private:
+  std::atomic<const void*>& user_;
+  bool entered_ = false, within_ = false;
+};
+
+/// Why a call that has not entered is refused.
+inline Error not_entered(const Use& use) {
+  return {ErrorCode::invalid_argument,
+          use.within()
+              ? "World: it runs the stage that calls it; call it between steps (in a stage: interrupt(), "
+                "time(), gravity, "
+                "heat of walls and surfaces)"
+              : "World: another thread is in a call of it; let one thread at a time call it (any may call "
+                "interrupt())"};
 }
 
 }  // namespace core

@@ -166,8 +166,16 @@ core::FieldSet WorldImpl::channels_of(core::FactSet facts) const {
   return core::channels_for(facts, wanted);
 }
 
+/// function(), unless another thread is in a call of the World, or one of its stages calls.
+template <class Function>
+static Status between_steps(std::atomic<const void*>& user, const Function& function) {
+  const core::Use use(user);
+  return use.entered() ? core::guarded<Status>(function)
+                       : core::guarded<Status>([&] { return core::not_entered(use); });
+}
+
 Status WorldImpl::insert_after(const std::string& after, CustomStage stage) {
-  return core::guarded<Status>([&] { return place_stage(after, stage); });
+  return between_steps(user, [&] { return place_stage(after, stage); });
 }
 
 StageReport WorldImpl::custom_report(std::size_t k, const core::Arrangement& arrangement) const {
@@ -228,7 +236,7 @@ Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage
 }
 
 Status WorldImpl::remove(const std::string& name) {
-  return core::guarded<Status>([&] { return remove_stage(name); });
+  return between_steps(user, [&] { return remove_stage(name); });
 }
 
 Status WorldImpl::remove_stage(const std::string& name) {
@@ -243,7 +251,7 @@ Status WorldImpl::remove_stage(const std::string& name) {
 }
 
 Status WorldImpl::set_interval(const std::string& module, int n) {
-  return core::guarded<Status>([&] { return set_interval_of(module, n); });
+  return between_steps(user, [&] { return set_interval_of(module, n); });
 }
 
 Status WorldImpl::set_interval_of(const std::string& module, int n) {
@@ -271,7 +279,7 @@ core::FactSet facts_of_module(const std::string& module) {
 }  // namespace
 
 Status WorldImpl::enable(const std::string& module, bool on) {
-  return core::guarded<Status>([&] { return switch_module(module, on); });
+  return between_steps(user, [&] { return switch_module(module, on); });
 }
 
 Status WorldImpl::switch_module(const std::string& module, bool on) {
@@ -291,9 +299,11 @@ Status WorldImpl::switch_module(const std::string& module, bool on) {
 Status WorldImpl::enable_timings(bool on, int every) {
   if (every < 1)
     return invalid("enable_timings: every: must be >= 1, got ", every, "; 1 times every sub-step");
-  timings_every_ = on ? every : 0;
-  engine->enable_timings(timings_every_);
-  return {};
+  return between_steps(user, [&]() -> Status {
+    timings_every_ = on ? every : 0;
+    engine->enable_timings(timings_every_);
+    return {};
+  });
 }
 
 }  // namespace v0

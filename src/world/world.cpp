@@ -13,42 +13,38 @@ inline namespace v0 {
 
 using core::guarded;
 using core::guarded_report;
+using core::not_entered;
+using core::Use;
 
 namespace {
-/// Marks a World as in use by this thread: one thread at a time. A host's own stage may call the World that runs it.
-class Use {
- public:
-  explicit Use(WorldImpl* impl) : impl_(impl) {
-    static thread_local char here;
-    const void* nobody = nullptr;
-    entered_ = impl_->user.compare_exchange_strong(nobody, &here, std::memory_order_acquire);
-    allowed_ = entered_ || nobody == &here;
-  }
-  ~Use() {
-    if (entered_) impl_->user.store(nullptr, std::memory_order_release);
-  }
-  Use(const Use&) = delete;
-  Use& operator=(const Use&) = delete;
-  bool allowed() const { return allowed_; }
-
- private:
-  WorldImpl* impl_;
-  bool entered_ = false, allowed_ = false;
-};
-
 Error moved_from() { return core::invalid("World: it was moved from; use the World that it was moved to"); }
-Error in_use() {
-  return core::invalid(
-      "World: another thread is in a call of it; let one thread at a time call it (any may call "
-      "interrupt())");
-}
-
-/// function(), unless the World was moved from or another thread is in a call of it.
+/// function(), unless the World was moved from, another thread is in a call of it, or one of its stages calls.
 template <class R, class Function>
 R alone(WorldImpl* impl, const Function& function) noexcept {
   if (impl == nullptr) return guarded<R>(moved_from);
-  const Use use(impl);
-  return use.allowed() ? guarded<R>(function) : guarded<R>(in_use);
+  const Use use(impl->user);
+  return use.entered() ? guarded<R>(function) : guarded<R>([&] { return not_entered(use); });
+}
+
+/// The same for what holds from the next step on and touches nothing that a stage sees.
+template <class Function>
+Status setting(WorldImpl* impl, const Function& function) noexcept {
+  if (impl == nullptr) return guarded<Status>(moved_from);
+  const Use use(impl->user);
+  return use.entered() || use.within() ? guarded<Status>(function)
+                                       : guarded<Status>([&] { return not_entered(use); });
+}
+
+/// The same as alone() where the result has a place for the message.
+template <class R, class Function>
+R reported(WorldImpl* impl, const Function& function) {
+  return guarded_report<R>([&]() -> R {
+    R r{};
+    if (impl == nullptr) return r.error = moved_from().message, r;
+    const Use use(impl->user);
+    if (!use.entered()) return r.error = not_entered(use).message, r;
+    return function();
+  });
 }
 }  // namespace
 
@@ -166,16 +162,16 @@ Result<std::vector<BodyForces>> World::take_forces() {
   return alone<Result<std::vector<BodyForces>>>(impl_.get(), [&] { return impl_->take_forces(); });
 }
 Status World::set_gravity(Vec3d gravity) {
-  return alone<Status>(impl_.get(), [&] { return impl_->set_gravity(gravity); });
+  return setting(impl_.get(), [&] { return impl_->set_gravity(gravity); });
 }
 Status World::set_heat_time_scale(double scale) {
-  return alone<Status>(impl_.get(), [&] { return impl_->set_heat_time_scale(scale); });
+  return setting(impl_.get(), [&] { return impl_->set_heat_time_scale(scale); });
 }
 Status World::set_wall_heat(int face, const SurfaceHeatDesc& heat) {
-  return alone<Status>(impl_.get(), [&] { return impl_->set_wall_heat(face, heat); });
+  return setting(impl_.get(), [&] { return impl_->set_wall_heat(face, heat); });
 }
 Status World::set_free_surface_heat(const SurfaceHeatDesc& heat) {
-  return alone<Status>(impl_.get(), [&] { return impl_->set_free_surface_heat(heat); });
+  return setting(impl_.get(), [&] { return impl_->set_free_surface_heat(heat); });
 }
 Status World::set_velocity(BodyId body, Vec3d velocity, Vec3d angular_velocity) {
   return alone<Status>(impl_.get(), [&] { return impl_->set_velocity(body, velocity, angular_velocity); });
@@ -209,14 +205,14 @@ Result<TimedStep> World::step_part(double dt, std::uint64_t substeps) {
 }
 void World::interrupt() noexcept { impl_->interrupt(); }
 StepResult World::synchronize() {
-  const auto refused = [](Error e) {
-    StepResult r;
-    r.error = std::move(e.message);
-    return r;
-  };
-  if (impl_ == nullptr) return guarded_report<StepResult>([&] { return refused(moved_from()); });
-  const Use use(impl_.get());
-  if (!use.allowed()) return guarded_report<StepResult>([&] { return refused(in_use()); });
+  if (impl_ == nullptr) return reported<StepResult>(nullptr, [] { return StepResult{}; });
+  const Use use(impl_->user);
+  if (!use.entered())
+    return guarded_report<StepResult>([&] {
+      StepResult r;
+      r.error = not_entered(use).message;
+      return r;
+    });
   StepResult r = guarded_report<StepResult>([&] { return impl_->synchronize(); });
   r.steps = impl_->steps;
   r.time = impl_->time;
@@ -303,11 +299,11 @@ Status World::check_view(const SurfaceView& view) const {
   return alone<Status>(impl_.get(), [&] { return impl_->check_view(view); });
 }
 Plan World::plan() {
-  return guarded_report<Plan>([&] { return impl_->plan(); });
+  return reported<Plan>(impl_.get(), [&] { return impl_->plan(); });
 }
 Scheduler& World::scheduler() { return *impl_; }
 Resolved World::resolved() {
-  return guarded_report<Resolved>([&] { return impl_->resolved(); });
+  return reported<Resolved>(impl_.get(), [&] { return impl_->resolved(); });
 }
 Backend World::backend() const { return impl_->engine->backend(); }
 Precision World::precision() const { return impl_->desc.precision; }

@@ -148,6 +148,11 @@ class StageDesc(c.Structure):
                 ("write_count", c.c_uint64)]
 
 
+class Report(c.Structure):
+    _fields_ = [("size", c.c_uint32), ("halted", c.c_int32), ("steps", c.c_uint64), ("time", c.c_double), ("max_speed", c.c_double),
+                ("counts", c.c_uint64 * 5)]
+
+
 class Ray(c.Structure):
     _fields_ = [("origin", Vec), ("direction", Vec), ("length", c.c_double)]
 
@@ -525,6 +530,20 @@ assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "sph.nothing" i
 stage.after, stage.write_count = None, 2**40
 stage.writes = None
 assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "desc.writes" in text(), text()
+# A stage must not call its World, nor may it be taken away below itself.
+refusals = []
+
+
+@StageFunction
+def meddle(context, user):
+    refusals.extend((step(box, 0.01), lib.meltsim_world_remove_stage(box, b"meddle"), lib.meltsim_world_synchronize(box, c.byref(report))))
+
+
+report = Report(size=c.sizeof(Report))
+stage.name, stage.run, stage.write_count = b"meddle", meddle, 0
+assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 0, text()
+assert step(box, 0.02) == 0 and len(refusals) > 2 and set(refusals) == {1} and "runs the stage" in text(), (refusals, text())
+assert lib.meltsim_world_remove_stage(box, b"meddle") == 0, text()
 stage.write_count, stage.run = 0, StageFunction()
 assert lib.meltsim_world_add_stage(box, c.byref(stage)) == 1 and "desc.run" in text(), text()
 # A kinematic body of a mesh that the host moves: a cube of 0.3 m, stretched by 1.5 along x from its face at 0.3 m on.

@@ -690,9 +690,9 @@ TEST(State, TwoThreadsAtATimeAreRefused) {
   Scene s = ice_in_water(describe());
   struct Seen {
     World* world;
-    Status step, totals, own;
+    Status step, totals, own, remove;
     std::string report;
-  } seen{&s.world, {}, {}, {}, {}};
+  } seen{&s.world, {}, {}, {}, {}, {}};
   const auto intrude = [](const StageContext&, void* user) {
     Seen& to = *static_cast<Seen*>(user);
     std::thread other([&to] {
@@ -703,10 +703,12 @@ TEST(State, TwoThreadsAtATimeAreRefused) {
     });
     other.join();
     to.own = to.world->set_gravity({0, -9.81, 0});
+    std::thread taker([&to] { to.remove = to.world->scheduler().remove("intrude"); });
+    taker.join();
   };
   require(s.world.scheduler().insert_after("sph.forces", {"intrude", intrude, &seen, {}, {}}));
   require(s.world.step(0.5 * s.world.resolved().stable_dt));
-  for (const Status* status : {&seen.step, &seen.totals}) {
+  for (const Status* status : {&seen.step, &seen.totals, &seen.remove}) {
     ASSERT_FALSE(*status);
     EXPECT_EQ(status->error().code, ErrorCode::invalid_argument);
     EXPECT_NE(status->error().message.find("another thread is in a call"), std::string::npos);
@@ -718,6 +720,54 @@ TEST(State, TwoThreadsAtATimeAreRefused) {
   std::thread later([&] { require(s.world.step(0.001)); });  // another thread may go on
   later.join();
   EXPECT_FALSE(s.world.synchronize().halted);
+}
+
+// What a stage calls of the World that runs it would find a sub-step half done, or take the stage away below itself. Two stages: the one
+// that calls goes on to be called.
+TEST(State, AStageIsRefusedWhatChangesOrReadsItsWorld) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene s = ice_in_water(describe()), other = ice_in_water(describe());
+  struct Seen {
+    World* world;
+    int calls = 0;
+    std::vector<Status> refused{};
+    std::string report{}, resolved{};
+  } seen{&s.world};
+  const auto meddle = [](const StageContext&, void* user) {
+    Seen& to = *static_cast<Seen*>(user);
+    World& w = *to.world;
+    const auto status = [](const auto& result) { return result ? Status{} : Status{result.error()}; };
+    ++to.calls;
+    to.refused = {w.step(0.001),
+                  w.prepare(),
+                  w.scheduler().remove("meddle"),
+                  w.scheduler().insert_after("sph.forces",
+                                             {"more", [](const StageContext&, void*) {}, nullptr, {}, {}}),
+                  w.scheduler().enable("thermal", false),
+                  w.scheduler().enable_timings(true),
+                  status(w.remove_liquid(Shape::sphere({0.5, 0.2, 0.5}, 0.2))),
+                  status(w.totals()),
+                  status(w.snapshot()),
+                  w.save_state(0)};
+    to.report = w.synchronize().error;
+    to.resolved = w.resolved().error;
+  };
+  require(s.world.scheduler().insert_after("sph.forces", {"meddle", meddle, &seen, {}, {}}));
+  for (Scene* one : {&s, &other}) {
+    require(one->world.prepare());
+    require(one->world.step(2.5 * other.world.stable_dt()));
+  }
+  EXPECT_EQ(seen.calls, 3);
+  ASSERT_EQ(seen.refused.size(), 10u);
+  for (const Status& status : seen.refused) {
+    ASSERT_FALSE(status);
+    EXPECT_NE(status.error().message.find("runs the stage that calls it"), std::string::npos)
+        << status.error().message;
+  }
+  EXPECT_NE(seen.report.find("runs the stage"), std::string::npos);
+  EXPECT_NE(seen.resolved.find("runs the stage"), std::string::npos);
+  EXPECT_EQ(*s.world.state_hash(), *other.world.state_hash());
+  require(s.world.scheduler().remove("meddle"));
 }
 
 // A World that was moved from says so.
