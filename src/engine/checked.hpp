@@ -16,9 +16,9 @@ inline namespace v0 {
 namespace core {
 
 #if defined(MELTSIM_CHECKED)
-inline constexpr bool checked_build = true;
+constexpr bool checked_build = true;  // of a file: tests have engines of both kinds
 #else
-inline constexpr bool checked_build = false;
+constexpr bool checked_build = false;
 #endif
 
 inline bool all_finite(float v) { return std::isfinite(v); }

@@ -112,5 +112,29 @@ TEST(AddedBody, HasTheLatticeThatAnUploadMakes) {
   }
 }
 
+// A checked engine counts the mass of what was appended, too: if some of that is lost, it says so.
+TEST(AddedBody, CountsInTheMassOfCheckedEngines) {
+  const auto c = plain_constants();
+  core::SceneState s, more;
+  for (int i = 0; i < 3; ++i) add_particle(s, c, {0.2 * i, 0, 0}, 0);
+  for (int i = 0; i < 2; ++i) add_particle(more, c, {0.2 * i, 0.2, 0}, 0);
+  Rig<double> rig;
+  core::EngineSetup setup = setup_for(core::fact_particles | core::fact_fluid, 5);
+  setup.searched = 5;
+  ASSERT_TRUE(rig.engine->upload(c, {}, s, setup));
+  ASSERT_TRUE(rig.engine->append(more, false, core::none));
+  core::SubstepArguments a;
+  a.dt = 1e-6;
+  for (const char* module : {"step.begin", "spatial"}) a.stages |= stage_bits(module, setup.facts);
+  a.index = 1;
+  rig.engine->substep(a);
+  EXPECT_EQ(rig.engine->fault(), "");
+  const auto& f = rig.frame().f;
+  f.mass[f.slot_of_id[4]] *= 0.5;
+  a.index = 2;
+  rig.engine->substep(a);
+  EXPECT_NE(rig.engine->fault().find("mass fell"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace modules_test
