@@ -282,9 +282,8 @@ void added_mass(const Settings& s, Report& r) {
   launch(0.1, "moved by less than 0.1 dx");
   if (r.error.empty()) launch(2, "moved by less than 2 dx");
   r.note =
-      "The force on a body that has just begun to move is right. Later the first layer of liquid catches on "
-      "the steps of the sampled surface, by the spring against leaks (0.61 over 2 dx without it); the layers "
-      "beyond slide past the sphere as in potential flow.";
+      "The force on a body that has just begun to move is right. Later the first layer of liquid catches a little "
+      "on the steps of the sampled surface (0.61 over 2 dx without the spring against leaks).";
 }
 
 // Liquid driven slowly through a cubic array of fixed spheres. Hasimoto: the pressure drop over a cell is, per 6 pi mu R

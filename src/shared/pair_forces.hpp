@@ -48,6 +48,14 @@ struct ForceSum {
   MELTSIM_HD void add_mirrored(const Vec3<T>& f) { force += f; }
 };
 
+/// leak_force on liquid particle i from k of a body.
+template <class T>
+MELTSIM_HD Vec3<T> leak_force_of(const Frame<T>& w, std::uint64_t i, std::uint64_t k, const Vec3<T>& x_ik,
+                                 const Vec3<T>& v_ik, T r2) {
+  return physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[k], x_ik, v_ik, r2) *
+         w.f.leak_share[i];
+}
+
 /// The liquid's force on a solid particle [N]: the negatives of what sph.forces gives the liquid, the images in walls
 /// included (spatial/sweep.hpp).
 template <class T>
@@ -98,8 +106,7 @@ struct LiquidOnSolid {
   }
   MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Stored& i, std::uint64_t k, std::uint32_t slot,
                            const spatial::Pair<T>& pair) const {
-    sum.force += -physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[slot], w.f.mass[k],
-                                      -pair.x_ij, i.v - own.v, pair.r2);
+    sum.force += -leak_force_of(w, slot, k, -pair.x_ij, i.v - own.v, pair.r2);
   }
   /// Neighbours that are no liquid have no weight.
   struct Lanes {

@@ -231,8 +231,7 @@ struct ForcesBody {
   }
   MELTSIM_HD void add_rare(Sum& sum, const Own& own, const Other& other, std::uint64_t i, std::uint32_t j,
                            const spatial::Pair<T>& pair) const {
-    sum.force += physics::leak_force(w.c.spacing, w.f.clock->spring_dt, w.f.mass[i], w.f.mass[j], pair.x_ij,
-                                     xyz(own.v) - other.v, pair.r2);
+    sum.force += core::leak_force_of(w, i, j, pair.x_ij, xyz(own.v) - other.v, pair.r2);
   }
   /// Viscosities, densities and phases have lanes of their own only if they are loaded per neighbour.
   struct Lanes {
@@ -296,6 +295,46 @@ struct LiquidBitsBody {
     for (std::uint32_t b = 0; b < 32u && first + b < w.particles; ++b)
       bits |= (is_fluid(w.f.tag[first + b]) ? 1u : 0u) << b;
     w.f.liquid_bits[k] = bits;
+  }
+};
+
+/// Which slots hold particles of bodies, 32 to a call.
+template <class T>
+struct SolidBitsBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const auto first = static_cast<std::uint32_t>(32u * k);
+    std::uint32_t bits = 0;
+    for (std::uint32_t b = 0; b < 32u && first + b < w.particles; ++b)
+      bits |= (is_solid(w.f.tag[first + b]) ? 1u : 0u) << b;
+    w.f.solid_bits[k] = bits;
+  }
+};
+
+/// leak_share of a liquid particle.
+template <class T>
+struct CoverBody {
+  Frame<T> w;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    if (!is_fluid(w.f.tag[i])) return;
+    physics::SolidCover<T> cover;
+    if (spatial::any_marked(w, i, w.f.solid_bits)) {
+      const auto walls = physics::wall_view(w.c.walls, xyz(w.f.position[i]));
+      const Vec3<T> v = xyz(w.f.velocity[i]);
+      spatial::for_each_neighbour(w, i, [&](std::uint32_t k, const Vec4<T>& xk, const Vec3<T>& x_ik, T r2) {
+        if (is_solid(w.f.tag[k])) add(cover, walls, v, xyz(w.f.velocity[k]), xk.w, x_ik, r2);
+      });
+    }
+    w.f.leak_share[i] = physics::leak_share(cover, w.c.spacing, w.c.sound_speed);
+  }
+  /// A particle of a body and its images.
+  MELTSIM_HD void add(physics::SolidCover<T>& cover, const physics::WallView<T>& walls, Vec3<T> v, Vec3<T> vk,
+                      T volume, const Vec3<T>& x_ik, T r2) const {
+    cover.add(w.c.kernel, volume, x_ik, v - vk, r2);
+    physics::for_each_masked_image(
+        walls, w.c.kernel.support2, x_ik, r2, [&](std::uint32_t mask, const Vec3<T>& x_m, T square) {
+          cover.add(w.c.kernel, volume, x_m, v - vk + spatial::across(vk, mask) * T(2), square);
+        });
   }
 };
 

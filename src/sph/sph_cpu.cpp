@@ -11,6 +11,7 @@ namespace sph {
 MELTSIM_INSTANTIATE(core::CpuExec, density)
 MELTSIM_INSTANTIATE(core::CpuExec, viscosity)
 MELTSIM_INSTANTIATE(core::CpuExec, strain)
+MELTSIM_INSTANTIATE(core::CpuExec, cover)
 MELTSIM_INSTANTIATE(core::CpuExec, wetted)
 MELTSIM_INSTANTIATE(core::CpuExec, unstrained)
 MELTSIM_INSTANTIATE(core::CpuExec, tension)

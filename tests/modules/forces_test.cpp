@@ -130,6 +130,26 @@ struct Oracle {
     return term[i] + term[j] * (solid(j) ? rows[material_of(tag[i])].tait_stiffness : 1);
   }
 
+  /// How much of the spring against leaks liquid i feels.
+  double leak_share(const core::SceneConstants& c, std::size_t i) const {
+    double cover = 0, rate = 0;
+    const auto add = [&](std::size_t j, const Vec3d& at, const Vec3d& u) {
+      const double r = length(x[i] - at);
+      cover += volume[j] * W(r);
+      rate -= volume[j] * f(r) * dot(u, x[i] - at);
+    };
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      if (!solid(j)) continue;
+      add(j, x[j], v[i] - v[j]);
+      if (!c.domain.bounded) continue;
+      for (const Vec3d& m : images[j])  // a component that is mirrored has the other sign
+        add(j, m,
+            {v[i].x - (m.x == x[j].x ? v[j].x : -v[j].x), v[i].y - (m.y == x[j].y ? v[j].y : -v[j].y),
+             v[i].z - (m.z == x[j].z ? v[j].z : -v[j].z)});
+    }
+    const double coming = (rate * dx / c.sound_speed - 0.001) / 0.005, in = (cover - 0.42) / 0.05;
+    return std::min(1.0, std::max({0.0, coming, in}));
+  }
   /// On liquid i from j.
   Vec3d pair(const core::SceneConstants& c, std::size_t i, std::size_t j) const {
     const Vec3d d = x[i] - x[j], u = v[i] - v[j];
@@ -143,8 +163,9 @@ struct Oracle {
     double leak = 0;  // contact from 0.9 dx inwards, per distance
     if (solid(j) && r < 0.9 * dx) {
       const double m = mass[i] * mass[j] / (mass[i] + mass[j]);
-      leak =
-          std::max(0.0, 0.15 * m / (dt * dt) * (0.9 * dx - r) - std::sqrt(0.15) * m / dt * dot(u, d) / r) / r;
+      leak = leak_share(c, i) *
+             std::max(0.0, 0.15 * m / (dt * dt) * (0.9 * dx - r) - std::sqrt(0.15) * m / dt * dot(u, d) / r) /
+             r;
     }
     const double approach = std::min(0.0, dot(u, d)) / (r * r + 0.0025 * H * H);
     return d * leak +
@@ -164,7 +185,7 @@ class Forces : public testing::Test {
  protected:
   static constexpr double tolerance = sizeof(T) == 8 ? 1e-13 : 3e-6;
   static constexpr std::initializer_list<const char*> stages = {
-      "step.begin", "spatial", "sph.density", "lsm.loads", "sph.forces", "sph.wetted", "sph.reaction"};
+      "step.begin", "spatial", "sph.density", "lsm.loads", "sph.cover", "sph.forces", "sph.wetted", "sph.reaction"};
   static constexpr core::FactSet facts =
       core::fact_particles | core::fact_fluid | core::fact_solid | core::fact_mobile | core::fact_lattice;
 };

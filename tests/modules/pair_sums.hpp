@@ -368,6 +368,19 @@ class AllPairs {
     central_[i].add((along - drag) * (1 / mass_[i]),
                     (length(along) + length(drag)) * std::max(mu_size_[i], mu_size_[j]) / mass_[i]);
   }
+  /// How much of the spring against leaks liquid i feels: its surroundings as far as they are solid, and how fast they become so.
+  double leak_share(std::size_t i) const {
+    double cover = 0, rate = 0;
+    around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+      if (!solid(j)) return;
+      const Vec3d flip = copy.across * 2.0;
+      const Vec3d u = v_[i] - v_[j] + Vec3d{flip.x * v_[j].x, flip.y * v_[j].y, flip.z * v_[j].z};
+      cover += volume_[j] * W(r);
+      rate -= volume_[j] * f(r) * dot(u, d);
+    });
+    const double coming = (rate * c_.spacing / c_.sound_speed - 0.001) / 0.005, in = (cover - 0.42) / 0.05;
+    return std::min(1.0, std::max({0.0, coming, in}));
+  }
   /// Of liquid i and j at its other end, liquid or solid; size: of what is added up, viscous: the part of viscosity, real and artificial.
   Vec3d push(std::size_t i, std::size_t j, const Vec3d& d, double r, bool mirrored, double& size,
              Vec3d& viscous) const {
@@ -389,7 +402,8 @@ class AllPairs {
       const double m = mass_[i] * mass_[j] / (mass_[i] + mass_[j]), t = c_.spring_dt;
       const double spring = 0.15 * m / (t * t) * (0.9 * c_.spacing - r);
       leak = d *
-             (std::max(0.0, spring - physics::passing_contact<double>().dashpot * m / t * dot(u, d) / r) / r);
+             (leak_share(i) *
+              std::max(0.0, spring - physics::passing_contact<double>().dashpot * m / t * dot(u, d) / r) / r);
       size += 0.15 * m / (t * t) * 0.9 * c_.spacing;  // a difference is taken
     }
     viscous = drag + artificial;

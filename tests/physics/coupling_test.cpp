@@ -133,4 +133,35 @@ TEST(LeakForce, IsTheContactSpringWithoutFriction) {
   EXPECT_EQ(length(leak_force(dx, dt, 8.0, 16.0, Vec3<double>{0.19, 0, 0}, Vec3<double>{}, 0.0361)), 0.0);
 }
 
+// Above a lattice that fills a half space: the cover of the first layer at rest, and its rate as a difference quotient. What
+// slides along it by any distance keeps its cover; what comes as fast as a hundredth of sound is held in full, and what is in.
+TEST(LeakShare, IsForWhatComesNearerOrIsIn) {
+  const auto k = make_kernel<double>(support, dx);
+  const auto cover_at = [&](Vec3<double> x, Vec3<double> v) {
+    SolidCover<double> cover;
+    for (int a = -4; a <= 4; ++a)
+      for (int b = -3; b <= 0; ++b)
+        for (int c = -4; c <= 4; ++c) {
+          const Vec3<double> d = x - Vec3<double>{a * dx, b * dx, c * dx};
+          if (dot(d, d) < support * support) cover.add(k, dx * dx * dx, d, v, dot(d, d));
+        }
+    return cover;
+  };
+  const Vec3<double> at{0.03, 0.75 * dx, -0.05}, v{1.5, -0.2, 0.7};
+  const double h = 1e-6;
+  const double rate = (cover_at(at + v * h, v).fraction - cover_at(at - v * h, v).fraction) / (2 * h);
+  // W and grad W are made exact on the lattice each by a factor of its own.
+  const double factors =
+      kernel_gradient_factor(k, dx) * dx * 2 * h / (kernel_value(k, dx - h) - kernel_value(k, dx + h));
+  EXPECT_NEAR(cover_at(at, v).rate, rate * factors, 1e-6 * std::fabs(rate));  // the quotients' error, h^2
+  const double rest = cover_at({0, dx, 0}, {}).fraction;
+  EXPECT_NEAR(cover_at({0.5 * dx, dx, 0.5 * dx}, {}).fraction, rest,
+              0.01 * rest);  // over steps of one spacing
+  const double c = 40;
+  EXPECT_EQ(leak_share(cover_at(at, {4, 0, 0}), dx, c), 0.0);
+  EXPECT_EQ(leak_share(cover_at(at, {4, 0.1, 0}), dx, c), 0.0);
+  EXPECT_EQ(leak_share(cover_at(at, {0, -0.02 * c, 0}), dx, c), 1.0);
+  EXPECT_EQ(leak_share(cover_at({0, 0.5 * dx, 0}, {}), dx, c), 1.0);  // halfway through
+}
+
 }  // namespace

@@ -289,8 +289,8 @@ TEST(MeshMotion, ABendingPlateLeavesNothingBehind) {
 }
 
 // A bellows, full of liquid, with a hole in its lid. The lid comes down by 0.2 m while the sides are squeezed to two thirds of their
-// height: of 384 particles, 8 x 8 x 4 of the chamber and 4 x 4 x 2 of the hole have room, 288, the others come out. 3 %: that is
-// half a layer in the hole. Sides whose particles kept their volume would push 97 more out.
+// height: of 384 particles, 8 x 8 x 4 have room in the chamber, 256; the others come out. 9 of them: a quarter of a layer at one
+// face. What is in the hole still swings (20 to 44 at the end of 120 frames). Sides whose particles kept their volume would push 97 more out.
 TEST(MeshMotion, ABellowsSqueezesOutWhatItCannotHold) {
   MELTSIM_NEEDS_BACKEND();
   World w = make(mesh_desc({2, 3, 2}));
@@ -324,10 +324,10 @@ TEST(MeshMotion, ABellowsSqueezesOutWhatItCannotHold) {
     if (!is_fluid(p.tag[i])) continue;
     const Vec3d x = p.position[i];
     const bool within = x.x > 0.55 && x.x < 1.45 && x.z > 0.55 && x.z < 1.45;
-    held += within && x.y > 0.55 && x.y < 1.2 ? 1 : 0;
+    held += within && x.y > 0.55 && x.y < 1.0 ? 1 : 0;
     lost += x.y > 0.42 && x.y < 0.55 && x.x > 0.42 && x.x < 1.58 && x.z > 0.42 && x.z < 1.58 ? 1 : 0;
   }
-  EXPECT_NEAR(held, 288, 9);
+  EXPECT_NEAR(held, 256, 9);
   EXPECT_EQ(lost, 0);  // nobody within the floor
 }
 

@@ -47,10 +47,11 @@ struct Setup {
   bool long_one = false;                                         ///< only with --long
 
   // What must hold, besides that all is finite and that nothing halts.
-  bool energy = true;        ///< kinetic and potential energy do not rise
-  bool speed = true;         ///< nothing is faster than a fall can make it
-  bool mass = true;          ///< of every particle, to the bit
-  bool inside = true;        ///< nothing passes a wall
+  double falls = 3;    ///< speeds of a fall that are allowed: jets outrun it, what explodes does by far more
+  bool energy = true;  ///< kinetic and potential energy do not rise
+  bool speed = true;   ///< nothing is faster than a fall can make it
+  bool mass = true;    ///< of every particle, to the bit
+  bool inside = true;  ///< nothing passes a wall
   bool bounded_heat = true;  ///< no temperature leaves the range of those at the start
   bool ledger = true;        ///< thermal energy is what it was and what came in
   bool momentum = false;     ///< is kept

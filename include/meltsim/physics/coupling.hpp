@@ -110,8 +110,33 @@ MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed,
 /// 0.71); the first layer of liquid at rest is at 1.
 inline constexpr double leak_distance = 0.9;
 
+/// How solid a liquid particle finds its surroundings.
+template <class T>
+struct SolidCover {
+  T fraction{};  ///< s = sum V_k W_ik over the particles of bodies and their images in walls, 0.20 one spacing above a
+                 ///< lattice, 0.45 half a spacing above [-]
+  T rate{};  ///< ds/dt = sum V_k v_ik.grad W_ik [1/s]
+
+  /// What one particle of a body, or its image, adds. x_ik, v_ik as in CouplingPair.
+  MELTSIM_HD void add(const SphKernel<T>& k, T solid_volume, Vec3<T> x_ik, Vec3<T> v_ik, T r2) {
+    const T r = std::sqrt(r2);
+    fraction += solid_volume * kernel_value(k, r);
+    rate -= solid_volume * kernel_gradient_factor(k, r) * dot(v_ik, x_ik);
+  }
+};
+
+/// Share of leak_force that acts on a liquid particle, 0 to 1. s is smooth where the surface of a lattice has steps, and of what
+/// slides along a body it hardly changes. So what slides does not catch at the steps, which would drag the first layer of
+/// liquid along; what comes nearer, or is in already, is held. Faster than a hundredth of the sound speed it is held in full.
+template <class T>
+MELTSIM_HD T leak_share(const SolidCover<T>& cover, T spacing, T sound_speed) {
+  const T approach = (cover.rate * spacing / sound_speed - static_cast<T>(1e-3)) * T(200);
+  const T within = (cover.fraction - static_cast<T>(0.42)) * T(20);
+  return minimum(maximum(maximum(approach, within), T(0)), T(1));
+}
+
 /// Safeguard against leaks through thin solids: the contact spring of contact.hpp on the liquid particle [N],
-/// without friction; the solid receives the negative. It stops particles of up to 0.15 dx/dt_s normal to a
+/// without friction, times its leak_share; the solid receives the negative. It stops particles of up to 0.15 dx/dt_s normal to a
 /// single layer.
 /// x_ik, v_ik as in CouplingPair.
 template <class T>
