@@ -282,7 +282,8 @@ void added_mass(const Settings& s, Report& r) {
   launch(0.1, "moved by less than 0.1 dx");
   if (r.error.empty()) launch(2, "moved by less than 2 dx");
   r.note =
-      "The force on a body that has just begun to move is right. Later the first layer of liquid catches a little "
+      "The force on a body that has just begun to move is right. Later the first layer of liquid catches a "
+      "little "
       "on the steps of the sampled surface (0.61 over 2 dx without the spring against leaks).";
 }
 

@@ -165,8 +165,7 @@ inline constexpr FieldSet read_where_there =
     F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) | F(density) | F(group_key) |
     F(group_begin) | F(tree_box) | F(piece) | F(contact_normal) | F(body_motion) | F(carried_position) |
     F(carried_velocity) | F(liquid_bits) | F(shape_velocity) | F(mesh_points) | F(site_vertex) |
-    F(vertex_site) | F(field_acceleration) | F(isotropic_diagonal) | F(isotropic_mixed) |
-    F(leak_share);
+    F(vertex_site) | F(field_acceleration) | F(isotropic_diagonal) | F(isotropic_mixed) | F(leak_share);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \

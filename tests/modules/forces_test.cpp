@@ -184,8 +184,9 @@ template <class T>
 class Forces : public testing::Test {
  protected:
   static constexpr double tolerance = sizeof(T) == 8 ? 1e-13 : 3e-6;
-  static constexpr std::initializer_list<const char*> stages = {
-      "step.begin", "spatial", "sph.density", "lsm.loads", "sph.cover", "sph.forces", "sph.wetted", "sph.reaction"};
+  static constexpr std::initializer_list<const char*> stages = {"step.begin", "spatial",     "sph.density",
+                                                                "lsm.loads",  "sph.cover",   "sph.forces",
+                                                                "sph.wetted", "sph.reaction"};
   static constexpr core::FactSet facts =
       core::fact_particles | core::fact_fluid | core::fact_solid | core::fact_mobile | core::fact_lattice;
 };
