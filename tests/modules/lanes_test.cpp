@@ -60,9 +60,12 @@ class Lanes : public testing::Test {
     }
     for (const std::uint32_t search : {core::fact_packed, core::fact_sparse}) {
       Rig<T> rig;
+      const bool alone = company == sph::Company::liquid;
       rig.upload(cloud.constants, {}, cloud.state,
-                 core::fact_particles | core::fact_fluid | core::fact_heat_enthalpy | search);
-      rig.run({"step.begin", "spatial", "sph.density", "sph.forces"}, 0.001);
+                 core::fact_particles | core::fact_fluid | core::fact_heat_enthalpy | search |
+                     (alone ? core::FactSet{0} : core::FactSet{core::fact_solid}));
+      if (alone) rig.run({"step.begin", "spatial", "sph.density", "sph.forces"}, 0.001);
+      else rig.run({"step.begin", "spatial", "sph.density", "sph.cover", "sph.forces"}, 0.001);
       const core::Frame<T>& w = rig.frame();
       ASSERT_EQ(sph::company_of(w), company);
       spatial::with_periods(w, [&](auto periodic) {
