@@ -130,7 +130,7 @@ void densities(Cells& c) {
     falls.ice.melting_point = meltsim::infinity;
     // What liquid cannot stop squeezes it out: a film h thick leaves below a cube 4 spacings wide with 4/(4h) times its speed, if
     // volume is kept. The last particles of it are between a quarter and half a spacing of film.
-    if (r >= 10) falls.falls = 4;
+    if (r >= 10) falls.most_falls = 4;
     Setup& within = c.add("body/liquid, immersed", number(r));
     within.ice.density = r * 1000;
     within.ice.melting_point = meltsim::infinity;

@@ -164,7 +164,7 @@ class Cell {
     const double v2 = 2 * g * depth + fastest * fastest;
     sound_ = world_.resolved().sound_speed;
     const double quick = std::min(sound_, 10 * std::sqrt(v2) + 10 * dx_);
-    allowed_speed_ = s_.falls * std::sqrt(v2) + noise * quick;
+    allowed_speed_ = s_.most_falls * std::sqrt(v2) + noise * quick;
     energy_scale_ = t.mass * (0.5 * v2 + noise * noise * quick * quick);
     // What is denser than its melt does work when it expands, paid for by heat: it lifts the liquid above it. Twice that, with
     // the whole depth for what lies above half of it on average.
@@ -217,7 +217,7 @@ class Cell {
       breaks(fmt::format("energy rises by {:.3g} of what there is", gain_));
     if (s_.speed && fastest_ > allowed_speed_)
       breaks(fmt::format("something is at {:.3g} m/s, where a fall gives {:.3g}", fastest_,
-                         allowed_speed_ / s_.falls));
+                         allowed_speed_ / s_.most_falls));
     const double drift = std::abs(t.thermal - start_.thermal - (t.heat_in - start_.heat_in));
     if (s_.ledger && s_.world.heat.model == meltsim::HeatModel::enthalpy &&
         drift > heat_tolerance * (heat_scale_ + std::abs(t.heat_in) + std::abs(t.thermal)))

@@ -47,7 +47,8 @@ struct Setup {
   bool long_one = false;                                         ///< only with --long
 
   // What must hold, besides that all is finite and that nothing halts.
-  double falls = 3;    ///< speeds of a fall that are allowed: jets outrun it, what explodes does by far more
+  double most_falls =
+      3;               ///< speeds of a fall that are allowed: jets outrun it, what explodes does by far more
   bool energy = true;  ///< kinetic and potential energy do not rise
   bool speed = true;   ///< nothing is faster than a fall can make it
   bool mass = true;    ///< of every particle, to the bit

@@ -113,8 +113,8 @@ inline constexpr double leak_distance = 0.9;
 /// How solid a liquid particle finds its surroundings.
 template <class T>
 struct SolidCover {
-  T fraction{};  ///< s = sum V_k W_ik over the particles of bodies and their images in walls, 0.20 one spacing above a
-                 ///< lattice, 0.45 half a spacing above [-]
+  /// s = sum V_k W_ik over the particles of bodies and their images in walls [-]
+  T fraction{};
   T rate{};  ///< ds/dt = sum V_k v_ik.grad W_ik [1/s]
 
   /// What one particle of a body, or its image, adds. x_ik, v_ik as in CouplingPair.
