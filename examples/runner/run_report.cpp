@@ -72,8 +72,8 @@ void Run::warn_about_stiffness() {
     if (got >= asked * (1 - 1e-6)) continue;
     log_.warn(
         fmt::format("materials.{}: a youngs_modulus of {:.3g} Pa is out of reach, bodies have {:.3g} "
-                    "Pa; a sound_speed {:.2g} times as large brings it, at as many times the steps",
-                    built_.materials[i], asked, got, std::sqrt(asked / got)));
+                    "Pa; a sound_speed {:.4g} times as large brings it, at as many times the steps",
+                    built_.materials[i], asked, got, std::ceil(100 * std::sqrt(asked / got)) / 100));
   }
 }
 
