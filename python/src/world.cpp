@@ -711,6 +711,25 @@ TimedStep timed(HostWorld& w, F steps) {
 
 // ---- Results by name ------------------------------------------------------------------------------------
 
+nb::list stages(HostWorld& w) {
+  const Plan plan = away(w, true, [](World& world) {
+    expect(world.prepare());
+    return world.plan();
+  });
+  nb::list all;
+  for (const StageReport& s : plan.stages) {
+    nb::dict d;
+    d["name"] = s.name;
+    d["module"] = s.module;
+    d["runs"] = s.runs;
+    d["reason"] = s.reason;
+    d["interval"] = s.interval;
+    d["median_ms"] = s.median_ms;
+    all.append(d);
+  }
+  return all;
+}
+
 nb::dict forces_by_name(const HostWorld& w, const std::vector<BodyForces>& all) {
   nb::dict bodies;
   for (const BodyForces& f : all) {
@@ -1929,6 +1948,34 @@ void bind_world(nb::module_& m) {
       .def(
           "remove_stage", [](HostWorld& w, Text name) { w.remove_stage(text("name", name)); }, "name"_a,
           "Removes a stage of add_stage().")
+      .def(
+          "set_interval",
+          [](HostWorld& w, Text module, int n) {
+            const std::string name = text("module", module);
+            away(w, true, [&](World& world) { expect(world.scheduler().set_interval(name, n)); });
+          },
+          "module"_a, "n"_a,
+          "Runs the stages of a module only in every n-th sub-step: \"thermal\" (heat_interval: within a "
+          "step) "
+          "and \"topology\" only.")
+      .def(
+          "enable",
+          [](HostWorld& w, Text module, bool on) {
+            const std::string name = text("module", module);
+            away(w, true, [&](World& world) { expect(world.scheduler().enable(name, on)); });
+          },
+          "module"_a, "on"_a = true,
+          "Switches a module off, or on again: \"sph\", \"lsm\", \"thermal\", \"species\", \"topology\".")
+      .def(
+          "enable_timings",
+          [](HostWorld& w, bool on, int every) {
+            away(w, true, [&](World& world) { expect(world.scheduler().enable_timings(on, every)); });
+          },
+          "on"_a = true, nb::kw_only(), "every"_a = 400,
+          "Times the stages in one of `every` sub-steps, for stages() and plan().")
+      .def("stages", stages, nb::sig("def stages(self) -> list[dict[str, Any]]"),
+           "The stages of a sub-step in order: \"name\", \"module\", \"runs\" and \"reason\", \"interval\" "
+           "[sub-steps], \"median_ms\" of enable_timings() (0: none was timed).")
       .def(
           "plan",
           [](HostWorld& w) { return away(w, true, [](World& world) { return world.plan().to_string(); }); },

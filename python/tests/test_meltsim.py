@@ -184,6 +184,38 @@ def test_a_stage_adds_a_force_and_its_exception_comes_out():
         world.add_stage("late", wind, after="sph.nothing")
 
 
+def test_modules_run_as_often_as_told_and_can_be_switched_off():
+    world = World(spacing=0.1, backend="cpu", threads=1, domain=((0, 0, 0), (1, 1, 1)))
+    world.add_material("water")
+    world.add_material("ice", melting_point=0, latent_heat=334e3, becomes="water")
+    world.add_solid(Shape.box((0.3, 0, 0.3), (0.7, 0.4, 0.7)), "ice", temperature=-10, surface={"flux": 100})
+
+    def interval(stage):
+        return next(s["interval"] for s in world.stages() if s["name"] == stage)
+
+    for module, stage, n in (("topology", "topology.melt", 4), ("thermal", "thermal.exchange", 3), ("topology", "topology.melt", 1)):
+        world.set_interval(module, n)
+        assert interval(stage) == n
+    known = world.state_hash()
+    for call, said in ((lambda: world.set_interval("topology", 0), "must be >= 1, got 0"),
+                       (lambda: world.set_interval("sph", 2), "only thermal and topology"),
+                       (lambda: world.enable("step", False), "step"), (lambda: world.enable_timings(every=0), "every")):
+        with pytest.raises(meltsim.Error, match=said):
+            call()
+    for call in (lambda: world.set_interval("thermal", 2.5), lambda: world.set_interval(None, 2), lambda: world.enable(3)):
+        with pytest.raises(TypeError):
+            call()
+    assert world.state_hash() == known and interval("topology.melt") == 1
+    assert all(s["median_ms"] == 0 for s in world.stages())
+    world.enable_timings(every=1)
+    world.step(0.01)
+    assert sum(s["median_ms"] for s in world.stages()) > 0
+    world.enable("lsm", False)
+    assert {s["reason"] for s in world.stages() if s["module"] == "lsm"} == {"switched off by the host"}
+    world.enable("lsm")
+    assert any(s["runs"] for s in world.stages() if s["module"] == "lsm")
+
+
 def test_a_kinematic_body_moves_as_told():
     world = bath()
     world.add_material("steel", density=7800)

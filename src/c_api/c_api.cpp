@@ -1446,6 +1446,24 @@ meltsim_status meltsim_world_remove_stage(meltsim_world* world, const char* name
         all.end());
   });
 }
+meltsim_status meltsim_world_set_interval(meltsim_world* world, const char* module, int32_t n) {
+  return guarded([&] { expect(world_of(world).scheduler().set_interval(&given(module, "module"), n)); });
+}
+meltsim_status meltsim_world_interval(meltsim_world* world, const char* stage, int32_t* n) {
+  return guarded([&] {
+    meltsim::World& w = world_of(world);
+    const std::string sought(&given(stage, "stage"));
+    given(n, "n");
+    expect(w.prepare());
+    const meltsim::Plan plan = w.plan();
+    for (const meltsim::StageReport& s : plan.stages)
+      if (s.name == sought) return static_cast<void>(*n = s.interval);
+    refuse("stage: none is named \"" + sought + "\"; \"thermal.exchange\" and \"topology.melt\" are two");
+  });
+}
+meltsim_status meltsim_world_enable(meltsim_world* world, const char* module, int32_t on) {
+  return guarded([&] { expect(world_of(world).scheduler().enable(&given(module, "module"), on != 0)); });
+}
 meltsim_status meltsim_world_wait_for(meltsim_world* world, void* event) {
   return guarded([&] { expect(world_of(world).wait_for(event)); });
 }

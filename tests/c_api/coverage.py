@@ -52,16 +52,20 @@ STRUCTS = [("include/meltsim/desc.hpp", s, c) for s, c in (
 # Calls that C has under another name, or leaves to its readings.
 CALLS = {
     "add_solid": "add_solid", "ledger": "- totals() has the sums", "pieces": "- a reading has them", "lattice": "- for tests",
-    "overlap": "bodies_in", "take_samples": "- a reading has them", "plan": "- for people", "scheduler": "add_stage",
+    "overlap": "bodies_in", "take_samples": "- a reading has them", "plan": "interval", "scheduler": "- its calls are below",
     "resolved": "- for people", "desc": "- the host has it", "material": "- the host has it", "force_field": "- the host has it",
     "watched_bodies": "- take_forces() counts them",
     "precision": "- the host has it",
 }
 
 PYTHON_CALLS = {
-    "lattice": "- for tests", "device_state": "state", "check_view": "- arrays and views say so themselves", "scheduler": "add_stage",
+    "lattice": "- for tests", "device_state": "state", "check_view": "- arrays and views say so themselves", "scheduler": "- its calls are below",
     "desc": "- the host has it", "material": "- the host has it", "force_field": "- the host has it", "watched_bodies": "- take_forces() has them",
 }
+
+# Calls of its Scheduler, which C and Python have beside those of World.
+SCHEDULER = {"insert_after": "add_stage", "remove": "remove_stage"}
+SCHEDULER_CALLS = {**SCHEDULER, "enable_timings": "- for people"}
 
 header = (root / "include/meltsim/meltsim.h").read_text(encoding="utf-8")
 python = (root / "python/src/world.cpp").read_text(encoding="utf-8") + "".join(
@@ -90,6 +94,10 @@ calls = sorted(set(re.findall(r"[\w>&*] (\w+)\([^;{]*\)[^;{]*;", world)) - {"ope
 for name in calls:
     look("C: World", name, CALLS, lambda n: f"meltsim_world_{n}(" in header)
     look("Python: World", name, PYTHON_CALLS, lambda n: re.search(r'\.def(?:_prop_ro)?\(\s*"%s"' % n, python_world) is not None)
+scheduler = re.search(r"class MELTSIM_API Scheduler \{(.*?)\n\};", read("include/meltsim/scheduler.hpp"), flags=re.S).group(1)
+for name in re.findall(r"virtual Status (\w+)\(", scheduler):
+    look("C: Scheduler", name, SCHEDULER_CALLS, lambda n: f"meltsim_world_{n}(" in header)
+    look("Python: Scheduler", name, SCHEDULER, lambda n: re.search(r'\.def\(\s*"%s"' % n, python_world) is not None)
 shapes = re.findall(r"static Shape (\w+)\(|Shape (transformed)\(", read("include/meltsim/shape.hpp"))
 shape_calls = (root / "python/src/shape.cpp").read_text(encoding="utf-8")
 for name in ("".join(s) for s in shapes):

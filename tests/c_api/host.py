@@ -689,6 +689,32 @@ values = (c.c_double * 1000)()
 assert lib.meltsim_world_fractions(s, salt, values, c.c_uint64(1000), c.byref(count)) == 0 and count.value > 27, text()
 assert all(abs(value - 0.2) < 1e-15 for value in values[27:count.value])
 
+# How often modules run, and whether: what is set is what the plan says.
+m = world(heat_model=3, surface=SurfaceHeat(flux=100))
+n = c.c_int32(-1)
+for module, stage_name, every in ((b"topology", b"topology.melt", 4), (b"thermal", b"thermal.exchange", 3), (b"topology", b"topology.melt", 1)):
+    assert lib.meltsim_world_set_interval(m, module, every) == 0, text()
+    assert lib.meltsim_world_interval(m, stage_name, c.byref(n)) == 0 and n.value == every, (stage_name, n.value, text())
+known = state_hash(m)
+n.value = -1
+for call, said in ((lambda: lib.meltsim_world_set_interval(m, b"topology", 0), "must be >= 1, got 0"),
+                   (lambda: lib.meltsim_world_set_interval(m, b"sph", 2), "only thermal and topology"),
+                   (lambda: lib.meltsim_world_set_interval(m, None, 2), "module: is null"),
+                   (lambda: lib.meltsim_world_interval(m, b"thermal", c.byref(n)), 'none is named "thermal"'),
+                   (lambda: lib.meltsim_world_interval(m, b"topology.melt", None), "n: is null"),
+                   (lambda: lib.meltsim_world_enable(m, b"step", 0), "step"), (lambda: lib.meltsim_world_enable(m, None, 0), "module: is null")):
+    assert call() == 1 and said in text(), (said, text())
+assert n.value == -1 and state_hash(m) == known
+assert lib.meltsim_world_interval(m, b"topology.melt", c.byref(n)) == 0 and n.value == 1, text()
+# Bodies without their lattices' module fly on; with it they fall.
+m2 = world()
+for on, gained in ((0, 0), (1, -9.81 * 0.05)):
+    assert lib.meltsim_world_enable(m2, b"lsm", on) == 0, text()
+    before = particles(m2, 27)[3][1]
+    assert step(m2, 0.05) == 0 and abs(particles(m2, 27)[3][1] - before - gained) < 1e-5, (on, before, particles(m2, 27)[3][1])
+lib.meltsim_world_destroy(m)
+lib.meltsim_world_destroy(m2)
+
 # Steps that end early: the first sub-steps of a step, to the bit; without a limit, all of it.
 twins = [world() for _ in range(3)]
 part, whole = TimedStep(size=c.sizeof(TimedStep)), TimedStep(size=c.sizeof(TimedStep))

@@ -452,6 +452,9 @@ class Sequence {
       OF_NOTHING(meltsim_world_check_device_state, w, nullptr);
       OF_NOTHING(meltsim_world_add_stage, w, nullptr);
       OF_NOTHING(meltsim_world_remove_stage, w, nullptr);
+      OF_NOTHING(meltsim_world_set_interval, w, nullptr, 1);
+      OF_NOTHING(meltsim_world_interval, w, nullptr, nullptr);
+      OF_NOTHING(meltsim_world_enable, w, nullptr, 0);
       OF_NOTHING(meltsim_world_wait_for, w, nullptr);
       OF_NOTHING(meltsim_world_signal, w, nullptr);
       OF_NOTHING(meltsim_world_snapshot, w, nullptr, 0, nullptr);
@@ -1323,6 +1326,35 @@ class Sequence {
         });
     step();
   }
+  /// How often modules run, and whether.
+  void schedule() {
+    const char* module = pick({"thermal", "topology", "sph", "lsm", "species", "spatial", "nonsense"});
+    if (chance(0.3)) {
+      const bool on = chance(0.6);
+      both(
+          "enable", [&] { return meltsim_world_enable(c_.get(), module, on ? 1 : 0); },
+          [&] { return cpp_->scheduler().enable(module, on); });
+    } else {
+      const int n = pick({1, 2, 3, 7, 0, -1});
+      both(
+          "set_interval", [&] { return meltsim_world_set_interval(c_.get(), module, n); },
+          [&] { return cpp_->scheduler().set_interval(module, n); });
+    }
+    const std::string stage = pick({"thermal.exchange", "topology.melt", "topology.pieces", "step.begin"});
+    std::int32_t c = -1, cpp = -1;
+    both(
+        "interval", [&] { return meltsim_world_interval(c_.get(), stage.c_str(), &c); },
+        [&] {
+          const Status ready = cpp_->prepare();
+          if (ready)
+            for (const StageReport& s : cpp_->plan().stages)
+              if (s.name == stage) cpp = s.interval;
+          return ready;
+        });
+    if (chance(0.3)) refused("interval", [&] { return meltsim_world_interval(c_.get(), module, &c); });
+    expect(c == cpp, "two intervals");
+    step();
+  }
   void see_memory() {
     meltsim_status status = MELTSIM_OK;
     const auto c = filled<meltsim_stage_context>(
@@ -1615,7 +1647,8 @@ class Sequence {
     else if (what < 0.93) read_later();
     else if (what < 0.96) watch();
     else if (what < 0.98) go_back();
-    else if (what < 0.985) stage();
+    else if (what < 0.983) stage();
+    else if (what < 0.987) schedule();
     else if (what < 0.993) see_memory();
     else mesh_shape();
     if (chance(0.2)) same_state();
