@@ -424,8 +424,8 @@ class MELTSIM_API World {
   /// then every ray is followed in steps of a quarter of a spacing where there are particles. Errors: invalid_argument (names the field;
   /// no ray), capacity (more than 1,048,576 rays), out_of_memory, those of prepare().
   Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought = ray_all);
-  /// Which bodies and how much liquid have particles with centres in a shape. Synchronises; on the host: copies all particles to it (once
-  /// per step) and goes through them. Errors: invalid_argument (the shape), out_of_memory.
+  /// Which bodies and how much liquid have particles with centres in a shape. Synchronises; copies what is in the shape's box, found by
+  /// cells on the backend, and asks the shape on the host. Errors: invalid_argument (the shape), out_of_memory.
   Result<Overlap> overlap(const Shape& shape);
 
   /// Returns the surface of the liquid, of all solids or of one body as a closed mesh, without vertices if there

@@ -1929,7 +1929,7 @@ void bind_world(nb::module_& m) {
           "shape"_a, nb::sig("def overlap(self, shape: Shape) -> dict[str, Any]"),
           "What has its centre in a shape: \"liquid\", particles; \"liquid_volume\" at rest [m^3]; "
           "\"bodies\", particles by "
-          "name. Waits, and copies all particles.")
+          "name. Waits, and copies the particles in the shape's box.")
       .def(
           "add_stage",
           [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes,

@@ -101,7 +101,7 @@ class EditRun {
     std::vector<FoundParticle> fresh = fresh_;
     for (std::size_t k = 0; k < n; ++k)
       fresh.push_back({cast<double>(xyz(arrays.position[k])), static_cast<double>(arrays.mass[k]),
-                       arrays.id[k], arrays.tag[k], none, 0});
+                       static_cast<double>(arrays.position[k].w), arrays.id[k], arrays.tag[k], none, 0});
     ex.upload(staged, bytes.data(), bytes.size());
     PreviousViews<T> from;
 #define MELTSIM_MOVED(name, type) \

@@ -14,6 +14,7 @@ namespace core {
 struct FoundParticle {
   Vec3<double> position;  ///< stored coordinates [m]
   double mass = 0;        ///< [kg]
+  double volume = 0;      ///< at rest [m^3]
   std::uint32_t id = 0, tag = 0;
   std::uint32_t slot = 0;  ///< none: slot_of_id has it
   std::uint32_t padding = 0;

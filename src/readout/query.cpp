@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spatial queries: rays on the backend, shapes on the host.
+// Spatial queries: rays and what lies in a shape.
 #include <cmath>
 #include <vector>
 
@@ -70,26 +70,21 @@ Result<std::vector<RayHit>> WorldImpl::cast_rays(const std::vector<Ray>& rays, s
 Result<Overlap> WorldImpl::overlap(const Shape& shape) {
   if (Status s = shape.validate(); !s)
     return Error{s.error().code, core::text("overlap: shape: ", s.error().message)};
-  fetch_state();
   const Box box = shape.bounds();
-  const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
+  if (const auto there = particles_in(box.min - origin_, box.max - origin_); !there) return there.error();
   Overlap o;
-  std::vector<std::uint64_t> found(bodies_.size(), 0);
-  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
-    const std::uint32_t tag = state_.tag[i];
-    const Vec3d x = state_.position[i] + origin_;
-    if (is_removed(tag) || !within(x.x, box.min.x, box.max.x) || !within(x.y, box.min.y, box.max.y) ||
-        !within(x.z, box.min.z, box.max.z) || !shape.contains(x))
-      continue;
-    if (is_solid(tag)) {
-      ++found[body_of(tag) - 1u];
+  std::vector<std::uint64_t> solid(bodies_.size(), 0);
+  for (const core::FoundParticle& p : found_) {
+    if (!shape.contains(p.position + origin_)) continue;
+    if (is_solid(p.tag)) {
+      ++solid[body_of(p.tag) - 1u];
     } else {
       ++o.liquid;
-      o.liquid_volume += state_.volume[i];
+      o.liquid_volume += p.volume;
     }
   }
-  for (std::size_t b = 0; b < found.size(); ++b)
-    if (found[b] != 0) o.bodies.push_back({BodyId{static_cast<std::uint32_t>(b), number_}, found[b]});
+  for (std::size_t b = 0; b < solid.size(); ++b)
+    if (solid[b] != 0) o.bodies.push_back({BodyId{static_cast<std::uint32_t>(b), number_}, solid[b]});
   return o;
 }
 

@@ -60,8 +60,10 @@ struct ListInBoxBody {
     for (std::uint32_t slot = slots.begin; slot < slots.end; ++slot) {
       if (!is_in(w, box, slot)) continue;
       core::FoundParticle& p = list[at++];
-      p.position = cast<double>(xyz(w.f.position[slot]));
+      const Vec4<T> x = w.f.position[slot];
+      p.position = cast<double>(xyz(x));
       p.mass = static_cast<double>(w.f.mass[slot]);
+      p.volume = static_cast<double>(x.w);
       p.id = w.f.id[slot];
       p.tag = w.f.tag[slot];
       p.slot = slot;
