@@ -99,9 +99,7 @@ Status WorldImpl::check_load(const std::string& what, const ProbeDesc& p, ProbeR
     return invalid(what, "points: kind ", name_of(p.kind), " has ",
                    most == 0 ? "none" : "one, where moments are about", ", got ",
                    std::uint64_t{p.points.size()});
-  if (p.body && !valid(p.body))
-    return invalid(what, "body: no body of this World has index ", p.body.index, " and generation ",
-                   p.body.generation, "; use what add_solid returned");
+  if (Status s = p.body ? check_body(("probe \"" + p.name + "\"").c_str(), p.body) : Status{}; !s) return s;
   if (!p.wall) return {};
   if (*p.wall < 0 || *p.wall > 5)
     return invalid(what, "wall: must be 0 to 5, in the order of domain.faces, got ", *p.wall);

@@ -33,10 +33,7 @@ Status WorldImpl::check_surface(const SurfaceDesc& d, double cell) const {
                    " m), got ", d.cell, "; 0 is half a spacing");
   if (d.smoothing < 0 || d.smoothing > 100)
     return invalid("surface: smoothing: must be 0 to 100 passes, got ", d.smoothing);
-  if (d.of == SurfaceOf::body && !valid(d.body))
-    return invalid("surface: body: no body of this World has index ", d.body.index, " and generation ",
-                   d.body.generation, "; pass what add_solid() returned");
-  return {};
+  return d.of == SurfaceOf::body ? check_body("surface", d.body) : Status{};
 }
 
 Result<SurfaceView> WorldImpl::surface_view(const SurfaceDesc& d, SurfaceMesh* mesh) {

@@ -181,6 +181,15 @@ TEST(Edits, RemovedBodiesAreThoseOfAnUploadToTheBit) {
     const Status twice = t.scene.world.remove(first);
     ASSERT_FALSE(twice);
     EXPECT_NE(twice.error().message.find("was removed"), std::string::npos);
+    SurfaceDesc surface;
+    surface.of = SurfaceOf::body;
+    surface.body = first;
+    EXPECT_NE(t.scene.world.surface(surface).error().message.find("was removed"), std::string::npos);
+    ProbeDesc probe;
+    probe.kind = ProbeKind::force;
+    probe.body = first;
+    probe.fields = {"force"};
+    EXPECT_NE(t.scene.world.add_probe(probe).error().message.find("was removed"), std::string::npos);
     t.step(4);
     EXPECT_TRUE(t.same());
     ASSERT_TRUE(t.scene.world.remove(*stone.first));
