@@ -977,7 +977,7 @@ static inline void meltsim_stage_desc_init(meltsim_stage_desc* to) {
 } /* size and defaults */
 MELTSIM_C_API meltsim_status meltsim_world_add_stage(meltsim_world* world, const meltsim_stage_desc* desc);
 MELTSIM_C_API meltsim_status meltsim_world_remove_stage(meltsim_world* world, const char* name);
-/* Runs the stages of a module only in every n-th sub-step, n >= 1: "thermal" (`heat_interval`: within a step) and "topology" only. */
+/* Runs the stages of a module only in every n-th sub-step, n >= 1: "thermal" (`heat_interval`, at most 1000) and "topology" only. */
 MELTSIM_C_API meltsim_status meltsim_world_set_interval(meltsim_world* world, const char* module, int32_t n);
 /* In *n: a built-in stage, such as "thermal.exchange" or "topology.melt", runs every so many sub-steps; 1 while it rests. */
 MELTSIM_C_API meltsim_status meltsim_world_interval(meltsim_world* world, const char* stage, int32_t* n);

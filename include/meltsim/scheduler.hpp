@@ -110,8 +110,8 @@ class MELTSIM_API Scheduler {
   /// Errors: invalid_argument (unknown `after`, duplicate name, null function, unknown channel).
   virtual Status insert_after(const std::string& after, CustomStage stage) = 0;
   virtual Status remove(const std::string& name) = 0;  ///< removes a custom stage of this name
-  /// Runs the stages of a module only in every n-th sub-step, n >= 1: "thermal" (HeatDesc::interval: within a step) and
-  /// "topology" only.
+  /// Runs the stages of a module only in every n-th sub-step, n >= 1: "thermal" (HeatDesc::interval, at most 1000: within a
+  /// step) and "topology" only.
   virtual Status set_interval(const std::string& module, int n) = 0;
   /// Switches a module off, or on again. "spatial" and "step" cannot be switched off.
   virtual Status enable(const std::string& module, bool on) = 0;

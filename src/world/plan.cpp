@@ -257,6 +257,8 @@ Status WorldImpl::set_interval(const std::string& module, int n) {
 Status WorldImpl::set_interval_of(const std::string& module, int n) {
   if (n < 1)
     return invalid("interval of \"", module, "\": must be >= 1, got ", n, "; 1 runs it every sub-step");
+  if (module == "thermal" && n > 1000)  // as HeatDesc::interval
+    return invalid("interval of \"thermal\": must be 1 to 1000, got ", n, "; enable() switches heat off");
   if (module == "thermal") desc.heat.interval = n;
   else if (module == "topology") topology_interval_ = n;
   else

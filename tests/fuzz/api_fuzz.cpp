@@ -960,7 +960,7 @@ class Sequence {
     switch (random_.below(4)) {
       case 0: {
         const char* module = pick({"thermal", "topology", "sph", "nonsense"});
-        const int n = pick({1, 2, 3, 0, -1});
+        const int n = pick({1, 2, 3, 0, -1, 2147483647});
         if (guarded_call("set_interval", [&] { return s.set_interval(module, n); }))
           again([=](World& w) { return bool(w.scheduler().set_interval(module, n)); });
         break;

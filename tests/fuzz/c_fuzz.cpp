@@ -1335,7 +1335,7 @@ class Sequence {
           "enable", [&] { return meltsim_world_enable(c_.get(), module, on ? 1 : 0); },
           [&] { return cpp_->scheduler().enable(module, on); });
     } else {
-      const int n = pick({1, 2, 3, 7, 0, -1});
+      const int n = pick({1, 2, 3, 7, 0, -1, 2147483647});
       both(
           "set_interval", [&] { return meltsim_world_set_interval(c_.get(), module, n); },
           [&] { return cpp_->scheduler().set_interval(module, n); });

@@ -281,6 +281,7 @@ std::vector<BadCall> bad_calls(const Scene& s) {
           }),
       bad("stage: none of this name", [](World& w) { return w.scheduler().remove("x"); }),
       bad("interval", [](World& w) { return w.scheduler().set_interval("thermal", 0); }),
+      bad("interval of heat", [](World& w) { return w.scheduler().set_interval("thermal", 1001); }),
       bad("interval of a module", [](World& w) { return w.scheduler().set_interval("sph", 2); }),
       bad("enable", [](World& w) { return w.scheduler().enable("step", false); }),
       bad("sample",
