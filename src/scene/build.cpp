@@ -108,10 +108,12 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
     throw;
   }
   if (planned) {
+    liquid_there_.resize(materials.size(), 0);
     liquid_used_.resize(materials.size(), 0);
     solid_used_.resize(materials.size(), 0);
     if (Status s = adapt(); !s) {
       pop_material();
+      liquid_there_.resize(materials.size());
       liquid_used_.resize(materials.size());
       solid_used_.resize(materials.size());
       return s.error();
@@ -591,7 +593,7 @@ bool WorldImpl::emitter_joins_in_place(const core::WorldStatus& status) {
   searched_ = total;
   const auto before = derived();
   const std::size_t m = e.desc.material.index;
-  if (emits(e)) liquid_used_[m] = 1;
+  if (emits(e)) note_liquid(m);
   densest_added_ = std::max(densest_added_, largest_density(m));
   const double g = length(desc.gravity);
   see(e.desc.center, g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{});

@@ -131,7 +131,7 @@ bool WorldImpl::liquid_joined(const core::SceneState& more, std::uint32_t m,
   census_.supercooled =
       census_.supercooled || physics::freezes(row, more.enthalpy.front() / more.mass.front());
   const bool first = liquid_used_[m] == 0u || largest_density(m) > densest_added_;
-  liquid_used_[m] = 1;
+  note_liquid(m);
   densest_added_ = std::max(densest_added_, largest_density(m));
   const double g = length(desc.gravity);
   const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};

@@ -422,7 +422,7 @@ bool WorldImpl::NewBody::fits_in_place() const {
 /// then the World's.
 bool WorldImpl::NewBody::keeps_regions() {
   WorldImpl& w = w_;
-  const std::vector<std::uint8_t> liquid = w.liquid_used_, solid = w.solid_used_;
+  const std::vector<std::uint8_t> solid = w.solid_used_;
   make_row();
   w.bodies_.push_back(record_);
   w.lattice_.bodies.push_back(row_);
@@ -436,7 +436,6 @@ bool WorldImpl::NewBody::keeps_regions() {
   if (w.regions_fit() && (!lattices || row.region_half_width <= w.lattice_.max_half_width)) return true;
   w.bodies_.pop_back();
   w.lattice_.bodies.pop_back();
-  w.liquid_used_ = liquid;
   w.solid_used_ = solid;
   w.weigh_materials();
   w.derive_limits();

@@ -36,7 +36,7 @@ Status WorldImpl::save_state(int slot) {
   v.born = born_;
   v.noted_step = noted_step_;
   v.heat_level = state_.heat_level;
-  v.may_melt = may_melt_;
+  v.could_melt = could_melt_;
   v.was_emitting = was_emitting_;
   v.plan_changed = plan_changed_;
   take_sound_work();
@@ -82,7 +82,7 @@ Status WorldImpl::load_state(int slot) {
   noted_step_ = v.noted_step;
   state_.heat_level = v.heat_level;
   level_.reset();
-  may_melt_ = v.may_melt;
+  could_melt_ = v.could_melt;
   was_emitting_ = v.was_emitting;
   plan_changed_ = v.plan_changed;
   take_sound_work();  // of what is undone

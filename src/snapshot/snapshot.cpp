@@ -28,7 +28,7 @@ constexpr std::uint32_t format_version = 13;
 constexpr std::uint64_t layout_of_version = 7079455637567778217u;
 
 /// The continuation of a state also depends on these: whether temperatures were found level, whether something could melt.
-constexpr std::uint32_t heat_level_bit = 1u, may_melt_bit = 2u;
+constexpr std::uint32_t heat_level_bit = 1u, could_melt_bit = 2u;
 /// A sound speed that follows the motion is stored at the end.
 constexpr std::uint32_t follows_sound_bit = 4u;
 /// The next step begins with a look at what moves.
@@ -327,7 +327,7 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   d.lattice = lattice_hash();
   d.heat_owed = heat_owed_;
   const bool heated = heat_from_outside() || host_heats() || solution_heats();  // from the next step on
-  d.flags = (state_.heat_level && !heated ? heat_level_bit : 0u) | (may_melt_ ? may_melt_bit : 0u) |
+  d.flags = (state_.heat_level && !heated ? heat_level_bit : 0u) | (could_melt_ ? could_melt_bit : 0u) |
             (follows_sound() ? follows_sound_bit | (look_now_ ? look_now_bit : 0u) : 0u);
   for (const MaterialDesc& m : materials) d.material_hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_)
@@ -461,7 +461,7 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   state_stale_ = false;
   state_.heat_level = (d.flags & heat_level_bit) != 0u;
   level_.reset();
-  may_melt_ = (d.flags & may_melt_bit) != 0u;
+  could_melt_ = (d.flags & could_melt_bit) != 0u && d.steps > 0;
   measure_ = false;
   plan_until_ = 0;
   heat_owed_ = d.heat_owed;

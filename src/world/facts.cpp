@@ -100,24 +100,30 @@ std::string WorldImpl::heat_reason() const {
 /// Materials that limits of a sub-step and bounds of heat follow from: all that are or were in the scene, so that limits change when
 /// something is added, and do not depend on when the host reads the state.
 void WorldImpl::find_materials() {
-  liquid_used_.assign(materials.size(), 0);
+  liquid_there_.assign(materials.size(), 0);
   solid_used_.assign(materials.size(), 0);
   densest_added_ = 0;
   const auto added = [this](std::size_t m) { densest_added_ = std::max(densest_added_, largest_density(m)); };
   for (const std::uint32_t tag : state_.tag) {
-    ((tag & tag_solid) != 0u ? solid_used_ : liquid_used_)[material_of(tag)] = 1;
+    ((tag & tag_solid) != 0u ? solid_used_ : liquid_there_)[material_of(tag)] = 1;
     if ((tag & tag_solid) == 0u && body_of(tag) == 0) added(material_of(tag));  // melt keeps its body
   }
   for (const EmitterRecord& e : emitters_) {
-    if (emits(e)) liquid_used_[e.desc.material.index] = 1;
+    if (emits(e)) liquid_there_[e.desc.material.index] = 1;
     added(e.desc.material.index);
   }
   for (const BodyRecord& b : bodies_) solid_used_[b.desc.material.index] = 1;
   weigh_materials();
 }
 
-/// Adds materials that can arise by melting, and takes the census of the state.
+/// Liquid of it is in the scene, or is to be emitted.
+void WorldImpl::note_liquid(std::size_t material) { liquid_there_[material] = liquid_used_[material] = 1; }
+
+/// Adds materials that can arise by melting, and what follows from all of them.
 void WorldImpl::weigh_materials() {
+  liquid_there_.resize(materials.size(), 0);
+  liquid_used_ = liquid_there_;
+  may_melt_ = could_melt_ || (facts() & core::fact_melt) != 0;
   for (const BodyRecord& b : bodies_) {
     const MaterialDesc& m = materials[b.desc.material.index];
     const MaterialId liquid = m.melts_into ? m.melts_into : m.dissolves_in;

@@ -77,10 +77,11 @@ void WorldImpl::look_at_added() {
     seen_ = {};
     seen_particles_ = seen_emitters_ = seen_bodies_ = 0;
   }
+  liquid_there_.resize(materials.size(), 0);
   liquid_used_.resize(materials.size(), 0);
   for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
     if (is_removed(state_.tag[i])) continue;
-    if (!is_solid(state_.tag[i])) liquid_used_[material_of(state_.tag[i])] = 1;
+    if (!is_solid(state_.tag[i])) note_liquid(material_of(state_.tag[i]));
     see(state_.position[i] + origin_, up);
     seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
   }
@@ -368,10 +369,7 @@ Status WorldImpl::prepare() {
   born_ = state_.position.size();
   noted_step_ = steps + 1;
   search_ = core::choose_search(desc, core::support_of(desc), searched_);
-  may_melt_ = may_melt_ && steps > 0;  // before the first step all follows from what is there
   find_materials();
-  may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
-  weigh_materials();
   derive_limits();
   look_for_refusal();
   facts_ = facts();
@@ -432,7 +430,6 @@ bool WorldImpl::regions_act(double from, double until) {
 /// which was refused, has not.
 Status WorldImpl::adapt(bool back) {
   plan_changed_ = true;  // until it is done
-  may_melt_ = may_melt_ || (facts() & core::fact_melt) != 0;
   weigh_materials();
   const bool outside = heat_from_outside() || host_heats() || solution_heats();
   if (outside) {

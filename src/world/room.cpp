@@ -38,11 +38,12 @@ bool WorldImpl::has_memory_for(std::uint64_t particles, core::FactSet facts, boo
 /// Whether there is memory for all that an emitter that is to come will bring, in the scene as it is with it. After find_solids().
 Status WorldImpl::check_memory(const EmitterRecord& e, const std::string& what) {
   const std::uint64_t there = dirty_ ? state_.position.size() : born_;
-  const Trial trial(emitters_, liquid_used_, solid_used_, densest_added_, species_used_, contents_level_,
-                    state_.heat_level, level_, census_, seen_, seen_particles_, seen_emitters_, seen_bodies_,
-                    added_, look_now_, sound_speed_, one_liquid_, contrast_, may_melt_, spring_dt_,
-                    spring_share_, static_dt_, rest_dt_, sound_dt_, heat_lambda_, viscous_lambda_,
-                    viscous_dt_, solute_lambda_, diffuses_, strong_pull_, changes_phase_, rows_);
+  const Trial trial(emitters_, liquid_there_, liquid_used_, solid_used_, densest_added_, species_used_,
+                    contents_level_, state_.heat_level, level_, census_, seen_, seen_particles_,
+                    seen_emitters_, seen_bodies_, added_, look_now_, sound_speed_, one_liquid_, contrast_,
+                    may_melt_, spring_dt_, spring_share_, static_dt_, rest_dt_, sound_dt_, heat_lambda_,
+                    viscous_lambda_, viscous_dt_, solute_lambda_, diffuses_, strong_pull_, changes_phase_,
+                    rows_);
   emitters_.push_back(e);
   added_ = true;
   if (dirty_) take_census();
@@ -56,7 +57,7 @@ Status WorldImpl::check_memory(const EmitterRecord& e, const std::string& what) 
     state_.heat_level = state_.heat_level && is_level(*level_);
   }
   if (dirty_) find_materials();
-  if (emits(e)) liquid_used_[e.desc.material.index] = 1;
+  if (emits(e)) note_liquid(e.desc.material.index);
   weigh_materials();
   derive_limits();
   const std::uint64_t coming = planned_emission();

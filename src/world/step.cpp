@@ -463,6 +463,7 @@ bool WorldImpl::OngoingStep::take_substep(int k) {
   }
   w_.end_sample(a_, a_.end);
   w_.time = a_.end;
+  w_.could_melt_ = w_.may_melt_;
   ++taken_;
   unheated_ = heats_ ? 0 : unheated_ + 1;
   if (heats_) w_.heat_owed_ = 0;

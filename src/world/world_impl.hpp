@@ -365,6 +365,7 @@ class WorldImpl final : public Scheduler {
   bool isotropic() const;
   void find_materials();
   void weigh_materials();
+  void note_liquid(std::size_t material);
   void take_census();
   void note(const core::WorldStatus& s);
   void recount(const core::WorldStatus& s);
@@ -702,8 +703,11 @@ class WorldImpl final : public Scheduler {
   /// lies in the table costs nothing.
   std::vector<std::uint8_t> liquid_used_, solid_used_;
   std::vector<std::uint8_t>
-      liquid_used_before_;   ///< for a step that is refused; kept so that no step allocates
-  bool may_melt_ = false;    ///< something could melt at some time since the scene was built
+      liquid_used_before_;                  ///< for a step that is refused; kept so that no step allocates
+  std::vector<std::uint8_t> liquid_there_;  ///< as liquid_used_, but for what can come to be by melting
+  /// Something could melt in a sub-step that was taken / or could in the next one. A plan that no sub-step followed
+  /// leaves no trace, so that limits do not depend on when the host looks.
+  bool could_melt_ = false, may_melt_ = false;
   bool one_liquid_ = false;  ///< no two materials are liquid, now or by melting or emission
   double densest_added_ =
       0;                 ///< of liquid that was added or is emitted, not of what melted [kg/m^3]; 0: none
@@ -786,7 +790,7 @@ class WorldImpl final : public Scheduler {
     std::uint64_t restored = 0;  ///< restored_ then
     double time = 0, substep = 0, last_max_speed = 0, plan_until = 0, heat_owed = 0;
     std::uint64_t steps = 0, born = 0, noted_step = 0;
-    bool heat_level = false, may_melt = false, was_emitting = false, plan_changed = false, look_now = false;
+    bool heat_level = false, could_melt = false, was_emitting = false, plan_changed = false, look_now = false;
     FollowedSound sound;
     std::vector<EmitterRecord> emitters;
     std::vector<physics::RigidMotion> motion;

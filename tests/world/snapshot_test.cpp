@@ -72,6 +72,60 @@ TEST(Snapshot, OneAheadOfAChangeByWhichLessFallsIsSeenByNothing) {
   }
 }
 
+// Heat is switched on, and what it would melt is taken out ahead of the next step: no liquid can come to be, whoever has looked
+// in between. With liquid, other limits of a sub-step would hold, and other sub-steps would be taken.
+TEST(Snapshot, OneAheadOfARemovalOfWhatWouldMeltIsSeenByNothing) {
+  MELTSIM_NEEDS_BACKEND();
+  struct Look {
+    const char* name;
+    void (*look)(World&);
+  };
+  const Look nobody{"nobody", [](World&) {}};
+  const Look looks[] = {{"snapshot", [](World& w) { require(w.snapshot()); }},
+                        {"plan", [](World& w) { EXPECT_EQ(w.plan().error, ""); }},
+                        {"saved", [](World& w) { require(w.save_state(0)); }}};
+  for (const std::uint32_t reserved : {0u, 500u}) {
+    const auto run = [&](const Look& l, double& limit) {
+      WorldDesc d = describe();
+      d.reserved_particles = reserved;
+      IceScene s;
+      s.time_scale = 0;
+      s.water = false;
+      s.block = 0;
+      Scene scene = ice_in_water(d, s);
+      World& w = scene.world;
+      SolidDesc b;
+      b.material = scene.ice;
+      b.temperature = -10;
+      b.shape = Shape::box({0.8, 0, 0.8}, {1.4, 0.6, 1.4});
+      const auto melts = w.add_solid(b);
+      require(melts);
+      MaterialDesc stone;  // which does not melt
+      stone.name = "stone";
+      b.material = *w.add_material(stone);
+      b.temperature = 20;
+      b.shape = Shape::box({0, 0, 0}, {0.6, 0.6, 0.6});
+      require(w.add_solid(b));
+      require(w.step(0.002));
+      b.shape = Shape::box({1.6, 0, 1.6}, {2.2, 0.6, 2.2});
+      require(w.add_solid(b));
+      require(w.set_heat_time_scale(1));
+      l.look(w);
+      require(w.remove(*melts));
+      require(w.step(0.02));
+      limit = w.resolved().stable_dt;
+      return *w.state_hash();
+    };
+    double unseen = 0, seen = 0;
+    const std::uint64_t hash = run(nobody, unseen);
+    for (const Look& l : looks) {
+      SCOPED_TRACE(std::string(l.name) + (reserved != 0 ? ", in place" : ""));
+      EXPECT_EQ(run(l, seen), hash);
+      EXPECT_EQ(seen, unseen);
+    }
+  }
+}
+
 TEST(Snapshot, DamagedBytesAreRefusedAndChangeNothing) {
   MELTSIM_NEEDS_BACKEND();
   Scene a = ice_in_water(describe());
