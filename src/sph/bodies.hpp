@@ -285,29 +285,18 @@ struct ForcesBody {
   }
 };
 
-/// Which slots hold liquid, 32 to a call.
+/// Which slots hold particles of a kind, 32 to a call.
 template <class T>
-struct LiquidBitsBody {
+struct KindBitsBody {
   Frame<T> w;
+  std::uint32_t kind;   ///< tag_solid: particles of bodies; 0: liquid
+  std::uint32_t* bits;  ///< of the kind
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const auto first = static_cast<std::uint32_t>(32u * k);
-    std::uint32_t bits = 0;
+    std::uint32_t word = 0;
     for (std::uint32_t b = 0; b < 32u && first + b < w.particles; ++b)
-      bits |= (is_fluid(w.f.tag[first + b]) ? 1u : 0u) << b;
-    w.f.liquid_bits[k] = bits;
-  }
-};
-
-/// Which slots hold particles of bodies, 32 to a call.
-template <class T>
-struct SolidBitsBody {
-  Frame<T> w;
-  MELTSIM_HD void operator()(std::uint64_t k) const {
-    const auto first = static_cast<std::uint32_t>(32u * k);
-    std::uint32_t bits = 0;
-    for (std::uint32_t b = 0; b < 32u && first + b < w.particles; ++b)
-      bits |= (is_solid(w.f.tag[first + b]) ? 1u : 0u) << b;
-    w.f.solid_bits[k] = bits;
+      word |= ((w.f.tag[first + b] & (tag_solid | tag_removed)) == kind ? 1u : 0u) << b;
+    bits[k] = word;
   }
 };
 

@@ -75,13 +75,13 @@ void advance(E& ex, const core::Frame<T>& w) {
 
 template <class E, class T>
 void cover(E& ex, const core::Frame<T>& w) {
-  ex.for_each((std::uint64_t{w.particles} + 31u) / 32u, SolidBitsBody<T>{w});
+  ex.for_each((std::uint64_t{w.particles} + 31u) / 32u, KindBitsBody<T>{w, tag_solid, w.f.solid_bits});
   ex.for_each(w.particles, CoverBody<T>{w});
 }
 
 template <class E, class T>
 void wetted(E& ex, const core::Frame<T>& w) {
-  ex.for_each((std::uint64_t{w.particles} + 31u) / 32u, LiquidBitsBody<T>{w});
+  ex.for_each((std::uint64_t{w.particles} + 31u) / 32u, KindBitsBody<T>{w, 0u, w.f.liquid_bits});
   ex.select(w.particles, WettedBody<T>{w}, w.f.wetted);
 }
 
