@@ -17,25 +17,18 @@
 #include <string>
 #include <vector>
 
-#include "children.hpp"
+#include "calls_main.hpp"
 #include "meltsim/meltsim.hpp"
 #include "support/random.hpp"
 
 namespace {
 
 using namespace meltsim;
+using fuzz::Settings;
+using fuzz::Violation;
 using test_support::Random;
 
 const double nan = std::numeric_limits<double>::quiet_NaN();
-
-struct Settings {
-  Backend backend = Backend::cpu;
-  bool trace = false;
-};
-
-struct Violation {
-  std::string text;
-};
 
 bool finite(double v) { return std::isfinite(v); }
 bool finite(Vec3d v) { return finite(v.x) && finite(v.y) && finite(v.z); }
@@ -1319,18 +1312,4 @@ class Sequence {
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  fuzz::Options options;
-  Settings settings;
-  const auto own = [&](const std::string& name, const std::string& value) {
-    if (name == "--backend" && value == "cpu") settings.backend = Backend::cpu;
-    else if (name == "--backend" && value == "cuda") settings.backend = Backend::cuda;
-    else if (name == "--trace") settings.trace = value != "0";
-    else return false;
-    return true;
-  };
-  if (!fuzz::parse(argc, argv, options, own, "[--backend cpu|cuda] [--trace 0|1]")) return 2;
-  return fuzz::run(options, [&](std::uint64_t item, fuzz::Progress& progress) {
-    return Sequence(item, settings, progress).run();
-  });
-}
+int main(int argc, char** argv) { return fuzz::run_sequences<Sequence>(argc, argv); }
