@@ -471,8 +471,8 @@ std::uint64_t CudaExec::free_bytes() const {
   return check(cudaMemGetInfo(&free, &total), "asking for free memory") ? free : 0;
 }
 
-bool CudaExec::reserve(std::uint64_t n) {
-  const DeviceScope scope(device_);
+/// Room for the parts of reductions over n items, and for what kernels hand over.
+bool CudaExec::reserve_partials(std::uint64_t n) {
   const std::uint64_t parts = reduce_parts(n);
   if (own_->parts < parts) {
     if (own_->partials != nullptr) release(own_->partials);
@@ -486,7 +486,12 @@ bool CudaExec::reserve(std::uint64_t n) {
     if (own_->handing == nullptr) return false;
     zero(own_->handing, handing_bytes);
   }
+  return true;
+}
 
+bool CudaExec::reserve(std::uint64_t n) {
+  const DeviceScope scope(device_);
+  if (!reserve_partials(n)) return false;
   // Asked for all 64 bits; fewer need no more. The sort runs between its caller's buffers, so this is
   // histograms only, a fraction of a byte per item.
   const auto items = static_cast<std::uint32_t>(n);

@@ -283,6 +283,7 @@ class CudaExec {
  private:
   struct Owned;  // stream, working space, events and the first error
 
+  bool reserve_partials(std::uint64_t n);
   static constexpr std::uint64_t blocks(std::uint64_t n, std::uint64_t size) { return (n + size - 1) / size; }
   static constexpr std::uint64_t even(std::uint64_t n) { return n + n % 2; }
   static std::uint64_t* tiles_of(std::uint32_t m, std::uint32_t* counts) {

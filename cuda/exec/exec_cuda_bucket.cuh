@@ -72,6 +72,35 @@ __device__ inline std::uint32_t look_back(const std::uint64_t* tiles, std::uint3
   }
 }
 
+/// The values of a thread from `at` on, of n; beyond, 0.
+__device__ __forceinline__ void load_items(const std::uint32_t* values, std::uint32_t at, std::uint32_t n,
+                                           std::uint32_t (&v)[tile_items]) {
+  if (at + tile_items <= n) {
+    const auto* from = reinterpret_cast<const uint4*>(values + at);
+    const uint4 low = from[0], high = from[1];
+    v[0] = low.x, v[1] = low.y, v[2] = low.z, v[3] = low.w;
+    v[4] = high.x, v[5] = high.y, v[6] = high.z, v[7] = high.w;
+  } else {
+#pragma unroll
+    for (unsigned k = 0; k < tile_items; ++k)
+      if (at + k < n) v[k] = values[at + k];
+  }
+}
+
+/// sums[at + k] = before + v[k], of n.
+__device__ __forceinline__ void store_items(std::uint32_t* sums, std::uint32_t at, std::uint32_t n,
+                                            std::uint32_t before, const std::uint32_t (&v)[tile_items]) {
+  if (at + tile_items <= n) {
+    auto* to = reinterpret_cast<uint4*>(sums + at);
+    to[0] = make_uint4(before + v[0], before + v[1], before + v[2], before + v[3]);
+    to[1] = make_uint4(before + v[4], before + v[5], before + v[6], before + v[7]);
+  } else {
+#pragma unroll
+    for (unsigned k = 0; k < tile_items; ++k)
+      if (at + k < n) sums[at + k] = before + v[k];
+  }
+}
+
 /// sums[i] = values[0] + ... + values[i - 1]; and first(0) beside it.
 template <class First>
 __global__ void __launch_bounds__(tile_threads)
@@ -84,16 +113,7 @@ __global__ void __launch_bounds__(tile_threads)
   const std::uint32_t at = blockIdx.x * sum_tile + threadIdx.x * tile_items;
   const std::uint32_t turn = *turn_now;
   std::uint32_t v[tile_items] = {};
-  if (at + tile_items <= n) {
-    const auto* from = reinterpret_cast<const uint4*>(values + at);
-    const uint4 low = from[0], high = from[1];
-    v[0] = low.x, v[1] = low.y, v[2] = low.z, v[3] = low.w;
-    v[4] = high.x, v[5] = high.y, v[6] = high.z, v[7] = high.w;
-  } else {
-#pragma unroll
-    for (unsigned k = 0; k < tile_items; ++k)
-      if (at + k < n) v[k] = values[at + k];
-  }
+  load_items(values, at, n, v);
   std::uint32_t total = 0, sum = 0;
 #pragma unroll
   for (unsigned k = 0; k < tile_items; ++k) {
@@ -115,16 +135,7 @@ __global__ void __launch_bounds__(tile_threads)
     }
   }
   __syncthreads();
-  before += before_tile;
-  if (at + tile_items <= n) {
-    auto* to = reinterpret_cast<uint4*>(sums + at);
-    to[0] = make_uint4(before + v[0], before + v[1], before + v[2], before + v[3]);
-    to[1] = make_uint4(before + v[4], before + v[5], before + v[6], before + v[7]);
-  } else {
-#pragma unroll
-    for (unsigned k = 0; k < tile_items; ++k)
-      if (at + k < n) sums[at + k] = before + v[k];
-  }
+  store_items(sums, at, n, before + before_tile, v);
   if (blockIdx.x == 0 && threadIdx.x == tile_threads - 1 && !stopped(guard)) first(0);
 }
 

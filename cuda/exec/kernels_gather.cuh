@@ -78,6 +78,24 @@ __global__ void __launch_bounds__(gather_block<Parts>, resident_blocks<Parts, Bo
   if (gathered<Parts>(n, body, i, sum)) body.finish(i, sum, CudaAdder{});
 }
 
+/// Puts the sums of items whose work is unfinished, `more` of the two of a thread, into a list of the block. All threads of a warp call it.
+template <class Sum>
+__device__ __forceinline__ void set_aside(std::uint64_t i, const bool (&more)[2], const Sum (&sum)[2],
+                                          Sum* sums, std::uint32_t* unfinished, unsigned* all) {
+  const unsigned have[2] = {__ballot_sync(~0u, more[0]), __ballot_sync(~0u, more[1])};
+  if ((have[0] | have[1]) == 0u) return;
+  const unsigned lane = threadIdx.x % 32u, below = (1u << lane) - 1u;
+  unsigned at = 0;
+  if (lane == 0) at = atomicAdd(all, static_cast<unsigned>(__popc(have[0]) + __popc(have[1])));
+  at = __shfl_sync(~0u, at, 0) + static_cast<unsigned>(__popc(have[0] & below) + __popc(have[1] & below));
+#pragma unroll
+  for (unsigned k = 0; k < 2u; ++k) {
+    if (!more[k]) continue;
+    sums[at] = sum[k];
+    unfinished[at++] = static_cast<std::uint32_t>(i) + k;
+  }
+}
+
 /// Sums of two items per thread at once; items left over come first. The remaining work of some items is shared out
 /// anew among the threads of the block, one item to each, in order: else a warp whose first half has it would go through
 /// it twice.
@@ -108,19 +126,7 @@ __global__ void __launch_bounds__(block, Body::resident_warps_of_two * 32 / bloc
     more[k] = body.unfinished(i + k);
     if (!more[k]) body.finish(i + k, sum[k]);
   }
-  const unsigned have[2] = {__ballot_sync(~0u, more[0]), __ballot_sync(~0u, more[1])};
-  if ((have[0] | have[1]) != 0u) {
-    const unsigned lane = threadIdx.x % 32u, below = (1u << lane) - 1u;
-    unsigned at = 0;
-    if (lane == 0) at = atomicAdd(&all_unfinished, static_cast<unsigned>(__popc(have[0]) + __popc(have[1])));
-    at = __shfl_sync(~0u, at, 0) + static_cast<unsigned>(__popc(have[0] & below) + __popc(have[1] & below));
-#pragma unroll
-    for (unsigned k = 0; k < 2u; ++k) {
-      if (!more[k]) continue;
-      sums[at] = sum[k];
-      unfinished[at++] = static_cast<std::uint32_t>(i) + k;
-    }
-  }
+  set_aside(i, more, sum, sums, unfinished, &all_unfinished);
   __syncthreads();
   for (unsigned k = threadIdx.x; k < all_unfinished; k += block) {
     Sum s = sums[k];

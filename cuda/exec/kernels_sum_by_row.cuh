@@ -13,6 +13,39 @@ namespace kernels {
 // additions per sum, and there are blocks enough to hide their waits.
 inline constexpr unsigned sum_items = 2;
 
+/// Adds `values` to a row of sums.
+template <class Sum>
+__device__ __forceinline__ void add_to_row(Sum* rows, std::uint32_t to, const std::int64_t* values) {
+  auto* words = reinterpret_cast<std::int64_t*>(rows + to);
+  for (int k = 0; k < Sum::words; ++k) add_one(words + k, values[k]);
+}
+
+/// Adds the items of a thread to `sum`. Returns their row, `none` without one; a thread between two pieces sends what it has of
+/// the second one.
+template <unsigned Items, class Body>
+__device__ __forceinline__ std::uint32_t sum_of_thread(std::uint64_t n, const Body& body,
+                                                       typename Body::Sum* rows,
+                                                       std::int64_t (&sum)[Body::Sum::words]) {
+  using Sum = typename Body::Sum;
+  constexpr std::uint32_t none = 0xffffffffu;
+  std::uint32_t row = none;
+  for (unsigned k = 0; k < Items; ++k) {
+    const std::uint64_t i = (static_cast<std::uint64_t>(blockIdx.x) * Items + k) * block + threadIdx.x;
+    if (i >= n) break;
+    Sum s;
+    const std::uint32_t to = body(i, s);
+    if (to == none) continue;
+    const std::int64_t* const values = reinterpret_cast<const std::int64_t*>(&s);
+    if (row != none && to != row) {
+      add_to_row(rows, to, values);
+      continue;
+    }
+    row = to;
+    for (int word = 0; word < Sum::words; ++word) sum[word] += values[word];
+  }
+  return row;
+}
+
 template <unsigned Items, class Body>
 __global__ void __launch_bounds__(block)
     sum_by_row(const std::uint32_t* guard, std::uint64_t n, const __grid_constant__ Body body,
@@ -24,32 +57,14 @@ __global__ void __launch_bounds__(block)
   __shared__ std::int64_t sums[warps][Sum::words];
   __shared__ std::uint32_t row_of[warps];
   if (stopped(guard)) return;
-  std::uint32_t row = none;
   std::int64_t sum[Sum::words] = {};
-  const auto send = [&](std::uint32_t to, const std::int64_t* values) {
-    auto* words = reinterpret_cast<std::int64_t*>(rows + to);
-    for (int k = 0; k < Sum::words; ++k) add_one(words + k, values[k]);
-  };
-  for (unsigned k = 0; k < Items; ++k) {
-    const std::uint64_t i = (static_cast<std::uint64_t>(blockIdx.x) * Items + k) * block + threadIdx.x;
-    if (i >= n) break;
-    Sum s;
-    const std::uint32_t to = body(i, s);
-    if (to == none) continue;
-    const std::int64_t* const values = reinterpret_cast<const std::int64_t*>(&s);
-    if (row != none && to != row) {  // a thread between two pieces sends what it has
-      send(to, values);
-      continue;
-    }
-    row = to;
-    for (int word = 0; word < Sum::words; ++word) sum[word] += values[word];
-  }
+  const std::uint32_t row = sum_of_thread<Items>(n, body, rows, sum);
   // Lanes that have nothing go with the others; a warp of several pieces sends lane by lane.
   const unsigned lane = threadIdx.x % 32, warp = threadIdx.x / 32;
   const unsigned having = __ballot_sync(~0u, row != none);
   const std::uint32_t first = __shfl_sync(~0u, row, having != 0u ? __ffs(static_cast<int>(having)) - 1 : 0);
   const bool alike = __all_sync(~0u, row == none || row == first) != 0;
-  if (!alike && row != none) send(row, sum);
+  if (!alike && row != none) add_to_row(rows, row, sum);
   for (int word = 0; word < Sum::words; ++word) {
     const std::uint64_t total = alike ? sum_lanes(~0u, static_cast<std::uint64_t>(sum[word])) : 0u;
     if (lane == 0) sums[warp][word] = static_cast<std::int64_t>(total);

@@ -112,13 +112,52 @@ constexpr void rank(Schedule& r, std::uint64_t running, std::uint64_t barriers, 
   }
 }
 
+/// Tracks while stages are laid on them one after the other.
+struct Tracks {
+  std::array<std::uint64_t, stage_count> before{};  ///< stages that have ended when a stage begins
+  std::array<int, most_tracks> end{};               ///< last stage of a track
+  int count = 0;
+
+  constexpr int end_of(int track) const { return end[static_cast<std::size_t>(track)]; }
+  constexpr std::uint64_t before_of(int stage) const { return before[static_cast<std::size_t>(stage)]; }
+};
+
+/// The track of stage s, which has to wait for those in `direct`: behind one of them; else a new one; else the one that has
+/// been idle longest.
+constexpr int choose_track(Tracks& tracks, int s, std::uint64_t direct, std::uint64_t barriers) {
+  int track = -1;
+  for (int k = 0; k < tracks.count && track < 0; ++k)
+    if (((direct >> tracks.end_of(k)) & 1u) != 0) track = k;
+  if (is_barrier(s, barriers) && tracks.count != 0) track = 0;
+  if (s == stage_sampling_probes && (barriers & stage_bit(s)) != 0 && tracks.count != 0)
+    track = -1;  // not in the way
+  if (track >= 0) return track;
+  if (tracks.count < most_tracks) return tracks.count++;
+  track = 1;
+  for (int k = 2; k < tracks.count; ++k)
+    if (tracks.end_of(k) < tracks.end_of(track)) track = k;
+  return track;
+}
+
+/// Which of `direct` stage s waits for: one that another wait or the same track already covers needs no wait of its own.
+constexpr std::uint64_t waits_of(const Schedule& r, const Tracks& tracks, int s, int track,
+                                 std::uint64_t direct) {
+  std::uint64_t waits = 0;
+  for (int t = s - 1; t >= 0; --t) {
+    const std::uint64_t bit = std::uint64_t{1} << t;
+    if ((direct & bit) == 0) continue;
+    bool known = r.track[static_cast<std::size_t>(t)] == track;
+    for (int u = t + 1; u < s; ++u) known = known || ((direct >> u) & 1u && (tracks.before_of(u) & bit));
+    if (!known) waits |= bit;
+  }
+  return waits;
+}
+
 /// The schedule of the stages in `running` (bit per stage).
 constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers = usual_barriers,
                                  const Joined* joined = nullptr) {
   Schedule r;
-  std::array<std::uint64_t, stage_count> before{};  // stages that have ended when a stage begins
-  std::array<int, most_tracks> end{};               // last stage of a track
-  int tracks = 0;
+  Tracks tracks;
   for (int s = 0; s < stage_count; ++s) {
     const auto at = static_cast<std::size_t>(s);
     r.track[at] = -1;
@@ -127,43 +166,18 @@ constexpr Schedule make_schedule(std::uint64_t running, std::uint64_t barriers =
     for (int t = 0; t < s; ++t)
       if (((running >> t) & 1u) != 0 && in_order(t, s, barriers, joined)) {
         direct |= std::uint64_t{1} << t;
-        before[at] |= (std::uint64_t{1} << t) | before[static_cast<std::size_t>(t)];
+        tracks.before[at] |= (std::uint64_t{1} << t) | tracks.before_of(t);
       }
-    // Behind a stage it has to wait for; else on a new track; else on the one that has been idle longest.
-    int track = -1;
-    for (int k = 0; k < tracks && track < 0; ++k)
-      if (((direct >> end[static_cast<std::size_t>(k)]) & 1u) != 0) track = k;
-    if (is_barrier(s, barriers) && tracks != 0) track = 0;
-    if (s == stage_sampling_probes && (barriers & stage_bit(s)) != 0 && tracks != 0)
-      track = -1;  // not in the way
-    if (track < 0 && tracks < most_tracks) {
-      track = tracks++;
-    } else if (track < 0) {
-      track = 1;
-      for (int k = 2; k < tracks; ++k)
-        if (end[static_cast<std::size_t>(k)] < end[static_cast<std::size_t>(track)]) track = k;
-    }
-    // A stage that another wait or the same track already covers needs no wait of its own.
-    std::uint64_t waits = 0;
-    for (int t = s - 1; t >= 0; --t) {
-      const std::uint64_t bit = std::uint64_t{1} << t;
-      if ((direct & bit) == 0) continue;
-      bool known = r.track[static_cast<std::size_t>(t)] == track;
-      for (int u = t + 1; u < s; ++u)
-        known = known || ((direct >> u) & 1u && (before[static_cast<std::size_t>(u)] & bit));
-      if (!known) waits |= bit;
-    }
+    const int track = choose_track(tracks, s, direct, barriers);
+    r.waits[at] = waits_of(r, tracks, s, track, direct);
     r.track[at] = static_cast<std::int8_t>(track);
-    r.waits[at] = waits;
-    r.awaited |= waits;
-    const bool fresh = end[static_cast<std::size_t>(track)] == 0;
-    if (!fresh)
-      before[at] |= (std::uint64_t{1} << end[static_cast<std::size_t>(track)]) |
-                    before[static_cast<std::size_t>(end[static_cast<std::size_t>(track)])];
-    end[static_cast<std::size_t>(track)] = s;
+    r.awaited |= r.waits[at];
+    int& end = tracks.end[static_cast<std::size_t>(track)];
+    if (end != 0) tracks.before[at] |= (std::uint64_t{1} << end) | tracks.before_of(end);
+    end = s;
   }
   rank(r, running, barriers, joined);
-  for (int k = 1; k < tracks; ++k) r.last |= std::uint64_t{1} << end[static_cast<std::size_t>(k)];
+  for (int k = 1; k < tracks.count; ++k) r.last |= std::uint64_t{1} << tracks.end_of(k);
   r.awaited |= r.last;
   return r;
 }

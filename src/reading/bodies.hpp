@@ -499,19 +499,22 @@ struct PackBody {
                           ? static_cast<float>(m.density)
                           : static_cast<float>(static_cast<double>(phi) * mass / static_cast<double>(x.w));
     w.p.pressure[id] = is_solid(tag) ? 0.0F : term * phi * phi;
-    std::uint32_t piece = 0;
-    if (is_solid(tag) && w.s.f.vertex_of_id != nullptr && w.s.f.vertex_piece != nullptr) {
-      const std::uint32_t vertex = w.s.f.vertex_of_id[id];
-      if (vertex != none) piece = w.s.f.vertex_piece[vertex] + 1u;
-    }
-    w.p.piece[id] = piece;
-    if (w.p.color == nullptr) return;
-    std::uint32_t entry = material_of(tag);
+    w.p.piece[id] = is_solid(tag) ? piece_of(id) : 0u;
+    if (w.p.color != nullptr) w.p.color[id] = color_of(material_of(tag), w.p.temperature[id]);
+  }
+  /// Vertex that names the piece of a particle of a body, from 1; 0: none.
+  MELTSIM_HD std::uint32_t piece_of(std::uint32_t id) const {
+    if (w.s.f.vertex_of_id == nullptr || w.s.f.vertex_piece == nullptr) return 0u;
+    const std::uint32_t vertex = w.s.f.vertex_of_id[id];
+    return vertex == none ? 0u : w.s.f.vertex_piece[vertex] + 1u;
+  }
+  MELTSIM_HD std::uint32_t color_of(std::uint32_t material, float temperature) const {
+    std::uint32_t entry = material;
     if (w.colors.by == static_cast<std::uint32_t>(ColorBy::temperature)) {
-      const float place = (w.p.temperature[id] - w.colors.coldest) * w.colors.per_degree;
+      const float place = (temperature - w.colors.coldest) * w.colors.per_degree;
       entry = static_cast<std::uint32_t>(clamp(place, 0.0F, 255.0F));
     }
-    w.p.color[id] = w.colors.table[entry];
+    return w.colors.table[entry];
   }
 };
 

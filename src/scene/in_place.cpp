@@ -64,9 +64,7 @@ void WorldImpl::edited_in_place(const Derived& before) {
   places_.reset();
   state_stale_ = true;
   noted_step_ = steps + 1;
-  ++layout_;
-  if (std::any_of(saved_.begin(), saved_.end(), [](const SavedState& s) { return s.layout != 0; }))
-    engine->forget_saved();
+  lose_saved_states();
   plan_changed_ = plan_changed_ || derived() != before || facts() != facts_;
 }
 

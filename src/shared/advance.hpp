@@ -119,6 +119,16 @@ MELTSIM_HD void drain(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T>& v,
   w.f.tag[i] = tag;
 }
 
+/// A particle that moves with its body is where the body is.
+template <class T>
+MELTSIM_HD void carry(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T>& x, Vec3<T>& v,
+                      T& volume) {
+  const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
+  x = w.f.carried_position[vertex];
+  v = w.f.carried_velocity[vertex];
+  if (w.f.carried_volume != nullptr && (tag & tag_kinematic) != 0u) volume = w.f.carried_volume[vertex];
+}
+
 /// Reports the first stage that produced an invalid value for a particle, and does not move the particle. Nothing
 /// that is written counts before JudgeBody says so: the state of the sub-step before is still there, in its own order.
 /// v: the velocity after the kick. If the next sub-step is as long, also counts which particle will
@@ -138,10 +148,7 @@ MELTSIM_HD EndOfStep<T> end_of_step(const Frame<T>& w, std::uint64_t i, const Pr
     const bool carried = is_driven(w, tag);
     end.moved = end.check.bad == 0u && (!held || carried);
     if (end.moved && carried) {
-      const std::uint32_t vertex = w.f.vertex_of_id[w.f.id[i]];
-      x = w.f.carried_position[vertex];
-      v = w.f.carried_velocity[vertex];
-      if (w.f.carried_volume != nullptr && (tag & tag_kinematic) != 0u) volume = w.f.carried_volume[vertex];
+      carry(w, i, tag, x, v, volume);
     } else if (end.moved) {
       const bool astray = strays(w, i, p, v), left = move(w, p, x, v);
       if (astray || left) {

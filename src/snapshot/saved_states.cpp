@@ -54,9 +54,7 @@ Status WorldImpl::save_state(int slot) {
   return {};
 }
 
-Status WorldImpl::load_state(int slot) {
-  if (Status s = check_slot("load_state", slot); !s) return s;
-  const SavedState& v = saved_[static_cast<std::size_t>(slot)];
+Status WorldImpl::check_saved(const SavedState& v, int slot) const {
   if (v.layout == 0)
     return invalid("load_state: slot: nothing is saved under ", slot,
                    "; call save_state() first, of a World that has not halted");
@@ -65,6 +63,28 @@ Status WorldImpl::load_state(int slot) {
                    " is lost: something was added, removed, held, let go or restored, forces or events began "
                    "to be watched, a material "
                    "(set_material) or the plan changed; save again, or restore a snapshot");
+  return {};
+}
+
+/// The World has gone back: forgets what was asked for and what was found since.
+void WorldImpl::forget_what_followed() {
+  for (auto& m : motions_) m.reset();
+  for (auto& p : proxies_) p.reset();
+  for (auto& m : meshes_) m.set = false;
+  halted_ = false;
+  halt_step_ = 0;
+  halt_reason_.clear();
+  carried_ = {};
+  places_.reset();
+  holes_.clear();
+  level_.reset();
+  ++restored_;
+}
+
+Status WorldImpl::load_state(int slot) {
+  if (Status s = check_slot("load_state", slot); !s) return s;
+  const SavedState& v = saved_[static_cast<std::size_t>(slot)];
+  if (Status s = check_saved(v, slot); !s) return s;
   auto emitters = v.emitters;  // from here on nothing fails
   auto motion = v.motion;
   auto mesh_points = v.mesh_points;
@@ -81,7 +101,6 @@ Status WorldImpl::load_state(int slot) {
   born_ = v.born;
   noted_step_ = v.noted_step;
   state_.heat_level = v.heat_level;
-  level_.reset();
   could_melt_ = v.could_melt;
   was_emitting_ = v.was_emitting;
   plan_changed_ = v.plan_changed;
@@ -94,17 +113,8 @@ Status WorldImpl::load_state(int slot) {
   state_.mesh_points = std::move(mesh_points);
   census_ = std::move(census);
   set_releases(v.releases);
-  for (auto& m : motions_) m.reset();
-  for (auto& p : proxies_) p.reset();
-  for (auto& m : meshes_) m.set = false;
-  halted_ = false;
-  halt_step_ = 0;
-  halt_reason_.clear();
-  carried_ = {};
-  places_.reset();
-  holes_.clear();
+  forget_what_followed();
   state_stale_ = true;
-  ++restored_;
   plan_changed_ = plan_changed_ || facts() != facts_;  // settings may have changed since it was saved
   return {};
 }

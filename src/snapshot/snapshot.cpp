@@ -460,13 +460,11 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   state_ = std::move(s);
   state_stale_ = false;
   state_.heat_level = (d.flags & heat_level_bit) != 0u;
-  level_.reset();
   could_melt_ = (d.flags & could_melt_bit) != 0u && d.steps > 0;
   measure_ = false;
   plan_until_ = 0;
   heat_owed_ = d.heat_owed;
-  places_.reset();
-  holes_.clear();
+  forget_what_followed();
   time = d.time;
   steps = d.steps;
   take_over_sound(d);
@@ -477,11 +475,6 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
     limit_layers(emitters_[k]);
   }
   take_over_bodies(d, held);
-  halted_ = false;
-  ++restored_;
-  halt_step_ = 0;
-  halt_reason_.clear();
-  carried_ = {};
   if (d.sound_speed > 0 && any_field())
     derive_sound_speed();  // fields are the World's: they may be others than then
   dirty_ = true;
@@ -500,9 +493,6 @@ void WorldImpl::take_over_sound(const StoredState& d) {
 }
 
 void WorldImpl::take_over_bodies(const StoredState& d, const std::vector<char>& held) {
-  for (auto& m : motions_) m.reset();
-  for (auto& p : proxies_) p.reset();
-  for (auto& m : meshes_) m.set = false;
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     lattice_.rests[b].first_point = d.deformed[b] != 0 ? 0 : core::none;
   place_mesh_points();

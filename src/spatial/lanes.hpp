@@ -277,6 +277,40 @@ inline void for_each_mask(std::uint32_t axes, const Visit& visit) {
   }
 }
 
+/// Adds images in walls, mask by mask; pair(k) is the k-th of n pairs.
+template <class T, class Body, class Own, class Sums, class PairOf>
+inline void add_images_in_lanes(const Body& body, const Own& own, const typename Body::Lanes& stored,
+                                std::uint32_t n, const PairOf& pair, Sums& sums) {
+  for_each_mask(own.walls.axes, [&](auto mask) {
+    in_lanes(n, [&](std::size_t l, std::size_t k) {
+      const Pair<T> p = pair(k);
+      const Pair<T> image{physics::image_of(own.walls, p.x_ij, mask()),
+                          physics::image_square(own.walls, p.x_ij, p.r2, mask()), p.volume};
+      auto sum = sums.at(l);
+      body.add_image(sum, own, body.other(own, stored.at(k)), image, mask());
+      sums.put(l, sum);
+    });
+  });
+}
+
+/// Likewise, of an interaction whose images act along their lines alone.
+template <class T, class Body, class Own, class Sums, class PairOf>
+inline void add_mirrored_in_lanes(const core::Frame<T>& w, const Body& body, const Own& own,
+                                  const typename Body::Lanes& stored, std::uint32_t n, const PairOf& pair,
+                                  Sums& sums) {
+  for_each_mask(own.walls.axes, [&](auto mask) {
+    in_lanes(n, [&](std::size_t l, std::size_t k) {
+      const Pair<T> p = pair(k);
+      const T shape =
+          Body::mirrored_shape(w.c.kernel, std::sqrt(physics::image_square(own.walls, p.x_ij, p.r2, mask())));
+      const T factor = body.mirrored(own, body.other(own, stored.at(k)), p.volume) * shape;
+      auto sum = sums.at(l);
+      sum.add_mirrored(physics::image_of(own.walls, p.x_ij, mask()) * factor);
+      sums.put(l, sum);
+    });
+  });
+}
+
 /// sum_part of all neighbours, `lanes` of them side by side; images in walls, which vanish beyond H like everything else, are
 /// gone through mask by mask, and what is rare one by one.
 template <bool Periodic, class T, class Body>
@@ -312,29 +346,8 @@ inline typename Body::Sum sum_in_lanes(const core::Frame<T>& w, const Body& body
           if (rare(k))
             body.add_rare(apart, own, body.other(own, stored.at(k)), i, neighbours.slots[k], pair(k));
     }
-    if constexpr (adds_each_image<Body>)
-      for_each_mask(own.walls.axes, [&](auto mask) {
-        in_lanes(n, [&](std::size_t l, std::size_t k) {
-          const Pair<T> p = pair(k);
-          const Pair<T> image{physics::image_of(own.walls, p.x_ij, mask()),
-                              physics::image_square(own.walls, p.x_ij, p.r2, mask()), p.volume};
-          auto sum = sums.at(l);
-          body.add_image(sum, own, body.other(own, stored.at(k)), image, mask());
-          sums.put(l, sum);
-        });
-      });
-    if constexpr (is_mirrored<Body>)
-      for_each_mask(own.walls.axes, [&](auto mask) {
-        in_lanes(n, [&](std::size_t l, std::size_t k) {
-          const Pair<T> p = pair(k);
-          const T shape = Body::mirrored_shape(
-              w.c.kernel, std::sqrt(physics::image_square(own.walls, p.x_ij, p.r2, mask())));
-          const T factor = body.mirrored(own, body.other(own, stored.at(k)), p.volume) * shape;
-          auto sum = sums.at(l);
-          sum.add_mirrored(physics::image_of(own.walls, p.x_ij, mask()) * factor);
-          sums.put(l, sum);
-        });
-      });
+    if constexpr (adds_each_image<Body>) add_images_in_lanes<T>(body, own, stored, n, pair, sums);
+    if constexpr (is_mirrored<Body>) add_mirrored_in_lanes(w, body, own, stored, n, pair, sums);
   }
   auto sum = sums.total();
   sum.add(apart);

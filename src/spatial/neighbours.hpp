@@ -17,13 +17,18 @@ enum class SearchKind { periodic, plain, counted };
 template <bool Periodic>
 inline constexpr SearchKind search_kind = Periodic ? SearchKind::periodic : SearchKind::plain;
 
-/// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores the neighbours of each of
-/// them. Where branches are expensive, candidates beyond H are visited, too: their terms vanish without a branch.
-template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
-MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, SomeRows set,
-                           const Vec3<T> (&x)[Count], WordWriter<T> (&words)[Count], const Visit& visit) {
-  std::uint32_t bits[Count]{};  // the first candidate's bit comes out highest
-  const auto look = [&](const Vec4<T>& xj) {
+/// A first sweep of the candidates of Count particles at x, which writes their neighbours into `words`.
+template <SearchKind kind, std::uint32_t Count, class T, class Visit>
+struct Search {
+  const core::Frame<T>& w;
+  const Vec3<T> (&x)[Count];
+  WordWriter<T> (&words)[Count];
+  const Visit& visit;
+  std::uint32_t bits[Count]{};  ///< the first candidate's bit comes out highest
+
+  /// Visits a candidate if it is near. Where branches are expensive, those beyond H are visited, too: their terms vanish
+  /// without a branch.
+  MELTSIM_HD void look(const Vec4<T>& xj) {
     T r2[Count];
     bool near = on_device();
     for (std::uint32_t p = 0; p < Count; ++p) {
@@ -34,23 +39,28 @@ MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, 
       bits[p] = bits[p] << 1 | sign_bit(beyond);  // 1 where near, without a comparison
     }
     if (near) visit(xj, r2);
-  };
-  const auto note = [&](std::uint32_t begin, std::uint32_t count) {
+  }
+  /// Four at a time: their loads are under way together.
+  MELTSIM_HD void look_at_four(const Vec4<T>* xj) {
+    const Vec4<T> x0 = xj[0], x1 = xj[1], x2 = xj[2], x3 = xj[3];
+    look(x0);
+    look(x1);
+    look(x2);
+    look(x3);
+  }
+  /// Writes the bits of `count` candidates from slot `begin` on.
+  MELTSIM_HD void note(std::uint32_t begin, std::uint32_t count) {
     for (std::uint32_t p = 0; p < Count; ++p) {
       words[p].add(begin, reversed(bits[p]) >> (word_bits - count));
       bits[p] = 0u;
     }
-  };
-  const auto mark = [&](std::uint32_t begin, std::uint32_t left) {
+  }
+  /// Looks at `left` candidates from slot `begin` on.
+  MELTSIM_HD void mark(std::uint32_t begin, std::uint32_t left) {
     const Vec4<T>* xj = w.f.position + begin;
     std::uint32_t done = 0;
-    // Four at a time: their loads are under way together.
     const auto four = [&] {
-      const Vec4<T> x0 = xj[0], x1 = xj[1], x2 = xj[2], x3 = xj[3];
-      look(x0);
-      look(x1);
-      look(x2);
-      look(x3);
+      look_at_four(xj);
       left -= 4u, done += 4u, xj += 4;
     };
     while (left >= 8u) {
@@ -69,10 +79,18 @@ MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, 
       if (left > 2u) look(x2);
     }
     if (done + left != 0u) note(begin, done + left);
-  };
+  }
+};
+
+/// visit(x_j, r2) for every candidate in these rows, r2 to each of the particles at x, and stores the neighbours of each of
+/// them.
+template <SearchKind kind, std::uint32_t Count, class T, class SomeKindOfRows, class Visit>
+MELTSIM_HD void search_for(const core::Frame<T>& w, const SomeKindOfRows& rows, SomeRows set,
+                           const Vec3<T> (&x)[Count], WordWriter<T> (&words)[Count], const Visit& visit) {
+  Search<kind, Count, T, Visit> search{w, x, words, visit};
   while (!set.empty()) {
     const core::Range row = rows[set.take()];
-    if (row.begin < row.end) mark(row.begin, row.end - row.begin);
+    if (row.begin < row.end) search.mark(row.begin, row.end - row.begin);
   }
 }
 

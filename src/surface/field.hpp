@@ -184,6 +184,18 @@ struct LineSums {
   }
 };
 
+/// Square of the distance d from the center of particle j, in its own measure. across: the part of it that is not along x.
+template <bool Anisotropic, class T>
+MELTSIM_HD T square_from(const SurfaceFrame<T>& w, std::uint32_t j, Vec3<T> d, T across) {
+  if constexpr (Anisotropic) {
+    const core::SurfaceShape<T>& g = w.shape[j];
+    return physics::ellipsoid_distance2(g.diagonal.x, g.diagonal.y, g.diagonal.z, g.diagonal.w, g.yz, g.zx,
+                                        d);
+  } else {
+    return d.x * d.x + across;
+  }
+}
+
 /// phi and phi of the solids at (x[k], y, z), k < count, without W's scale; x ascends. The rest of x may hold
 /// anything.
 template <bool Anisotropic, bool Periodic, class T, std::uint32_t N>
@@ -191,15 +203,9 @@ MELTSIM_HD LineSums<T, N> field_along(const SurfaceFrame<T>& w, const Range* row
                                       std::uint32_t parts, const T (&x)[N], std::uint32_t count, T y, T z) {
   const physics::SphKernel<T>& kernel = w.field.kernel;
   LineSums<T, N> s;
-  // across: square of what of the distance is not along x.
   const auto add = [&](std::uint32_t j, std::uint32_t k, Vec3<T> d, T across, T share, T solid) {
-    T r2 = d.x * d.x + across;
-    if constexpr (Anisotropic) {
-      const core::SurfaceShape<T>& g = w.shape[j];
-      r2 =
-          physics::ellipsoid_distance2(g.diagonal.x, g.diagonal.y, g.diagonal.z, g.diagonal.w, g.yz, g.zx, d);
-    }
-    const T shape = physics::kernel_shape(kernel, std::sqrt(r2));  // 0 beyond H_s
+    const T shape =
+        physics::kernel_shape(kernel, std::sqrt(square_from<Anisotropic>(w, j, d, across)));  // 0 beyond H_s
     s.all[k] += share * shape;
     s.solid[k] += solid * shape;
   };

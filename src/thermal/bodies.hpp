@@ -183,23 +183,12 @@ struct StageBody {
   template <class Add>
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s, const Add& add) const {
     const std::uint32_t tag = w.f.tag[i];
-    if (is_removed(tag)) {
-      if (!stage.last) w.f.heat_increment_old[i] = 0.0;
-      if (!stage.ends) w.f.heat_operand_next[i] = w.f.heat_operand[i];
-      if (Boundary) w.f.heat_boundary_rate[i] = 0.0;
-      return;
-    }
+    if (is_removed(tag)) return pass_over(i);
     const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     const T mass = w.f.mass[i];
     double rate = s.rate, in = 0;
     T conductance = s.conductance;
-    if (Boundary) {
-      const auto outside = boundary_heat(w, i, w.f.heat_operand[i]);
-      const bool held = w.f.heat_boundary[i].held != 0u;
-      in = held ? -rate : static_cast<double>(outside.rate);
-      conductance = held ? T(0) : conductance + outside.conductance;
-      rate += in;
-    }
+    if (Boundary) in = add_boundary(i, rate, conductance);
     if (stage.first) {
       const double capacity = static_cast<double>(mass) * minimum(m.heat_capacity, m.liquid_heat_capacity);
       if (static_cast<double>(conductance) > w.c.heat_bound * capacity)
@@ -223,14 +212,30 @@ struct StageBody {
     if (stage.first && !stage.last) w.f.heat_rate0[i] = rate;
     if (stage.last) w.f.enthalpy[i] = enthalpy;
     else w.f.heat_increment_old[i] = d;
-    if (stage.ends) return;
-    // Resistivities are those of the beginning of the super-step: the order of the scheme requires one operator. Those
-    // that are marked follow the temperatures at both ends.
-    w.f.heat_operand_next[i] =
-        stage.last
-            ? operand_at(m, enthalpy, mass, w.f.heat_share[i], exposed(tag))
-            : HeatOperand<T>{static_cast<T>(physics::temperature_of(m, enthalpy / static_cast<double>(mass))),
-                             w.f.heat_operand[i].resistivity};
+    if (!stage.ends) w.f.heat_operand_next[i] = operand_after(i, m, enthalpy, mass);
+  }
+  /// A removed particle exchanges nothing.
+  MELTSIM_HD void pass_over(std::uint64_t i) const {
+    if (!stage.last) w.f.heat_increment_old[i] = 0.0;
+    if (!stage.ends) w.f.heat_operand_next[i] = w.f.heat_operand[i];
+    if (Boundary) w.f.heat_boundary_rate[i] = 0.0;
+  }
+  /// Adds what comes from outside to the rate [W] and the conductance [W/K]. Returns its rate.
+  MELTSIM_HD double add_boundary(std::uint64_t i, double& rate, T& conductance) const {
+    const auto outside = boundary_heat(w, i, w.f.heat_operand[i]);
+    const bool held = w.f.heat_boundary[i].held != 0u;
+    const double in = held ? -rate : static_cast<double>(outside.rate);
+    conductance = held ? T(0) : conductance + outside.conductance;
+    rate += in;
+    return in;
+  }
+  /// Operand of the next stage. Resistivities are those of the beginning of the super-step: the order of the scheme requires
+  /// one operator. Those that are marked follow the temperatures at both ends.
+  MELTSIM_HD HeatOperand<T> operand_after(std::uint64_t i, const MaterialRow<T>& m, double enthalpy,
+                                          T mass) const {
+    if (stage.last) return operand_at(m, enthalpy, mass, w.f.heat_share[i], exposed(w.f.tag[i]));
+    return {static_cast<T>(physics::temperature_of(m, enthalpy / static_cast<double>(mass))),
+            w.f.heat_operand[i].resistivity};
   }
 };
 

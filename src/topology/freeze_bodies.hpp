@@ -65,6 +65,16 @@ MELTSIM_HD bool clear_of(T x, T low, T high, T margin, std::uint32_t faces) {
   return !((faces & 1u) != 0u && x < low + margin) && !((faces & 2u) != 0u && x > high - margin);
 }
 
+/// Whether a site at x is clear of walls and open faces.
+template <class T>
+MELTSIM_HD bool clear_of_faces(const Frame<T>& w, Vec3<T> x) {
+  const std::uint32_t faces = w.c.walls.faces | w.c.open_faces;
+  const T margin = T(physics::site_margin) * w.c.spacing;
+  return clear_of(x.x, w.c.domain_min.x, w.c.domain_max.x, margin, faces) &&
+         clear_of(x.y, w.c.domain_min.y, w.c.domain_max.y, margin, faces >> 2) &&
+         clear_of(x.z, w.c.domain_min.z, w.c.domain_max.z, margin, faces >> 4);
+}
+
 /// Place of a free vertex according to its live neighbours, if they agree and it lies in the domain.
 template <class T>
 MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
@@ -98,12 +108,7 @@ MELTSIM_HD Site<T> locate_site(const Frame<T>& w, std::uint32_t v) {
     agreed = agreed && dot(off, off) <= tolerance * tolerance;
   });
   const Vec3<T> x = core::wrapped(w, origin + mean);
-  const std::uint32_t faces = w.c.walls.faces | w.c.open_faces;
-  const T margin = T(physics::site_margin) * w.c.spacing;
-  agreed = agreed && clear_of(x.x, w.c.domain_min.x, w.c.domain_max.x, margin, faces) &&
-           clear_of(x.y, w.c.domain_min.y, w.c.domain_max.y, margin, faces >> 2) &&
-           clear_of(x.z, w.c.domain_min.z, w.c.domain_max.z, margin, faces >> 4);
-  if (!agreed) s.donor = none;
+  if (!agreed || !clear_of_faces(w, x)) s.donor = none;
   s.position = x;
   return s;
 }

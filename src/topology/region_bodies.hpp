@@ -68,6 +68,7 @@ struct RegionPlanes {
   static constexpr int side = 2 * H + 1, row = side + 1;
   using Word = std::conditional_t<side * row <= 32, std::uint32_t, std::uint64_t>;
   static_assert(side * row <= 64);
+  static constexpr Word full = (Word{1} << side) - 1;  ///< a row
   Word live[side], inside[side];
   Word known[side];  ///< rows with a vertex in their middle
 };
@@ -114,15 +115,12 @@ struct MaskWriter {
   }
 };
 
-/// fill_region for a half-width that is a compile-time constant.
+/// Which sites of the box around a site are live.
 template <int H, class T>
-MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
-  using Planes = RegionPlanes<H>;
-  using Word = typename Planes::Word;
-  constexpr int side = Planes::side, row = Planes::row;
-  constexpr Word full = (Word{1} << side) - 1;
-  const std::uint32_t site = w.f.vertex_site[v];
-  Planes planes;
+MELTSIM_HD void load_planes(const Frame<T>& w, std::uint32_t site, const BodyRow& b,
+                            RegionPlanes<H>& planes) {
+  using Word = typename RegionPlanes<H>::Word;
+  constexpr int side = RegionPlanes<H>::side, row = RegionPlanes<H>::row;
   std::uint32_t middle[side][side];
   bool look = false;
   for (int z = 0; z < side; ++z)  // no branch here nor in the next: all loads at once
@@ -131,12 +129,12 @@ MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b
       look = look || middle[z][y] == none;
     }
   for (int z = 0; z < side; ++z) {
-    planes.live[z] = planes.known[z] = planes.inside[z] = 0;
+    planes.live[z] = planes.known[z] = 0;
     for (int y = 0; y < side; ++y) {
       const bool known = core::is_vertex(middle[z][y]);
       const std::uint32_t live = known ? w.f.row_live[middle[z][y]] & ~row_changed : 0u;
       planes.live[z] |= static_cast<Word>(live) << (y * row);
-      planes.known[z] |= known ? full << (y * row) : Word{0};
+      planes.known[z] |= known ? RegionPlanes<H>::full << (y * row) : Word{0};
     }
   }
   for (int z = 0; look && z < side; ++z)
@@ -144,6 +142,16 @@ MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b
       if (middle[z][y] == none)
         planes.live[z] |= static_cast<Word>(live_along_x(w, core::site_at(site, b, 0, y - H, z - H), H))
                           << (y * row);
+}
+
+/// fill_region for a half-width that is a compile-time constant.
+template <int H, class T>
+MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b) {
+  using Word = typename RegionPlanes<H>::Word;
+  constexpr int side = RegionPlanes<H>::side, row = RegionPlanes<H>::row;
+  RegionPlanes<H> planes;
+  load_planes(w, w.f.vertex_site[v], b, planes);
+  for (Word& inside : planes.inside) inside = 0;
   planes.inside[H] = Word{1} << (H * row + H);
   for (int round = 0; round < H; ++round) spread(planes);
   MaskWriter mask{w.f.region_mask + static_cast<std::uint64_t>(v) * w.region_words};
@@ -152,7 +160,7 @@ MELTSIM_HD void fill_planes(const Frame<T>& w, std::uint32_t v, const BodyRow& b
     const bool plane = (planes.known[z] >> (H * row) & 1u) != 0u;
     boxed = boxed && planes.inside[z] == (plane ? planes.live[z] & planes.known[z] : Word{0});
     for (int y = 0; y < side; ++y) {
-      const auto inside = static_cast<std::uint32_t>(planes.inside[z] >> (y * row) & full);
+      const auto inside = static_cast<std::uint32_t>(planes.inside[z] >> (y * row) & RegionPlanes<H>::full);
       mask.add(inside, side);
     }
   }

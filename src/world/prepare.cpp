@@ -262,6 +262,17 @@ double WorldImpl::largest_mass() const {
   return mass;
 }
 
+/// Tables of properties; those of materials that nothing is made of stay on the host.
+void WorldImpl::fill_properties(core::SceneConstants& c) const {
+  if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
+        return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
+      }))
+    c.properties = properties_;
+  for (std::size_t m = 0; m < c.properties.size();
+       ++m)  // what follows from the sound speed was not known before
+    c.properties[m].flow = flow_of(materials[m]);
+}
+
 core::SceneConstants WorldImpl::constants() const {
   core::SceneConstants c;
   c.spacing = desc.spacing;
@@ -283,14 +294,7 @@ core::SceneConstants WorldImpl::constants() const {
   if (desc.heat.model == HeatModel::none)  // a body that dissolves may run the stage that melts
     for (core::MaterialRow<double>& row : c.materials) row.melts = 0;
   if (species_used_) c.species = species_rows();
-  // Tables of materials that nothing is made of stay on the host.
-  if (std::any_of(c.materials.begin(), c.materials.end(), [&c, this](const auto& row) {
-        return row.tables != nullptr && used(static_cast<std::size_t>(&row - c.materials.data()));
-      }))
-    c.properties = properties_;
-  for (std::size_t m = 0; m < c.properties.size();
-       ++m)  // what follows from the sound speed was not known before
-    c.properties[m].flow = flow_of(materials[m]);
+  fill_properties(c);
   fill_heat_boundary(c);
   c.force_fields.count = field_rows();
   for (std::uint32_t k = 0; k < physics::most_force_fields; ++k)
@@ -340,10 +344,8 @@ core::EngineSetup WorldImpl::setup_of(core::FactSet facts) const {
   return setup;
 }
 
-Status WorldImpl::prepare() {
-  if (!dirty_) return probes_stale_ ? place_probes() : Status{};
-  fetch_state();
-  collect_samples();  // a halt that ends with the upload says which of them count
+/// What the state, which the host holds, says of the scene.
+void WorldImpl::look_at_scene() {
   look_at_added();
   regions_act(time, std::max(time, plan_until_));
   was_emitting_ = emitting();
@@ -355,8 +357,11 @@ Status WorldImpl::prepare() {
   if (!state_.heat_level) level_.reset();
   take_census();
   searched_ = state_.position.size() + planned_emission();
-  Trial room_before(capacity_, room_);  // of an upload that fails: asked for no more
-  // Room that is there is kept, so that an upload changes nothing that follows from it.
+}
+
+/// Room for the particles of the scene and those in reserve. Room that is there is kept, so that an upload changes nothing that
+/// follows from it.
+Status WorldImpl::make_particle_room() {
   const std::uint64_t capacity = desc.reserved_particles != 0 && searched_ <= capacity_
                                      ? capacity_
                                      : searched_ + desc.reserved_particles;
@@ -366,8 +371,11 @@ Status WorldImpl::prepare() {
                             "); use a larger spacing, shorter emitters or fewer reserved_particles")};
   capacity_ = static_cast<std::uint32_t>(capacity);
   make_lattice_room();
-  born_ = state_.position.size();
-  noted_step_ = steps + 1;
+  return {};
+}
+
+/// Limits, stages, and the sizes of what a step needs, from the scene that was looked at.
+void WorldImpl::derive_plan() {
   search_ = core::choose_search(desc, core::support_of(desc), searched_);
   find_materials();
   derive_limits();
@@ -376,9 +384,26 @@ Status WorldImpl::prepare() {
   fit_regions();
   place_forces();
   fit_events();
-  ++layout_;  // states saved before are of another layout
+}
+
+/// States saved before are of another layout.
+void WorldImpl::lose_saved_states() {
+  ++layout_;
   if (std::any_of(saved_.begin(), saved_.end(), [](const SavedState& s) { return s.layout != 0; }))
     engine->forget_saved();
+}
+
+Status WorldImpl::prepare() {
+  if (!dirty_) return probes_stale_ ? place_probes() : Status{};
+  fetch_state();
+  collect_samples();  // a halt that ends with the upload says which of them count
+  look_at_scene();
+  Trial room_before(capacity_, room_);  // of an upload that fails: asked for no more
+  if (Status s = make_particle_room(); !s) return s;
+  born_ = state_.position.size();
+  noted_step_ = steps + 1;
+  derive_plan();
+  lose_saved_states();
   ++uploads_;
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;
   room_before.keep();

@@ -385,7 +385,11 @@ class WorldImpl final : public Scheduler {
   // scene/in_place.cpp
   static Error all_taken(std::size_t points);
   bool edits_in_place() const;
+  void look_at_scene();
+  Status make_particle_room();
   void make_lattice_room();
+  void derive_plan();
+  void lose_saved_states();
   bool fits_lattice_room(std::uint64_t vertices, std::uint64_t sites, std::uint64_t bodies) const;
   bool stays_level(double temperature, std::uint32_t idle, std::optional<LevelRange>& range);
   bool holds_contents(const Contents& contents) const;
@@ -439,6 +443,7 @@ class WorldImpl final : public Scheduler {
   core::FieldSet channels_of(core::FactSet facts) const;
   std::string heat_reason() const;
   bool heat_from_outside() const;
+  void fill_properties(core::SceneConstants& c) const;
   void fill_heat_boundary(core::SceneConstants& c) const;
   std::size_t freezes_into(std::size_t material) const;
   // scene/species.cpp
@@ -808,6 +813,8 @@ class WorldImpl final : public Scheduler {
   std::uint32_t views_ = 0;    ///< serials given out
   std::uint64_t uploads_ = 0;  ///< how often the engine was given the scene anew
   Status check_slot(const char* call, int slot) const;
+  Status check_saved(const SavedState& v, int slot) const;
+  void forget_what_followed();
   std::array<SavedState, most_saved_states> saved_;
   std::uint64_t layout_ = 0;    ///< of the engine's memory: how often it was made anew or changed
   std::uint64_t restored_ = 0;  ///< how often another state has come in place of this one
