@@ -9,7 +9,7 @@ inline namespace v0 {
 namespace lsm {
 
 MELTSIM_INSTANTIATE(core::CudaExec, gather)
-MELTSIM_INSTANTIATE(core::CudaExec, pieces)
+MELTSIM_INSTANTIATE(core::CudaExec, normals)
 MELTSIM_INSTANTIATE(core::CudaExec, loads)
 MELTSIM_INSTANTIATE(core::CudaExec, contact)
 MELTSIM_INSTANTIATE(core::CudaExec, regions)

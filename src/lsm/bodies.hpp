@@ -46,7 +46,7 @@ struct RaggedBody {
 
 /// Label of the piece a particle belongs to and, at its surface, its outward normal, in particle order, for contact.
 template <class T>
-struct PiecesBody {
+struct NormalsBody {
   Frame<T> w;
   MELTSIM_HD void operator()(std::uint64_t i) const {
     w.f.contact_normal[i] = Vec4<T>{};

@@ -9,7 +9,7 @@ inline namespace v0 {
 namespace lsm {
 
 MELTSIM_INSTANTIATE(core::CpuExec, gather)
-MELTSIM_INSTANTIATE(core::CpuExec, pieces)
+MELTSIM_INSTANTIATE(core::CpuExec, normals)
 MELTSIM_INSTANTIATE(core::CpuExec, loads)
 MELTSIM_INSTANTIATE(core::CpuExec, contact)
 MELTSIM_INSTANTIATE(core::CpuExec, regions)

@@ -15,8 +15,8 @@ void gather(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
-void pieces(E& ex, const core::Frame<T>& w) {
-  ex.for_each(w.particles, PiecesBody<T>{w});
+void normals(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.particles, NormalsBody<T>{w});
   ex.select(w.particles, MeetingBody<T>{w}, w.f.meeting);
 }
 

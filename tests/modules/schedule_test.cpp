@@ -140,7 +140,7 @@ TEST(Schedule, ShapeMatchingStepsAsideForSums) {
   for (const int s : {stage_lsm_gather, stage_lsm_balance, stage_topology_regions, stage_topology_pieces})
     EXPECT_EQ(urgency(s), 2) << s;
   for (const int s :
-       {stage_sph_density, stage_thermal_operands, stage_sph_wetted, stage_lsm_pieces, stage_topology_melt})
+       {stage_sph_density, stage_thermal_operands, stage_sph_wetted, stage_lsm_normals, stage_topology_melt})
     EXPECT_EQ(urgency(s), 1) << s;
   for (const int s : {stage_sph_forces, stage_thermal_exchange, stage_lsm_contact, stage_sph_reaction,
                       stage_topology_neighbours})
