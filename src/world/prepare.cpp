@@ -6,6 +6,7 @@
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/artificial_viscosity.hpp"
+#include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
@@ -549,6 +550,22 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
   });
 }
 
+/// Height of the highest column in which movable bodies can stand: all of them on each other, but no higher than the scene [m].
+/// Bodies count as they were added. A single one without walls stands on nothing.
+double WorldImpl::column_height() const {
+  const double g = length(desc.gravity);
+  double height = 0;
+  if (!(g > 0) || (!desc.domain.bounded && bodies_.size() < 2)) return height;
+  const Vec3d up = desc.gravity * (-1.0 / g);
+  for (const BodyRecord& b : bodies_) {
+    if (b.desc.fixed || b.kinematic() || b.proxy()) continue;
+    const Box box = b.desc.shape.bounds();
+    const Vec3d size = box.max - box.min;
+    height += std::abs(size.x * up.x) + std::abs(size.y * up.y) + std::abs(size.z * up.z);
+  }
+  return std::min(height, fall_height());
+}
+
 /// Limits of sound, gravity, speeds and artificial viscosity. Returns the artificial drag between liquid and bodies.
 double WorldImpl::limit_motion(double support, double sum) {
   // Bodies count as they were added, not as they are now.
@@ -561,6 +578,9 @@ double WorldImpl::limit_motion(double support, double sum) {
   const bool fluid = any_liquid();
   const double acoustic = physics::acoustic_dt(desc.courant, support, sound_speed_);
   spring_share_ = physics::spring_dt(1.0, lightest, heaviest, fluid ? densest_added_ : 0.0);
+  if (const double height = column_height(); height > 0)
+    spring_share_ =
+        std::min(spring_share_, physics::standing_dt(desc.spacing, length(desc.gravity), height) / acoustic);
   spring_dt_ = acoustic * spring_share_;
   const bool mobile = heaviest > 0 && (disabled_facts_ & core::fact_mobile) == 0;
   const double drag =

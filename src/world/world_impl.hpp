@@ -473,6 +473,7 @@ class WorldImpl final : public Scheduler {
   void push_material(const MaterialDesc& m);
   void pop_material();
   double fall_height() const;
+  double column_height() const;
   double lowest_place() const;
   // world/sound.cpp
   bool follows_sound() const;

@@ -229,6 +229,28 @@ TEST(ContactGeometry, TheFlatterDecides) {
   EXPECT_EQ(contact_geometry(none, face, Vec3<double>{0, 0, -0.15}, 0.0225, 0.2).overlap, 0.0);  // far side
 }
 
+// A column of n particles comes to rest on a wall: with the dashpot of its lowest particle alone it presses that in by nearly twice
+// what stays, which is a tenth of a spacing at the longest step that is allowed.
+TEST(Contact, AColumnPressesInATenthOfASpacing) {
+  constexpr double dx = 0.05, g = 9.81;
+  for (const int n : {4, 16, 64}) {
+    const double dt_s = standing_dt(dx, g, n * dx), dt = dt_s / 50;
+    double depth = 0, speed = 0, most = 0;  // downwards
+    for (int k = 0; k < 400000; ++k) {
+      depth += 0.5 * dt * speed;
+      const double force = contact_response(body_contact<double>(), depth, Vec3<double>{0, 1, 0},
+                                            Vec3<double>{0, -speed, 0}, Vec3<double>{}, 1.0, 0.0, dt, dt_s)
+                               .force.y;
+      speed += dt * (g - force / n);
+      depth += 0.5 * dt * speed;
+      most = std::max(most, depth);
+    }
+    EXPECT_LE(most, 0.1 * dx) << n;
+    EXPECT_GE(most, 0.08 * dx) << n;
+    EXPECT_NEAR(depth, 0.05 * dx, 1e-3 * dx) << n;
+  }
+}
+
 TEST(Contact, ReducedMassNeverExceedsTheLighter) {
   EXPECT_DOUBLE_EQ(reduced_mass(2.0, 2.0), 1.0);
   EXPECT_DOUBLE_EQ(reduced_mass(1.0, 3.0), 0.75);

@@ -89,6 +89,48 @@ TEST(Extremes, BodiesOfHalfTheDensityKeepTheirSteps) {
   EXPECT_LT(step(200), 0.9 * step(1000));
 }
 
+// A block of 0.3 m on a hot plate, at the largest Courant number and 0.35 of the derived sound speed (25.8 m/s): it sank 0.35 spacings
+// into the plate before its lowest layer melted there, and halted at sub-step 15. The block falls no faster than sqrt(2 g h) = 2.4 m/s,
+// and nothing is thrown faster than twice that.
+TEST(Extremes, WhatMeltsOnAHotPlateIsNotThrown) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.05;
+  d.courant = 0.6;
+  d.sound_speed = 9.03;
+  d.domain.bounded = true;
+  d.domain.max = {0.6, 0.5, 0.6};
+  d.domain.no_slip = false;
+  d.domain.heat[2].temperature = 80;
+  d.heat.time_scale = 2e4;
+  Result<World> w = World::create(d);
+  require(w);
+  MaterialDesc water;
+  water.viscosity = 0.2;
+  MaterialDesc ice;
+  ice.name = "ice";
+  ice.density = 917;
+  ice.conductivity = 2.2;
+  ice.heat_capacity = 2100;
+  ice.melting_point = 0;
+  ice.latent_heat = 3.34e5;
+  ice.melts_into = *w->add_material(water);
+  SolidDesc block;
+  block.material = *w->add_material(ice);
+  block.temperature = 0;
+  block.shape = Shape::box({0.15, 0, 0.15}, {0.45, 0.3, 0.45});
+  require(w->add_solid(block));
+  double fastest = 0;
+  for (int k = 0; k < 20; ++k) {
+    require(w->step(0.02));
+    const StepResult r = w->synchronize();
+    ASSERT_FALSE(r.halted) << r.halt_reason;
+    fastest = std::max(fastest, r.max_speed);
+  }
+  EXPECT_LT(fastest, 2 * std::sqrt(2 * 9.81 * 0.3));
+  EXPECT_GE(w->synchronize().melted, 36u);  // a layer
+}
+
 // The floor is the domain's lowest corner, however gravity is tilted: towards +x the tank is 1.6 m deep, upwards 2.8. The liquid
 // fills 0.8 m of its height, so that it can fall to the other end. sqrt(2 g h) of it, ten times.
 TEST(Extremes, TheFallIsMeasuredToTheLowestCorner) {

@@ -47,6 +47,14 @@ MELTSIM_HD ContactLaw<T> body_contact() {
   return {T(0.4), T(0.3794733192), T(0.2), T(0.2)};
 }
 
+/// Time step of the springs of contacts [s] with which a column of this height [m] that comes to rest on its lowest particles presses
+/// them in by at most a tenth of a spacing, of which half stays: kappa m d/dt_s^2 = m pull height/dx. What melts deeper in a wall is
+/// liquid under pressure at once, which throws it out.
+inline double standing_dt(double spacing, double pull, double height) {
+  constexpr double stays = 0.05;  // of a spacing
+  return spacing * std::sqrt(body_contact<double>().kappa * stays / (pull * height));
+}
+
 /// Constants for contacts without a stored slip, such as liquid: friction is a dashpot.
 template <class T>
 MELTSIM_HD ContactLaw<T> passing_contact() {
