@@ -238,6 +238,8 @@ Status WorldImpl::push(const char* call, const core::PushArguments& a) {
     return Error{ErrorCode::halted,
                  core::text(call, ": the World halted: ", halt_reason_, "; restore a snapshot to go on")};
   if (Status s = prepare(); !s) return s;
+  if (plan_changed_ && (facts_ & core::fact_mobile) == 0)  // nothing could move as yet
+    if (Status s = adapt(); !s) return s;
   engine->push(a);
   look_now_ = true;
   state_stale_ = true;

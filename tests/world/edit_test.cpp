@@ -576,6 +576,33 @@ TEST(Edits, WhatComesIntoALevelSolutionIsExchangedAsAfterAnUploadToTheBit) {
 }
 
 // Pieces of one body touch each other, also where it is the only one, and came without an upload.
+// The plan of a World in which nothing can move has no room for pushes; the first body that can is pushed ahead of the next step.
+TEST(Edits, TheFirstBodyThatCanMoveIsPushedAheadOfAStep) {
+  MELTSIM_NEEDS_BACKEND();
+  Twins t = make({"", [](WorldDesc& d, IceScene& s) {
+                    d.heat.model = HeatModel::none;
+                    s.fixed = true;
+                  }});
+  t.step(2);
+  const std::uint64_t uploads = t.scene.world.plan().uploads;
+  const auto cube = [](Scene& s) {
+    SolidDesc d;
+    d.material = s.ice;
+    d.shape = Shape::box({0.4, 1.8, 0.4}, {0.8, 2.2, 0.8});
+    return s.world.add_solid(d);
+  };
+  const auto added = t.both(cube);
+  ASSERT_TRUE(added.first);
+  const double speed = 0.5;
+  require(t.scene.world.set_velocity(*added.first, {speed, 0, 0}));
+  require(t.twin.world.set_velocity(*added.second, {speed, 0, 0}));
+  EXPECT_TRUE(t.same());
+  EXPECT_NEAR(t.scene.world.pieces()->back().velocity.x, speed, 1e-6);
+  t.step(5);
+  EXPECT_TRUE(t.same());
+  EXPECT_EQ(t.scene.world.plan().uploads, uploads);
+}
+
 TEST(Edits, PiecesOfTheOnlyBodyTouchAsAfterAnUploadToTheBit) {
   MELTSIM_NEEDS_BACKEND();
   Twins t = make({"", [](WorldDesc& d, IceScene& s) {
