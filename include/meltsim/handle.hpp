@@ -18,7 +18,8 @@ struct Handle {
   friend constexpr bool operator!=(Handle a, Handle b) { return !(a == b); }  ///< whether they differ
 };
 
-using MaterialId = Handle<struct MaterialTag>;      ///< from World::add_material()
+/// From World::add_material(); {index, 1} names the material of that index, as particle tags have it, of any World.
+using MaterialId = Handle<struct MaterialTag>;
 using BodyId = Handle<struct BodyTag>;              ///< from World::add_solid()
 using HeatRegionId = Handle<struct HeatRegionTag>;  ///< from World::add_heat_region()
 using EmitterId = Handle<struct EmitterTag>;        ///< from World::add_emitter()

@@ -121,7 +121,7 @@ Result<MaterialId> WorldImpl::add_material(const MaterialDesc& m) {
   } else {
     dirty_ = measure_ = true;
   }
-  return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), 1};
+  return MaterialId{static_cast<std::uint32_t>(materials.size() - 1), number_};
 }
 
 /// A particle that melts takes the room of its liquid at once. Up to four times its own, that lifts the liquid around it by no

@@ -23,7 +23,7 @@ constexpr int most_supersteps = 1000000;
 
 std::vector<MaterialId> WorldImpl::species_ids() const {
   std::vector<MaterialId> ids;
-  for (const std::uint32_t m : species_) ids.push_back({m, 1});
+  for (const std::uint32_t m : species_) ids.push_back({m, number_});
   return ids;
 }
 
@@ -109,10 +109,10 @@ Status WorldImpl::check_fractions(const std::string& what, MaterialId liquid,
     if (!valid(f.material))
       return invalid(what, "fractions: no such material in this World; pass an id from add_material");
     const MaterialDesc& m = materials[f.material.index];
-    if (f.material == liquid)
+    if (f.material.index == liquid.index)
       return invalid(what, "fractions: \"", solvent.name,
                      "\" is the solvent itself, which is what the fractions leave; leave it out");
-    if (m.dissolves_in != liquid)
+    if (!m.dissolves_in || m.dissolves_in.index != liquid.index)
       return invalid(what, "fractions: \"", solvent.name, "\" cannot hold \"", m.name, "\", which ",
                      m.dissolves_in ? "dissolves in \"" + materials[m.dissolves_in.index].name + "\""
                                     : std::string("dissolves in nothing"),

@@ -31,7 +31,8 @@ double norm_of(const Quat<double>& q) { return std::sqrt(q.w * q.w + q.x * q.x +
 std::uint32_t WorldImpl::next_number() {
   static std::atomic<std::uint32_t> worlds{0};
   std::uint32_t number = 0;
-  while (number == 0) number = worlds.fetch_add(1, std::memory_order_relaxed) + 1;  // 0 is the null handle's
+  while (number < 2)  // 0 is the null handle's, 1 that of materials named by their index
+    number = worlds.fetch_add(1, std::memory_order_relaxed) + 1;
   return number;
 }
 

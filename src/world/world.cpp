@@ -88,10 +88,10 @@ Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version,
 }
 
 Result<MaterialId> World::add_material(const MaterialDesc& d) {
-  return alone<Result<MaterialId>>(impl_.get(), [&] { return impl_->add_material(d); });
+  return alone<Result<MaterialId>>(impl_.get(), [&] { return impl_->add_material(impl_->own(d)); });
 }
 Status World::set_material(MaterialId material, const MaterialDesc& d) {
-  return alone<Status>(impl_.get(), [&] { return impl_->set_material(material, d); });
+  return alone<Status>(impl_.get(), [&] { return impl_->set_material(material, impl_->own(d)); });
 }
 Result<std::uint64_t> World::add_fluid(const FluidDesc& d) {
   return alone<Result<std::uint64_t>>(impl_.get(), [&] { return impl_->add_fluid(d); });

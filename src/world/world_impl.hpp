@@ -258,7 +258,15 @@ class WorldImpl final : public Scheduler {
   }
   bool valid(EmitterId id) const { return id.generation == number_ && id.index < emitters_.size(); }
   bool valid(HeatRegionId id) const { return id.generation == number_ && id.index < heat_regions_.size(); }
-  bool valid(MaterialId id) const { return id.generation == 1 && id.index < materials.size(); }
+  bool valid(MaterialId id) const {  // generation 1: by its index, in any World
+    return (id.generation == number_ || id.generation == 1) && id.index < materials.size();
+  }
+  /// A description with the ids of this World in place of bare indices.
+  MaterialDesc own(MaterialDesc m) const {
+    for (MaterialId* id : {&m.melts_into, &m.dissolves_in})
+      if (valid(*id)) id->generation = number_;
+    return m;
+  }
   /// Rows in double, all values derived.
   void fill_heat(core::MaterialRow<double>& r, std::size_t i, const MaterialDesc& m) const;
   core::MaterialRow<double> material_row(std::size_t i) const;

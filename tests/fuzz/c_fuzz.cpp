@@ -600,6 +600,8 @@ class Sequence {
     for (const Thing& t : known)
       if (t.c.index == c.melts_into.index && t.c.generation == c.melts_into.generation)
         d.melts_into = t.id<MaterialId>();
+      else if (t.index == c.melts_into.index && t.generation == c.melts_into.generation)
+        d.melts_into = {t.c.index, t.c.generation};  // the other World's
     d.freezes = c.freezes != 0;
     d.region_half_width = c.region_half_width, d.stiffness = c.stiffness, d.youngs_modulus = c.youngs_modulus;
     d.friction = c.friction, d.surface_tension = c.surface_tension, d.contact_angle = c.contact_angle;
@@ -688,7 +690,8 @@ class Sequence {
     d.name = x.name.c_str();
     d.density = x.density, d.viscosity = x.viscosity, d.conductivity = x.conductivity;
     d.heat_capacity = x.heat_capacity, d.melting_point = x.melting_point, d.latent_heat = x.latent_heat;
-    d.melts_into = {x.melts_into.index, x.melts_into.generation};
+    for (const Thing& t : materials_)
+      if (t.id<MaterialId>() == x.melts_into) d.melts_into = t.c;
     d.freezes = x.freezes ? 1 : 0;
     d.region_half_width = x.region_half_width, d.stiffness = x.stiffness, d.youngs_modulus = x.youngs_modulus;
     d.friction = x.friction, d.surface_tension = x.surface_tension, d.contact_angle = x.contact_angle;

@@ -21,6 +21,9 @@ FluidDesc liquid(MaterialId material, const Shape& shape, double temperature) {
   return f;
 }
 
+/// A material by its index, for a World and its twin.
+MaterialId of_any_world(MaterialId id) { return {id.index, 1}; }
+
 /// A World and its twin, to which the host does the same; the twin goes through the host's memory each time.
 struct Twins {
   Scene scene, twin;
@@ -387,7 +390,7 @@ TEST(Edits, WhatIsAddedBesideParticlesIsThatOfAnUploadToTheBit) {
       m.density = 900;
       m.viscosity = 0.1;
       auto id = s.world.add_material(m);
-      if (id) oil = *id;
+      if (id) oil = of_any_world(*id);
       return id;
     });
     ASSERT_TRUE(liquid_too.first);
@@ -400,7 +403,7 @@ TEST(Edits, WhatIsAddedBesideParticlesIsThatOfAnUploadToTheBit) {
       m.melts_into = oil;
       m.conductivity_points = {{0, 0.3}, {100, 0.2}};
       auto id = s.world.add_material(m);
-      if (id) wax = *id;
+      if (id) wax = of_any_world(*id);
       return id;
     });
     ASSERT_TRUE(solid_too.first) << solid_too.first.error().message;
@@ -457,7 +460,7 @@ TEST(Edits, InSolutionsAreThoseOfAnUploadToTheBit) {
     m.dissolves_in = s.water;
     m.solubility = 0.26;
     m.diffusivity_in = 1.5e-9;
-    salt = *s.world.add_material(m);
+    salt = of_any_world(*s.world.add_material(m));
     return s;
   };
   Twins t{make_one(), make_one()};
@@ -518,7 +521,7 @@ TEST(Edits, WhatComesIntoALevelSolutionIsExchangedAsAfterAnUploadToTheBit) {
     m.dissolves_in = water;
     m.solubility = 0.26;
     m.diffusivity_in = 1.5e-9;
-    salt = *w.add_material(m);
+    salt = of_any_world(*w.add_material(m));
     FluidDesc f = liquid(water, Shape::box({0, 0, 0}, {0.8, 0.4, 0.8}), 20);
     f.velocity = {};
     f.fractions = {{salt, 0.1}};
@@ -817,6 +820,7 @@ TEST(Edits, MaterialsChangeWithoutAnUpload) {
   thick.viscosity = 0.5;
   thick.conductivity = 2;
   MaterialDesc hard = t.scene.world.material(t.scene.ice);
+  hard.melts_into = of_any_world(hard.melts_into);
   hard.friction = 0.7;
   hard.damping = 0.2;
   t.both([&](Scene& s) { return s.world.set_material(s.water, thick); });
@@ -833,6 +837,7 @@ TEST(Edits, AShorterBodyWithAModulusIsThatOfAnUploadToTheBit) {
   MELTSIM_NEEDS_BACKEND();
   Twins t = make({"", [](WorldDesc&, IceScene&) {}});
   MaterialDesc soft = t.scene.world.material(t.scene.ice);
+  soft.melts_into = of_any_world(soft.melts_into);
   soft.youngs_modulus = 1e3;
   soft.damping = 0;
   for (Scene* s : {&t.scene, &t.twin}) require(s->world.set_material(s->ice, soft));

@@ -435,5 +435,45 @@ TEST(Errors, APositionThatIsNoNumberHalts) {
   EXPECT_EQ(*w->state_hash(), good);
 }
 
+// What one World made is no name for what another has at that place; a bare index is.
+TEST(Errors, MaterialsOfAnotherWorldAreRefused) {
+  WorldDesc d;
+  d.backend = Backend::cpu;
+  World one = *World::create(d), other = *World::create(d);
+  MaterialDesc liquid;
+  const MaterialId foreign = *one.add_material(liquid), own = *other.add_material(liquid);
+  EXPECT_NE(foreign, own);
+  FluidDesc f;
+  f.shape = Shape::box({0, 0, 0}, {0.4, 0.4, 0.4});
+  f.material = own;
+  require(other.add_fluid(f));
+  const std::uint64_t before = *other.state_hash();
+  f.shape = Shape::box({1, 0, 0}, {1.4, 0.4, 0.4});
+  f.material = foreign;
+  expect_error(other.add_fluid(f), "material");
+  SolidDesc b;
+  b.shape = f.shape;
+  b.material = foreign;
+  expect_error(other.add_solid(b), "material");
+  EmitterDesc e;
+  e.material = foreign;
+  e.radius = 0.5;
+  expect_error(other.add_emitter(e), "material");
+  expect_error(other.set_material(foreign, liquid), "of this World");
+  MaterialDesc ice;
+  ice.name = "ice";
+  ice.melting_point = 0;
+  ice.melts_into = foreign;
+  expect_error(other.add_material(ice), "melts_into");
+  MaterialDesc salt;
+  salt.name = "salt";
+  salt.dissolves_in = foreign;
+  salt.diffusivity_in = 1e-9;
+  expect_error(other.add_material(salt), "dissolves_in");
+  EXPECT_EQ(*other.state_hash(), before);
+  f.material = MaterialId{0, 1};
+  EXPECT_TRUE(other.add_fluid(f));
+}
+
 }  // namespace
 }  // namespace meltsim_test

@@ -86,6 +86,7 @@ TEST(Interrupt, WithinASubStepLeavesTheOneBefore) {
     e.speed = 40;  // a layer in most sub-steps: that of the one that is given up, too, comes again
     e.until = 1;
     require(s.world.add_emitter(e));
+    e.material = reference.water;
     require(reference.world.add_emitter(e));
     Interrupter interrupter{&s.world, 3, false};
     require(s.world.scheduler().insert_after(stage, {"stop", Interrupter::run, &interrupter, {}, {}}));

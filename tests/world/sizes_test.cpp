@@ -312,9 +312,10 @@ TEST(Memory, ARefusedUploadLeavesNoRoomInReserve) {
     WorldDesc d = still(Precision::single_precision);
     d.reserved_particles = 1000;
     World worlds[2] = {*World::create(d), *World::create(d)};
-    MaterialId water;
+    const MaterialId water{0, 1};  // the first of any World
     for (World& w : worlds) {
-      add(w, water = *w.add_material({}), sites({0, 0, 0}, {3, 3, 3}));
+      require(w.add_material({}));
+      add(w, water, sites({0, 0, 0}, {3, 3, 3}));
       if (stepped) require(w.step(1e-3));
     }
     World &refused = worlds[0], &other = worlds[1];

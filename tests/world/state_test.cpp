@@ -484,7 +484,8 @@ TEST(Growth, TheSoundSpeedFollowsWhatIsAdded) {
   MELTSIM_NEEDS_BACKEND();
   const auto pool = [](World& w, MaterialId m) { return w.add_fluid(liquid(m, {0, 0, 0}, {1, 0.6, 1})); };
   World whole = basin();
-  const auto water = *whole.add_material({});
+  require(whole.add_material({}));
+  const MaterialId water{0, 1};  // the first of any World
   require(pool(whole, water));
   const double c = whole.resolved().sound_speed;
   EXPECT_NEAR(c, 10 * std::sqrt(2 * 9.81 * 0.65), 1.0);  // half a spacing more or less
@@ -539,11 +540,11 @@ TEST(Growth, IsInTheSnapshot) {
     require(w.add_fluid(liquid(water, {0, 0, 0}, {1, 0.2, 1})));
     if (grows) require(w.step(0.01));
     require(w.add_fluid(liquid(water, {0.2, 1.0, 0.2}, {0.6, 1.4, 0.6})));
-    return water;
   };
   World a = basin(), b = basin();
-  const auto water = build(a, true);
+  build(a, true);
   build(b, false);
+  const MaterialId water{0, 1};  // the first of any World
   for (int k = 0; k < 20; ++k) require(a.step(0.002));
   const auto bytes = *a.snapshot();
   require(b.restore(bytes.data(), bytes.size()));
