@@ -22,7 +22,7 @@ using meltsim::MaterialId;
 class Builder {
  public:
   Builder(const Scene& scene, meltsim::World world)
-      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, false, false, {}, {}, {}, 0, {}} {}
+      : scene_(scene), built_{std::move(world), {}, {}, {}, {}, {}, false, false, {}, {}, {}, 0, {}} {}
 
   Built build() && {
     for (const SceneMaterial& material : scene_.materials) ids_[material.desc.name] = add(material);
@@ -98,7 +98,7 @@ class Builder {
     built_.body_melts.push_back(melts || dissolves);
     built_.melts = built_.melts || melts;
     built_.dissolves = built_.dissolves || dissolves;
-    accept(built_.world.add_solid(desc), body);
+    built_.body_ids.push_back(accept(built_.world.add_solid(desc), body));
   }
 
   void add(const SceneHeatRegion& region) {

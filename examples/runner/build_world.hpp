@@ -18,6 +18,7 @@ struct Built {
   std::vector<std::uint64_t> fluid_particles;  ///< per fluid of the scene, before bodies carve theirs away
   std::vector<std::string> materials;          ///< by the index in a particle's tag
   std::vector<meltsim::MaterialId> material_ids;
+  std::vector<meltsim::BodyId> body_ids;
   std::vector<bool> body_melts;           ///< per body of the scene: it melts or dissolves
   bool melts = false, dissolves = false;  ///< some body does
   std::vector<meltsim::ForceFieldId> force_field_ids;

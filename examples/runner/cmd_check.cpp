@@ -535,7 +535,8 @@ class Check {
 int cmd_check(const SceneOptions& options, const MachineOptions& machine, bool verbose) {
   const Scene scene = load_scene(options);
   Built built = build_world(scene, machine);
-  built.probes = add_probes(built.world, scene);  // they are checked, and cost what they cost in a run
+  built.probes =
+      add_probes(built.world, built.body_ids, scene);  // they are checked, and cost what they cost in a run
   Check(scene, built, verbose).print();
   return 0;
 }

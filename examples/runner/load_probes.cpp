@@ -26,6 +26,7 @@ void check_side(const Node& item, const Scene& scene, SceneProbe& probe) {
   const auto at = std::find(names.begin(), names.end(), probe.body);
   if (at == names.end())
     body->fail(fmt::format("no body is named {}{}", body->found(), suggestion(probe.body, names, "bodies")));
+  // Its place in the scene; add_probes() has the World's handle.
   probe.desc.body = {static_cast<std::uint32_t>(at - names.begin()), 1};
 }
 

@@ -22,8 +22,10 @@ bool alike(const SceneProbe& a, const SceneProbe& b) {
          a.desc.every == b.desc.every;
 }
 
-meltsim::ProbeDesc desc_of(const Scene& scene, const std::vector<std::size_t>& group) {
+meltsim::ProbeDesc desc_of(const Scene& scene, const std::vector<meltsim::BodyId>& bodies,
+                           const std::vector<std::size_t>& group) {
   meltsim::ProbeDesc desc = scene.probes[group.front()].desc;
+  if (desc.body) desc.body = bodies.at(desc.body.index);
   if (!has_points(desc)) return desc;
   desc.points.clear();
   for (const std::size_t i : group) desc.points.push_back(scene.probes[i].desc.points.front());
@@ -42,7 +44,8 @@ std::vector<std::string> names_of(const meltsim::ProbeDesc& desc) {
 
 }  // namespace
 
-ProbeGroups add_probes(meltsim::World& world, const Scene& scene) {
+ProbeGroups add_probes(meltsim::World& world, const std::vector<meltsim::BodyId>& bodies,
+                       const Scene& scene) {
   ProbeGroups groups;
   for (std::size_t i = 0; i < scene.probes.size(); ++i) {
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const std::vector<std::size_t>& group) {
@@ -52,7 +55,7 @@ ProbeGroups add_probes(meltsim::World& world, const Scene& scene) {
     else groups.push_back({i});
   }
   for (const std::vector<std::size_t>& group : groups) {
-    const meltsim::Result<meltsim::ProbeId> added = world.add_probe(desc_of(scene, group));
+    const meltsim::Result<meltsim::ProbeId> added = world.add_probe(desc_of(scene, bodies, group));
     if (!added)
       throw library_failure(added.error(), item_places(scene.probes[group.front()]),
                             fmt::format("probes[{}]", group.front()), scene.where);

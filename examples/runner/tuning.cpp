@@ -238,7 +238,7 @@ void Tuning::make_problem() {
     try {
       const Scene scene = with(knobs);
       Built built = build_world(scene, machine_);
-      built.probes = add_probes(built.world, scene);
+      built.probes = add_probes(built.world, built.body_ids, scene);
       current_->reader = reader(built);
       return std::move(built.world);
     } catch (const Failure& failure) {

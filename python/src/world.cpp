@@ -641,7 +641,7 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   auto built = with_place([&] {
     const nb::gil_scoped_release released;
     runner::Built b = runner::build_world(loaded.scene, machine);
-    b.probes = runner::add_probes(b.world, loaded.scene);
+    b.probes = runner::add_probes(b.world, b.body_ids, loaded.scene);
     return b;
   });
   const auto pieces = expect(built.world.pieces());

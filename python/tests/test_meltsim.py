@@ -424,6 +424,18 @@ def test_a_surface_is_viewed_where_it_was_made():
         world.surface_view("gas")
 
 
+def test_probes_of_bodies_are_those_of_their_world():
+    scene = {
+        "meltsim": 1, "particles": {"spacing": 0.1}, "domain": {"min": [0, 0, 0], "max": [1, 1, 1]}, "time": {"end": 1},
+        "materials": {"water": {}, "wood": {"density": 500}}, "fluids": [{"shape": {"box": [[0, 0, 0], [1, 0.3, 1]]}, "material": "water"}],
+        "bodies": [{"name": "cork", "shape": {"box": [[0.3, 0.4, 0.3], [0.6, 0.7, 0.6]]}, "material": "wood"}],
+        "probes": [{"name": "load", "kind": "force", "body": "cork"}]}
+    for _ in range(2):
+        world = World.load(scene, backend="cpu", threads=1)
+        world.step(0.01)
+        assert len(world.take_samples()["load"]["time"]) > 0
+
+
 def test_what_a_scene_lists_is_steered_and_read_by_its_name():
     scene = {
         "meltsim": 1, "particles": {"spacing": 0.1}, "domain": {"min": [0, 0, 0], "max": [1, 1, 1]}, "time": {"end": 1},

@@ -161,7 +161,7 @@ TEST(Trade, AReaderTellsTheStartOfTheScene) {
   Scene scene = parse(dam);
   const Tuning tuning(scene, cpu(), {"front", "height", "energy", "volume"}, "");
   Built built = build_world(scene, cpu());
-  built.probes = add_probes(built.world, scene);
+  built.probes = add_probes(built.world, built.body_ids, scene);
   ObservableReader reader = tuning.reader(built);
   EXPECT_TRUE(reader.wants_particles());
   meltsim::ReadRequest what;
@@ -174,6 +174,21 @@ TEST(Trade, AReaderTellsTheStartOfTheScene) {
   EXPECT_NEAR(values[0], 0.5, 1e-5);  // the block's faces, as exactly as floats say it
   EXPECT_NEAR(values[1], 0.6, 1e-5);
   EXPECT_EQ(values[2], 0);
+}
+
+/// One process has several Worlds of a scene: of a choice of settings and of the run that follows, of a notebook.
+TEST(Probes, OfBodiesAreThoseOfTheirWorld) {
+  const Scene scene =
+      parse(basin, {"probes=[{\"name\": \"load\", \"kind\": \"force\", \"body\": \"raft\"}]"});
+  for (int k = 0; k < 2; ++k) {
+    Built built = build_world(scene, cpu());
+    ASSERT_NO_THROW(built.probes = add_probes(built.world, built.body_ids, scene));
+    ASSERT_TRUE(built.world.step(0.002));
+    const auto samples = built.world.take_samples();
+    ASSERT_TRUE(samples);
+    ASSERT_EQ(samples->size(), 1u);
+    EXPECT_FALSE(samples->at(0).values.empty());
+  }
 }
 
 /// A cache of its own.
