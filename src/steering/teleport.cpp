@@ -39,8 +39,8 @@ Result<bool> WorldImpl::particles_in(Vec3d low, Vec3d high) {
     if (is_removed(state_.tag[i]) || !(x.x >= low.x && x.y >= low.y && x.z >= low.z) ||
         !(x.x <= high.x && x.y <= high.y && x.z <= high.z))
       continue;
-    found_.push_back({x, state_.mass[i], state_.volume[i], static_cast<std::uint32_t>(i), state_.tag[i],
-                      core::none, 0});
+    found_.push_back(
+        {x, state_.mass[i], state_.volume[i], static_cast<std::uint32_t>(i), state_.tag[i], core::none, 0});
   }
   return false;
 }

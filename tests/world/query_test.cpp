@@ -285,9 +285,10 @@ TEST_F(Query, OverlapCountsWhatIsInAShape) {
   const BodyId id = body(w, Shape::box({0.4, 0.1, 0.4}, {0.6, 0.3, 0.6}));
   body(w, Shape::box({0.8, 0.8, 0.8}, {0.9, 0.9, 0.9}));
   const auto look = [&w](std::size_t bodies, const char* when) {
-    for (const Shape& shape : {Shape::sphere({0.55, 0.3, 0.55}, 0.2), Shape::box({0, 0, 0}, {1, 1, 1}),
-                               Shape::sphere({0.2, 0.9, 0.2}, 0.05), Shape::box({-1, 0.1, 0.2}, {0.2, 2, 0.5}),
-                               Shape::sphere({0.2, 0.9, 0.2}, 0.001)})
+    for (const Shape& shape :
+         {Shape::sphere({0.55, 0.3, 0.55}, 0.2), Shape::box({0, 0, 0}, {1, 1, 1}),
+          Shape::sphere({0.2, 0.9, 0.2}, 0.05), Shape::box({-1, 0.1, 0.2}, {0.2, 2, 0.5}),
+          Shape::sphere({0.2, 0.9, 0.2}, 0.001)})
       expect_overlap(w, shape, bodies, when);
   };
   look(2, "before a step");
