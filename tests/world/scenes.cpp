@@ -4,16 +4,11 @@
 #include <cstdlib>
 #include <cstring>
 
-// tests/gpu builds some of the texts for the GPU alone.
-#ifndef MELTSIM_USUAL_TEST_BACKEND
-#define MELTSIM_USUAL_TEST_BACKEND "cpu"
-#endif
-
 namespace meltsim_test {
 
 Backend backend() {
   const char* name = std::getenv("MELTSIM_TEST_BACKEND");
-  if (name == nullptr) name = MELTSIM_USUAL_TEST_BACKEND;
+  if (name == nullptr) name = usual_backend();
   return std::strcmp(name, "cuda") == 0 ? Backend::cuda : Backend::cpu;
 }
 

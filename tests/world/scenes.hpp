@@ -11,6 +11,9 @@ namespace meltsim_test {
 
 using namespace meltsim;
 
+/// Name of the backend that the texts of a program run on unless the environment names another; each program has its own.
+const char* usual_backend();
+
 /// The backend the texts run on.
 Backend backend();
 

@@ -1,0 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "world/scenes.hpp"
+
+const char* meltsim_test::usual_backend() { return "cuda"; }
