@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <future>
+#include <iterator>
 #include <utility>
 
 #include "library_error.hpp"
@@ -71,7 +73,8 @@ void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSer
   }
 }
 
-ProbeTable::ProbeTable(const Scene& scene, ProbeGroups groups) : groups_(std::move(groups)) {
+ProbeTable::ProbeTable(const Scene& scene, ProbeGroups groups, int threads)
+    : groups_(std::move(groups)), threads_(threads) {
   for (const SceneProbe& probe : scene.probes) {
     Probe row{probe.desc.name + ",", {}};
     for (const std::string& value : names_of(probe.desc)) {
@@ -83,14 +86,14 @@ ProbeTable::ProbeTable(const Scene& scene, ProbeGroups groups) : groups_(std::mo
   longest_ += 2 * longest_csv_number + 1;
 }
 
-void ProbeTable::write(CsvFile& to, double time, const std::vector<Item>& items) const {
+void ProbeTable::append(std::string& to, double time, const std::vector<Item>& items) const {
   char when[longest_csv_number];
   const auto length = static_cast<std::size_t>(write_csv_number(when, time) - when);
-  std::string row(longest_, ' ');
   const auto put = [](char* at, const char* from, std::size_t size) {
     std::memcpy(at, from, size);
     return at + size;
   };
+  std::string row(longest_, ' ');
   for (const Item& item : items) {
     const Probe& probe = probes_[item.probe];
     char* const behind_time = put(put(row.data(), probe.name.data(), probe.name.size()), when, length);
@@ -98,17 +101,13 @@ void ProbeTable::write(CsvFile& to, double time, const std::vector<Item>& items)
     for (const std::string& name : probe.values) {
       char* end = write_csv_number(put(behind_time, name.data(), name.size()), *value++);
       *end++ = '\n';
-      to.text(row.data(), static_cast<std::size_t>(end - row.data()));
+      to.append(row.data(), static_cast<std::size_t>(end - row.data()));
     }
   }
 }
 
-void ProbeTable::write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& series) const {
-  struct Sample {
-    double time;
-    std::size_t group, number;
-  };
-  std::vector<Sample> samples;
+ProbeTable::Samples ProbeTable::in_order(const std::vector<meltsim::ProbeSeries>& series) const {
+  Samples samples;
   const std::size_t groups = std::min(groups_.size(), series.size());
   for (std::size_t g = 0; g < groups; ++g)
     for (std::size_t n = 0; n < series[g].time.size(); ++n) samples.push_back({series[g].time[n], g, n});
@@ -116,22 +115,59 @@ void ProbeTable::write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& ser
     std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
       return a.time < b.time || (!(b.time < a.time) && a.group < b.group);
     });
+  return samples;
+}
+
+std::vector<ProbeTable::Samples::const_iterator> ProbeTable::parts_of(const Samples& samples,
+                                                                      std::size_t rows) const {
+  constexpr std::size_t worth_a_thread = 10000;  // rows, a millisecond or two
+  const std::size_t parts =
+      std::clamp(rows / worth_a_thread, std::size_t{1}, static_cast<std::size_t>(std::max(threads_, 1)));
+  std::vector<Samples::const_iterator> ends{samples.begin()};
+  for (std::size_t part = 1; part <= parts; ++part) {
+    auto end = samples.begin() + static_cast<std::ptrdiff_t>(samples.size() * part / parts);
+    while (end != samples.begin() && end != samples.end() && end->time == std::prev(end)->time) ++end;
+    ends.push_back(std::max(end, ends.back()));
+  }
+  return ends;
+}
+
+std::string ProbeTable::rows(const std::vector<meltsim::ProbeSeries>& series, Samples::const_iterator from,
+                             Samples::const_iterator end) const {
+  std::string text;
   std::vector<Item> items;
-  for (std::size_t k = 0; k < samples.size();) {
-    const double time = samples[k].time;
+  while (from != end) {
+    const double time = from->time;
     std::size_t merged = 0;
     items.clear();
-    for (; k < samples.size() && samples[k].time == time; ++k, ++merged) {
-      const meltsim::ProbeSeries& of = series[samples[k].group];
-      const double* values = of.values.data() + samples[k].number * of.points * of.width;
-      for (const std::size_t probe : groups_[samples[k].group]) {
+    for (; from != end && from->time == time; ++from, ++merged) {
+      const meltsim::ProbeSeries& of = series[from->group];
+      const double* values = of.values.data() + from->number * of.points * of.width;
+      for (const std::size_t probe : groups_[from->group]) {
         items.push_back({probe, values});
         values += of.width;
       }
     }
     if (merged > 1)
       std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.probe < b.probe; });
-    write(to, time, items);
+    append(text, time, items);
+  }
+  return text;
+}
+
+void ProbeTable::write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& series) const {
+  const Samples samples = in_order(series);
+  std::size_t values = 0;
+  for (const meltsim::ProbeSeries& of : series) values += of.values.size();
+  const std::vector<Samples::const_iterator> ends = parts_of(samples, values);
+  std::vector<std::future<std::string>> others;
+  for (std::size_t part = 1; part + 1 < ends.size(); ++part)
+    others.push_back(std::async([&, part] { return rows(series, ends[part], ends[part + 1]); }));
+  const std::string first = rows(series, ends[0], ends[1]);
+  to.text(first.data(), first.size());
+  for (std::future<std::string>& other : others) {
+    const std::string text = other.get();
+    to.text(text.data(), text.size());
   }
 }
 

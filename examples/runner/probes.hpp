@@ -24,7 +24,8 @@ void append(std::vector<meltsim::ProbeSeries>& to, std::vector<meltsim::ProbeSer
 /// The rows of probes.csv: in order of time, then of the scene's probes and their values.
 class ProbeTable {
  public:
-  ProbeTable(const Scene& scene, ProbeGroups groups);
+  /// Many rows are written down by up to `threads` threads, in parts that are joined in order.
+  ProbeTable(const Scene& scene, ProbeGroups groups, int threads);
   /// `series` as the World gives them.
   void write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& series) const;
 
@@ -38,9 +39,22 @@ class ProbeTable {
     std::size_t probe;
     const double* values;
   };
-  void write(CsvFile& to, double time, const std::vector<Item>& items) const;
+  /// A sample of a group, by its number in the group's series.
+  struct Sample {
+    double time;
+    std::size_t group, number;
+  };
+  using Samples = std::vector<Sample>;
+
+  Samples in_order(const std::vector<meltsim::ProbeSeries>& series) const;
+  /// Where parts begin and end that are written down side by side; samples of one time stay together.
+  std::vector<Samples::const_iterator> parts_of(const Samples& samples, std::size_t rows) const;
+  std::string rows(const std::vector<meltsim::ProbeSeries>& series, Samples::const_iterator from,
+                   Samples::const_iterator end) const;
+  void append(std::string& to, double time, const std::vector<Item>& items) const;
 
   ProbeGroups groups_;
+  int threads_;
   std::vector<Probe> probes_;
   std::size_t longest_ = 0;  ///< row [bytes]
 };

@@ -9,6 +9,7 @@
 #include "files.hpp"
 #include "numbers.hpp"
 #include "particle_files.hpp"
+#include "processors.hpp"
 
 namespace runner {
 
@@ -26,6 +27,12 @@ std::vector<double> times_of(const std::vector<std::string>& rows) {
   return times;
 }
 
+/// Threads for text. Steps on the CPU need theirs, and are slow enough for one.
+int threads_beside(meltsim::Backend steps) {
+  constexpr int most = 4;  // four write faster than a GPU samples a thousand points
+  return steps == meltsim::Backend::cpu ? 1 : std::min(most, processors());
+}
+
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0 : std::min(1.0, static_cast<double>(part) / static_cast<double>(whole));
 }
@@ -36,7 +43,7 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
                    const RunState* resumed, bool still, bool page)
     : scene_(scene),
       directory_(std::move(directory)),
-      probe_table_(scene, built.probes),
+      probe_table_(scene, built.probes, threads_beside(built.world.backend())),
       stats_(open_table(directory_.file("stats.csv"), stats_header(), 1, resumed, &kept_stats_)),
       bodies_(open_table(directory_.file("bodies.csv"), bodies_header(), 1, resumed)),
       probes_(open_table(directory_.file("probes.csv"), probes_header, 1, resumed)),
