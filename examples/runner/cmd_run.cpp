@@ -124,6 +124,7 @@ void take_settings(Scene& scene, const Json& settings, Log& log) {
   }
   if (number("density_error") > 0) scene.world.density_error = number("density_error");
   if (number("courant") > 0) scene.world.courant = number("courant");
+  scene.world.artificial_viscosity = settings.value("artificial_viscosity", scene.world.artificial_viscosity);
   scene.time.adaptive = true;
   scene.time.dt = number("dt") > 0 ? std::optional<double>(number("dt")) : std::nullopt;
   log.info("settings as they were chosen for this run");

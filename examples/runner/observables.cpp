@@ -135,6 +135,24 @@ std::optional<std::size_t> find_field(const SceneProbe& probe, const std::string
 
 }  // namespace
 
+void describe_bodies(const Scene& scene, Built& built, SceneStart& start) {
+  start.latent = 0;
+  start.body_height.assign(scene.bodies.size(), 0);
+  start.body_size.assign(scene.bodies.size(), 0);
+  for (const meltsim::PieceInfo& piece : expect(built.world.pieces())) {
+    const meltsim::Vec3d size = piece.bounds.max - piece.bounds.min;
+    start.body_height.at(piece.body.index) = component(size, start.up);
+    start.body_size.at(piece.body.index) = std::max({size.x, size.y, size.z});
+    const auto* m = material(scene, scene.bodies.at(piece.body.index).material);
+    if (built.body_melts.at(piece.body.index) && m != nullptr) start.latent += piece.mass * m->latent_heat;
+  }
+  const meltsim::DomainDesc& domain = scene.world.domain;
+  const auto& faces = domain.faces;
+  const bool closed = domain.bounded && std::count(faces.begin(), faces.end(), meltsim::Face::open) == 0;
+  if (!closed || !scene.emitters.empty() || scene.world.heat.model != meltsim::HeatModel::enthalpy)
+    start.latent = 0;
+}
+
 SceneStart start_of(const Scene& scene, Built& built) {
   SceneStart start;
   const meltsim::Vec3d g = scene.world.gravity;
@@ -172,19 +190,7 @@ SceneStart start_of(const Scene& scene, Built& built) {
     start.along_sign = domain.bounded && center > (from + to) / 2 ? -1 : 1;
     start.along_from = start.along_sign > 0 ? from : -to;
   }
-  start.body_height.assign(scene.bodies.size(), 0);
-  start.body_size.assign(scene.bodies.size(), 0);
-  for (const meltsim::PieceInfo& piece : expect(built.world.pieces())) {
-    const meltsim::Vec3d size = piece.bounds.max - piece.bounds.min;
-    start.body_height.at(piece.body.index) = component(size, start.up);
-    start.body_size.at(piece.body.index) = std::max({size.x, size.y, size.z});
-    const auto* m = material(scene, scene.bodies.at(piece.body.index).material);
-    if (built.body_melts.at(piece.body.index) && m != nullptr) start.latent += piece.mass * m->latent_heat;
-  }
-  const auto& faces = domain.faces;
-  const bool closed = domain.bounded && std::count(faces.begin(), faces.end(), meltsim::Face::open) == 0;
-  if (!closed || !scene.emitters.empty() || scene.world.heat.model != meltsim::HeatModel::enthalpy)
-    start.latent = 0;
+  describe_bodies(scene, built, start);
   start.temperatures = scene_temperatures(scene);
   for (const SceneFluid& fluid : scene.fluids)
     if (const auto* m = material(scene, fluid.material))

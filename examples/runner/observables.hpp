@@ -50,6 +50,9 @@ struct SceneStart {
   double latent = 0;  ///< that melts all that can melt [J]; 0: melted is counted by particles
 };
 SceneStart start_of(const Scene& scene, Built& built);
+/// What the bodies of this World are at its start: their sizes, and the latent heat that melts them. At another spacing they are of
+/// other particles, so that a ball has another mass.
+void describe_bodies(const Scene& scene, Built& built, SceneStart& start);
 
 /// The observable of this name ("melted", "draught@cork", "pressure@far_wall"). Why the scene cannot have it stands in
 /// `problem`, which is empty otherwise.

@@ -12,6 +12,7 @@
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "meltsim/physics/isotropic_pressure.hpp"
 #include "resolution.hpp"
 #include "scene_json.hpp"
 
@@ -277,8 +278,10 @@ std::vector<double> Tuning::probe_times(std::size_t probe) const {
   return times;
 }
 
-ObservableReader Tuning::reader(const Built& built) const {
-  return {observables_, start_, built.meltable, built.probes, built.world.desc().spacing};
+ObservableReader Tuning::reader(Built& built) const {
+  SceneStart start = start_;
+  describe_bodies(scene_, built, start);
+  return {observables_, std::move(start), built.meltable, built.probes, built.world.desc().spacing};
 }
 
 Scene Tuning::with(const Knobs& knobs) const {
@@ -297,6 +300,12 @@ Scene Tuning::with(const Knobs& knobs) const {
     world.sound_speed = sound_speed_ * knobs[Knob::sound_speed];
     world.density_error = 0;
   }
+  // What artificial viscosity amounts to grows with sound: faster sound would be further from the limit, not nearer.
+  // Not below what isotropic pressure needs.
+  if (const double faster = knobs[Knob::sound_speed]; !heat_only_ && faster > 1)
+    world.artificial_viscosity =
+        std::max(world.artificial_viscosity / faster,
+                 std::min(world.artificial_viscosity, meltsim::physics::least_artificial_viscosity));
   world.courant = std::min(largest_courant, courant_ * knobs[Knob::courant]);
   if (knobs[Knob::support] != 1) world.support_radius = support_ * knobs[Knob::support] * world.spacing;
   scene.time.adaptive = true;
@@ -367,6 +376,7 @@ Json Tuning::settings_json(const Knobs& knobs) const {
   json["spacing"] = scene.world.spacing;
   if (!heat_only_ && scene.world.follow_sound_speed) json["density_error"] = scene.world.density_error;
   else if (!heat_only_) json["sound_speed"] = scene.world.sound_speed;
+  json["artificial_viscosity"] = scene.world.artificial_viscosity;
   json["courant"] = scene.world.courant;
   if (step_ > 0) json["dt"] = *scene.time.dt;
   return json;
@@ -382,7 +392,7 @@ std::string error_text(const trade::Known& known, double error) {
 
 namespace {
 
-constexpr int cache_format = 3;
+constexpr int cache_format = 4;
 
 /// FNV-1a.
 std::uint64_t hash_of(const std::string& text) {

@@ -40,7 +40,7 @@ class Tuning {
   Json settings_json(const meltsim::trade::Knobs& knobs) const;
   /// What a run of this scene has as multiples of the scene that was probed.
   meltsim::trade::Knobs actual(meltsim::World& world, const meltsim::trade::Knobs& asked) const;
-  ObservableReader reader(const Built& built) const;
+  ObservableReader reader(Built& built) const;
   /// [s] of the samples that are compared.
   std::vector<double> sample_times() const;
   const meltsim::trade::Problem& problem() const { return problem_; }

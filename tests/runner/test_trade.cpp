@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -119,6 +120,19 @@ TEST(Trade, KnobsChangeWhatTheySayAndNothingElse) {
   EXPECT_NEAR(g.x, 9.81e-4, 1e-12);
 }
 
+TEST(Trade, FasterSoundLeavesTheViscosityThatArtificialViscosityAmountsTo) {
+  const Tuning tuning(parse(dam, {"solver.artificial_viscosity=0.04"}), cpu(), {}, "");
+  const auto at = [&](double multiple) {
+    Knobs knobs;
+    knobs[Knob::sound_speed] = multiple;
+    return tuning.with(knobs).world.artificial_viscosity;
+  };
+  EXPECT_DOUBLE_EQ(at(2), 0.02);
+  EXPECT_EQ(at(1), 0.04);
+  EXPECT_EQ(at(0.5), 0.04);
+  EXPECT_EQ(at(8), 0.01);  // what isotropic pressure needs
+}
+
 TEST(Trade, WhereABodyCanMoveStepsStayShorterAndSoundFaster) {
   const auto range = [](const std::string& scene, Knob knob) {
     const Tuning tuning(parse(scene, {"solver.courant=0.4"}), cpu(), {}, "");
@@ -155,6 +169,27 @@ TEST(Trade, SpacingsAreChosenSoThatLiquidKeepsItsVolume) {
     const double volume = std::round(0.5 / s) * std::round(0.6 / s) * std::round(0.6 / s) * s * s * s;
     EXPECT_NEAR(volume / (0.5 * 0.6 * 0.6), 1, 0.067) << x << ": " << s;
   }
+}
+
+// Balls on a lattice have a mass of their own at each spacing.
+TEST(Trade, AllOfWhatMeltsIsOneAtAnySpacing) {
+  const std::string ball =
+      "bodies=[{\"name\": \"ball\", \"shape\": {\"sphere\": {\"center\": [0.6, 0.3, 0.6], \"radius\": "
+      "0.22}}, "
+      "\"material\": \"ice\", \"temperature\": 0, \"fixed\": true}]";
+  Tuning tuning(parse(basin, {ball, "heat.time_scale=1e6", "time.end=0.3"}), cpu(), {"melted"}, "");
+  std::vector<double> masses;
+  for (const double spacing : {1.0, 0.8, 0.6}) {
+    Knobs knobs;
+    knobs[Knob::spacing] = spacing;
+    Built built = build_world(tuning.with(knobs), cpu());
+    masses.push_back(built.world.pieces()->front().mass);
+    const trade::Measurement measured = tuning.measure(knobs, meltsim::infinity);
+    ASSERT_TRUE(measured.complete) << measured.problem;
+    EXPECT_NEAR(measured.values[0].back(), 1, 1e-4) << spacing;  // single precision adds up latent heat
+  }
+  // Else this test could not fail.
+  EXPECT_LT(*std::min_element(masses.begin(), masses.end()), 0.98 * masses[0]);
 }
 
 TEST(Trade, AReaderTellsTheStartOfTheScene) {
