@@ -202,7 +202,7 @@ MELTSIM_API Result<Choice> choose(const Study& study, const std::string& observa
 /// several of them have the same settings.
 MELTSIM_API Result<std::vector<Choice>> front(const Study& study, const std::string& observable, int points);
 
-/// Error of a run with these knobs that gave these values: its own difference to the finest probe, extended by the laws.
+/// Error of a run with these knobs that gave these values: by its own difference to a probe, as if knobs erred independently.
 MELTSIM_API Difference delivered(const Study& study, std::size_t observable, const Knobs& actual,
                                  const std::vector<double>& values);
 

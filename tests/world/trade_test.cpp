@@ -113,7 +113,7 @@ TEST(Laws, DifferencesThatDoNotFallAreScatter) {
   trade::Knobs finer;
   finer[Knob::spacing] = 0.4;
   const double others = law(y, Knob::sound_speed).at(1);
-  EXPECT_NEAR(trade::delivered(study, 0, finer, y.limit).max, l.at(0.4) + others, 1e-6);
+  EXPECT_NEAR(trade::delivered(study, 0, finer, y.limit).max, std::hypot(l.at(0.4), others), 1e-6);
   finer[Knob::spacing] = x1;
   EXPECT_NEAR(trade::delivered(study, 0, finer, y.limit).max, l.at(x1), 1e-6);
 }
@@ -274,12 +274,20 @@ TEST(Study, ProbesAtMostWhatItIsAllowedTo) {
 TEST(Delivered, ARunFinerThanAllProbesIsExtendedByItsOwnDifference) {
   const Made made;
   const trade::Study study = study_of(made);
-  for (const double x : {1.0, 0.6, 0.4, 0.2}) {
+  const auto estimate = [&](double x, double off) {
     Knobs knobs;
     knobs[Knob::spacing] = x;
-    const Result<trade::Measurement> run = made.problem().run(knobs, 1);
-    EXPECT_NEAR(trade::delivered(study, 0, knobs, run->values[0]).max, made.error(x, 1), 1e-8) << x;
-  }
+    Result<trade::Measurement> run = made.problem().run(knobs, 1);
+    run->values[0].back() += off;
+    return trade::delivered(study, 0, knobs, run->values[0]).max;
+  };
+  // Within the probes by the limit; beyond, knobs err independently.
+  for (const double x : {1.0, 0.6}) EXPECT_NEAR(estimate(x, 0), made.error(x, 1), 1e-8) << x;
+  const double sound = law(study.observables.at(0), Knob::sound_speed).at(1);
+  for (const double x : {0.53, 0.4, 0.2})
+    EXPECT_NEAR(estimate(x, 0), std::hypot(made.error(x, 1) - sound, sound), 1e-8) << x;
+  // A little finer than the finest probe (0.6): what is not of the spacing would be multiplied by 5 beside that, by 2 beside the next.
+  EXPECT_LT(estimate(0.53, 0.01) - estimate(0.53, 0), 0.02);
 }
 
 TEST(Observables, AreReducedToWhatIsCompared) {
