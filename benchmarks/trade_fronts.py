@@ -3,16 +3,20 @@
 """Fronts of six scenes (error against time), and errors asked for against errors delivered. Standard library only.
 
   trade_fronts.py MELTSIM fronts OUT [--backend cpu] [--threads N] [--scale 1] [--time-limit 20]
-  trade_fronts.py MELTSIM calibrate OUT [--backend cpu] [--threads N] [--time-limit 20] [--total 240]
+  trade_fronts.py MELTSIM calibrate|flows OUT [--backend cpu] [--threads N] [--time-limit 20] [--total 240]
+  trade_fronts.py MELTSIM presets|budgets OUT [--backend cpu] [--threads N]
   trade_fronts.py MELTSIM reference OUT
 
 `fronts` runs `meltsim trade` on dam_break, a column at rest, floating, conduction through a slab, a Stefan front and ice_block,
 and writes one directory each and fronts.md, the tables of docs/trade.md. --time-limit is for each scene; all six take no more
 than three times six times as long. `calibrate` asks for errors of scenes whose exact answers are known (`meltsim run
---max-error`), and writes calibration.csv, calibration.svg and a summary; it starts no run after --total seconds. `reference` draws
-the front of records/dfsph-*.csv beside meltsim's (reference.svg) and runs nothing.
+--max-error`), and writes calibration.csv, calibration.svg and a summary; it starts no run after --total seconds. `flows` does so
+for scenes whose answers are not. `presets` runs six scenes at each --quality (presets.md), `budgets` three under --budget
+(budgets.md). `reference` draws the front of records/dfsph-*.csv beside meltsim's (reference.svg) and runs nothing. --jobs: scenes
+at once, where the machine has a processor for each; budgets have the machine for themselves.
 """
 import argparse
+import concurrent.futures
 import csv
 import json
 import math
@@ -182,13 +186,20 @@ def machine(options):
     return words + (["--threads", str(options.threads)] if options.threads else [])
 
 
+def side_by_side(options, work, items):
+    """What `work` returns for each item, in order, --jobs of them at once."""
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        return list(pool.map(work, items))
+
+
 def fronts(options, out):
     scenes = {"dam_break": ["--time", "1"], "column": [], "floating": ["--time", "2"], "slab": [], "stefan": [],
               "ice_block": ["--time", "4"]}
     texts = {"column": column(), "slab": slab(), "stefan": stefan()}
-    lines = []
-    for name, more in scenes.items():
-        scene = name
+
+    def front(item):
+        name, more = item
+        scene, lines = name, []
         if name in texts:
             scene = out / f"{name}.yaml"
             scene.write_text(texts[name])
@@ -200,8 +211,7 @@ def fronts(options, out):
         (out / f"{name}.txt").write_text(done.stdout + done.stderr)
         print(f"{name}: exit {done.returncode}, {time.monotonic() - begun:.0f} s", flush=True)
         if done.returncode != 0:
-            lines += [f"### {name}", "", f"No front: {done.stderr.strip()}", ""]
-            continue
+            return [f"### {name}", "", f"No front: {done.stderr.strip()}", ""]
         study = json.loads((out / name / "trade.json").read_text())
         with open(out / name / "front.csv", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -216,16 +226,23 @@ def fronts(options, out):
                 100 * float(row["error_share"]), float(row["seconds"]),
                 f"{100 * float(measured) / scale:.2g}" if measured else "", row["measured_seconds"],
                 float(row["spacing"]), float(row["sound_speed"]), float(row["courant"])))
-        lines.append("")
-    (out / "fronts.md").write_text("\n".join(lines))
-    print("\n".join(lines))
+        return [*lines, ""]
+
+    text = "\n".join(line for lines in side_by_side(options, front, scenes.items()) for line in lines)
+    (out / "fronts.md").write_text(text)
+    print(text)
+    return 0
+
+
+QUALITIES = ("draft", "balanced", "accurate")
+ASKED = (0.2, 0.1, 0.05, 0.03, 0.01)
 
 
 def asked_and_delivered(options, out, scene, name, of, asked):
     """A row: what `meltsim run --max-error` expected, and what it says that it delivered; its values."""
     where = out / f"{name}_{asked}"
     row = {"scene": name, "of": of, "asked": asked, "exit": "", "expected": "", "delivered": "", "estimated": "",
-           "truth_known_to": "", "said": ""}
+           "truth_known_to": "", "probes": "", "probing_s": "", "said": ""}
     try:
         done = run([options.meltsim, "run", scene, "--max-error", asked, "--of", of, "--time-limit", options.time_limit,
                     *machine(options), "--no-page", "--no-still", "--out", where], timeout=options.longest,
@@ -239,6 +256,7 @@ def asked_and_delivered(options, out, scene, name, of, asked):
     trade = json.loads((where / "run.json").read_text())["trade"]
     row["expected"], row["estimated"] = trade["expected"]["share"], trade["delivered"][of]["share"]
     row["delivered"] = row["estimated"]
+    row["probes"], row["probing_s"] = trade["probes"], 0 if trade["from_cache"] else trade["probing_s"]
     return row, trade["delivered"][of]["values"]
 
 
@@ -252,27 +270,32 @@ def calibrate(options, out):
         for share in (0.3, 0.6):
             for length in (0.4, 0.5):
                 scenes[f"stefan_{hot:g}_{share}_{length}"] = (stefan(hot, share, 1.0, length), "melted")
-    begun, rows = time.monotonic(), []
-    for asked in (0.2, 0.1, 0.05, 0.03, 0.01):
-        for name, (text, of) in scenes.items():
+    begun = time.monotonic()
+
+    def ask(item):
+        rows, (name, (text, of)) = [], item
+        scene = out / f"{name}.yaml"
+        scene.write_text(text)
+        for asked in ASKED:
             if time.monotonic() - begun > options.total:
-                continue
-            scene = out / f"{name}.yaml"
-            scene.write_text(text)
+                break
             row, _ = asked_and_delivered(options, out, scene, name, of, asked)
             rows.append(row)
             print(name, asked, row["exit"], row["expected"], row["delivered"], flush=True)
+        return rows
+
+    rows = [row for rows in side_by_side(options, ask, scenes.items()) for row in rows]
     return report(rows, out, "calibration")
 
 
 def truth_of(options, out, scene, name, of):
-    """The observable's limit, and how well it is known: means of two starts at half of the spacing; where 1/1.4 of it is further
-    away than 1 % of the scale, a third of the spacing as well, and Richardson's extrapolation over the three."""
-    means, spreads, scale = [], [], 0
-    for finer in (1.4, 2, 3):
-        if finer == 3 and largest(*means) <= 0.01 * scale:
+    """The observable's limit, and how well it is known: means of two starts at a spacing finer by the second of --finer; where the
+    first is further away than 1 % of the scale, by the third as well, and Richardson's extrapolation over the three."""
+    means, spreads, scale, (a, b, c) = [], [], 0, options.finer
+    for finer in (a, b, c):
+        if finer == c and largest(*means) <= 0.01 * scale:
             return means[1], max(largest(*means), spreads[1])
-        where = out / f"{name}_truth_{finer}"
+        where = out / f"{name}_truth_{finer:g}"
         if not (where / "ensemble.json").exists():
             done = run([options.meltsim, "trade", scene, "--scale", finer, "--ensemble", 2, *machine(options), "--out", where])
             if done.returncode != 0:
@@ -284,11 +307,11 @@ def truth_of(options, out, scene, name, of):
     falls = largest(means[0], means[1]) / max(largest(means[1], means[2]), 1e-300)
 
     def limit(p):
-        more = 3 ** -p / (2 ** -p - 3 ** -p)
-        return [b if a is None or b is None else b + more * (b - a) for a, b in zip(means[1], means[2])]
+        more = c ** -p / (b ** -p - c ** -p)
+        return [y if x is None or y is None else y + more * (y - x) for x, y in zip(means[1], means[2])]
 
     def of_order(p):
-        return (1.4 ** -p - 2 ** -p) / (2 ** -p - 3 ** -p)
+        return (a ** -p - b ** -p) / (b ** -p - c ** -p)
 
     if falls < 1:  # scatter, not convergence
         return means[2], max(largest(means[1], means[2]), spreads[2])
@@ -309,16 +332,16 @@ ARCHIMEDES = {"cube_afloat": 0.6 * 0.2, "raft_afloat": 0.3 * 0.15}
 
 
 def calibrate_flows(options, out):
-    rows, begun = [], time.monotonic()
-    for name, (text, of) in flows().items():
-        if options.only and name not in options.only.split(","):
-            continue
+    begun = time.monotonic()
+
+    def ask(item):
+        rows, (name, (text, of)) = [], item
         if time.monotonic() - begun > options.total:
-            break
+            return rows
         scene = out / f"{name}.yaml"
         scene.write_text(text)
         truth, apart = ([ARCHIMEDES[name]], 0.0) if name in ARCHIMEDES else truth_of(options, out, scene, name, of)
-        for asked in (0.2, 0.1, 0.05, 0.03, 0.01):
+        for asked in ASKED:
             row, values = asked_and_delivered(options, out, scene, name, of, asked)
             if values:
                 trade = json.loads((out / f"{name}_{asked}" / "run.json").read_text())["trade"]["delivered"][of]
@@ -326,7 +349,95 @@ def calibrate_flows(options, out):
                 row["delivered"], row["truth_known_to"] = largest(values, truth) / scale, apart / scale
             rows.append(row)
             print(name, asked, row["exit"], row["expected"], row["estimated"], row["delivered"], row["truth_known_to"], flush=True)
+        return rows
+
+    scenes = {name: scene for name, scene in flows().items() if not options.only or name in options.only.split(",")}
+    rows = [row for rows in side_by_side(options, ask, scenes.items()) for row in rows]
     return report(rows, out, "flows")
+
+
+def presets(options, out):
+    """CPU seconds or, on a GPU, seconds of a run at each --quality, and the largest error over the run of two starts [%]."""
+    scenes = {"slab": (slab(), []), "stefan": (stefan(), []), "column": (column(), []),
+              "dam_break": ("dam_break", ["--scale", 0.6, "--time", 1]),
+              "ice_block": ("ice_block", ["--scale", 0.8, "--time", 4]),
+              "floating": ("floating", ["--scale", 0.8, "--time", 2])}
+
+    def measure(job):
+        name, quality = job
+        text, more = scenes[name]
+        scene = text
+        if text != name:
+            scene = out / f"{name}_{quality}.yaml"
+            scene.write_text(text)
+        elif quality == "truth":
+            more = [*more[:1], 2 * more[1], *more[2:]]
+        words = ["--scale", 2] if quality == "truth" and text != name else []
+        words += [] if quality == "truth" else ["--quality", quality]
+        where = out / f"{name}_{quality}"
+        done = run([options.meltsim, "trade", scene, *more, *words, "--ensemble", 2, *machine(options), "--out", where])
+        if done.returncode != 0:
+            sys.exit(f"{name}, {quality}: {done.stderr.strip()}")
+        return json.loads((where / "ensemble.json").read_text())
+
+    jobs = [(name, quality) for quality in ("truth", *QUALITIES) for name in reversed(scenes)]
+    results = dict(zip(jobs, side_by_side(options, measure, jobs)))
+    lines = ["| scene | observable | `draft` | `balanced` | `accurate` |", "|---|---|---|---|---|"]
+    for name in scenes:
+        truths = results[name, "truth"]["observables"]
+        for k, (of, truth) in enumerate(truths.items()):
+            cells = []
+            for quality in QUALITIES:
+                result = results[name, quality]
+                place = list(result["observables"]).index(of)
+                exact = result["observables"][of].get("exact")
+                scale = result["observables"][of]["scale"] or max(abs(value) for value in truth["mean"])
+                errors = [100 * largest(run["values"][place], exact or truth["mean"]) / scale for run in result["runs"]]
+                seconds = min(run["wall_s"] for run in result["runs"])
+                cells.append((f"{seconds:.2g} s, " if k == 0 else "") + " and ".join(f"{e:.2g}" for e in errors))
+            lines.append(f"| {name if k == 0 else ''} | `{of}`{' (exact)' if exact else ''} | " + " | ".join(cells) + " |")
+    (out / "presets.md").write_text("\n".join(lines) + "\n")
+    print("\n".join(lines))
+    return 0
+
+
+def budgets(options, out):
+    """Frames that took longer than 1.05 times their budget, under --budget at several shares of what a frame takes."""
+    scenes = {"dam_break": ["--scale", 0.8, "--fps", 200, "--time", 2], "ice_block": ["--scale", 0.8, "--fps", 150, "--time", 2],
+              "floating": ["--scale", 0.8, "--fps", 200, "--time", 1.5]}
+    lines = ["| run | a frame takes [ms] | budget [ms] | late | most in a row | longest [ms] | simulated | to the bit again |",
+             "|---|---:|---:|---:|---:|---:|---:|---|"]
+    for name, more in scenes.items():
+        quiet = ["--export", "none", "--no-page", "--no-still", *machine(options)]
+        done = run([options.meltsim, "run", name, *more, *quiet, "--out", out / name])
+        if done.returncode != 0:
+            sys.exit(f"{name}: {done.stderr.strip()}")
+        free = json.loads((out / name / "run.json").read_text())
+        frame = 1e3 * free["timings"]["wall"]["stepping_s"] / max(1, free["final"]["frames"])
+        for share in (2, 1, 0.5, 0.1):
+            where, budget = out / f"{name}_{share}", float(f"{share * frame:.2g}")
+            done = run([options.meltsim, "run", name, *more, *quiet, "--budget", f"{budget}ms", "--out", where])
+            if done.returncode != 0:
+                sys.exit(f"{name}, {budget} ms: {done.stderr.strip()}")
+            result = json.loads((where / "run.json").read_text())
+            late = [ms > 1.05 * budget for ms in result["budget"]["frame_ms"]]
+            row = longest_row = 0
+            for missed in late:
+                row = row + 1 if missed else 0
+                longest_row = max(longest_row, row)
+            again = out / f"{name}_{share}_again"
+            repeated = run([options.meltsim, "run", name, *more, *quiet, "--repeat", where, "--out", again])
+            same = repeated.returncode == 0 and all(
+                result["final"][key] == json.loads((again / "run.json").read_text())["final"][key]
+                for key in ("kinetic_J", "thermal_J", "com_solid_y", "momentum_x"))
+            simulated = result["final"]["time_s"]
+            asked = simulated + result["budget"]["not_simulated_s"]
+            lines.append(f"| `{name} {' '.join(str(word) for word in more)}` | {frame:.2g} | {budget:g} | {sum(late)} of {len(late)} | "
+                         f"{longest_row} | {max(result['budget']['frame_ms']):.2g} | "
+                         f"{simulated:.3g} of {asked:.3g} s | {'yes' if same else 'NO'} |")
+            print(lines[-1], flush=True)
+    (out / "budgets.md").write_text("\n".join(lines) + "\n")
+    return 0
 
 
 def report(rows, out, file):
@@ -342,6 +453,9 @@ def report(rows, out, file):
     near = sum(0.5 <= r["delivered"] / r["expected"] <= 2 for r in ran if r["expected"] > 0)
     honest = sum(0.5 <= r["estimated"] / r["delivered"] <= 2 for r in ran if r["delivered"] > 0)
     refused = sum(r["exit"] in (1, 2) for r in rows)
+    probing = sorted(r["probing_s"] for r in ran if r["probing_s"])
+    if probing:
+        print(f"probing: {probing[len(probing) // 2]:.2g} s (median), {probing[-1]:.2g} s at most, {max(r['probes'] for r in ran)} probes")
     print(f"{len(rows)} asked, {refused} refused, {len(ran)} run: {kept} within what was asked; {len(bought)} not at the coarsest "
           f"settings, {not_dear} of them at a quarter of it or more; {near} of {len(ran)} within a factor 2 of what was expected, "
           f"{honest} of what was estimated after the run")
@@ -407,10 +521,14 @@ def reference(_, out):
     return 0
 
 
+WAYS = {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows, "presets": presets, "budgets": budgets,
+        "reference": reference}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("meltsim")
-    parser.add_argument("what", choices=["fronts", "calibrate", "flows", "reference"])
+    parser.add_argument("what", choices=list(WAYS))
     parser.add_argument("out")
     parser.add_argument("--backend", default="auto")
     parser.add_argument("--threads", type=int, default=0)
@@ -418,6 +536,9 @@ def main():
     parser.add_argument("--time-limit", type=float, default=20)
     parser.add_argument("--total", type=float, default=240)
     parser.add_argument("--longest", type=float, default=1800, help="seconds that a run may take")
+    parser.add_argument("--jobs", type=int, default=1, help="scenes at once")
+    parser.add_argument("--finer", type=lambda text: [float(x) for x in text.split(",")], default=[1.4, 2, 3],
+                        help="flows: three resolutions that the truth is taken from, e.g. 2,4,6 on a GPU")
     parser.add_argument("--only", help="flows: scenes, with commas")
     options = parser.parse_args()
     options.meltsim = str(Path(options.meltsim).resolve())
@@ -426,7 +547,7 @@ def main():
         print(f"{out}: is not empty; name a new directory", file=sys.stderr)
         return 5
     out.mkdir(parents=True, exist_ok=True)
-    return {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows, "reference": reference}[options.what](options, out)
+    return WAYS[options.what](options, out)
 
 
 if __name__ == "__main__":
