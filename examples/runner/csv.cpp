@@ -52,10 +52,17 @@ bool decimal(double value, std::uint32_t& mantissa, int& exponent) {
   return false;
 }
 
+constexpr char two_digits[] =
+    "00010203040506070809101112131415161718192021222324252627282930313233343536373839404142434445464748495051"
+    "525354555657585960616263"
+    "646566676869707172737475767778798081828384858687888990919293949596979899";
+
 /// What printf does with %g.
 char* write_decimal(char* to, std::uint32_t mantissa, int exponent) {
   char all[digits];
-  for (int k = digits; k-- > 0; mantissa /= 10) all[k] = static_cast<char>('0' + mantissa % 10);
+  for (int k = digits - 2; k > 0; k -= 2, mantissa /= 100)
+    std::memcpy(all + k, two_digits + 2 * (mantissa % 100), 2);
+  all[0] = static_cast<char>('0' + mantissa);
   int used = digits;
   while (used > 1 && all[used - 1] == '0') --used;
   const auto put = [&](int from, int count) {
@@ -126,11 +133,16 @@ CsvFile CsvFile::resume(std::string path, const std::string& header, std::size_t
   return {path, std::move(content), true};
 }
 
+std::string& CsvFile::checked(int why) {
+  if (why != 0)
+    throw Failure(ExitCode::io, fmt::format("{}: cannot be written: {}", path_, std::strerror(why)));
+  return buffer_;
+}
+
 void CsvFile::flush() {
   const int why = file_.write(buffer_);
   buffer_.clear();
-  if (why != 0)
-    throw Failure(ExitCode::io, fmt::format("{}: cannot be written: {}", path_, std::strerror(why)));
+  checked(why);
 }
 
 }  // namespace runner

@@ -30,6 +30,7 @@ class CsvFile {
   /// Part of a row, or rows; every row ends with a line break. Returns what waits to be written.
   std::string& text(const char* from, std::size_t size) {
     if (buffer_.size() + size > large) flush();
+    if (size > large) return checked(file_.write({from, size}));
     return buffer_.append(from, size);
   }
   void flush();  ///< fails when the disk is full
@@ -37,6 +38,7 @@ class CsvFile {
  private:
   static constexpr std::size_t large = std::size_t{1} << 20;
   CsvFile(const std::string& path, std::string content, bool);
+  std::string& checked(int why);  ///< fails where it is not 0; what waits to be written
 
   std::string path_;
   std::string buffer_;

@@ -24,7 +24,7 @@ namespace {
 
 }  // namespace
 
-int OpenFile::write(const std::string& text) {
+int OpenFile::write(std::string_view text) {
   std::size_t done = 0;
   while (done < text.size()) {
     const ssize_t written = ::write(descriptor_, text.data() + done, text.size() - done);

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace runner {
@@ -26,8 +27,8 @@ class OpenFile {
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
   ~OpenFile() { close(); }
-  int write(const std::string& text);  ///< all of it, behind what was written; 0, or why not (errno)
-  int close();                         ///< 0, or why what was written may not be there (errno)
+  int write(std::string_view text);  ///< all of it, behind what was written; 0, or why not (errno)
+  int close();                       ///< 0, or why what was written may not be there (errno)
 
  private:
   int descriptor_ = -1;

@@ -86,24 +86,25 @@ ProbeTable::ProbeTable(const Scene& scene, ProbeGroups groups, int threads)
   longest_ += 2 * longest_csv_number + 1;
 }
 
-void ProbeTable::append(std::string& to, double time, const std::vector<Item>& items) const {
+char* ProbeTable::append(char* to, double time, const std::vector<Item>& items) const {
   char when[longest_csv_number];
   const auto length = static_cast<std::size_t>(write_csv_number(when, time) - when);
-  const auto put = [](char* at, const char* from, std::size_t size) {
-    std::memcpy(at, from, size);
-    return at + size;
+  const auto put = [&to](const char* from, std::size_t size) {
+    std::memcpy(to, from, size);
+    to += size;
   };
-  std::string row(longest_, ' ');
   for (const Item& item : items) {
     const Probe& probe = probes_[item.probe];
-    char* const behind_time = put(put(row.data(), probe.name.data(), probe.name.size()), when, length);
     const double* value = item.values;
     for (const std::string& name : probe.values) {
-      char* end = write_csv_number(put(behind_time, name.data(), name.size()), *value++);
-      *end++ = '\n';
-      to.append(row.data(), static_cast<std::size_t>(end - row.data()));
+      put(probe.name.data(), probe.name.size());
+      put(when, length);
+      put(name.data(), name.size());
+      to = write_csv_number(to, *value++);
+      *to++ = '\n';
     }
   }
+  return to;
 }
 
 ProbeTable::Samples ProbeTable::in_order(const std::vector<meltsim::ProbeSeries>& series) const {
@@ -132,9 +133,13 @@ std::vector<ProbeTable::Samples::const_iterator> ProbeTable::parts_of(const Samp
   return ends;
 }
 
-std::string ProbeTable::rows(const std::vector<meltsim::ProbeSeries>& series, Samples::const_iterator from,
-                             Samples::const_iterator end) const {
-  std::string text;
+ProbeTable::Text ProbeTable::rows(const std::vector<meltsim::ProbeSeries>& series,
+                                  Samples::const_iterator from, Samples::const_iterator end) const {
+  std::size_t rows = 0;
+  for (auto at = from; at != end; ++at) rows += series[at->group].points * series[at->group].width;
+  Text text;
+  text.room.reset(new char[rows * longest_]);  // not filled first: most of it never is
+  char* to = text.room.get();
   std::vector<Item> items;
   while (from != end) {
     const double time = from->time;
@@ -150,8 +155,9 @@ std::string ProbeTable::rows(const std::vector<meltsim::ProbeSeries>& series, Sa
     }
     if (merged > 1)
       std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.probe < b.probe; });
-    append(text, time, items);
+    to = append(to, time, items);
   }
+  text.size = static_cast<std::size_t>(to - text.room.get());
   return text;
 }
 
@@ -160,14 +166,14 @@ void ProbeTable::write(CsvFile& to, const std::vector<meltsim::ProbeSeries>& ser
   std::size_t values = 0;
   for (const meltsim::ProbeSeries& of : series) values += of.values.size();
   const std::vector<Samples::const_iterator> ends = parts_of(samples, values);
-  std::vector<std::future<std::string>> others;
+  std::vector<std::future<Text>> others;
   for (std::size_t part = 1; part + 1 < ends.size(); ++part)
     others.push_back(std::async([&, part] { return rows(series, ends[part], ends[part + 1]); }));
-  const std::string first = rows(series, ends[0], ends[1]);
-  to.text(first.data(), first.size());
-  for (std::future<std::string>& other : others) {
-    const std::string text = other.get();
-    to.text(text.data(), text.size());
+  const Text first = rows(series, ends[0], ends[1]);
+  to.text(first.room.get(), first.size);
+  for (std::future<Text>& other : others) {
+    const Text text = other.get();
+    to.text(text.room.get(), text.size);
   }
 }
 

@@ -2,6 +2,7 @@
 // A scene's probes: the World samples them, probes.csv holds what they say.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -49,9 +50,14 @@ class ProbeTable {
   Samples in_order(const std::vector<meltsim::ProbeSeries>& series) const;
   /// Where parts begin and end that are written down side by side; samples of one time stay together.
   std::vector<Samples::const_iterator> parts_of(const Samples& samples, std::size_t rows) const;
-  std::string rows(const std::vector<meltsim::ProbeSeries>& series, Samples::const_iterator from,
-                   Samples::const_iterator end) const;
-  void append(std::string& to, double time, const std::vector<Item>& items) const;
+  struct Text {
+    std::unique_ptr<char[]> room;
+    std::size_t size = 0;
+  };
+  Text rows(const std::vector<meltsim::ProbeSeries>& series, Samples::const_iterator from,
+            Samples::const_iterator end) const;
+  /// Rows of one time; the end of what it wrote.
+  char* append(char* to, double time, const std::vector<Item>& items) const;
 
   ProbeGroups groups_;
   int threads_;
