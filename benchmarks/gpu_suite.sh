@@ -122,7 +122,7 @@ fuzz() {
 
 # Whole runs of the program beside its bare sub-steps.
 whole() {
-  python3 -B "$root/benchmarks/whole_run.py" --bin "$build/bin" --backend cuda --threads 0 --repeat 1 --seconds 1 \
+  python3 -B "$root/benchmarks/whole_run.py" --bin "$build/bin" --backend cuda --threads 0 --repeat 1 \
     --sizes "${MELTSIM_WHOLE_SIZES:-80000,1000000}" --out "$out/whole_runs.jsonl"
 }
 

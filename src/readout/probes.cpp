@@ -323,22 +323,41 @@ std::vector<ProbeSeries> WorldImpl::empty_series() const {
   return all;
 }
 
+namespace {
+
+/// Room for more values; doubled at least, as batches may follow each other without end.
+void make_room(std::vector<double>& of, std::size_t more) {
+  const std::size_t needed = of.size() + more;
+  if (needed > of.capacity()) of.reserve(std::max(needed, 2 * of.capacity()));
+}
+
+}  // namespace
+
 /// Appends the samples of a batch; `values`: its values on the backend. If the World halted, without the sub-step that did
 /// not count and those after it.
 void WorldImpl::add_samples(const SampleBatch& batch, const double* values, std::uint64_t halt_step,
                             std::vector<ProbeSeries>& to) const {
+  for (std::size_t k = 0; k < to.size(); ++k) {
+    const auto due = static_cast<std::size_t>(
+        std::count_if(batch.pending.begin(), batch.pending.end(),
+                      [k](const PendingSample& s) { return ((s.due >> k) & 1u) != 0; }));
+    make_room(to[k].time, due);
+    make_room(to[k].values, due * probes_[k].values);
+  }
   for (const PendingSample& s : batch.pending) {
     if (halt_step != 0 && s.step >= halt_step) break;
     const double* from = values + (s.at - batch.first);
     for (std::size_t k = 0; k < to.size(); ++k) {
       if (((s.due >> k) & 1u) == 0) continue;
       const ProbeRecord& p = probes_[k];
+      std::vector<double>& all = to[k].values;
+      const std::size_t before = all.size();
       to[k].time.push_back(s.time);
-      for (std::uint32_t v = 0; v < p.values; ++v, ++from) {
-        const double nothing = p.sums() ? 0.0 : static_cast<double>(NAN);
-        const double value = s.blank ? nothing : *from;
-        to[k].values.push_back(p.desc.kind == ProbeKind::level ? value + s.origin_level : value);
-      }
+      if (s.blank) all.insert(all.end(), p.values, p.sums() ? 0.0 : static_cast<double>(NAN));
+      else all.insert(all.end(), from, from + p.values);
+      if (p.desc.kind == ProbeKind::level)
+        for (std::size_t v = before; v < all.size(); ++v) all[v] += s.origin_level;
+      from += p.values;
     }
   }
 }
