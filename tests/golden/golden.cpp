@@ -2,16 +2,16 @@
 // Hashes of the state of every built-in scene after a number of sub-steps, per precision, against those of the file
 // beside this one. Only builds with MELTSIM_REPRODUCIBLE give them. A hash moves in a commit that says why:
 //
-//   meltsim_golden tests/golden/hashes.txt [--backend cpu|cuda] [--write]
+//   meltsim_golden tests/golden/hashes.txt [--backend cpu|cuda] [--precision single|double | --write]
 //
 // Exit status: 0 equal, 1 different or missing, 2 usage, 77 skipped (no GPU).
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "build_world.hpp"
 #include "builtin.hpp"
@@ -78,12 +78,12 @@ std::map<std::string, std::string> read(const char* path) {
   return out;
 }
 
-int compare(const char* path, Backend backend, bool write) {
+int compare(const char* path, Backend backend, const std::vector<Precision>& precisions, bool write) {
   const std::map<std::string, std::string> golden = read(path);
   std::map<std::string, std::string> now;
   int different = 0;
   for (const std::string& scene : runner::builtin_names())
-    for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+    for (const Precision precision : precisions) {
       const std::string key = scene + (precision == Precision::single_precision ? " single" : " double");
       now[key] = hash_of(scene, backend, precision);
       const auto want = golden.find(key);
@@ -106,29 +106,42 @@ int compare(const char* path, Backend backend, bool write) {
   return file ? 0 : 1;
 }
 
+struct Arguments {
+  const char* path = nullptr;
+  Backend backend = Backend::cpu;
+  std::vector<Precision> precisions = {Precision::single_precision, Precision::double_precision};
+  bool write = false;
+};
+
+bool parsed(int argc, char** argv, Arguments& a) {
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i], value = i + 1 < argc ? argv[i + 1] : "";
+    if (word == "--write") a.write = true;
+    else if (word == "--backend" && value == "cuda") a.backend = Backend::cuda, ++i;
+    else if (word == "--backend" && value == "cpu") ++i;
+    else if (word == "--precision" && value == "single") a.precisions = {Precision::single_precision}, ++i;
+    else if (word == "--precision" && value == "double") a.precisions = {Precision::double_precision}, ++i;
+    else if (word[0] != '-' && a.path == nullptr) a.path = argv[i];
+    else return false;
+  }
+  return a.path != nullptr && !(a.write && a.precisions.size() == 1);  // a file has both
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  Backend backend = Backend::cpu;
-  bool write = false;
-  const char* path = nullptr;
-  for (int i = 1; i < argc; ++i) {
-    if (std::strcmp(argv[i], "--write") == 0) write = true;
-    else if (std::strcmp(argv[i], "--backend") == 0 && i + 1 < argc && std::strcmp(argv[i + 1], "cuda") == 0)
-      backend = Backend::cuda, ++i;
-    else if (std::strcmp(argv[i], "--backend") == 0 && i + 1 < argc && std::strcmp(argv[i + 1], "cpu") == 0)
-      ++i;
-    else if (argv[i][0] != '-' && path == nullptr) path = argv[i];
-    else return std::fprintf(stderr, "usage: %s HASHES [--backend cpu|cuda] [--write]\n", argv[0]), 2;
-  }
-  if (path == nullptr)
-    return std::fprintf(stderr, "usage: %s HASHES [--backend cpu|cuda] [--write]\n", argv[0]), 2;
-  if (backend == Backend::cuda && build_info().devices.empty()) {
+  Arguments a;
+  if (!parsed(argc, argv, a))
+    return std::fprintf(stderr,
+                        "usage: %s HASHES [--backend cpu|cuda] [--precision single|double | --write]\n",
+                        argv[0]),
+           2;
+  if (a.backend == Backend::cuda && build_info().devices.empty()) {
     std::printf("skipped: %s\n", build_info().cuda_reason.c_str());
     return std::getenv("MELTSIM_REQUIRE_GPU") != nullptr ? 1 : 77;
   }
   try {
-    return compare(path, backend, write);
+    return compare(a.path, a.backend, a.precisions, a.write);
   } catch (const runner::Failure& failure) {
     std::fprintf(stderr, "%s\n", failure.what());
     return 1;
