@@ -107,16 +107,16 @@ TEST(FlowCurve, PowerLawsInAChannel) {
 }
 
 // A Bingham liquid, plug of half the channel. The kernel smears the shear rate across the edge of the plug, which moves it by a third
-// of a spacing: 16 layers leave 0.04 of the width and 3 % of the speed, twice the layers half of that (docs/validation.md has 20 to 80).
+// of a spacing: 12 layers leave 0.05 of the width and 5 % of the speed, twice the layers less than half (docs/validation.md has 20 to 80).
 TEST(FlowCurve, ABinghamLiquidMovesAsAPlug) {
   MELTSIM_NEEDS_BACKEND();
   double error = 1, width = 1;
-  for (const int layers : {16, 32}) {
+  for (const int layers : {12, 24}) {
     Channel c = channel(layers, 1, 0.5, 2, 100);
     run(c, layers * layers / 4);
     const Profile p = profile(c);
-    EXPECT_NEAR(p.middle, 1, layers == 16 ? 0.05 : 0.025);
-    EXPECT_NEAR(p.plug, 0.5, layers == 16 ? 0.06 : 0.03);
+    EXPECT_NEAR(p.middle, 1, layers == 12 ? 0.06 : 0.025);
+    EXPECT_NEAR(p.plug, 0.5, layers == 12 ? 0.07 : 0.03);
     EXPECT_LT(p.error, 0.65 * error) << layers;  // first order would be 0.5
     EXPECT_LT(std::fabs(p.plug - 0.5), 0.65 * width) << layers;
     error = p.error;

@@ -313,7 +313,7 @@ TEST(Precipitation, MovingCrystalsKeepSumsAndBits) {
   MELTSIM_NEEDS_BACKEND();
   Solution one = splash(1), two = splash(2);
   const Sums before = sums(one.world, 0.3);
-  for (int k = 0; k < 80; ++k) {
+  for (int k = 0; k < 50; ++k) {
     require(one.world.step(0.005));
     require(two.world.step(0.005));
   }
