@@ -210,6 +210,7 @@ std::optional<SceneObservable> observable_named(const Scene& scene, const SceneS
   if (word == "melted" || word == "melt_time_50" || word == "melt_time_90") {
     if (!melts) problem = "nothing in this scene can melt";
     o.desc.scale = 1;
+    o.desc.order = 1;
     if (word != "melted") {
       o.kind = ObservableKind::melt_time;
       o.desc.unit = "s";

@@ -67,6 +67,8 @@ struct Observable {
   Reduce reduce = Reduce::curve;  ///< what is compared
   double level = 0;               ///< of time_to_reach
   std::vector<double> exact;      ///< what is compared (`reduce`) of the exact answer; empty: none is known
+  double order =
+      2;  ///< at which its error falls with the spacing: 1 of fronts of melting, 2 inside; probes that say more are not believed
 };
 
 /// The result of one probe.

@@ -66,7 +66,8 @@ Nominal nominal(Knob knob) {
 double Law::at(double x) const { return error * std::pow(x, error_exponent); }
 
 Law fit(Knob knob, const Observable& observable, double scale, std::vector<Twin> twins, double noise) {
-  const Nominal expected = nominal(knob);
+  Nominal expected = nominal(knob);
+  if (knob == Knob::spacing) expected.most = std::min(expected.most, observable.order + 0.1);
   Law law;
   law.knob = knob;
   law.error_exponent = expected.exponent;

@@ -66,6 +66,10 @@ class Studying {
   /// The problem as it is: its settings and its work.
   Status refer() {
     if (problem_.observables.empty()) return invalid("Problem::observables: expected one at least, got none");
+    for (const Observable& o : problem_.observables)
+      if (!(o.order >= 1) || !std::isfinite(o.order))
+        return invalid("Observable::order: of \"" + o.name + "\": expected 1 or more, got " +
+                       std::to_string(o.order));
     if (!(options_.seconds > 0)) return invalid("Options::seconds: expected a time above 0 s");
     if (options_.probes < 3)
       return invalid("Options::probes: expected 3 or more, got " + std::to_string(options_.probes));

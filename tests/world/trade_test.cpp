@@ -92,6 +92,22 @@ TEST(Laws, AnExponentOutsideOfWhatIsBelievedIsClampedAndTheLargerErrorTaken) {
   EXPECT_GE(l.at(x1) - l.at(x2), 0.999 * made.spacing_error * (std::pow(x1, 6) - std::pow(x2, 6)));
 }
 
+// Coarse probes of a melting front seem to converge faster than they will go on to.
+TEST(Laws, AnOrderIsNotExceeded) {
+  Made made;
+  made.spacing_exponent = 2;
+  trade::Problem problem = made.problem();
+  problem.observables[0].order = 1;
+  const Result<trade::Study> study = trade::study(problem);
+  ASSERT_TRUE(study);
+  const trade::Law l = law(study->observables.at(0), Knob::spacing);
+  EXPECT_NEAR(l.error_exponent, 1.1, 1e-6);
+  EXPECT_GT(l.at(0.3), made.spacing_error * 0.3 * 0.3);
+  problem.observables[0].order = 0.5;
+  EXPECT_EQ(trade::study(problem).error().message,
+            "Observable::order: of \"y\": expected 1 or more, got 0.500000");
+}
+
 // A made error of x^0.1: its differences hardly fall from twin to twin, as those do that are scatter. The error of the coarsest
 // twin is as large as the largest difference, not that over a small change of x (0.24 of it), and there is no limit ahead.
 TEST(Laws, DifferencesThatDoNotFallAreScatter) {
