@@ -73,7 +73,7 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
   std::vector<MaterialRow<T>> materials;
   for (const MaterialRow<double>& m : c.materials) {
     materials.push_back(round_row<T>(m));
-    if (w.f.properties != nullptr && m.tables != nullptr)
+    if (w.f.properties != nullptr && m.tables != nullptr && !c.properties.empty())  // else they go
       materials.back().tables = w.f.properties + (materials.size() - 1);
   }
   put(ex, w.f.materials, materials);
