@@ -204,8 +204,11 @@ double speed_of(const Scene& scene, bool to_floor) {
   };
   for (const SceneFluid& fluid : scene.fluids) see(fluid.desc.shape.bounds(), length(fluid.desc.velocity));
   for (const SceneBody& body : scene.bodies) see(body.desc.shape.bounds(), length(body.desc.velocity));
-  for (const SceneEmitter& emitter : scene.emitters)
-    see({emitter.desc.center, emitter.desc.center}, emitter.desc.speed);
+  for (const SceneEmitter& emitter : scene.emitters) {
+    const meltsim::EmitterDesc& e = emitter.desc;
+    const meltsim::Vec3d at = e.level && pull > 0 ? g * (-*e.level / pull) : e.center;
+    see({at, at}, e.level ? 0.0 : e.speed);
+  }
   const meltsim::DomainDesc& domain = scene.world.domain;
   if (to_floor && domain.bounded)
     heights({domain.min, domain.max}, [&](double up) { bottom = std::min(bottom, up); });

@@ -391,6 +391,7 @@ class Check {
 
   /// What an emitter brings until the end of the scene.
   double emitted(const meltsim::EmitterDesc& desc) const {
+    if (desc.level) return 0;  // that follows from what is inside
     const double until = std::min(desc.until, scene_.time.end);
     const double area = desc.width > 0 ? desc.width * desc.height : pi * desc.radius * desc.radius;
     const double volume = area * desc.speed * std::max(0.0, until - desc.from);
@@ -400,6 +401,11 @@ class Check {
 
   void print_emitter(const SceneEmitter& emitter) {
     const meltsim::EmitterDesc& desc = emitter.desc;
+    if (desc.level) {
+      line("emitter", fmt::format("\"{}\": {} up to {:g} m beyond an open face, {:g} C", desc.name,
+                                  emitter.material, *desc.level, desc.temperature));
+      return;
+    }
     line("emitter", fmt::format("\"{}\": about {} particles of {} by t={:g} s, {:g} C", desc.name,
                                 count_text(static_cast<std::uint64_t>(emitted(desc))), emitter.material,
                                 std::min(desc.until, scene_.time.end), desc.temperature));

@@ -260,6 +260,39 @@ const Options<EmitterDesc>& nozzle_options() {
   return options;
 }
 
+namespace {
+/// Inwards from a face of the domain, in the order of keys::one_face.
+meltsim::Vec3d inwards_from(std::size_t face) {
+  const double sign = face % 2 == 0 ? 1 : -1;
+  return {face / 2 == 0 ? sign : 0, face / 2 == 1 ? sign : 0, face / 2 == 2 ? sign : 0};
+}
+}  // namespace
+
+const Options<EmitterDesc>& reservoir_options() {
+  using D = EmitterDesc;
+  static const Options<D> options{
+      custom<D>(
+          "face", "axis", "", "an open face of the domain", {{"enum", keys::one_face}},
+          [](const Node& value, D& d) {
+            const std::string face = value.choice(keys::one_face);
+            for (std::size_t f = 0; f < keys::one_face.size(); ++f)
+              if (keys::one_face[f] == face) d.axis = inwards_from(f);
+          },
+          [](const D& d) {
+            for (std::size_t f = 0; f < keys::one_face.size(); ++f)
+              if (dot(d.axis, inwards_from(f)) > 0) return Json(keys::one_face[f]);
+            return Json();
+          })
+          .must_be_given("-x, +x, -y, +y, -z or +z"),
+      maybe_number<D>("level", "level", MEMBER(level), "m", any_number(), "",
+                      "height of the liquid beyond [m], against gravity")
+          .must_be_given("a number (m)"),
+      number<D>("height", "height", MEMBER(height), "m", above_zero(), "up to the level",
+                "how far above the floor the level may rise while the scene runs [m]")
+          .echoed_if_set()};
+  return options;
+}
+
 const Options<SceneEmitter>& emitter_options() {
   using D = SceneEmitter;
   static const Options<D> options{
@@ -269,8 +302,15 @@ const Options<SceneEmitter>& emitter_options() {
           "a pipe about two spacings long, keys below: `radius`, or `width` and `height`. It works under "
           "water, too. The upstream end of a channel is a rectangle at a wall, half a spacing off it",
           nullptr, [](const Node& value, D& d) { load_nozzle(value, d.desc); },
-          [](const D& d) { return options_json(nozzle_options(), d.desc); })
-          .must_be_given("{center, axis, radius} or {center, axis, width, height}"),
+          [](const D& d) { return d.desc.level ? Json() : options_json(nozzle_options(), d.desc); }),
+      custom<D>(
+          "reservoir", "", "",
+          "instead of a nozzle: liquid beyond an open face of the domain, keys below. It comes in where it "
+          "is "
+          "lower inside and leaves where it is higher, and so do waves; see "
+          "[open channels](design/outlets.md)",
+          nullptr, [](const Node& value, D& d) { load_options(value, reservoir_options(), d.desc); },
+          [](const D& d) { return d.desc.level ? options_json(reservoir_options(), d.desc) : Json(); }),
       number<D>("speed", "speed", MEMBER(desc.speed), "m/s", above_zero(), "1",
                 "[m/s]: density × area × speed is the mass per second"),
       material_of<D>("of the liquid"),

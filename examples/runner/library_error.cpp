@@ -146,9 +146,11 @@ std::vector<FieldPlace> item_places(const SceneProbe& probe) {
 }
 std::vector<FieldPlace> item_places(const SceneEmitter& emitter) {
   std::vector<FieldPlace> places = places_of(emitter.source, emitter_options());
-  for (const Option<meltsim::EmitterDesc>& option : nozzle_options())
-    if (const auto at = emitter.source.keys.find("nozzle." + option.key); at != emitter.source.keys.end())
-      places.push_back({option.field, emitter.source.path + ".nozzle." + option.key, at->second});
+  for (const auto& [part, options] :
+       {std::pair{"nozzle.", &nozzle_options()}, std::pair{"reservoir.", &reservoir_options()}})
+    for (const Option<meltsim::EmitterDesc>& option : *options)
+      if (const auto at = emitter.source.keys.find(part + option.key); at != emitter.source.keys.end())
+        places.push_back({option.field, emitter.source.path + "." + part + option.key, at->second});
   return places;
 }
 

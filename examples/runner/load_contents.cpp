@@ -63,8 +63,13 @@ void load_emitters(const Node& node, Scene& scene) {
     number_name(emitter, "emitter", scene.emitters.size());
     check_material_name(*item.find("material"), emitter.material, scene);
     check_fractions(item, scene);
-    for (const auto& [key, where] : item.find("nozzle")->source().keys)
-      emitter.source.keys["nozzle." + key] = where;
+    const auto reservoir = item.find("reservoir");
+    if (!reservoir)
+      item.require("nozzle", "{center, axis, radius} or {center, axis, width, height}, or a reservoir");
+    else if (item.find("nozzle")) reservoir->fail("an emitter is a nozzle or a reservoir; drop one of them");
+    const std::string part = reservoir ? "reservoir" : "nozzle";
+    for (const auto& [key, where] : item.find(part)->source().keys)
+      emitter.source.keys[part + "." + key] = where;
   });
 }
 

@@ -67,8 +67,9 @@ struct SceneEmitter {
   Source source;
 };
 
-/// Half of the opening's least side, or its radius [m].
+/// Half of the opening's least side, or its radius [m]; of a face of the domain none.
 inline double least_radius(const meltsim::EmitterDesc& e) {
+  if (e.level) return meltsim::infinity;
   return e.width > 0 ? 0.5 * std::min(e.width, e.height) : e.radius;
 }
 

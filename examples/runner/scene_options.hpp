@@ -64,6 +64,7 @@ const Options<meltsim::OutletDesc>& outlet_options();
 const Options<SceneHeatRegion>& heat_region_options();
 const Options<SceneFluid>& fluid_options();
 const Options<SceneBody>& body_options();
+const Options<meltsim::EmitterDesc>& reservoir_options();
 const Options<SceneEmitter>& emitter_options();
 const Options<meltsim::EmitterDesc>& nozzle_options();
 const Options<SceneForceField>& force_field_options();

@@ -34,7 +34,7 @@ struct SurfaceHeatDesc {
 /// What is beyond an open face. Neither is set: nothing, so liquid falls out freely.
 struct OutletDesc {
   /// Liquid of the same kind up to this height [m], measured against gravity from the origin: it presses on what leaves as a
-  /// column at rest does. Liquid leaves only; where the level inside is lower, none comes back.
+  /// column at rest does. Liquid leaves only; an emitter with a level lets it come back, too.
   std::optional<double> level;
   /// Liquid within H of the face moves out of it at this speed [m/s], > 0, whatever forces act on it.
   std::optional<double> speed;
@@ -324,16 +324,23 @@ struct EmitterDesc {
   /// open faces is full (its volume over dx^3 particles). 0: what from..until needs.
   std::uint64_t max_particles = 0;
   std::vector<MassFraction> fractions;  ///< what is dissolved in the liquid, as FluidDesc::fractions
+  /// An open face of the domain instead of a nozzle: the one that `axis` points inwards from. Beyond it this liquid stands up to this height
+  /// [m], measured against gravity from the origin. It comes in where the level inside is lower, liquid leaves where that is higher, and
+  /// long waves leave (physics/inlet.hpp). Then `height` is how far above the floor the level may be set later [m], 0: not beyond this
+  /// one; `max_particles` is how many of it may be in the World at a time, 0: as many as fit. Speed and place follow; it acts from
+  /// the start, and until set_emitter() turns it off.
+  std::optional<double> level;
 };
 
 /// Changes to an emitter: World::set_emitter. What is empty stays as it is.
 struct EmitterSetting {
-  std::optional<bool> on;             ///< false: no further layers come; those in the pipe leave it
-  std::optional<double> speed;        ///< v [m/s], > 0; of the liquid in the pipe, too
+  std::optional<bool> on;       ///< false: no further layers come; those in the pipe leave it, or a face
+  std::optional<double> speed;  ///< v [m/s], > 0; of the liquid in the pipe, too
   std::optional<double> temperature;  ///< of layers to come [degrees Celsius]
   /// Where the end of the pipe is from the next step on [m]; the liquid in the pipe moves with it at once. The pipe keeps its direction
   /// and has to fit within walls and off other nozzles; keep it clear of bodies, which is not checked.
   std::optional<Vec3d> center;
+  std::optional<double> level;  ///< of an emitter that has one, likewise [m]
 };
 
 }  // namespace v0

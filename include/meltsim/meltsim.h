@@ -278,7 +278,7 @@ typedef struct meltsim_solid_desc {
   int32_t growth;    /* lattice steps beyond its shape that liquid may freeze onto */
 } meltsim_solid_desc;
 
-/* A nozzle that emits liquid at a steady speed. */
+/* A nozzle that emits liquid at a steady speed, or an open face with liquid beyond. */
 typedef struct meltsim_emitter_desc {
   uint32_t size;          /* sizeof(meltsim_emitter_desc) */
   uint32_t reserved;      /* 0 */
@@ -295,6 +295,9 @@ typedef struct meltsim_emitter_desc {
   double width;           /* of a rectangular opening instead of a radius [m]; 0: a disc */
   double height;          /* its other side, along `up` [m] */
   double up[3];           /* which way the height lies */
+  double level;           /* of liquid beyond the open face that `axis` points inwards from [m] */
+  int32_t has_level;      /* whether `level` holds: a face instead of a nozzle */
+  int32_t reserved2;      /* 0 */
 } meltsim_emitter_desc;
 
 /* A fixed part of space that heats, cools or holds the temperature of the particles inside. */
@@ -375,6 +378,9 @@ typedef struct meltsim_emitter_setting {
   double center[3];        /* end of the pipe from the next step on [m] */
   int32_t has_center;      /* whether `center` holds */
   int32_t reserved2;       /* 0 */
+  double level;            /* of liquid beyond a face [m] */
+  int32_t has_level;       /* whether `level` holds */
+  int32_t reserved3;       /* 0 */
 } meltsim_emitter_setting;
 
 /* A probe: samples inside the sub-steps. */

@@ -34,6 +34,7 @@ struct StepResult {
   bool cooled_to_zero = false;         ///< a particle that would have cooled below 0 K was held there
   bool emitter_exhausted = false;  ///< an emitter stopped: at its max_particles, or a closed domain is full
   std::uint64_t removed = 0;       ///< particles that left through open faces so far
+  std::uint64_t entered = 0;       ///< particles that came in below the level of an emitter so far
   std::uint64_t strayed = 0;       ///< liquid particles that fell out of the scene so far (Stray::remove)
   std::uint64_t melted = 0;        ///< particles that melted so far; a particle that freezes may melt again
   std::uint64_t frozen = 0;        ///< particles that froze so far

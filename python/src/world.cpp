@@ -419,7 +419,10 @@ const Keys<EmitterInput>& emitter_keys() {
       {"max_particles", "int", "most particles that it emits; 0: what start to until needs",
        d(&D::max_particles)},
       {"fractions", "dict[Material | str, float] | None",
-       "what is dissolved in it: mass fractions of species", kept(&EmitterInput::fractions)}};
+       "what is dissolved in it: mass fractions of species", kept(&EmitterInput::fractions)},
+      {"level", "float | None",
+       "instead of a nozzle: liquid up to this height [m] beyond the open face that axis points inwards from",
+       d(&D::level)}};
   return keys;
 }
 
@@ -1209,8 +1212,8 @@ void bind_world(nb::module_& m) {
           documented("Fills a shape with liquid. Returns the number of particles added.", fluid_keys()),
       solid_sig = signature("add_solid", solid_keys(), 2, 2, "Body"),
       solid_doc = documented("Adds a body.", solid_keys()),
-      emitter_sig = signature("add_emitter", emitter_keys(), 2, 2, "Emitter"),
-      emitter_doc = documented("Adds a round nozzle.", emitter_keys()),
+      emitter_sig = signature("add_emitter", emitter_keys(), 2, 0, "Emitter"),
+      emitter_doc = documented("Adds a nozzle, or an open face with liquid beyond.", emitter_keys()),
       region_sig = signature("add_heat_region", region_keys(), 1, 1, "HeatRegion"),
       region_doc = documented("Adds a part of space that heats, cools or holds temperatures.", region_keys()),
       field_sig = signature("add_force_field", field_keys(), 2, 1, "ForceField"),
@@ -1591,8 +1594,9 @@ void bind_world(nb::module_& m) {
       .def(
           "set_emitter",
           [](HostWorld& w, nb::object emitter, nb::object on, nb::object speed, nb::object temperature,
-             nb::object center) {
+             nb::object center, nb::object level) {
             EmitterSetting setting;
+            if (!level.is_none()) setting.level = number("level", level);
             if (!center.is_none()) setting.center = vector("center", center);
             if (!on.is_none()) setting.on = boolean("on", on);
             if (!speed.is_none()) setting.speed = number("speed", speed);
@@ -1601,12 +1605,14 @@ void bind_world(nb::module_& m) {
             away(w, true, [&](World& world) { expect(world.set_emitter(id, setting)); });
           },
           "emitter"_a, nb::kw_only(), "on"_a = nb::none(), "speed"_a = nb::none(),
-          "temperature"_a = nb::none(), "center"_a = nb::none(),
-          nb::sig("def set_emitter(self, emitter: Emitter | str, *, on: bool | None = None, speed: float | "
-                  "None = "
-                  "None, temperature: float | None = None, center: Sequence[float] | None = None) -> None"),
+          "temperature"_a = nb::none(), "center"_a = nb::none(), "level"_a = nb::none(),
+          nb::sig(
+              "def set_emitter(self, emitter: Emitter | str, *, on: bool | None = None, speed: float | "
+              "None = "
+              "None, temperature: float | None = None, center: Sequence[float] | None = None, level: float | "
+              "None = None) -> None"),
           "Turns an emitter on or off, changes its speed [m/s] or the temperature of what is to come "
-          "[degrees Celsius], or moves it [m].")
+          "[degrees Celsius], moves it [m], or changes the level beyond a face [m].")
       .def(
           "set_gravity",
           [](HostWorld& w, Vector gravity) {

@@ -673,6 +673,7 @@ meltsim::EmitterDesc emitter_of(const meltsim_emitter_desc* desc) {
   d.width = c.width;
   d.height = c.height;
   d.up = vec(c.up);
+  if (c.has_level != 0) d.level = c.level;
   return d;
 }
 
@@ -994,6 +995,7 @@ meltsim_status meltsim_world_set_emitter(meltsim_world* world, meltsim_id emitte
     if (c.has_speed != 0) s.speed = c.speed;
     if (c.has_temperature != 0) s.temperature = c.temperature;
     if (c.has_center != 0) s.center = vec(c.center);
+    if (c.has_level != 0) s.level = c.level;
     expect(world_of(world).set_emitter(handle<meltsim::EmitterId>(emitter), s));
   });
 }

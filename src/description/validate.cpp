@@ -602,12 +602,79 @@ Status validate(const ForceFieldDesc& f) {
   return {};
 }
 
-double outlet_head(const WorldDesc& d, std::size_t face) {
+double height_above_floor(const WorldDesc& d, double height) {
   const std::size_t down = axis_of(d.gravity);
-  if (!d.domain.outlets[face].level || down == 3) return 0;
   const bool up = component(d.gravity, down) < 0;
-  return *d.domain.outlets[face].level -
-         (up ? component(d.domain.min, down) : -component(d.domain.max, down));
+  return height - (up ? component(d.domain.min, down) : -component(d.domain.max, down));
+}
+
+double outlet_head(const WorldDesc& d, std::size_t face) {
+  if (!d.domain.outlets[face].level || axis_of(d.gravity) == 3) return 0;
+  return height_above_floor(d, *d.domain.outlets[face].level);
+}
+
+int face_behind(Vec3d axis) {
+  const std::size_t a = axis_of(axis);
+  return a == 3 ? -1 : static_cast<int>(2 * a) + (component(axis, a) > 0 ? 0 : 1);
+}
+
+Status validate_level(const std::string& p, double level, const WorldDesc& d) {
+  if (!std::isfinite(level))
+    return invalid(p, "level: must be finite, got ", level,
+                   " m; it is measured against gravity from the origin");
+  const double head = height_above_floor(d, level);
+  if (head >= 2 * d.spacing) return {};
+  return invalid(p, "level: must be at least two spacings (", 2 * d.spacing, " m) above the floor, got ",
+                 level, " m, ", head, " m above it; turn it off by set_emitter to let nothing in");
+}
+
+/// What a level leaves to say of an emitter.
+Status validate_reservoir_fields(const EmitterDesc& e, const std::string& p) {
+  const EmitterDesc plain;
+  if (e.radius != 0 || e.width != 0)
+    return invalid(p, e.radius != 0 ? "radius" : "width", ": got ", e.radius != 0 ? e.radius : e.width,
+                   " m beside a level, whose opening is a face of the domain; leave it out");
+  if (length(e.center) != 0)
+    return invalid(p, "center: got ", e.center, " beside a level; the axis says which face; leave it out");
+  if (e.speed != plain.speed)
+    return invalid(p, "speed: got ", e.speed, " m/s beside a level, from which it follows; leave it out");
+  if (e.from != 0 || std::isfinite(e.until))
+    return invalid(p, e.from != 0 ? "from" : "until", ": got ", e.from != 0 ? e.from : e.until,
+                   " s beside a level, which is there all the time; leave it out and use set_emitter");
+  return validate_state(p.c_str(), e.temperature, Vec3d{});
+}
+
+Status validate_reservoir(const EmitterDesc& e, const WorldDesc& d) {
+  const std::string p = "emitter \"" + e.name + "\": ";
+  if (Status s = validate_reservoir_fields(e, p); !s) return s;
+  const int face = face_behind(e.axis);
+  if (!finite(e.axis) || face < 0)
+    return invalid(p, "axis: must lie along x, y or z, inwards from an open face, got ", e.axis,
+                   "; 1, 0, 0 is for the face -x");
+  const auto f = static_cast<std::size_t>(face);
+  if (!d.domain.bounded || d.domain.faces[f] != Face::open)
+    return invalid(p, "level: liquid comes in through open faces only, and ", e.axis,
+                   " points inwards from another one; make that face open");
+  if (d.domain.outlets[f].level || d.domain.outlets[f].speed)
+    return invalid(p, "level: that face has an outlet (domain.outlets) already; drop that one");
+  const std::size_t down = axis_of(d.gravity);
+  if (down == 3 || down == f / 2)
+    return invalid(p, "level: needs gravity along an axis of the domain that lies in the face, got ",
+                   d.gravity, "; set gravity so");
+  if (d.domain.faces[2 * down + (component(d.gravity, down) > 0 ? 1 : 0)] != Face::wall)
+    return invalid(p, "level: needs a wall below as its floor; make that face a wall");
+  if (Status s = validate_level(p, *e.level, d); !s) return s;
+  const Vec3d size = d.domain.max - d.domain.min;
+  const double head = height_above_floor(d, *e.level), room = component(size, down);
+  if (!(e.height == 0 || (e.height >= head * (1 - 1e-9) && std::isfinite(e.height))) ||
+      std::max(head, e.height) > room * (1 + 1e-9))
+    return invalid(p, e.height == 0 ? "level" : "height", ": the opening must reach the level, ", head,
+                   " m above the floor, and end within the domain, ", room, " m high, got ",
+                   e.height == 0 ? head : e.height, " m; lower one or make the domain higher");
+  if (component(size, f / 2) < 4 * support_of(d))
+    return invalid(p, "level: the domain must reach four support radii (", 4 * support_of(d),
+                   " m) from that face, got ", component(size, f / 2), " m; make it longer");
+  return {};
 }
 
 Status validate(const EmitterDesc& e, double spacing) {

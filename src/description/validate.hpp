@@ -20,6 +20,14 @@ Status validate(const MaterialDesc& desc);
 /// Height of the level beyond a face above the floor of the domain [m]; 0 where there is none.
 double outlet_head(const WorldDesc& d, std::size_t face);
 
+/// How high above the floor of the domain a height against gravity is [m]; needs gravity along an axis.
+double height_above_floor(const WorldDesc& d, double height);
+/// The face of the domain that an axis points inwards from; -1: none.
+int face_behind(Vec3d axis);
+/// Whether an emitter with a level describes a face with liquid beyond; the level alone.
+Status validate_reservoir(const EmitterDesc& e, const WorldDesc& d);
+Status validate_level(const std::string& p, double level, const WorldDesc& d);
+
 /// Temperature and motion shared by fluids, bodies and emitters; `what` prefixes the field.
 Status validate_state(const char* what, double temperature, Vec3d velocity);
 Status validate(const EmitterDesc& desc, double spacing);

@@ -191,6 +191,8 @@ class Engine {
   /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.
   virtual void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,
                                std::uint32_t count) = 0;
+  /// The level beyond a face and what comes in there from the next sub-step on. Does not wait.
+  virtual void set_inlet(std::uint32_t face, const Inlet<double>& row) = 0;
   /// Waits. Reads the quantities that the sound speed follows from, of the last good state.
   virtual SoundLook look() = 0;
   /// Sound speed of the next sub-steps [m/s], for pressures only, until the next upload() or adapt(). change: of its square, whose

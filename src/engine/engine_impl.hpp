@@ -315,6 +315,12 @@ class EngineImpl final : public Engine {
     unguarded([&] { step::set_force_field<E, T>(ex_, w_, row, round_field<T>(field), count); });
   }
 
+  void set_inlet(std::uint32_t face, const Inlet<double>& row) override {
+    mass_ = 0;                           // checked builds: what comes in again may be lighter
+    if (w_.f.inlets == nullptr) return;  // the next plan has it
+    unguarded([&] { step::set_inlet<E, T>(ex_, w_, face, round_inlet<T>(row)); });
+  }
+
   SoundLook look() override {
     SoundLook seen;
     last_good();

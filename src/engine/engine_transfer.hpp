@@ -67,6 +67,14 @@ void put_particles(E& ex, const Frame<T>& w, const ParticleArrays<T>& a) {
   put(ex, w.f.enthalpy_of_id, a.enthalpy);  // slots are ids as yet
 }
 
+template <class E, class T>
+void put_inlets(E& ex, const Frame<T>& w, const SceneConstants& c) {
+  if (w.f.inlets == nullptr) return;
+  Inlets<T> inlets;
+  for (std::size_t f = 0; f < 6; ++f) inlets.row[f] = round_inlet<T>(c.inlets.row[f]);
+  ex.upload(w.f.inlets, &inlets, sizeof inlets);
+}
+
 /// Tables of the scene.
 template <class E, class T>
 void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
@@ -99,6 +107,7 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
       fields.row[k] = round_field<T>(c.force_fields.row[k]);
     ex.upload(w.f.force_fields, &fields, sizeof fields);
   }
+  put_inlets(ex, w, c);
   std::vector<BodyHeat<T>> body_heat;
   for (const BodyHeat<double>& b : c.body_heat)
     body_heat.push_back({round_condition<T>(b.surface), static_cast<T>(b.source)});
@@ -229,6 +238,7 @@ void put_status(E& ex, const Frame<T>& w, const SceneState& s) {
   status.frozen = s.frozen;
   status.removed = static_cast<std::int64_t>(s.removed);
   status.strayed = static_cast<std::int64_t>(s.strayed);
+  status.entered = static_cast<std::int64_t>(s.entered);
   status.heat_in = s.heat_in;
   status.field_work = s.field_work;
   status.field_impulse = s.field_impulse;
@@ -305,6 +315,7 @@ void download_state(const E& ex, const Frame<T>& w, SceneState& s) {
     s.frozen = status.frozen;
     s.removed = static_cast<std::uint64_t>(status.removed);
     s.strayed = static_cast<std::uint64_t>(status.strayed);
+    s.entered = static_cast<std::uint64_t>(status.entered);
     s.heat_in = status.heat_in;
     s.field_work = status.field_work;
     s.field_impulse = status.field_impulse;

@@ -100,6 +100,20 @@ void fill_outlets(physics::Outlets<T>& o, const SceneConstants& c) {
   }
 }
 
+/// Faces through which liquid comes in.
+template <class T>
+void fill_inlets(Constants<T>& k, const SceneConstants& c) {
+  k.outlets.taking |= c.inlet_faces;
+  k.outlets.inlets = c.inlet_faces;
+  for (std::size_t f = 0; f < 6; ++f) {
+    const Inlet<double>& row = c.inlets.row[f];
+    k.inlet_first_point[f] = row.first_point;
+    k.inlet_points[f] = row.points;
+    k.inlet_first_id[f] = row.first_id;
+    k.inlet_ids[f] = row.ids;
+  }
+}
+
 /// Settings that the host may change between sub-steps.
 template <class T>
 void fill_surroundings(Frame<T>& w, const Surroundings& s) {
@@ -133,6 +147,7 @@ void fill_faces(Constants<T>& k, const SceneConstants& c) {
       k.wall_velocity[f] = cast<T>(c.domain.velocity[static_cast<std::size_t>(f)]);
     }
   fill_outlets(k.outlets, c);
+  fill_inlets(k, c);
 }
 
 /// Vertices that kernels run over, and what follows from how many there are.

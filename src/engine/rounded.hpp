@@ -40,6 +40,30 @@ physics::ForceField<T> round_field(const physics::ForceField<double>& f) {
 }
 
 template <class T>
+Inlet<T> round_inlet(const Inlet<double>& f) {
+  Inlet<T> r;
+  r.first_point = f.first_point;
+  r.points = f.points;
+  r.first_id = f.first_id;
+  r.ids = f.ids;
+  r.center = cast<T>(f.center);
+  r.inwards = cast<T>(f.inwards);
+  r.up = cast<T>(f.up);
+  r.middle = static_cast<T>(f.middle);
+  r.distance = static_cast<T>(f.distance);
+  r.layer = static_cast<T>(f.layer);
+  r.area = f.area;
+  r.head = f.head;
+  r.enthalpy = f.enthalpy;
+  for (int k = 0; k < most_species; ++k) r.solute[k] = f.solute[k];
+  r.mass = static_cast<T>(f.mass);
+  r.volume = static_cast<T>(f.volume);
+  r.tag = f.tag;
+  r.on = f.on;
+  return r;
+}
+
+template <class T>
 physics::PropertyTable<T> round_table(const physics::PropertyTable<double>& p) {
   physics::PropertyTable<T> r;
   r.points = p.points;

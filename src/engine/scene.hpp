@@ -34,7 +34,8 @@ struct SceneState {
   EventHead event_head;
   std::vector<EventRow> events;  ///< the ring
   std::uint64_t melted = 0, frozen = 0, removed = 0,
-                strayed = 0;  ///< before the last upload; removed: strayed, too
+                strayed = 0;  ///< before the last upload; removed: strayed, too, and ids in reserve of faces
+  std::uint64_t entered = 0;  ///< likewise: came in through faces
   double heat_in = 0;         ///< likewise [J]
   double field_work = 0;      ///< likewise [J]
   Vec3d field_impulse;        ///< likewise [N s]
@@ -81,6 +82,8 @@ struct SceneConstants {
   std::vector<BodyHeat<double>> body_heat;            ///< per body, or empty
   std::uint32_t event_kinds = 0, event_capacity = 0;  ///< 0: events are not watched
   ForceFields<double> force_fields;
+  Inlets<double> inlets;
+  std::uint32_t inlet_faces = 0;  ///< bit per face: it has a row
 };
 
 /// Cells along one axis of a bounded domain.

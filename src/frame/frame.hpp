@@ -17,6 +17,7 @@
 #include "meltsim/physics/force_field.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
+#include "meltsim/physics/inlet.hpp"
 #include "meltsim/physics/material_table.hpp"
 #include "meltsim/physics/math.hpp"
 #include "meltsim/physics/mesh_motion.hpp"
@@ -144,7 +145,30 @@ struct PushRow {
 template <class T>
 struct OutletFlow {
   physics::OutletSums sums[6];
+  physics::InletSums inlet[6];
   T speed[6]{};  ///< [m/s]
+  T depth[6]{};  ///< of what comes in [m]
+};
+
+/// Where and what liquid comes in below a level beyond a face. Reserved for it are ids of its own.
+template <class T>
+struct Inlet {
+  std::uint32_t first_point = 0, points = 0;  ///< of a layer
+  std::uint32_t first_id = 0, ids = 0;
+  Vec3<T> center{}, inwards{}, up{};  ///< of the face, in stored coordinates; unit vectors
+  T middle{};                         ///< height of the centre above the floor [m]
+  T distance{};                       ///< from layer to layer [m]
+  T layer{};                          ///< from point to point along `up` [m]
+  double area = 0, head = 0;          ///< B H [m^2], h_L [m]
+  double enthalpy = 0;                ///< of every particle [J]
+  double solute[most_species] = {};   ///< likewise [kg]
+  T mass{}, volume{};
+  std::uint32_t tag = 0;
+  std::uint32_t on = 0;  ///< 0: nothing comes in
+};
+template <class T>
+struct Inlets {
+  Inlet<T> row[6];
 };
 
 template <class T>
@@ -285,6 +309,8 @@ struct Constants {
   std::uint32_t no_slip = 1;
   std::uint32_t open_faces = 0;  ///< bit per face
   physics::Outlets<T> outlets;
+  std::uint32_t inlet_first_point[6] = {}, inlet_points[6] = {}, inlet_first_id[6] = {},
+                inlet_ids[6] = {};  ///< as rows of `inlets` have them
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
   T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]

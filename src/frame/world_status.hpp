@@ -178,6 +178,7 @@ struct WorldStatus {
   double max_speed = 0;    ///< since the last synchronize()
   double max_density = 0;  ///< likewise, phi
   std::uint32_t courant_exceeded = 0;
+  std::uint32_t reserve_spent = 0;          ///< a face had no ids left for what was to come in
   std::uint32_t groups = 0;                 ///< occupied cells of this step
   std::int64_t died = 0;                    ///< vertices that melted in this step; 0 once pieces are searched
   std::uint32_t born = 0;                   ///< vertices that liquid froze onto in this step
@@ -187,6 +188,7 @@ struct WorldStatus {
   std::uint64_t frozen = 0;                 ///< likewise
   std::int64_t removed = 0;                 ///< likewise: all that are marked so
   std::int64_t strayed = 0;                 ///< those of them that fell out of the scene
+  std::int64_t entered = 0;                 ///< likewise: came in through faces, no longer marked as removed
   double heat_in = 0;                       ///< likewise [J]
   double field_work = 0;                    ///< likewise, of force fields [J]
   Vec3<double> field_impulse;               ///< likewise [N s]

@@ -142,6 +142,7 @@ enum Fact : FactSet {
   fact_strain = 1u << 30,             ///< a liquid's viscosity depends on its shear rate; with fact_viscosity
   fact_fields = 1u << 31,             ///< force fields; with liquid or bodies that can move
   fact_isotropic = FactSet{1} << 32,  ///< the stress of the pressure is isotropic
+  fact_inlets = FactSet{1} << 33,     ///< liquid comes in below a level
 };
 
 inline constexpr FactSet search_facts[] = {fact_packed, fact_sorted | fact_sparse, fact_sorted | fact_tree};

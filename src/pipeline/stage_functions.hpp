@@ -61,6 +61,8 @@ template <class E, class T>
 void set_force_field(E& ex, const core::Frame<T>& w, std::uint32_t row, const physics::ForceField<T>& field,
                      std::uint32_t count);
 template <class E, class T>
+void set_inlet(E& ex, const core::Frame<T>& w, std::uint32_t face, const core::Inlet<T>& row);
+template <class E, class T>
 void set_sound_speed(E& ex, const core::Frame<T>& w, std::uint32_t materials, double speed, double change,
                      core::SoundWork* sum, core::SoundWork* account);
 template <class E, class T>
@@ -166,6 +168,7 @@ inline constexpr StageFunction<E, T> stage_functions[] = {
   template void set_heat_region<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, bool, double, double); \
   template void set_force_field<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t,                        \
                                          const physics::ForceField<T>&, std::uint32_t);                      \
+  template void set_inlet<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, const core::Inlet<T>&);      \
   template void shift<Exec, T>(Exec&, const core::Frame<T>&, Vec3<double>, Vec3<double>, double, double,     \
                                Vec3<double>);                                                                \
   template void set_sound_speed<Exec, T>(Exec&, const core::Frame<T>&, std::uint32_t, double, double,        \

@@ -409,6 +409,8 @@ void WorldImpl::close_up() {
   std::vector<std::uint8_t> drop(state_.position.size(), 0);
   for (const std::uint32_t id : holes_) drop[id] = 1;
   holes_.clear();
+  for (EmitterRecord& e : emitters_)
+    e.first_id -= static_cast<std::uint32_t>(std::count(drop.begin(), drop.begin() + e.first_id, 1));
   places_.reset();
   std::size_t to = 0;
   for (std::size_t i = 0; i < drop.size(); ++i) {
@@ -523,6 +525,7 @@ Status WorldImpl::plan_layers(EmitterRecord& r, const std::string& what) const {
 }
 
 Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
+  if (e.level) return add_reservoir(e);
   EmitterRecord r;
   r.desc = e;
   if (r.desc.name.empty()) r.desc.name = "emitter" + std::to_string(emitters_.size() + 1);
@@ -539,6 +542,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   const auto running = find_solids(e, r.held_layers * layer.distance, status);
   if (!running) return running.error();
   if (Status s = check_nozzle(e, what, disc, nullptr); !s) return s.error();
+  if (Status s = check_faces(e, what, disc); !s) return s.error();
   if (room_behind(e, disc, r.held_layers * layer.distance)) r.lead = r.held_layers * layer.distance;
   Vec3d origin;
   if (Status s = origin_for({e.center}, what.c_str(), origin); !s) return s.error();
@@ -640,6 +644,7 @@ std::uint64_t WorldImpl::layers_due(const EmitterRecord& e, double t) const {
 
 /// How many layers there will be, those before the nozzle was added included.
 void WorldImpl::limit_layers(EmitterRecord& e) const {
+  if (e.reservoir()) return;  // it has none
   e.layers = layers_before(e, e.desc.until);
   if (e.desc.max_particles != 0)
     e.layers = std::min(e.layers, e.first_layer + e.skipped + e.desc.max_particles / e.points);

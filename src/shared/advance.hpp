@@ -106,13 +106,29 @@ MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T
          ((open & 16u) != 0u && x.z < w.c.domain_min.z) || ((open & 32u) != 0u && x.z > w.c.domain_max.z);
 }
 
+/// Liquid that has come in through a face is let go at the end of its reach.
+template <class T>
+MELTSIM_HD void let_in(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T> v, std::uint32_t& tag) {
+  if (w.c.outlets.inlets == 0u || !is_held(tag)) return;
+  for (std::uint32_t f = 0; f < 6u; ++f) {
+    if (((w.c.outlets.inlets >> f) & 1u) == 0u) continue;
+    const Vec3<T> out = physics::face_outwards<T>(f), along = out * dot(v, out);
+    const T past = physics::face_distance(w.c.domain_min, w.c.domain_max, x, f) -
+                   T(physics::outlet_reach) * w.c.kernel.support;
+    if (past > w.c.spacing || !(dot(v, out) < T(0)) || v.x != along.x || v.y != along.y || v.z != along.z)
+      continue;
+    tag &= ~tag_held;
+    w.f.tag[i] = tag;
+  }
+}
+
 /// Liquid near a face with an outlet moves at the outlet's speed; so does liquid that a nozzle of the same velocity holds.
 template <class T>
 MELTSIM_HD void drain(const Frame<T>& w, std::uint64_t i, Vec3<T> x, Vec3<T>& v, std::uint32_t& tag) {
   const std::uint32_t face =
       physics::taken_by(w.c.outlets, w.c.kernel.support, w.c.domain_min, w.c.domain_max, x);
-  if (face == 6u) return;
-  const bool level = ((w.c.outlets.levels >> face) & 1u) != 0u;
+  if (face == 6u) return let_in(w, i, x, v, tag);
+  const bool level = (((w.c.outlets.levels | w.c.outlets.inlets) >> face) & 1u) != 0u;
   v = physics::face_outwards<T>(face) * (level ? w.f.outlet_flow->speed[face] : w.c.outlets.speed[face]);
   if (is_held(tag)) return;
   tag |= tag_held;

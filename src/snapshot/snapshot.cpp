@@ -19,13 +19,13 @@ inline namespace v0 {
 namespace {
 
 constexpr char magic[8] = {'M', 'E', 'L', 'T', 'S', 'N', 'A', 'P'};
-// 13: how long bodies are held; 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters,
+// 14: liquid that comes in through faces; 13: how long bodies are held; 12: work of force fields; 11: bodies that deform; 10: heat that is owed; 9: contents of species; 8: settings of emitters,
 // bodies that were removed, the box that the sound speed is derived from; 7: motions of bodies; 6: liquid that a nozzle
 // holds; 5: whether heat flows; 4: materials, what the sound speed is derived from, strays; layers of nozzles follow from
 // the time; 3: what freezes keeps its volume; 2: vertices change their particles
-constexpr std::uint32_t format_version = 13;
+constexpr std::uint32_t format_version = 14;
 /// WorldImpl::StoredState::layout() of that version.
-constexpr std::uint64_t layout_of_version = 7079455637567778217u;
+constexpr std::uint64_t layout_of_version = 15199253922879274393u;
 
 /// The continuation of a state also depends on these: whether temperatures were found level, whether something could melt.
 constexpr std::uint32_t heat_level_bit = 1u, could_melt_bit = 2u;
@@ -231,8 +231,8 @@ struct WorldImpl::StoredState {
                  value(steps) && value(sound_speed) && value(last_max_speed) && value(seen) &&
                  value(origin) && value(lattice) && value(s.heat_in) && value(s.field_work) &&
                  value(s.field_impulse) && value(heat_owed) && value(s.melted) && value(s.frozen) &&
-                 value(s.removed) && value(s.strayed) && value(flags) && array(material_hashes) &&
-                 array(emitters);
+                 value(s.removed) && value(s.strayed) && value(s.entered) && value(flags) &&
+                 array(material_hashes) && array(emitters);
     core::each_held(s, most_species, [&](auto, auto& held, const auto&) { there = there && array(held); });
     return there && array(s.motion) && array(taken) && array(deformed) && array(s.mesh_points) &&
            array(releases) && ((flags & follows_sound_bit) == 0 || value(followed));
@@ -332,7 +332,7 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   for (const MaterialDesc& m : materials) d.material_hashes.push_back(material_hash(m));
   for (const EmitterRecord& e : emitters_)
     d.emitters.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
-                          e.desc.temperature, e.desc.center});
+                          e.desc.temperature, e.desc.center, e.desc.level.value_or(0), e.first_id, e.ids});
   for (const BodyRecord& b : bodies_) d.taken.push_back(b.gone ? b.taken + 1 : 0);
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     d.deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
@@ -422,11 +422,29 @@ Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState
   for (const BodyRelease& r : stored.releases)
     if (!(r.held_until >= 0) || !(length(r.velocity) <= 1e15) || !(length(r.angular_velocity) <= 1e15))
       return corrupt("when or how a body is let go is not usable");
+  if (Status status = check_reservoirs(stored, s.position.size()); !status) return status;
   if (Status status = SnapshotCheck(*this, stored, s).check(); !status) return status;
   if (Status status = check_mesh_points(stored.deformed, s.mesh_points, stored.time); !status) return status;
   if (Status status = check_speeds(stored); !status) return status;
   for (std::size_t k = 0; k < stored.emitters.size(); ++k)
     if (Status status = check_emitter(k, stored.emitters[k], stored.time); !status) return status;
+  return {};
+}
+
+/// Levels of emitters, and what they have in reserve of so many particles.
+Status WorldImpl::check_reservoirs(const StoredState& stored, std::uint64_t particles) const {
+  for (std::size_t k = 0; k < emitters_.size(); ++k) {
+    const EmitterState& s = stored.emitters[k];
+    const EmitterRecord& e = emitters_[k];
+    if (s.ids != e.ids)
+      return core::invalid("snapshot: emitters: \"", e.desc.name, "\" may have ", e.ids,
+                           " particles in this World, ", s.ids,
+                           " in the snapshot; build the World from the same scene first");
+    if (!e.reservoir()) continue;
+    if (std::uint64_t{s.first_id} + s.ids > particles || !core::validate_level("", s.level, desc) ||
+        core::height_above_floor(desc, s.level) > e.desc.height * (1 + 1e-9))
+      return corrupt("the level or the reserve of a face is not usable");
+  }
   return {};
 }
 
@@ -515,6 +533,9 @@ void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {
   e.desc.speed = s.speed;
   e.desc.temperature = s.temperature;
   e.desc.center = s.center;
+  if (!e.reservoir()) return;
+  e.desc.level = s.level;
+  e.first_id = s.first_id;
 }
 
 /// Whether a nozzle can be in that state.
@@ -552,7 +573,9 @@ Status WorldImpl::SnapshotCheck::check() {
   for (std::size_t i = 0; i < s_.position.size(); ++i)
     if (Status status = check_particle(i); !status) return status;
   if (Status status = check_motions(); !status) return status;
-  if (removed_ != s_.removed || s_.strayed > s_.removed)
+  constexpr std::uint64_t most = std::uint64_t{1} << 62;
+  if (removed_ != s_.removed || s_.strayed > most || s_.entered > most ||
+      s_.removed + s_.entered < w_.reserved_ids() + s_.strayed)
     return corrupt("the number of removed particles is wrong");
   if (solid_ + s_.melted != d_.built(w_.bodies_) + s_.frozen)
     return corrupt("the number of solid particles is wrong");

@@ -65,8 +65,13 @@ Status WorldImpl::set_gravity(Vec3d gravity) {
   if (Status s = checked("set_gravity", changed); !s) return s;
   const double g = length(gravity), before = length(desc.gravity);
   // The same direction, to rounding: heights along it stand.
-  see_added();
   const bool turned = !(g > 0 && before > 0 && dot(gravity, desc.gravity) >= g * before * (1 - 1e-12));
+  for (const EmitterRecord& e : emitters_)
+    if (turned && e.reservoir())
+      return invalid("set_gravity: gravity: emitter \"", e.desc.name,
+                     "\" has a level, which needs gravity along ", desc.gravity, ", got ", gravity,
+                     "; keep its direction");
+  see_added();
   desc.gravity = gravity;
   if (steps == 0) {
     see_all_anew();
@@ -310,6 +315,8 @@ Status WorldImpl::check_emission(const std::string& what, const EmitterRecord& n
 /// Whether a setting of an emitter can be taken; r has the speed and the temperature that it asks for.
 Status WorldImpl::check_setting(EmitterId id, const EmitterRecord& r, const EmitterSetting& setting,
                                 const std::string& what) const {
+  if (setting.level)
+    return invalid(what, "level: this emitter is a nozzle; add one with a level, or set its speed");
   EmitterDesc asked = r.desc;
   asked.from =
       std::min(std::max(asked.from, 0.0), asked.until);  // a changed speed moves where its layers count from
@@ -321,6 +328,7 @@ Status WorldImpl::check_setting(EmitterId id, const EmitterRecord& r, const Emit
                             emitter_points_.begin() + r.first_point + r.points);
     if (!finite(asked.center)) return invalid(what, "center: must be finite, got ", asked.center);
     if (Status s = check_nozzle(asked, what, disc, &emitters_[id.index]); !s) return s;
+    if (Status s = check_faces(asked, what, disc); !s) return s;
   }
   const auto row = material_rows()[r.desc.material.index];
   const double h = physics::enthalpy_of(row, r.desc.temperature);
@@ -365,10 +373,11 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
     return Error{ErrorCode::halted, core::text("set_emitter: the World halted: ", halt_reason_,
                                                "; restore a snapshot to go on")};
   EmitterRecord r = emitters_[id.index];
+  const std::string what = "set_emitter: emitter \"" + r.desc.name + "\": ";
+  if (r.reservoir()) return set_reservoir(id, setting, what);
   const double before = r.desc.speed;
   if (setting.speed) r.desc.speed = *setting.speed;
   if (setting.temperature) r.desc.temperature = *setting.temperature;
-  const std::string what = "set_emitter: emitter \"" + r.desc.name + "\": ";
   if (Status s = check_setting(id, r, setting, what); !s) return s;
   if (setting.on) r.on = *setting.on;
   count_layers_anew(r, emitters_[id.index]);
@@ -381,8 +390,7 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
   if (Status s = prepare(); !s) return s;
   if (Status s = check_emission(what, r, emitters_[id.index]); !s) return s;
   const Vec3d axis = core::unit(r.desc.axis);
-  // Ahead of the change of speed, by which its liquid is found.
-  if (setting.center) move_nozzle(r, axis * before, *setting.center);
+  if (setting.center) move_nozzle(r, axis * before, *setting.center);  // by its speed, before that changes
   emitters_[id.index] = r;
   if (r.desc.speed != before) {
     engine->respeed(axis * before, axis * r.desc.speed);

@@ -9,6 +9,7 @@
 #include "meltsim/physics/sound_speed.hpp"
 #include "shared/advance.hpp"
 #include "spatial/rows.hpp"
+#include "step/inlet_bodies.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -59,17 +60,8 @@ struct EmitBody {
   MELTSIM_HD void operator()(std::uint64_t k) const {
     const core::Burst<T>& b = w.burst;
     const auto id = static_cast<std::uint32_t>(w.burst_first + k);
-    const std::uint32_t slot = w.f.slot_of_id[id];  // until now it held nothing, as if removed
     const Vec3<T> offset = xyz(w.f.emitter_points[b.first_point + k]);
-    w.f.position[slot] = with_w(b.center + offset, b.volume * T(physics::entering_share));
-    w.f.velocity[slot] = with_w(b.velocity, T(0));
-    if (w.f.enthalpy != nullptr) w.f.enthalpy[slot] = b.enthalpy;
-    else w.f.enthalpy_of_id[id] = b.enthalpy;
-    if (w.f.solute != nullptr)
-      for (std::uint32_t s = 0; s < w.species; ++s) core::solute_at(w, s, slot) = b.solute[s];
-    w.f.mass[slot] = b.mass;
-    w.f.tag[slot] = b.tag | tag_held;
-    if (w.f.vertex_of_id != nullptr) w.f.vertex_of_id[id] = core::none;
+    enter_as(w, id, b.center + offset, b.velocity, b);
   }
 };
 
@@ -448,6 +440,7 @@ struct ClearBody {
     s.viscous_bound_exceeded = 0;
     s.solute_bound_exceeded = 0;
     s.cooled_to_zero = 0;
+    s.reserve_spent = 0u;
   }
 };
 

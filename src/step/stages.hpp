@@ -168,6 +168,34 @@ void outlets(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
+void inlets(E& ex, const core::Frame<T>& w) {
+  for (std::uint32_t f = 0; f < 6u; ++f)
+    if (((w.c.outlets.inlets >> f) & 1u) != 0u)
+      ex.reduce(w.particles, AheadOfInletBody<T>{w, f}, &w.f.outlet_flow->inlet[f], InletSpeedBody<T>{w, f});
+}
+
+/// After step.integrate: neighbours are those of the middle of the sub-step.
+template <class E, class T>
+void enter(E& ex, const core::Frame<T>& w) {
+  for (std::uint32_t f = 0; f < 6u; ++f) {
+    if (((w.c.outlets.inlets >> f) & 1u) == 0u) continue;
+    const std::uint32_t points = w.c.inlet_points[f], ids = w.c.inlet_ids[f];
+    const std::uint32_t point = w.c.inlet_first_point[f], id = w.c.inlet_first_id[f];
+    spatial::with_tree(w, [&](auto tree) { ex.for_each(points, InletPlaceBody<T, tree()>{w, f}); });
+    ex.scan(points, InletRankBody<T>{w.f.inlet_place + point}, w.f.inlet_rank + point);
+    ex.scan(ids, InletFreeBody<T>{w, id}, w.f.inlet_free + id);
+    ex.for_each(points, EnterBody<T>{w, f});
+    ex.for_each(1, EnteredBody<T>{w, f});
+  }
+}
+
+/// Between sub-steps; not a stage.
+template <class E, class T>
+void set_inlet(E& ex, const core::Frame<T>& w, std::uint32_t face, const core::Inlet<T>& row) {
+  ex.for_each(1, SetInletBody<T>{w.f.inlets, face, row});
+}
+
+template <class E, class T>
 void carry(E& ex, const core::Frame<T>& w) {
   ex.for_each(w.vertices, CarryBody<T>{w});
 }

@@ -21,7 +21,7 @@ bool insulated(const SurfaceHeatDesc& s) {
 }  // namespace
 
 /// Whether layers of it are still to come.
-bool WorldImpl::emits(const EmitterRecord& e) const { return next_layer(e) < e.layers; }
+bool WorldImpl::emits(const EmitterRecord& e) const { return e.reservoir() || next_layer(e) < e.layers; }
 
 bool WorldImpl::emitting() const {
   return std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return emits(e); });
@@ -289,6 +289,8 @@ core::FactSet WorldImpl::facts_of_liquid() const {
     if (liquid_used_[m] != 0u && materials[m].surface_tension > 0) f |= core::fact_tension;
   for (const OutletDesc& outlet : desc.domain.outlets)
     if (outlet.level) f |= core::fact_outlets;
+  for (const EmitterRecord& e : emitters_)
+    if (e.reservoir()) f |= core::fact_inlets;
   if (isotropic()) f |= core::fact_isotropic;
   if (desc.particle_shifting) f |= core::fact_shifting;
   if (diffuses_) f |= core::fact_implicit;

@@ -87,7 +87,8 @@ void WorldImpl::look_at_added() {
     seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
   }
   for (std::size_t e = seen_emitters_; e < emitters_.size(); ++e) {
-    see(emitters_[e].desc.center, up);
+    see(emitters_[e].desc.center + up * (emitters_[e].reservoir() ? 0.5 * emitters_[e].desc.height : 0.0),
+        up);
     seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
   }
   if (desc.domain.bounded)
@@ -301,6 +302,11 @@ core::SceneConstants WorldImpl::constants() const {
   for (std::uint32_t k = 0; k < physics::most_force_fields; ++k)
     c.force_fields.row[k] = field_row(force_fields_[k]);
   c.emitter_points = emitter_points_;
+  for (const EmitterRecord& e : emitters_) {
+    if (!e.reservoir()) continue;
+    c.inlet_faces |= 1u << e.face;
+    c.inlets.row[e.face] = inlet_row(e);
+  }
   c.largest_mass = largest_mass();
   if (event_watch_) {
     c.event_kinds = event_watch_->kinds;

@@ -60,11 +60,11 @@ Status WorldImpl::check_memory(const EmitterRecord& e, const std::string& what) 
   if (emits(e)) note_liquid(e.desc.material.index);
   weigh_materials();
   derive_limits();
-  const std::uint64_t coming = planned_emission();
+  const std::uint64_t coming = planned_emission() + e.ids;
   if (has_memory_for(there + coming, facts(), species_used_)) return {};
   return Error{ErrorCode::out_of_memory,
-               core::text(what, e.desc.max_particles != 0 ? "max_particles: " : "until: ",
-                          (e.layers - next_layer(e)) * e.points,
+               core::text(what, e.desc.max_particles != 0 || e.reservoir() ? "max_particles: " : "until: ",
+                          (e.layers - next_layer(e)) * e.points + e.ids,
                           " particles are more than there is memory for; emit fewer")};
 }
 

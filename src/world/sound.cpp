@@ -41,6 +41,7 @@ double WorldImpl::driven_head(double from, double until) const {
   const Vec3d up = g > 0 ? desc.gravity * (-1.0 / g) : Vec3d{};
   double head = 0, moved = carried_speed_;
   for (const EmitterRecord& e : emitters_) {
+    if (e.reservoir()) head = std::max(head, g * (dot(e.desc.center, up) + 0.5 * e.desc.height - low));
     const std::uint64_t next = layers_due(e, from);
     if (!e.on || next >= e.layers || due(e, next) >= until) continue;
     const double height = dot(e.desc.center, up) + core::nozzle_reach_across(e.desc) - low;

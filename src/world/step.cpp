@@ -177,7 +177,7 @@ const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, doub
 
 /// Whether a layer was due that max_particles does not allow, or for which there was no room.
 bool WorldImpl::exhausted(const EmitterRecord& e) const {
-  return e.blocked || layers_before(e, time) > e.layers;
+  return !e.reservoir() && (e.blocked || layers_before(e, time) > e.layers);
 }
 
 /// Whether so many more particles fit into the domain: a closed one holds its volume over dx^3. More would press on each other until
@@ -640,7 +640,8 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
 WorldImpl::Moment WorldImpl::now() const {
   const bool spent =
       std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return exhausted(e); });
-  return {steps, time, solids_built_, spent, origin_, sound_now(), sound_.work, displaced_, displaced_work_};
+  return {steps,   time,        solids_built_, spent,      reserved_ids(),
+          origin_, sound_now(), sound_.work,   displaced_, displaced_work_};
 }
 
 /// Flags of a status of that moment, except halts.
@@ -655,11 +656,12 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.viscous_bound_exceeded = s.viscous_bound_exceeded != 0;
   r.solute_bound_exceeded = s.solute_bound_exceeded != 0;
   r.cooled_to_zero = s.cooled_to_zero != 0;
-  r.emitter_exhausted = at.emitter_exhausted;
+  r.emitter_exhausted = at.emitter_exhausted || s.reserve_spent != 0;
   r.melted = static_cast<std::uint64_t>(s.melted);
   r.frozen = s.frozen;
   r.strayed = static_cast<std::uint64_t>(s.strayed);
-  r.removed = static_cast<std::uint64_t>(s.removed) - r.strayed;
+  r.entered = static_cast<std::uint64_t>(s.entered);
+  r.removed = left_of(static_cast<std::uint64_t>(s.removed), r.entered, at.reserved_ids) - r.strayed;
   r.solid = at.solids_built + s.frozen - r.melted;
   r.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - r.solid;
   return r;
@@ -702,7 +704,8 @@ StepResult WorldImpl::collect() {
   if (dirty_) {  // the state is on the host
     r.melted = state_.melted;
     r.frozen = state_.frozen;
-    r.removed = state_.removed - state_.strayed;
+    r.entered = state_.entered;
+    r.removed = left_of(state_.removed, state_.entered, reserved_ids()) - state_.strayed;
     r.strayed = state_.strayed;
     r.fluid = r.solid = 0;
     for (const std::uint32_t tag : state_.tag) {

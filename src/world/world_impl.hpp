@@ -72,6 +72,10 @@ struct EmitterRecord {
   bool on = true;
   std::uint64_t skipped = 0;  ///< layers that did not come because it was off, or the domain full
   bool blocked = false;       ///< the last one, because the domain was full
+  // With a level: `points` are of a face, there are no layers, and of the description center, up, width and height are the opening's.
+  int face = -1;
+  std::uint32_t first_id = 0, ids = 0;  ///< in reserve
+  bool reservoir() const { return face >= 0; }
 };
 
 /// State of an emitter in a snapshot.
@@ -79,6 +83,8 @@ struct EmitterState {
   std::uint64_t first_layer = 0, skipped = 0, on = 1;
   double from = 0, speed = 0, temperature = 0;
   Vec3d center;
+  double level = 0;  ///< where it has one
+  std::uint32_t first_id = 0, ids = 0;
 };
 
 /// When and how a body that is held is let go.
@@ -551,6 +557,7 @@ class WorldImpl final : public Scheduler {
     double time = 0;
     std::uint64_t solids_built = 0;
     bool emitter_exhausted = false;
+    std::uint64_t reserved_ids = 0;
     Vec3d origin;
     double sound_speed = 0, sound_work = 0;
     std::uint64_t displaced = 0;
@@ -595,6 +602,20 @@ class WorldImpl final : public Scheduler {
   Status check_emitter(const EmitterDesc& e, const std::string& what, Contents& contents) const;
   Status check_layer(const EmitterDesc& e, const std::string& what) const;
   Status plan_layers(EmitterRecord& r, const std::string& what) const;
+  // scene/reservoirs.cpp
+  Result<EmitterId> add_reservoir(const EmitterDesc& e);
+  Status check_reservoir(const EmitterDesc& e, const std::string& what, Contents& contents) const;
+  bool moved_by_face(const EmitterRecord& e, Vec3d x) const;
+  Status check_faces(const EmitterDesc& e, const std::string& what, const std::vector<Vec3d>& points) const;
+  Status check_face(const EmitterRecord& r, const std::string& what, const std::vector<Vec3d>& points) const;
+  Status check_layer_of_face(const EmitterDesc& e, const std::string& what) const;
+  Status check_reserve(const EmitterRecord& r, std::uint64_t ids, const std::string& what) const;
+  void put_in_reserve(const EmitterRecord& r, Vec3d at);
+  std::uint64_t reserved_ids() const;
+  static std::uint64_t left_of(std::uint64_t removed, std::uint64_t entered, std::uint64_t reserve);
+  core::Inlet<double> inlet_row(const EmitterRecord& e) const;
+  Status set_reservoir(EmitterId id, const EmitterSetting& setting, const std::string& what);
+  // scene/build.cpp
   double free_room() const;
   // world/room.cpp
   bool has_memory_for(std::uint64_t particles, core::FactSet facts, bool solutes) const;
@@ -621,6 +642,7 @@ class WorldImpl final : public Scheduler {
   Status check_same_scene(const StoredState& stored, const core::SceneState& s) const;
   Status check_stored(const StoredState& stored, const core::SceneState& s) const;
   static Status check_speeds(const StoredState& stored);
+  Status check_reservoirs(const StoredState& stored, std::uint64_t particles) const;
   void take_over(const StoredState& stored, core::SceneState&& s);
   void take_over_sound(const StoredState& stored);
   void take_over_bodies(const StoredState& stored, const std::vector<char>& held);

@@ -128,6 +128,8 @@ class Sequence {
           if (chance(0.5))
             d.domain.outlets[open].level = or_extreme(low_.y + size_.y * random_.uniform(0, 1));
           else d.domain.outlets[open].speed = or_extreme(random_.uniform(0.05, 1));
+        } else if (axis != 1) {
+          (&inwards_.x)[axis] = open % 2 == 0 ? 1 : -1;
         }
       }
     }
@@ -498,20 +500,27 @@ class Sequence {
       e.up = or_extreme(random_.vector(1), 0.05);
     }
     e.fractions = fractions();
-    e.speed = or_extreme(random_.uniform(0.2, 2));
+    if (length(inwards_) > 0 && chance(0.6)) {  // an open face
+      e = EmitterDesc{};
+      e.axis = inwards_.x != 0 ? Vec3d{inwards_.x, 0, 0} : inwards_;
+      if (chance(0.05)) e.axis = random_.vector(1);
+      e.level = or_extreme(low_.y + size_.y * random_.uniform(0.1, 0.9), 0.03);
+    } else {
+      e.speed = or_extreme(random_.uniform(0.2, 2));
+      e.from = or_extreme(random_.uniform(0, 0.1), 0.03);
+      e.until = or_extreme(e.from + random_.uniform(0, 0.3), 0.03);
+    }
     e.material = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
     e.temperature = or_extreme(random_.uniform(5, 95));
-    e.from = or_extreme(random_.uniform(0, 0.1), 0.03);
-    e.until = or_extreme(e.from + random_.uniform(0, 0.3), 0.03);
     if (chance(0.5)) e.max_particles = 50 + random_.below(300);
     note("add_emitter radius ", e.radius / dx_, " dx, speed ", e.speed, " axis ", e.axis.x, ",", e.axis.y,
-         ",", e.axis.z, " until ", e.until);
+         ",", e.axis.z, " until ", e.until, " level ", e.level.value_or(-1));
     refusable_ = true;
     const auto id = guarded_call("add_emitter", [&] { return world_->add_emitter(e); });
     refusable_ = false;
     if (id) {
       again([e](World& w) { return bool(w.add_emitter(e)); });
-      moves(e.speed);
+      moves(e.level ? std::sqrt(2 * 9.81 * size_.y) : e.speed);
       emits_ = true;
       emitters_.push_back({*id, e});
     }
@@ -526,7 +535,13 @@ class Sequence {
     if (chance(0.3)) to.speed = or_extreme(e.speed * random_.uniform(0.5, 1.5), 0.03);
     if (chance(0.6))
       to.center = chance(0.8) ? or_extreme(e.center + direction() * dx_, 0.03) : or_extreme(place(), 0.03);
-    note("set_emitter speed ", to.speed.value_or(0), " to ", to.center.value_or(Vec3d{}).x);
+    if (e.level && chance(0.7)) {
+      to = EmitterSetting{};
+      to.level = or_extreme(low_.y + size_.y * random_.uniform(0.1, 0.9), 0.03);
+      if (chance(0.2)) to.on = chance(0.5);
+    }
+    note("set_emitter level ", to.level.value_or(-1), " speed ", to.speed.value_or(0), " to ",
+         to.center.value_or(Vec3d{}).x);
     refusable_ = true;
     const auto s = guarded_call("set_emitter", [&] { return world_->set_emitter(id, to); });
     refusable_ = false;
@@ -1306,6 +1321,7 @@ class Sequence {
   std::vector<ForceFieldId> fields_;  ///< removed ones included
   std::map<std::uint32_t, double> masses_;
   std::vector<ReadTicket> tickets_;
+  Vec3d inwards_;  ///< from an open face that has no outlet
   bool halted_ = false, emits_ = false, refusable_ = false, deformed_ = false;
   std::string trace_;
 };

@@ -287,7 +287,8 @@ bodies: [{name: a, shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: 
           growth: 1}]
 emitters: [{name: e, nozzle: {center: [1.7,1.7,1], axis: [1,0,0], radius: 0.2}, speed: 2, material: water,
             temperature: 3, from: 0.1, until: 0.2, max_particles: 30, fractions: {milk: 1}},
-           {nozzle: {center: [1,1,1], width: 0.4, height: 0.5, up: [1,0,0]}, material: water, until: 1}]
+           {nozzle: {center: [1,1,1], width: 0.4, height: 0.5, up: [1,0,0]}, material: water, until: 1},
+           {reservoir: {face: +x, level: 0.5, height: 0.8}, material: water}]
 force_fields: [{name: f, kind: vortex, shape: {box: [[0,0,0],[1,1,1]]}, center: [1,1,1], axis: [1,0,0],
                 strength: 1, radius: 0.1, power: -1, liquid: false, bodies: true, from: 0.1, until: 2},
                {kind: drag, velocity: [1,0,0], angular_velocity: [0,0,1], rate: 3},
@@ -316,7 +317,11 @@ TEST(Scene, WhatIsEchoedIsTheSameSceneWithEveryKeyGiven) {
   holds(json["heat"]["regions"][0], {"name", "shape", "temperature", "from", "until"});
   holds(json["fluids"][0], keys_of(fluid_options()));
   holds(json["bodies"][0], keys_of(body_options()));
-  holds(json["emitters"][0], keys_of(emitter_options()));
+  keys::List of_nozzle = keys_of(emitter_options());
+  of_nozzle.erase(std::find(of_nozzle.begin(), of_nozzle.end(), "reservoir"));
+  holds(json["emitters"][0], of_nozzle);
+  holds(json["emitters"][2]["reservoir"], keys_of(reservoir_options()));
+  EXPECT_EQ(json["emitters"][2]["reservoir"]["face"], "+x");
   holds(json["emitters"][1]["nozzle"], {"center", "axis", "width", "height", "up"});
   holds(json["force_fields"][0], {"name", "kind", "shape", "center", "axis", "strength", "radius", "power",
                                   "liquid", "bodies", "from", "until"});

@@ -130,8 +130,11 @@ TEST(Schema, AndManualFollowFromTheTableOfOptions) {
   put(body_options(), defs["body"], "a body", "");
   Json& nozzle = defs["emitter"]["properties"]["nozzle"];
   put_schema(nozzle_options(), nozzle);
+  put_schema(reservoir_options(), defs["emitter"]["properties"]["reservoir"]);
   put_schema(emitter_options(), defs["emitter"]);
-  put_rows(manual, "an emitter", rows(emitter_options(), "") + rows(nozzle_options(), "nozzle"));
+  put_rows(manual, "an emitter",
+           rows(emitter_options(), "") + rows(nozzle_options(), "nozzle") +
+               rows(reservoir_options(), "reservoir"));
   put(force_field_options(), defs["force_field"], "a force field", "");
   put(probe_options(), defs["probe"], "a probe", "");
   Json& output = top["output"]["properties"];

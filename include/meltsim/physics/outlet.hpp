@@ -33,6 +33,7 @@ template <class T>
 struct Outlets {
   std::uint32_t taking{};  ///< liquid near the face moves out of it
   std::uint32_t levels{};  ///< its speed follows from a level
+  std::uint32_t inlets{};  ///< and liquid comes in (physics/inlet.hpp)
   T speed[6]{};            ///< where it does not [m/s]
   T head[6]{};             ///< h_L [m]
   T floor[6]{};            ///< A [m^2]
