@@ -214,13 +214,13 @@ nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader > 
 if [ -z "${MELTSIM_BUILD_DIR:-}" ]; then
   part build 330 build_all
 fi
-part tests 150 gpu_tests
+part tests 200 gpu_tests
 part memcheck 60 sanitizer memcheck
 part racecheck 60 sanitizer racecheck
 part fuzz 150 fuzz
 part benchmarks 240 benchmarks
 part profile 180 profile
-part whole 120 whole
+part whole 180 whole
 part melting 120 melting
 part reproducible 150 reproducible
 part initcheck 45 sanitizer initcheck
