@@ -106,7 +106,7 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
     replay_every_ = pictures_.every();
     if (export_.any())
       export_.write(frame.index, time, particles, export_.wants_shapes() ? shapes.get() : nullptr);
-    if (still && shapes) pictures_.still(*shapes);
+    if (still && shapes) pictures_.still(shapes);
   });
 }
 

@@ -420,7 +420,7 @@ Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState
     if (stored.taken[b] > bodies_[b].vertices + s.frozen + 1)
       return corrupt("a body has lost more than it had");
   for (const BodyRelease& r : stored.releases)
-    if (!(r.held_until >= 0) || !(length(r.velocity) <= 1e15) || !(length(r.angular_velocity) <= 1e15))
+    if (!(r.held_until >= 0) || !(length(r.velocity) <= 1e15) || !finite(r.angular_velocity))
       return corrupt("when or how a body is let go is not usable");
   if (Status status = check_reservoirs(stored, s.position.size()); !status) return status;
   if (Status status = SnapshotCheck(*this, stored, s).check(); !status) return status;

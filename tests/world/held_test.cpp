@@ -146,6 +146,24 @@ TEST_P(Held, SnapshotsKnowWhoIsHeld) {
 INSTANTIATE_TEST_SUITE_P(Motions, Held, testing::Values(Motion::free, Motion::rigid),
                          [](const auto& p) { return p.param == Motion::free ? "Free" : "Rigid"; });
 
+// Of two micrometres: what a World accepts its snapshots hold.
+TEST(HeldBody, ASnapshotTakesAnySpinThatABodyHas) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 1e-6;
+  d.gravity = {};
+  World w = make(d);
+  SolidDesc s;
+  s.material = *w.add_material({});
+  s.shape = Shape::box({0, 0, 0}, {2e-6, 2e-6, 2e-6});
+  s.held_until = 1;
+  s.angular_velocity = {0, 2e15, 0};
+  require(w.add_solid(s));
+  const auto snapshot = w.snapshot();
+  ASSERT_TRUE(snapshot) << snapshot.error().message;
+  require(w.restore(snapshot->data(), snapshot->size()));
+}
+
 TEST(HeldBody, BadInputNamesTheField) {
   MELTSIM_NEEDS_BACKEND();
   World w = make(held_desc());

@@ -51,6 +51,7 @@ void RunPictures::frame(std::uint64_t index, double time, const meltsim::Particl
 void RunPictures::save() const { replay_.save(directory_.file("replay.bin")); }
 
 void RunPictures::finish(meltsim::World& world, const RunState& state, bool page, bool still) {
+  if (drawing_.valid()) drawing_.get();
   if (!page && !still) return;
   meltsim::ReadRequest all;
   all.particles = true;
@@ -81,8 +82,9 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   write_file(directory_.file("index.html"), replay_page(page, frames));
 }
 
-void RunPictures::still(const FrameShapes& shapes) {
-  write_still(shapes, view_box(scene_, box_of(replay_.frames())));
+void RunPictures::still(std::shared_ptr<const FrameShapes> shapes) {
+  const Box seen = view_box(scene_, box_of(replay_.frames()));
+  drawing_ = std::async([this, shapes = std::move(shapes), seen] { write_still(*shapes, seen); });
 }
 
 void RunPictures::write_still(const FrameShapes& shapes, const Box& seen) {

@@ -2,6 +2,9 @@
 // What makes a run seen: index.html, written when it ends however it ends.
 #pragma once
 
+#include <future>
+#include <memory>
+
 #include "build_world.hpp"
 #include "checkpoint.hpp"
 #include "run_directory.hpp"
@@ -22,9 +25,10 @@ class RunPictures {
   void frame(std::uint64_t index, double time, const meltsim::ParticleFrame& particles);
   /// With the checkpoint: what a resumed run needs.
   void save() const;
-  /// still.png of a frame. Touches no World: another thread than the World's may call it.
-  void still(const FrameShapes& shapes);
-  /// What a run ends with: index.html and still.png, those that are asked for.
+  /// still.png of a frame, drawn in a thread of its own: other files, and with them the steps, do not wait for it. Touches no World:
+  /// another thread than the World's may call it.
+  void still(std::shared_ptr<const FrameShapes> shapes);
+  /// What a run ends with: index.html and still.png, those that are asked for. Waits for still(), and fails where that did.
   void finish(meltsim::World& world, const RunState& state, bool page, bool still);
   /// Why the still is not what it should be, if so.
   const std::string& problem() const { return problem_; }
@@ -37,6 +41,7 @@ class RunPictures {
   RunDirectory directory_;
   Replay replay_;
   std::string problem_;
+  std::future<void> drawing_;  ///< still(); the last member: it ends before what it uses
 };
 
 }  // namespace runner
