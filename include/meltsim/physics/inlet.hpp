@@ -44,8 +44,8 @@ struct InletFlow {
 
 /// Liquid ahead of such a face. Whole numbers and a maximum, so that the order of the particles does not matter.
 struct InletSums {
-  static constexpr double nothing = -1e300;
-  OutletSums ahead;        ///< sum w V, sum w V v.n
+  static constexpr double nothing = -1e300;  ///< of `moved`: there is no such liquid
+  OutletSums ahead;                          ///< sum w V, sum w V v.n
   double moved = nothing;  ///< velocity of the liquid that moves with the face; nothing: there is none
   MELTSIM_HD static InletSums combine(InletSums a, const InletSums& b) {  ///< of both
     a.ahead = OutletSums::combine(a.ahead, b.ahead);
