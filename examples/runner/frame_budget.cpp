@@ -29,10 +29,6 @@ constexpr double timing_ms = 200;
 // Settings that are timed before a run.
 constexpr int most_tries = 5;
 
-struct FrameCost {
-  double frame_ms = 0, substep_ms = 0;
-};
-
 /// What a frame of the scene, and a sub-step of it, take on this machine as it begins.
 FrameCost frame_cost(const Scene& scene, const MachineOptions& machine) {
   Built built = build_world(scene, machine);
@@ -47,6 +43,27 @@ FrameCost frame_cost(const Scene& scene, const MachineOptions& machine) {
 }
 
 }  // namespace
+
+FitToBudget most_exact_within(double milliseconds, double frames, const std::vector<trade::Choice>& front,
+                              const std::function<FrameCost(const trade::Knobs&)>& time) {
+  const double wanted = share_to_plan * milliseconds;
+  const auto dearest_within = [&](double seconds) {
+    trade::Choice best = front.front();
+    for (const trade::Choice& c : front)
+      if (c.seconds <= seconds) best = c;
+    return best;
+  };
+  FitToBudget fit;
+  fit.choice = dearest_within(frames * wanted / 1000);
+  for (int tries = 0;;) {
+    fit.cost = time(fit.choice.knobs);
+    const trade::Choice cheaper =
+        dearest_within(fit.choice.seconds * std::min(0.95, wanted / fit.cost.frame_ms));
+    const bool cheapest = cheaper.knobs.value == fit.choice.knobs.value;
+    if (fit.cost.frame_ms <= milliseconds || cheapest || ++tries == most_tries) return fit;
+    fit.choice = cheaper;
+  }
+}
 
 FrameBudget FrameBudget::repeating(const std::string& directory) {
   const std::string file = directory + "/run.json";
@@ -74,7 +91,7 @@ FrameBudget FrameBudget::repeating(const std::string& directory) {
 void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
   FrameCost cost = frame_cost(scene, options.machine);
   expected_ms_ = cost.frame_ms;
-  const auto say = [&](const std::string& what) {
+  const auto say = [&](const std::string& what, const char* when) {
     log.info("chosen for the budget: " + what);
     // Sub-steps are whole, and a frame has one at least, however long that takes.
     if (cost.substep_ms > 0) {
@@ -92,14 +109,15 @@ void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
                       "will have one and be late{}{}; ask for a longer budget or coarser settings (--scale)",
                       cost.substep_ms, milliseconds_, lost.empty() ? "" : ", and ", lost));
     else if (expected_share_ < 1)
-      log.warn(fmt::format("expected: {:.3g} ms of computing a frame, more than the budget of {:g} ms; {}",
-                           expected_ms_, milliseconds_, lost));
+      log.warn(fmt::format("expected: {:.3g} ms of computing a frame{}, more than the budget of {:g} ms; {}",
+                           expected_ms_, when, milliseconds_, lost));
     else
-      log.info(
-          fmt::format("expected: {:.3g} ms of computing a frame, of {:g} ms", expected_ms_, milliseconds_));
+      log.info(fmt::format("expected: {:.3g} ms of computing a frame{}, of {:g} ms", expected_ms_, when,
+                           milliseconds_));
   };
   const double wanted = share_to_plan * milliseconds_;
-  if (expected_ms_ <= wanted) return say("the scene's own settings");
+  const char* at_start = " as the scene begins";
+  if (expected_ms_ <= wanted) return say("the scene's own settings", at_start);
   log.info(
       fmt::format("the scene's own settings take {:.3g} ms of computing a frame; looking for cheaper ones: "
                   "probes of at most {:g} s",
@@ -113,31 +131,21 @@ void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
     const trade::Study study = tuning->study(tune);
     const std::string of = tuning->observables().front().desc.name;
     const double frames = std::max(1.0, scene.time.end * scene.time.fps);
-    // From the coarsest to the most exact; costs rise.
-    const std::vector<trade::Choice> front = expect(trade::front(study, of, 24));
-    const auto dearest_within = [&](double seconds) {
-      trade::Choice best = front.front();
-      for (const trade::Choice& c : front)
-        if (c.seconds <= seconds) best = c;
-      return best;
-    };
-    trade::Choice best = dearest_within(frames * wanted / 1000);
-    // What is expected of the laws may be too little.
-    for (int tries = 0;;) {
-      cost = frame_cost(tuning->with(best.knobs), options.machine);
-      const trade::Choice cheaper = dearest_within(best.seconds * std::min(0.95, wanted / cost.frame_ms));
-      const bool cheapest = cheaper.knobs.value == best.knobs.value;
-      if (cost.frame_ms <= milliseconds_ || cheapest || ++tries == most_tries) break;
-      best = cheaper;
-    }
+    const FitToBudget fit = most_exact_within(
+        milliseconds_, frames, expect(trade::front(study, of, 24)),
+        [&](const trade::Knobs& knobs) { return frame_cost(tuning->with(knobs), options.machine); });
+    const trade::Choice& best = fit.choice;
+    cost = fit.cost;
     scene = tuning->with(best.knobs);
     settings_ = tuning->settings_json(best.knobs);
-    expected_ms_ = cost.frame_ms;
+    // A frame as the scene begins is timed; the laws have seen the flow that comes of it, which may ask for shorter steps.
+    expected_ms_ = std::max(cost.frame_ms, 1000 * best.seconds / frames);
     say(fmt::format("{}; error of {} {}", tuning->settings_text(best.knobs), of,
-                    error_text(tuning->known(), best.error)));
+                    error_text(tuning->known(), best.error)),
+        "");
   } catch (const Failure& failure) {
     log.warn(fmt::format("no other settings were found: {}", failure.what()));
-    say("the scene's own settings");
+    say("the scene's own settings", at_start);
   }
 }
 

@@ -3,15 +3,34 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "build_world.hpp"
 #include "log.hpp"
+#include "meltsim/trade.hpp"
 #include "node.hpp"
 #include "scene_json.hpp"
 
 namespace runner {
+
+/// What a frame, and a sub-step of it, take [ms].
+struct FrameCost {
+  double frame_ms = 0, substep_ms = 0;
+};
+
+struct FitToBudget {
+  meltsim::trade::Choice choice;
+  FrameCost cost;  ///< as timed
+};
+
+/// The most exact settings of a front (from the coarsest on; costs rise) with which a frame is expected to leave a fifth of its budget
+/// free, as costs differ between frames. What they take is timed, for laws may expect too little: cheaper ones are then taken,
+/// until a frame fits, there is nothing cheaper, or five have been timed. `frames`: of the run that the front is of.
+FitToBudget most_exact_within(double milliseconds, double frames,
+                              const std::vector<meltsim::trade::Choice>& front,
+                              const std::function<FrameCost(const meltsim::trade::Knobs&)>& time);
 
 class FrameBudget {
  public:

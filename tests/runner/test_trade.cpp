@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "failure.hpp"
+#include "frame_budget.hpp"
 #include "load_scene.hpp"
 #include "show/front_svg.hpp"
 #include "trade_watch.hpp"
@@ -348,6 +349,62 @@ TEST(Trade, AnErrorThatCannotBeHadIsRefusedWithOneThatCan) {
   } catch (const Failure& failure) {
     EXPECT_NE(std::string(failure.what()).find("chaotic"), std::string::npos) << failure.what();
   }
+}
+
+/// A run of 100 frames at eight spacings, from the coarsest on; a frame takes 1, 2, 4, ... 128 ms by the laws.
+std::vector<trade::Choice> doubling_front() {
+  std::vector<trade::Choice> front(8);
+  for (std::size_t i = 0; i < front.size(); ++i) {
+    front[i].knobs[Knob::spacing] = std::pow(2, -0.25 * static_cast<double>(i));
+    front[i].seconds = 0.1 * std::pow(2, static_cast<double>(i));
+  }
+  return front;
+}
+
+TEST(Budget, TheMostExactSettingsThatLeaveAFifthFreeAreTaken) {
+  int timed = 0;
+  const auto as_expected = [&](const Knobs& knobs) {
+    ++timed;
+    return FrameCost{std::pow(knobs[Knob::spacing], -4), 1};
+  };
+  for (const auto& [budget, takes] : {std::pair{1000., 128.}, {20.1, 16.}, {19.9, 8.}, {1.3, 1.}}) {
+    timed = 0;
+    const FitToBudget fit = most_exact_within(budget, 100, doubling_front(), as_expected);
+    EXPECT_NEAR(fit.cost.frame_ms, takes, 1e-9) << budget;
+    EXPECT_DOUBLE_EQ(fit.choice.seconds, fit.cost.frame_ms / 10) << budget;
+    EXPECT_EQ(timed, 1) << budget;
+  }
+}
+
+TEST(Budget, WhereLawsExpectTooLittleCheaperSettingsAreTimed) {
+  std::vector<double> spacings;
+  // Three times what the laws say: of 64 ms 16 remain, which take 48.
+  const FitToBudget fit = most_exact_within(100, 100, doubling_front(), [&](const Knobs& knobs) {
+    spacings.push_back(knobs[Knob::spacing]);
+    return FrameCost{3 * std::pow(knobs[Knob::spacing], -4), 1};
+  });
+  EXPECT_EQ(spacings.size(), 2u);
+  EXPECT_NEAR(fit.cost.frame_ms, 48, 1e-9);
+  EXPECT_DOUBLE_EQ(fit.choice.knobs[Knob::spacing], spacings.back());
+}
+
+TEST(Budget, NothingIsTimedForEver) {
+  int timed = 0;
+  // However coarse, a frame takes 150 ms: launches, say. The coarsest is left at that.
+  FitToBudget fit = most_exact_within(100, 100, doubling_front(), [&](const Knobs&) {
+    ++timed;
+    return FrameCost{150, 1};
+  });
+  EXPECT_LE(timed, 5);
+  EXPECT_DOUBLE_EQ(fit.cost.frame_ms, 150);
+  // A budget below all there is: the coarsest, once.
+  timed = 0;
+  fit = most_exact_within(0.1, 100, doubling_front(), [&](const Knobs& knobs) {
+    ++timed;
+    return FrameCost{std::pow(knobs[Knob::spacing], -4), 1};
+  });
+  EXPECT_EQ(timed, 1);
+  EXPECT_DOUBLE_EQ(fit.choice.knobs[Knob::spacing], 1);
 }
 
 TEST(Trade, AFrontIsDrawnWithoutWhatALogarithmCannotShow) {
