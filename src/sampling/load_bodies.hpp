@@ -6,6 +6,7 @@
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/physics/sampling.hpp"
 #include "sampling/bodies.hpp"
+#include "shared/advance.hpp"
 #include "shared/heat_operand.hpp"
 #include "shared/isotropic_forces.hpp"
 #include "shared/pair_forces.hpp"
@@ -68,6 +69,19 @@ struct LiquidOnBodyBody {
   }
 };
 
+/// What keeps a particle inside walls at the end of the sub-step [N]: spray arrives with no pressure before it, and a body that is
+/// thrown faster than its contact can stop it within a spacing.
+template <class T>
+MELTSIM_HD Vec3<T> hold_force(const Frame<T>& w, std::uint64_t i, std::uint32_t tag) {
+  if (is_solid(tag) && ((tag & tag_fixed) != 0u || core::is_driven(w, tag))) return {};
+  const Vec3<T> shift = w.f.shift != nullptr ? w.f.shift[i] : Vec3<T>{};
+  Vec3<T> x = xyz(w.f.position[i]);
+  Vec3<T> v = core::kicked(w, i, tag, xyz(w.f.velocity[i]), core::acceleration_of(w, i));
+  const Vec3<T> before = v;
+  core::drift_inside(w, tag, shift, x, v);
+  return (v - before) * (w.f.mass[i] / w.f.clock->dt);
+}
+
 /// The force on solid particle i of the bodies and walls that it touches: lsm.loads without gravity, and lsm.contact. Of one
 /// that is held, the negatives of what those that touch it get.
 template <bool Periodic, class T>
@@ -79,6 +93,7 @@ MELTSIM_HD Vec3<T> contact_force_on(const Frame<T>& w, std::uint64_t i, std::uin
     const Vec3<T> v = xyz(w.f.velocity[i]), slip = core::slip_of(w, i);
     for (int face = 0; face < 6; ++face)
       force += core::wall_contact(w, i, tag, x, v, slip, face).response.force;
+    force += hold_force(w, i, tag);
   }
   if (w.f.piece == nullptr || (tag & tag_surface) == 0u) return force;
   const core::Toucher<T> own = core::toucher(w, i);
@@ -111,8 +126,8 @@ struct ContactOnBodyBody {
   }
 };
 
-/// The liquid's force on a wall: the negatives of what the wall's images, its push at a floor and its traction give liquid
-/// and bodies beside it.
+/// The liquid's force on a wall: the negatives of what the wall's images, its push at a floor, its traction and its hold give
+/// liquid and bodies beside it.
 template <class T, bool Periodic>
 struct LiquidOnWallBody {
   Frame<T> w;
@@ -142,6 +157,7 @@ struct LiquidOnWallBody {
         force +=
             n * dot(n, physics::floor_push(w.c.walls, w.c.kernel, walls, core::pull_at(w, i))) * w.f.mass[i];
     }
+    if (liquid) force += n * maximum(dot(n, hold_force(w, i, tag)), T(0));
     if (liquid && w.c.no_slip != 0u)
       force += physics::wall_viscous_force(
           w.c.wall_exchange, core::viscosity_of(w, i, w.f.materials[material_of(tag)]), w.f.position[i].w,
@@ -171,7 +187,7 @@ struct LiquidOnWallBody {
   }
 };
 
-/// The force of the bodies that touch a wall.
+/// The force of the bodies that touch a wall, or are held inside it.
 template <class T>
 struct ContactOnWallBody {
   Frame<T> w;
@@ -183,9 +199,11 @@ struct ContactOnWallBody {
     if (!counts(w, r, tag) || !is_solid(tag) || (tag & tag_fixed) != 0u) return s;
     const Vec3<T> x = xyz(w.f.position[i]);
     const auto c = core::wall_contact(w, i, tag, x, xyz(w.f.velocity[i]), core::slip_of(w, i), r.face);
-    if (c.touches)
-      s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, on_face(w, x, r.face)),
-            cast<double>(-c.response.force));
+    const Vec3<T> n = physics::wall_normal<T>(r.face);
+    // The wall across holds the other way.
+    Vec3<T> force = n * maximum(dot(n, hold_force(w, i, tag)), T(0));
+    if (c.touches) force += c.response.force;
+    s.add(static_cast<double>(w.f.mass[i]), place_of(w, r, on_face(w, x, r.face)), cast<double>(-force));
     return s;
   }
 };

@@ -81,6 +81,23 @@ MELTSIM_HD bool is_driven(const Frame<T>& w, std::uint32_t tag) {
          ((tag & tag_kinematic) != 0u || moves_rigidly(w.f.bodies[body_of(tag) - 1u]));
 }
 
+/// Velocity v of particle i after a kick by acceleration a; all force stages have finished. That of a rigid body's is what
+/// the body as a whole gives it.
+/// Channels that the plan does not hold are null.
+template <class T>
+MELTSIM_HD Vec3<T> kicked(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> v, Vec3<T> a) {
+  if (((tag & tag_fixed) != 0u && is_solid(tag)) || is_held(tag)) return v;
+  if (is_driven(w, tag)) return w.f.carried_velocity[w.f.vertex_of_id[w.f.id[i]]];
+  if (w.f.acceleration != nullptr) v = physics::kick(v, a, w.f.clock->dt);
+  if (w.f.shape_velocity != nullptr && is_solid(tag)) v += w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]];
+  return v;
+}
+
+template <class T>
+MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
+  return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
+}
+
 /// Whether liquid falls out of the scene: it has just exceeded the speed of strays, and only gravity and force fields act on it.
 /// Where liquid diverges, other forces make it that fast.
 template <class T>
@@ -92,12 +109,18 @@ MELTSIM_HD bool strays(const Frame<T>& w, std::uint64_t i, const Produced<T>& p,
   return dot(before, before) <= limit2 && dot(others, others) <= share2 * dot(pull, pull);
 }
 
+/// The second half drift, inside walls.
+template <class T>
+MELTSIM_HD void drift_inside(const Frame<T>& w, std::uint32_t tag, Vec3<T> shift, Vec3<T>& x, Vec3<T>& v) {
+  x = physics::drift(x, v, w.f.clock->half_dt);
+  if (is_fluid(tag) && !is_held(tag)) x += shift;
+  if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
+}
+
 /// Moves x and v to the end of the sub-step; true: p has left through an open face.
 template <class T>
 MELTSIM_HD bool move(const Frame<T>& w, const Produced<T>& p, Vec3<T>& x, Vec3<T>& v) {
-  x = physics::drift(x, v, w.f.clock->half_dt);
-  if (is_fluid(p.tag) && !is_held(p.tag)) x += p.shift;
-  if (w.c.walls.faces != 0u) physics::hold_inside(w.c.walls, w.c.spacing, x, v);
+  drift_inside(w, p.tag, p.shift, x, v);
   x = wrapped(w, x);
   const std::uint32_t open = w.c.open_faces;
   if (open == 0u || !is_fluid(p.tag)) return false;

@@ -356,23 +356,6 @@ struct CarryBody {
   }
 };
 
-/// Velocity v of particle i after a kick by acceleration a; all force stages have finished. That of a rigid body's is what
-/// the body as a whole gives it.
-/// Channels that the plan does not hold are null.
-template <class T>
-MELTSIM_HD Vec3<T> kicked(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> v, Vec3<T> a) {
-  if (((tag & tag_fixed) != 0u && is_solid(tag)) || is_held(tag)) return v;
-  if (core::is_driven(w, tag)) return w.f.carried_velocity[w.f.vertex_of_id[w.f.id[i]]];
-  if (w.f.acceleration != nullptr) v = physics::kick(v, a, w.f.clock->dt);
-  if (w.f.shape_velocity != nullptr && is_solid(tag)) v += w.f.shape_velocity[w.f.vertex_of_id[w.f.id[i]]];
-  return v;
-}
-
-template <class T>
-MELTSIM_HD Vec3<T> acceleration_of(const Frame<T>& w, std::uint64_t i) {
-  return w.f.acceleration != nullptr ? w.f.acceleration[i] : Vec3<T>{};
-}
-
 /// Kick, second half drift, walls, periodic wrap, open faces, in place; and the check (shared/advance.hpp).
 template <class T>
 struct IntegrateBody {
@@ -392,14 +375,14 @@ struct IntegrateBody {
     if (w.f.density != nullptr) p.phi = w.f.density[i];
     p.position = w.f.position[i];
     p.velocity = w.f.velocity[i];
-    p.acceleration = acceleration_of(w, i);
+    p.acceleration = core::acceleration_of(w, i);
     if (w.f.shift != nullptr) p.shift = w.f.shift[i];
     if (w.f.enthalpy != nullptr) p.enthalpy = w.f.enthalpy[i];
     return p;
   }
   template <class Add>
   MELTSIM_HD core::ParticleCheck<T> finish(std::uint64_t i, Sum, const Item& p, const Add& add) const {
-    const Vec3<T> v = kicked(w, i, p.tag, xyz(p.velocity), p.acceleration);
+    const Vec3<T> v = core::kicked(w, i, p.tag, xyz(p.velocity), p.acceleration);
     const auto end = core::end_of_step(w, i, p, v, add);
     if (end.moved) {
       w.f.position[i] = end.position;
