@@ -33,6 +33,14 @@ constexpr int fewest_samples = 10, most_samples = 60;
 // Of gravity: what no observable resolves, and what chaos makes visible.
 constexpr double stir = 1e-4;
 
+bool has_level(const Scene& scene) {
+  const auto& outlets = scene.world.domain.outlets;
+  return std::any_of(outlets.begin(), outlets.end(),
+                     [](const meltsim::OutletDesc& o) { return o.level.has_value(); }) ||
+         std::any_of(scene.emitters.begin(), scene.emitters.end(),
+                     [](const SceneEmitter& e) { return e.desc.level.has_value(); });
+}
+
 std::size_t at(Knob knob) { return static_cast<std::size_t>(knob); }
 
 double count_of(const meltsim::StepResult& now) { return static_cast<double>(now.fluid); }
@@ -310,9 +318,10 @@ Scene Tuning::with(const Knobs& knobs) const {
   if (knobs[Knob::support] != 1) world.support_radius = support_ * knobs[Knob::support] * world.spacing;
   scene.time.adaptive = true;
   scene.time.dt = step_ > 0 ? std::optional<double>(step_ * knobs[Knob::step]) : std::nullopt;
+  // A level beyond a face needs gravity along an axis: there it is stronger instead of turned.
   const meltsim::Vec3d g = world.gravity;
-  const meltsim::Vec3d aside =
-      std::fabs(g.x) < std::fabs(g.y) ? meltsim::Vec3d{1, 0, 0} : meltsim::Vec3d{0, 1, 0};
+  meltsim::Vec3d aside = std::fabs(g.x) < std::fabs(g.y) ? meltsim::Vec3d{1, 0, 0} : meltsim::Vec3d{0, 1, 0};
+  if (has_level(scene)) aside = g * (1 / std::max(length(g), 1e-300));
   world.gravity = g + aside * (stir * knobs.stir * length(g));
   return scene;
 }

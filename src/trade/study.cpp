@@ -265,7 +265,23 @@ class Studying {
     }
     known.limit = limit_of(known, k);
     compare_support(known, k);
+    if (o.exact.empty() && o.reduce == Reduce::curve && stands_still(k))
+      study_.notes.push_back(
+          o.name +
+          ": is the same at all times with all settings, so what is said of its error means "
+          "nothing; name another observable, or simulate for longer");
     study_.observables.push_back(std::move(known));
+  }
+
+  /// Whether all samples of all probes of a curve are alike.
+  bool stands_still(std::size_t k) const {
+    const std::vector<double>& base = study_.probes[0].values[k];
+    for (std::size_t i = 0; i < study_.probes.size(); ++i) {
+      if (good(i) == nullptr) continue;
+      for (const double value : study_.probes[i].values[k])
+        if (!(value == base.front())) return false;
+    }
+    return !base.empty();
   }
 
   static double scale_of(const Observable& o, const std::vector<double>& values) {

@@ -121,6 +121,34 @@ TEST(Trade, KnobsChangeWhatTheySayAndNothingElse) {
   EXPECT_NEAR(g.x, 9.81e-4, 1e-12);
 }
 
+TEST(Trade, StirredStartsWithALevelBeyondAFaceCanBeBuilt) {
+  const std::string channel = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [1, 0.8, 0.6], walls: {+x: open, +y: open}, OUTLET}
+particles: {spacing: 0.1}
+heat: {model: none}
+materials: {water: {density: 1000, viscosity: 0.05}}
+fluids: [{shape: {box: [[0,0,0],[1,0.4,0.6]]}, material: water}]
+EMITTER)";
+  const auto stirred = [&](const std::string& outlet, const std::string& emitter) {
+    std::string text = channel;
+    text.replace(text.find(", OUTLET"), 8, outlet);
+    text.replace(text.find("EMITTER"), 7, emitter);
+    const Tuning tuning(parse(text), cpu(), {}, "");
+    Knobs knobs;
+    knobs.stir = 2;
+    Scene scene = tuning.with(knobs);
+    build_world(scene, cpu());  // throws where gravity is not along an axis
+    return scene.world.gravity;
+  };
+  for (const meltsim::Vec3d& g :
+       {stirred(", outlets: {+x: {level: 0.4}}", ""),
+        stirred("", "emitters: [{reservoir: {face: +x, level: 0.4}, material: water}]\n")}) {
+    EXPECT_EQ(g.x, 0);
+    EXPECT_NEAR(g.y, -9.81 * 1.0002, 1e-12);
+  }
+  EXPECT_NEAR(stirred("", "").x, 9.81 * 2e-4, 1e-12);
+}
+
 TEST(Trade, FasterSoundLeavesTheViscosityThatArtificialViscosityAmountsTo) {
   const Tuning tuning(parse(dam, {"solver.artificial_viscosity=0.04"}), cpu(), {}, "");
   const auto at = [&](double multiple) {

@@ -237,6 +237,23 @@ TEST(Choice, WhatNoTwinWasMadeOfIsLeftAlone) {
       << none.error().message;
 }
 
+// An error of 0 of what does not change is no promise.
+TEST(Study, SaysThatAnObservableStandsStill) {
+  trade::Problem problem = Made{}.problem();
+  EXPECT_TRUE(trade::study(problem)->notes.empty());
+  problem.run = [run = problem.run](const Knobs& knobs, double limit) {
+    Result<trade::Measurement> m = run(knobs, limit);
+    std::fill(m->values[0].begin(), m->values[0].end(), 0.0);
+    return m;
+  };
+  const trade::Study study = *trade::study(problem);
+  ASSERT_EQ(study.notes.size(), 1u);
+  EXPECT_EQ(study.notes[0].find("y: is the same at all times"), 0u) << study.notes[0];
+  // With an exact answer that stands still it is right.
+  problem.observables[0].exact.assign(11, 0.0);
+  EXPECT_TRUE(trade::study(problem)->notes.empty());
+}
+
 TEST(Choice, IsTheSameTwice) {
   const trade::Study a = study_of(Made{}), b = study_of(Made{});
   EXPECT_EQ(trade::choose(a, "y", 0.05)->knobs.value, trade::choose(b, "y", 0.05)->knobs.value);
