@@ -44,6 +44,20 @@ FrameCost frame_cost(const Scene& scene, const MachineOptions& machine) {
 
 }  // namespace
 
+std::vector<std::string> with_energy(const std::vector<SceneObservable>& observables) {
+  std::vector<std::string> names;
+  for (const SceneObservable& o : observables) names.push_back(o.desc.name);
+  if (std::find(names.begin(), names.end(), "energy") == names.end()) names.emplace_back("energy");
+  return names;
+}
+
+const trade::Known& first_that_changes(const trade::Study& study) {
+  for (const trade::Known& known : study.observables)
+    for (const trade::Law& law : known.laws)
+      if (law.error > 0 && std::isfinite(law.error)) return known;
+  return study.observables.front();
+}
+
 FitToBudget most_exact_within(double milliseconds, double frames, const std::vector<trade::Choice>& front,
                               const std::function<FrameCost(const trade::Knobs&)>& time) {
   const double wanted = share_to_plan * milliseconds;
@@ -123,25 +137,26 @@ void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {
                   "probes of at most {:g} s",
                   expected_ms_, options.time_limit));
   try {
-    const auto tuning =
-        std::make_shared<Tuning>(scene, options.machine, std::vector<std::string>{}, "--budget");
+    const Tuning usual(scene, options.machine, {}, "--budget");
+    Tuning tuning(scene, options.machine, with_energy(usual.observables()), "--budget");
     TuneOptions tune;
     tune.seconds = options.time_limit;
     tune.cache = options.cache;
-    const trade::Study study = tuning->study(tune);
-    const std::string of = tuning->observables().front().desc.name;
+    const trade::Study study = tuning.study(tune);
+    const trade::Known& known = first_that_changes(study);
+    const std::string of = known.observable.name;
     const double frames = std::max(1.0, scene.time.end * scene.time.fps);
     const FitToBudget fit = most_exact_within(
         milliseconds_, frames, expect(trade::front(study, of, 24)),
-        [&](const trade::Knobs& knobs) { return frame_cost(tuning->with(knobs), options.machine); });
+        [&](const trade::Knobs& knobs) { return frame_cost(tuning.with(knobs), options.machine); });
     const trade::Choice& best = fit.choice;
     cost = fit.cost;
-    scene = tuning->with(best.knobs);
-    settings_ = tuning->settings_json(best.knobs);
+    scene = tuning.with(best.knobs);
+    settings_ = tuning.settings_json(best.knobs);
     // A frame as the scene begins is timed; the laws have seen the flow that comes of it, which may ask for shorter steps.
     expected_ms_ = std::max(cost.frame_ms, 1000 * best.seconds / frames);
-    say(fmt::format("{}; error of {} {}", tuning->settings_text(best.knobs), of,
-                    error_text(tuning->known(), best.error)),
+    say(fmt::format("{}; error of {} {}", tuning.settings_text(best.knobs), of,
+                    error_text(known, best.error)),
         "");
   } catch (const Failure& failure) {
     log.warn(fmt::format("no other settings were found: {}", failure.what()));

@@ -11,6 +11,7 @@
 #include "log.hpp"
 #include "meltsim/trade.hpp"
 #include "node.hpp"
+#include "observables.hpp"
 #include "scene_json.hpp"
 
 namespace runner {
@@ -24,6 +25,12 @@ struct FitToBudget {
   meltsim::trade::Choice choice;
   FrameCost cost;  ///< as timed
 };
+
+/// What settings for a budget are judged by: the scene's observables and, as those may stand still for as long as it runs (nothing has
+/// begun to melt), the energy of what moves.
+std::vector<std::string> with_energy(const std::vector<SceneObservable>& observables);
+/// The first of them whose error settings change; the first of all where none does.
+const meltsim::trade::Known& first_that_changes(const meltsim::trade::Study& study);
 
 /// The most exact settings of a front (from the coarsest on; costs rise) with which a frame is expected to leave a fifth of its budget
 /// free, as costs differ between frames. What they take is timed, for laws may expect too little: cheaper ones are then taken,

@@ -416,6 +416,23 @@ TEST(Budget, WhereLawsExpectTooLittleCheaperSettingsAreTimed) {
   EXPECT_DOUBLE_EQ(fit.choice.knobs[Knob::spacing], spacings.back());
 }
 
+TEST(Budget, IsSpentOnAnObservableThatSettingsChange) {
+  const Tuning usual(parse(basin), cpu(), {}, "");
+  std::vector<std::string> names = with_energy(usual.observables());
+  EXPECT_EQ(names, (std::vector<std::string>{"melted", "melt_time_50", "energy"}));
+  trade::Study study;
+  study.observables.resize(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    study.observables[i].observable.name = names[i];
+    study.observables[i].laws.resize(2);
+  }
+  EXPECT_EQ(first_that_changes(study).observable.name, "melted");  // none does
+  study.observables[2].laws[1].error = 0.1;
+  EXPECT_EQ(first_that_changes(study).observable.name, "energy");
+  study.observables[0].laws[0].error = 0.1;
+  EXPECT_EQ(first_that_changes(study).observable.name, "melted");
+}
+
 TEST(Budget, NothingIsTimedForEver) {
   int timed = 0;
   // However coarse, a frame takes 150 ms: launches, say. The coarsest is left at that.
