@@ -656,6 +656,7 @@ typedef struct meltsim_report {
   uint64_t melted;  /* so far */
   uint64_t frozen;  /* so far */
   uint64_t removed; /* so far, through open faces */
+  uint64_t entered; /* so far, below the level of an emitter */
 } meltsim_report;
 /* Waits for all steps and reports on them. MELTSIM_OK also where the simulation has halted. */
 MELTSIM_C_API meltsim_status meltsim_world_synchronize(meltsim_world* world, meltsim_report* report);

@@ -633,6 +633,26 @@ def test_a_world_is_steered_between_steps():
     assert other.totals().heat_in > 0
 
 
+def test_liquid_comes_in_and_goes_out_below_a_level():
+    world = meltsim.World(domain={"max": (1, 1, 0.5), "faces": {"+x": "open"}}, spacing=0.1, backend="cpu", threads=1)
+    world.add_material("water")
+    with pytest.raises(meltsim.Error, match="level: the opening must reach the level"):
+        world.add_emitter(material="water", axis=(-1, 0, 0), level=2)
+    lake = world.add_emitter(material="water", axis=(-1, 0, 0), level=0.6, height=0.8, name="lake")
+    for _ in range(60):
+        world.step(0.02)
+    came = world.synchronize()
+    assert came.entered > 20 and came.fluid == came.entered and came.removed == 0
+    assert len(world.particles()) == came.fluid  # ids in reserve are none of them
+    with pytest.raises(meltsim.Error, match="level: 0.9 m is 0.9 m above the floor"):
+        world.set_emitter(lake, level=0.9)
+    for frame in range(60):  # it falls by and by
+        world.set_emitter("lake", level=max(0.2, 0.6 - 0.02 * frame))
+        world.step(0.02)
+    went = world.synchronize()
+    assert went.removed > 20 and went.fluid == went.entered - went.removed
+
+
 @pytest.mark.parametrize("call, error, text", [
     (lambda w: w.add_material("oil", densty=900), TypeError, 'did you mean "density"'),
     (lambda w: w.add_material("oil", density="heavy"), TypeError, "density: expected a number, got 'heavy'"),

@@ -171,7 +171,8 @@ meltsim_status make_shape(meltsim_shape** to, F make) {
 }
 
 meltsim_report report_of(const meltsim::StepResult& s) {
-  return {0, s.halted, s.steps, s.time, s.max_speed, s.fluid, s.solid, s.melted, s.frozen, s.removed};
+  return {0,       s.halted, s.steps,  s.time,    s.max_speed, s.fluid,
+          s.solid, s.melted, s.frozen, s.removed, s.entered};
 }
 
 void put(meltsim_timed_step* to, const meltsim::TimedStep& s) {

@@ -174,6 +174,19 @@ class EmitterDesc(c.Structure):
                 ("until", c.c_double), ("max_particles", c.c_uint64)]
 
 
+class FaceReport(Report):
+    _fields_ = [("entered", c.c_uint64)]
+
+
+class FaceSetting(EmitterSetting):
+    _fields_ = [("level", c.c_double), ("has_level", c.c_int32), ("reserved3", c.c_int32)]
+
+
+class FaceDesc(EmitterDesc):
+    _fields_ = [("width", c.c_double), ("height", c.c_double), ("up", Vec), ("level", c.c_double), ("has_level", c.c_int32),
+                ("reserved2", c.c_int32)]
+
+
 class HeatRegionDesc(c.Structure):
     _fields_ = [("size", c.c_uint32), ("has_temperature", c.c_int32), ("name", c.c_char_p), ("shape", c.c_void_p),
                 ("temperature", c.c_double), ("source", c.c_double), ("from_", c.c_double), ("until", c.c_double)]
@@ -344,6 +357,36 @@ assert lib.meltsim_world_set_emitter(tap, nozzle, c.byref(moves)) == 1 and "cent
 assert lib.meltsim_world_totals(tap, c.byref(totals)) == 0
 assert abs(totals.mass - 125.66) < 13, totals.mass  # one layer of a spacing: 13 kg
 lib.meltsim_world_destroy(tap)
+
+# An open face below a level: what the report says has come in is there; an old host's report, which ends before, is left as long as it is.
+desc = made(WorldDesc, lib.meltsim_world_desc_init_sized)
+desc.spacing, desc.backend, desc.threads, desc.bounded, desc.max = 0.1, 1, 1, 1, Vec(1, 1, 0.5)
+desc.faces[1] = 1  # +x, open
+lake = c.c_void_p()
+assert lib.meltsim_world_create(c.byref(desc), c.byref(lake)) == 0, text()
+assert lib.meltsim_world_add_material(lake, c.byref(material), c.byref(ident)) == 0, text()
+face = made(FaceDesc, lib.meltsim_emitter_desc_init_sized)
+face.name, face.material, face.axis, face.has_level, face.level, face.height = b"lake", ident, Vec(-1, 0, 0), 1, 2, 0.8
+assert lib.meltsim_world_add_emitter(lake, c.byref(face), c.byref(nozzle)) == 1 and "lake" in text() and "level" in text(), text()
+face.level = 0.6
+assert lib.meltsim_world_add_emitter(lake, c.byref(face), c.byref(nozzle)) == 0, text()
+for k in range(60):
+    assert step(lake, 0.02) == 0, text()
+report, short = FaceReport(size=c.sizeof(FaceReport)), FaceReport(size=c.sizeof(Report), entered=4711)
+assert lib.meltsim_world_synchronize(lake, c.byref(report)) == lib.meltsim_world_synchronize(lake, c.byref(short)) == 0
+assert report.entered > 20 and report.counts[0] == report.entered and report.counts[4] == 0, (report.entered, list(report.counts))
+assert short.entered == 4711 and short.counts[0] == report.counts[0]
+tide = made(FaceSetting, lib.meltsim_emitter_setting_init_sized)
+tide.has_level, tide.level = 1, 0.9  # above its height
+assert lib.meltsim_world_set_emitter(lake, nozzle, c.byref(tide)) == 1 and "more than the opening's 0.8 m" in text(), text()
+tide.level = 0.2
+assert lib.meltsim_world_set_emitter(lake, nozzle, c.byref(tide)) == 0, text()
+for k in range(60):
+    assert step(lake, 0.02) == 0, text()
+ebb = FaceReport(size=c.sizeof(FaceReport))
+assert lib.meltsim_world_synchronize(lake, c.byref(ebb)) == 0
+assert ebb.counts[4] > 20 and ebb.counts[0] == ebb.entered - ebb.counts[4], (ebb.entered, list(ebb.counts))
+lib.meltsim_world_destroy(lake)
 
 # A proxy in free fall: nothing acts on it, and its host says where it is. An impulse on a rigid body moves it by J/m.
 hull = Id()

@@ -313,6 +313,7 @@ class Sequence {
     if (d.bounded == 0) d.wall_heat[2] = {0, 0, 0, 0, 0, 0, 20};
     d.faces[3] = chance(0.3) ? MELTSIM_FACE_OPEN : MELTSIM_FACE_WALL;
     if (d.faces[3] == MELTSIM_FACE_OPEN) d.wall_heat[3] = {0, 0, 0, 0, 0, 0, 20};
+    d.faces[0] = d.bounded != 0 && chance(0.4) ? MELTSIM_FACE_OPEN : MELTSIM_FACE_WALL;
     d.courant = number(0.4), d.density_error = number(0), d.spacing = number(d.spacing, 0.02);
     put(d.gravity, vector({0, -9.81, 0}, 0.03));
     d.isotropic_pressure = choice(3);
@@ -336,6 +337,7 @@ class Sequence {
     w.domain.max = vec(d.domain_max);
     w.domain.heat[2] = heat_of(d.wall_heat[2]);
     if (d.faces[3] == MELTSIM_FACE_OPEN) w.domain.faces[3] = Face::open;
+    if (d.faces[0] == MELTSIM_FACE_OPEN) w.domain.faces[0] = Face::open;
     w.heat.time_scale = d.heat_time_scale;
     w.reserved_particles = d.reserved_particles;
     if (d.neighbour_search == MELTSIM_SEARCH_TREE) w.neighbour_search = NeighbourSearch::tree;
@@ -799,6 +801,12 @@ class Sequence {
     d.radius = number(1.5 * dx), d.speed = number(0.5), d.material = liquid.c;
     d.temperature = number(20), d.from = number(0), d.until = number(0.2);
     d.max_particles = pick({0u, 60u});
+    if (chance(0.5)) {  // an open face
+      put(d.center, {}), put(d.axis, {1, 0, 0});
+      d.radius = 0, d.speed = defaults.speed, d.from = defaults.from, d.until = defaults.until;
+      d.has_level = 1, d.level = number(5 * dx), d.height = number(pick({0.0, 9 * dx})),
+      d.max_particles = pick({0u, 300u});
+    }
     const Mixture m = mixture();
     Thing made;
     const bool taken = both(
@@ -813,6 +821,8 @@ class Sequence {
           x.center = vec(d.center), x.axis = vec(d.axis), x.radius = d.radius, x.speed = d.speed;
           x.material = liquid.id<MaterialId>(), x.temperature = d.temperature;
           x.from = d.from, x.until = d.until, x.max_particles = d.max_particles, x.fractions = m.cpp;
+          x.height = d.height;
+          if (d.has_level != 0) x.level = d.level;
           const auto id = cpp_->add_emitter(x);
           if (id) made.index = id->index, made.generation = id->generation;
           return id;
@@ -983,7 +993,7 @@ class Sequence {
     expect(status == MELTSIM_OK, "synchronize was refused");
     if (r.size == sizeof r)
       expect(r.steps == there.steps && r.fluid == there.fluid && r.solid == there.solid &&
-                 (r.halted != 0) == there.halted,
+                 (r.halted != 0) == there.halted && r.removed == there.removed && r.entered == there.entered,
              "two reports");
     if (there.halted) expect(meltsim_error_text()[0] != '\0', "halted without a reason");
     expect(!there.halted || wild_, "a usual World halted: " + there.halt_reason);
@@ -1141,6 +1151,8 @@ class Sequence {
         d.has_on = chance(0.5) ? 1 : 0, d.on = chance(0.5) ? 1 : 0;
         d.has_speed = chance(0.5) ? 1 : 0, d.speed = number(0.6);
         d.has_temperature = chance(0.3) ? 1 : 0, d.temperature = number(30);
+        d.has_level = chance(0.5) ? 1 : 0, d.level = number(pick({3 * dx, 8 * dx}));
+        if (d.has_level != 0) d.has_speed = 0;
         described(
             "set_emitter", d, defaults,
             [&](const meltsim_emitter_setting* c) { return meltsim_world_set_emitter(c_.get(), e.c, c); },
@@ -1150,6 +1162,7 @@ class Sequence {
               if (c.has_speed != 0) s.speed = c.speed;
               if (c.has_temperature != 0) s.temperature = c.temperature;
               if (c.has_center != 0) s.center = vec(c.center);
+              if (c.has_level != 0) s.level = c.level;
               return cpp_->set_emitter(e.id<EmitterId>(), s);
             });
       }
