@@ -391,12 +391,28 @@ class Check {
 
   /// What an emitter brings until the end of the scene.
   double emitted(const meltsim::EmitterDesc& desc) const {
-    if (desc.level) return 0;  // that follows from what is inside
+    if (desc.level) return 0;  // filling() has that
     const double until = std::min(desc.until, scene_.time.end);
     const double area = desc.width > 0 ? desc.width * desc.height : pi * desc.radius * desc.radius;
     const double volume = area * desc.speed * std::max(0.0, until - desc.from);
     const double count = volume / std::pow(scene_.world.spacing, 3);
     return desc.max_particles > 0 ? std::min(count, static_cast<double>(desc.max_particles)) : count;
+  }
+
+  /// What fills the domain up to the highest level beyond an open face, less what is there.
+  double filling() const {
+    const meltsim::WorldDesc& world = scene_.world;
+    const meltsim::Vec3d size = world.domain.max - world.domain.min, g = world.gravity;
+    const double pull = length(g);
+    double most = 0;
+    for (const SceneEmitter& emitter : scene_.emitters) {
+      if (!emitter.desc.level || !(pull > 0)) continue;
+      const double floor = std::min(-dot(world.domain.min, g), -dot(world.domain.max, g)) / pull;
+      const double high = std::fabs(dot(size, g)) / pull;
+      const double volume = size.x * size.y * size.z * (*emitter.desc.level - floor) / high;
+      most = std::max(most, volume / std::pow(world.spacing, 3));
+    }
+    return std::max(0.0, most - static_cast<double>(now_.fluid + now_.solid));
   }
 
   void print_emitter(const SceneEmitter& emitter) {
@@ -461,6 +477,7 @@ class Check {
     const double end = run_end(rehearsal), frames = std::floor(end * scene_.time.fps + 1e-6) + 1;
     double particles = static_cast<double>(now_.fluid + now_.solid), more = 0;
     for (const SceneEmitter& emitter : scene_.emitters) more += emitted(emitter.desc);
+    more = std::max(more, filling());
     if (particles == 0) {
       line("run", "not estimated: there are no particles at the start");
       line("disk", "likewise");

@@ -261,7 +261,14 @@ const Options<EmitterDesc>& nozzle_options() {
 }
 
 namespace {
-/// Inwards from a face of the domain, in the order of keys::one_face.
+/// A face of the domain that a value names, in the order of keys::one_face.
+std::size_t face_of(const Node& value) {
+  const std::string name = value.choice(keys::one_face);
+  const auto at = std::find(keys::one_face.begin(), keys::one_face.end(), name);
+  return static_cast<std::size_t>(at - keys::one_face.begin());
+}
+
+/// Inwards from such a face.
 meltsim::Vec3d inwards_from(std::size_t face) {
   const double sign = face % 2 == 0 ? 1 : -1;
   return {face / 2 == 0 ? sign : 0, face / 2 == 1 ? sign : 0, face / 2 == 2 ? sign : 0};
@@ -273,11 +280,7 @@ const Options<EmitterDesc>& reservoir_options() {
   static const Options<D> options{
       custom<D>(
           "face", "axis", "", "an open face of the domain", {{"enum", keys::one_face}},
-          [](const Node& value, D& d) {
-            const std::string face = value.choice(keys::one_face);
-            for (std::size_t f = 0; f < keys::one_face.size(); ++f)
-              if (keys::one_face[f] == face) d.axis = inwards_from(f);
-          },
+          [](const Node& value, D& d) { d.axis = inwards_from(face_of(value)); },
           [](const D& d) {
             for (std::size_t f = 0; f < keys::one_face.size(); ++f)
               if (dot(d.axis, inwards_from(f)) > 0) return Json(keys::one_face[f]);
@@ -319,7 +322,8 @@ const Options<SceneEmitter>& emitter_options() {
       from_of<D>(),
       until_of<D>(),
       custom<D>(
-          "max_particles", "max_particles", "", "most that it emits; needed by one that never stops",
+          "max_particles", "max_particles", "",
+          "most that it emits; of a reservoir, that are there at a time; needed by a nozzle that never stops",
           typed("integer", at_least(0)),
           [](const Node& value, D& d) {
             const std::int64_t most = value.integer();
@@ -402,11 +406,7 @@ const Options<SceneProbe>& probe_options() {
           .of_kinds(sides),
       custom<D>(
           "wall", "", "", "face of the domain, instead of a body", {{"enum", keys::one_face}},
-          [](const Node& value, D& d) {
-            const std::string name = value.choice(keys::one_face);
-            const auto at = std::find(keys::one_face.begin(), keys::one_face.end(), name);
-            d.desc.wall = static_cast<int>(at - keys::one_face.begin());
-          },
+          [](const Node& value, D& d) { d.desc.wall = static_cast<int>(face_of(value)); },
           [](const D& d) {
             return d.desc.wall ? Json(keys::one_face.at(static_cast<std::size_t>(*d.desc.wall))) : Json();
           })

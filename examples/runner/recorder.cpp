@@ -75,6 +75,8 @@ Frame Recorder::count(const Built& built, std::uint64_t index, StatsRow row, mel
   row.courant = reading.ledger.courant;
   row.solute = reading.ledger.solute;
   row.solution = reading.ledger.solution;
+  row.left = reading.result.removed;
+  row.entered = reading.result.entered;
   meltable_left_ = 0;
   for (const meltsim::PieceInfo& piece : reading.pieces) {
     if (built.body_melts.at(piece.body.index)) meltable_left_ += piece.particles;

@@ -50,7 +50,9 @@ constexpr StatsColumn stats_table[] = {
     {"solute1_kg", false, [](const StatsRow& r) { return r.solute[0]; }},
     {"solute2_kg", false, [](const StatsRow& r) { return r.solute[1]; }},
     {"solute3_kg", false, [](const StatsRow& r) { return r.solute[2]; }},
-    {"solution_J", false, [](const StatsRow& r) { return r.solution; }}};
+    {"solution_J", false, [](const StatsRow& r) { return r.solution; }},
+    {"n_left", true, [](const StatsRow& r) { return double(r.left); }},
+    {"n_entered", true, [](const StatsRow& r) { return double(r.entered); }}};
 static_assert(meltsim::most_species == 3);
 
 /// A column of bodies.csv, behind body, time_s and n.

@@ -50,6 +50,8 @@ Status positive_speed(const std::string& field, double speed, const char* advice
   return bounded_vector(field, {speed, 0, 0}, "m/s");
 }
 
+constexpr const char* face_names[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+
 double component(Vec3d v, std::size_t axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
 /// The axis that a vector lies along; 3: none.
@@ -359,14 +361,13 @@ Status validate_diffusion(const WorldDesc& d) {
 
 /// Heat and outlet of a face of the domain.
 Status validate_face(const WorldDesc& d, std::size_t f) {
-  const char* faces[6] = {"-x", "+x", "-y", "+y", "-z", "+z"};
-  const std::string p = std::string("domain.heat[") + faces[f] + "].";
+  const std::string p = std::string("domain.heat[") + face_names[f] + "].";
   if (Status s = validate(d.domain.heat[f], d.heat.model, p); !s) return s;
   const bool wall = d.domain.bounded && d.domain.faces[f] == Face::wall;
   if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
     return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
-                   faces[f], "; make that face a wall");
-  return validate_outlet(d, f, std::string("domain.outlets[") + faces[f] + "].");
+                   face_names[f], "; make that face a wall");
+  return validate_outlet(d, f, std::string("domain.outlets[") + face_names[f] + "].");
 }
 
 /// Properties that are one number.
@@ -625,7 +626,8 @@ Status validate_level(const std::string& p, double level, const WorldDesc& d) {
   const double head = height_above_floor(d, level);
   if (head >= 2 * d.spacing) return {};
   return invalid(p, "level: must be at least two spacings (", 2 * d.spacing, " m) above the floor, got ",
-                 level, " m, ", head, " m above it; turn it off by set_emitter to let nothing in");
+                 level, " m, ", head,
+                 " m above it; raise it, or turn the emitter off (set_emitter) to let nothing in");
 }
 
 /// What a level leaves to say of an emitter.
@@ -640,7 +642,8 @@ Status validate_reservoir_fields(const EmitterDesc& e, const std::string& p) {
     return invalid(p, "speed: got ", e.speed, " m/s beside a level, from which it follows; leave it out");
   if (e.from != 0 || std::isfinite(e.until))
     return invalid(p, e.from != 0 ? "from" : "until", ": got ", e.from != 0 ? e.from : e.until,
-                   " s beside a level, which is there all the time; leave it out and use set_emitter");
+                   " s beside a level, which is there all the time; leave it out, or turn the emitter on and "
+                   "off (set_emitter)");
   return validate_state(p.c_str(), e.temperature, Vec3d{});
 }
 
@@ -653,8 +656,11 @@ Status validate_reservoir(const EmitterDesc& e, const WorldDesc& d) {
                    "; 1, 0, 0 is for the face -x");
   const auto f = static_cast<std::size_t>(face);
   if (!d.domain.bounded || d.domain.faces[f] != Face::open)
-    return invalid(p, "level: liquid comes in through open faces only, and ", e.axis,
-                   " points inwards from another one; make that face open");
+    return invalid(p, "level: liquid comes in through open faces only, and ", face_names[f],
+                   !d.domain.bounded                     ? " of a domain without bounds is none"
+                   : d.domain.faces[f] == Face::periodic ? " is periodic"
+                                                         : " is a wall",
+                   "; make that face open");
   if (d.domain.outlets[f].level || d.domain.outlets[f].speed)
     return invalid(p, "level: that face has an outlet (domain.outlets) already; drop that one");
   const std::size_t down = axis_of(d.gravity);

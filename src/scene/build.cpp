@@ -477,24 +477,34 @@ double WorldImpl::free_room() const {
   return std::min(double(core::available_memory()), double(engine->free_bytes()));
 }
 
-/// What an emitter emits, and whether its place is in the domain.
-Status WorldImpl::check_emitter(const EmitterDesc& e, const std::string& what, Contents& contents) const {
+/// What an emitter emits.
+Status WorldImpl::check_liquid(const EmitterDesc& e, const std::string& what, Contents& contents) const {
   if (!valid(e.material))
     return invalid(what, "material: no such material in this World; pass an id from add_material");
   if (materials[e.material.index].melts_into)
     return invalid(what, "material: \"", materials[e.material.index].name, "\" is a solid; emit a liquid");
-  if (Status s = check_fractions(what, e.material, e.fractions, contents); !s) return s;
+  return check_fractions(what, e.material, e.fractions, contents);
+}
+
+/// Whether particles of it are within what the precision holds.
+Status WorldImpl::check_state_of(const EmitterDesc& e, const std::string& what, const Contents& contents,
+                                 Vec3d velocity) const {
+  const auto row = material_rows()[e.material.index];
+  const double h = physics::enthalpy_of(row, e.temperature);
+  return check_numbers(what, materials[e.material.index],
+                       mixed_density(physics::rest_density(row, h), contents), h, velocity);
+}
+
+/// What a nozzle emits, and whether its place is in the domain.
+Status WorldImpl::check_emitter(const EmitterDesc& e, const std::string& what, Contents& contents) const {
+  if (Status s = check_liquid(e, what, contents); !s) return s;
   if (Status s = core::validate(e, desc.spacing); !s) return s;
   if (desc.domain.bounded) {
     const Vec3d lo = desc.domain.min, hi = desc.domain.max, c = e.center;
     if (!(c.x >= lo.x && c.y >= lo.y && c.z >= lo.z && c.x <= hi.x && c.y <= hi.y && c.z <= hi.z))
       return invalid(what, "center: ", c, " is outside the domain ", lo, " to ", hi, "; move the nozzle");
   }
-  const auto row = material_rows()[e.material.index];
-  const double h = physics::enthalpy_of(row, e.temperature);
-  return check_numbers(what, materials[e.material.index],
-                       mixed_density(physics::rest_density(row, h), contents), h,
-                       core::unit(e.axis) * e.speed);
+  return check_state_of(e, what, contents, core::unit(e.axis) * e.speed);
 }
 
 /// Whether a layer of an emitter fits into memory, before anything is allocated.

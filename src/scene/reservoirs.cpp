@@ -62,21 +62,15 @@ std::uint64_t reserve_for(const WorldDesc& d, const FaceLayer& l) {
 
 /// Whether liquid can come in there, and what comes.
 Status WorldImpl::check_reservoir(const EmitterDesc& e, const std::string& what, Contents& contents) const {
-  if (!valid(e.material))
-    return invalid(what, "material: no such material in this World; pass an id from add_material");
-  if (materials[e.material.index].melts_into)
-    return invalid(what, "material: \"", materials[e.material.index].name, "\" is a solid; emit a liquid");
-  if (Status s = check_fractions(what, e.material, e.fractions, contents); !s) return s;
+  if (Status s = check_liquid(e, what, contents); !s) return s;
   if (Status s = core::validate_reservoir(e, desc); !s) return s;
   for (const EmitterRecord& other : emitters_)
     if (other.reservoir() && other.face == core::face_behind(e.axis))
-      return invalid(what, "axis: emitter \"", other.desc.name,
-                     "\" has a level beyond that face already; use set_emitter to change it");
-  const auto row = material_rows()[e.material.index];
-  const double h = physics::enthalpy_of(row, e.temperature);
-  return check_numbers(
-      what, materials[e.material.index], mixed_density(physics::rest_density(row, h), contents), h,
-      Vec3d{std::sqrt(length(desc.gravity) * core::height_above_floor(desc, *e.level)), 0, 0});
+      return invalid(
+          what, "axis: emitter \"", other.desc.name,
+          "\" has a level beyond that face already; drop one of them, or change that one (set_emitter)");
+  const double head = core::height_above_floor(desc, *e.level);
+  return check_state_of(e, what, contents, Vec3d{std::sqrt(length(desc.gravity) * head), 0, 0});
 }
 
 /// Whether a point is where liquid moves with the face of an emitter, or ahead of it within a support radius.
@@ -241,12 +235,7 @@ Status WorldImpl::set_reservoir(EmitterId id, const EmitterSetting& setting, con
   if (setting.temperature) {
     r.desc.temperature = *setting.temperature;
     if (Status s = core::validate_state(what.c_str(), r.desc.temperature, Vec3d{}); !s) return s;
-    const auto row = material_rows()[r.desc.material.index];
-    const double h = physics::enthalpy_of(row, r.desc.temperature);
-    if (Status s =
-            check_numbers(what, materials[r.desc.material.index], physics::rest_density(row, h), h, {});
-        !s)
-      return s;
+    if (Status s = check_state_of(r.desc, what, r.contents, {}); !s) return s;
   }
   if (setting.on) r.on = *setting.on;
   if (Status s = prepare(); !s) return s;

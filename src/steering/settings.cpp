@@ -330,10 +330,7 @@ Status WorldImpl::check_setting(EmitterId id, const EmitterRecord& r, const Emit
     if (Status s = check_nozzle(asked, what, disc, &emitters_[id.index]); !s) return s;
     if (Status s = check_faces(asked, what, disc); !s) return s;
   }
-  const auto row = material_rows()[r.desc.material.index];
-  const double h = physics::enthalpy_of(row, r.desc.temperature);
-  return check_numbers(what, materials[r.desc.material.index], physics::rest_density(row, h), h,
-                       core::unit(r.desc.axis) * r.desc.speed);
+  return check_state_of(r.desc, what, r.contents, core::unit(r.desc.axis) * r.desc.speed);
 }
 
 /// When layers come after a change of speed: the next one when the last one has gone on by the distance of layers.

@@ -599,6 +599,9 @@ class WorldImpl final : public Scheduler {
                std::vector<Vec3d>& positions, Vec3d& origin) const;
   Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
                        double specific_enthalpy, Vec3d velocity) const;
+  Status check_liquid(const EmitterDesc& e, const std::string& what, Contents& contents) const;
+  Status check_state_of(const EmitterDesc& e, const std::string& what, const Contents& contents,
+                        Vec3d velocity) const;
   Status check_emitter(const EmitterDesc& e, const std::string& what, Contents& contents) const;
   Status check_layer(const EmitterDesc& e, const std::string& what) const;
   Status plan_layers(EmitterRecord& r, const std::string& what) const;

@@ -28,7 +28,7 @@ STATS = ("step,time_s,dt_s,n_fluid,n_solid,n_bodies,melted_fraction,mass_kg,mome
          "kinetic_J,potential_J,thermal_J,T_min,T_mean,T_max,com_solid_x,com_solid_y,com_solid_z,max_speed,"
          "density_error_mean,density_error_max,ms_per_step,"
          "angular_momentum_x,angular_momentum_y,angular_momentum_z,latent_J,heat_in_J,courant,"
-         "solute1_kg,solute2_kg,solute3_kg,solution_J").split(",")
+         "solute1_kg,solute2_kg,solute3_kg,solution_J,n_left,n_entered").split(",")
 BODIES = "body,time_s,n,mass_kg,com_x,com_y,com_z,vx,vy,vz,T_mean,submerged_fraction," \
          "q_w,q_x,q_y,q_z,omega_x,omega_y,omega_z,min_x,min_y,min_z,max_x,max_y,max_z".split(",")
 PLY_TYPES = {"float": "f", "uchar": "B", "int": "i", "uint": "I"}
@@ -115,6 +115,29 @@ class WholeRuns(unittest.TestCase):
         self.assertEqual([row["field"] for row in probes[:2]], ["temperature", "velocity"])
         self.assertEqual(float(probes[0]["value"]), 40)
         self.assertFalse([name for _, _, names in os.walk(out) for name in names if name.endswith(".tmp")])
+
+    def test_what_leaves_and_comes_in_below_levels_is_counted(self):
+        """Between two levels: what is there is what there was and came in, less what left, at every frame."""
+        scene = Path(self.path("channel.yaml"))
+        scene.write_text("""meltsim: 1
+domain: {min: [0, 0, 0], max: [0.6, 0.4, 0.3], walls: {x: open, +y: open}, no_slip: false}
+particles: {spacing: 0.05}
+time: {end: 0.8, fps: 10}
+heat: {model: none}
+materials: {water: {density: 1000, viscosity: 0.02}}
+fluids: [{shape: {box: [[0, 0, 0], [0.6, 0.25, 0.3]]}, material: water}]
+emitters:
+  - {name: up, reservoir: {face: -x, level: 0.3}, material: water}
+  - {name: down, reservoir: {face: +x, level: 0.15}, material: water}
+""")
+        self.meltsim("run", str(scene), "--backend", "cpu", "--out", "channel", "--export", "none", "--no-page")
+        rows = table(self.path("channel", "stats.csv"))
+        self.assertEqual([rows[0]["n_left"], rows[0]["n_entered"]], ["0", "0"])
+        for row in rows:
+            self.assertEqual(int(row["n_fluid"]), int(rows[0]["n_fluid"]) + int(row["n_entered"]) - int(row["n_left"]))
+        final = json.loads(Path(self.path("channel", "run.json")).read_text())["final"]
+        self.assertGreater(final["n_left"], 50)
+        self.assertGreater(final["n_entered"], 50)
 
     def test_run_json_tells_the_whole_run(self):
         self.meltsim("run", SCENE, "--backend", "cpu", "--precision", "double", "--out", "run")

@@ -627,7 +627,8 @@ TEST(Inlet, BadInputIsRefusedAndNamesTheFix) {
   refused([](EmitterDesc& b) { b.level = 0.4; }, "level: the opening must reach the level");
   refused([](EmitterDesc& b) { b.height = 0.05; }, "height: the opening must reach the level, 0.1 m");
   refused([](EmitterDesc& b) { b.axis = {1, 1, 0}; }, "axis: must lie along x, y or z");
-  refused([](EmitterDesc& b) { b.axis = {1, 0, 0}; }, "make that face open");
+  refused([](EmitterDesc& b) { b.axis = {1, 0, 0}; }, "-x is a wall; make that face open");
+  refused([](EmitterDesc& b) { b.axis = {0, 0, 1}; }, "-z is periodic; make that face open");
   refused([](EmitterDesc& b) { b.radius = 0.1; }, "radius: got 0.1 m beside a level");
   refused([](EmitterDesc& b) { b.speed = 2; }, "speed: got 2 m/s beside a level");
   refused([](EmitterDesc& b) { b.center = {1, 0, 0}; }, "beside a level; the axis says which face");
