@@ -23,7 +23,7 @@ constexpr double checkpoint_every_s = 60;
 // enqueued. A number, not whatever is ready, so that a run repeats bit for bit.
 constexpr std::size_t readings_behind = 2;
 // Of the length of a step: what is as close to a whole number of steps is one.
-constexpr double slack = 1e-9;
+constexpr double whole_step_slack = 1e-9;
 
 }  // namespace
 
@@ -73,7 +73,7 @@ void Run::resolve_dt() {
   resolved_scene_ = scene_json(resolved, built_.world.resolved());
   if (!time_.dt || time_.adaptive) return;
   const double frame = 1 / time_.fps, dt = fixed_frame_dt(0, frame, *time_.dt);
-  if (std::abs(dt - *time_.dt) > slack * *time_.dt) {
+  if (std::abs(dt - *time_.dt) > whole_step_slack * *time_.dt) {
     log_.warn(fmt::format(
         "dt {:g} s does not divide the frame interval {:g} s; using {:.6g} s, {:.0f} steps per frame",
         *time_.dt, frame, dt, frame / dt));
@@ -210,10 +210,10 @@ void Run::choose_frame_dt() {
   const double left = frame_end() - state_.time;
   // A resumed frame goes on with the step it began with, to the last bit.
   const double steps = state_.frame_dt > 0 ? left / state_.frame_dt : 0;
-  const bool fits =
-      steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6 && state_.frame_dt <= *time_.dt * (1 + slack);
+  const bool fits = steps > 0.5 && std::abs(steps - std::round(steps)) < 1e-6 &&
+                    state_.frame_dt <= *time_.dt * (1 + whole_step_slack);
   if (fits) return;
-  const bool whole = std::abs(state_.time - frame_start()) < slack * *time_.dt;
+  const bool whole = std::abs(state_.time - frame_start()) < whole_step_slack * *time_.dt;
   state_.frame_dt = fixed_frame_dt(whole ? frame_start() : state_.time, frame_end(), *time_.dt);
 }
 

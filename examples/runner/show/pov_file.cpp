@@ -125,7 +125,7 @@ light_source {{ {fill} rgb 0.3*<0.85,0.92,1> shadowless parallel point_at {look_
 #default {{ finish {{ ambient 0 emission 0 diffuse 0.8 }} }}
 )";
 
-const char* const looks = R"(
+const char* const look_macros = R"(
 #macro Body(Rgb) texture {{ pigment {{ rgb Rgb }} finish {{ ambient 0.15 diffuse 0.7 specular 0.25 roughness 0.02 }} }} #end
 #macro Paint(Rgb) pigment {{ rgb Rgb }}
   finish {{ ambient 0.12 diffuse 0.7 specular 0.6 roughness 0.004 }} #end
@@ -189,7 +189,7 @@ std::string pov_text(const FrameShapes& given, const Camera& camera, const Trace
       fmt::arg("sun", vec(look_at + towards * far)), fmt::arg("side1", vec(right * (0.12 * far))),
       fmt::arg("side2", vec(cross(right, towards) * (0.12 * far))),
       fmt::arg("fill", vec(look_at + (up * 0.4 + right - front * 0.5) * far)));
-  text += fmt::format(looks) + warmth_macro();
+  text += fmt::format(look_macros) + warmth_macro();
   if (s.has_floor) {
     text += fmt::format(
         "plane {{ {}, {:.6g} pigment {{ checker rgb <0.33,0.35,0.37> rgb <0.40,0.42,0.44> scale {:.4g} }} "
