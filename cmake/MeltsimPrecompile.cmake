@@ -18,7 +18,7 @@ function(meltsim_compile_quickly name)
   meltsim_precompile(${name} ${ARGN})
 endfunction()
 
-# meltsim_compile_together(<target> [<file>...]): compiles the target's files eight at a time, for half of the time goes into the
+# meltsim_compile_together(<target> [<file>...]): compiles the target's files eight at a time, for two fifths of the time go into the
 # same headers and templates again and again; each <file> by itself. CMAKE_UNITY_BUILD=OFF compiles all by themselves, as a
 # check that each file includes what it uses.
 function(meltsim_compile_together name)
