@@ -11,7 +11,6 @@
 #include "log.hpp"
 #include "meltsim/trade.hpp"
 #include "node.hpp"
-#include "observables.hpp"
 #include "scene_json.hpp"
 
 namespace runner {
@@ -26,10 +25,7 @@ struct FitToBudget {
   FrameCost cost;  ///< as timed
 };
 
-/// What settings for a budget are judged by: the scene's observables and, as those may stand still for as long as it runs (nothing has
-/// begun to melt), the energy of what moves.
-std::vector<std::string> with_energy(const std::vector<SceneObservable>& observables);
-/// The first of them whose error settings change; the first of all where none does.
+/// What settings for a budget are judged by: the first observable whose error settings change; the first of all where none does.
 const meltsim::trade::Known& first_that_changes(const meltsim::trade::Study& study);
 
 /// The most exact settings of a front (from the coarsest on; costs rise) with which a frame is expected to leave a fifth of its budget

@@ -177,6 +177,11 @@ void Tuning::choose_observables(std::vector<std::string> names, const std::strin
   }
 }
 
+void Tuning::observe_too(const std::string& name) {
+  choose_observables({name}, name);
+  make_problem();
+}
+
 void Tuning::choose_ranges(Built& built) {
   trade::Ranges& ranges = problem_.ranges;
   const meltsim::StepResult now = built.world.synchronize();
@@ -232,6 +237,7 @@ void Tuning::make_problem() {
   p.longest_step = step_ > 0 ? step_ : meltsim::infinity;
   p.longest_sample_step = 1 / scene_.time.fps;
   p.diffusivity = diffusivity(scene_);
+  p.observables.clear();
   for (SceneObservable& o : observables_) {
     const bool probed = o.kind == ObservableKind::pressure || o.kind == ObservableKind::temperature ||
                         o.kind == ObservableKind::level;

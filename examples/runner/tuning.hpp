@@ -26,6 +26,8 @@ class Tuning {
   Tuning(const Scene& scene, const MachineOptions& machine, std::vector<std::string> names,
          const std::string& of);
 
+  /// Another observable behind those, where it is none of them; before study().
+  void observe_too(const std::string& name);
   /// Probes the scene, or takes what they came to from the cache.
   const meltsim::trade::Study& study(const TuneOptions& options);
   bool from_cache() const { return from_cache_; }

@@ -417,9 +417,13 @@ TEST(Budget, WhereLawsExpectTooLittleCheaperSettingsAreTimed) {
 }
 
 TEST(Budget, IsSpentOnAnObservableThatSettingsChange) {
-  const Tuning usual(parse(basin), cpu(), {}, "");
-  std::vector<std::string> names = with_energy(usual.observables());
+  Tuning tuning(parse(basin), cpu(), {}, "");
+  tuning.observe_too("energy");
+  tuning.observe_too("melted");  // is there
+  const std::vector<std::string> names = names_of(tuning);
   EXPECT_EQ(names, (std::vector<std::string>{"melted", "melt_time_50", "energy"}));
+  ASSERT_EQ(tuning.problem().observables.size(), 3u);
+  EXPECT_EQ(tuning.problem().observables[2].name, "energy");
   trade::Study study;
   study.observables.resize(3);
   for (std::size_t i = 0; i < 3; ++i) {

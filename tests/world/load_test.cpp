@@ -54,12 +54,8 @@ const Search searches[] = {
     {"grid, isotropic pressure", NeighbourSearch::grid, false, Precision::double_precision, true},
 };
 
-/// A tank of moving water, a post in it that is held, and on the post a block that slides.
-struct Tank {
-  World world;
-  BodyId post, block;
-};
-Tank make_tank(const Search& s, double viscosity, bool no_slip) {
+/// A cube of 2.4 m between walls, without heat.
+WorldDesc walled(const Search& s) {
   WorldDesc d = describe();
   d.neighbour_search = s.search;
   d.precision = s.precision;
@@ -69,8 +65,18 @@ Tank make_tank(const Search& s, double viscosity, bool no_slip) {
   d.heat.model = HeatModel::none;
   d.domain.bounded = true;
   d.domain.max = {2.4, 2.4, 2.4};
-  d.domain.no_slip = no_slip;
   if (s.periodic) d.domain.faces[0] = d.domain.faces[1] = Face::periodic;
+  return d;
+}
+
+/// A tank of moving water, a post in it that is held, and on the post a block that slides.
+struct Tank {
+  World world;
+  BodyId post, block;
+};
+Tank make_tank(const Search& s, double viscosity, bool no_slip) {
+  WorldDesc d = walled(s);
+  d.domain.no_slip = no_slip;
   World w = std::move(*World::create(d));
   MaterialDesc water;
   water.viscosity = viscosity;
@@ -154,18 +160,9 @@ TEST(Load, MomentumBalancesInEverySubStep) {
 
 /// 216 kg of water, or a body of as much, in flight into a corner.
 World thrown(const Search& s, bool solid, double speed) {
-  WorldDesc d = describe();
-  d.neighbour_search = s.search;
-  d.precision = s.precision;
-  d.isotropic_pressure = s.isotropic_pressure;
-  d.spacing = 0.2;
-  d.sound_speed = 40;
+  WorldDesc d = walled(s);
   d.gravity = {};
-  d.heat.model = HeatModel::none;
-  d.domain.bounded = true;
-  d.domain.max = {2.4, 2.4, 2.4};
   d.domain.no_slip = false;
-  if (s.periodic) d.domain.faces[0] = d.domain.faces[1] = Face::periodic;
   World w = std::move(*World::create(d));
   FluidDesc f;
   f.material = *w.add_material({});
