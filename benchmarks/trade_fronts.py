@@ -4,6 +4,7 @@
 
   trade_fronts.py MELTSIM fronts OUT [--backend cpu] [--threads N] [--scale 1] [--time-limit 20]
   trade_fronts.py MELTSIM calibrate|flows OUT [--backend cpu] [--threads N] [--time-limit 20] [--total 240]
+  trade_fronts.py MELTSIM grid OUT [--backend cpu] [--threads N] [--time-limit 20] [--only column,...]
   trade_fronts.py MELTSIM presets|budgets OUT [--backend cpu] [--threads N]
   trade_fronts.py MELTSIM reference OUT
 
@@ -11,9 +12,11 @@
 and writes one directory each and fronts.md, the tables of docs/trade.md. --time-limit is for each scene; all six take no more
 than three times six times as long. `calibrate` asks for errors of scenes whose exact answers are known (`meltsim run
 --max-error`), and writes calibration.csv, calibration.svg and a summary; it starts no run after --total seconds. `flows` does so
-for scenes whose answers are not. `presets` runs six scenes at each --quality (presets.md), `budgets` three under --budget
-(budgets.md). `reference` draws the front of records/dfsph-*.csv beside meltsim's (reference.svg) and runs nothing. --jobs: scenes
-at once, where the machine has a processor for each; budgets have the machine for themselves.
+for scenes whose answers are not. `grid` runs five scenes with every combination of spacings, sound speeds and Courant numbers,
+and says what settings for an error cost over the cheapest of these that are as accurate (grid.csv, choices.csv, grid.md).
+`presets` runs six scenes at each --quality (presets.md), `budgets` three under --budget (budgets.md). `reference` draws the front
+of records/dfsph-*.csv beside meltsim's (reference.svg) and runs nothing. --jobs: scenes (of `grid`: points) at once, where the
+machine has a processor for each; budgets have the machine for themselves.
 """
 import argparse
 import concurrent.futures
@@ -356,6 +359,198 @@ def calibrate_flows(options, out):
     return report(rows, out, "flows")
 
 
+GRID_ASKED = (0.2, 0.1, 0.05, 0.03, 0.02, 0.01, 0.005)
+# Of the grid: multiples of the sound speed, Courant numbers; longest steps [s] where only heat moves. At the two finest spacings
+# the first three of the last or of the sound speeds: faster ones cost more than all others together.
+GRID_SOUND, GRID_COURANT = (0.3, 0.45, 0.65, 1, 1.4, 2), (0.25, 0.4, 0.6)
+GRID_STEPS = (1 / 30, 1 / 45, 1 / 60, 1 / 90, 1 / 150, 1 / 240)
+
+
+def grid_scenes():
+    """{name: (text, observable, spacings, coarsest first)}: three with an exact answer, two flows."""
+    known, boxes = flows(), ((column(), "volume", (6, 7, 8, 9, 11, 13)), (slab(), "temperature@mid", (6, 8, 10, 14, 20, 28)),
+                             (stefan(), "melted", (6, 8, 10, 12, 16, 22)))
+    scenes = {name: (text, of, [0.4 / n for n in cells]) for name, (text, of, cells) in zip(("column", "slab", "stefan"), boxes)}
+    scenes["collapse_corner"] = (*known["collapse_corner"], [0.1, 1 / 15, 0.05, 0.04, 1 / 30, 0.025])
+    scenes["bath_cools"] = (*known["bath_cools"], [1 / 12, 1 / 16, 0.05, 1 / 24, 1 / 30, 0.025])
+    return scenes
+
+
+def grid_points(settings, spacings):
+    """The settings of all points, cheapest first; `settings` are chosen ones that tell what the multiples refer to."""
+    faster = settings["multiples"]["sound_speed"]
+    points = []
+    for k, spacing in enumerate(spacings):
+        fine = k >= len(spacings) - 2
+        if "sound_speed" not in settings:
+            points += [{"spacing": spacing, "dt": dt} for dt in (GRID_STEPS[:3] if fine else GRID_STEPS)]
+            continue
+        sound, viscosity = settings["sound_speed"] / faster, settings["artificial_viscosity"] * max(1, faster)
+        points += [{"spacing": spacing, "sound_speed": sound * m, "courant": courant, "artificial_viscosity": viscosity / max(1, m)}
+                   for m in (GRID_SOUND[:3] if fine else GRID_SOUND) for courant in GRID_COURANT]
+    return points
+
+
+KEYS = {"spacing": "particles.spacing", "dt": "time.dt", "sound_speed": "solver.sound_speed", "courant": "solver.courant",
+        "artificial_viscosity": "solver.artificial_viscosity"}
+
+
+def measured(options, scene, of, where, settings, starts=2):
+    """Counted work, seconds (of the quickest start) and the observable's values of each start; None where settings fail."""
+    words = [word for key in KEYS if key in settings for word in ("--set", f"{KEYS[key]}={settings[key]:.9g}")]
+    done = run([options.meltsim, "trade", scene, *words, "--observe", of, "--ensemble", starts, *machine(options), "--out", where])
+    if done.returncode != 0:
+        return None
+    result = json.loads((where / "ensemble.json").read_text())
+    runs, observable = result["runs"], result["observables"][of]
+    if not all(each["complete"] for each in runs):
+        return None
+    return {"exact": None, **observable, "work": runs[0]["work"], "seconds": min(each["wall_s"] for each in runs),
+            "values": [each["values"][0] for each in runs]}
+
+
+def error_of(point, truth):
+    """Mean over the starts of the largest error over the run, as a share of the scale."""
+    return sum(largest(values, truth) for values in point["values"]) / len(point["values"]) / point["scale"]
+
+
+def grid(options, out):
+    """What --max-error picks beside the cheapest points of a grid."""
+    scenes = {name: scene for name, scene in grid_scenes().items() if not options.only or name in options.only.split(",")}
+    files = {name: out / f"{name}.yaml" for name in scenes}
+    for name, file in files.items():
+        file.write_text(scenes[name][0])
+
+    def ask(name):
+        return [(asked, *asked_and_delivered(options, out, files[name], name, scenes[name][1], asked)[:1]) for asked in GRID_ASKED]
+
+    asked = dict(zip(scenes, side_by_side(options, ask, scenes)))
+    jobs, choices = [], {}
+    for name, rows in asked.items():
+        good = [row for _, row in rows if row["exit"] == 0]
+        if not good:
+            sys.exit(f"{name}: no settings for any error: {rows[0][1]['said']}")
+        for value, row in rows:
+            if row["exit"] == 0:
+                trade = json.loads((out / f"{name}_{value}" / "run.json").read_text())["trade"]
+                choices[name, value] = trade["settings"]
+        first = next(settings for (scene, _), settings in choices.items() if scene == name)
+        _, of, spacings = scenes[name]
+        if name in flows():  # the truth, and how well it is known
+            jobs += [(name, ("truth", finer), {"spacing": spacings[2] / finer}) for finer in (4, 2)]
+        jobs += [(name, ("grid", k), point) for k, point in enumerate(grid_points(first, spacings))]
+        # Finer ones than the grid's have nothing beside them, and cost more than all of it.
+        jobs += [(name, ("choice", value), choices[name, value]) for value in GRID_ASKED
+                 if (name, value) in choices and choices[name, value]["spacing"] > 0.75 * spacings[-1]]
+    begun = time.monotonic()
+
+    def measure(job):
+        name, (kind, number), settings = job
+        return measured(options, files[name], scenes[name][1], out / f"{name}_{kind}_{number}", settings)
+
+    jobs.sort(key=lambda job: job[2]["spacing"])  # the longest first
+    results = {job[:2]: result for job, result in zip(jobs, side_by_side(options, measure, jobs))}
+    settings_of = {job[:2]: job[2] for job in jobs}
+    print(f"{len(jobs)} points in {time.monotonic() - begun:.0f} s", flush=True)
+    return compare_with_grid(options, out, scenes, files, asked, results, settings_of)
+
+
+def truth_in(results, name):
+    """The truth of a scene of the grid, and what it is known to as a share of the scale."""
+    finest = results.get((name, ("truth", 4)))
+    if (name, ("truth", 4)) not in results:
+        some = next(result for (scene, _), result in results.items() if scene == name and result)
+        return some["exact"], 0.0
+    if not finest or not results[name, ("truth", 2)]:
+        sys.exit(f"{name}: the truth could not be computed")
+    # A third: what half of the resolution differs by, where the error is of second order. The first order says all of it.
+    apart = largest(finest["mean"], results[name, ("truth", 2)]["mean"])
+    return finest["mean"], max(apart, finest["spread"]) / finest["scale"]
+
+
+def compare_with_grid(options, out, scenes, files, asked, results, settings_of):
+    points, again = [], {}
+    columns = ["scene", "observable", "kind", "number", "spacing", "sound_speed", "courant", "dt", "error", "work", "seconds"]
+    errors = {}
+    for name, (_, of, _) in scenes.items():
+        truth, apart = truth_in(results, name)
+        errors[name] = {key[1]: error_of(result, truth) for key, result in results.items() if key[0] == name and result}
+        print(f"{name}: the truth is known to {100 * apart:.2g} %; "
+              f"{sum(key[0] == 'grid' for key in errors[name])} points of the grid", flush=True)
+        for (kind, number), error in errors[name].items():
+            result, settings = results[name, (kind, number)], settings_of[name, (kind, number)]
+            points.append({**{key: settings.get(key, "") for key in columns}, "scene": name, "observable": of, "kind": kind,
+                           "number": number, "error": error, "work": result["work"], "seconds": result["seconds"]})
+    with open(out / "grid.csv", "w", newline="") as stream:
+        writer = csv.DictWriter(stream, columns)
+        writer.writeheader()
+        writer.writerows(points)
+
+    def alone(name, key):
+        """Seconds of the quickest of three starts with nothing beside it."""
+        text = json.dumps([name, {k: v for k, v in settings_of[name, key].items() if k in KEYS}])
+        if text not in again:
+            again[text] = measured(options, files[name], scenes[name][1], out / f"{name}_alone_{len(again)}",
+                                   settings_of[name, key], 3)["seconds"]
+        return again[text]
+
+    def over(name, choice, most, coarsest=math.inf):
+        """Work and seconds of a choice over those of the cheapest points whose error, and spacing, is no larger."""
+        able = [key for key, error in errors[name].items()
+                if key[0] == "grid" and error <= most and settings_of[name, key]["spacing"] <= coarsest]
+        if not able:
+            return None
+        cheapest = min(able, key=lambda key: results[name, key]["work"])
+        quickest = min(able, key=lambda key: results[name, key]["seconds"])
+        return (results[name, choice]["work"] / results[name, cheapest]["work"],
+                alone(name, choice) / min(alone(name, cheapest), alone(name, quickest)), cheapest)
+
+    kinds = ("as accurate", "as accurate, no coarser than any choice", "within what was asked")
+    lines = ["| scene, observable | asked [%] | delivered [%] | " + " | ".join(f"{kind}: work, seconds" for kind in kinds) +
+             " | spacing, sound speed, Courant number or step | of the cheapest as accurate |",
+             "|---|---:|---:|---:|---:|---:|---|---|"]
+    ratios, rows = {}, []
+    for name, (_, of, _) in scenes.items():
+        for value, row in asked[name]:
+            choice = ("choice", value)
+            if choice not in errors[name]:
+                why = {0: "finer than the grid", "too long": "too long"}.get(row["exit"], "refused")
+                lines.append(f"| {name}, `{of}` | {100 * value:g} | {why} | | | | | |")
+                continue
+            delivered = errors[name][choice]
+            coarsest = 1.01 * max(settings_of[name, key]["spacing"] for key in errors[name] if key[0] == "choice")
+            compared = over(name, choice, delivered), over(name, choice, delivered, coarsest), over(name, choice, value)
+            for kind, ratio in zip(kinds, compared):
+                for what, number in zip(("work", "seconds"), ratio or ()):
+                    ratios.setdefault((kind, what), []).append(number)
+            texts = [f"{ratio[0]:.2f}, {ratio[1]:.2f}" if ratio else "none" for ratio in compared]
+            best = words_of(settings_of[name, compared[0][2]]) if compared[0] else ""
+            lines.append(f"| {name}, `{of}` | {100 * value:g} | {100 * delivered:.2g} | {' | '.join(texts)} | "
+                         f"{words_of(settings_of[name, choice])} | {best} |")
+            rows.append({"scene": name, "observable": of, "asked": value, "expected": row["expected"], "delivered": delivered,
+                         **{f"{kind}: {what}": ratio[k] if ratio else "" for kind, ratio in zip(kinds, compared)
+                            for k, what in enumerate(("work", "seconds"))}})
+    for (kind, what), numbers in ratios.items():
+        numbers.sort()
+        lines.append(f"{what} over the cheapest point {kind}: {len(numbers)} of {sum(map(len, asked.values()))}, median "
+                     f"{(numbers[(len(numbers) - 1) // 2] + numbers[len(numbers) // 2]) / 2:.2f}, worst {numbers[-1]:.2f}, "
+                     f"{sum(number <= 1.3 for number in numbers)} up to 1.3")
+    with open(out / "choices.csv", "w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    (out / "grid.md").write_text("\n".join(lines) + "\n")
+    print("\n".join(lines))
+    return 0
+
+
+def words_of(settings):
+    """A point's settings, short."""
+    if "sound_speed" not in settings:
+        return f"{settings['spacing']:.3g} m, {1000 * settings['dt']:.3g} ms"
+    return f"{settings['spacing']:.3g} m, {settings['sound_speed']:.3g} m/s, {settings['courant']:.2g}"
+
+
 def presets(options, out):
     """CPU seconds or, on a GPU, seconds of a run at each --quality, and the largest error over the run of two starts [%]."""
     scenes = {"slab": (slab(), []), "stefan": (stefan(), []), "column": (column(), []),
@@ -523,7 +718,7 @@ def reference(_, out):
     return 0
 
 
-WAYS = {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows, "presets": presets, "budgets": budgets,
+WAYS = {"fronts": fronts, "calibrate": calibrate, "flows": calibrate_flows, "grid": grid, "presets": presets, "budgets": budgets,
         "reference": reference}
 
 
@@ -541,7 +736,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1, help="scenes at once")
     parser.add_argument("--finer", type=lambda text: [float(x) for x in text.split(",")], default=[1.4, 2, 3],
                         help="flows: three resolutions that the truth is taken from, e.g. 2,4,6 on a GPU")
-    parser.add_argument("--only", help="flows: scenes, with commas")
+    parser.add_argument("--only", help="flows, grid: scenes, with commas")
     options = parser.parse_args()
     options.meltsim = str(Path(options.meltsim).resolve())
     out = Path(options.out)

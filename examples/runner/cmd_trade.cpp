@@ -236,6 +236,7 @@ void write_ensemble(const Tuning& tuning, const std::vector<trade::Measurement>&
   }
   for (const trade::Measurement& run : runs)
     json["runs"].push_back({{"wall_s", run.wall_s},
+                            {"work", run.work},
                             {"substeps", run.substeps},
                             {"particles", run.particles},
                             {"complete", run.complete},
