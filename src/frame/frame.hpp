@@ -9,6 +9,7 @@
 #include "frame/force_sums.hpp"
 #include "frame/piece_sums.hpp"
 #include "frame/rigid_sums.hpp"
+#include "frame/seepage_sums.hpp"
 #include "frame/search_types.hpp"
 #include "frame/world_status.hpp"
 #include "meltsim/material.hpp"

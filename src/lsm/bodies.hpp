@@ -95,7 +95,7 @@ struct LoadsBody {
     }
     const Vec3<T> x = xyz(w.f.position[i]), v = xyz(w.f.velocity[i]);
     const Vec3<T> slip = core::slip_of(w, i);
-    Vec3<T> force{}, slips{};
+    Vec3<T> force = core::seepage_on(w, i, tag, x), slips{};
     T touched = 0;
     for (int k = 0; k < 6; ++k) {
       const core::WallContact<T> c = core::wall_contact(w, i, tag, x, v, slip, k);

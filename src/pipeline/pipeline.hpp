@@ -143,6 +143,7 @@ enum Fact : FactSet {
   fact_fields = 1u << 31,             ///< force fields; with liquid or bodies that can move
   fact_isotropic = FactSet{1} << 32,  ///< the stress of the pressure is isotropic
   fact_inlets = FactSet{1} << 33,     ///< liquid comes in below a level
+  fact_walls = FactSet{1} << 34,      ///< faces of the domain are walls
 };
 
 inline constexpr FactSet search_facts[] = {fact_packed, fact_sorted | fact_sparse, fact_sorted | fact_tree};
@@ -166,7 +167,8 @@ inline constexpr FieldSet read_where_there =
     F(viscosity) | F(body_heat) | F(cell_begin) | F(group_ranges) | F(density) | F(group_key) |
     F(group_begin) | F(tree_box) | F(piece) | F(contact_normal) | F(body_motion) | F(carried_position) |
     F(carried_velocity) | F(liquid_bits) | F(shape_velocity) | F(mesh_points) | F(site_vertex) |
-    F(vertex_site) | F(field_acceleration) | F(isotropic_diagonal) | F(isotropic_mixed) | F(leak_share);
+    F(vertex_site) | F(field_acceleration) | F(isotropic_diagonal) | F(isotropic_mixed) | F(leak_share) |
+    F(under_area) | F(under_force) | F(rim_sums);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \

@@ -47,6 +47,7 @@ MELTSIM_HD Vec3<T> on_face(const Frame<T>& w, Vec3<T> x, int face) {
 template <bool Periodic, class T>
 MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i) {
   Vec3<T> force = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force;
+  force += core::seepage_on(w, i, w.f.tag[i], xyz(w.f.position[i]));
   if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i);
   if (w.f.isotropic_diagonal != nullptr)
     force += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;
@@ -145,7 +146,7 @@ struct LiquidOnWallBody {
     Vec3<T> force{};
     // If two opposite walls are within reach, the nearer one has the images.
     if (((walls.axes >> (r.face / 2)) & 1u) != 0u && dot(walls.from, n) > T(0)) {
-      force += n * dot(n, images(i, tag, walls));
+      force += n * dot(n, images(i, tag, walls) + core::seepage_on(w, i, tag, x));
       if (liquid && w.f.surface_along != nullptr)
         force +=
             n *

@@ -182,6 +182,31 @@ MELTSIM_HD WallContact<T> wall_contact(const Frame<T>& w, std::uint64_t i, std::
           true};
 }
 
+/// Whether liquid may seep between a particle and a wall, so that it pushes the body off: bodies that forces move.
+MELTSIM_HD bool can_seep(std::uint32_t tag) {
+  return is_solid(tag) && (tag & (tag_fixed | tag_kinematic)) == 0u;
+}
+
+/// Force of the gap between solid particle i and the walls near x (physics/seepage.hpp) [N]. Component a is of the near wall of
+/// axis a.
+template <class T>
+MELTSIM_HD Vec3<T> seepage_on(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> x) {
+  if (w.f.under_area == nullptr || !can_seep(tag)) return {};
+  const auto walls = physics::wall_view(w.c.walls, x);
+  if (walls.axes == 0u) return {};
+  const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
+  const RimSums& rim = w.f.rim_sums[w.f.vertex_piece[v]];
+  const Vec3<T> under = w.f.under_area[v], filled = w.f.under_force[v];
+  const auto along = [&](int axis, T area, T pressed, T from) {
+    if (!(area > T(0))) return T(0);
+    const T force =
+        seepage_of(rim, w.sum_units, axis, area, pressed, std::fabs(from), w.c.spacing, w.f.clock->dt);
+    return from > T(0) ? force : -force;
+  };
+  return {along(0, under.x, filled.x, walls.from.x), along(1, under.y, filled.y, walls.from.y),
+          along(2, under.z, filled.z, walls.from.z)};
+}
+
 /// Operands of contact of a particle at the surface of a movable body.
 template <class T>
 struct Toucher {

@@ -10,6 +10,7 @@
 #include "sph/cohere_bodies.hpp"
 #include "sph/diffuse_bodies.hpp"
 #include "sph/isotropy_bodies.hpp"
+#include "sph/seep_bodies.hpp"
 #include "sph/shift_bodies.hpp"
 #include "sph/strain_bodies.hpp"
 
@@ -89,6 +90,12 @@ template <class E, class T>
 void unstrained(E& ex, const core::Frame<T>& w) {
   spatial::with_periods(
       w, [&](auto periodic) { ex.gather_listed(w.particles, w.f.wetted, UnstrainedBody<T, periodic()>{w}); });
+}
+
+template <class E, class T>
+void seep(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, ClearRimsBody<T>{w});
+  spatial::with_periods(w, [&](auto periodic) { ex.gather_adding(w.particles, SeepBody<T, periodic()>{w}); });
 }
 
 template <class E, class T>

@@ -228,6 +228,11 @@ bool WorldImpl::flows_slowly() const {
   return false;
 }
 
+bool WorldImpl::has_walls() const {
+  const auto& faces = desc.domain.faces;
+  return desc.domain.bounded && std::find(faces.begin(), faces.end(), Face::wall) != faces.end();
+}
+
 bool WorldImpl::isotropic() const {
   return desc.isotropic_pressure.value_or(flows_slowly() && undamped_liquid() == nullptr);
 }
@@ -323,6 +328,7 @@ core::FactSet WorldImpl::facts() const {
   f &= ~disabled_facts_;
   if ((f & (core::fact_fluid | core::fact_mobile)) != 0 && any_field()) f |= core::fact_fields;
   if ((f & core::fact_particles) == 0) return f;
+  if (has_walls()) f |= core::fact_walls;
   if ((f & core::fact_fluid) == 0) f |= core::fact_dry;
   return f | search_.facts;
 }

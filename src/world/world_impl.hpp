@@ -377,6 +377,7 @@ class WorldImpl final : public Scheduler {
   core::FactSet facts_of_heat() const;
   bool flows_slowly() const;
   bool isotropic() const;
+  bool has_walls() const;
   void find_materials();
   void weigh_materials();
   void note_liquid(std::size_t material);

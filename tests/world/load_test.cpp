@@ -208,6 +208,48 @@ TEST(Load, WallsFeelWhatTheyHoldInside) {
     }
 }
 
+// What seeps beneath a body presses it off the wall, and the wall as much the other way.
+TEST(Load, WallsFeelWhatSeepsBeneathBodies) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Search& s : searches)
+    for (const Motion motion : {Motion::free, Motion::rigid}) {
+      World w = std::move(*World::create(walled(s)));
+      MaterialDesc wood;
+      wood.name = "wood";
+      wood.density = 800;
+      SolidDesc b;
+      b.material = *w.add_material(wood);
+      b.motion = motion;
+      b.shape = Shape::box({0, 0, 0.8}, {0.8, 0.8, 1.6});
+      const BodyId body = *w.add_solid(b);
+      FluidDesc f;
+      f.material = *w.add_material({});
+      f.shape = Shape::box({0, 0, 0}, {2.4, 1.6, 2.4});
+      require(w.add_fluid(f));
+      require(w.add_probe(on_body(ProbeKind::force, body, {"force", "contact_force"})));
+      for (int face = s.periodic ? 2 : 0; face < 6; ++face)
+        require(w.add_probe(on_wall(ProbeKind::force, face, {"force", "contact_force"})));
+      const double dt = 2e-3, weight = 9.81, mass = w.totals()->mass, of_body = w.pieces()->at(0).mass;
+      const std::string what = std::string(s.name) + (motion == Motion::rigid ? ", rigid" : ", free");
+      for (int k = 0; k < 60; ++k) {
+        const Vec3d before = w.totals()->momentum, body_before = w.pieces()->at(0).velocity;
+        require(w.step(dt));
+        const Vec3d rate = (w.totals()->momentum - before) * (1 / dt);
+        const auto values = last_values(w);
+        Vec3d on_walls;
+        for (std::size_t n = 1; n < values.size(); ++n)
+          on_walls = on_walls + vector_at(values[n]) + vector_at(values[n], 3);
+        EXPECT_LT(length(on_walls + rate + Vec3d{0, weight * mass, 0}), tolerance(s.precision))
+            << what << ", " << k;
+        const Vec3d got = vector_at(values[0]) + vector_at(values[0], 3) - Vec3d{0, weight * of_body, 0};
+        EXPECT_LT(length((w.pieces()->at(0).velocity - body_before) * (of_body / dt) - got),
+                  tolerance(s.precision))
+            << what << ", " << k;
+      }
+      EXPECT_GT(w.pieces()->at(0).velocity.y, 0.01) << what << ": it rises";
+    }
+}
+
 // Without viscosity all forces between particles are central. Moments about the origin of coordinates.
 TEST(Load, AngularMomentumBalancesInEverySubStep) {
   MELTSIM_NEEDS_BACKEND();

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pressure of the liquid in the gap between a body and a wall.
+//
+// No particle of liquid fits between a wall and a body nearer to it than a spacing, so none would lift a light body off the floor.
+// Liquid seeps into such gaps in less time than bodies take to move, and where it does not flow, the pressure across a thin
+// film is the one at its rim (Reynolds 1886, Phil. Trans. R. Soc. 177:157, eq. (18), without motion). So gaps hold that pressure.
+//
+//   symbol   meaning                                                                                unit
+//   g_kj     2 V_k V_j f x_kj: force on particle k of the body per pressure of the pair (fluid.hpp)  m^2
+//   n, d     normal of the wall, inwards; distance of k from it                                      m
+//   o_k      -n.(sum of g_kj over particles of bodies and their images in other walls): area of the
+//            underside                                                                               m^2
+//   l_k      n.(sum of g_ki times the mean pressure of the pair over liquid and its images): what
+//            presses there already                                                                   N
+//   p_i      mean pressure of the pair, taken to the height of k with rho g                          Pa
+//   S_k      part across n of the sum of g_kj over particles of bodies and all their images          m^2
+//   A        sum of |S_k| over the particles of a piece near the wall: area of the rim of its gap    m^2
+//   p        -sum over them of S_k/|S_k|.(sum of g_ki p_i), over A, taken to the wall                Pa
+//   F_k      (o_k (p + rho g.n (d - dx/2)) - l_k) n; the wall receives the negative                  N
+//
+// Sums of g over what is all around a particle vanish, and those within a body cancel in pairs. So in liquid at rest its forces
+// and these add up to what Archimedes says, and no single particle of liquid wedges its way in. F_k fades where liquid fills the
+// underside. Where the rim is dry, nothing presses: under a body that is wet on one side only the mean of both holds.
+// Deviations: the time in which liquid seeps in, and pressure that falls along the gap (a moment on the body); bodies on
+// bodies have no such gap; bodies that are fixed or that the host moves need none, and get none. Of a particle with none of its body
+// above (a plate one particle thick) o_k is what liquid above and beside it leaves open, and l_k is 0.
+#pragma once
+
+#include "meltsim/physics/walls.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// Distance from the wall in spacings up to which particles belong to its gap: two layers of a body that is a spacing off, where
+/// liquid can enter.
+inline constexpr double seepage_reach = 2.5;
+
+/// Share of the gap's pressure at a distance: 1, and 0 from the reach on [-].
+template <class T>
+MELTSIM_HD T seepage_share(T distance, T spacing) {
+  return clamp((T(seepage_reach) * spacing - distance) / (T(0.2) * spacing), T(0), T(1));
+}
+
+/// What a neighbour of k is for these sums.
+template <class T>
+struct SeepageNeighbour {
+  bool solid = false;
+  T pressure{};  ///< of liquid: mean of the pair [Pa]
+  T level{};     ///< the same, taken to the height of k [Pa]
+  T density{};   ///< of liquid [kg/m^3]
+};
+
+/// Sums over the neighbours of a particle of a body; components of `body`, `above` and `below` each for the near wall of their axis.
+template <class T>
+struct SeepageSums {
+  Vec3<T> solid{};    ///< sum of g over bodies and all their images [m^2]
+  Vec3<T> body{};     ///< -n.(sum of g over bodies and their images in other walls) [m^2]
+  Vec3<T> above{};    ///< -n.(sum of g over liquid above) [m^2]
+  Vec3<T> below{};    ///< n.(sum of g over liquid below and images) [m^2]
+  Vec3<T> pressed{};  ///< sum of g_ki p over liquid and its images, p the mean of the pair [N]
+  Vec3<T> level{};    ///< the same, with p_i [N]
+  Vec3<T> heavy{};    ///< sum of g rho over them [kg/m]
+
+  MELTSIM_HD void add(const SeepageSums& o) {
+    solid += o.solid;
+    body += o.body;
+    above += o.above;
+    below += o.below;
+    pressed += o.pressed;
+    level += o.level;
+    heavy += o.heavy;
+  }
+  /// One neighbour and its images; volumes: V_k V_j.
+  MELTSIM_HD void add(const SphKernel<T>& k, const WallView<T>& walls, const SeepageNeighbour<T>& j,
+                      T volumes, Vec3<T> x_kj, T r2) {
+    const auto area = [&](const Vec3<T>& x, T square) {
+      return x * (T(2) * volumes * kernel_gradient_factor(k, std::sqrt(square)));
+    };
+    add_one(walls, j, area(x_kj, r2), 0u);
+    for_each_masked_image(walls, k.support2, x_kj, r2, [&](std::uint32_t mask, const Vec3<T>& x, T square) {
+      add_one(walls, j, area(x, square), mask);
+    });
+  }
+
+ private:
+  /// mask: bit per axis in whose wall it is mirrored.
+  MELTSIM_HD void add_one(const WallView<T>& walls, const SeepageNeighbour<T>& j, const Vec3<T>& g,
+                          std::uint32_t mask) {
+    if (j.solid) {
+      solid += g;
+    } else {
+      pressed += g * j.pressure;
+      level += g * j.level;
+      heavy += g * j.density;
+    }
+    along(walls.from.x, g.x, j.solid, mask & 1u, body.x, above.x, below.x);
+    along(walls.from.y, g.y, j.solid, mask & 2u, body.y, above.y, below.y);
+    along(walls.from.z, g.z, j.solid, mask & 4u, body.z, above.z, below.z);
+  }
+  MELTSIM_HD static void along(T from, T g, bool is_solid, std::uint32_t mirrored, T& of_body, T& from_above,
+                               T& from_below) {
+    const T up = from > T(0) ? g : -g;
+    if (is_solid) of_body -= mirrored != 0u ? T(0) : up;
+    else if (up > T(0)) from_below += up;
+    else from_above -= up;
+  }
+};
+
+/// What a particle tells of the gap at the near wall of one axis.
+template <class T>
+struct SeepageFace {
+  T under{};   ///< o_k [m^2]
+  T filled{};  ///< l_k [N]
+  T area{};    ///< |S_k| [m^2]
+  T press{};   ///< its share in A p [N]
+  T slope{};   ///< its share in A rho g.n: how A p changes away from the wall [N/m]
+};
+
+/// Of axis 0 to 2, within whose wall's reach the particle is.
+template <class T>
+MELTSIM_HD SeepageFace<T> seepage_face(const SeepageSums<T>& s, const WallView<T>& walls, int axis, T spacing,
+                                       Vec3<T> gravity) {
+  const auto part = [axis](const Vec3<T>& v) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; };
+  const T from = part(walls.from), distance = std::fabs(from), share = seepage_share(distance, spacing);
+  SeepageFace<T> face;
+  if (!(share > T(0))) return face;
+  const T all = part(s.body) + part(s.above), below = part(s.below);
+  // Beneath a corner of a body liquid is three quarters of what is there; from 0.85 on it counts as filling the underside.
+  const T dry =
+      all > T(0)
+          ? share * (T(1) - clamp((below / all - static_cast<T>(0.85)) / static_cast<T>(0.15), T(0), T(1)))
+          : T(0);
+  if (part(s.body) > static_cast<T>(0.05) * spacing * spacing) {
+    face.under = dry * part(s.body);
+    face.filled = dry * (from > T(0) ? part(s.pressed) : -part(s.pressed));
+  } else {
+    face.under = dry * maximum(all - below, T(0));
+  }
+  Vec3<T> out = s.solid;
+  (axis == 0 ? out.x : axis == 1 ? out.y : out.z) = T(0);
+  const T area = length(out);
+  if (!(area > T(0))) return face;
+  const Vec3<T> rim = out * (T(1) / area);
+  const T pull = from > T(0) ? part(gravity) : -part(gravity);
+  face.area = share * area;
+  face.slope = -share * dot(s.heavy, rim) * pull;
+  face.press = -share * dot(s.level, rim) - face.slope * distance;
+  return face;
+}
+
+/// F_k . n [N] from o_k, l_k and the sums over a piece: A, A p and A rho g.n.
+template <class T>
+MELTSIM_HD T seepage_force(T under, T filled, double area, double press, double slope, T distance,
+                           T spacing) {
+  if (!(area > 0)) return T(0);
+  const T gap = maximum(distance - T(0.5) * spacing, T(0));
+  return under * maximum(static_cast<T>(press / area) + static_cast<T>(slope / area) * gap, T(0)) - filled;
+}
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim
