@@ -43,7 +43,7 @@ class ModuleCost(unittest.TestCase):
 
     def test_ratios_are_after_over_before(self):
         row, said, _ = self.run_pair(answer(2.0), answer(2.1, 1030))
-        self.assertIn("| tides | `ice`, 8000 | 2 | 1.050 (1.050 to 1.050) | 1.050 (1.050 to 1.050) | 1.030 | yes |", row)
+        self.assertIn("| tides | `ice`, 8000 | 2 | 1.050 (1.050 to 1.050) | 1.050 (1.050 to 1.050) | 1.050 | 1.030 | yes |", row)
         self.assertEqual(said, "")
 
     def test_runs_alternate(self):
