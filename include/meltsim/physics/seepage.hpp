@@ -16,7 +16,7 @@
 //   S_k      part across n of the sum of g_kj over particles of bodies and all their images          m^2
 //   A        sum of |S_k| over the particles of a piece near the wall: area of the rim of its gap    m^2
 //   p        -sum over them of S_k/|S_k|.(sum of g_ki p_i), over A, taken to the wall                Pa
-//   F_k      (o_k (p + rho g.n (d - dx/2)) - l_k) n; the wall receives the negative                  N
+//   F_k      (o_k (p + rho g.n (d - dx/2)) - l_k)^+ n; the wall receives the negative                  N
 //
 // Sums of g over what is all around a particle vanish, and those within a body cancel in pairs. So in liquid at rest its forces
 // and these add up to what Archimedes says, and no single particle of liquid wedges its way in. F_k fades where liquid fills the
@@ -155,7 +155,8 @@ MELTSIM_HD T seepage_force(T under, T filled, double area, double press, double 
                            T spacing) {
   if (!(area > 0)) return T(0);
   const T gap = maximum(distance - T(0.5) * spacing, T(0));
-  return under * maximum(static_cast<T>(press / area) + static_cast<T>(slope / area) * gap, T(0)) - filled;
+  const T pressure = maximum(static_cast<T>(press / area) + static_cast<T>(slope / area) * gap, T(0));
+  return maximum(under * pressure - filled, T(0));
 }
 
 }  // namespace physics
