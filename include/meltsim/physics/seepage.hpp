@@ -22,8 +22,8 @@
 // and these add up to what Archimedes says, and no single particle of liquid wedges its way in. F_k fades where liquid fills the
 // underside. Where the rim is dry, nothing presses: under a body that is wet on one side only the mean of both holds.
 // Deviations: the time in which liquid seeps in, and pressure that falls along the gap (a moment on the body); bodies on
-// bodies have no such gap; bodies that are fixed or that the host moves need none, and get none. Of a particle with none of its body
-// above (a plate one particle thick) o_k is what liquid above and beside it leaves open, and l_k is 0.
+// bodies have no such gap; bodies that are fixed or that the host moves need none, and get none, nor do plates and grains one particle
+// thick, which have no underside of their own.
 #pragma once
 
 #include "meltsim/physics/walls.hpp"
@@ -33,13 +33,20 @@ inline namespace v0 {
 namespace physics {
 
 /// Distance from the wall in spacings up to which particles belong to its gap: two layers of a body that is a spacing off, where
-/// liquid can enter.
-inline constexpr double seepage_reach = 2.5;
+/// liquid can enter; and that of the outermost layer, which has most of the underside, alone.
+inline constexpr double seepage_reach = 2.5, outermost_reach = 1.7;
 
 /// Share of the gap's pressure at a distance: 1, and 0 from the reach on [-].
 template <class T>
-MELTSIM_HD T seepage_share(T distance, T spacing) {
-  return clamp((T(seepage_reach) * spacing - distance) / (T(0.2) * spacing), T(0), T(1));
+MELTSIM_HD T seepage_share(T distance, T reach, T spacing) {
+  return clamp((reach * spacing - distance) / (T(0.2) * spacing), T(0), T(1));
+}
+
+/// Reach of a particle with this underside, in dx^2: layers within the body have 0.14 at most, corners of the outermost 0.47 or more.
+template <class T>
+MELTSIM_HD T reach_of(T under) {
+  const T outermost = clamp((under - T(0.25)) * T(10), T(0), T(1));
+  return T(seepage_reach) - outermost * T(seepage_reach - outermost_reach);
 }
 
 /// What a neighbour of k is for these sums.
@@ -122,20 +129,17 @@ template <class T>
 MELTSIM_HD SeepageFace<T> seepage_face(const SeepageSums<T>& s, const WallView<T>& walls, int axis, T spacing,
                                        Vec3<T> gravity) {
   const auto part = [axis](const Vec3<T>& v) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; };
-  const T from = part(walls.from), distance = std::fabs(from), share = seepage_share(distance, spacing);
+  const T from = part(walls.from), distance = std::fabs(from),
+          share = seepage_share(distance, T(seepage_reach), spacing);
   SeepageFace<T> face;
   if (!(share > T(0))) return face;
-  const T all = part(s.body) + part(s.above), below = part(s.below);
-  // Beneath a corner of a body liquid is three quarters of what is there; from 0.85 on it counts as filling the underside.
-  const T dry =
-      all > T(0)
-          ? share * (T(1) - clamp((below / all - static_cast<T>(0.85)) / static_cast<T>(0.15), T(0), T(1)))
-          : T(0);
-  if (part(s.body) > static_cast<T>(0.05) * spacing * spacing) {
-    face.under = dry * part(s.body);
+  const T under = part(s.body), all = under + part(s.above), below = part(s.below);
+  if (under > static_cast<T>(0.01) * spacing * spacing && all > T(0)) {
+    // Beneath a corner of a body liquid is three quarters of what is there; from 0.85 on it counts as filling the underside.
+    const T full = clamp((below / all - static_cast<T>(0.85)) / static_cast<T>(0.15), T(0), T(1));
+    const T dry = seepage_share(distance, reach_of(under / (spacing * spacing)), spacing) * (T(1) - full);
+    face.under = dry * under;
     face.filled = dry * (from > T(0) ? part(s.pressed) : -part(s.pressed));
-  } else {
-    face.under = dry * maximum(all - below, T(0));
   }
   Vec3<T> out = s.solid;
   (axis == 0 ? out.x : axis == 1 ? out.y : out.z) = T(0);
