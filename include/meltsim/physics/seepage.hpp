@@ -33,8 +33,10 @@ inline namespace v0 {
 namespace physics {
 
 /// Distance from the wall in spacings up to which particles belong to its gap: two layers of a body that is a spacing off, where
-/// liquid can enter; and that of the outermost layer, which has most of the underside, alone.
-inline constexpr double seepage_reach = 2.5, outermost_reach = 1.7;
+/// liquid can enter.
+inline constexpr double seepage_reach = 2.5;
+/// That of the outermost layer, which has most of the underside, alone.
+inline constexpr double outermost_reach = 1.7;
 
 /// Share of the gap's pressure at a distance: 1, and 0 from the reach on [-].
 template <class T>
@@ -52,10 +54,10 @@ MELTSIM_HD T reach_of(T under) {
 /// What a neighbour of k is for these sums.
 template <class T>
 struct SeepageNeighbour {
-  bool solid = false;
-  T pressure{};  ///< of liquid: mean of the pair [Pa]
-  T level{};     ///< the same, taken to the height of k [Pa]
-  T density{};   ///< of liquid [kg/m^3]
+  bool solid = false;  ///< a particle of a body
+  T pressure{};        ///< of liquid: mean of the pair [Pa]
+  T level{};           ///< the same, taken to the height of k [Pa]
+  T density{};         ///< of liquid [kg/m^3]
 };
 
 /// Sums over the neighbours of a particle of a body; components of `body`, `above` and `below` each for the near wall of their axis.
@@ -69,6 +71,7 @@ struct SeepageSums {
   Vec3<T> level{};    ///< the same, with p_i [N]
   Vec3<T> heavy{};    ///< sum of g rho over them [kg/m]
 
+  /// Sums over other neighbours.
   MELTSIM_HD void add(const SeepageSums& o) {
     solid += o.solid;
     body += o.body;
