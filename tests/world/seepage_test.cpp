@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bodies that lie on walls under water (physics/seepage.hpp): Archimedes holds there as well.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -80,7 +81,7 @@ TEST(Seepage, OtherBodiesStay) {
 }
 
 // Swings of the tank, of 0.12 s, are averaged over ten periods. What presses from above and from below is known to 3 % of the pressure
-// at the floor: of the rim's particles, an eighth are at its corners. That is a twentieth of the water displaced.
+// at the floor, a twentieth of the water displaced: beneath the free body 2 % are missing.
 TEST(Seepage, ABodyOnTheFloorLosesTheWeightOfTheWaterItDisplaces) {
   MELTSIM_NEEDS_BACKEND();
   for (const Motion motion : {Motion::free, Motion::rigid}) {
