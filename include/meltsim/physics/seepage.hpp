@@ -19,7 +19,7 @@
 //   F_k      (o_k (p + rho g.n (d - dx/2)) - l_k)^+ n; the wall receives the negative                  N
 //
 // Sums of g over what is all around a particle vanish, and those within a body cancel in pairs. So in liquid at rest its forces
-// and these add up to what Archimedes says, and no single particle of liquid wedges its way in. F_k fades where liquid fills the
+// and these add up to what Archimedes says. It only presses, since a film that is squeezed presses more; it fades where liquid fills the
 // underside. Where the rim is dry, nothing presses: under a body that is wet on one side only the mean of both holds.
 // Deviations: the time in which liquid seeps in, and pressure that falls along the gap (a moment on the body); bodies on
 // bodies have no such gap; bodies that are fixed or that the host moves need none, and get none, nor do plates and grains one particle
