@@ -12,10 +12,12 @@
 //            underside                                                                               m^2
 //   l_k      n.(sum of g_ki times the mean pressure of the pair over liquid and its images): what
 //            presses there already                                                                   N
-//   p_i      mean pressure of the pair, taken to the height of k with rho g                          Pa
+//   p_k      mean over liquid and its images, by |g_ki|, of the pair's pressure taken to the height of k
+//            with rho g                                                                              Pa
 //   S_k      part across n of the sum of g_kj over particles of bodies and all their images          m^2
+//   w_k      -S_k.(sum of g_ki over liquid and its images)/S_k^2, in 0 to 1: how much of it is wet    -
 //   A        sum of |S_k| over the particles of a piece near the wall: area of the rim of its gap    m^2
-//   p        -sum over them of S_k/|S_k|.(sum of g_ki p_i), over A, taken to the wall                Pa
+//   p        sum over them of |S_k| w_k p_k, over A, taken to the wall                               Pa
 //   F_k      (o_k (p + rho g.n (d - dx/2)) - l_k)^+ n; the wall receives the negative                  N
 //
 // Sums of g over what is all around a particle vanish, and those within a body cancel in pairs. So in liquid at rest its forces
@@ -67,9 +69,11 @@ struct SeepageSums {
   Vec3<T> body{};     ///< -n.(sum of g over bodies and their images in other walls) [m^2]
   Vec3<T> above{};    ///< -n.(sum of g over liquid above) [m^2]
   Vec3<T> below{};    ///< n.(sum of g over liquid below and images) [m^2]
-  Vec3<T> pressed{};  ///< sum of g_ki p over liquid and its images, p the mean of the pair [N]
-  Vec3<T> level{};    ///< the same, with p_i [N]
-  Vec3<T> heavy{};    ///< sum of g rho over them [kg/m]
+  Vec3<T> liquid{};   ///< sum of g over liquid and its images [m^2]
+  Vec3<T> pressed{};  ///< sum of g_ki p over them, p the mean of the pair [N]
+  T size{};           ///< sum of |g| over them [m^2]
+  T level{};          ///< the same, times the pressure at the height of k [N]
+  T heavy{};          ///< the same, times rho [kg/m]
 
   /// Sums over other neighbours.
   MELTSIM_HD void add(const SeepageSums& o) {
@@ -77,7 +81,9 @@ struct SeepageSums {
     body += o.body;
     above += o.above;
     below += o.below;
+    liquid += o.liquid;
     pressed += o.pressed;
+    size += o.size;
     level += o.level;
     heavy += o.heavy;
   }
@@ -100,9 +106,12 @@ struct SeepageSums {
     if (j.solid) {
       solid += g;
     } else {
+      const T magnitude = length(g);
+      liquid += g;
       pressed += g * j.pressure;
-      level += g * j.level;
-      heavy += g * j.density;
+      size += magnitude;
+      level += magnitude * j.level;
+      heavy += magnitude * j.density;
     }
     along(walls.from.x, g.x, j.solid, mask & 1u, body.x, above.x, below.x);
     along(walls.from.y, g.y, j.solid, mask & 2u, body.y, above.y, below.y);
@@ -123,8 +132,8 @@ struct SeepageFace {
   T under{};   ///< o_k [m^2]
   T filled{};  ///< l_k [N]
   T area{};    ///< |S_k| [m^2]
-  T press{};   ///< its share in A p [N]
-  T slope{};   ///< its share in A rho g.n: how A p changes away from the wall [N/m]
+  T press{};   ///< |S_k| w_k p_k at the wall [N]
+  T slope{};   ///< |S_k| w_k rho g.n: how that changes away from the wall [N/m]
 };
 
 /// Of axis 0 to 2, within whose wall's reach the particle is.
@@ -148,11 +157,12 @@ MELTSIM_HD SeepageFace<T> seepage_face(const SeepageSums<T>& s, const WallView<T
   (axis == 0 ? out.x : axis == 1 ? out.y : out.z) = T(0);
   const T area = length(out);
   if (!(area > T(0))) return face;
-  const Vec3<T> rim = out * (T(1) / area);
-  const T pull = from > T(0) ? part(gravity) : -part(gravity);
   face.area = share * area;
-  face.slope = -share * dot(s.heavy, rim) * pull;
-  face.press = -share * dot(s.level, rim) - face.slope * distance;
+  if (!(s.size > T(0))) return face;
+  const T pull = from > T(0) ? part(gravity) : -part(gravity);
+  const T wet = clamp(-dot(s.liquid, out) / (area * area), T(0), T(1)) * (face.area / s.size);
+  face.slope = wet * s.heavy * pull;
+  face.press = wet * s.level - face.slope * distance;
   return face;
 }
 
