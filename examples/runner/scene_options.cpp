@@ -234,6 +234,10 @@ const Options<Scene>& solver_options() {
               value.fail("sound_speed stays as it is; leave it out and set density_error, or drop this key");
           },
           [](const Scene& s) { return s.world.follow_sound_speed ? Json(true) : Json(); }),
+      flag<Scene>("hydrostatic_start", "hydrostatic_start", OF_WORLD(hydrostatic_start), "false",
+                  "liquid that stands on walls or bodies starts with the pressure of rest, so that a tank "
+                  "does not ring for seconds after its start. "
+                  "[Concepts](concepts.md#a-start-at-rest)"),
       number<Scene>("artificial_viscosity", "artificial_viscosity", OF_WORLD(artificial_viscosity),
                     "Monaghan's alpha", between(0, 1), "0.05", "Monaghan's alpha"),
       flag<Scene>("tension", "", OF_WORLD(tension), "false",

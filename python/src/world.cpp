@@ -196,6 +196,8 @@ const Keys<WorldDesc>& world_keys() {
         set_to(&WorldDesc::neighbour_search, {"automatic", "grid", "verlet", "tree"})},
        {"follow_sound_speed", "bool", "the derived sound speed follows what moves",
         set_to(&WorldDesc::follow_sound_speed)},
+       {"hydrostatic_start", "bool", "liquid that stands on something starts with the pressure of rest",
+        set_to(&WorldDesc::hydrostatic_start)},
        {"courant", "float", "sub-steps keep c dt / H at or below this", set_to(&WorldDesc::courant)},
        {"stray", "str", "\"remove\" or \"halt\": what happens to liquid that falls out of the scene",
         set_to(&WorldDesc::stray, {"remove", "halt"})},

@@ -564,6 +564,7 @@ static void set_method(meltsim::WorldDesc& d, const meltsim_world_desc& c) {
   d.viscosity = option<meltsim::Viscosity>(c.viscosity, MELTSIM_VISCOSITY_IMPLICIT, "viscosity");
   d.stray = option<meltsim::Stray>(c.stray, MELTSIM_STRAY_HALT, "stray");
   d.courant = c.courant;
+  d.hydrostatic_start = c.hydrostatic_start != 0;
   d.pieces_interval = c.pieces_interval;
   d.heat.max_stages = c.heat_max_stages;
   d.heat.max_supersteps = c.heat_max_supersteps;

@@ -452,6 +452,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (Status s = place(f.shape, "fluid: ", false, points, positions, origin); !s) return s.error();
   if (const auto added = add_in_place(f, contents, positions, origin)) return *added;
   update_state();
+  lay_out();
   const core::PointGrid& taken = places();  // as it is before this liquid
   const auto is_there = [this](std::uint32_t id) { return !is_removed(state_.tag[id]); };
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);

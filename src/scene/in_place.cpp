@@ -15,7 +15,9 @@
 namespace meltsim {
 inline namespace v0 {
 
-bool WorldImpl::edits_in_place() const { return takes_new_plan() && origin_set_ && !engine->host_captures(); }
+bool WorldImpl::edits_in_place() const {
+  return takes_new_plan() && origin_set_ && !engine->host_captures() && laid_out_.empty();
+}
 
 /// Whether the plan has what these contents need: where nothing is dissolved as yet, there are no channels for them.
 bool WorldImpl::holds_contents(const Contents& contents) const {

@@ -11,6 +11,7 @@ Status WorldImpl::remove_body(BodyId id) {
   if (Status s = check_body("remove", id); !s) return s;
   if (const auto removed = remove_in_place(id.index)) return *removed;
   fetch_state();
+  lay_out();
   see_added();
   BodyRecord& body = bodies_[id.index];
   // A site that is free may be frozen onto only beside a live one, of which there is none left.
@@ -46,6 +47,7 @@ Result<std::uint64_t> WorldImpl::remove_liquid(const Shape& shape) {
     return Error{s.error().code, core::text("remove_liquid: shape: ", s.error().message)};
   if (const auto removed = remove_liquid_in_place(shape)) return *removed;
   fetch_state();
+  lay_out();
   see_added();
   std::vector<std::uint32_t> inside;
   for (std::size_t i = 0; i < state_.tag.size(); ++i)

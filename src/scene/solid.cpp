@@ -253,6 +253,7 @@ Status WorldImpl::NewBody::number_sites() {
 
 Status WorldImpl::NewBody::clear() {
   w_.update_state();
+  w_.lay_out();
   const auto tag_of = [this](std::uint32_t id) { return w_.state_.tag[id]; };
   if (Status st = find_displaced(w_.places(), tag_of); !st) return st;
   if (!displaced_.empty())

@@ -92,6 +92,8 @@ Status WorldImpl::load_state(int slot) {
   collect_samples();
   drop_samples_from(v.time);
   engine->load(slot);
+  laid_out_ = {};
+  pressed_ = true;
   time = v.time;
   steps = v.steps;
   substep_ = v.substep;

@@ -477,6 +477,8 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   drop_samples_from(d.time);
   state_ = std::move(s);
   state_stale_ = false;
+  laid_out_ = {};
+  pressed_ = true;
   state_.heat_level = (d.flags & heat_level_bit) != 0u;
   could_melt_ = (d.flags & could_melt_bit) != 0u && d.steps > 0;
   measure_ = false;

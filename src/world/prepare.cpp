@@ -404,12 +404,14 @@ Status WorldImpl::prepare() {
   if (!dirty_) return probes_stale_ ? place_probes() : Status{};
   fetch_state();
   collect_samples();  // a halt that ends with the upload says which of them count
+  lay_out();
   look_at_scene();
   Trial room_before(capacity_, room_);  // of an upload that fails: asked for no more
   if (Status s = make_particle_room(); !s) return s;
   born_ = state_.position.size();
   noted_step_ = steps + 1;
   derive_plan();
+  press_liquid();
   lose_saved_states();
   ++uploads_;
   if (Status s = engine->upload(constants(), lattice_, state_, setup_of(facts_)); !s) return s;

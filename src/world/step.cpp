@@ -500,6 +500,7 @@ Status WorldImpl::step(double dt, Limit* limit, TimedStep* done) {
   const std::vector<std::size_t> let_go = let_go_of_bodies(dt);
   const std::uint64_t before = steps;
   Status s = attempt(dt, limit, done);
+  if (steps > 0) laid_out_ = {};
   if (s || let_go.empty() || steps != before || halted_) return s;
   for (const std::size_t b : let_go) set_held(b, true);  // no sub-step was taken
   return s;

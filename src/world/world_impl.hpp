@@ -633,6 +633,9 @@ class WorldImpl final : public Scheduler {
               std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) const;
   void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
+  // scene/hydrostatic.cpp
+  void lay_out();
+  void press_liquid();
   const core::PointGrid& places();
   void update_state();
   void close_up();
@@ -706,6 +709,9 @@ class WorldImpl final : public Scheduler {
   core::SceneState state_;
   std::optional<core::PointGrid> places_;  ///< positions of `state_` by id, while things are added
   std::vector<std::uint32_t> holes_;       ///< ids whose liquid was displaced before the first step
+  /// Liquid that was compressed for a hydrostatic start and where it was laid out, by id, until the first step.
+  std::vector<std::pair<std::uint32_t, Vec3d>> laid_out_;
+  bool pressed_ = false;  ///< liquid starts compressed, or was restored
   core::SceneLattice lattice_;
   std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of, less what was removed with them
   std::vector<Vec3d> emitter_points_;

@@ -15,7 +15,8 @@
 //   p_k      mean over liquid and its images, by |g_ki|, of the pair's pressure taken to the height of k
 //            with rho g                                                                              Pa
 //   S_k      part across n of the sum of g_kj over particles of bodies and all their images          m^2
-//   w_k      -S_k.(sum of g_ki over liquid and its images)/S_k^2, in 0 to 1: how much of it is wet    -
+//   w_k      -S_k.(sum of g_ki over liquid and its images)/S_k^2, within bounds: how much of it is
+//            wet, 1 all around                                                                       -
 //   A        sum of |S_k| over the particles of a piece near the wall: area of the rim of its gap    m^2
 //   p        sum over them of |S_k| w_k p_k, over A, taken to the wall                               Pa
 //   F_k      (o_k (p + rho g.n (d - dx/2)) - l_k)^+ n; the wall receives the negative                  N
@@ -39,6 +40,9 @@ namespace physics {
 inline constexpr double seepage_reach = 2.5;
 /// That of the outermost layer, which has most of the underside, alone.
 inline constexpr double outermost_reach = 1.7;
+
+/// Bound of w_k: sums over few neighbours are above 1 as often as below, and where S_k is next to nothing they say nothing.
+inline constexpr double most_wet = 1.5;
 
 /// Share of the gap's pressure at a distance: 1, and 0 from the reach on [-].
 template <class T>
@@ -160,7 +164,8 @@ MELTSIM_HD SeepageFace<T> seepage_face(const SeepageSums<T>& s, const WallView<T
   face.area = share * area;
   if (!(s.size > T(0))) return face;
   const T pull = from > T(0) ? part(gravity) : -part(gravity);
-  const T wet = clamp(-dot(s.liquid, out) / (area * area), T(0), T(1)) * (face.area / s.size);
+  const T wet =
+      clamp(-dot(s.liquid, out) / (area * area), T(0), T(most_wet)) * (face.area / s.size);
   face.slope = wet * s.heavy * pull;
   face.press = wet * s.level - face.slope * distance;
   return face;

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// Liquid that starts at rest, compressed as its own weight compresses it (host).
+//
+// On a lattice of even spacing liquid has no pressure, so it falls until it has, and rings at c/4h (h its depth). Compressed along
+// gravity it starts with the pressure of rest. Pressure is the weight of what is above, and masses do not change, so it is known
+// in places as they were laid out:
+//
+//   symbol  meaning                                                          unit
+//   m_k     mass of the particles above, in the same column                  kg
+//   p       p_top + g (sum of m_k)/dx^2 + g m/(2 dx^2)                       Pa
+//   phi     (1 + 7 p/(rho0 c^2))^(1/7): volume fraction, Tait's inverse      -
+//   a       dx/phi: height of the particle's cell                            m
+//
+// Columns run along the axis nearest to gravity, of which g is the component; liquid with an even surface across gravity then has the
+// pressure of rest along the other axes, too. p_top is 0 at a free surface; below a body or a lid the level of the nearest free
+// surface, over liquid that is connected, says what it is.
+// Sums lack neighbours at a free surface, so layers near it are where the forces of layers balance (sums as in fluid.hpp):
+//
+//   phi_n   sum over layers m, and their images in the floor, of that of V W over layer m             -
+//   F_n     sum over them of (P_n/phi_n^2 + P_m/phi_m^2) times that of V f x; rho0 floor_push          N/m^3
+//   F_n = rho0 g
+//
+// Deviations: layers are endless; the balance of those below a body, which is not at rest either, is by depth alone.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "meltsim/physics/walls.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+namespace physics {
+
+/// phi of liquid under a pressure [-], for pressures of 0 and more; stiffness = rho0 c^2 / 7 [Pa] (tait_pressure, inverted). Of
+/// arithmetic alone, so that every machine has the same bits.
+inline double hydrostatic_fraction(double pressure, double stiffness) {
+  const double seventh = 1.0 + pressure / stiffness;
+  double phi = 1.0 + (seventh - 1.0) / 7.0;  // no less than the root, so that Newton's steps all go down
+  constexpr int most = 1000;                 // six do unless pressures are far beyond c^2
+  for (int k = 0; k < most; ++k) {
+    const double p2 = phi * phi, p6 = p2 * p2 * p2, next = phi - (p6 * phi - seventh) / (7.0 * p6);
+    if (!(next < phi)) break;
+    phi = next;
+  }
+  return phi;
+}
+
+/// Layers of liquid on the lattice of the simulation, the lowest first: lengths in spacings, pressures in rho c^2 of a density of 1 (host).
+class LayerSums {
+ public:
+  explicit LayerSums(double support_in_spacings)
+      : kernel_(make_kernel<double>(support_in_spacings, 1)), support_(support_in_spacings) {
+    floor_.push_scale = floor_push_scale<double>(support_, 1);
+  }
+
+  /// phi of every layer by the weight of what is above it; pull = g dx/c^2.
+  static std::vector<double> by_depth(const std::vector<double>& density, double pull) {
+    std::vector<double> phi(density.size());
+    double above = 0;
+    for (std::size_t i = phi.size(); i-- > 0;) {
+      phi[i] = hydrostatic_fraction(above + 0.5 * pull * density[i], density[i] * stiffness);
+      above += pull * density[i];
+    }
+    return phi;
+  }
+
+  /// Forces minus weight, in c^2/dx of a density of 1, on layers at these heights. The lowest `held` stay where they are and have the
+  /// phi of their depth. stands: on a floor at height 0, with its images.
+  std::vector<double> balance(const std::vector<double>& heights, const std::vector<double>& density,
+                              std::size_t held, double pull, bool stands) const {
+    const std::size_t n = heights.size();
+    std::vector<double> terms(n), forces(n, 0.0), phi = by_depth(density, pull);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (i >= held) phi[i] = fraction(heights, i, stands);
+      terms[i] = pressure_term(tait_pressure(density[i] * stiffness, phi[i]), phi[i]);
+    }
+    for (std::size_t i = held; i < n; ++i) {
+      forces[i] = density[i] * ((stands ? pushed(heights[i], pull) : 0.0) - pull);
+      for_each_near(heights, i, stands,
+                    [&](std::size_t j, double x) { forces[i] += (terms[i] + terms[j]) * gradient(x); });
+    }
+    return forces;
+  }
+
+ private:
+  static constexpr double stiffness = 1.0 / 7.0;  ///< tait_stiffness of rho c^2 = 1
+
+  /// Calls visit(j, distance) for layers and images within the support.
+  template <class Visit>
+  void for_each_near(const std::vector<double>& heights, std::size_t i, bool stands,
+                     const Visit& visit) const {
+    for (std::size_t j = 0; j < heights.size(); ++j) {
+      if (std::fabs(heights[i] - heights[j]) < support_) visit(j, heights[i] - heights[j]);
+      if (stands && heights[i] + heights[j] < support_) visit(j, heights[i] + heights[j]);
+    }
+  }
+  double fraction(const std::vector<double>& heights, std::size_t i, bool stands) const {
+    double phi = 0;
+    for_each_near(heights, i, stands, [&](std::size_t, double x) {
+      phi += over_layer(x, [this](double r) { return kernel_value(kernel_, r); });
+    });
+    return phi;
+  }
+  double gradient(double x) const {
+    return x * over_layer(x, [this](double r) { return r > 0 ? kernel_gradient_factor(kernel_, r) : 0.0; });
+  }
+  double pushed(double height, double pull) const {
+    WallView<double> view;
+    view.from.y = height;
+    view.axes = height < support_ ? 2u : 0u;
+    return floor_push(floor_, kernel_, view, {0, -pull, 0}).y;
+  }
+  template <class Value>
+  double over_layer(double distance, const Value& value) const {
+    const int reach = static_cast<int>(support_) + 1;
+    double sum = 0;
+    for (int x = -reach; x <= reach; ++x)
+      for (int z = -reach; z <= reach; ++z) {
+        const double r = std::sqrt(x * x + z * z + distance * distance);
+        if (r < support_) sum += value(r);
+      }
+    return sum;
+  }
+
+  SphKernel<double> kernel_;
+  WallBox<double> floor_;
+  double support_;
+};
+
+}  // namespace physics
+}  // namespace v0
+}  // namespace meltsim

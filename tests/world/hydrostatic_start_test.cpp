@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// Liquid that starts at rest (physics/hydrostatic.hpp).
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+constexpr double dx = 0.1, g = 9.81, water = 1000;
+
+/// A closed box of 8 x 8 spacings, and 24 high, without heat.
+WorldDesc box(bool at_rest) {
+  WorldDesc d = describe();
+  d.spacing = dx;
+  d.heat.model = HeatModel::none;
+  d.domain.bounded = true;
+  d.domain.no_slip = false;
+  d.domain.min = {0, 0, 0};
+  d.domain.max = {0.8, 2.4, 0.8};
+  d.gravity = {0, -g, 0};
+  d.hydrostatic_start = at_rest;
+  return d;
+}
+
+MaterialId liquid(World& w, const std::string& name, double density) {
+  MaterialDesc m;
+  m.name = name;
+  m.density = density;
+  return *w.add_material(m);
+}
+
+void fill(World& w, MaterialId m, const Vec3d& low, const Vec3d& high) {
+  FluidDesc f;
+  f.material = m;
+  f.shape = Shape::box(low, high);
+  require(w.add_fluid(f));
+}
+
+/// Of the last sub-step, of which this is one before nothing was stepped.
+double pressure(World& w, const Vec3d& at) {
+  if (w.steps() == 0) require(w.step(1e-4));
+  return (*w.sample({at}, {"pressure"})).at(0);
+}
+
+std::vector<Vec3d> places(World& w) {
+  require(w.prepare());
+  const auto p = w.particles();
+  EXPECT_TRUE(p);
+  return p->position;
+}
+
+// A layer of liquid is a step of rho g dx in pressure: what is read is within half of it.
+TEST(HydrostaticStart, PressureIsThatOfTheDepth) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = std::move(*World::create(box(true)));
+  fill(w, liquid(w, "water", water), {0, 0, 0}, {0.8, 1.6, 0.8});
+  for (const double y : {0.05, 0.45, 0.85, 1.25})
+    EXPECT_NEAR(pressure(w, {0.4, y, 0.4}), water * g * (1.6 - y), water * g * dx / 2) << y;
+}
+
+// Without it the pressure at the floor swings from nothing to twice that of the depth, for seconds. With it layers are in balance, to
+// rounding: what is left is half a layer's pressure that a reading may be off by. 0.3 s are two swings; later the lattice comes
+// apart, which it does in any liquid.
+TEST(HydrostaticStart, ATankDoesNotRing) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto swing = [](bool at_rest) {
+    World w = std::move(*World::create(box(at_rest)));
+    fill(w, liquid(w, "water", water), {0, 0, 0}, {0.8, 1.6, 0.8});
+    double largest = 0;
+    for (int k = 0; k < 60; ++k) {
+      require(w.step(0.005));
+      largest = std::max(largest, std::fabs(pressure(w, {0.4, 0.05, 0.4}) - water * g * 1.55));
+    }
+    return largest / (water * g * 1.55);
+  };
+  EXPECT_LT(swing(true), 0.5 / 15.5);
+  EXPECT_GT(swing(false), 0.5);
+}
+
+TEST(HydrostaticStart, EachLiquidPressesWithItsOwnWeight) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = std::move(*World::create(box(true)));
+  fill(w, liquid(w, "brine", 1200), {0, 0, 0}, {0.8, 0.8, 0.8});
+  fill(w, liquid(w, "oil", 600), {0, 0.8, 0}, {0.8, 1.6, 0.8});
+  EXPECT_NEAR(pressure(w, {0.4, 0.05, 0.4}), g * (1200 * 0.75 + 600 * 0.8), 1200 * g * dx / 2);
+  EXPECT_NEAR(pressure(w, {0.4, 0.85, 0.4}), g * 600 * 0.75, 1200 * g * dx / 2);
+}
+
+// A column that stands in a shallow bed presses on its own floor, not on that of the bed.
+TEST(HydrostaticStart, LevelsBesideEachOtherKeepTheirPressures) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = box(true);
+  d.domain.max = {3.2, 2.4, 0.8};
+  World w = std::move(*World::create(d));
+  const MaterialId m = liquid(w, "water", water);
+  fill(w, m, {0, 0, 0}, {1.6, 1.6, 0.8});
+  fill(w, m, {1.6, 0, 0}, {3.2, 0.4, 0.8});
+  EXPECT_NEAR(pressure(w, {0.8, 0.05, 0.4}), water * g * 1.55, water * g * dx / 2);
+  EXPECT_NEAR(pressure(w, {2.4, 0.05, 0.4}), water * g * 0.35, water * g * dx / 2);
+}
+
+// The liquid below a body or a lid has the pressure of the level beside it.
+TEST(HydrostaticStart, BelowABodyTheLevelBesideItHolds) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = box(true);
+  d.domain.max = {1.6, 2.4, 0.8};
+  World w = std::move(*World::create(d));
+  MaterialDesc stone;
+  stone.name = "stone";
+  SolidDesc s;
+  s.material = *w.add_material(stone);
+  s.fixed = true;
+  s.shape = Shape::box({0, 0.8, 0}, {0.8, 2.4, 0.8});  // a gap beneath
+  require(w.add_solid(s));
+  fill(w, liquid(w, "water", water), {0, 0, 0}, {1.6, 1.6, 0.8});
+  EXPECT_NEAR(pressure(w, {0.4, 0.25, 0.4}), water * g * 1.35, water * g * dx / 2);
+  EXPECT_NEAR(pressure(w, {1.2, 0.25, 0.4}), water * g * 1.35, water * g * dx / 2);
+}
+
+TEST(HydrostaticStart, WhatFallsHasNoPressure) {
+  MELTSIM_NEEDS_BACKEND();
+  std::vector<double> there[2];
+  for (const bool at_rest : {false, true}) {
+    World w = std::move(*World::create(box(at_rest)));
+    fill(w, liquid(w, "water", water), {0, 0.8, 0}, {0.8, 1.6, 0.8});
+    for (const Vec3d& x : places(w)) there[at_rest ? 1 : 0].push_back(x.y);
+  }
+  EXPECT_EQ(there[0], there[1]);
+}
+
+/// A pool of half a box of 1.6 m, at the face to which gravity points.
+struct Pool {
+  Vec3d gravity, low, high;
+  int axis;
+  bool from_above;  ///< that face is the upper one
+};
+
+std::vector<double> heights(const Pool& p) {
+  WorldDesc d = box(true);
+  d.domain.max = {1.6, 1.6, 1.6};
+  d.gravity = p.gravity;
+  World w = std::move(*World::create(d));
+  fill(w, liquid(w, "water", water), p.low, p.high);
+  std::vector<double> h;
+  for (const Vec3d& x : places(w)) {
+    const double at = p.axis == 0 ? x.x : p.axis == 1 ? x.y : x.z;
+    h.push_back(p.from_above ? 1.6 - at : at);
+  }
+  std::sort(h.begin(), h.end());
+  return h;
+}
+
+// Turned, the same pool has the same heights above its floor, to rounding.
+TEST(HydrostaticStart, GravityMayPointAnywhere) {
+  MELTSIM_NEEDS_BACKEND();
+  const std::vector<double> down = heights({{0, -g, 0}, {0, 0, 0}, {1.6, 0.8, 1.6}, 1, false});
+  for (const Pool& p : {Pool{{-g, 0, 0}, {0, 0, 0}, {0.8, 1.6, 1.6}, 0, false},
+                        Pool{{0, 0, g}, {0, 0, 0.8}, {1.6, 1.6, 1.6}, 2, true}}) {
+    const std::vector<double> turned = heights(p);
+    ASSERT_EQ(turned.size(), down.size());
+    for (std::size_t i = 0; i < down.size(); ++i) ASSERT_NEAR(turned[i], down[i], 1e-6);
+  }
+}
+
+// What was read or saved in between changes nothing: liquid is compressed anew with what was added since.
+TEST(HydrostaticStart, WhatIsAddedLaterCounts) {
+  MELTSIM_NEEDS_BACKEND();
+  std::uint64_t hash[2];
+  for (const bool looked : {false, true}) {
+    World w = std::move(*World::create(box(true)));
+    const MaterialId m = liquid(w, "water", water);
+    fill(w, m, {0, 0, 0}, {0.8, 0.8, 0.8});
+    if (looked) {
+      EXPECT_LT(places(w).back().y, 0.75);
+    }
+    fill(w, m, {0, 0.8, 0}, {0.8, 1.6, 0.8});
+    require(w.prepare());
+    hash[looked ? 1 : 0] = *w.state_hash();
+  }
+  EXPECT_EQ(hash[0], hash[1]);
+}
+
+TEST(HydrostaticStart, GravityThatChangesBeforeTheFirstStepCounts) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = std::move(*World::create(box(true)));
+  fill(w, liquid(w, "water", water), {0, 0, 0}, {0.8, 0.8, 0.8});
+  const double top = 0.75;
+  EXPECT_LT(places(w).back().y, top - 0.001);
+  require(w.set_gravity({0, 0, 0}));
+  EXPECT_NEAR(places(w).back().y, top, 1e-7);  // rounding of single precision
+}
+
+// A snapshot of the start is compressed; who restores it does not compress it again.
+TEST(HydrostaticStart, SnapshotsOfTheStartAreTheStart) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto tank = [] {
+    World w = std::move(*World::create(box(true)));
+    fill(w, liquid(w, "water", water), {0, 0, 0}, {0.8, 1.6, 0.8});
+    return w;
+  };
+  World a = tank(), b = tank();
+  const auto saved = a.snapshot();
+  ASSERT_TRUE(saved);
+  require(b.restore(saved->data(), saved->size()));
+  EXPECT_EQ(*a.state_hash(), *b.state_hash());
+  require(a.step(0.01));
+  require(b.step(0.01));
+  EXPECT_EQ(*a.state_hash(), *b.state_hash());
+  require(a.restore(saved->data(), saved->size()));
+  require(a.step(0.01));
+  EXPECT_EQ(*a.state_hash(), *b.state_hash());
+}
+
+}  // namespace
+}  // namespace meltsim_test
