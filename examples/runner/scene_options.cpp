@@ -234,7 +234,7 @@ const Options<Scene>& solver_options() {
               value.fail("sound_speed stays as it is; leave it out and set density_error, or drop this key");
           },
           [](const Scene& s) { return s.world.follow_sound_speed ? Json(true) : Json(); }),
-      flag<Scene>("hydrostatic_start", "hydrostatic_start", OF_WORLD(hydrostatic_start), "false",
+      flag<Scene>("hydrostatic_start", "hydrostatic_start", OF_WORLD(hydrostatic_start), "true",
                   "liquid that stands on walls or bodies starts with the pressure of rest, so that a tank "
                   "does not ring for seconds after its start. "
                   "[Concepts](concepts.md#a-start-at-rest)"),

@@ -158,7 +158,7 @@ struct WorldDesc {
   /// Liquid that stands on walls or bodies before the first step starts with the pressure of rest: compressed along gravity by what
   /// is above it (physics/hydrostatic.hpp), so that it does not fall and ring. Particles are then a little lower than they were laid
   /// out. What falls freely has no pressure, nor has what is added while the World runs.
-  bool hydrostatic_start = false;
+  bool hydrostatic_start = true;
   /// Room for particles, liquid or of bodies, that the host adds while the World runs, beyond those there and those that emitters will
   /// bring: while it lasts, add_fluid() and add_solid() cost what they add, and nothing is uploaded again. Takes memory like theirs.
   std::uint64_t reserved_particles = 0;

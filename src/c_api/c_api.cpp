@@ -403,6 +403,7 @@ static void fill(meltsim_world_desc* desc) {
   desc->heat_time_scale = d.heat.time_scale;
   for (meltsim_surface_heat& heat : desc->wall_heat) heat.ambient = meltsim::SurfaceHeatDesc{}.ambient;
   desc->artificial_viscosity = d.artificial_viscosity;
+  desc->hydrostatic_start = d.hydrostatic_start;
   desc->courant = d.courant;
   desc->pieces_interval = d.pieces_interval;
   desc->heat_interval = d.heat.interval;

@@ -314,7 +314,8 @@ struct ColumnVolumeBody {
     const auto dx = static_cast<double>(w.s.c.spacing);
     const double top = top_of(c), base = physics::column_base(top, w.grid.floor, dx);
     if (is_solid(tag)) {
-      if (p.height > base - dx && p.height < top + dx) add.set(&c.solid, 2u);
+      // A column below a body ends where that begins, which is no level.
+      if (p.height > base - dx && p.height < top + 1.5 * dx) add.set(&c.solid, 2u);
       return;
     }
     const double volume = static_cast<double>(w.s.f.position[slot].w) / (dx * dx * dx);

@@ -18,6 +18,7 @@ using core::invalid;
 using core::none;
 
 Result<ParticleData> WorldImpl::particles() {
+  start_at_rest();
   fetch_state();
   const auto rows = material_rows();
   core::DerivedState derived;

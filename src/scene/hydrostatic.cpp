@@ -9,6 +9,7 @@
 
 #include "description/point_grid.hpp"
 #include "description/validate.hpp"
+#include "meltsim/physics/force_field.hpp"
 #include "meltsim/physics/hydrostatic.hpp"
 #include "world/world_impl.hpp"
 
@@ -83,6 +84,7 @@ class SurfaceLayers {
   /// density: of the layers, the lowest first [of any unit]; stands: they are all there are, on a floor; else liquid goes on below them.
   /// In spacings.
   const std::vector<double>& rise(const std::vector<double>& density, bool stands) {
+    if (known_.size() == most_known) return nothing_ = std::vector<double>(density.size(), 0.0);
     std::pair<std::vector<double>, bool> key{density, stands};
     for (double& d : key.first) d /= density.back();
     const auto [known, is_new] = known_.try_emplace(key);
@@ -140,18 +142,23 @@ class SurfaceLayers {
     return solved(std::move(slope), std::move(wanted));
   }
 
+  static constexpr std::size_t most_known = 100;  // half a second
   physics::LayerSums sums_;
   double pull_;  ///< g dx/c^2
   std::size_t held_;
   std::map<std::pair<std::vector<double>, bool>, std::vector<double>> known_;
+  std::vector<double> nothing_;
 };
 
 /// The columns of a scene.
 class Columns {
  public:
-  Columns(const core::SceneState& state, const WorldDesc& desc, Vec3d origin, double sound_speed)
+  /// fields: those that act on liquid at the start.
+  Columns(const core::SceneState& state, const WorldDesc& desc, Vec3d origin, double sound_speed,
+          std::vector<physics::ForceField<double>> fields)
       : state_(state),
         desc_(desc),
+        fields_(std::move(fields)),
         axis_(axis_of(desc.gravity)),
         sound_speed_(sound_speed),
         surface_(core::support_of(desc) / desc.spacing,
@@ -179,6 +186,14 @@ class Columns {
 
  private:
   double gravity() const { return std::fabs(part(desc_.gravity, axis_)); }
+  /// What pulls a particle along gravity [m/s^2]: with fields perhaps nothing.
+  double pull(std::uint32_t id) const {
+    Vec3d a = desc_.gravity;
+    for (const physics::ForceField<double>& f : fields_)
+      if (physics::in_force_region(f, state_.position[id] - f.center))
+        a += physics::force_field_acceleration(f, state_.position[id] - f.about, state_.velocity[id], 0.0);
+    return std::max(-up_ * part(a, axis_), 0.0);
+  }
   double height(Vec3d x) const { return up_ * part(x, axis_); }
 
   void sort() {
@@ -263,15 +278,18 @@ class Columns {
   }
   template <class Move>
   void press(const Run& r, const Move& move) {
-    const double dx = desc_.spacing, g = gravity();
+    const double dx = desc_.spacing;
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
     const auto volume = [&](std::size_t place) { return state_.volume[places_[place].id]; };
-    const auto weight = [&](std::size_t place) { return g * mass(place) / (dx * dx); };
+    const auto weight = [&](std::size_t place) { return pull(places_[place].id) * mass(place) / (dx * dx); };
     double above = std::max(r.level - top(r), 0.0) / dx * weight(r.end - 1), from = bottom(r);
+    constexpr double most_fraction = 1.1;  // beyond, layers are no lattice any more: left as it was laid out
     std::vector<double> cells(r.end - r.first);
     for (std::size_t i = r.end; i-- > r.first;) {
       const double stiffness = physics::tait_stiffness(mass(i) / volume(i), sound_speed_);
-      cells[i - r.first] = dx / physics::hydrostatic_fraction(above + 0.5 * weight(i), stiffness);
+      const double fraction = physics::hydrostatic_fraction(above + 0.5 * weight(i), stiffness);
+      if (fraction > most_fraction) return;
+      cells[i - r.first] = dx / fraction;
       above += weight(i);
     }
     const std::vector<double> risen = rise(r);
@@ -281,10 +299,10 @@ class Columns {
       from += cell;
     }
   }
-  /// What its free surface does to the layers of a run [m]; where it has none, nothing.
+  /// What its free surface does to the layers of a run [m]; where it has none, or where fields act, nothing.
   std::vector<double> rise(const Run& r) {
     std::vector<double> risen(r.end - r.first, 0.0);
-    if (!r.open || desc_.tension) return risen;
+    if (!r.open || desc_.tension || !fields_.empty()) return risen;
     const bool on_floor = is_wall(false) && places_[r.first].height - low_ < desc_.spacing;
     const std::size_t layers = std::min(risen.size(), surface_.wanted());
     std::vector<double> density;
@@ -297,6 +315,7 @@ class Columns {
 
   const core::SceneState& state_;
   const WorldDesc& desc_;
+  std::vector<physics::ForceField<double>> fields_;
   int axis_, up_ = 1;          ///< up_: sign of what is against gravity
   double sound_speed_;         ///< [m/s]
   double low_ = 0, high_ = 0;  ///< of the domain, against gravity [m]
@@ -320,10 +339,19 @@ void WorldImpl::lay_out() {
   laid_out_ = {};
 }
 
+/// Ahead of what reads or moves particles: what is read before the first step is what the step begins with.
+void WorldImpl::start_at_rest() {
+  if (desc.hydrostatic_start && steps == 0 && dirty_)
+    static_cast<void>(prepare());  // a failure shows at the step
+}
+
 /// Compresses liquid as its weight does. Before the first step, at the speed of sound of the scene.
 void WorldImpl::press_liquid() {
   if (!desc.hydrostatic_start || steps != 0 || pressed_ || !(length(desc.gravity) > 0)) return;
-  Columns columns(state_, desc, origin_, sound_speed_);
+  std::vector<physics::ForceField<double>> fields;
+  for (const ForceFieldRecord& r : force_fields_)
+    if (r.used && r.desc.liquid && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
+  Columns columns(state_, desc, origin_, sound_speed_, std::move(fields));
   columns.press([&](std::uint32_t id, double at) {
     laid_out_.push_back({id, state_.position[id]});
     round_to_precision(at);

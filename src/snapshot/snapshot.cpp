@@ -173,6 +173,7 @@ std::uint64_t WorldImpl::material_hash(const MaterialDesc& m) const {
 }
 
 Result<std::uint64_t> WorldImpl::state_hash() {
+  start_at_rest();
   fetch_state();
   Hash h;
   core::each_held(state_, species_.size(), [&h](auto held, const auto& array, const auto&) {

@@ -306,9 +306,11 @@ Status WorldImpl::Teleport::carry_out() {
 
 /// Waits. Liquid that a body would bury at another place goes out of its way; what cannot is refused, and nothing changes.
 Status WorldImpl::clear_for_teleport(std::uint32_t body, const physics::RigidPlace& place) {
+  start_at_rest();
   Teleport teleport(*this, body, place);
   if (Status s = teleport.find_buried(); !s || !teleport.buries()) return s;
   if (Status s = teleport.find_places(); !s) return s;
+  laid_out_ = {};  // liquid stays where it goes
   return teleport.carry_out();
 }
 

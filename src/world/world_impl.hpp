@@ -635,6 +635,7 @@ class WorldImpl final : public Scheduler {
   void drop_fluid(std::uint32_t id);
   // scene/hydrostatic.cpp
   void lay_out();
+  void start_at_rest();
   void press_liquid();
   const core::PointGrid& places();
   void update_state();

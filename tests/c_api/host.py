@@ -39,7 +39,8 @@ class WholeWorldDesc(WorldDesc):
                 ("viscosity", c.c_int32), ("stray", c.c_int32), ("courant", c.c_double), ("pieces_interval", c.c_int32),
                 ("heat_max_stages", c.c_int32), ("heat_max_supersteps", c.c_int32), ("solute_max_supersteps", c.c_int32),
                 ("solute_time_scale", c.c_double), ("heat_level_tolerance", c.c_double), ("free_surface", SurfaceHeat),
-                ("wall_friction", c.c_double), ("wall_contact_angle", c.c_double), ("wall_velocity", Vec * 6), ("stream", c.c_void_p)]
+                ("wall_friction", c.c_double), ("wall_contact_angle", c.c_double), ("wall_velocity", Vec * 6), ("stream", c.c_void_p),
+                ("hydrostatic_start", c.c_int32), ("reserved", c.c_int32)]
 
 
 class MaterialDesc(c.Structure):

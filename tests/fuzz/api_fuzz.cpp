@@ -154,6 +154,7 @@ class Sequence {
     if (chance(0.15)) d.viscosity = pick({Viscosity::implicit, Viscosity::explicit_});
     if (chance(0.2)) d.density_error = or_extreme(pick({0.001, 0.01, 0.05}));
     if (chance(0.1)) d.follow_sound_speed = true;
+    if (chance(0.3)) d.hydrostatic_start = false;
     if (wild_ && chance(0.2))
       d.tension = true, d.particle_shifting = chance(0.5);  // at a free surface it clumps
     if (chance(0.15)) d.domain.contact_angle = or_extreme(random_.uniform(0, 180));

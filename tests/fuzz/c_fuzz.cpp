@@ -318,6 +318,7 @@ class Sequence {
     put(d.gravity, vector({0, -9.81, 0}, 0.03));
     d.isotropic_pressure = choice(3);
     d.viscosity = choice(3), d.stray = choice(2);
+    d.hydrostatic_start = chance(0.7) ? 1 : 0;
     if (d.isotropic_pressure == MELTSIM_CHOICE_ON) d.artificial_viscosity = 0.05;
     create_both(d);
   }
@@ -340,6 +341,7 @@ class Sequence {
     if (d.faces[0] == MELTSIM_FACE_OPEN) w.domain.faces[0] = Face::open;
     w.heat.time_scale = d.heat_time_scale;
     w.reserved_particles = d.reserved_particles;
+    w.hydrostatic_start = d.hydrostatic_start != 0;
     if (d.neighbour_search == MELTSIM_SEARCH_TREE) w.neighbour_search = NeighbourSearch::tree;
     w.courant = d.courant, w.density_error = d.density_error, w.gravity = vec(d.gravity);
     if (d.isotropic_pressure != MELTSIM_CHOICE_AUTOMATIC)

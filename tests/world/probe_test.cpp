@@ -283,6 +283,7 @@ World make_pool(double depth, double support_in_spacings = 2.5, bool sideways = 
   d.support_radius = support_in_spacings * d.spacing;
   d.precision = precision;
   d.sound_speed = 30;
+  d.hydrostatic_start = false;  // its depth is that of its layers
   d.domain.bounded = true;
   d.domain.min = {-0.4, -0.3, 0.2};
   d.domain.max = {0.8, 1.7, 1.4};

@@ -411,9 +411,11 @@ TEST(Surface, DrySolidsCarryNoLiquid) {
   MELTSIM_NEEDS_BACKEND();
   IceScene s;
   s.block_floor = 1.8;  // 0.8 m above the water
-  Scene with = ice_in_water(describe(), s);
+  WorldDesc d = describe();
+  d.hydrostatic_start = false;  // what may fall farther makes sound faster, which compresses water less
+  Scene with = ice_in_water(d, s);
   s.block = 0;
-  Scene without = ice_in_water(describe(), s);
+  Scene without = ice_in_water(d, s);
   const SurfaceMesh a = value_of(with.world.surface()), b = value_of(without.world.surface());
   ASSERT_EQ(a.position.size(), b.position.size());
   EXPECT_EQ(a.triangles, b.triangles);

@@ -132,6 +132,7 @@ void densities(Cells& c) {
     // volume is kept. The last particles of it are between a quarter and half a spacing of film.
     if (r >= 10) falls.most_falls = 4;
     Setup& within = c.add("body/liquid, immersed", number(r));
+    if (r >= 10) within.most_falls = 4;
     within.ice.density = r * 1000;
     within.ice.melting_point = meltsim::infinity;
     within.depth = 8;
