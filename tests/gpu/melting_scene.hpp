@@ -32,6 +32,7 @@ struct MeltingScene {
   int pieces_interval = 16;
   meltsim::HeatModel heat_model = meltsim::HeatModel::enthalpy;
   bool still = false;  ///< no gravity, blocks fixed
+  bool at_rest = true;
   meltsim::NeighbourSearch search = meltsim::NeighbourSearch::automatic;
 };
 
@@ -70,6 +71,7 @@ inline World make_world(const MeltingScene& scene) {
   desc.heat.model = scene.heat_model;
   desc.heat.time_scale = scene.heat_time_scale;
   desc.neighbour_search = scene.search;
+  desc.hydrostatic_start = scene.at_rest;
   if (scene.still) {
     desc.gravity = {0, 0, 0};
     desc.sound_speed = 50;
