@@ -106,11 +106,19 @@ int WorldImpl::half_width_of(const BodyRecord& body) const {
                                      [&](int w) { return wave_speed2_of(w, body.longest); });
 }
 
+/// What alpha of a body with a youngs_modulus goes by: where its regions cannot give all of that, what makes alpha 1 at the largest
+/// sub-step, so that it keeps one law at shorter ones.
+double WorldImpl::wave_speed2_for(const BodyRecord& body) const {
+  const MaterialDesc& m = materials[body.desc.material.index];
+  const double speed2 = wave_speed2_of(half_width_of(body), body.longest);
+  if (!(m.youngs_modulus > 0) || !std::isfinite(static_dt_)) return speed2;
+  return std::max(speed2, modulus_rate_of(m) * static_dt_ * static_dt_);
+}
+
 /// alpha at a sub-step of dt, of a body with a youngs_modulus.
 double WorldImpl::alpha_of(const BodyRecord& body, double dt) const {
-  const double speed2 = wave_speed2_of(half_width_of(body), body.longest);
-  return std::min(
-      1.0, physics::modulus_stiffness(modulus_rate_of(materials[body.desc.material.index]), speed2, dt));
+  return std::min(1.0, physics::modulus_stiffness(modulus_rate_of(materials[body.desc.material.index]),
+                                                  wave_speed2_for(body), dt));
 }
 
 /// visit(body) of those of a material that can deform, also of those that were removed, so that a removal changes no table.
@@ -155,11 +163,15 @@ Stiffness WorldImpl::stiffness_of(const MaterialDesc& m) const {
   return s;
 }
 
-/// Whether regions are as wide as fit_regions() would make them.
+/// Whether regions, and what their alpha goes by, are as fit_regions() would make them.
 bool WorldImpl::regions_fit() const {
+  constexpr double rounding = 1e-9;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    if (bodies_[b].may_deform() && lattice_.bodies[b].region_half_width != half_width_of(bodies_[b]))
-      return false;
+    if (!bodies_[b].may_deform()) continue;
+    const core::BodyRow& row = lattice_.bodies[b];
+    const double speed2 = wave_speed2_for(bodies_[b]);
+    if (row.region_half_width != half_width_of(bodies_[b])) return false;
+    if (std::fabs(row.wave_speed2 - speed2) > rounding * speed2) return false;
   }
   return true;
 }
@@ -170,7 +182,8 @@ void WorldImpl::fit_regions_of(const BodyRecord& body, core::BodyRow& row) const
   row.region_half_width = body.rigid()        ? 0
                           : body.may_deform() ? half_width_of(body)
                                               : std::min(asked, most_half_width());
-  row.wave_speed2 = wave_speed2_of(row.region_half_width, body.longest);
+  row.wave_speed2 =
+      body.may_deform() ? wave_speed2_for(body) : wave_speed2_of(row.region_half_width, body.longest);
 }
 
 /// With room in reserve, also for bodies to come of a material without a modulus.

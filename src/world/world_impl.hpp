@@ -542,6 +542,7 @@ class WorldImpl final : public Scheduler {
   int half_width_of(const BodyRecord& body) const;
   template <class Visit>
   void for_each_of(const MaterialDesc& m, const Visit& visit) const;
+  double wave_speed2_for(const BodyRecord& body) const;
   double alpha_of(const BodyRecord& body, double dt) const;
   double alpha_of(const MaterialDesc& m, double dt) const;
   Stiffness stiffness_of(const MaterialDesc& m) const;
