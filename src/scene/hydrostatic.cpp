@@ -142,7 +142,7 @@ class SurfaceLayers {
     return solved(std::move(slope), std::move(wanted));
   }
 
-  static constexpr std::size_t most_known = 100;  // half a second
+  static constexpr std::size_t most_known = 100;  // further ones go by depth alone
   physics::LayerSums sums_;
   double pull_;  ///< g dx/c^2
   std::size_t held_;
@@ -276,19 +276,27 @@ class Columns {
         reached.push_back(&beside);
       });
   }
+  /// Pressure at the top of a run [Pa]: of the liquid up to the level beside it. In a full box, where liquid may pull, it is on average none.
+  template <class Weight>
+  double on_top(const Run& r, const Weight& weight) const {
+    if (r.level > -infinity) return std::max(r.level - top(r), 0.0) / desc_.spacing * weight(r.end - 1);
+    double all = 0;
+    for (std::size_t i = r.first; i < r.end && desc_.tension; ++i) all += weight(i);
+    return -0.5 * all;
+  }
   template <class Move>
   void press(const Run& r, const Move& move) {
     const double dx = desc_.spacing;
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
     const auto volume = [&](std::size_t place) { return state_.volume[places_[place].id]; };
     const auto weight = [&](std::size_t place) { return pull(places_[place].id) * mass(place) / (dx * dx); };
-    double above = std::max(r.level - top(r), 0.0) / dx * weight(r.end - 1), from = bottom(r);
+    double above = on_top(r, weight), from = bottom(r);
     constexpr double most_fraction = 1.1;  // beyond, layers are no lattice any more: left as it was laid out
     std::vector<double> cells(r.end - r.first);
     for (std::size_t i = r.end; i-- > r.first;) {
       const double stiffness = physics::tait_stiffness(mass(i) / volume(i), sound_speed_);
       const double fraction = physics::hydrostatic_fraction(above + 0.5 * weight(i), stiffness);
-      if (fraction > most_fraction) return;
+      if (!(fraction <= most_fraction && fraction >= 1 / most_fraction)) return;
       cells[i - r.first] = dx / fraction;
       above += weight(i);
     }

@@ -121,6 +121,37 @@ TEST(HydrostaticStart, BelowABodyTheLevelBesideItHolds) {
   EXPECT_NEAR(pressure(w, {1.2, 0.25, 0.4}), water * g * 1.35, water * g * dx / 2);
 }
 
+/// A box that is full.
+World full(bool tension, bool at_rest) {
+  WorldDesc d = box(at_rest);
+  d.tension = tension;
+  d.domain.max = {0.8, 1.6, 0.8};
+  World w = std::move(*World::create(d));
+  fill(w, liquid(w, "water", water), {0, 0, 0}, {0.8, 1.6, 0.8});
+  return w;
+}
+
+// Without tension liquid leaves the lid by what it is compressed, with tension half of it pulls. A layer is what a reading may be off by,
+// as its neighbour in the lid is an image.
+TEST(HydrostaticStart, AFullBoxPressesOnItsFloorOrPullsAtItsLid) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const bool tension : {false, true}) {
+    World w = full(tension, true), ringing = full(tension, false);
+    const double above = tension ? 0.8 : 1.6;  // the floor, where pressure is 0
+    EXPECT_NEAR(pressure(w, {0.4, 0.05, 0.4}), water * g * (above - 0.05), water * g * dx) << tension;
+    EXPECT_NEAR(pressure(w, {0.4, 1.25, 0.4}), water * g * (above - 1.25), water * g * dx) << tension;
+    double fastest[2] = {};
+    for (int k = 0; k < 20; ++k)
+      for (World* which : {&w, &ringing}) {
+        require(which->step(0.005));
+        double& most = fastest[which == &w ? 0 : 1];
+        most = std::max(most, which->totals()->max_speed);
+      }
+    EXPECT_LT(fastest[0], 0.5 * fastest[1])
+        << tension;  // images in a lid lack weight, as those in floors do not
+  }
+}
+
 TEST(HydrostaticStart, WhatFallsHasNoPressure) {
   MELTSIM_NEEDS_BACKEND();
   std::vector<double> there[2];

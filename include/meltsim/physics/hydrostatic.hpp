@@ -13,7 +13,7 @@
 //
 // Columns run along the axis nearest to gravity, of which g is the component; liquid with an even surface across gravity then has the
 // pressure of rest along the other axes, too. p_top is 0 at a free surface; below a body or a lid the level of the nearest free
-// surface, over liquid that is connected, says what it is.
+// surface, over liquid that is connected, says what it is. In a full box in which liquid may pull it is minus half of the column's weight.
 // Sums lack neighbours at a free surface, so layers near it are where the forces of layers balance (sums as in fluid.hpp):
 //
 //   phi_n   sum over layers m, and their images in the floor, of that of V W over layer m             -
@@ -32,7 +32,7 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// phi of liquid under a pressure [-], for pressures of 0 and more; stiffness = rho0 c^2 / 7 [Pa] (tait_pressure, inverted). Of
+/// phi of liquid under a pressure above -stiffness [-]; stiffness = rho0 c^2 / 7 [Pa] (tait_pressure, inverted). Of
 /// arithmetic alone, so that every machine has the same bits.
 inline double hydrostatic_fraction(double pressure, double stiffness) {
   const double seventh = 1.0 + pressure / stiffness;
