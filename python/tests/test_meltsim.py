@@ -104,11 +104,13 @@ def test_particles_are_arrays_that_share_one_copy():
     assert set(p.temperature[p.solid]) == {-10.0} and set(p.body[p.solid]) == {0} and set(p.body[p.liquid]) == {-1}
     assert p.mass[p.solid].sum() == pytest.approx(917 * 0.027, rel=1e-6)
     y = p.position[:, 1]
+    lowest = y.min()
+    assert lowest == pytest.approx(0.05, rel=0.1)  # half a spacing, less what its weight presses it down by
     del p
     world.step(0.01)
     del world
     gc.collect()
-    assert y.min() == pytest.approx(0.05)  # the array keeps what it views
+    assert y.min() == lowest  # the array keeps what it views
 
 
 def test_state_views_the_memory_of_the_world():
