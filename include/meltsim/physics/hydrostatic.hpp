@@ -49,6 +49,7 @@ inline double hydrostatic_fraction(double pressure, double stiffness) {
 /// Layers of liquid on the lattice of the simulation, the lowest first: lengths in spacings, pressures in rho c^2 of a density of 1 (host).
 class LayerSums {
  public:
+  /// H/dx.
   explicit LayerSums(double support_in_spacings)
       : kernel_(make_kernel<double>(support_in_spacings, 1)), support_(support_in_spacings) {
     floor_.push_scale = floor_push_scale<double>(support_, 1);
