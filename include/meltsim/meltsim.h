@@ -188,8 +188,8 @@ typedef struct meltsim_world_desc {
   double wall_contact_angle;         /* of liquids with surface tension at walls, 0 to 180 degrees */
   double wall_velocity[6][3];        /* of each wall, in the order of `faces` [m/s]; along it only */
   void* stream;                      /* CUDA stream that the World runs on; null: its own */
-  int32_t hydrostatic_start;         /* liquid that stands on something starts with the pressure of rest, 0 or 1 */
-  int32_t reserved;                  /* 0 */
+  int32_t hydrostatic_start; /* liquid that stands on something starts with the pressure of rest, 0 or 1 */
+  int32_t reserved;          /* 0 */
 } meltsim_world_desc;
 
 /* A substance. */

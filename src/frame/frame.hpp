@@ -117,7 +117,8 @@ struct BodyRow {
   std::uint32_t motion = 0;                  ///< one of those below
   std::uint32_t first_site = 0;              ///< number of site (0, 0, 0) of its box
   std::uint32_t watched = 0;                 ///< 1: what acts on it is summed (channel body_forces)
-  double wave_speed2 = 0;  ///< at alpha = 1, of a bar as long as it (shape_matching.hpp); more where a modulus is out of reach
+  /// At alpha = 1, of a bar as long as it (shape_matching.hpp); more where its modulus is out of reach.
+  double wave_speed2 = 0;
 };
 inline constexpr std::uint32_t body_free = 0, body_fixed = 1, body_kinematic = 2, body_rigid = 3,
                                body_proxy = 4;

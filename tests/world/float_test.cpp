@@ -210,7 +210,8 @@ TEST(Contact, NothingPassesThroughAFixedPlate) {
   for (int k = 0; k < 800; ++k) require(w->step(0.0025));
   ASSERT_FALSE(w->synchronize().halted);
   const auto p = *w->particles();
-  for (std::size_t i = 0; i < p.id.size(); ++i) EXPECT_GT(p.position[i].y, 0.85) << p.id[i];  // the plate has its lower layer at 0.9
+  for (std::size_t i = 0; i < p.id.size(); ++i)
+    EXPECT_GT(p.position[i].y, 0.85) << p.id[i];  // the plate has its lower layer at 0.9
 }
 
 // A liquid whose density falls a million times with temperature is as hard to step as two such liquids side by side.

@@ -164,8 +164,7 @@ MELTSIM_HD SeepageFace<T> seepage_face(const SeepageSums<T>& s, const WallView<T
   face.area = share * area;
   if (!(s.size > T(0))) return face;
   const T pull = from > T(0) ? part(gravity) : -part(gravity);
-  const T wet =
-      clamp(-dot(s.liquid, out) / (area * area), T(0), T(most_wet)) * (face.area / s.size);
+  const T wet = clamp(-dot(s.liquid, out) / (area * area), T(0), T(most_wet)) * (face.area / s.size);
   face.slope = wet * s.heavy * pull;
   face.press = wet * s.level - face.slope * distance;
   return face;
