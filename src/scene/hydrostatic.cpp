@@ -84,12 +84,12 @@ class SurfaceLayers {
   /// density: of the layers, the lowest first [of any unit]; stands: they are all there are, on a floor; else liquid goes on below them.
   /// In spacings.
   const std::vector<double>& rise(const std::vector<double>& density, bool stands) {
-    if (known_.size() == most_known) return nothing_ = std::vector<double>(density.size(), 0.0);
     std::pair<std::vector<double>, bool> key{density, stands};
     for (double& d : key.first) d /= density.back();
-    const auto [known, is_new] = known_.try_emplace(key);
-    if (is_new) known->second = solve(key.first, stands);
-    return known->second;
+    const auto known = known_.find(key);
+    if (known != known_.end()) return known->second;
+    if (known_.size() == most_known) return nothing_ = std::vector<double>(density.size(), 0.0);
+    return known_[key] = solve(key.first, stands);
   }
 
  private:
@@ -142,7 +142,7 @@ class SurfaceLayers {
     return solved(std::move(slope), std::move(wanted));
   }
 
-  static constexpr std::size_t most_known = 100;  // further ones go by depth alone
+  static constexpr std::size_t most_known = 40;  // further ones go by depth alone
   physics::LayerSums sums_;
   double pull_;  ///< g dx/c^2
   std::size_t held_;
