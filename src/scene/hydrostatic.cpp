@@ -83,12 +83,12 @@ class SurfaceLayers {
   std::size_t wanted() const { return surface_layers + held_; }
   /// density: of the layers, the lowest first [of any unit]; stands: they are all there are, on a floor; else liquid goes on below them.
   /// In spacings.
-  const std::vector<double>& rise(const std::vector<double>& density, bool stands) {
+  std::vector<double> rise(const std::vector<double>& density, bool stands) {
     std::pair<std::vector<double>, bool> key{density, stands};
     for (double& d : key.first) d /= density.back();
     const auto known = known_.find(key);
     if (known != known_.end()) return known->second;
-    if (known_.size() == most_known) return nothing_ = std::vector<double>(density.size(), 0.0);
+    if (known_.size() == most_known) return std::vector<double>(density.size(), 0.0);
     return known_[key] = solve(key.first, stands);
   }
 
@@ -99,13 +99,8 @@ class SurfaceLayers {
     constexpr int most_steps = 20;
     constexpr double close = 1e-9, farthest = 0.1, least_distance = 0.5;  // [spacings]
     const std::size_t n = density.size(), held = stands ? 0 : std::min(held_, n);
-    std::vector<double> start(n), nothing(n, 0.0);
-    const std::vector<double> phi = physics::LayerSums::by_depth(density, pull_);
-    double from = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      start[i] = from + 0.5 / phi[i];
-      from += 1 / phi[i];
-    }
+    const std::vector<double> nothing(n, 0.0),
+        start = physics::stacked(physics::LayerSums::by_depth(density, pull_), 0, 1);
     std::vector<double> at = start;
     for (int step = 0; step < most_steps; ++step) {
       const std::vector<double> move = newton_step(at, density, held, stands);
@@ -147,7 +142,6 @@ class SurfaceLayers {
   double pull_;  ///< g dx/c^2
   std::size_t held_;
   std::map<std::pair<std::vector<double>, bool>, std::vector<double>> known_;
-  std::vector<double> nothing_;
 };
 
 /// The columns of a scene.
@@ -290,22 +284,18 @@ class Columns {
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
     const auto volume = [&](std::size_t place) { return state_.volume[places_[place].id]; };
     const auto weight = [&](std::size_t place) { return pull(places_[place].id) * mass(place) / (dx * dx); };
-    double above = on_top(r, weight), from = bottom(r);
     constexpr double most_fraction = 1.1;  // beyond, layers are no lattice any more: left as it was laid out
-    std::vector<double> cells(r.end - r.first);
-    for (std::size_t i = r.end; i-- > r.first;) {
-      const double stiffness = physics::tait_stiffness(mass(i) / volume(i), sound_speed_);
-      const double fraction = physics::hydrostatic_fraction(above + 0.5 * weight(i), stiffness);
-      if (!(fraction <= most_fraction && fraction >= 1 / most_fraction)) return;
-      cells[i - r.first] = dx / fraction;
-      above += weight(i);
-    }
-    const std::vector<double> risen = rise(r);
+    std::vector<double> weights, stiffness;
     for (std::size_t i = r.first; i < r.end; ++i) {
-      const double cell = cells[i - r.first];
-      move(places_[i].id, up_ * (from + 0.5 * cell + risen[i - r.first]));
-      from += cell;
+      weights.push_back(weight(i));
+      stiffness.push_back(physics::tait_stiffness(mass(i) / volume(i), sound_speed_));
     }
+    const std::vector<double> phi = physics::hydrostatic_fractions(on_top(r, weight), weights, stiffness);
+    for (const double fraction : phi)
+      if (!(fraction <= most_fraction && fraction >= 1 / most_fraction)) return;
+    const std::vector<double> heights = physics::stacked(phi, bottom(r), dx), risen = rise(r);
+    for (std::size_t i = 0; i < heights.size(); ++i)
+      move(places_[r.first + i].id, up_ * (heights[i] + risen[i]));
   }
   /// What its free surface does to the layers of a run [m]; where it has none, or where fields act, nothing.
   std::vector<double> rise(const Run& r) {
@@ -316,7 +306,7 @@ class Columns {
     std::vector<double> density;
     for (std::size_t i = r.end - layers; i < r.end; ++i)
       density.push_back(state_.mass[places_[i].id] / state_.volume[places_[i].id]);
-    const std::vector<double>& top = surface_.rise(density, on_floor && layers == risen.size());
+    const std::vector<double> top = surface_.rise(density, on_floor && layers == risen.size());
     for (std::size_t i = 0; i < layers; ++i) risen[risen.size() - layers + i] = desc_.spacing * top[i];
     return risen;
   }

@@ -23,6 +23,7 @@ double left_of_wave(bool isotropic, double viscosity) {
   d.spacing = dx;
   d.artificial_viscosity = 0;
   d.isotropic_pressure = isotropic;
+  d.hydrostatic_start = false;  // at rest from the start 0.71 of the right wave is left without the option
   d.max_substeps = 2000;
   d.domain.bounded = true;
   d.domain.max = {L, 1.5 * L, L};
@@ -60,7 +61,7 @@ TEST(IsotropicPressure, LiquidUnderPressureShearsAsItsViscositySays) {
   const double right = std::exp(-2 * viscosity * k * k);  // 0.64
   // A tenth: the lattice breaks first, and 12 particles to a wave resolve its second derivative to 3 %.
   EXPECT_NEAR(left_of_wave(true, viscosity) / right, 1, 0.1);
-  EXPECT_LT(left_of_wave(false, viscosity) / right, 0.8);  // the option is what does it
+  EXPECT_LT(left_of_wave(false, viscosity) / right, 0.6);  // the option is what does it
 }
 
 TEST(IsotropicPressure, MomentumStaysWhatItIs) {

@@ -46,6 +46,29 @@ inline double hydrostatic_fraction(double pressure, double stiffness) {
   return phi;
 }
 
+/// phi of every layer of a column by the weight of what is above it [-], the lowest layer first. on_top: pressure at the column's top; weight: of
+/// each layer, per area; stiffness: of each layer [all in one unit].
+inline std::vector<double> hydrostatic_fractions(double on_top, const std::vector<double>& weight,
+                                                 const std::vector<double>& stiffness) {
+  std::vector<double> phi(weight.size());
+  for (std::size_t i = phi.size(); i-- > 0;) {
+    phi[i] = hydrostatic_fraction(on_top + 0.5 * weight[i], stiffness[i]);
+    on_top += weight[i];
+  }
+  return phi;
+}
+
+/// Heights of layers that are spacing/phi high each, on top of each other from `bottom` on [unit of the spacing].
+inline std::vector<double> stacked(const std::vector<double>& phi, double bottom, double spacing) {
+  std::vector<double> heights(phi.size());
+  for (std::size_t i = 0; i < phi.size(); ++i) {
+    const double cell = spacing / phi[i];
+    heights[i] = bottom + 0.5 * cell;
+    bottom += cell;
+  }
+  return heights;
+}
+
 /// Layers of liquid on the lattice of the simulation, the lowest first: lengths in spacings, pressures in rho c^2 of a density of 1 (host).
 class LayerSums {
  public:
@@ -55,15 +78,12 @@ class LayerSums {
     floor_.push_scale = floor_push_scale<double>(support_, 1);
   }
 
-  /// phi of every layer by the weight of what is above it; pull = g dx/c^2.
+  /// hydrostatic_fractions() below a free surface; pull = g dx/c^2.
   static std::vector<double> by_depth(const std::vector<double>& density, double pull) {
-    std::vector<double> phi(density.size());
-    double above = 0;
-    for (std::size_t i = phi.size(); i-- > 0;) {
-      phi[i] = hydrostatic_fraction(above + 0.5 * pull * density[i], density[i] * stiffness);
-      above += pull * density[i];
-    }
-    return phi;
+    std::vector<double> weight = density, stiff = density;
+    for (double& w : weight) w *= pull;
+    for (double& s : stiff) s *= stiffness;
+    return hydrostatic_fractions(0, weight, stiff);
   }
 
   /// Forces minus weight, in c^2/dx of a density of 1, on layers at these heights. The lowest `held` stay where they are and have the
