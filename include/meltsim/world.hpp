@@ -368,7 +368,7 @@ class MELTSIM_API World {
   // Reading back. All synchronise. Errors: out_of_memory, internal; of the first two and pieces() those of request().
   Result<Totals> totals();                  ///< conserved quantities and extremes
   Result<Ledger> ledger();                  ///< conserved quantities, summed on the device
-  Result<ParticleData> particles();         ///< all particles, sorted by id
+  Result<ParticleData> particles();         ///< all particles, sorted by id; the start before any step
   Result<std::vector<PieceInfo>> pieces();  ///< connected pieces of all bodies
   Result<LatticeData> lattice();            ///< index arrays of all bodies
   /// What acted on every watched body since the last take_forces() or request() of forces.
