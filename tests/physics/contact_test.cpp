@@ -177,7 +177,7 @@ TEST(ContactGeometry, AntisymmetricToTheBit) {
   Random random(63);
   for (int n = 0; n < 20000; ++n) {
     const auto direction = [&] {
-      const auto live = static_cast<float>(8 + random.below(4));  // often equal
+      const auto live = static_cast<float>(8 + random.below(12));  // corners, edges, steps, faces; some equal
       if (random.below(4) == 0) return with_w(Vec3<float>{}, live);
       return with_w(cast<float>(unit(random.vector() + Vec3<double>{0, 0, 1e-3})), live);
     };
@@ -227,6 +227,32 @@ TEST(ContactGeometry, TheFlatterDecides) {
   EXPECT_LE(length(contact_geometry(corner, none, x, r2, 0.2).normal + xyz(corner)), 1e-15);
   EXPECT_LE(length(contact_geometry(none, none, x, r2, 0.2).normal - unit(x)), 1e-15);
   EXPECT_EQ(contact_geometry(none, face, Vec3<double>{0, 0, -0.15}, 0.0225, 0.2).overlap, 0.0);  // far side
+}
+
+// Where edges and corners alone meet, nothing overlaps at a spacing, whichever way they point, and the particles of two edges that
+// bound the faces that touch have those faces' normal.
+TEST(ContactGeometry, EdgesDoNotOverlapAtASpacing) {
+  const double dx = 0.2, e = std::sqrt(0.5), c = std::sqrt(1.0 / 3);
+  const std::vector<Vec4<double>> points{
+      {e, e, 0, 12}, {-e, e, 0, 12}, {0, -e, e, 12}, {-c, c, -c, 8}, {c, c, c, 8}};
+  for (const auto& a : points)
+    for (const auto& b : points)
+      for (const Vec3<double>& x :
+           {Vec3<double>{dx, 0, 0}, Vec3<double>{0, dx, 0}, Vec3<double>{0, 0, -dx}}) {
+        const auto g = contact_geometry(a, b, x, dot(x, x), dx);
+        if (dot(x, g.normal) > 0) {
+          EXPECT_NEAR(g.overlap, 0, 1e-15);
+        }
+      }
+  const auto flush = contact_geometry(points[1], points[0], Vec3<double>{0.9 * dx, 0, 0}, 0.81 * dx * dx, dx);
+  EXPECT_LE(length(flush.normal - Vec3<double>{1, 0, 0}), 1e-15);
+  EXPECT_NEAR(flush.overlap, 0.1 * dx, 1e-15);
+}
+
+// Particles around a vertex, itself among them: 18 of 27 on a plane, 17 on one oblique to all axes, 12 at a right edge.
+TEST(ContactGeometry, APlaneIsAFaceInAnyDirection) {
+  for (const double live : {17, 18, 20, 27}) EXPECT_EQ(flatness(live), 1) << live;
+  for (const double live : {1, 8, 12, 15}) EXPECT_EQ(flatness(live), 0) << live;
 }
 
 // A column of n particles comes to rest on a wall: with the dashpot of its lowest particle alone it presses that in by nearly twice
