@@ -315,6 +315,7 @@ struct Constants {
                 inlet_ids[6] = {};  ///< as rows of `inlets` have them
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
+  T gap_scale = T(1);     ///< c of gaps between bodies (physics/gap.hpp)
   T leak_distance2{};     ///< square of the distance below which liquid meets solid as a contact [m^2]
   double heat_bound = 0;  ///< largest sum_j g_ij/C_i that the stage count allows [1/s]
 };

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over the rims of the gaps between a piece and walls in fixed point, which do not depend on the order of addition.
+// Sums over the rims of the gaps between a piece and walls, and between pieces, in fixed point, which do not depend on the order of
+// addition.
 #pragma once
 
 #include "frame/rigid_sums.hpp"
-#include "meltsim/physics/seepage.hpp"
+#include "meltsim/physics/gap.hpp"
 
 namespace meltsim {
 inline namespace v0 {
@@ -12,6 +13,11 @@ namespace core {
 /// Per axis: A in units of dx^2 2^-24, A p dt and A rho g.n dx dt in units of momentum.
 struct RimSums {
   std::int64_t area[3] = {}, press[3] = {}, slope[3] = {};
+};
+
+/// The same of the gaps to other pieces, taken to the height of the label's particle; slope per length along gravity.
+struct GapRimSums {
+  std::int64_t area = 0, press = 0, slope = 0;
 };
 
 /// The unit of area, in dx^2.
@@ -25,6 +31,16 @@ MELTSIM_HD T seepage_of(const RimSums& s, const SumUnits& units, int axis, T und
   return physics::seepage_force(under, filled, static_cast<double>(s.area[axis]) * rim_area().size * dx * dx,
                                 static_cast<double>(s.press[axis]) * force,
                                 static_cast<double>(s.slope[axis]) * force / dx, distance, spacing);
+}
+
+/// Pressure [Pa] that a particle `below` [m] below the label's asks for in its pairs with other pieces.
+template <class T>
+MELTSIM_HD T gap_pressure_of(const GapRimSums& s, const SumUnits& units, T side, T filled, T below, T spacing,
+                             T dt) {
+  const double dx = static_cast<double>(spacing), force = units.momentum.size / static_cast<double>(dt);
+  return physics::gap_pressure(side, filled, static_cast<double>(s.area) * rim_area().size * dx * dx,
+                               static_cast<double>(s.press) * force,
+                               static_cast<double>(s.slope) * force / dx, below);
 }
 
 }  // namespace core

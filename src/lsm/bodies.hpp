@@ -130,7 +130,7 @@ struct ContactSum {
   }
 };
 
-/// Contact with particles of other pieces.
+/// Contact with particles of other pieces, and what the liquid in the gap to them presses with.
 template <class T, bool Periodic>
 struct ContactBody {
   Frame<T> w;
@@ -139,8 +139,11 @@ struct ContactBody {
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
     Sum s;
     const core::Toucher<T> own = core::toucher(w, i);
+    const bool wet = w.f.gap_push != nullptr;
+    const core::GapSide<T> side = wet ? core::gap_side(w, i) : core::GapSide<T>{};
     spatial::sweep_part<Periodic>(w, i, k, parts,
-                                  [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>& x_ij, T r2) {
+                                  [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+                                    if (wet) s.force += core::gap_force(w, side, j, xj.w, x_ij, r2);
                                     const core::PairContact<T> c = core::pair_contact(w, own, j, x_ij, r2);
                                     if (!(c.weight > T(0))) return;
                                     s.force += c.response.force;

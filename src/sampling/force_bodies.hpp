@@ -57,6 +57,7 @@ struct WatchedForcesBody {
     const std::uint32_t tag = w.f.tag[i], body = watched_body(w, tag);
     if (body == core::none) return body;
     Vec3<T> pressure = spatial::sum_part<Periodic>(w, core::PressureOnSolid<T>{{w}}, i, 0u, 1u).force;
+    pressure += seeping_on<Periodic>(w, i);
     if (w.f.surface_along != nullptr) pressure += core::tension_on_solid<Periodic>(w, i);
     if (w.f.isotropic_diagonal != nullptr)
       pressure += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;

@@ -43,11 +43,25 @@ MELTSIM_HD Vec3<T> on_face(const Frame<T>& w, Vec3<T> x, int face) {
   return x + physics::wall_normal<T>(face) * physics::wall_overlap(w.c.walls, T(0), x, face);
 }
 
-/// The liquid's force on solid particle i: sph.reaction, and surface tension where a liquid has it.
+/// The force of the gaps between solid particle i and walls and other bodies, into which liquid seeps.
+template <bool Periodic, class T>
+MELTSIM_HD Vec3<T> seeping_on(const Frame<T>& w, std::uint64_t i) {
+  const std::uint32_t tag = w.f.tag[i];
+  Vec3<T> force = core::seepage_on(w, i, tag, xyz(w.f.position[i]));
+  if (w.f.gap_push == nullptr || (tag & tag_surface) == 0u) return force;
+  const core::GapSide<T> side = core::gap_side(w, i);
+  spatial::sweep_part<Periodic>(w, i, 0u, 1u,
+                                [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
+                                  force += core::gap_force(w, side, j, xj.w, x_ij, r2);
+                                });
+  return force;
+}
+
+/// The liquid's force on solid particle i: sph.reaction, what seeps into gaps, and surface tension where a liquid has it.
 template <bool Periodic, class T>
 MELTSIM_HD Vec3<T> liquid_force_on(const Frame<T>& w, std::uint64_t i) {
   Vec3<T> force = spatial::sum_part<Periodic>(w, core::LiquidOnSolid<T>{w}, i, 0u, 1u).force;
-  force += core::seepage_on(w, i, w.f.tag[i], xyz(w.f.position[i]));
+  force += seeping_on<Periodic>(w, i);
   if (w.f.surface_along != nullptr) force += core::tension_on_solid<Periodic>(w, i);
   if (w.f.isotropic_diagonal != nullptr)
     force += spatial::sum_part<Periodic>(w, core::IsotropicForce<T>{w}, i, 0u, 1u).force;

@@ -207,6 +207,35 @@ MELTSIM_HD Vec3<T> seepage_on(const Frame<T>& w, std::uint64_t i, std::uint32_t 
           along(2, under.z, filled.z, walls.from.z)};
 }
 
+/// Whether a particle asks for the pressure of the gaps between bodies: one at the surface of a body that forces move.
+MELTSIM_HD bool asks_of_gap(std::uint32_t tag) { return can_seep(tag) && (tag & tag_surface) != 0u; }
+
+/// A particle at the surface of a body, beside a gap (physics/gap.hpp).
+template <class T>
+struct GapSide {
+  std::uint32_t piece = 0;
+  T volume{}, push{}, sees{};
+};
+template <class T>
+MELTSIM_HD GapSide<T> gap_side(const Frame<T>& w, std::uint64_t i) {
+  const Vec4<T> asked = asks_of_gap(w.f.tag[i]) ? w.f.gap_push[i] : Vec4<T>{};
+  return {w.f.piece[i], w.f.position[i].w, asked.z, asked.w};
+}
+
+/// Force of the gap on a particle of a body from particle j, whose volume this is [N]; 0 but from the surfaces of other pieces.
+template <class T>
+MELTSIM_HD Vec3<T> gap_force(const Frame<T>& w, const GapSide<T>& own, std::uint32_t j, T volume,
+                             Vec3<T> x_ij, T r2) {
+  const std::uint32_t other = w.f.piece[j];
+  if (other == 0u || other == own.piece || !(r2 > T(0))) return {};
+  const std::uint32_t tag = w.f.tag[j];
+  if ((tag & tag_surface) == 0u) return {};
+  const Vec4<T> asked = asks_of_gap(tag) ? w.f.gap_push[j] : Vec4<T>{};
+  const T push = physics::gap_pair_pressure(own.push, own.sees, asked.z, asked.w);
+  if (!(push > T(0))) return {};
+  return physics::gap_pair_force(w.c.kernel, push, own.volume * volume, x_ij, r2);
+}
+
 /// Operands of contact of a particle at the surface of a movable body.
 template <class T>
 struct Toucher {

@@ -99,6 +99,13 @@ void seep(E& ex, const core::Frame<T>& w) {
 }
 
 template <class E, class T>
+void gaps(E& ex, const core::Frame<T>& w) {
+  ex.for_each(w.vertices, ClearGapsBody<T>{w});
+  spatial::with_periods(w, [&](auto periodic) { ex.gather_adding(w.particles, GapBody<T, periodic()>{w}); });
+  ex.for_each(w.particles, GapPushBody<T>{w});
+}
+
+template <class E, class T>
 void reaction(E& ex, const core::Frame<T>& frame) {
   const core::Frame<T> w = without_viscosity(frame);
   spatial::with_periods(w, [&](auto periodic) {
