@@ -250,6 +250,47 @@ TEST(Load, WallsFeelWhatSeepsBeneathBodies) {
     }
 }
 
+// The gap between two bodies takes from one what it gives the other: walls and weight alone change the momentum of all there is.
+TEST(Load, WhatSeepsBetweenBodiesIsMutual) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Search& s : searches)
+    for (const Motion motion : {Motion::free, Motion::rigid}) {
+      World w = std::move(*World::create(walled(s)));
+      MaterialDesc stone;
+      stone.name = "stone";
+      stone.density = 4000;
+      SolidDesc b;
+      b.material = *w.add_material(stone);
+      b.motion = motion;
+      b.shape = Shape::box({0.4, 0, 0.6}, {1.6, 0.8, 1.8});
+      require(w.add_solid(b));
+      MaterialDesc wood;
+      wood.name = "wood";
+      wood.density = 500;
+      b.material = *w.add_material(wood);
+      b.shape = Shape::box({0.6, 0.8, 0.8}, {1.4, 1.4, 1.6});
+      require(w.add_solid(b));
+      FluidDesc f;
+      f.material = *w.add_material({});
+      f.shape = Shape::box({0, 0, 0}, {2.4, 2, 2.4});
+      require(w.add_fluid(f));
+      for (int face = s.periodic ? 2 : 0; face < 6; ++face)
+        require(w.add_probe(on_wall(ProbeKind::force, face, {"force", "contact_force"})));
+      const double dt = 2e-3, weight = 9.81, mass = w.totals()->mass;
+      const std::string what = std::string(s.name) + (motion == Motion::rigid ? ", rigid" : ", free");
+      for (int k = 0; k < 60; ++k) {
+        const Vec3d before = w.totals()->momentum;
+        require(w.step(dt));
+        const Vec3d rate = (w.totals()->momentum - before) * (1 / dt);
+        Vec3d on_walls;
+        for (const auto& v : last_values(w)) on_walls = on_walls + vector_at(v) + vector_at(v, 3);
+        EXPECT_LT(length(on_walls + rate + Vec3d{0, weight * mass, 0}), tolerance(s.precision))
+            << what << ", " << k;
+      }
+      EXPECT_GT(w.pieces()->at(1).velocity.y, 0.05) << what << ": the gap lifts it off the stone";
+    }
+}
+
 // Without viscosity all forces between particles are central. Moments about the origin of coordinates.
 TEST(Load, AngularMomentumBalancesInEverySubStep) {
   MELTSIM_NEEDS_BACKEND();

@@ -201,46 +201,5 @@ TEST(Seepage, HeavyBodiesOnOthersLoseTheWeightOfTheWaterTheyDisplace) {
     }
 }
 
-// The gap takes from one body what it gives the other. Weightless, in water that is under pressure between walls that are left open:
-// two free bodies that touch, light and heavy, share the momentum of all there is with the water, to the rounding of its sum.
-TEST(Seepage, BetweenBodiesMomentumIsExact) {
-  MELTSIM_NEEDS_BACKEND();
-  WorldDesc d = describe();
-  d.spacing = dx;
-  d.sound_speed = 40;
-  d.precision = Precision::double_precision;
-  d.gravity = {};
-  d.heat.model = HeatModel::none;
-  World w = std::move(*World::create(d));
-  MaterialDesc m;
-  m.name = "light";
-  m.density = 300;
-  SolidDesc s;
-  s.material = *w.add_material(m);
-  s.shape = Shape::box({0.4, 0.4, 0.4}, {0.8, 0.8, 0.8});
-  require(w.add_solid(s));
-  m.name = "heavy";
-  m.density = 4000;
-  s.material = *w.add_material(m);
-  s.motion = Motion::rigid;
-  s.shape = Shape::box({0.8, 0.5, 0.5}, {1.1, 0.8, 0.8});
-  require(w.add_solid(s));
-  FluidDesc f;
-  f.material = *w.add_material({});
-  f.shape = Shape::box({0, 0, 0}, {1.6, 1.2, 1.2});
-  f.velocity = {};
-  require(w.add_fluid(f));
-  ASSERT_TRUE(w.set_gravity({0, -9.81, 0}));  // puts the water under pressure, and takes it off again
-  for (int k = 0; k < 10; ++k) require(w.step(0.005));
-  ASSERT_TRUE(w.set_gravity({}));
-  require(w.step(1e-4));
-  const Vec3d before = w.totals()->momentum;
-  for (int k = 0; k < 20; ++k) {
-    require(w.step(5e-4));
-    // Shape matching rounds a piece's momentum to units of its fixed-point sums; 1e-9 of the momentum there is.
-    ASSERT_LT(length(w.totals()->momentum - before), 1e-9 * length(before)) << k;
-  }
-}
-
 }  // namespace
 }  // namespace meltsim_test
