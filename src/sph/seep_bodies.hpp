@@ -125,7 +125,7 @@ struct GapBody {
     const std::uint32_t piece = w.f.piece[k];
     spatial::sweep_part<Periodic>(
         w, k, share, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& x_kj, T r2) {
-          if (r2 > T(0)) s.add(w.c.kernel, walls, neighbour(j, piece, tau, x_kj), xk.w * xj.w, x_kj, r2);
+          s.add(w.c.kernel, walls, neighbour(j, piece, tau, x_kj), xk.w * xj.w, x_kj, r2);
         });
     return s;
   }

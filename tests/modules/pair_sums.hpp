@@ -14,7 +14,9 @@
 #include <tuple>
 #include <vector>
 
+#include "engine/scales.hpp"
 #include "meltsim/physics/contact.hpp"
+#include "meltsim/physics/gap.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/integrate.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
@@ -132,6 +134,7 @@ class AllPairs {
     viscosities();
     accelerations();
     if ((scene.facts & core::fact_contact) != 0) contacts();
+    if ((scene.facts & core::fact_contact) != 0 && (scene.facts & core::fact_fluid) != 0) gaps();
     if ((scene.facts & core::fact_tension) != 0) tensions();
     if ((scene.facts & core::fact_isotropic) != 0) isotropy();
     watched();
@@ -478,6 +481,100 @@ class AllPairs {
         touching_[i] = touching_[j] = true;
       });
     }
+  }
+  /// What a particle at the surface of a body asks of the gap to others (physics/gap.hpp).
+  struct Asks {
+    double open = 0, filled = 0, near = 0, sees = 0, push = 0, scale = 0;
+    Vec3d to_gap;
+  };
+  /// The rim of a body's gaps: pressure at the origin of coordinates, and what it weighs per volume.
+  struct Rim {
+    double area = 0, press = 0, weight = 0, scale = 0;
+  };
+  bool at_surface(std::size_t i) const { return !gone(i) && solid(i) && (tag_[i] & tag_surface) != 0u; }
+  Asks asks_of(std::size_t i, Rim& rim) const {
+    const Vec3d gravity = c_.surroundings.gravity;
+    Vec3d facing, own, bodies, liquid, pressed;
+    double size = 0, level = 0, weight = 0, nearest = H(), of_facing = 0, scale = 0;
+    around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+      const Vec3d g = d * (2 * volume_[i] * volume_[j] * f(r));
+      if (solid(j)) {
+        bodies += g;
+        if (copy.mirrored) return;
+        if (body_of(tag_[j]) == body_of(tag_[i])) {
+          own += g;
+        } else if (at_surface(j)) {
+          facing += g;
+          of_facing += length(g);
+          nearest = std::min(nearest, r);
+        }
+        return;
+      }
+      const double p = 0.5 * (term_[j] + row(j).tait_stiffness * term_[i]);
+      liquid += g;
+      pressed += g * p;
+      size += length(g);
+      level += length(g) * (p + row(j).density * dot(gravity, d));
+      weight += length(g) * row(j).density;
+      scale += length(g) * 0.5 * (term_scale_[j] + row(j).tait_stiffness * term_scale_[i]);
+    });
+    Asks a;
+    a.sees = length(facing);
+    if (!(a.sees > 0)) return a;
+    const Vec3d n = facing * (1 / a.sees);
+    const double open = -dot(own, n), fills = open > 0 ? dot(liquid, n) / open : 0;
+    a.near = std::clamp((1.9 - nearest / c_.spacing) / 0.2, 0.0, 1.0) *
+             (1 - std::clamp((fills - 0.85) / 0.15, 0.0, 1.0));
+    a.open = open;
+    a.filled = dot(pressed, n);
+    a.to_gap = n * (-0.5 * c_.spacing);
+    a.scale = scale * of_facing / a.sees;  // directions are as inexact as what adds up to them
+    const double S = length(bodies), area = a.near * S;
+    rim.area += area;
+    if (!(size > 0) || !(S > 0)) return a;
+    const double wet = std::clamp(-dot(liquid, bodies) / (S * S), 0.0, 1.5) * area / size;
+    rim.press += wet * (level - weight * dot(gravity, x_[i]));
+    rim.weight += wet * weight;
+    rim.scale += wet * scale;
+    return a;
+  }
+  /// Liquid between bodies that may all move.
+  void gaps() {
+    const double c = physics::gap_scale(physics::make_kernel<double>(H(), c_.spacing), c_.spacing);
+    const core::Scales scales = core::scales_of(c_, scene_.lattice);
+    std::vector<Rim> rims(scene_.lattice.bodies.size());
+    std::vector<Asks> all(n_);
+    for (std::size_t i = 0; i < n_; ++i)
+      if (at_surface(i)) all[i] = asks_of(i, rims[body_of(tag_[i]) - 1]);
+    // Sums over rims are whole numbers of these units, of which each of 26 particles is rounded to one.
+    const double eps = std::numeric_limits<T>::epsilon(),
+                 areas = 26 * c_.spacing * c_.spacing / 16777216 / eps;
+    const double forces = 26 * std::ldexp(scales.largest_mass, 1 - scales.sum_bits) * scales.spacing /
+                          std::min(scales.spring_dt, scene_.dt) / scene_.dt / eps;
+    for (std::size_t i = 0; i < n_; ++i) {
+      Asks& a = all[i];
+      if (!(a.sees > 0)) continue;
+      const Rim& rim = rims[body_of(tag_[i]) - 1];
+      const double p =
+          !(rim.area > 0)
+              ? 0
+              : std::max(0.0, (rim.press + rim.weight * dot(c_.surroundings.gravity, x_[i] + a.to_gap)) /
+                                  rim.area);
+      const double rounding = rim.area > 0 ? (rim.scale + p * areas + forces) / rim.area : 0;
+      a.push = std::max(0.0, c * a.near * (a.open * p - a.filled) / a.sees);
+      a.scale = c * a.near * (std::abs(a.open) * rounding + a.scale) / a.sees;
+    }
+    for (std::size_t i = 0; i < n_; ++i)
+      if (at_surface(i))
+        around(i, [&](std::size_t j, const Copy& copy, const Vec3d& d, double r) {
+          if (copy.mirrored || !at_surface(j) || body_of(tag_[j]) == body_of(tag_[i])) return;
+          const Asks &a = all[i], &b = all[j];
+          const double sees = a.sees + b.sees, V = 2 * volume_[i] * volume_[j];
+          const Vec3d force = d * (V * f(r) * (a.push * a.sees + b.push * b.sees) / sees);
+          const double size = V * f(r) * r * (a.scale * a.sees + b.scale * b.sees) / sees;
+          sums_.acceleration[i].add(force * (1 / mass_[i]), size / mass_[i]);
+          pressure_[i].add(force, size);
+        });
   }
   void watched() {
     for (std::size_t b = 0; b < scene_.lattice.bodies.size(); ++b) {
