@@ -230,6 +230,11 @@ class ReadingRun {
            static_cast<std::uint64_t>(((grid_.nb - 1) >> level) + 1);
   }
 
+  /// Where an emitter brings particles each reading is larger than the one before, and to allocate makes the device wait: so what
+  /// did not suffice once grows by half.
+  static std::uint64_t with_growth(std::uint64_t bytes, std::uint64_t before) {
+    return std::max(bytes, before + before / 2);
+  }
   Status fit(E& ex, Slot& s, std::uint64_t vertices) {
     const std::uint64_t device = layout(s, s.rows).end,
                         host = layout(s, s.rows_sent).end + sample_room(s.parts.samples);
@@ -242,19 +247,28 @@ class ReadingRun {
     if (!s.marked) s.mark = ex.make_mark();
     s.marked = true;
     if (device > s.device_bytes) {
+      const std::uint64_t room = with_growth(device, s.device_bytes);
       if (s.device != nullptr) ex.release(s.device);
       s.device_bytes = 0;
-      s.device = device <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(device)) : nullptr;
+      const std::uint64_t bytes = room <= ex.free_bytes() ? room : device;
+      s.device = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
       if (s.device == nullptr) return too_much(device, "device");
-      ex.zero(s.device, device);  // gaps are copied along
-      s.device_bytes = device;
+      ex.zero(s.device, bytes);  // gaps are copied along
+      s.device_bytes = bytes;
     }
     if (host > s.host_bytes) {
+      const std::uint64_t room = with_growth(host, s.host_bytes);
       if (s.host != nullptr) ex.release_pinned(s.host);
-      s.host_bytes = 0;
-      s.host = static_cast<unsigned char*>(ex.allocate_pinned(host));
-      if (s.host == nullptr) return too_much(host, "page-locked host");
-      s.host_bytes = host;
+      s.host_bytes = room;
+      s.host = static_cast<unsigned char*>(ex.allocate_pinned(room));
+      if (s.host == nullptr) {
+        s.host_bytes = host;
+        s.host = static_cast<unsigned char*>(ex.allocate_pinned(host));
+      }
+      if (s.host == nullptr) {
+        s.host_bytes = 0;
+        return too_much(host, "page-locked host");
+      }
     }
     if (scratch > scratch_bytes_) {
       if (scratch_ != nullptr) ex.release(scratch_);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Readings that are taken while the World goes on: they are of the moment of their request, whatever follows.
 #include <cmath>
+#include <cstdint>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -144,6 +146,38 @@ TEST_F(Reading, OutlivesWhatIsBuiltAfterIt) {
   require(b);
   expect_equal(*now, *a);
   EXPECT_EQ(b->pieces.size(), 2u);
+}
+
+// A jet brings 30 to 500 particles, so that each reading is larger than the one before. To allocate makes a device wait, so memory
+// for readings grows by half, at most seven times here, not with every reading.
+TEST_F(Reading, OfWhatFlowsInAllocatesNowAndThen) {
+  IceScene tank;
+  tank.water = false;
+  tank.block = 0;
+  Scene s = ice_in_water(describe(), tank);
+  EmitterDesc e;
+  e.material = s.water;
+  e.center = {1.2, 2.0, 1.2};
+  e.axis = {0, -1, 0};
+  e.radius = 0.5;
+  e.speed = 4;
+  e.until = 1.2;
+  require(s.world.add_emitter(e));
+  ReadRequest particles;
+  particles.particles = true;
+  std::set<std::uint64_t> sizes;
+  std::size_t first = 0, last = 0;
+  for (int n = 0; n < 40; ++n) {
+    require(s.world.step(0.03));
+    const auto r = s.world.take(*s.world.request(particles));
+    require(r);
+    last = r->particles.id.size();
+    if (n == 0) first = last;
+    sizes.insert(s.world.plan().bytes);
+  }
+  EXPECT_LT(first, 60u);
+  EXPECT_GT(last, 400u);
+  EXPECT_LE(sizes.size(), 9u);
 }
 
 // The extremes of two intervals, read with request() by one World and with synchronize() by its twin.

@@ -411,7 +411,8 @@ double most_taken(const Emitted& c, bool stepped) {
 
 // A nozzle brings as many particles as there is memory for: by what they will take, which follows from what the scene computes.
 // How much memory there is, is not asked here: of two scenes the one whose particles take twice as much is given half as many.
-// 10 %: other processes take memory meanwhile, and 1 % twice is the search's.
+// Other processes take memory meanwhile, and give it back: so the other scene is asked before and after, until both say the same.
+// 10 %: 3 % of what they may differ by, and the search's 1 % twice.
 TEST(Memory, NozzlesAreHeldAgainstWhatTheirParticlesWillTake) {
   MELTSIM_NEEDS_BACKEND();
   const auto bytes_of = [](const Emitted& c) {
@@ -421,7 +422,13 @@ TEST(Memory, NozzlesAreHeldAgainstWhatTheirParticlesWillTake) {
   for (const Emitted& c : emitted)
     for (const bool stepped : {false, true}) {
       SCOPED_TRACE(std::string(c.name) + (stepped ? ", stepped" : ", before any step"));
-      const double bytes = bytes_of(c), most = most_taken(c, stepped), plain = most_taken(emitted[0], false);
+      const double bytes = bytes_of(c);
+      double plain = most_taken(emitted[0], false), before = 0, most = 0;
+      for (int tries = 0; tries < 20 && std::fabs(plain / before - 1) > 0.03; ++tries) {
+        before = plain;
+        most = most_taken(c, stepped);
+        plain = most_taken(emitted[0], false);
+      }
       if (plain > 3.8e9) GTEST_SKIP() << "more memory than particles can be numbered";
       if (&c != emitted) {
         EXPECT_GT(bytes, 1.05 * least);
