@@ -33,6 +33,16 @@ int threads_beside(meltsim::Backend steps) {
   return steps == meltsim::Backend::cpu ? 1 : std::min(most, processors());
 }
 
+/// Memory of a frame that waits for the disk.
+std::size_t bytes_of(const meltsim::ParticleFrame& particles, const Recorder::Samples& samples) {
+  constexpr std::size_t row = 2 * sizeof(meltsim::Vec3f) + 4 * sizeof(float) + 2 * sizeof(std::uint32_t) +
+                              sizeof(meltsim::ParticleTag);
+  std::size_t bytes = particles.id.size() * (row + particles.fractions.size() * sizeof(float));
+  for (const meltsim::ProbeSeries& series : samples)
+    bytes += series.time.size() * sizeof(double) + series.values.size() * sizeof(double);
+  return bytes;
+}
+
 double share(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0 : std::min(1.0, static_cast<double>(part) / static_cast<double>(whole));
 }
@@ -96,8 +106,9 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
                      std::shared_ptr<const FrameShapes> shapes) {
   const bool seen = wants_particles(frame.index);
   const bool still = frame.index == still_frame_;
-  writer_.push([this, seen, still, samples = std::move(samples), frame = std::move(frame),
-                particles = std::move(particles), shapes = std::move(shapes)] {
+  const std::size_t bytes = shapes ? Writer::most_bytes : bytes_of(particles, samples);
+  std::function<void()> job = [this, seen, still, samples = std::move(samples), frame = std::move(frame),
+                               particles = std::move(particles), shapes = std::move(shapes)] {
     const double time = frame.row.time;
     stats_.row(stats_line(frame.row));
     for (const meltsim::PieceInfo& piece : frame.pieces) bodies_.row(bodies_line(piece, time));
@@ -109,7 +120,8 @@ void Recorder::write(Frame frame, meltsim::ParticleFrame particles, Samples samp
     if (export_.any())
       export_.write(frame.index, time, particles, export_.wants_shapes() ? shapes.get() : nullptr);
     if (still && shapes) pictures_.still(shapes);
-  });
+  };
+  writer_.push(std::move(job), bytes);
 }
 
 const std::string& Recorder::problem() const {

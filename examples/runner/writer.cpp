@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "writer.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "wall_times.hpp"
@@ -24,7 +25,7 @@ void Writer::work() {
     changed_.wait(lock, [this] { return ending_ || !jobs_.empty(); });
     if (jobs_.empty()) return;
     if (!failure_) {
-      const std::function<void()> job = std::move(jobs_.front());
+      const std::function<void()> job = std::move(jobs_.front().work);
       lock.unlock();
       std::exception_ptr failure;
       double took = 0;
@@ -38,16 +39,20 @@ void Writer::work() {
       busy_ += took;
       failure_ = failure;
     }
+    bytes_ -= jobs_.front().bytes;
     jobs_.pop_front();
     changed_.notify_all();
   }
 }
 
-void Writer::push(std::function<void()> job) {
+void Writer::push(std::function<void()> job, std::size_t bytes) {
+  bytes = std::max(bytes, least_bytes);
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait(lock, [this] { return failure_ || jobs_.size() < most_queued; });
+  changed_.wait(
+      lock, [this, bytes] { return failure_ || jobs_.size() < most_queued || bytes_ + bytes <= most_bytes; });
   if (failure_) std::rethrow_exception(failure_);
-  jobs_.push_back(std::move(job));
+  jobs_.push_back({std::move(job), bytes});
+  bytes_ += bytes;
   changed_.notify_all();
 }
 

@@ -20,23 +20,31 @@ TEST(Writer, DoesJobsInOrderAndFinishWaitsForThem) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(done[static_cast<std::size_t>(i)], i);
 }
 
-TEST(Writer, HoldsNoMoreJobsThanItSays) {
+/// Jobs that are taken before the first one is done, and `more` that have to wait.
+void expect_taken(std::size_t jobs, std::size_t more, std::size_t bytes) {
   std::promise<void> go;
   const std::shared_future<void> gone = go.get_future().share();
   std::atomic<std::size_t> pushed{0};
   Writer writer;
   std::thread pusher([&] {
-    for (std::size_t i = 0; i < Writer::most_queued + 3; ++i) {
-      writer.push([gone] { gone.wait(); });
+    for (std::size_t i = 0; i < jobs + more; ++i) {
+      writer.push([gone] { gone.wait(); }, bytes);
       ++pushed;
     }
   });
-  while (pushed < Writer::most_queued) std::this_thread::yield();
-  EXPECT_EQ(pushed, Writer::most_queued);  // the next push waits for the first job, which waits for `go`
+  while (pushed < jobs) std::this_thread::yield();
+  EXPECT_EQ(pushed, jobs);  // the next push waits for the first job, which waits for `go`
   go.set_value();
   pusher.join();
   writer.finish();
-  EXPECT_EQ(pushed, Writer::most_queued + 3);
+  EXPECT_EQ(pushed, jobs + more);
+}
+
+TEST(Writer, HoldsNoMoreJobsThanItSays) {
+  expect_taken(Writer::most_queued, 3, Writer::most_bytes);
+  expect_taken(Writer::most_queued, 3, 10 * Writer::most_bytes);
+  expect_taken(4, 3, Writer::most_bytes / 4);
+  expect_taken(64, 3, 0);
 }
 
 TEST(Writer, WhatAJobThrowsComesOutAndLaterJobsAreNotDone) {
