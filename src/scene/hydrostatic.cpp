@@ -306,8 +306,13 @@ class Columns {
     std::vector<double> density;
     for (std::size_t i = r.end - layers; i < r.end; ++i)
       density.push_back(state_.mass[places_[i].id] / state_.volume[places_[i].id]);
-    const std::vector<double> top = surface_.rise(density, on_floor && layers == risen.size());
-    for (std::size_t i = 0; i < layers; ++i) risen[risen.size() - layers + i] = desc_.spacing * top[i];
+    const bool all = on_floor && layers == risen.size();
+    // A body answers liquid with the liquid's own pressure, as if it went on there.
+    if (!all) density.insert(density.begin(), surface_.wanted() - layers, density.front());
+    const std::vector<double> top = surface_.rise(density, all);
+    const std::size_t below = density.size() - layers;
+    for (std::size_t i = 0; i < layers; ++i)
+      risen[risen.size() - layers + i] = desc_.spacing * top[below + i];
     return risen;
   }
 
