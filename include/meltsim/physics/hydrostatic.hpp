@@ -20,7 +20,8 @@
 //   F_n     sum over them of (P_n/phi_n^2 + P_m/phi_m^2) times that of V f x; rho0 floor_push          N/m^3
 //   F_n = rho0 g
 //
-// Deviations: layers are endless; the balance of those below a body, which is not at rest either, is by depth alone.
+// Deviations: layers are endless, and liquid is thought to go on within a body below them; the balance of those below a body, which is
+// not at rest either, is by depth alone.
 #pragma once
 
 #include <cmath>
