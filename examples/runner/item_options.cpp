@@ -177,8 +177,9 @@ const Options<SceneHeatRegion>& heat_region_options() {
 const Options<SceneFluid>& fluid_options() {
   using D = SceneFluid;
   static const Options<D> options{
-      shape_of<D>("the volume. Points nearer to a wall than half a spacing are left out, which makes a gap "
-                  "where the domain is no whole number of spacings wide")
+      shape_of<D>(
+          "the volume. Where it reaches from wall to wall, it fills what is between, though that is no whole "
+          "number of spacings; other points nearer to a wall than half a spacing are left out")
           .must_be_given(a_shape),
       material_of<D>("of the liquid"), temperature_of<D>("[degrees Celsius]"),
       vector<D>("velocity", "velocity", MEMBER(desc.velocity), "m/s", "[0, 0, 0]", "[m/s]"),

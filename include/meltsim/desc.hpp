@@ -165,8 +165,9 @@ struct WorldDesc {
   int pieces_interval = 16;  ///< sub-steps between searches for pieces that came apart, >= 1
 };
 
-/// Liquid that fills a shape, sampled on the lattice of the World. Points inside bodies are carved away. Points closer than
-/// half a spacing to a wall (where the domain is not a whole number of spacings wide) are dropped: liquid would be squeezed.
+/// Liquid that fills a shape, sampled on the lattice of the World. Points inside bodies are carved away. Where the shape reaches from wall to
+/// wall, or across a period, that is no whole number of spacings, cells are longer or shorter so that they fill it, by an eighth at most;
+/// mass follows. Other points closer than half a spacing to a wall are dropped: liquid would be squeezed.
 struct FluidDesc {
   Shape shape;              ///< the volume [m]
   MaterialId material;      ///< of the liquid

@@ -235,6 +235,29 @@ class ReadingRun {
   static std::uint64_t with_growth(std::uint64_t bytes, std::uint64_t before) {
     return std::max(bytes, before + before / 2);
   }
+  static bool fit_device(E& ex, Slot& s, std::uint64_t bytes) {
+    const std::uint64_t room = with_growth(bytes, s.device_bytes);
+    if (s.device != nullptr) ex.release(s.device);
+    s.device_bytes = 0;
+    if (room <= ex.free_bytes()) bytes = room;
+    s.device = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
+    if (s.device == nullptr) return false;
+    ex.zero(s.device, bytes);  // gaps are copied along
+    s.device_bytes = bytes;
+    return true;
+  }
+  static bool fit_host(E& ex, Slot& s, std::uint64_t bytes) {
+    const std::uint64_t room = with_growth(bytes, s.host_bytes);
+    if (s.host != nullptr) ex.release_pinned(s.host);
+    s.host_bytes = room;
+    s.host = static_cast<unsigned char*>(ex.allocate_pinned(room));
+    if (s.host == nullptr && room > bytes) {
+      s.host_bytes = bytes;
+      s.host = static_cast<unsigned char*>(ex.allocate_pinned(bytes));
+    }
+    if (s.host == nullptr) s.host_bytes = 0;
+    return s.host != nullptr;
+  }
   Status fit(E& ex, Slot& s, std::uint64_t vertices) {
     const std::uint64_t device = layout(s, s.rows).end,
                         host = layout(s, s.rows_sent).end + sample_room(s.parts.samples);
@@ -246,30 +269,8 @@ class ReadingRun {
     };
     if (!s.marked) s.mark = ex.make_mark();
     s.marked = true;
-    if (device > s.device_bytes) {
-      const std::uint64_t room = with_growth(device, s.device_bytes);
-      if (s.device != nullptr) ex.release(s.device);
-      s.device_bytes = 0;
-      const std::uint64_t bytes = room <= ex.free_bytes() ? room : device;
-      s.device = bytes <= ex.free_bytes() ? static_cast<unsigned char*>(ex.allocate(bytes)) : nullptr;
-      if (s.device == nullptr) return too_much(device, "device");
-      ex.zero(s.device, bytes);  // gaps are copied along
-      s.device_bytes = bytes;
-    }
-    if (host > s.host_bytes) {
-      const std::uint64_t room = with_growth(host, s.host_bytes);
-      if (s.host != nullptr) ex.release_pinned(s.host);
-      s.host_bytes = room;
-      s.host = static_cast<unsigned char*>(ex.allocate_pinned(room));
-      if (s.host == nullptr) {
-        s.host_bytes = host;
-        s.host = static_cast<unsigned char*>(ex.allocate_pinned(host));
-      }
-      if (s.host == nullptr) {
-        s.host_bytes = 0;
-        return too_much(host, "page-locked host");
-      }
-    }
+    if (device > s.device_bytes && !fit_device(ex, s, device)) return too_much(device, "device");
+    if (host > s.host_bytes && !fit_host(ex, s, host)) return too_much(host, "page-locked host");
     if (scratch > scratch_bytes_) {
       if (scratch_ != nullptr) ex.release(scratch_);
       scratch_bytes_ = 0;

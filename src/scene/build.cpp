@@ -35,13 +35,28 @@ bool inside_domain(const DomainDesc& d, Vec3d p) {
 }
 
 /// Whether a particle at p is as far from walls, and from its images across periodic faces, as it can be at rest.
-bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
+bool has_room(const DomainDesc& domain, Vec3d spacing, Vec3d p) {
   if (!domain.bounded) return true;
   const Vec3d below = p - domain.min, above = domain.max - p;
   const double distance[] = {below.x, above.x, below.y, above.y, below.z, above.z};
+  const double least[] = {spacing.x, spacing.y, spacing.z};
   for (std::size_t face = 0; face < 6; ++face)
-    if (domain.faces[face] != Face::open && distance[face] < least_wall_distance * spacing) return false;
+    if (domain.faces[face] != Face::open && distance[face] < least_wall_distance * least[face / 2])
+      return false;
   return true;
+}
+bool has_room(const DomainDesc& domain, double spacing, Vec3d p) {
+  return has_room(domain, Vec3d{spacing, spacing, spacing}, p);
+}
+
+/// A length that whole cells fill, as near to the spacing as can be; the spacing where that is not within an eighth.
+double filling(double length, double spacing) {
+  constexpr double most = 0.125, alike = 1e-6;
+  constexpr double half =
+      0.49;  // what is in the middle between two numbers has a site of the lattice on its very edge
+  const double cells = std::floor(length / spacing + half), fitted = length / cells;
+  const double off = std::fabs(fitted / spacing - 1);
+  return cells >= 1 && off <= most && off > alike ? fitted : spacing;
 }
 
 /// Clear way ahead of a nozzle [spacings].
@@ -223,10 +238,60 @@ void WorldImpl::round_to_precision(double& v) const {
   v = static_cast<double>(rounded);
 }
 
-/// Lattice points of a shape and their coordinates. fixed: it stays where it is, so that nothing squeezes it.
+/// Cells of liquid that reaches from wall to wall, or from period to period, fill what is between: what a whole number of spacings leaves would be a
+/// gap, which liquid falls into at the start. Along other axes, and where there are no walls, cells are a spacing long.
+Vec3d WorldImpl::cell_of(const Box& bounds) const {
+  const double dx = desc.spacing;
+  const DomainDesc& d = desc.domain;
+  const auto along = [&](int axis, double low, double high, double from, double to) {
+    const auto face = static_cast<std::size_t>(2 * axis);
+    const bool between = d.bounded && d.faces[face] != Face::open && d.faces[face + 1] != Face::open;
+    constexpr double touching = 1e-3;  // [spacings]
+    return between && low < from + touching * dx && high > to - touching * dx ? filling(to - from, dx) : dx;
+  };
+  return {along(0, bounds.min.x, bounds.max.x, d.min.x, d.max.x),
+          along(1, bounds.min.y, bounds.max.y, d.min.y, d.max.y),
+          along(2, bounds.min.z, bounds.max.z, d.min.z, d.max.z)};
+}
+
+/// What walls leave of the cube around a particle of a fixed body, which may lie nearer to them than half a spacing: its image has the rest.
+Vec3d WorldImpl::cut_at_walls(Vec3d x) const {
+  const double dx = desc.spacing;
+  const DomainDesc& d = desc.domain;
+  if (!d.bounded) return cube();
+  const auto along = [&](int axis, double below, double above) {
+    const auto face = static_cast<std::size_t>(2 * axis);
+    double length = dx;
+    if (d.faces[face] == Face::wall) length -= std::max(0.5 * dx - below, 0.0);
+    if (d.faces[face + 1] == Face::wall) length -= std::max(0.5 * dx - above, 0.0);
+    return std::fabs(length / dx - 1) < 1e-6 ? dx : length;
+  };
+  return {along(0, x.x - d.min.x, d.max.x - x.x), along(1, x.y - d.min.y, d.max.y - x.y),
+          along(2, x.z - d.min.z, d.max.z - x.z)};
+}
+
+/// Coordinates of lattice points. Of one spacing too many for longer cells the last lies beyond the wall, and goes.
+void WorldImpl::put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points,
+                             std::vector<Vec3d>& positions) const {
+  const double dx = desc.spacing;
+  const Vec3d hi = desc.domain.max;
+  const auto at = [&](const Vec3i& p) {
+    return Vec3d{o.x + (p.x + 0.5) * cell.x, o.y + (p.y + 0.5) * cell.y, o.z + (p.z + 0.5) * cell.z};
+  };
+  const auto beyond = [&](const Vec3i& p) {
+    const Vec3d x = at(p);
+    return (cell.x > dx && x.x > hi.x) || (cell.y > dx && x.y > hi.y) || (cell.z > dx && x.z > hi.z);
+  };
+  points.erase(std::remove_if(points.begin(), points.end(), beyond), points.end());
+  positions.clear();
+  positions.reserve(points.size());
+  for (const Vec3i& p : points) positions.push_back(at(p));
+}
+
+/// Lattice points of a shape and their coordinates, in cells of this size. fixed: it stays where it is, so that nothing squeezes it.
 /// origin: what stored coordinates are to be relative to once it is added.
-Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
-                        std::vector<Vec3d>& positions, Vec3d& origin) const {
+Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, Vec3d cell,
+                        std::vector<Vec3i>& points, std::vector<Vec3d>& positions, Vec3d& origin) const {
   if (Status s = shape.validate(); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
   const Box b = shape.bounds();
@@ -238,11 +303,7 @@ Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, std::v
   if (points.empty())
     return invalid(what, "shape: contains no lattice point at spacing ", dx, " m (it spans ", b.min, " to ",
                    b.max, "); make it larger or lower the spacing");
-  const Vec3d o = lattice_origin();
-  positions.clear();
-  positions.reserve(points.size());
-  for (const Vec3i& p : points)
-    positions.push_back({o.x + (p.x + 0.5) * dx, o.y + (p.y + 0.5) * dx, o.z + (p.z + 0.5) * dx});
+  put_in_cells(lattice_origin(), cell, points, positions);
   if (desc.domain.bounded) {
     const Vec3d lo = desc.domain.min, hi = desc.domain.max;
     for (const Vec3d& p : positions)
@@ -253,7 +314,7 @@ Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, std::v
   const std::size_t inside = points.size();
   std::size_t to = 0;
   for (std::size_t k = 0; k < inside; ++k) {
-    if (!fixed && !has_room(desc.domain, dx, positions[k])) continue;
+    if (!fixed && !has_room(desc.domain, cell, positions[k])) continue;
     points[to] = points[k];
     positions[to++] = positions[k];
   }
@@ -354,8 +415,8 @@ void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t
 
 void WorldImpl::append(core::SceneState& to, Vec3d position, Vec3d velocity, double density,
                        double specific_enthalpy, std::uint32_t tag, std::uint32_t vertex,
-                       const Contents& fractions) const {
-  double mass = density * desc.spacing * desc.spacing * desc.spacing;
+                       const Contents& fractions, Vec3d cell) const {
+  double mass = density * cell.x * cell.y * cell.z;
   double volume = mass / density;
   round_to_precision(mass);
   round_to_precision(volume);
@@ -446,11 +507,14 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   Contents contents{};
   if (Status s = check_fractions("fluid: ", f.material, f.fractions, contents); !s) return s.error();
   if (Status s = core::validate_state("fluid: ", f.temperature, f.velocity); !s) return s.error();
+  if (Status s = f.shape.validate(); !s)
+    return Error{s.error().code, core::text("fluid: shape: ", s.error().message)};
+  const Vec3d cell = cell_of(f.shape.bounds());
   std::vector<Vec3i> points;
   std::vector<Vec3d> positions;
   Vec3d origin;
-  if (Status s = place(f.shape, "fluid: ", false, points, positions, origin); !s) return s.error();
-  if (const auto added = add_in_place(f, contents, positions, origin)) return *added;
+  if (Status s = place(f.shape, "fluid: ", false, cell, points, positions, origin); !s) return s.error();
+  if (const auto added = add_in_place(f, contents, positions, origin, cell)) return *added;
   update_state();
   lay_out();
   const core::PointGrid& taken = places();  // as it is before this liquid
@@ -465,7 +529,7 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin;
     if (taken.near(x, is_there)) continue;
-    append(state_, x, f.velocity, density, h, f.material.index, none, contents);
+    append(state_, x, f.velocity, density, h, f.material.index, none, contents, cell);
   }
   const std::uint64_t added = state_.position.size() - before;
   if (added == 0) return all_taken(positions.size());

@@ -278,12 +278,24 @@ class Columns {
     for (std::size_t i = r.first; i < r.end && desc_.tension; ++i) all += weight(i);
     return -0.5 * all;
   }
+  /// Cells of liquid may be laid out longer or shorter than a spacing (WorldImpl::cell_of); what rounding makes of one is one.
+  static double unless_alike(double length, double usual) {
+    return std::fabs(length / usual - 1) < 1e-3 ? usual : length;
+  }
+  /// Height of the cells of a run as they were laid out [m].
+  double layer(const Run& r) const {
+    const auto gaps = static_cast<double>(r.end - r.first - 1);
+    if (gaps == 0) return desc_.spacing;
+    return unless_alike((places_[r.end - 1].height - places_[r.first].height) / gaps, desc_.spacing);
+  }
   template <class Move>
   void press(const Run& r, const Move& move) {
-    const double dx = desc_.spacing;
+    const double dx = layer(r), square = desc_.spacing * desc_.spacing;
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
     const auto volume = [&](std::size_t place) { return state_.volume[places_[place].id]; };
-    const auto weight = [&](std::size_t place) { return pull(places_[place].id) * mass(place) / (dx * dx); };
+    const auto weight = [&](std::size_t place) {
+      return pull(places_[place].id) * mass(place) / unless_alike(volume(place) / dx, square);
+    };
     constexpr double most_fraction = 1.1;  // beyond, layers are no lattice any more: left as it was laid out
     std::vector<double> weights, stiffness;
     for (std::size_t i = r.first; i < r.end; ++i) {

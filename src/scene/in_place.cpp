@@ -149,7 +149,7 @@ bool WorldImpl::liquid_joined(const core::SceneState& more, std::uint32_t m,
 /// Empty where it takes an upload: no room in reserve, another search, temperatures that are to be measured.
 std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f, const Contents& contents,
                                                              const std::vector<Vec3d>& positions,
-                                                             Vec3d origin) {
+                                                             Vec3d origin, Vec3d cell) {
   const std::uint64_t coming = planned_emission();
   if (!edits_in_place() || born_ + coming >= capacity_ || !holds_contents(contents)) return std::nullopt;
   const std::uint32_t m = f.material.index;
@@ -167,7 +167,7 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   for (const Vec3d& p : positions) {
     const Vec3d x = p - origin;
     if (!taken.near(x, [](std::uint32_t) { return true; }))
-      append(more, x, f.velocity, density, h, m, core::none, contents);
+      append(more, x, f.velocity, density, h, m, core::none, contents, cell);
   }
   const std::uint64_t n = more.position.size();
   if (n == 0) return all_taken(positions.size());

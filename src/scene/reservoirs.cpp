@@ -175,7 +175,7 @@ void WorldImpl::put_in_reserve(const EmitterRecord& r, Vec3d at) {
   const double density = mixed_density(physics::rest_density(row, h), r.contents);
   reserve(r.ids, 0, 0);
   for (std::uint32_t k = 0; k < r.ids; ++k)
-    append(state_, at, {}, density, h, r.desc.material.index | tag_removed, core::none, r.contents);
+    append(state_, at, {}, density, h, r.desc.material.index | tag_removed, core::none, r.contents, cube());
   state_.removed += r.ids;
 }
 

@@ -195,7 +195,8 @@ Status WorldImpl::NewBody::check_velocity() const {
 }
 
 Status WorldImpl::NewBody::place() {
-  if (Status st = w_.place(s_.shape, what_.c_str(), s_.fixed, points_, positions_, origin_); !st) return st;
+  if (Status st = w_.place(s_.shape, what_.c_str(), s_.fixed, w_.cube(), points_, positions_, origin_); !st)
+    return st;
   if (Status st = place_growth(); !st) return st;
   return number_sites();
 }
@@ -548,7 +549,8 @@ void WorldImpl::NewBody::add_vertices(core::SceneState& particles, std::size_t f
     lattice.vertex_body.push_back(index_);
     lattice.vertex_coordinates.push_back(points_[k]);
     w_.append(particles, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
-              enthalpy_, tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_);
+              enthalpy_, tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_,
+              s_.motion == Motion::fixed ? w_.cut_at_walls(positions_[k]) : w_.cube());
   }
 }
 

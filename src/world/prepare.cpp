@@ -254,13 +254,15 @@ Status WorldImpl::check_sound_speed() const {
                        ", with liquid squeezed to part of its volume)");
 }
 
-/// Of a particle of the scene as built [kg].
+/// Of a particle of the scene as built, in the largest cells that liquid may have [kg].
 double WorldImpl::largest_mass() const {
   double mass = 0;
+  const Vec3d cell = cell_of({desc.domain.min, desc.domain.max});
+  const double dx = desc.spacing,
+               larger = std::max(cell.x / dx, 1.0) * std::max(cell.y / dx, 1.0) * std::max(cell.z / dx, 1.0);
   for (std::size_t m = 0; m < materials.size(); ++m)
-    if (used(m)) mass = std::max(mass, materials[m].density * desc.spacing * desc.spacing * desc.spacing);
-  for (const BodyRecord& b : bodies_)
-    mass = std::max(mass, b.density * desc.spacing * desc.spacing * desc.spacing);
+    if (used(m)) mass = std::max(mass, materials[m].density * dx * dx * dx * larger);
+  for (const BodyRecord& b : bodies_) mass = std::max(mass, b.density * dx * dx * dx);
   return mass;
 }
 

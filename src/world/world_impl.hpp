@@ -427,7 +427,8 @@ class WorldImpl final : public Scheduler {
   Result<bool> find_around(const std::vector<Vec3d>& positions, Vec3d origin, core::WorldStatus& status);
   bool liquid_joined(const core::SceneState& more, std::uint32_t m, const physics::MaterialRow<double>& row);
   std::optional<Result<std::uint64_t>> add_in_place(const FluidDesc& f, const Contents& contents,
-                                                    const std::vector<Vec3d>& positions, Vec3d origin);
+                                                    const std::vector<Vec3d>& positions, Vec3d origin,
+                                                    Vec3d cell);
   std::optional<Status> remove_in_place(std::uint32_t body);
   std::optional<Result<std::uint64_t>> remove_liquid_in_place(const Shape& shape);
   bool host_heats() const;
@@ -597,7 +598,11 @@ class WorldImpl final : public Scheduler {
   void limit_layers(EmitterRecord& e) const;
   bool exhausted(const EmitterRecord& e) const;
   bool has_room_for(std::uint64_t more) const;
-  Status place(const Shape& shape, const char* what, bool fixed, std::vector<Vec3i>& points,
+  Vec3d cube() const { return {desc.spacing, desc.spacing, desc.spacing}; }
+  Vec3d cell_of(const Box& bounds) const;
+  Vec3d cut_at_walls(Vec3d x) const;
+  void put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points, std::vector<Vec3d>& positions) const;
+  Status place(const Shape& shape, const char* what, bool fixed, Vec3d cell, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions, Vec3d& origin) const;
   Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
                        double specific_enthalpy, Vec3d velocity) const;
@@ -631,7 +636,7 @@ class WorldImpl final : public Scheduler {
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
   void append(core::SceneState& to, Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
-              std::uint32_t tag, std::uint32_t vertex, const Contents& fractions) const;
+              std::uint32_t tag, std::uint32_t vertex, const Contents& fractions, Vec3d cell) const;
   void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
   // scene/hydrostatic.cpp
