@@ -278,9 +278,14 @@ void WorldImpl::put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points,
   const auto at = [&](const Vec3i& p) {
     return Vec3d{o.x + (p.x + 0.5) * cell.x, o.y + (p.y + 0.5) * cell.y, o.z + (p.z + 0.5) * cell.z};
   };
+  // A shape that reaches beyond the domain is another matter: place() refuses it.
+  const auto pushed_out = [&](double length, double x, double low, std::int64_t site, double high) {
+    return length > dx && x > high && low + (static_cast<double>(site) + 0.5) * dx <= high;
+  };
   const auto beyond = [&](const Vec3i& p) {
     const Vec3d x = at(p);
-    return (cell.x > dx && x.x > hi.x) || (cell.y > dx && x.y > hi.y) || (cell.z > dx && x.z > hi.z);
+    return pushed_out(cell.x, x.x, o.x, p.x, hi.x) || pushed_out(cell.y, x.y, o.y, p.y, hi.y) ||
+           pushed_out(cell.z, x.z, o.z, p.z, hi.z);
   };
   points.erase(std::remove_if(points.begin(), points.end(), beyond), points.end());
   positions.clear();

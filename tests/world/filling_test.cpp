@@ -136,6 +136,21 @@ TEST(Filling, FixedBodiesAreCutAtWalls) {
   }
 }
 
+// A shape that reaches beyond the domain is refused, whatever the cells are.
+TEST(Filling, WhatReachesBeyondTheDomainIsRefused) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const double rest : rests) {
+    const double length = (12 + rest) * dx;
+    World w = std::move(*World::create(box(length, 0.8)));
+    FluidDesc f;
+    f.material = *w.add_material({});
+    f.shape = Shape::box({0, 0, 0}, {length + 2 * dx, depth, 0.8});
+    const auto added = w.add_fluid(f);
+    ASSERT_FALSE(added) << rest;
+    EXPECT_NE(added.error().message.find("reaches outside the domain"), std::string::npos) << rest;
+  }
+}
+
 // The narrowest that there are, of two supports: cells of 5.45 spacings are a tenth longer. With a short support cells would come to differ
 // by more than an eighth, and stay as they are.
 TEST(Filling, NarrowDomains) {
