@@ -176,6 +176,23 @@ def flows():
         "bath_cools": (flow("A bath cools at a wall", [0.5, 0.5, 0.5], 0.05, 1.0, "temperature@side", "fluids:\n" + water(
             [0, 0, 0], [0.5, 0.4, 0.5], 80), WATER, "{time_scale: 4e4, walls: {-x: {temperature: 10}}}",
             temperature.format([0.15, 0.2, 0.25])), "temperature@side"),
+        "collapse_wide": (flow("A wide column collapses", [1.6, 0.6, 0.5], 0.05, 0.5, "front",
+                               "fluids:\n" + water([0, 0, 0], [0.6, 0.45, 0.5])), "front"),
+        "slosh_deep": (flow("A deep tank that stands askew", [0.6, 0.8, 0.35], 0.05, 0.8, "level@wall",
+                            "fluids:\n" + water([0, 0, 0], [0.6, 0.5, 0.35]), more=level.format(0.1) +
+                            "\nsolver: {gravity: [-1, -9.75, 0]}"), "level@wall"),
+        "oil_tips": (flow("Oil on water in a tank that stands askew", [1.0, 0.6, 0.3], 0.05, 0.8, "level@wall",
+                          "fluids:\n" + water([0, 0, 0], [1.0, 0.2, 0.3]) + "\n  - {shape: {box: [[0, 0.2, 0], [1.0, 0.35, 0.3]]}, "
+                          "material: oil}", WATER + "\n  oil: {density: 800, viscosity: 0.5}", more=level.format(0.1) +
+                          "\nsolver: {gravity: [-1, -9.75, 0]}"), "level@wall"),
+        "ball_afloat": (flow("A ball floats", [0.6, 0.6, 0.6], 0.05, 1.0, "draught@ball", cube + body(
+            "ball", "wood", "sphere: {center: [0.3, 0.3, 0.3], radius: 0.15}", more=", density: 500"), wood), "draught@ball"),
+        "ice_in_corner": (flow("Ice that is held in a corner of a bath", [0.5, 0.5, 0.5], 0.05, 1.0, "melted", "fluids:\n" + water(
+            [0, 0, 0], [0.5, 0.4, 0.5], 50) + "\nbodies:\n" + body("ice", "ice", "box: [[0, 0, 0], [0.25, 0.3, 0.25]]", -5,
+                                                                  ", fixed: true"), warm, "{time_scale: 2e4}"), "melted"),
+        "floor_heats": (flow("A hot floor under a bath", [0.5, 0.5, 0.5], 0.05, 1.0, "temperature@side", "fluids:\n" + water(
+            [0, 0, 0], [0.5, 0.4, 0.5], 10), WATER, "{time_scale: 6e4, walls: {-y: {temperature: 90}}}",
+            temperature.format([0.25, 0.15, 0.25])), "temperature@side"),
     }
     return scenes
 
@@ -331,7 +348,7 @@ def largest(a, b):
 
 
 # What bodies draw once they lie still: Archimedes.
-ARCHIMEDES = {"cube_afloat": 0.6 * 0.2, "raft_afloat": 0.3 * 0.15}
+ARCHIMEDES = {"cube_afloat": 0.6 * 0.2, "raft_afloat": 0.3 * 0.15, "ball_afloat": 0.5 * 0.3}
 
 
 def calibrate_flows(options, out):

@@ -17,9 +17,8 @@ constexpr double worth = 2;
 // the spacing, 0.8 each by sound speed and Courant number; 1.4^4 = 3.8 times the work.
 constexpr double draft_scale = 0.8, draft_sound = 0.8, draft_courant = 0.5, accurate_scale = 1.4;
 
-/// How wide a gap [spacings] is left beside the upper walls (or periodic faces) of a domain that liquid fills, over the axes
-/// across gravity: lattices begin at its lower corner, along gravity liquid seldom reaches the other end, and a layer that is
-/// nearer to a wall than half a spacing is left out. As much as World::add_fluid leaves to rounding counts as none.
+/// What a whole number of spacings leaves of a domain [spacings], over the axes across gravity, along which liquid seldom reaches the other end:
+/// World::add_fluid stretches cells of liquid to fill it, and bodies leave it free. As much as is left to rounding counts as none.
 double misfit(const meltsim::WorldDesc& world, double spacing) {
   const meltsim::Vec3d length = world.domain.max - world.domain.min, g = world.gravity;
   const double sizes[] = {length.x, length.y, length.z},
@@ -36,8 +35,7 @@ double misfit(const meltsim::WorldDesc& world, double spacing) {
   return sum;
 }
 
-/// The spacing near `wanted` that fits the domain best: liquid falls into gaps from the start. dam_break, 0.8 m wide, would
-/// have one of half a spacing in draft quality, an iceberg's sea at --scale 0.83 one of 0.93.
+/// The spacing near `wanted` that fits the domain best, so that cells of liquid are cubes and fixed bodies reach walls.
 double fitted(const meltsim::WorldDesc& world, double wanted) {
   if (!world.domain.bounded || misfit(world, wanted) < 1e-6) return wanted;
   const meltsim::Vec3d size = world.domain.max - world.domain.min;
@@ -96,6 +94,24 @@ void apply_spacing(Scene& scene, double spacing) {
 
 double domain_misfit(const meltsim::WorldDesc& world, double spacing) {
   return world.domain.bounded ? misfit(world, spacing) : 0;
+}
+
+double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
+                           double spacing) {
+  const meltsim::DomainDesc& d = world.domain;
+  const auto points = static_cast<double>(shape.lattice_points(d.min, spacing).size());
+  const meltsim::Box bounds = shape.bounds();
+  const double low[] = {bounds.min.x, bounds.min.y, bounds.min.z},
+               high[] = {bounds.max.x, bounds.max.y, bounds.max.z}, from[] = {d.min.x, d.min.y, d.min.z},
+               to[] = {d.max.x, d.max.y, d.max.z};
+  double volume = points * spacing * spacing * spacing;
+  for (std::size_t a = 0; a < 3 && liquid && d.bounded; ++a) {
+    const bool open = d.faces[2 * a] == meltsim::Face::open || d.faces[2 * a + 1] == meltsim::Face::open;
+    if (open || low[a] > from[a] + rounding * spacing || high[a] < to[a] - rounding * spacing) continue;
+    const double cells = (to[a] - from[a]) / spacing;
+    volume *= cells / std::max(1.0, std::ceil(cells - 0.5 - least_change));
+  }
+  return volume;
 }
 
 }  // namespace runner

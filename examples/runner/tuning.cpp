@@ -101,18 +101,18 @@ Tuning::Tuning(const Scene& scene, const MachineOptions& machine, std::vector<st
 /// Volumes by a fine lattice; bodies of many particles fit any spacing. Of liquid where there are no bodies.
 void Tuning::measure_bodies() {
   constexpr std::size_t many = 4096;
-  const auto add = [&](const SceneShape& shape) {
+  const auto add = [&](const SceneShape& shape, bool liquid) {
     if (shape.mesh) return;
     const std::size_t coarse = shape.shape.lattice_points(scene_.world.domain.min, spacing_).size();
     if (coarse == 0 || coarse > many) return;
     const double fine = spacing_ / 5;
     const auto n = static_cast<double>(shape.shape.lattice_points(scene_.world.domain.min, fine).size());
-    bodies_.push_back({&shape.shape, n * fine * fine * fine});
+    bodies_.push_back({&shape.shape, n * fine * fine * fine, liquid});
   };
-  for (const SceneBody& body : scene_.bodies) add(body.shape);
+  for (const SceneBody& body : scene_.bodies) add(body.shape, false);
   // Beside bodies, which are of fewer particles, a share of liquid more or less matters little.
   if (bodies_.empty())
-    for (const SceneFluid& fluid : scene_.fluids) add(fluid.shape);
+    for (const SceneFluid& fluid : scene_.fluids) add(fluid.shape, true);
 }
 
 /// The spacing near a multiple of the scene's at which bodies and liquid have their volume and the domain is filled: what a shape
@@ -120,14 +120,12 @@ void Tuning::measure_bodies() {
 double Tuning::spacing_for(double multiple) const {
   const auto known = spacings_.find(multiple);
   if (known != spacings_.end()) return known->second;
-  constexpr double most_change = 0.12, gap_worth = 0.05, change_worth = 0.3;
+  constexpr double most_change = 0.12, gap_worth = 0.02, change_worth = 0.3;
   const double wanted = spacing_ * multiple;
   const auto score = [&](double s) {
     double sum = gap_worth * domain_misfit(scene_.world, s) + change_worth * std::fabs(s / wanted - 1);
-    for (const Body& body : bodies_) {
-      const auto n = static_cast<double>(body.shape->lattice_points(scene_.world.domain.min, s).size());
-      sum += std::fabs(n * s * s * s / body.volume - 1);
-    }
+    for (const Body& body : bodies_)
+      sum += std::fabs(volume_of_particles(scene_.world, *body.shape, body.liquid, s) / body.volume - 1);
     return sum;
   };
   std::vector<double> candidates;
@@ -143,7 +141,8 @@ double Tuning::spacing_for(double multiple) const {
   }
   Scene fitted = scene_;
   apply_resolution(fitted, 1 / multiple, Quality::balanced);
-  double best = fitted.world.spacing, least = score(best);
+  candidates.push_back(fitted.world.spacing);
+  double best = wanted, least = score(best);
   for (const double s : candidates)
     if (const double here = score(s); here < least - 1e-9) {
       least = here;
@@ -407,7 +406,7 @@ std::string error_text(const trade::Known& known, double error) {
 
 namespace {
 
-constexpr int cache_format = 4;
+constexpr int cache_format = 5;
 
 /// FNV-1a.
 std::uint64_t hash_of(const std::string& text) {

@@ -74,6 +74,7 @@ class Tuning {
   struct Body {
     const meltsim::Shape* shape;  ///< of scene_
     double volume;                ///< [m^3]
+    bool liquid;
   };
   std::vector<Body> bodies_;                     ///< or liquid, whose size the spacing is fitted to
   mutable std::map<double, double> spacings_{};  ///< fitted, by multiple

@@ -132,8 +132,9 @@ struct Law {
   double error_exponent = 1;  ///< of the error
   bool fitted =
       false;  ///< the exponent was measured; false: it is the nominal one, and the error the larger estimate
-  /// Differences between three values of the knob do not fall as any exponent says, as where particles happen to lie
-  /// otherwise: the exponent is the nominal one, and the error of the worst value as large as the largest difference.
+  /// Curves of three values of the knob turn back and forth, or differences between them do not fall as any exponent says, as where particles happen to
+  /// lie otherwise: the exponent is the nominal one, and the error of the worst value as large as the largest difference. Where
+  /// curves go on the same way and differences hardly fall, the approach is slow: the exponent is the least that is believed.
   bool scatters = false;
   MELTSIM_API double at(double x) const;  ///< the error at this multiple, in the unit
 };

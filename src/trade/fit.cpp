@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace meltsim {
 inline namespace v0 {
@@ -12,6 +13,8 @@ namespace {
 
 // Twins whose knobs differ by less say nothing of a power.
 constexpr double distinct = 1.03;
+// Cosine of the turn from which on differences that hardly fall are a slow approach and no scatter.
+constexpr double straight_on = 0.5;
 
 /// Error falls along the list.
 void sort_by_error(std::vector<Twin>& twins, double exponent) {
@@ -43,6 +46,24 @@ double exponent_of(double a, double b, double c, double ratio, const Nominal& ra
     ((ratio_of_steps(a, b, c, middle) < ratio) == rises ? low : high) = middle;
   }
   return (low + high) / 2;
+}
+
+/// Cosine between the ways from a to b and from b to c: 1 where the second goes on as the first began, below 0 where it turns back.
+/// Single numbers have one way only, which says nothing: none, as where the two are the same.
+std::optional<double> turn(const std::vector<double>& a, const std::vector<double>& b,
+                           const std::vector<double>& c) {
+  constexpr std::size_t few = 5;
+  if (std::min({a.size(), b.size(), c.size()}) < few) return std::nullopt;
+  double along = 0, first = 0, second = 0;
+  for (std::size_t i = 0; i < std::min({a.size(), b.size(), c.size()}); ++i) {
+    const double ab = b[i] - a[i], bc = c[i] - b[i];
+    if (!std::isfinite(ab) || !std::isfinite(bc)) continue;
+    along += ab * bc;
+    first += ab * ab;
+    second += bc * bc;
+  }
+  if (!(first > 0) || !(second > 0)) return std::nullopt;
+  return along / std::sqrt(first * second);
 }
 
 }  // namespace
@@ -82,8 +103,11 @@ Law fit(Knob knob, const Observable& observable, double scale, std::vector<Twin>
   if (twins.size() >= 3 && apart[0] > 0 && apart[1] > 0) {
     const double p =
         exponent_of(twins[0].x, twins[1].x, twins[2].x, apart[0] / apart[1], expected, law.fitted);
-    law.scatters = !law.fitted && std::abs(p) < std::abs(expected.exponent);
+    const std::optional<double> way = turn(*twins[0].values, *twins[1].values, *twins[2].values);
+    const bool slow = !law.fitted && std::abs(p) < std::abs(expected.exponent);
+    law.scatters = slow ? !(way && *way >= straight_on) : way && *way < 0;
     if (!law.scatters) law.error_exponent = p;
+    else law.fitted = false;
   }
   if (law.scatters) {
     // Taken for the beginning of a difference to the limit, they would be multiplied by x^p over a small change of it.

@@ -119,7 +119,33 @@ class Studying {
                      " s; raise the time limit, or shorten the run");
     middle_ = fine_ * factor;
     coarse_ = middle_ * factor;
+    if (!problem_.run) tell_apart();
     return {};
+  }
+
+  /// The spacing that the problem makes of a multiple, as a multiple: it may move it to fit what is in the scene.
+  double as_built(double multiple) const {
+    Knobs knobs;
+    knobs[Knob::spacing] = multiple;
+    const Result<World> world = problem_.build(knobs);
+    return world ? world->desc().spacing / reference_.spacing : multiple;
+  }
+
+  /// Makes the finer probes finer until three spacings are built as three: where coarse ones are not possible they lie close to each
+  /// other, and may all be moved to the same.
+  void tell_apart() {
+    constexpr double finer = 1.04, apart = 1.06;
+    constexpr int most_tries = 6;
+    const auto below = [&](double& spacing, double above) {
+      double built = as_built(spacing);
+      for (int i = 0;
+           i < most_tries && built * apart > above && spacing / finer >= range(Knob::spacing).least; ++i)
+        built = as_built(spacing /= finer);
+      return built;
+    };
+    const double middle = below(middle_, as_built(coarse_));
+    fine_ = std::min(fine_, middle_ / finer);
+    below(fine_, middle);
   }
 
   /// The most informative probes first, so that a time limit drops the others.
