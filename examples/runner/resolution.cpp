@@ -92,10 +92,6 @@ void apply_spacing(Scene& scene, double spacing) {
   }
 }
 
-double domain_misfit(const meltsim::WorldDesc& world, double spacing) {
-  return world.domain.bounded ? misfit(world, spacing) : 0;
-}
-
 double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
                            double spacing) {
   const meltsim::DomainDesc& d = world.domain;

@@ -15,9 +15,6 @@ void apply_resolution(Scene& scene, double scale, Quality quality);
 /// The same scene with this spacing; the support and the surface's cells keep their ratio to it.
 void apply_spacing(Scene& scene, double spacing);
 
-/// What a whole number of spacings leaves of the domain [spacings], over the axes across gravity.
-double domain_misfit(const meltsim::WorldDesc& world, double spacing);
-
 /// What the particles of a shape take up [m^3]: of liquid from wall to wall as World::add_fluid fills it.
 double volume_of_particles(const meltsim::WorldDesc& world, const meltsim::Shape& shape, bool liquid,
                            double spacing);

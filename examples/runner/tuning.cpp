@@ -115,15 +115,15 @@ void Tuning::measure_bodies() {
     for (const SceneFluid& fluid : scene_.fluids) add(fluid.shape, true);
 }
 
-/// The spacing near a multiple of the scene's at which bodies and liquid have their volume and the domain is filled: what a shape
+/// The spacing near a multiple of the scene's at which bodies and liquid have their volume: what a shape
 /// of whole particles is larger or smaller by follows no law.
 double Tuning::spacing_for(double multiple) const {
   const auto known = spacings_.find(multiple);
   if (known != spacings_.end()) return known->second;
-  constexpr double most_change = 0.12, gap_worth = 0.02, change_worth = 0.3;
+  constexpr double most_change = 0.12, change_worth = 0.3;
   const double wanted = spacing_ * multiple;
   const auto score = [&](double s) {
-    double sum = gap_worth * domain_misfit(scene_.world, s) + change_worth * std::fabs(s / wanted - 1);
+    double sum = change_worth * std::fabs(s / wanted - 1);
     for (const Body& body : bodies_)
       sum += std::fabs(volume_of_particles(scene_.world, *body.shape, body.liquid, s) / body.volume - 1);
     return sum;

@@ -156,7 +156,7 @@ class ProbeRun {
   struct ProbeTables {
     std::vector<ProbePoint<T>> points, heights;
     std::vector<LoadRow> loads;
-    std::vector<std::uint32_t> listed_points, listed_heights;
+    std::vector<std::uint32_t> listed;
   };
 
   static ProbeTables tables_of(const ProbeSetup& s, ProbeViews<T>& v) {
@@ -167,8 +167,7 @@ class ProbeRun {
       t.loads.insert(t.loads.end(), s.loads[k].begin(), s.loads[k].end());
       v.load_begin[k + 1] = static_cast<std::uint32_t>(t.loads.size());
     }
-    t.listed_points = list_of(t.points.size());
-    t.listed_heights = list_of(t.heights.size());
+    t.listed = list_of(t.points.size() + t.heights.size());
     return t;
   }
 
@@ -178,7 +177,7 @@ class ProbeRun {
     ProbePoint<T>*points = nullptr, *heights = nullptr;
     ProbeLine* lines = nullptr;
     LoadRow* loads = nullptr;
-    std::uint32_t *listed_points = nullptr, *listed_heights = nullptr;
+    std::uint32_t* listed = nullptr;
   };
 
   static std::uint64_t lay_out(void* base, const ProbeSetup& s, const ProbeTables& t, std::uint64_t room,
@@ -188,8 +187,7 @@ class ProbeRun {
     at.points = a.template place<ProbePoint<T>>(t.points.size());
     at.heights = a.template place<ProbePoint<T>>(t.heights.size());
     at.lines = a.template place<ProbeLine>(s.lines.size());
-    at.listed_points = a.template place<std::uint32_t>(t.listed_points.size());
-    at.listed_heights = a.template place<std::uint32_t>(t.listed_heights.size());
+    at.listed = a.template place<std::uint32_t>(t.listed.size());
     at.loads = a.template place<LoadRow>(t.loads.size());
     v.load_sums = a.template place<physics::LoadSums>(t.loads.size());
     v.profile = a.template place<T>(t.heights.size());
@@ -211,10 +209,8 @@ class ProbeRun {
     put(ex, at.heights, t.heights);
     put(ex, at.lines, s.lines);
     put(ex, at.loads, t.loads);
-    put(ex, at.listed_points, t.listed_points);
-    put(ex, at.listed_heights, t.listed_heights);
-    v.listed_points = at.listed_points;
-    v.listed_heights = at.listed_heights;
+    put(ex, at.listed, t.listed);
+    v.listed = at.listed;
     v.rows = at.rows;
     v.points = at.points;
     v.heights = at.heights;

@@ -265,10 +265,9 @@ struct ProbeViews {
   physics::LoadSums* load_sums = nullptr;         ///< per load
   std::uint32_t load_begin[load_kinds + 1] = {};  ///< first load of a kind
   std::uint32_t point_count = 0, height_count = 0, line_count = 0;
-  const std::uint32_t *listed_points = nullptr,
-                      *listed_heights = nullptr;  ///< all of them, as CudaExec::gather_listed takes them
-  T* profile = nullptr;                           ///< how much liquid there is, per height
-  double* values = nullptr;                       ///< samples, one after another
+  const std::uint32_t* listed = nullptr;  ///< points, then heights, as CudaExec::gather_listed takes them
+  T* profile = nullptr;                   ///< how much liquid there is, per height
+  double* values = nullptr;               ///< samples, one after another
   // For World::sample, between sub-steps:
   const std::uint64_t* keys = nullptr;          ///< cells of particles, ascending
   const std::uint32_t* slots = nullptr;         ///< their slots

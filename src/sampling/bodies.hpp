@@ -56,6 +56,55 @@ MELTSIM_HD physics::SampledParticle particle_at(const Frame<T>& w, std::uint32_t
                           fields);
 }
 
+/// Averages at point i: the share k of what is around it.
+template <bool Tree, class T>
+MELTSIM_HD physics::SampleSums point_part(const Frame<T>& w, std::uint64_t i, std::uint32_t k,
+                                          std::uint32_t parts) {
+  physics::SampleSums s;
+  const core::ProbePoint<T> point = w.probes.points[i];
+  if (!is_due(w, point.probe)) return s;
+  const std::uint32_t fields = w.probes.rows[point.probe].fields;
+  spatial::for_each_around<Tree>(
+      w, point.x, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
+        const std::uint32_t tag = w.f.tag[j];
+        if (is_removed(tag)) return;
+        const auto weight = static_cast<double>(physics::kernel_shape(w.c.kernel, std::sqrt(r2)));
+        s.add(weight, particle_at(w, j, tag, xj.w, fields));
+      });
+  return s;
+}
+template <class T>
+MELTSIM_HD void finish_point(const Frame<T>& w, std::uint64_t i, const physics::SampleSums& s) {
+  const std::uint32_t probe = w.probes.points[i].probe;
+  if (!is_due(w, probe)) return;
+  const ProbeRow& row = w.probes.rows[probe];
+  double* to = values_of(w, probe) + (i - row.first) * row.width;
+  for (std::uint32_t f = 0; f < row.listed; ++f)
+    for (std::uint32_t c = 0; c < physics::sample_width(row.field[f]); ++c)
+      *to++ = physics::sampled_value(s, row.field[f], c);
+}
+
+/// Amount of liquid at height i of the gauges, likewise.
+template <bool Tree, class T>
+MELTSIM_HD physics::FillSums<T> height_part(const Frame<T>& w, std::uint64_t i, std::uint32_t k,
+                                            std::uint32_t parts) {
+  physics::FillSums<T> s;
+  const core::ProbePoint<T> point = w.probes.heights[i];
+  if (!is_due(w, point.probe)) return s;
+  const auto walls = physics::wall_view(w.c.walls, point.x);
+  spatial::for_each_around<Tree>(w, point.x, k, parts,
+                                 [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& d, T r2) {
+                                   const std::uint32_t tag = w.f.tag[j];
+                                   if (is_removed(tag)) return;
+                                   s.add(w.c.kernel, walls, is_fluid(tag), xj.w, d, r2);
+                                 });
+  return s;
+}
+template <class T>
+MELTSIM_HD void finish_height(const Frame<T>& w, std::uint64_t i, const physics::FillSums<T>& s) {
+  if (is_due(w, w.probes.heights[i].probe)) w.probes.profile[i] = physics::liquid_excess(w.c.kernel, s);
+}
+
 /// Parts of a sum over what is around a point: points are few, so many threads share one. An executor that adds up one
 /// after another takes it in one, where its bits need not be those of a GPU.
 template <class E>
@@ -69,52 +118,44 @@ struct PointBody {
   using Sum = physics::SampleSums;
   MELTSIM_HD bool wanted(std::uint64_t) const { return true; }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
-    Sum s;
-    const core::ProbePoint<T> point = w.probes.points[i];
-    if (!is_due(w, point.probe)) return s;
-    const std::uint32_t fields = w.probes.rows[point.probe].fields;
-    spatial::for_each_around<Tree>(
-        w, point.x, k, parts, [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>&, T r2) {
-          const std::uint32_t tag = w.f.tag[j];
-          if (is_removed(tag)) return;
-          const auto weight = static_cast<double>(physics::kernel_shape(w.c.kernel, std::sqrt(r2)));
-          s.add(weight, particle_at(w, j, tag, xj.w, fields));
-        });
-    return s;
+    return point_part<Tree>(w, i, k, parts);
   }
-  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
-    const std::uint32_t probe = w.probes.points[i].probe;
-    if (!is_due(w, probe)) return;
-    const ProbeRow& row = w.probes.rows[probe];
-    double* to = values_of(w, probe) + (i - row.first) * row.width;
-    for (std::uint32_t f = 0; f < row.listed; ++f)
-      for (std::uint32_t c = 0; c < physics::sample_width(row.field[f]); ++c)
-        *to++ = physics::sampled_value(s, row.field[f], c);
+  MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const { finish_point(w, i, s); }
+};
+
+/// What is around a point, or at a height of a gauge: one of the two.
+template <class T>
+struct AroundSums {
+  bool height = false;
+  union {
+    physics::SampleSums fields;
+    physics::FillSums<T> fill;
+  };
+  MELTSIM_HD AroundSums() : fields{} {}
+  MELTSIM_HD explicit AroundSums(const physics::SampleSums& s) : fields(s) {}
+  MELTSIM_HD explicit AroundSums(const physics::FillSums<T>& s) : height(true), fill(s) {}
+  MELTSIM_HD void add(const AroundSums& o) {
+    if (height) fill.add(o.fill);
+    else fields.add(o.fields);
   }
 };
 
-/// Amount of liquid at one height of a gauge.
+/// Points, then heights of gauges: in one kernel, as each takes as long as it takes to start.
 template <class T, bool Tree, std::uint32_t Parts>
-struct HeightBody {
+struct AroundBody {
   Frame<T> w;
   static constexpr std::uint32_t listed_parts = Parts;
-  using Sum = physics::FillSums<T>;
+  using Sum = AroundSums<T>;
   MELTSIM_HD bool wanted(std::uint64_t) const { return true; }
   MELTSIM_HD Sum part(std::uint64_t i, std::uint32_t k, std::uint32_t parts) const {
-    Sum s;
-    const core::ProbePoint<T> point = w.probes.heights[i];
-    if (!is_due(w, point.probe)) return s;
-    const auto walls = physics::wall_view(w.c.walls, point.x);
-    spatial::for_each_around<Tree>(w, point.x, k, parts,
-                                   [&](std::uint32_t j, const Vec4<T>& xj, const Vec3<T>& d, T r2) {
-                                     const std::uint32_t tag = w.f.tag[j];
-                                     if (is_removed(tag)) return;
-                                     s.add(w.c.kernel, walls, is_fluid(tag), xj.w, d, r2);
-                                   });
-    return s;
+    const std::uint64_t points = w.probes.point_count;
+    return i < points ? Sum(point_part<Tree>(w, i, k, parts))
+                      : Sum(height_part<Tree>(w, i - points, k, parts));
   }
   MELTSIM_HD void finish(std::uint64_t i, const Sum& s) const {
-    if (is_due(w, w.probes.heights[i].probe)) w.probes.profile[i] = physics::liquid_excess(w.c.kernel, s);
+    const std::uint64_t points = w.probes.point_count;
+    if (i < points) finish_point(w, i, s.fields);
+    else finish_height(w, i - points, s.fill);
   }
 };
 

@@ -15,9 +15,8 @@ namespace sampling {
 template <class E, class T>
 void probes(E& ex, const core::Frame<T>& w) {
   spatial::with_tree(w, [&](auto tree) {
-    ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, tree(), sample_parts<E>>{w});
-    ex.gather_listed(w.probes.height_count, w.probes.listed_heights,
-                     HeightBody<T, tree(), sample_parts<E>>{w});
+    ex.gather_listed(std::uint64_t{w.probes.point_count} + w.probes.height_count, w.probes.listed,
+                     AroundBody<T, tree(), sample_parts<E>>{w});
   });
   ex.for_each(w.probes.line_count, GaugeLevelBody<T>{w});
 }
@@ -93,7 +92,7 @@ void at_once(E& ex, const core::Frame<T>& w, const core::SampleRoom& room) {
   ex.for_each(w.born, KeyBody<T>{w, room.keys, room.slots});
   if (room.derived_slot != nullptr) ex.for_each(w.particles, DerivedSlotBody<T>{w, room.derived_slot});
   ex.sort(w.born, w.key_bits, room.keys, room.slots, room.keys_sorted, room.slots_sorted);
-  ex.gather_listed(w.probes.point_count, w.probes.listed_points, PointBody<T, false, sample_parts<E>>{w});
+  ex.gather_listed(w.probes.point_count, w.probes.listed, PointBody<T, false, sample_parts<E>>{w});
 }
 
 /// Between sub-steps, for World::cast_rays: likewise, then one thread per ray; not a stage.
