@@ -229,8 +229,9 @@ struct SolidDesc {
   double temperature = 20;  ///< [degrees Celsius]
   Vec3d velocity;           ///< of the centre of mass [m/s]
   Vec3d angular_velocity;   ///< about the centre of mass [rad/s]
-  bool fixed =
-      false;  ///< the same as Motion::fixed: an obstacle that conducts heat and melts, but never moves
+  /// The same as Motion::fixed: an obstacle that conducts heat and melts, but never moves. From wall to wall, or across a period, it fills
+  /// what is between as liquid does (FluidDesc), unless something can freeze onto it.
+  bool fixed = false;
   /// A free or rigid body stays where it is until the first step that begins at this time or later [s]; it is then let go at
   /// `velocity` and `angular_velocity`. infinity: until World::hold(body, false). 0: it is free from the start.
   double held_until = 0;

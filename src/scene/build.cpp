@@ -238,8 +238,8 @@ void WorldImpl::round_to_precision(double& v) const {
   v = static_cast<double>(rounded);
 }
 
-/// Cells of liquid that reaches from wall to wall, or from period to period, fill what is between: what a whole number of spacings leaves would be a
-/// gap, which liquid falls into at the start. Along other axes, and where there are no walls, cells are a spacing long.
+/// Cells of liquid, and of fixed bodies, that reach from wall to wall, or from period to period, fill what is between: what a whole number of spacings leaves would be a
+/// gap, which liquid falls into at the start, or through which it leaks. Along other axes, and where there are no walls, cells are a spacing long.
 Vec3d WorldImpl::cell_of(const Box& bounds) const {
   const double dx = desc.spacing;
   const DomainDesc& d = desc.domain;
@@ -254,20 +254,21 @@ Vec3d WorldImpl::cell_of(const Box& bounds) const {
           along(2, bounds.min.z, bounds.max.z, d.min.z, d.max.z)};
 }
 
-/// What walls leave of the cube around a particle of a fixed body, which may lie nearer to them than half a spacing: its image has the rest.
-Vec3d WorldImpl::cut_at_walls(Vec3d x) const {
+/// What walls leave of the cell around a particle of a fixed body, which may lie nearer to them than half a spacing: its image has the rest. Cells that
+/// are no spacing long fill what is between walls.
+Vec3d WorldImpl::cut_at_walls(Vec3d x, Vec3d cell) const {
   const double dx = desc.spacing;
   const DomainDesc& d = desc.domain;
-  if (!d.bounded) return cube();
-  const auto along = [&](int axis, double below, double above) {
+  if (!d.bounded) return cell;
+  const auto along = [&](int axis, double length, double below, double above) {
     const auto face = static_cast<std::size_t>(2 * axis);
-    double length = dx;
+    if (std::fabs(length / dx - 1) > 1e-6) return length;
     if (d.faces[face] == Face::wall) length -= std::max(0.5 * dx - below, 0.0);
     if (d.faces[face + 1] == Face::wall) length -= std::max(0.5 * dx - above, 0.0);
     return std::fabs(length / dx - 1) < 1e-6 ? dx : length;
   };
-  return {along(0, x.x - d.min.x, d.max.x - x.x), along(1, x.y - d.min.y, d.max.y - x.y),
-          along(2, x.z - d.min.z, d.max.z - x.z)};
+  return {along(0, cell.x, x.x - d.min.x, d.max.x - x.x), along(1, cell.y, x.y - d.min.y, d.max.y - x.y),
+          along(2, cell.z, x.z - d.min.z, d.max.z - x.z)};
 }
 
 /// Coordinates of lattice points. Of one spacing too many for longer cells the last lies beyond the wall, and goes.

@@ -99,6 +99,10 @@ class WorldImpl::NewBody {
   bool kinematic() const { return s_.motion == Motion::kinematic; }
   bool proxy() const { return s_.motion == Motion::proxy; }
   bool rigid() const { return s_.motion == Motion::rigid || proxy(); }
+  /// Whether nothing freezes onto its sites, which are a spacing apart whatever its cells are.
+  bool keeps_its_sites() const {
+    return !material().freezes && material().solubility_points.empty() && s_.growth == 0;
+  }
   const MaterialDesc& material() const { return w_.materials[s_.material.index]; }
   std::uint64_t site_of(Vec3i p) const {
     return base_ + std::uint64_t(p.x - box_.low[0] + pad_) + std::uint64_t(p.y - box_.low[1] + pad_) * nx_ +
@@ -115,6 +119,7 @@ class WorldImpl::NewBody {
   bool held_ = false;
   std::vector<Vec3i> points_;
   std::vector<Vec3d> positions_;  ///< of the points [m]
+  Vec3d cell_ = w_.cube();        ///< around each of them [m]
   Vec3d origin_;                  ///< the World's, with this body
   std::vector<Vec3i> free_;       ///< sites that it may grow into
   core::SiteBox box_;             ///< of its sites and of those
@@ -195,7 +200,8 @@ Status WorldImpl::NewBody::check_velocity() const {
 }
 
 Status WorldImpl::NewBody::place() {
-  if (Status st = w_.place(s_.shape, what_.c_str(), s_.fixed, w_.cube(), points_, positions_, origin_); !st)
+  if (s_.motion == Motion::fixed && keeps_its_sites()) cell_ = w_.cell_of(s_.shape.bounds());
+  if (Status st = w_.place(s_.shape, what_.c_str(), s_.fixed, cell_, points_, positions_, origin_); !st)
     return st;
   if (Status st = place_growth(); !st) return st;
   return number_sites();
@@ -550,7 +556,7 @@ void WorldImpl::NewBody::add_vertices(core::SceneState& particles, std::size_t f
     lattice.vertex_coordinates.push_back(points_[k]);
     w_.append(particles, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
               enthalpy_, tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_,
-              s_.motion == Motion::fixed ? w_.cut_at_walls(positions_[k]) : w_.cube());
+              s_.motion == Motion::fixed ? w_.cut_at_walls(positions_[k], cell_) : cell_);
   }
 }
 

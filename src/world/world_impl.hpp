@@ -600,7 +600,7 @@ class WorldImpl final : public Scheduler {
   bool has_room_for(std::uint64_t more) const;
   Vec3d cube() const { return {desc.spacing, desc.spacing, desc.spacing}; }
   Vec3d cell_of(const Box& bounds) const;
-  Vec3d cut_at_walls(Vec3d x) const;
+  Vec3d cut_at_walls(Vec3d x, Vec3d cell) const;
   void put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points, std::vector<Vec3d>& positions) const;
   Status place(const Shape& shape, const char* what, bool fixed, Vec3d cell, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions, Vec3d& origin) const;
