@@ -67,6 +67,7 @@ class Check {
     line("memory", bytes_text(static_cast<double>(plan.bytes)) + " for the World");
     if (verbose_) print_parts();
     print_heat();
+    print_freezing();
     std::fflush(stdout);  // what follows takes seconds
     const std::optional<Rehearsal> rehearsal = rehearse(scene_, built_);
     print_melting(rehearsal);
@@ -435,6 +436,29 @@ class Check {
     const std::string others = heat_sources_text(scene_);
     if (balance) line("heat", heat_balance_text(*balance, others));
     else if (!others.empty()) line("heat", "also from " + others);
+  }
+
+  /// What liquid freezes onto: lattice sites of bodies alone.
+  void print_freezing() {
+    for (const SceneMaterial& m : scene_.materials) {
+      if (!m.desc.freezes) continue;
+      bool there = false, grows = false;
+      for (const SceneBody& body : scene_.bodies) {
+        if (body.material != m.desc.name) continue;
+        there = true;
+        grows = grows || body.desc.growth > 0;
+      }
+      if (!there)
+        warn(
+            fmt::format("\"{}\" freezes onto bodies of \"{}\", and there is none: it stays liquid however "
+                        "cold it is; add one, "
+                        "with `growth`",
+                        m.becomes, m.desc.name));
+      else if (!grows)
+        line("freezing",
+             fmt::format("of \"{}\" only where a body of \"{}\" has melted before; `growth` lets it grow",
+                         m.becomes, m.desc.name));
+    }
   }
 
   void print_melting(const std::optional<Rehearsal>& rehearsal) {

@@ -18,7 +18,7 @@ constexpr double worth = 2;
 constexpr double draft_scale = 0.8, draft_sound = 0.8, draft_courant = 0.5, accurate_scale = 1.4;
 
 /// What a whole number of spacings leaves of a domain [spacings], over the axes across gravity, along which liquid seldom reaches the other end:
-/// World::add_fluid stretches cells of liquid to fill it, and bodies leave it free. As much as is left to rounding counts as none.
+/// cells of liquid and of fixed bodies are stretched to fill it, and other bodies leave it free. As much as is left to rounding counts as none.
 double misfit(const meltsim::WorldDesc& world, double spacing) {
   const meltsim::Vec3d length = world.domain.max - world.domain.min, g = world.gravity;
   const double sizes[] = {length.x, length.y, length.z},
@@ -35,7 +35,7 @@ double misfit(const meltsim::WorldDesc& world, double spacing) {
   return sum;
 }
 
-/// The spacing near `wanted` that fits the domain best, so that cells of liquid are cubes and fixed bodies reach walls.
+/// The spacing near `wanted` that fits the domain best, so that cells are cubes.
 double fitted(const meltsim::WorldDesc& world, double wanted) {
   if (!world.domain.bounded || misfit(world, wanted) < 1e-6) return wanted;
   const meltsim::Vec3d size = world.domain.max - world.domain.min;

@@ -476,6 +476,17 @@ emitters:
                       self.meltsim("check", SCENE, *thick, "--set", "solver.viscosity=explicit").stdout)
         self.assertNotIn("\nviscosity ", self.meltsim("check", SCENE, "--backend", "cpu").stdout)
 
+    def test_check_says_what_liquid_freezes_onto(self):
+        freezes, none = ["--set", "materials.ice.freezes=true"], ["--set", "bodies=[]"]
+        grows = ["--set", "bodies=[{name: b, shape: {box: [[0.4, 0, 0.4], [1.2, 0.4, 1.2]]}, material: ice, growth: 2}]"]
+        check = ["check", SCENE, "--backend", "cpu"]
+        self.assertIn('\nfreezing    of "water" only where a body of "ice" has melted before; `growth` lets it grow\n',
+                      self.meltsim(*check, *freezes).stdout)
+        self.assertNotIn("freez", self.meltsim(*check).stdout)
+        self.assertNotIn("freez", self.meltsim(*check, *freezes, *grows).stdout)
+        self.assertIn('warning: "water" freezes onto bodies of "ice", and there is none: it stays liquid however cold it is; add one, '
+                      "with `growth`", self.meltsim(*check, *freezes, *none).stdout)
+
     def test_check_warns_where_steps_will_be_refused(self):
         """`check` knows the super-steps to one; a bound that leaves room for that one neither warns nor refuses."""
         thick = ["--set", "materials.water.viscosity=1e9"]

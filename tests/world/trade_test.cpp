@@ -49,6 +49,18 @@ struct Made {
   }
 };
 
+/// A made problem whose curve depends on the spacing alone: of 11 samples, `curve(x, i)`.
+template <class Curve>
+trade::Problem with_curve(const Curve& curve) {
+  trade::Problem problem = Made{}.problem();
+  problem.run = [run = problem.run, curve](const Knobs& knobs, double limit) {
+    Result<trade::Measurement> m = run(knobs, limit);
+    for (std::size_t i = 0; i < m->values[0].size(); ++i) m->values[0][i] = curve(knobs[Knob::spacing], i);
+    return m;
+  };
+  return problem;
+}
+
 const trade::Law& law(const trade::Known& known, Knob knob) {
   for (const trade::Law& l : known.laws)
     if (l.knob == knob) return l;
@@ -112,18 +124,9 @@ TEST(Laws, AnOrderIsNotExceeded) {
 // not go on the way they began. The error of the coarsest twin is as large as the largest difference, not that over a small change of x, and
 // there is no limit ahead.
 TEST(Laws, DifferencesThatDoNotFallAreScatter) {
-  Made made;
-  trade::Problem problem = made.problem();
-  const auto run = problem.run;
-  problem.run = [run](const Knobs& knobs, double limit) {
-    Result<trade::Measurement> m = run(knobs, limit);
-    const double x = knobs[Knob::spacing];
-    const std::size_t when = x > 0.9 ? 3 : x > 0.7 ? 6 : 9;
-    m->values[0].assign(11, 1.0);
-    m->values[0][when] += 0.05;
-    return m;
-  };
-  const Result<trade::Study> study = trade::study(problem);
+  const Result<trade::Study> study = trade::study(with_curve([](double x, std::size_t i) {
+    return i == (x > 0.9 ? 3u : x > 0.7 ? 6u : 9u) ? 1.05 : 1.0;
+  }));
   ASSERT_TRUE(study);
   const trade::Known& y = study->observables.at(0);
   const trade::Law l = law(y, Knob::spacing);
@@ -143,17 +146,9 @@ TEST(Laws, DifferencesThatDoNotFallAreScatter) {
 
 // Differences that fall, but of curves that turn back: an exponent of them would be one of chance.
 TEST(Laws, CurvesThatTurnBackAreScatter) {
-  Made made;
-  trade::Problem problem = made.problem();
-  const auto run = problem.run;
-  problem.run = [run](const Knobs& knobs, double limit) {
-    Result<trade::Measurement> m = run(knobs, limit);
-    const double x = knobs[Knob::spacing];
-    for (std::size_t i = 0; i < m->values[0].size(); ++i)
-      m->values[0][i] = 1 + 0.01 * static_cast<double>(i) * (x > 0.9 ? 0 : x > 0.7 ? 1 : 0.4);
-    return m;
-  };
-  const Result<trade::Study> study = trade::study(problem);
+  const Result<trade::Study> study = trade::study(with_curve([](double x, std::size_t i) {
+    return 1 + 0.01 * static_cast<double>(i) * (x > 0.9 ? 0 : x > 0.7 ? 1 : 0.4);
+  }));
   ASSERT_TRUE(study);
   const trade::Law l = law(study->observables.at(0), Knob::spacing);
   EXPECT_TRUE(l.scatters);

@@ -111,7 +111,8 @@ Setup drawn_cell(std::uint64_t seed, std::uint64_t number) {
     if (s.depth + s.other_depth > 9) s.depth = 6;
   });
   also("steps of any length", 4, [&] { s.random_steps = true; });
-  // What a heavy body squeezes out against a wall leaves by the body's pressure: as the root of the ratio of densities (Bernoulli).
+  // What a heavy body squeezes out against a wall leaves by the body's pressure, the faster the lighter it is (Bernoulli: the root of the
+  // ratio of densities).
   const double liquid = s.other_liquid ? std::min(s.water.density, s.other.density) : s.water.density;
   const double heaviest = std::max({s.ice.density, s.water.density, s.other_liquid ? s.other.density : 0.0});
   s.most_falls = std::max(s.most_falls, std::sqrt(heaviest / liquid));
