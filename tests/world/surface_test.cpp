@@ -308,22 +308,28 @@ std::vector<Corners> corners_of(const SurfaceMesh& m) {
 }
 
 /// Triangles of `a` whose middle and corners are all nearer than `near` to triangles of `b` that face against
-/// them.
+/// them. Those of `b` are looked up by the x of their middle: all pairs took longer than what is tested.
 std::size_t coinciding(const SurfaceMesh& a, const SurfaceMesh& b, double near) {
-  const std::vector<Corners> others = corners_of(b);
-  std::size_t count = 0;
-  for (const Corners& t : corners_of(a)) {
-    bool all = true;
-    for (const Vec3d& p : {t.middle, t.a, t.b, t.c}) {
-      bool found = false;
-      for (const Corners& o : others)
-        found = found || (length(p - o.middle) < o.reach + near && dot(t.normal, o.normal) < -0.7 &&
-                          distance(p, o.a, o.b, o.c) < near);
-      all = all && found;
-      if (!all) break;
-    }
-    count += all ? 1 : 0;
+  std::multimap<double, Corners> others;
+  double reach = near;
+  for (const Corners& o : corners_of(b)) {
+    others.emplace(o.middle.x, o);
+    reach = std::max(reach, o.reach + near);
   }
+  const auto met = [&](const Vec3d& p, const Vec3d& normal) {
+    const auto end = others.upper_bound(p.x + reach);
+    for (auto at = others.lower_bound(p.x - reach); at != end; ++at) {
+      const Corners& o = at->second;
+      if (length(p - o.middle) < o.reach + near && dot(normal, o.normal) < -0.7 &&
+          distance(p, o.a, o.b, o.c) < near)
+        return true;
+    }
+    return false;
+  };
+  std::size_t count = 0;
+  for (const Corners& t : corners_of(a))
+    count +=
+        met(t.middle, t.normal) && met(t.a, t.normal) && met(t.b, t.normal) && met(t.c, t.normal) ? 1 : 0;
   return count;
 }
 
