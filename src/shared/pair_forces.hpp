@@ -69,7 +69,7 @@ struct LiquidOnSolid {
   };
   struct Stored {
     Vec3<T> v;
-    T terms, viscosity, density;  ///< terms: P/phi^2 of both ends
+    T terms, viscosity;  ///< terms: P/phi^2 of both ends
   };
   MELTSIM_HD bool takes_part(std::uint64_t) const { return true; }
   MELTSIM_HD Own own(std::uint64_t k) const {
@@ -80,14 +80,13 @@ struct LiquidOnSolid {
   MELTSIM_HD Stored stored(const Own& own, std::uint32_t i) const {
     const MaterialRow<T>& m = w.f.materials[material_of(w.f.tag[i])];
     const Vec4<T> v = w.f.velocity[i];
-    return {xyz(v), v.w + m.tait_stiffness * own.tau, viscosity_of(w, i, m), m.density};
+    return {xyz(v), v.w + m.tait_stiffness * own.tau, viscosity_of(w, i, m)};
   }
   MELTSIM_HD Stored other(const Own&, const Stored& s) const { return s; }
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Stored& i, const spatial::Pair<T>& pair, Along) const {
-    const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms,    i.viscosity,
-                                     i.density,   -pair.x_ij, i.v - own.v};
-    sum.force += -physics::coupling_force(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2);
+    const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms, i.viscosity, -pair.x_ij, i.v - own.v};
+    sum.force += -physics::coupling_force(w.c.kernel, p, pair.r2);
   }
   MELTSIM_HD T mirrored(const Own& own, const Stored& i, T volume) const {
     return physics::pressure_factor(volume, own.volume, i.terms, T(0), w.c.kernel.grad_scale);
@@ -111,7 +110,7 @@ struct LiquidOnSolid {
   /// Neighbours that are no liquid have no weight.
   struct Lanes {
     spatial::LaneVectors<T> v, of;
-    Stored at(std::size_t k) const { return {{v.x[k], v.y[k], v.z[k]}, v.w[k], of.x[k], of.y[k]}; }
+    Stored at(std::size_t k) const { return {{v.x[k], v.y[k], v.z[k]}, v.w[k], of.x[k]}; }
     void load(const LiquidOnSolid& body, const Own& own, std::uint64_t, const std::uint32_t* slots,
               std::uint32_t n, T* volume) {
       if (body.w.one_liquid && body.w.f.viscosity == nullptr && !(body.w.c.lowest_phi < T(1)))
@@ -121,7 +120,6 @@ struct LiquidOnSolid {
         const Stored s = none ? Stored{} : body.stored(own, slots[k]);
         v.put(k, with_w(s.v, s.terms));
         of.x[k] = s.viscosity;
-        of.y[k] = s.density;
         if (none) volume[k] = T(0);
       }
     }
@@ -139,22 +137,20 @@ struct LiquidOnSolid {
         volume[k] = sign_bit(v.w[k]) != 0u ? T(0) : volume[k];
         v.w[k] += of_solid;
         of.x[k] = mu;
-        of.y[k] = liquid.density;
       });
     }
   };
 };
 
-/// Its part without viscosity, real and artificial.
+/// Its part without viscosity.
 template <class T>
 struct PressureOnSolid : LiquidOnSolid<T> {
   using Base = LiquidOnSolid<T>;
   template <class Along>
   MELTSIM_HD void add(typename Base::Sum& sum, const typename Base::Own& own, const typename Base::Stored& i,
                       const spatial::Pair<T>& pair, Along) const {
-    const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms,    T(0),
-                                     i.density,   -pair.x_ij, i.v - own.v};
-    sum.force += -physics::coupling_force(this->w.c.kernel, T(0), this->w.c.sound_speed, p, pair.r2);
+    const physics::CouplingPair<T> p{pair.volume, own.volume, i.terms, T(0), -pair.x_ij, i.v - own.v};
+    sum.force += -physics::coupling_force(this->w.c.kernel, p, pair.r2);
   }
 };
 

@@ -201,11 +201,12 @@ struct ForcesBody {
                                             own.yields && (same || physics::yields(m)));
     }
   }
-  /// A solid acts like the same liquid, except for its pressure term and the pair's viscosity.
+  /// A solid acts like the same liquid, except for its pressure term and the pair's viscosities (as_liquid in coupling.hpp).
   MELTSIM_HD Other other(const Own& own, const Stored& s) const {
     const bool solid = any ? s.solid : company == Company::solids && is_solid_term(s.v.w);
     return {xyz(s.v), solid ? own.stiffness * -s.v.w : s.v.w,
-            solid ? physics::no_slip_viscosity(s.viscosity) : s.viscosity, s.density, solid};
+            solid ? physics::no_slip_viscosity(s.viscosity) : s.viscosity,
+            solid ? physics::undamped<T>() : s.density, solid};
   }
   template <class Along>
   MELTSIM_HD void add(Sum& sum, const Own& own, const Other& other, const spatial::Pair<T>& pair,

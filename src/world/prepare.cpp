@@ -519,9 +519,8 @@ double WorldImpl::thickest(std::size_t i) const {
   return mu;
 }
 
-/// Whether viscosity is implicit, and the limits that follow: of the sub-step, or of what a stage may exchange. `drag`: the
-/// viscosity that artificial viscosity amounts to at a body [Pa s].
-void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
+/// Whether viscosity is implicit, and the limits that follow: of the sub-step, or of what a stage may exchange.
+void WorldImpl::limit_viscosity(double laplacian_sum) {
   viscous_dt_ = infinity;
   viscous_lambda_ = 0;
   const double in_stages =
@@ -533,8 +532,8 @@ void WorldImpl::limit_viscosity(double laplacian_sum, double drag) {
     for (std::size_t i = 0; i < materials.size(); ++i) {
       const double mu = thickest(i), density = least_density(i);
       if (liquid_used_[i] == 0u || !(mu > 0)) continue;
-      viscous_dt_ = std::min(viscous_dt_,
-                             physics::explicit_viscous_dt(mu, density, lightest_body, drag, laplacian_sum));
+      viscous_dt_ =
+          std::min(viscous_dt_, physics::explicit_viscous_dt(mu, density, lightest_body, laplacian_sum));
       double least = std::min(density, lightest_body);
       viscous_lambda_ = std::max(viscous_lambda_, physics::viscous_lambda(mu, least, in_stages));
       // Beside a liquid that is lighter, or more viscous: the pair has a viscosity of its own.
@@ -576,8 +575,8 @@ double WorldImpl::column_height() const {
   return std::min(height, fall_height());
 }
 
-/// Limits of sound, gravity, speeds and artificial viscosity. Returns the artificial drag between liquid and bodies.
-double WorldImpl::limit_motion(double support, double sum) {
+/// Limits of sound, gravity and speeds.
+void WorldImpl::limit_motion(double support) {
   // Bodies count as they were added, not as they are now.
   double lightest = infinity, heaviest = 0;
   for (const BodyRecord& b : bodies_) {
@@ -593,8 +592,6 @@ double WorldImpl::limit_motion(double support, double sum) {
         std::min(spring_share_, physics::standing_dt(desc.spacing, length(desc.gravity), height) / acoustic);
   spring_dt_ = acoustic * spring_share_;
   const bool mobile = heaviest > 0 && (disabled_facts_ & core::fact_mobile) == 0;
-  const double drag =
-      physics::artificial_drag(desc.artificial_viscosity, sound_speed_, support, densest_added_);
   if (fluid || mobile) {
     sound_dt_ = mobile ? spring_dt_ : acoustic;
     const FieldReach fields = any_field() ? reach_of_fields() : FieldReach{};
@@ -604,11 +601,8 @@ double WorldImpl::limit_motion(double support, double sum) {
     // Counts what was added, not what was read: results must not depend on readings.
     if (seen_.speed > 0) rest_dt_ = std::min(rest_dt_, desc.courant * support / seen_.speed);
   }
-  if (fluid) {
+  if (fluid)
     sound_dt_ = std::min(sound_dt_, acoustic * contrast_ * physics::support_factor(support / desc.spacing));
-    if (mobile && drag > 0) rest_dt_ = std::min(rest_dt_, physics::drag_dt(drag, lightest, sum));
-  }
-  return drag;
 }
 
 void WorldImpl::limit_tension(double sum) {
@@ -656,10 +650,10 @@ void WorldImpl::derive_limits() {
   const double support = core::support_of(desc);
   const double sum = physics::lattice_laplacian_sum(support, desc.spacing);
   sound_dt_ = rest_dt_ = infinity;
-  const double drag = limit_motion(support, sum);
+  limit_motion(support);
   limit_tension(sum);
   static_dt_ = std::min(sound_dt_, rest_dt_);
-  limit_viscosity(sum, drag);
+  limit_viscosity(sum);
   limit_solute(sum);
   rows_ = material_rows();
   limit_heat(support, sum);

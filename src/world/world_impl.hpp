@@ -527,9 +527,9 @@ class WorldImpl final : public Scheduler {
   void pass_over_particles();
   void see_all_anew();
   double thickest(std::size_t i) const;
-  void limit_viscosity(double laplacian_sum, double drag);
+  void limit_viscosity(double laplacian_sum);
   void derive_limits();
-  double limit_motion(double support, double sum);
+  void limit_motion(double support);
   void limit_tension(double sum);
   void limit_heat(double support, double sum);
   double least_spring(const MaterialDesc& m) const;

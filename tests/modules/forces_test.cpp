@@ -159,7 +159,7 @@ struct Oracle {
     const double vj = volume[j];
     const double mu =
         solid(j) ? 2 * a.viscosity : 2 * a.viscosity * b.viscosity / (a.viscosity + b.viscosity);
-    const double rho = solid(j) ? a.density : 0.5 * (a.density + b.density);
+    const double rho = solid(j) ? 0 : 0.5 * (a.density + b.density);  // of what is damped
     double leak = 0;  // contact from 0.9 dx inwards, per distance
     if (solid(j) && r < 0.9 * dx) {
       const double m = mass[i] * mass[j] / (mass[i] + mass[j]);

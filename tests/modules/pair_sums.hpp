@@ -394,7 +394,7 @@ class AllPairs {
     Vec3d force = d * (V * f(r) * terms);
     if (mirrored) return force;
     const double mu = viscosity(i, j);
-    const double rho = to_solid ? row(i).density : 0.5 * (row(i).density + row(j).density);
+    const double rho = to_solid ? 0 : 0.5 * (row(i).density + row(j).density);  // of what is damped
     const Vec3d u = v_[i] - v_[j];
     const double approach = std::min(0.0, dot(u, d)) / (r * r + epsilon2());
     const Vec3d artificial =

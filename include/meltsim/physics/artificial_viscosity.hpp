@@ -18,13 +18,6 @@ inline double artificial_kinematic_viscosity(double alpha, double sound_speed, d
   return alpha * sound_speed * 0.5 * support / 20;
 }
 
-/// Dynamic viscosity [Pa s] that the artificial viscosity of a pair has along its line: rho alpha c h / 2 while it approaches,
-/// by comparison of artificial_pressure with the viscous factor of fluid.hpp; half of that over pairs that approach and
-/// pairs that part.
-inline double artificial_drag(double alpha, double sound_speed, double support, double density) {
-  return density * alpha * sound_speed * 0.5 * support / 4;
-}
-
 }  // namespace physics
 }  // namespace v0
 }  // namespace meltsim

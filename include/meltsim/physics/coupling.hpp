@@ -87,23 +87,22 @@ struct CouplingPair {
   T fluid_volume, solid_volume;  ///< V_i, V_k [m^3]
   T terms;                       ///< P_i/phi_i^2 + B_i tau_k [Pa]
   T viscosity;                   ///< mu_i [Pa s]
-  T fluid_density;               ///< rho0_i [kg/m^3]
   Vec3<T> x_ik;                  ///< x_i - x_k [m]
   Vec3<T> v_ik;                  ///< v_i - v_k [m/s]
 };
 
-/// The pair as two particles of the same liquid, the solid one with the pressure term B_i tau_k and the pair's viscosity mu_ik.
+/// The pair as two particles of the same liquid, the solid one with the pressure term B_i tau_k and the pair's viscosity mu_ik. No
+/// artificial viscosity, as between liquid and walls: it acts on what slides, too, and would make liquid stick to bodies.
 template <class T>
 MELTSIM_HD LiquidPair<T> as_liquid(const CouplingPair<T>& p) {
-  return {p.fluid_volume,  p.solid_volume, p.terms, T(0), no_slip_viscosity(p.viscosity),
-          p.fluid_density, p.x_ik,         p.v_ik};
+  return {p.fluid_volume, p.solid_volume, p.terms, T(0), no_slip_viscosity(p.viscosity),
+          undamped<T>(),  p.x_ik,         p.v_ik};
 }
 
 /// Force on the liquid particle [N]; the solid particle receives exactly the negative.
 template <class T>
-MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, T alpha, T sound_speed, const CouplingPair<T>& p,
-                                  T r2) {
-  return liquid_force(k, alpha, sound_speed, as_liquid(p), r2);
+MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, const CouplingPair<T>& p, T r2) {
+  return liquid_force(k, T(0), T(0), as_liquid(p), r2);
 }
 
 /// Distance in spacings below which liquid could slip between lattice sites (the middle of four sites is at

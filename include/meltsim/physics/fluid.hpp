@@ -105,12 +105,18 @@ MELTSIM_HD T artificial_pressure(const SphKernel<T>& k, T alpha, T sound_speed, 
   return -density * rate * (minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2)));
 }
 
+/// Density of a pair on which artificial viscosity does not act [kg/m^3].
+template <class T>
+MELTSIM_HD constexpr T undamped() {
+  return T(0);
+}
+
 /// Operands of one pair of liquid particles.
 template <class T>
 struct LiquidPair {
   T volume_i, volume_j;  ///< V0 [m^3]
   T term_i, term_j;      ///< pressure_term [Pa]
-  T viscosity, density;  ///< of the pair: mu [Pa s], mean rest density [kg/m^3]
+  T viscosity, density;  ///< of the pair: mu [Pa s], mean rest density [kg/m^3] or undamped()
   Vec3<T> x_ij, v_ij;    ///< x_i - x_j [m], v_i - v_j [m/s]
 };
 

@@ -45,13 +45,12 @@ inline constexpr int most_viscous_stages = 64;
 inline constexpr double viscous_margin = 1.4;
 
 /// Largest sub-step [s] of explicit viscosity mu [Pa s] in liquid of this density: with its head room, and that of a body no
-/// lighter than `lightest_body` [kg/m^3] (infinity: none that moves), which artificial viscosity [Pa s] drags, too (drag_dt). A rod
+/// lighter than `lightest_body` [kg/m^3] (infinity: none that moves) that liquid drags along (drag_dt). A rod
 /// one particle thick has neighbours on twice as many sides as drag_dt counts: with half of this viscosity such a rod of 0.3 of
 /// the liquid's density was unstable.
-inline double explicit_viscous_dt(double mu, double density, double lightest_body, double artificial,
-                                  double laplacian_sum) {
+inline double explicit_viscous_dt(double mu, double density, double lightest_body, double laplacian_sum) {
   return std::fmin(viscous_dt(mu / density, laplacian_sum) / viscous_margin,
-                   drag_dt(2 * no_slip_viscosity(mu) + artificial, lightest_body, laplacian_sum));
+                   drag_dt(2 * no_slip_viscosity(mu), lightest_body, laplacian_sum));
 }
 
 /// Root of the resistivity of a particle of a body, which has none.
