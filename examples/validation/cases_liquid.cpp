@@ -198,7 +198,7 @@ void dam_break(const Settings& s, Report& r) {
     ours.y.push_back((front + 0.5 * dx) / a);
   }
   Plot plot{"liquid_dam_break", "Front of a collapsing column", "t sqrt(2 g / a)", "front / a", {ours}};
-  // DualSPHysics 5.4.351: this column, spacing, H and sound speed, Verlet, artificial viscosity 0.1, walls of particles.
+  // DualSPHysics 5.4.355: this column, spacing, H and sound speed, Verlet, artificial viscosity 0.1, walls of particles.
   const std::vector<double> theirs_z = {1.25, 1.5, 2, 2.5, 3, 3.5, 4},
                             theirs_t = {0.690, 1.015, 1.526, 1.961, 2.354, 2.716, 3.064};
   for (const double z : {2.0, 3.0, 4.0})
