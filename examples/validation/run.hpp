@@ -47,6 +47,19 @@ class Run {
     take([&] { return world_->add_emitter(e); });
     return good();
   }
+  bool heat_region(const HeatRegionDesc& h) {
+    take([&] { return world_->add_heat_region(h); });
+    return good();
+  }
+  /// Of forces() from now on.
+  bool watch(BodyId body) {
+    if (good())
+      if (Status s = world_->watch_forces(body); !s) report_.error = s.error().message;
+    return good();
+  }
+  std::vector<BodyForces> forces() {
+    return take([&] { return world_->take_forces(); });
+  }
   std::uint64_t fluid(const Shape& shape, MaterialId material, Vec3d velocity = {},
                       const std::vector<MassFraction>& fractions = {}) {
     FluidDesc f;

@@ -102,7 +102,7 @@ MELTSIM_HD LiquidPair<T> as_liquid(const CouplingPair<T>& p) {
 /// Force on the liquid particle [N]; the solid particle receives exactly the negative.
 template <class T>
 MELTSIM_HD Vec3<T> coupling_force(const SphKernel<T>& k, const CouplingPair<T>& p, T r2) {
-  return liquid_force(k, T(0), T(0), as_liquid(p), r2);
+  return add_liquid_force(Vec3<T>{}, pair_factors(k, as_liquid(p), T(0), r2), p.x_ik, p.v_ik);
 }
 
 /// Distance in spacings below which liquid could slip between lattice sites (the middle of four sites is at

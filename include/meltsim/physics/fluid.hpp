@@ -125,14 +125,19 @@ template <class T>
 struct PairFactors {
   T along, drag;  ///< [N/m]; [N s/m]
 };
-/// What multiplies x_ij and v_ij in the force on i, pressure and viscosity together.
+/// What multiplies x_ij and v_ij in the force on i, pressure and viscosity together, with an artificial pressure [Pa].
+template <class T>
+MELTSIM_HD PairFactors<T> pair_factors(const SphKernel<T>& k, const LiquidPair<T>& p, T artificial, T r2) {
+  const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
+  return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, artificial, f),
+          -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
+}
+/// The same with the artificial viscosity of two particles of liquid.
 template <class T>
 MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
                                          const LiquidPair<T>& p, T r2) {
-  const T r = std::sqrt(r2), f = kernel_gradient_factor(k, r);
   const T pi = artificial_pressure(k, alpha, sound_speed, p.density, r2, dot(p.v_ij, p.x_ij));
-  return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, pi, f),
-          -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
+  return pair_factors(k, p, pi, r2);
 }
 /// force plus the force of a pair [N], in six fused instructions.
 template <class T>
