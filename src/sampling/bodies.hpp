@@ -171,6 +171,25 @@ struct GaugeLevelBody {
   }
 };
 
+/// The same, sums included, by one thread per gauge: from the top down, as no value below the level counts.
+template <class T, bool Tree, std::uint32_t Parts>
+struct LookDownBody {
+  Frame<T> w;
+  using Sum = physics::FillSums<T>;
+  MELTSIM_HD void operator()(std::uint64_t i) const {
+    const core::ProbeLine line = w.probes.lines[i];
+    if (!is_due(w, line.probe)) return;
+    bool liquid = false;
+    for (std::uint32_t at = line.first + line.heights; at-- > line.first && !liquid;) {
+      Sum sum = height_part<Tree>(w, at, 0u, Parts);
+      for (std::uint32_t k = 1; k < Parts; ++k) sum.add(height_part<Tree>(w, at, k, Parts));
+      finish_height(w, at, sum);
+      liquid = w.probes.profile[at] > T(0);
+    }
+    GaugeLevelBody<T>{w}(i);
+  }
+};
+
 /// Cell of a particle as it is between sub-steps; one call per id, so that a stable sort leaves ids ascending in a cell.
 template <class T>
 struct KeyBody {

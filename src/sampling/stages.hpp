@@ -11,14 +11,21 @@ namespace meltsim {
 inline namespace v0 {
 namespace sampling {
 
-/// Probes that are due in this sub-step, from its own neighbour structure.
+/// Probes that are due in this sub-step, from its own neighbour structure. A CPU looks for levels from the top down; a GPU
+/// sums at all heights at once, which takes no longer than at one.
 template <class E, class T>
 void probes(E& ex, const core::Frame<T>& w) {
   spatial::with_tree(w, [&](auto tree) {
-    ex.gather_listed(std::uint64_t{w.probes.point_count} + w.probes.height_count, w.probes.listed,
-                     AroundBody<T, tree(), sample_parts<E>>{w});
+    constexpr std::uint32_t parts = sample_parts<E>;
+    if constexpr (E::backend == Backend::cpu) {
+      ex.gather_listed(w.probes.point_count, w.probes.listed, PointBody<T, tree(), parts>{w});
+      ex.for_each(w.probes.line_count, LookDownBody<T, tree(), parts>{w});
+    } else {
+      ex.gather_listed(std::uint64_t{w.probes.point_count} + w.probes.height_count, w.probes.listed,
+                       AroundBody<T, tree(), parts>{w});
+      ex.for_each(w.probes.line_count, GaugeLevelBody<T>{w});
+    }
   });
-  ex.for_each(w.probes.line_count, GaugeLevelBody<T>{w});
 }
 
 /// One reduction over the particles per force, heat or flux.
