@@ -4,6 +4,7 @@
 #include "sampling/bodies.hpp"
 #include "sampling/event_bodies.hpp"
 #include "sampling/force_bodies.hpp"
+#include "sampling/lane_bodies.hpp"
 #include "sampling/load_bodies.hpp"
 #include "sampling/ray_bodies.hpp"
 
@@ -18,7 +19,8 @@ void probes(E& ex, const core::Frame<T>& w) {
   spatial::with_tree(w, [&](auto tree) {
     constexpr std::uint32_t parts = sample_parts<E>;
     if constexpr (E::backend == Backend::cpu) {
-      ex.gather_listed(w.probes.point_count, w.probes.listed, PointBody<T, tree(), parts>{w});
+      if constexpr (core::runs_lanes<E> && !tree()) ex.for_each(w.probes.point_count, PointInLanesBody<T>{w});
+      else ex.gather_listed(w.probes.point_count, w.probes.listed, PointBody<T, tree(), parts>{w});
       ex.for_each(w.probes.line_count, LookDownBody<T, tree(), parts>{w});
     } else {
       ex.gather_listed(std::uint64_t{w.probes.point_count} + w.probes.height_count, w.probes.listed,
