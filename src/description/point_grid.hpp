@@ -25,11 +25,14 @@ class PointGrid {
   std::size_t size() const { return size_; }
   void add(Vec3d p, std::uint32_t value) {
     cells_[key(cell(p.x), cell(p.y), cell(p.z))].push_back({p, value});
+    low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y), std::min(low_.z, p.z)};
+    high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y), std::max(high_.z, p.z)};
     ++size_;
   }
   /// Calls visit(value) for every point nearer to p than the distance, until it returns true. Whether it did.
   template <class Visit>
   bool near(Vec3d p, const Visit& visit) const {
+    if (outside(p)) return false;
     const double d = distance_;
     for (std::int64_t z = cell(p.z - d); z <= cell(p.z + d); ++z)
       for (std::int64_t y = cell(p.y - d); y <= cell(p.y + d); ++y)
@@ -49,6 +52,12 @@ class PointGrid {
     Vec3d point;
     std::uint32_t value;
   };
+  /// Whether p is farther than the distance from the box of all points, where most points are that are asked for.
+  bool outside(Vec3d p) const {
+    const double d = 2 * distance_;  // rounding cannot bring it back
+    return !(p.x > low_.x - d && p.y > low_.y - d && p.z > low_.z - d && p.x < high_.x + d &&
+             p.y < high_.y + d && p.z < high_.z + d);
+  }
   /// Points beyond 2^62 cells share the outermost one.
   std::int64_t cell(double x) const {
     constexpr double most = 4611686018427387904.0;
@@ -59,6 +68,7 @@ class PointGrid {
            (static_cast<std::uint64_t>(z) * 83492791u);  // collisions only cost a few distance tests
   }
   double distance_, inv_;
+  Vec3d low_{infinity, infinity, infinity}, high_{-infinity, -infinity, -infinity};
   std::size_t size_ = 0;
   std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
 };
