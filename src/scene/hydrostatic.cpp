@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,15 @@ struct Run {
   bool stands = false;             ///< on a wall or a body
   bool open = false;               ///< its top is a free surface
   double level = -infinity;        ///< of the free surface that its pressure goes by [m]
+};
+
+/// What a run's volume fractions follow from, and these.
+struct Pressed {
+  double on_top = 0;
+  std::vector<double> weights, stiffness, phi;
+  bool alike(const Pressed& o) const {
+    return on_top == o.on_top && weights == o.weights && stiffness == o.stiffness;
+  }
 };
 
 /// Layers near a free surface, which sums and not depth alone put in their places.
@@ -194,6 +204,7 @@ class Columns {
     const double inverse = 1 / desc_.spacing;
     const int first = axis_ == 0 ? 1 : 0, second = axis_ == 2 ? 1 : 2;
     Vec3d middle;  // of a column, so that rounding cannot tear it apart
+    places_.reserve(state_.position.size());
     for (std::size_t i = 0; i < state_.position.size(); ++i) {
       if (is_removed(state_.tag[i])) continue;
       const Vec3d& x = state_.position[i];
@@ -207,7 +218,37 @@ class Columns {
                          height(x),
                          static_cast<std::uint32_t>(i)});
     }
-    std::sort(places_.begin(), places_.end());
+    if (!sort_by_counting()) std::sort(places_.begin(), places_.end());
+  }
+  /// The same order, by counting the places of each column: particles mostly come from a lattice, in which those of a column are
+  /// in order already. False: there would be many more columns than places.
+  bool sort_by_counting() {
+    if (places_.empty()) return true;
+    std::int64_t low[2], size[2];
+    for (int k = 0; k < 2; ++k) {
+      const auto [least, most] =
+          std::minmax_element(places_.begin(), places_.end(),
+                              [k](const Place& a, const Place& b) { return a.column[k] < b.column[k]; });
+      low[k] = least->column[k];
+      size[k] = most->column[k] - low[k] + 1;
+    }
+    if (double(size[0]) * double(size[1]) > 2.0 * double(places_.size())) return false;
+    const auto number = [&](const Place& p) {
+      return static_cast<std::size_t>((p.column[0] - low[0]) * size[1] + p.column[1] - low[1]);
+    };
+    std::vector<std::size_t> ends(static_cast<std::size_t>(size[0] * size[1]), 0);
+    for (const Place& p : places_) ++ends[number(p)];
+    std::partial_sum(ends.begin(), ends.end(), ends.begin());
+    std::vector<Place> sorted(places_.size());
+    for (std::size_t i = places_.size(); i-- > 0;) sorted[--ends[number(places_[i])]] = places_[i];
+    places_.swap(sorted);
+    for (std::size_t k = 0; k < ends.size(); ++k) {  // now where columns begin
+      const auto first = places_.begin() + static_cast<std::ptrdiff_t>(ends[k]);
+      const auto end =
+          k + 1 < ends.size() ? places_.begin() + static_cast<std::ptrdiff_t>(ends[k + 1]) : places_.end();
+      if (!std::is_sorted(first, end)) std::sort(first, end);
+    }
+    return true;
   }
   bool same_column(std::size_t a, std::size_t b) const {
     return places_[a].column[0] == places_[b].column[0] && places_[a].column[1] == places_[b].column[1];
@@ -302,7 +343,12 @@ class Columns {
       weights.push_back(weight(i));
       stiffness.push_back(physics::tait_stiffness(mass(i) / volume(i), sound_speed_));
     }
-    const std::vector<double> phi = physics::hydrostatic_fractions(on_top(r, weight), weights, stiffness);
+    Pressed pressed{on_top(r, weight), std::move(weights), std::move(stiffness), {}};
+    if (!pressed.alike(last_)) {
+      pressed.phi = physics::hydrostatic_fractions(pressed.on_top, pressed.weights, pressed.stiffness);
+      last_ = std::move(pressed);
+    }
+    const std::vector<double>& phi = last_.phi;
     for (const double fraction : phi)
       if (!(fraction <= most_fraction && fraction >= 1 / most_fraction)) return;
     const std::vector<double> heights = physics::stacked(phi, bottom(r), dx), risen = rise(r);
@@ -338,6 +384,7 @@ class Columns {
   std::vector<Place> places_;
   std::vector<Run> runs_;
   SurfaceLayers surface_;
+  Pressed last_;  ///< of the run pressed last: most are like the one before
 };
 
 }  // namespace
@@ -367,6 +414,7 @@ void WorldImpl::press_liquid() {
   for (const ForceFieldRecord& r : force_fields_)
     if (r.used && r.desc.liquid && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
   Columns columns(state_, desc, origin_, sound_speed_, std::move(fields));
+  laid_out_.reserve(state_.position.size());
   columns.press([&](std::uint32_t id, double at) {
     laid_out_.push_back({id, state_.position[id]});
     round_to_precision(at);

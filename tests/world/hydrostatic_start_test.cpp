@@ -121,6 +121,39 @@ TEST(HydrostaticStart, BelowABodyTheLevelBesideItHolds) {
   EXPECT_NEAR(pressure(w, {1.2, 0.25, 0.4}), water * g * 1.35, water * g * dx / 2);
 }
 
+// Columns are found by counting where they are many, else by comparing; what lies in one may come in any order.
+TEST(HydrostaticStart, ColumnsAreTheSameInWhateverOrderTheirLiquidCame) {
+  MELTSIM_NEEDS_BACKEND();
+  const auto heights = [](bool upper_first) {
+    World w = std::move(*World::create(box(true)));
+    const MaterialId m = liquid(w, "water", water);
+    for (const bool upper : {upper_first, !upper_first})
+      fill(w, m, {0, upper ? 0.8 : 0.0, 0}, {0.8, upper ? 1.6 : 0.8, 0.8});
+    std::vector<double> y;
+    for (const Vec3d& x : places(w)) y.push_back(x.y);
+    std::sort(y.begin(), y.end());
+    return y;
+  };
+  const std::vector<double> y = heights(false);
+  EXPECT_LT(y.front(), 0.05) << "compressed";
+  EXPECT_EQ(y, heights(true));
+}
+
+TEST(HydrostaticStart, ColumnsFarApartAreLikeOthers) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = box(true);
+  d.domain.max = {40, 2.4, 40};
+  World w = std::move(*World::create(d));
+  const MaterialId m = liquid(w, "water", water);
+  fill(w, m, {0, 0, 0}, {0.2, 1.6, 0.2});
+  fill(w, m, {39.8, 0, 39.8}, {40, 1.6, 40});
+  std::vector<double> near, far;
+  for (const Vec3d& x : places(w)) (x.x < 1 ? near : far).push_back(x.y);
+  ASSERT_EQ(near.size(), 2u * 16 * 2);
+  EXPECT_LT(*std::max_element(near.begin(), near.end()), 1.55 - 1e-4) << "compressed, all that is below";
+  EXPECT_EQ(near, far);
+}
+
 // Layers above a body are as those above liquid, however few they are: what the steps and corners of bodies leave out of balance is no
 // faster than what has fallen by a fifth of a spacing. 0.02 s are six times that in which sound crosses the tank.
 TEST(HydrostaticStart, LiquidOverBodiesIsAtRestAtEveryDepth) {
