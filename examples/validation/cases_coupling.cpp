@@ -500,7 +500,7 @@ void stream(const Settings& s, Report& r) {
                              std::to_string(static_cast<int>(row.prandtl));
     r.relative("Nusselt number" + name, heat / (pi * width * water.conductivity),
                1 + std::cbrt(1 + row.reynolds * row.prandtl) * std::pow(row.reynolds, 0.077), 25,
-               "a layer of heat is one to two spacings thick");
+               "the layer of heat is half a spacing to two spacings thick");
     if (row.prandtl > 1) continue;
     r.relative("drag coefficient" + name, force / (500 * speed * speed * pi * width * width / 4),
                SphereMotion::drag_coefficient(row.reynolds), 25,

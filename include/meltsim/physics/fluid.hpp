@@ -144,11 +144,6 @@ template <class T>
 MELTSIM_HD Vec3<T> add_liquid_force(Vec3<T> force, const PairFactors<T>& f, Vec3<T> x_ij, Vec3<T> v_ij) {
   return (force + x_ij * f.along) + v_ij * f.drag;
 }
-/// Pressure and viscous force on i from j [N].
-template <class T>
-MELTSIM_HD Vec3<T> liquid_force(const SphKernel<T>& k, T alpha, T sound_speed, const LiquidPair<T>& p, T r2) {
-  return add_liquid_force(Vec3<T>{}, liquid_factors(k, alpha, sound_speed, p, r2), p.x_ij, p.v_ij);
-}
 
 }  // namespace physics
 }  // namespace v0
