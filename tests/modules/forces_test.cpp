@@ -168,10 +168,9 @@ struct Oracle {
              r;
     }
     const double approach = std::min(0.0, dot(u, d)) / (r * r + 0.0025 * H * H);
-    return d * leak +
-           d * (volume[i] * vj * f(r) *
-                (terms(i, j) - rho * c.artificial_viscosity * c.sound_speed * 0.5 * H * approach)) -
-           u * (mu * volume[i] * vj * L(r));
+    double held = -rho * c.artificial_viscosity * c.sound_speed * 0.5 * H * approach;
+    if (a.density == b.density) held = std::min(held, std::abs(terms(i, j)));
+    return d * leak + d * (volume[i] * vj * f(r) * (terms(i, j) + held)) - u * (mu * volume[i] * vj * L(r));
   }
 };
 

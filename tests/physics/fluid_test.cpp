@@ -201,6 +201,25 @@ TEST(ArtificialViscosity, MonaghansOnApproachOnly) {
   EXPECT_GT(approaching, 4000);
 }
 
+// Nothing acts on an approaching pair that nothing presses; pressed a little, it is held by as much; liquids of different density
+// are held by all of it.
+TEST(ArtificialViscosity, IsAtMostThePressureOfAPairOfOneDensity) {
+  EXPECT_EQ(bounded_artificial_pressure(5.0, 3.0, true), 3.0);
+  EXPECT_EQ(bounded_artificial_pressure(5.0, -3.0, true), 3.0);  // it pulls
+  EXPECT_EQ(bounded_artificial_pressure(2.0, 3.0, true), 2.0);
+  EXPECT_EQ(bounded_artificial_pressure(5.0, 3.0, false), 5.0);
+  const auto k = make_kernel<double>(0.5, 0.2);
+  const Vec3<double> x{0.2, 0, 0}, v{-1, 0, 0};
+  const auto along = [&](double term, bool alike) {
+    return liquid_factors(k, 0.05, sound, LiquidPair<double>{0.008, 0.008, term, term, 0, density, x, v},
+                          0.04, alike)
+        .along;
+  };
+  EXPECT_EQ(along(0, true), 0.0);
+  EXPECT_GT(along(0, false), 0.0);
+  EXPECT_DOUBLE_EQ(along(1, true), pressure_factor(0.008, 0.008, 2.0, 2.0, kernel_gradient_factor(k, 0.2)));
+}
+
 /// Shear stress over rho and shear rate [m^2/s] of a lattice of spacing 1 that moves with v = u (w.x), u and w of length 1.
 double viscosity_in_shear(double support, Vec3<double> u, Vec3<double> w) {
   const auto k = make_kernel<double>(support, 1);

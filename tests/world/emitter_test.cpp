@@ -112,12 +112,14 @@ TEST(Emitter, StopsWhileAClosedDomainIsFull) {
 /// A nozzle at the origin, its axis `degrees` from downwards, in a domain without bounds. dx 0.02 m.
 struct Jet {
   double radius = 0.06, speed = 2, degrees = 90, viscosity = 0.001, artificial = 0.05;
+  double sound = 0;  ///< derived
 };
 World jet_world(const Jet& j, double until) {
   WorldDesc d = describe();
   d.spacing = 0.02;
   d.artificial_viscosity = j.artificial;
-  d.max_substeps = 1000;
+  d.sound_speed = j.sound;
+  d.max_substeps = 10000;
   auto w = World::create(d);
   EXPECT_TRUE(w) << w.error().message;
   MaterialDesc water;
@@ -223,26 +225,32 @@ TEST(Emitter, FluxIsDensityTimesAreaTimesSpeed) {
   }
 }
 
+// The sound speed of a domain 4.3 m deep, at which the artificial viscosity of the default is that of a thick syrup. If it
+// acts on what nothing presses, the jet is 6, 12 and 24 % too wide.
 TEST(Emitter, AFallingJetNarrows) {
   MELTSIM_NEEDS_BACKEND();
   Jet j;
   j.degrees = 0;
   j.radius = 0.08;
+  j.sound = 90;
   World w = jet_world(j, 1);
   const double g = 9.81, t = 0.3;
   require(w.step(t));
+  ASSERT_FALSE(w.synchronize().halted);
   const ParticleData p = *w.particles();
-  // Where it is 1.5 times as fast as at the nozzle: A v = const. A layer's distance either way.
-  const double v = 1.5 * j.speed, y = -(v * v - j.speed * j.speed) / (2 * g);
-  double r2 = 0, n = 0;
-  for (const Vec3d& x : p.position)
-    if (std::fabs(x.y - y) < 0.03) {
-      r2 += x.x * x.x + x.z * x.z;
-      n += 1;
-    }
-  ASSERT_GT(n, 0);
-  // Of a disc the mean of r^2 is R^2/2. A tenth of a spacing is 3 % of this radius, the layers' distance 3 % of the way.
-  EXPECT_NEAR(std::sqrt(2 * r2 / n) / j.radius, std::sqrt(j.speed / v), 0.08 * std::sqrt(j.speed / v));
+  for (const double stretch : {1.3, 1.5, 1.9}) {
+    // Where it is so many times as fast as at the nozzle: A v = const. A layer's distance either way.
+    const double v = stretch * j.speed, y = -(v * v - j.speed * j.speed) / (2 * g);
+    double r2 = 0, n = 0;
+    for (const Vec3d& x : p.position)
+      if (std::fabs(x.y - y) < 0.03) {
+        r2 += x.x * x.x + x.z * x.z;
+        n += 1;
+      }
+    ASSERT_GT(n, 0);
+    // Of a disc the mean of r^2 is R^2/2. A tenth of a spacing is 3 % of this radius, the layers' distance 3 % of the way.
+    EXPECT_NEAR(std::sqrt(2 * r2 / n) / j.radius * std::sqrt(stretch), 1, 0.05) << stretch;
+  }
 }
 
 TEST(Emitter, ANozzleUnderWaterDrivesNothingFasterThanItself) {

@@ -127,14 +127,15 @@ TEST(Sound, FallsInCalmLiquidAndIsThereAgainWhenTheJetComes) {
 }
 
 // Pressure over the Tait equation's at the same density is the stiffness that a sub-step was taken with. Before the jet comes c
-// rises in every sub-step, by 1e-3 of itself; both numbers are double, and phi - 1 of 2e-4 leaves 11 digits.
+// rises in every sub-step, by 1e-3 of itself; both numbers are double, and phi - 1 of 2e-4 leaves 11 digits. The pool heaves a little,
+// so that at moments hardly any of its 1,280 particles is pressed.
 TEST(Sound, EverySubStepIsTakenWithTheSoundSpeedThatTheLedgerSays) {
   MELTSIM_NEEDS_BACKEND();
   World w = pool({});
   const double full = w.resolved().sound_speed;
   after(w, 0.8);
   double before = w.ledger()->sound_speed;
-  int rises = 0;
+  int rises = 0, pressed = 0, looked = 0;
   for (int k = 0; k < 1000 && before < 0.9 * full; ++k) {
     const std::uint64_t steps = w.synchronize().steps;
     require(w.step(4e-4));
@@ -149,11 +150,13 @@ TEST(Sound, EverySubStepIsTakenWithTheSoundSpeedThatTheLedgerSays) {
       const double stiffness = now.pressure[i] / physics::tait_pressure(1.0, phi);
       ASSERT_NEAR(stiffness / physics::tait_stiffness(1000.0, l.sound_speed), 1, 1e-9) << "sub-step " << k;
     }
-    ASSERT_GT(compressed, 10);
+    ++looked;
+    pressed += compressed > 500 ? 1 : 0;
     rises += l.sound_speed > before ? 1 : 0;
     before = l.sound_speed;
   }
   EXPECT_GE(before, 0.9 * full);
+  EXPECT_GT(pressed, looked / 2);
   EXPECT_GT(rises, 100);
 }
 

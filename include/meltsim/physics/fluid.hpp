@@ -105,6 +105,15 @@ MELTSIM_HD T artificial_pressure(const SphKernel<T>& k, T alpha, T sound_speed, 
   return -density * rate * (minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2)));
 }
 
+/// The part of an artificial pressure that a pair gets [Pa]; terms = P_i/phi_i^2 + P_j/phi_j^2. Between liquids of one rest density
+/// (`alike`) it is at most the size of the pair's pressure: liquid that nothing presses carries no sound to damp, and is free to move inward,
+/// as in a jet that gravity draws out. Between others it is all of it: a heavy liquid is too fast for what a light one can press.
+/// Deviation from Monaghan, who has no such bound.
+template <class T>
+MELTSIM_HD T bounded_artificial_pressure(T artificial, T terms, bool alike) {
+  return alike ? minimum(artificial, std::abs(terms)) : artificial;
+}
+
 /// Density of a pair on which artificial viscosity does not act [kg/m^3].
 template <class T>
 MELTSIM_HD constexpr T undamped() {
@@ -132,12 +141,12 @@ MELTSIM_HD PairFactors<T> pair_factors(const SphKernel<T>& k, const LiquidPair<T
   return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, artificial, f),
           -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
 }
-/// The same with the artificial viscosity of two particles of liquid.
+/// The same with the artificial viscosity of two particles of liquid, `alike` if their rest densities are the same.
 template <class T>
 MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
-                                         const LiquidPair<T>& p, T r2) {
+                                         const LiquidPair<T>& p, T r2, bool alike) {
   const T pi = artificial_pressure(k, alpha, sound_speed, p.density, r2, dot(p.v_ij, p.x_ij));
-  return pair_factors(k, p, pi, r2);
+  return pair_factors(k, p, bounded_artificial_pressure(pi, p.term_i + p.term_j, alike), r2);
 }
 /// force plus the force of a pair [N], in six fused instructions.
 template <class T>
