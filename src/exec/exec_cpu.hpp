@@ -65,6 +65,7 @@
 
 #include "exec/gather.hpp"
 #include "exec/lane_positions.hpp"
+#include "exec/pages.hpp"
 #include "exec/repeat_key.hpp"
 #include "exec/shares.hpp"
 #include "exec/threads.hpp"
@@ -376,7 +377,9 @@ class CpuExec {
   static constexpr Backend backend = Backend::cpu;
   /// 64-byte aligned, or null.
   void* allocate(std::uint64_t bytes) const {
-    return std::aligned_alloc(64, static_cast<std::size_t>((bytes + 63) / 64 * 64));
+    void* const p = std::aligned_alloc(64, static_cast<std::size_t>((bytes + 63) / 64 * 64));
+    prefer_large_pages(p, bytes);
+    return p;
   }
   void release(void* p) const { std::free(p); }
   void upload(void* to, const void* from, std::uint64_t bytes) const {
@@ -385,7 +388,14 @@ class CpuExec {
   void download(void* to, const void* from, std::uint64_t bytes) const {
     if (bytes != 0) std::memcpy(to, from, static_cast<std::size_t>(bytes));
   }
-  void zero(void* p, std::uint64_t bytes) const { std::memset(p, 0, static_cast<std::size_t>(bytes)); }
+  /// Shared among threads, since the system clears each page that is new before.
+  void zero(void* p, std::uint64_t bytes) const {
+    constexpr std::uint64_t piece = std::uint64_t{1} << 21;
+    const auto clear = [p](std::uint64_t begin, std::uint64_t end) {
+      std::memset(static_cast<char*>(p) + begin, 0, static_cast<std::size_t>(end - begin));
+    };
+    each_part(bytes, piece, clear, piece);
+  }
   void synchronize() const {}
   /// Whether the host may read what allocate() gave.
   static constexpr bool in_host_memory = true;
