@@ -12,7 +12,6 @@
 #include "engine/engine.hpp"
 #include "engine/held.hpp"
 #include "engine/rounded.hpp"
-#include "exec/pages.hpp"
 #include "frame/frame.hpp"
 
 namespace meltsim {
@@ -48,9 +47,7 @@ struct ParticleArrays {
 #define MELTSIM_MOVED(name, type) std::vector<type> name;
 #include "meltsim/fields.def"
   ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species) {
-#define MELTSIM_MOVED(name, type) \
-  reserve_large(name, capacity);  \
-  name.resize(capacity);
+#define MELTSIM_MOVED(name, type) name.resize(capacity);
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
   MELTSIM_BY_SLOT_##owner(fill_slots<Part_##part>(channel, s.array, host(first));)
 #include "meltsim/fields.def"

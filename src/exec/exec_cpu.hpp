@@ -65,7 +65,6 @@
 
 #include "exec/gather.hpp"
 #include "exec/lane_positions.hpp"
-#include "exec/pages.hpp"
 #include "exec/repeat_key.hpp"
 #include "exec/shares.hpp"
 #include "exec/threads.hpp"
@@ -377,9 +376,7 @@ class CpuExec {
   static constexpr Backend backend = Backend::cpu;
   /// 64-byte aligned, or null.
   void* allocate(std::uint64_t bytes) const {
-    void* const p = std::aligned_alloc(64, static_cast<std::size_t>((bytes + 63) / 64 * 64));
-    prefer_large_pages(p, bytes);
-    return p;
+    return std::aligned_alloc(64, static_cast<std::size_t>((bytes + 63) / 64 * 64));
   }
   void release(void* p) const { std::free(p); }
   void upload(void* to, const void* from, std::uint64_t bytes) const {

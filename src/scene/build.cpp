@@ -9,7 +9,6 @@
 #include "description/validate.hpp"
 #include "engine/held.hpp"
 #include "engine/text.hpp"
-#include "exec/pages.hpp"
 #include "exec/threads.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
@@ -291,7 +290,7 @@ void WorldImpl::put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points,
   };
   points.erase(std::remove_if(points.begin(), points.end(), beyond), points.end());
   positions.clear();
-  core::reserve_large(positions, points.size());
+  positions.reserve(points.size());
   for (const Vec3i& p : points) positions.push_back(at(p));
 }
 
@@ -406,7 +405,7 @@ namespace {
 /// add.
 template <class V>
 void make_room(std::vector<V>& v, std::size_t more) {
-  if (v.capacity() - v.size() < more) core::reserve_large(v, std::max(v.size() + more, 2 * v.size()));
+  if (v.capacity() - v.size() < more) v.reserve(std::max(v.size() + more, 2 * v.size()));
 }
 }  // namespace
 

@@ -10,7 +10,6 @@
 
 #include "description/point_grid.hpp"
 #include "description/validate.hpp"
-#include "exec/pages.hpp"
 #include "meltsim/physics/force_field.hpp"
 #include "meltsim/physics/hydrostatic.hpp"
 #include "world/world_impl.hpp"
@@ -205,7 +204,7 @@ class Columns {
     const double inverse = 1 / desc_.spacing;
     const int first = axis_ == 0 ? 1 : 0, second = axis_ == 2 ? 1 : 2;
     Vec3d middle;  // of a column, so that rounding cannot tear it apart
-    core::reserve_large(places_, state_.position.size());
+    places_.reserve(state_.position.size());
     for (std::size_t i = 0; i < state_.position.size(); ++i) {
       if (is_removed(state_.tag[i])) continue;
       const Vec3d& x = state_.position[i];
@@ -240,9 +239,7 @@ class Columns {
     std::vector<std::size_t> ends(static_cast<std::size_t>(size[0] * size[1]), 0);
     for (const Place& p : places_) ++ends[number(p)];
     std::partial_sum(ends.begin(), ends.end(), ends.begin());
-    std::vector<Place> sorted;
-    core::reserve_large(sorted, places_.size());
-    sorted.resize(places_.size());
+    std::vector<Place> sorted(places_.size());
     for (std::size_t i = places_.size(); i-- > 0;) sorted[--ends[number(places_[i])]] = places_[i];
     places_.swap(sorted);
     for (std::size_t k = 0; k < ends.size(); ++k) {  // now where columns begin
@@ -417,7 +414,7 @@ void WorldImpl::press_liquid() {
   for (const ForceFieldRecord& r : force_fields_)
     if (r.used && r.desc.liquid && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
   Columns columns(state_, desc, origin_, sound_speed_, std::move(fields));
-  core::reserve_large(laid_out_, state_.position.size());
+  laid_out_.reserve(state_.position.size());
   columns.press([&](std::uint32_t id, double at) {
     laid_out_.push_back({id, state_.position[id]});
     round_to_precision(at);
