@@ -80,7 +80,7 @@ void tank(const Settings& s, Report& r) {
   Run run(d, r);
   const MaterialId water = run.material("water", 1000, 1e-3);
   run.fluid(Shape::box({0, 0, 0}, {1, 0.5, 1}), water);
-  if (!run.to(3, 0.02)) return;
+  if (!run.to(6, 0.02)) return;  // its lattice dissolves after 2 to 4 s
   for (const SurfaceKernel kernel : {SurfaceKernel::isotropic, SurfaceKernel::anisotropic}) {
     SurfaceDesc desc;
     desc.kernel = kernel;
@@ -107,7 +107,7 @@ void tank(const Settings& s, Report& r) {
 std::vector<Case> surface_cases() {
   return {
       {"surface.sphere", "spheres of liquid on a lattice", "4/3 pi R^3, 4 pi R^2", false, sphere},
-      {"surface.tank", "ten layers of water after 3 s", "the box they fill", false, tank},
+      {"surface.tank", "ten layers of water after 6 s", "the box they fill", false, tank},
   };
 }
 
