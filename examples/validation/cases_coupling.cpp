@@ -427,9 +427,9 @@ void rising(const Settings& s, Report& r) {
       if (r.error.empty()) fall(s, r, ratio, reynolds, unused);
     }
   r.note =
-      "What a body displaces is some 3 % too much, as liquid keeps a little off it: of the weight in liquid "
-      "of "
-      "a sphere of 1.2 times the liquid's density that is a seventh.";
+      "At 1.2 times the liquid's density gravity, and the level of pressure with it, is five times that of "
+      "coupling.settling; what resists there is not known. It is not lift: a fixed sphere of this size has "
+      "1.002 to 1.009 of the weight of its liquid.";
 }
 
 // The same spheres in a periodic box 8 diameters wide, pushed by a force field that another one on the liquid balances: no weight, so

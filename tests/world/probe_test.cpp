@@ -317,7 +317,7 @@ TEST(Probe, LevelOfAPoolIsItsDepth) {
 }
 
 // Two seconds later: what a pool of 8 layers settles by is 1 % of its depth, 0.1 dx (docs/limits.md).
-// The depth is twice the height of the centre of mass: the pool settles by 0.15 spacings as its layers dissolve.
+// The depth is twice the height of the centre of mass: the pool settles by 0.08 spacings as its layers dissolve.
 TEST(Probe, LevelOfASettledPoolIsItsDepthToATenthOfASpacing) {
   MELTSIM_NEEDS_BACKEND();
   World w = make_pool(0.6);
