@@ -353,10 +353,9 @@ void heave(const Settings& s, Report& r) {
 /// Diameter of a sphere with the volume of this many cells.
 double diameter_of(int count) { return std::cbrt(6 * count * cell / pi); }
 
-/// Diameter, way until it is timed, and until it has been [m]; speed to which gravity is set [m/s].
+/// Of spheres: diameter, and the ways after which timing begins and ends [m]; the speed that they come to, and that of streams [m/s].
 constexpr int across = 8;
-constexpr double diameter = across * dx, way_from = 1.5 * diameter, way_to = 4.5 * diameter,
-                 final_speed = 0.05;
+constexpr double diameter = across * dx, way_from = 1.5 * diameter, way_to = 4.5 * diameter, speed = 0.05;
 
 // A sphere sinks or rises from rest through 8 diameters of liquid, in an array 6 diameters wide, under the gravity at which Schiller &
 // Naumann give its final speed; it is timed on its way from 1.5 to 4.5 diameters. On that way it still gains speed.
@@ -364,37 +363,37 @@ void fall(const Settings& s, Report& r, double ratio, double reynolds, Plot& plo
   constexpr int wide = 6 * across;
   const bool rises = ratio < 1;
   const double start = (rises ? 1.5 : 6.5) * diameter, up = rises ? 1 : -1,
-               mu = 1000 * final_speed * diameter / reynolds,
-               drive = 0.75 * SphereMotion::drag_coefficient(reynolds) * final_speed * final_speed / diameter,
+               mu = 1000 * speed * diameter / reynolds,
+               drive = 0.75 * SphereMotion::drag_coefficient(reynolds) * speed * speed / diameter,
                gravity = drive / std::fabs(ratio - 1);
   WorldDesc d = box(s, dx, {wide, 9 * across, wide}, Face::periodic, Face::wall, Face::periodic);
   d.gravity = {0, -gravity, 0};
   d.artificial_viscosity = 0;  // it would be larger than that of the liquid
   d.isotropic_pressure = true;
-  d.sound_speed = std::max(10 * std::sqrt(2 * gravity * 8 * diameter), 50 * final_speed);
+  d.sound_speed = std::max(10 * std::sqrt(2 * gravity * 8 * diameter), 50 * speed);
   Run run(d, r);
   const double middle = 0.5 * wide * dx;
   run.solid("sphere", Shape::sphere({middle, start, middle}, 0.5 * diameter),
             run.material("solid", 1000 * ratio, 0));
   run.fluid(Shape::box({0, 0, 0}, {wide * dx, 8 * diameter, wide * dx}), run.material("water", 1000, mu));
   const SphereMotion motion{ratio, diameter_of(solid_of(run.particles()).count), mu / 1000, drive, wide * dx};
-  const SpherePath path = motion_of(motion, 20 * diameter / final_speed);
+  const SpherePath path = motion_of(motion, 20 * diameter / speed);
   const std::string name = "Re " + std::to_string(static_cast<int>(reynolds));
   Curve ours{"meltsim, " + name, {}, {}, false}, right{"equation of motion, " + name, {}, {}, true};
   double from = 0, at = 0, mean = 0;
-  const double latest = 4 * 6 * diameter / final_speed;
+  const double latest = 4 * 6 * diameter / speed;
   for (double t = 1; t < latest && mean == 0; t += 1) {
     if (!run.to(t)) return;
     const Solid sphere = solid_of(run.particles());
     const double way = up * (sphere.centre - start);
     ours.x.push_back(way / diameter);
-    ours.y.push_back(up * sphere.speed / final_speed);
+    ours.y.push_back(up * sphere.speed / speed);
     if (at == 0 && way > way_from) from = way, at = t;
     if (way > way_to) mean = (way - from) / (t - at);
   }
   for (std::size_t k = 0; k < path.time.size() && path.distance[k] < way_to; k += 20) {
     right.x.push_back(path.distance[k] / diameter);
-    right.y.push_back(path.speed[k] / final_speed);
+    right.y.push_back(path.speed[k] / speed);
   }
   std::string of = " at " + name;
   if (ratio != 2) of += ", " + std::to_string(ratio).substr(0, 3) + " times as dense";
@@ -438,7 +437,7 @@ void drift(const Settings& s, Report& r) {
   for (const double reynolds : {1.0, 20.0}) {
     if (!r.error.empty()) return;
     constexpr int cells = 8 * across;
-    constexpr double speed = final_speed, until = 8 * diameter / speed;
+    constexpr double until = 8 * diameter / speed;
     const double mu = 1000 * speed * diameter / reynolds, drag = SphereMotion::drag_coefficient(reynolds);
     WorldDesc d = sphere_array(s, cells, 50 * speed);
     d.gravity = {0, 0, 0};
@@ -472,14 +471,14 @@ struct Stream {
 };
 // Its speed and its temperature, 0 degrees, are renewed in the first diameter of the box.
 void hold(const Settings& s, Report& r, const Stream& of) {
-  constexpr double speed = final_speed, capacity = 1000, passage = diameter / speed;
+  constexpr double capacity = 1000, passage = diameter / speed;
   const int wide = of.wide * across;
   WorldDesc d = box(s, dx, {of.along * across, wide, wide}, Face::periodic, Face::periodic, Face::periodic);
   d.tension = !of.pressed;  // liquid fills the domain
   d.gravity = {0, 0, 0};
   d.sound_speed = 20 * speed;
   if (of.pressed) {
-    // At the sphere 20 times the pressure of the stream, and a surface that is as flat at a Froude number of 0.22.
+    // At the sphere 20 times the pressure of the stream, and a surface that stays flat, at a Froude number of 0.22.
     d.domain.faces[2] = d.domain.faces[3] = Face::wall;
     d.domain.no_slip = false;
     d.domain.max.y += 2 * diameter;
