@@ -214,8 +214,7 @@ struct ForcesBody {
     const Vec3<T> v_ij = xyz(own.v) - other.v;
     const physics::LiquidPair<T> p{own.x.w,         pair.volume,   own.v.w,   other.term,
                                    other.viscosity, other.density, pair.x_ij, v_ij};
-    auto factors = physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2,
-                                           other.density == own.density);
+    auto factors = physics::liquid_factors(w.c.kernel, w.c.artificial_viscosity, w.c.sound_speed, p, pair.r2);
     if constexpr (!std::is_same<Along, spatial::NoImages>::value) factors.along += along;
     sum.force = physics::add_liquid_force(sum.force, factors, pair.x_ij, v_ij);
   }

@@ -157,7 +157,7 @@ struct Oracle {
     if (r >= H) return {};
     const auto &a = rows[material_of(tag[i])], &b = rows[material_of(tag[j])];
     const double vj = volume[j];
-    const double mu =
+    const double viscosity =
         solid(j) ? 2 * a.viscosity : 2 * a.viscosity * b.viscosity / (a.viscosity + b.viscosity);
     const double rho = solid(j) ? 0 : 0.5 * (a.density + b.density);  // of what is damped
     double leak = 0;  // contact from 0.9 dx inwards, per distance
@@ -168,9 +168,11 @@ struct Oracle {
              r;
     }
     const double approach = std::min(0.0, dot(u, d)) / (r * r + 0.0025 * H * H);
-    double held = -rho * c.artificial_viscosity * c.sound_speed * 0.5 * H * approach;
-    if (a.density == b.density) held = std::min(held, std::abs(terms(i, j)));
-    return d * leak + d * (volume[i] * vj * f(r) * (terms(i, j) + held)) - u * (mu * volume[i] * vj * L(r));
+    const double mu = 0.5 * H * approach;  // of Monaghan
+    const double held = std::min(-rho * c.artificial_viscosity * c.sound_speed * mu,
+                                 std::abs(terms(i, j)) + 4 * rho * mu * mu);
+    return d * leak + d * (volume[i] * vj * f(r) * (terms(i, j) + held)) -
+           u * (viscosity * volume[i] * vj * L(r));
   }
 };
 

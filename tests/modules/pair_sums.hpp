@@ -397,8 +397,9 @@ class AllPairs {
     const double rho = to_solid ? 0 : 0.5 * (row(i).density + row(j).density);  // of what is damped
     const Vec3d u = v_[i] - v_[j];
     const double approach = std::min(0.0, dot(u, d)) / (r * r + epsilon2());
-    double held = -rho * c_.artificial_viscosity * c_.sound_speed * 0.5 * H() * approach;
-    if (row(i).density == row(j).density) held = std::min(held, std::abs(terms));
+    const double coming = 0.5 * H() * approach;  // mu of Monaghan
+    const double held = std::min(-rho * c_.artificial_viscosity * c_.sound_speed * coming,
+                                 std::abs(terms) + 4 * rho * coming * coming);
     const Vec3d artificial = d * (V * f(r) * held);
     const Vec3d drag = u * (-mu * V * L(r));
     Vec3d leak{};

@@ -183,7 +183,7 @@ TEST(ArtificialViscosity, MonaghansOnApproachOnly) {
   for (int i = 0; i < 10000; ++i) {
     const Vec3<double> x = random.vector(0.25), v = random.vector(2);
     const double r2 = dot(x, x), f = kernel_gradient_factor(k, std::sqrt(r2)), vx = dot(v, x);
-    const double pi = artificial_pressure(k, alpha, sound, density, r2, vx);
+    const double pi = artificial_pressure(alpha, sound, density, approach_speed(k, r2, vx));
     const Vec3<double> on_i = pressure_force(vi, vj, pi, 0.0, f, x),
                        on_j = pressure_force(vj, vi, pi, 0.0, f, -x);
     ASSERT_TRUE(negatives(on_i, on_j));
@@ -201,23 +201,30 @@ TEST(ArtificialViscosity, MonaghansOnApproachOnly) {
   EXPECT_GT(approaching, 4000);
 }
 
-// Nothing acts on an approaching pair that nothing presses; pressed a little, it is held by as much; liquids of different density
-// are held by all of it.
-TEST(ArtificialViscosity, IsAtMostThePressureOfAPairOfOneDensity) {
-  EXPECT_EQ(bounded_artificial_pressure(5.0, 3.0, true), 3.0);
-  EXPECT_EQ(bounded_artificial_pressure(5.0, -3.0, true), 3.0);  // it pulls
-  EXPECT_EQ(bounded_artificial_pressure(2.0, 3.0, true), 2.0);
-  EXPECT_EQ(bounded_artificial_pressure(5.0, 3.0, false), 5.0);
+// A pair that nothing presses and that hardly approaches is not held; pressed a little, it is held by as much; one that comes fast is
+// held by all of it, pressed or not: mu = 1 m/s is above alpha c/beta = 0.05 30/4.
+TEST(ArtificialViscosity, IsAtMostPressureAndWhatStopsAnImpact) {
+  EXPECT_EQ(bounded_artificial_pressure(5.0, 3.0, density, 0.0), 3.0);
+  EXPECT_EQ(bounded_artificial_pressure(5.0, -3.0, density, 0.0), 3.0);  // it pulls
+  EXPECT_EQ(bounded_artificial_pressure(2.0, 3.0, density, 0.0), 2.0);
+  EXPECT_EQ(bounded_artificial_pressure(5e9, 3.0, density, 0.5), 3.0 + artificial_impact * density * 0.25);
   const auto k = make_kernel<double>(0.5, 0.2);
-  const Vec3<double> x{0.2, 0, 0}, v{-1, 0, 0};
-  const auto along = [&](double term, bool alike) {
-    return liquid_factors(k, 0.05, sound, LiquidPair<double>{0.008, 0.008, term, term, 0, density, x, v},
-                          0.04, alike)
+  const Vec3<double> x{0.2, 0, 0};
+  const auto along = [&](double term, double speed) {
+    return liquid_factors(k, 0.05, sound,
+                          LiquidPair<double>{0.008, 0.008, term, term, 0, density, x, {-speed, 0, 0}}, 0.04)
         .along;
   };
-  EXPECT_EQ(along(0, true), 0.0);
-  EXPECT_GT(along(0, false), 0.0);
-  EXPECT_DOUBLE_EQ(along(1, true), pressure_factor(0.008, 0.008, 2.0, 2.0, kernel_gradient_factor(k, 0.2)));
+  const double f = kernel_gradient_factor(k, 0.2), slow = 1e-3, fast = 1;
+  const auto all = [&](double speed) {
+    return pressure_factor(0.008, 0.008, 0.0,
+                           artificial_pressure(0.05, sound, density, approach_speed(k, 0.04, -0.2 * speed)),
+                           f);
+  };
+  EXPECT_LT(along(0, slow), 0.01 * all(slow));
+  EXPECT_NEAR(along(0.1, slow), pressure_factor(0.008, 0.008, 0.2, 0.2, f),
+              0.05 * std::abs(along(0.1, slow)));
+  EXPECT_DOUBLE_EQ(along(0, fast), all(fast));
 }
 
 /// Shear stress over rho and shear rate [m^2/s] of a lattice of spacing 1 that moves with v = u (w.x), u and w of length 1.
@@ -231,7 +238,8 @@ double viscosity_in_shear(double support, Vec3<double> u, Vec3<double> w) {
         const Vec3<double> x_ij{-1.0 * x, -1.0 * y, -1.0 * z};
         const double r2 = dot(x_ij, x_ij);
         if (r2 == 0 || r2 >= support * support) continue;
-        const double pi = artificial_pressure(k, 0.05, sound, density, r2, dot(u * dot(w, x_ij), x_ij));
+        const double pi =
+            artificial_pressure(0.05, sound, density, approach_speed(k, r2, dot(u * dot(w, x_ij), x_ij)));
         const Vec3<double> force =
             pressure_force(1.0, 1.0, pi, 0.0, kernel_gradient_factor(k, std::sqrt(r2)), x_ij);
         stress += 0.5 * dot(force, u) * dot(x_ij, w);
@@ -258,7 +266,7 @@ TEST(Forces, CoincidentPairsAreFiniteAndZero) {
   const float f = kernel_gradient_factor(k, 0.0f);
   const Vec3<float> zero{}, v{1, 2, 3};
   EXPECT_EQ(length(pressure_force(1.0f, 1.0f, 1e5f, 1e5f, f, zero)), 0.0f);
-  EXPECT_EQ(artificial_pressure(k, 0.05f, 30.0f, 1e3f, 0.0f, 0.0f), 0.0f);
+  EXPECT_EQ(artificial_pressure(0.05f, 30.0f, 1e3f, approach_speed(k, 0.0f, 0.0f)), 0.0f);
   EXPECT_EQ(length(viscous_force(0.2f, 1.0f, 1.0f, kernel_laplacian(k, 0.0f, 0.0f), v)), 0.0f);
 }
 

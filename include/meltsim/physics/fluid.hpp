@@ -96,22 +96,31 @@ MELTSIM_HD T pair_viscosity(T mu_i, T mu_j, bool both_yield = false) {
   return sum > T(0) ? T(2) * mu_i * mu_j / sum : T(0);
 }
 
-/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [Pa]: added to the pressure
-/// terms of an approaching pair to damp acoustic noise; h = H/2, density = mean rest density of the pair.
-///   Pi = -rho alpha c h (v_ij.x_ij)/(r^2 + 0.01 h^2)   where v_ij.x_ij < 0, else 0.
+/// How fast a pair approaches, h abs(v_ij.x_ij)/(r^2 + 0.01 h^2) where v_ij.x_ij < 0, else 0 [m/s]: abs(mu) of Monaghan (1992), ARA&A
+/// 30:543, eq. 4.3; h = H/2.
 template <class T>
-MELTSIM_HD T artificial_pressure(const SphKernel<T>& k, T alpha, T sound_speed, T density, T r2, T v_dot_x) {
-  const T rate = alpha * sound_speed * T(0.5) * k.support;  // the same for all pairs
-  return -density * rate * (minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2)));
+MELTSIM_HD T approach_speed(const SphKernel<T>& k, T r2, T v_dot_x) {
+  return -(minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2))) * (T(0.5) * k.support);
 }
 
-/// The part of an artificial pressure that a pair gets [Pa]; terms = P_i/phi_i^2 + P_j/phi_j^2. Between liquids of one rest density
-/// (`alike`) it is at most the size of the pair's pressure: liquid that nothing presses carries no sound to damp, and is free to move inward,
-/// as in a jet that gravity draws out. Between others it is all of it: a heavy liquid is too fast for what a light one can press.
-/// Deviation from Monaghan, who has no such bound.
+/// Artificial viscosity (Monaghan 1992, eq. 4.2 without its quadratic term) [Pa]: added to the pressure terms of an approaching
+/// pair to damp acoustic noise; density = mean rest density of the pair, approach as above.
+///   Pi = rho alpha c abs(mu)
 template <class T>
-MELTSIM_HD T bounded_artificial_pressure(T artificial, T terms, bool alike) {
-  return alike ? minimum(artificial, std::abs(terms)) : artificial;
+MELTSIM_HD T artificial_pressure(T alpha, T sound_speed, T density, T approach) {
+  return density * (alpha * sound_speed) * approach;
+}
+
+/// beta of Monaghan's quadratic term, as a bound [-].
+inline constexpr int artificial_impact = 4;
+
+/// The part of an artificial pressure that a pair gets [Pa]; terms = P_i/phi_i^2 + P_j/phi_j^2. It is at most the size of the pair's
+/// pressure and beta rho mu^2 together: liquid that nothing presses carries no sound to damp, and is free to move
+/// inward, as in a jet that gravity draws out; what strikes liquid or spreads as a film is held before pressure builds up, or it would bounce.
+/// Deviation from Monaghan, who has no such bound and adds beta rho mu^2.
+template <class T>
+MELTSIM_HD T bounded_artificial_pressure(T artificial, T terms, T density, T approach) {
+  return minimum(artificial, std::abs(terms) + T(artificial_impact) * density * (approach * approach));
 }
 
 /// Density of a pair on which artificial viscosity does not act [kg/m^3].
@@ -141,12 +150,13 @@ MELTSIM_HD PairFactors<T> pair_factors(const SphKernel<T>& k, const LiquidPair<T
   return {pressure_factor(p.volume_i, p.volume_j, p.term_i + p.term_j, artificial, f),
           -viscous_factor(p.viscosity, p.volume_i, p.volume_j, kernel_laplacian(k, r, r2))};
 }
-/// The same with the artificial viscosity of two particles of liquid, `alike` if their rest densities are the same.
+/// The same with the artificial viscosity of two particles of liquid.
 template <class T>
 MELTSIM_HD PairFactors<T> liquid_factors(const SphKernel<T>& k, T alpha, T sound_speed,
-                                         const LiquidPair<T>& p, T r2, bool alike) {
-  const T pi = artificial_pressure(k, alpha, sound_speed, p.density, r2, dot(p.v_ij, p.x_ij));
-  return pair_factors(k, p, bounded_artificial_pressure(pi, p.term_i + p.term_j, alike), r2);
+                                         const LiquidPair<T>& p, T r2) {
+  const T approach = approach_speed(k, r2, dot(p.v_ij, p.x_ij));
+  const T pi = artificial_pressure(alpha, sound_speed, p.density, approach);
+  return pair_factors(k, p, bounded_artificial_pressure(pi, p.term_i + p.term_j, p.density, approach), r2);
 }
 /// force plus the force of a pair [N], in six fused instructions.
 template <class T>
