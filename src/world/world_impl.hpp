@@ -19,7 +19,7 @@
 #include "description/growth_sites.hpp"
 #include "description/material_values.hpp"
 #include "description/point_grid.hpp"
-#include "engine/engine.hpp"
+#include "engine/coming_engine.hpp"
 #include "meltsim/world.hpp"
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
@@ -190,7 +190,8 @@ class WorldImpl final : public Scheduler {
   Status step(double dt);
   Result<TimedStep> step_within(double dt, double milliseconds);
   Result<TimedStep> step_part(double dt, std::uint64_t substeps);
-  void watch() { engine->watch(&interrupted_); }
+  /// Begins to make the engine that the description asks for. Errors: no_device.
+  Status begin_engine();
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
   bool halted() const { return halted_; }
@@ -254,7 +255,7 @@ class WorldImpl final : public Scheduler {
       nullptr};  ///< thread whose call is under way: an address of the thread's; null: none
   WorldDesc desc;
   std::string backend_reason;
-  std::shared_ptr<core::Engine> engine;
+  core::ComingEngine engine;
   double time = 0;
   std::uint64_t steps = 0;
   std::vector<MaterialDesc> materials;

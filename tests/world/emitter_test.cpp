@@ -254,11 +254,11 @@ TEST(Emitter, AFallingJetNarrows) {
 }
 
 // A jet in free space strikes a held plate, which turns it by 90 degrees: the force is its momentum, rho A v^2. The film on the plate is
-// a spacing thick at 2.5 radii, and some of it leaves the plate: 8 % at a radius of 5 spacings; 17 % where artificial viscosity
-// is bounded by pressure alone, so that what strikes bounces.
+// a spacing thick at 2 radii, and some of it leaves the plate: 13 % too much at a radius of 4 spacings, 4 at 6; 20 % where artificial
+// viscosity is bounded by pressure alone, so that what strikes bounces.
 TEST(Emitter, AJetPressesOnAPlateWithItsMomentum) {
   MELTSIM_NEEDS_BACKEND();
-  constexpr double spacing = 0.01, radius = 5 * spacing, v = 2;
+  constexpr double spacing = 0.01, radius = 4 * spacing, v = 2;
   WorldDesc d = describe();
   d.spacing = spacing;
   d.gravity = {0, 0, 0};
@@ -271,7 +271,7 @@ TEST(Emitter, AJetPressesOnAPlateWithItsMomentum) {
   World w = std::move(*World::create(d));
   const auto water = *w.add_material({});
   SolidDesc plate;
-  plate.shape = Shape::box({-0.2, -0.03, -0.2}, {0.2, 0, 0.2});
+  plate.shape = Shape::box({-0.16, -0.03, -0.16}, {0.16, 0, 0.16});
   plate.material = water;
   plate.fixed = true;
   const BodyId body = *w.add_solid(plate);
@@ -282,13 +282,13 @@ TEST(Emitter, AJetPressesOnAPlateWithItsMomentum) {
   e.until = 1;
   require(w.add_emitter(e));
   require(w.watch_forces(body));
-  require(w.step(0.3));
+  require(w.step(0.28));
   ASSERT_TRUE(w.take_forces());
-  require(w.step(0.1));
+  require(w.step(0.12));
   const auto forces = w.take_forces();
   ASSERT_TRUE(forces);
   const BodyForces& f = (*forces)[0];
-  EXPECT_NEAR(-f.total.linear.y / f.seconds / (1000 * pi * radius * radius * v * v), 1, 0.12);
+  EXPECT_NEAR(-f.total.linear.y / f.seconds / (1000 * pi * radius * radius * v * v), 1, 0.16);
 }
 
 TEST(Emitter, ANozzleUnderWaterDrivesNothingFasterThanItself) {

@@ -290,7 +290,8 @@ TEST(ImplicitViscosity, MomentumIsExactAtAnyNumberOfStages) {
       const ParticleData p = *l.world.particles();
       double sum = 0;
       for (std::size_t i = 0; i < p.id.size(); ++i) sum += p.mass[i] * length(p.velocity[i]);
-      for (int k = 0; k < 40; ++k) require(l.world.step(r.stable_dt));
+      // Of hundreds of stages each, few steps show as much.
+      for (int k = 0; k < (sigma > 100 ? 8 : 40); ++k) require(l.world.step(r.stable_dt));
       const StepResult s = l.world.synchronize();
       ASSERT_FALSE(s.halted) << s.halt_reason;
       const Totals after = *l.world.totals();
