@@ -57,22 +57,7 @@ std::string device_text(const cudaDeviceProp& p) {
          std::to_string(p.minor) + ", " + std::to_string(p.totalGlobalMem >> 20) + " MiB)";
 }
 
-/// Where no compiled architecture runs on the device.
-Error too_old(int device, const cudaDeviceProp& properties) {
-  const std::string capability = std::to_string(properties.major) + std::to_string(properties.minor);
-  return {ErrorCode::no_device, "device: " + std::to_string(device) + ", " + properties.name +
-                                    ", has compute capability " + capability +
-                                    ", this build holds code for " MELTSIM_CUDA_ARCHITECTURES
-                                    " and newer; configure with -DCMAKE_CUDA_ARCHITECTURES=" +
-                                    capability + ", or use the CPU backend"};
-}
-
-Error unusable(int device, cudaError_t result) {
-  return {ErrorCode::no_device, "device: " + std::to_string(device) + " is there but cannot be used: " +
-                                    cudaGetErrorString(result) + "; use another one, or the CPU backend"};
-}
-
-/// Fails when the device cannot be used. Begins to use it, which takes a fifth of a second.
+/// Fails when no compiled architecture runs on the device.
 Status probe_device(int device) {
   const DeviceScope scope(device);
   cudaDeviceProp properties{};
@@ -81,21 +66,19 @@ Status probe_device(int device) {
   if (result == cudaSuccess) result = cudaFuncGetAttributes(&attributes, probe);
   (void)cudaGetLastError();
   if (result == cudaSuccess) return {};
+  const std::string number = std::to_string(device);
   if (result == cudaErrorNoKernelImageForDevice || result == cudaErrorInvalidDeviceFunction ||
-      result == cudaErrorUnsupportedPtxVersion || result == cudaErrorInvalidPtx)
-    return too_old(device, properties);
-  return unusable(device, result);
-}
-
-/// Whether the device is at least as new as the oldest architecture that was compiled for: 100 times 9.0, in ascending order.
-Status check_capability(int device) {
-  constexpr int compiled[] = {__CUDA_ARCH_LIST__};
-  cudaDeviceProp properties{};
-  const cudaError_t result = cudaGetDeviceProperties(&properties, device);
-  (void)cudaGetLastError();
-  if (result != cudaSuccess) return unusable(device, result);
-  if (100 * properties.major + 10 * properties.minor < compiled[0]) return too_old(device, properties);
-  return {};
+      result == cudaErrorUnsupportedPtxVersion || result == cudaErrorInvalidPtx) {
+    const std::string capability = std::to_string(properties.major) + std::to_string(properties.minor);
+    return Error{ErrorCode::no_device, "device: " + number + ", " + properties.name +
+                                           ", has compute capability " + capability +
+                                           ", this build holds code for " MELTSIM_CUDA_ARCHITECTURES
+                                           " and newer; configure with -DCMAKE_CUDA_ARCHITECTURES=" +
+                                           capability + ", or use the CPU backend"};
+  }
+  return Error{ErrorCode::no_device, "device: " + number +
+                                         " is there but cannot be used: " + cudaGetErrorString(result) +
+                                         "; use another one, or the CPU backend"};
 }
 
 template <class T>
@@ -105,7 +88,7 @@ std::shared_ptr<Engine> make(CudaExec exec, std::string device) {
 
 }  // namespace
 
-Status find_cuda_device(const WorldDesc& desc) {
+Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc) {
   const Result<int> count = count_devices();
   if (!count) return count.error();
   if (desc.device < 0 || desc.device >= *count)
@@ -114,11 +97,6 @@ Status find_cuda_device(const WorldDesc& desc) {
                      (*count == 1 ? std::string("is one, number 0")
                                   : "are " + std::to_string(*count) + ", numbered 0 to " +
                                         std::to_string(*count - 1))};
-  return check_capability(desc.device);
-}
-
-Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc) {
-  if (Status found = find_cuda_device(desc); !found) return found.error();
   if (Status usable = probe_device(desc.device); !usable) return usable.error();
   cudaDeviceProp properties{};
   (void)cudaGetDeviceProperties(&properties, desc.device);

@@ -165,10 +165,7 @@ class WorldImpl;
 /// threads; calls to one World must come from one thread at a time (interrupt() excepted).
 class MELTSIM_API World {
  public:
-  /// Makes an empty World. A CUDA device begins to work in a thread beside the caller's, while the host adds what is in the scene; what is
-  /// wrong with a device that is there (another program has it for itself, its memory is full) is an error of prepare() and step() if CUDA was
-  /// asked for, and makes an automatic World one of the CPU, as Resolved::backend_reason says. Errors: invalid_argument (names the field),
-  /// version_mismatch, no_device.
+  /// Makes an empty World. Errors: invalid_argument (names the field), version_mismatch, no_device.
   static Result<World> create(const WorldDesc& desc = {},
                               std::uint32_t header_version = MELTSIM_VERSION_NUMBER,
                               std::uint32_t layout = layout_of_headers);

@@ -6,15 +6,11 @@ namespace meltsim {
 inline namespace v0 {
 namespace core {
 
-Status find_cuda_device(const WorldDesc&) {
+Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc&) {
   return Error{
       ErrorCode::no_device,
       "backend: this build of meltsim has no CUDA backend; configure with -DMELTSIM_CUDA=ON where nvcc is "
       "installed, or use the CPU backend"};
-}
-
-Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc) {
-  return find_cuda_device(desc).error();
 }
 
 CudaInfo cuda_info() {

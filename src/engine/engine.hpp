@@ -273,9 +273,6 @@ class Engine {
 /// The engine of a backend, or the reason why there is none.
 Result<std::shared_ptr<Engine>> make_cpu_engine(const WorldDesc& desc);
 Result<std::shared_ptr<Engine>> make_cuda_engine(const WorldDesc& desc);
-/// Whether there is a device that make_cuda_engine() may use: what is known of it without beginning to use it, which takes long. Not
-/// whether another program has it for itself or has left no memory.
-Status find_cuda_device(const WorldDesc& desc);
 
 /// Description of CUDA devices for `meltsim info`.
 struct CudaInfo {

@@ -227,7 +227,7 @@ Status WorldImpl::place_stage(const std::string& after, const CustomStage& stage
       fetch_state();
       const core::FieldSet held = channels_of(facts_);
       custom_.push_back({s, stage, channels_named(stage.reads), channels_named(stage.writes)});
-      engine->set_custom_stages(&custom_);
+      if (engine != nullptr) engine->set_custom_stages(&custom_);
       dirty_ = dirty_ || channels_of(facts_) != held || facts() != facts_;
       return {};
     }
@@ -243,7 +243,7 @@ Status WorldImpl::remove_stage(const std::string& name) {
   for (auto c = custom_.begin(); c != custom_.end(); ++c)
     if (c->stage.name == name) {
       custom_.erase(c);
-      engine->set_custom_stages(&custom_);
+      if (engine != nullptr) engine->set_custom_stages(&custom_);
       plan_changed_ = plan_changed_ || (!dirty_ && facts() != facts_);
       return {};
     }

@@ -404,8 +404,6 @@ void WorldImpl::lose_saved_states() {
 
 Status WorldImpl::prepare() {
   if (!dirty_) return probes_stale_ ? place_probes() : Status{};
-  if (desc.backend == Backend::cuda)
-    if (Status s = engine.status(); !s) return s;
   fetch_state();
   collect_samples();  // a halt that ends with the upload says which of them count
   lay_out();

@@ -735,7 +735,7 @@ Resolved WorldImpl::resolved() {
   Resolved r;
   if (Status s = ready_to_step(); !s) r.error = s.error().message;
   r.backend = engine->backend();
-  r.backend_reason = engine.error().empty() ? backend_reason : engine.error();
+  r.backend_reason = backend_reason;
   r.device_name = engine->device_name();
   r.neighbour_search = search_.search;
   r.neighbour_reason = search_.reason;

@@ -53,36 +53,6 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
-/// Where CUDA is asked for or may be used, the device begins to work while the host adds what is in the scene.
-Status WorldImpl::begin_engine() {
-  const std::atomic<bool>* const flag = &interrupted_;
-  const auto watched = [flag](core::ComingEngine::Made made) {
-    if (made) (*made)->watch(flag);
-    return made;
-  };
-  core::ComingEngine::Made on_cpu = watched(core::make_cpu_engine(desc));
-  if (!on_cpu) return on_cpu.error();
-  if (desc.backend != Backend::automatic) backend_reason = "asked for";
-  if (desc.backend != Backend::cpu) {
-    const Status found = core::find_cuda_device(desc);
-    if (found) {
-      if (desc.backend == Backend::automatic) backend_reason = "a CUDA device is usable";
-      const WorldDesc wanted = desc;
-      engine.begin(
-          [wanted, watched] {
-            return watched(
-                core::guarded<core::ComingEngine::Made>([&] { return core::make_cuda_engine(wanted); }));
-          },
-          std::move(on_cpu));
-      return {};
-    }
-    if (desc.backend == Backend::cuda) return found;
-    backend_reason = found.error().message;
-  }
-  engine.set(*on_cpu);
-  return {};
-}
-
 Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version, std::uint32_t layout) {
   return guarded<Result<World>>([&]() -> Result<World> {
     const std::uint32_t mine = MELTSIM_VERSION_NUMBER;
@@ -100,7 +70,19 @@ Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version,
     if (Status s = core::validate(desc); !s) return s.error();
     auto impl = std::make_unique<WorldImpl>();
     impl->desc = desc;
-    if (Status s = impl->begin_engine(); !s) return s.error();
+    Result<std::shared_ptr<core::Engine>> engine = Error{};
+    if (desc.backend != Backend::cpu) {
+      engine = core::make_cuda_engine(desc);
+      if (!engine && desc.backend == Backend::cuda) return engine.error();
+      impl->backend_reason = engine ? "a CUDA device is usable" : engine.error().message;
+    } else {
+      impl->backend_reason = "asked for";
+    }
+    if (desc.backend == Backend::cuda) impl->backend_reason = "asked for";
+    if (!engine) engine = core::make_cpu_engine(desc);
+    if (!engine) return engine.error();
+    impl->engine = *engine;
+    impl->watch();
     return World(std::move(impl));
   });
 }

@@ -19,7 +19,7 @@
 #include "description/growth_sites.hpp"
 #include "description/material_values.hpp"
 #include "description/point_grid.hpp"
-#include "engine/coming_engine.hpp"
+#include "engine/engine.hpp"
 #include "meltsim/world.hpp"
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
@@ -190,8 +190,7 @@ class WorldImpl final : public Scheduler {
   Status step(double dt);
   Result<TimedStep> step_within(double dt, double milliseconds);
   Result<TimedStep> step_part(double dt, std::uint64_t substeps);
-  /// Begins to make the engine that the description asks for. Errors: no_device.
-  Status begin_engine();
+  void watch() { engine->watch(&interrupted_); }
   void interrupt() noexcept { interrupted_.store(true, std::memory_order_relaxed); }
   StepResult synchronize();
   bool halted() const { return halted_; }
@@ -255,7 +254,7 @@ class WorldImpl final : public Scheduler {
       nullptr};  ///< thread whose call is under way: an address of the thread's; null: none
   WorldDesc desc;
   std::string backend_reason;
-  core::ComingEngine engine;
+  std::shared_ptr<core::Engine> engine;
   double time = 0;
   std::uint64_t steps = 0;
   std::vector<MaterialDesc> materials;

@@ -57,7 +57,7 @@ Outcome run(std::shared_ptr<core::Engine> engine, HeatModel model, bool freezing
   world.desc.pieces_interval = 8;
   world.desc.particle_shifting = freezing;
   world.desc.neighbour_search = search;
-  world.engine.set(std::move(engine));
+  world.engine = std::move(engine);
   MaterialDesc water, ice;
   water.viscosity = viscous ? 1e5 : 0.2;  // two super-steps
   const auto water_id = world.add_material(water);
