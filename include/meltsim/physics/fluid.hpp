@@ -97,13 +97,13 @@ MELTSIM_HD T pair_viscosity(T mu_i, T mu_j, bool both_yield = false) {
 }
 
 /// How fast a pair approaches, h abs(v_ij.x_ij)/(r^2 + 0.01 h^2) where v_ij.x_ij < 0, else 0 [m/s]: abs(mu) of Monaghan (1992), ARA&A
-/// 30:543, eq. 4.3; h = H/2.
+/// 30:543; h = H/2.
 template <class T>
 MELTSIM_HD T approach_speed(const SphKernel<T>& k, T r2, T v_dot_x) {
   return -(minimum(v_dot_x, T(0)) * (T(1) / (r2 + k.epsilon2))) * (T(0.5) * k.support);
 }
 
-/// Artificial viscosity (Monaghan 1992, eq. 4.2 without its quadratic term) [Pa]: added to the pressure terms of an approaching
+/// Artificial viscosity (Monaghan 1992, ARA&A 30:543, eq. 4.2 without its quadratic term) [Pa]: added to the pressure terms of an approaching
 /// pair to damp acoustic noise; density = mean rest density of the pair, approach as above.
 ///   Pi = rho alpha c abs(mu)
 template <class T>
