@@ -247,8 +247,9 @@ const Options<Scene>& solver_options() {
           "isotropic_pressure", "isotropic_pressure", OF_WORLD(isotropic_pressure),
           "takes out of the pressure what the arrangement of the particles adds to it, which acts as a "
           "viscosity in proportion to the pressure: for slow flow below a surface (what sinks, drifts or "
-          "convects). Needs `artificial_viscosity` of 0.01 or more. `auto`: `true` where liquid moves "
-          "bodies or meets liquid of another density, has a yield stress, surface tension or contents, or "
+          "convects). Needs `artificial_viscosity` of 0.01 or more. `auto`: `true` where there are "
+          "bodies, or liquid meets liquid of another density, has a yield stress, surface tension or "
+          "contents, or "
           "expands with heat, and is damped enough. "
           "[Isotropic pressure](design/pressure.md)"),
       flag<Scene>("particle_shifting", "particle_shifting", OF_WORLD(particle_shifting), "false",

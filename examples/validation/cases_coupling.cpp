@@ -595,6 +595,57 @@ void jet_on_plate(const Settings& s, Report& r) {
   if (r.error.empty()) strike(s, r, 6, 45);
 }
 
+// Water in a tank with a held plate down its middle, which leaves a gap below: a U-tube whose legs and bend are 8 spacings wide, let go
+// 4 spacings from rest. Half as much as the difference of the levels, from what is on either side of the plate's middle.
+void u_tube(const Settings& s, Report& r) {
+  constexpr int leg = 8, plate = 3, wide = 2 * leg + plate, high = 40, step = 4, deep = 8;
+  constexpr double dx = 0.01;
+  WorldDesc d = box(s, dx, {wide, high + 30, deep}, Face::wall, Face::wall, Face::periodic);
+  d.domain.no_slip = false;
+  Run run(d, r);
+  const auto between = [&](int left, int right, int bottom, int top) {
+    return Shape::box({left * dx, bottom * dx, 0}, {right * dx, top * dx, deep * dx});
+  };
+  SolidDesc held;
+  held.shape = between(leg, leg + plate, leg, high + 30);
+  held.material = run.material("steel", 8000, 0);
+  held.fixed = true;
+  run.solid(held);
+  const MaterialId water = run.material("water", 1000, 1e-3);
+  run.fluid(between(0, leg, 0, high + step), water);
+  run.fluid(between(leg, leg + plate, 0, leg), water);
+  run.fluid(between(leg + plate, wide, 0, high - step), water);
+  const double length = (2 * (high - 0.5 * leg) + leg + plate) * dx,
+               period = 2 * pi * std::sqrt(0.5 * length / g);
+  Curve ours{"meltsim", {}, {}, false}, theory{"thin tube", {}, {}, true};
+  for (int k = 0; k <= 80; ++k) {
+    const double t = 0.02 * k * period;
+    if (!run.to(t)) return;
+    const ParticleData p = run.particles();
+    double more = 0;
+    for (std::size_t i = 0; i < p.id.size(); ++i)
+      if (!is_solid(p.tag[i])) more += p.position[i].x < 0.5 * wide * dx ? 0.5 : -0.5;
+    ours.x.push_back(t / period);
+    ours.y.push_back(more / (leg * deep));
+    theory.x.push_back(t / period);
+    theory.y.push_back(step * std::cos(2 * pi * t / period));
+  }
+  std::vector<double> crossings;
+  for (std::size_t i = 1; i < ours.x.size(); ++i)
+    if (ours.y[i - 1] * ours.y[i] < 0)
+      crossings.push_back(ours.x[i - 1] +
+                          (ours.x[i] - ours.x[i - 1]) * ours.y[i - 1] / (ours.y[i - 1] - ours.y[i]));
+  if (crossings.size() < 3) {
+    r.error = "the water has stopped swinging";
+    return;
+  }
+  r.relative("period", (crossings[2] - crossings[0]) * period, period, 5,
+             "legs as wide as a fifth of their length: water turns inside of the bend's middle");
+  r.relative("how far it swings after half a period", -*std::min_element(ours.y.begin(), ours.y.end()), step,
+             15, "a tenth is the artificial viscosity");
+  r.plots.push_back({"coupling_u_tube", "Water in a U-tube", "t / T", "level, spacings", {ours, theory}});
+}
+
 }  // namespace
 
 std::vector<Case> coupling_cases() {
@@ -627,6 +678,7 @@ std::vector<Case> coupling_cases() {
       {"coupling.pressed_stream", "the same in a stream that its weight presses",
        "Clift, Grace & Weber (1978), eq. 5-25; Schiller & Naumann (1933)", true, pressed_stream},
       {"coupling.jet", "a jet strikes a held plate", "balance of momentum", true, jet_on_plate},
+      {"coupling.u_tube", "water swings around a held plate", "a thin tube without friction", false, u_tube},
       {"coupling.stokes", "slow flow through a cubic array of spheres", "Hasimoto (1959)", false, stokes},
   };
 }

@@ -346,9 +346,8 @@ void standing_wave(const Settings& s, Report& r, double length, double depth) {
     r.error = "the wave has died out";
     return;
   }
-  // From the first crossing, half a period in, to the last, a whole number of half periods later.
-  const double measured =
-      2 * (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1) * period;
+  // Whole periods, two that overlap by half of one: where the mean is not 0, half periods are too long and too short in turn.
+  const double measured = 0.5 * (crossings[2] - crossings[0] + crossings[3] - crossings[1]) * period;
   r.relative("period, L " + std::to_string(length).substr(0, 3) + " m, d " +
                  std::to_string(depth).substr(0, 3) + " m",
              measured, period, 2, "16 layers; the finite amplitude lengthens it by 0.1 %");

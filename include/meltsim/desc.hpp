@@ -130,8 +130,8 @@ struct WorldDesc {
   bool tension = false;
   /// Makes the stress of the pressure isotropic (physics/isotropic_pressure.hpp). Without it liquid resists shear with a stress in
   /// proportion to its pressure, as if it were more viscous: slow flow deep below a surface stands still. Costs a sweep more over the
-  /// neighbours. Needs an artificial_viscosity of 0.01 or more. Automatic: on where liquid moves bodies or meets liquid of another density,
-  /// has a yield stress, surface tension or contents, or expands with heat, and is damped enough.
+  /// neighbours. Needs an artificial_viscosity of 0.01 or more. Automatic: on where there are bodies, or liquid meets liquid of another
+  /// density, has a yield stress, surface tension or contents, or expands with heat, and is damped enough.
   std::optional<bool> isotropic_pressure;
   /// Moves liquid particles slightly down the gradient of their concentration, so that they stay evenly spread in
   /// flows that would squeeze them into strings (physics/shifting.hpp). Costs one more sweep over the neighbours. Needs

@@ -208,12 +208,11 @@ void WorldImpl::recount(const core::WorldStatus& s) {
       if (leaves_lattice(bodies_[b].desc.material.index)) census_.live[b] = 0;
 }
 
-/// Whether liquid is driven by differences that are small beside its pressure: by what was described, not by what is left of it, so that
-/// results do not depend on when the census is taken.
+/// Whether liquid is driven by differences that are small beside its pressure, or turns at bodies: by what was described, not by what is
+/// left of it, so that results do not depend on when the census is taken.
 bool WorldImpl::flows_slowly() const {
   if (species_used_) return true;
-  for (const BodyRecord& b : bodies_)
-    if (!b.desc.fixed && !b.kinematic()) return true;
+  if (!bodies_.empty()) return true;
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const MaterialDesc& m = materials[i];
     if (liquid_used_[i] != 0u && (shears(m) || m.surface_tension > 0 || !m.density_points.empty()))

@@ -26,7 +26,7 @@ using namespace meltsim;
 
 // Enough for bodies to hit the liquid and for heat to cross several particles; small enough for two minutes on two cores, with
 // sanitizers. Scenes of many particles are run coarser, those of few for longer: their nozzles have to bring something first.
-constexpr int steps = 80, steps_of_few = 800;
+constexpr int steps = 60, steps_of_few = 600;
 constexpr double scale = 0.5, scale_of_many = 0.35;
 constexpr std::uint64_t many = 4000, few = 400;
 
