@@ -80,6 +80,7 @@ std::vector<Case> coupling_cases();
 std::vector<Case> solid_cases();
 std::vector<Case> surface_cases();
 std::vector<Case> drawn_cases();
+std::vector<Case> drawn_liquids_cases();
 
 /// A WorldDesc with the settings filled in.
 meltsim::WorldDesc world_desc(const Settings& s);
