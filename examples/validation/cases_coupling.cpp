@@ -642,7 +642,7 @@ void u_tube(const Settings& s, Report& r) {
   r.relative("period", (crossings[2] - crossings[0]) * period, period, 5,
              "legs as wide as a fifth of their length: water turns inside of the bend's middle");
   r.relative("how far it swings after half a period", -*std::min_element(ours.y.begin(), ours.y.end()), step,
-             15, "a tenth is the artificial viscosity");
+             15, "half a spacing of the 4: what a surface of particles resolves");
   r.plots.push_back({"coupling_u_tube", "Water in a U-tube", "t / T", "level, spacings", {ours, theory}});
 }
 

@@ -254,8 +254,8 @@ double swing_of_a_u_tube(std::optional<bool> isotropic) {
   return more / (4 * 8);
 }
 
-// Artificial viscosity takes an eighth of such a swing; the level of pressure, which without the option acts as friction between layers
-// of particles, takes half.
+// A fifth may be lost: a surface is resolved to less than half a spacing. The level of pressure, which without the option acts as
+// friction between layers of particles, takes half.
 TEST(IsotropicPressure, WaterSwingsAroundAHeldPlate) {
   MELTSIM_NEEDS_BACKEND();
   EXPECT_GT(swing_of_a_u_tube({}), 0.8 * 2);
