@@ -188,6 +188,13 @@ bool Node::boolean() const {
   fail("expected true or false, got " + found());
 }
 
+std::optional<bool> Node::automatic_boolean() const {
+  if (is_word("auto")) return std::nullopt;
+  if (is_plain(value_) && is_word("true")) return true;
+  if (is_plain(value_) && is_word("false")) return false;
+  fail("expected auto, true or false, got " + found());
+}
+
 std::string Node::text(const std::string& meaning) const {
   if (!value_.IsScalar()) fail(fmt::format("expected {}, got {}", meaning, found()));
   return value_.Scalar();

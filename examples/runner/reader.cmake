@@ -69,5 +69,5 @@ foreach(name particle_files show/deflate show/replay show/replay_page)
   set_source_files_properties(${reader_dir}/${name}.cpp PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>
     SKIP_PRECOMPILE_HEADERS ON)
 endforeach()
-meltsim_precompile(meltsim_reader <nlohmann/json.hpp> <yaml-cpp/yaml.h> <fmt/format.h> <meltsim/meltsim.hpp>)
+meltsim_precompile(meltsim_reader <meltsim/meltsim.hpp> <nlohmann/json.hpp> <yaml-cpp/yaml.h> <fmt/format.h>)
 meltsim_compile_together(meltsim_reader)

@@ -293,9 +293,7 @@ Option<D> automatic_flag(const char* key, const char* field, const Get& get, con
           "`auto`",
           doc,
           {{"enum", {"auto", true, false}}},
-          [get](const Node& value, D& d) {
-            get(d) = value.is_word("auto") ? std::optional<bool>() : std::optional<bool>(value.boolean());
-          },
+          [get](const Node& value, D& d) { get(d) = value.automatic_boolean(); },
           [get](const D& d) -> Json { return get(d) ? Json(*get(d)) : Json("auto"); }};
 }
 
