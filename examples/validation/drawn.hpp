@@ -8,18 +8,16 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
-#include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "dice.hpp"
 #include "run.hpp"
 
 namespace validation {
 
 using namespace meltsim;
-
-inline constexpr double pi = 3.14159265358979323846;
 
 inline std::string text(const char* format, double a, double b = 0, double c = 0, double d = 0, double e = 0,
                         double f = 0, double g = 0) {
@@ -27,27 +25,6 @@ inline std::string text(const char* format, double a, double b = 0, double c = 0
   std::snprintf(out, sizeof out, format, a, b, c, d, e, f, g);
   return out;
 }
-
-/// Numbers of one draw. The standard's engine, but not its distributions, which differ from library to library.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
-  double log(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  int whole(int low, int high) {  ///< both included
-    return std::min(high, low + static_cast<int>(uniform(0, high - low + 1)));
-  }
-  bool coin() { return uniform(0, 1) < 0.5; }
-  Vec3d direction() {
-    const double z = uniform(-1, 1), phi = uniform(0, 2 * pi), r = std::sqrt(1 - z * z);
-    return {r * std::cos(phi), r * std::sin(phi), z};
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 /// What one draw came to: its error in the unit of the target, and what was drawn.
 struct Outcome {
@@ -62,7 +39,7 @@ inline void spread(const Settings& s, Report& report, const std::string& quantit
   std::vector<std::pair<double, int>> errors;
   std::string worst;
   for (int k = 0; k < s.draws; ++k) {
-    Dice dice(s.seed * 1000003 + static_cast<std::uint64_t>(k));
+    Dice dice(s.seed, static_cast<std::uint64_t>(k));
     const Outcome o = one(dice, s, report);
     if (!report.error.empty()) {
       report.error = "draw " + std::to_string(k) + " (" + o.what + "): " + report.error;

@@ -5,38 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "stress/setup.hpp"
+#include "validation/dice.hpp"
 
 namespace runner {
 namespace stress {
 
-namespace {
-
 using meltsim::Vec3d;
 
-/// Not the standard's distributions, which differ from library to library.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
-  }
-  double log(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  int whole(int low, int high) {  ///< both included
-    return std::min(high, low + static_cast<int>(uniform(0, high - low + 1)));
-  }
-  bool one_in(int n) { return whole(1, n) == 1; }
-
- private:
-  std::mt19937_64 engine_;
-};
-
-}  // namespace
-
 Setup drawn_cell(std::uint64_t seed, std::uint64_t number) {
-  Dice dice(seed * 1000003 + number);
+  validation::Dice dice(seed, number);
   Setup s("drawn, seed " + fmt::to_string(seed), fmt::to_string(number));
   const auto sometimes = [&](const char* name, double low, double high, bool logarithmic, const auto& set) {
     const bool now = dice.one_in(3);
