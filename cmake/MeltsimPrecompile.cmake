@@ -2,8 +2,8 @@
 # Half of what most files of programs and tests take to compile is the same few headers. CMAKE_DISABLE_PRECOMPILE_HEADERS=ON
 # reads them anew in every file, as a check that each file includes what it uses.
 
-# meltsim_precompile(<target> <header>...): reads the headers once for all files of the target. Ours
-# first: it must not need what others happen to include.
+# meltsim_precompile(<target> <header>...): reads the headers once for all files of the target. List
+# ours first: it must not need what others happen to include.
 function(meltsim_precompile name)
   set(headers)
   foreach(header IN LISTS ARGN)

@@ -182,17 +182,10 @@ int Node::small_integer() const {
   return static_cast<int>(value);
 }
 
-bool Node::boolean() const {
+bool Node::boolean(const std::string& expected) const {
   if (is_plain(value_) && is_word("true")) return true;
   if (is_plain(value_) && is_word("false")) return false;
-  fail("expected true or false, got " + found());
-}
-
-std::optional<bool> Node::automatic_boolean() const {
-  if (is_word("auto")) return std::nullopt;
-  if (is_plain(value_) && is_word("true")) return true;
-  if (is_plain(value_) && is_word("false")) return false;
-  fail("expected auto, true or false, got " + found());
+  fail(fmt::format("expected {}, got {}", expected, found()));
 }
 
 std::string Node::text(const std::string& meaning) const {

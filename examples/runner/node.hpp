@@ -61,8 +61,7 @@ class Node {
   double positive(const std::string& unit) const;
   std::int64_t integer() const;
   int small_integer() const;  ///< fits an int
-  bool boolean() const;
-  std::optional<bool> automatic_boolean() const;  ///< nothing for `auto`
+  bool boolean(const std::string& expected = "true or false") const;
   std::string text(const std::string& meaning) const;
   std::string choice(const std::vector<std::string>& names) const;
   bool is_word(const std::string& word) const;  ///< exactly this text, in quotes (JSON) or not

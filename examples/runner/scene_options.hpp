@@ -293,7 +293,10 @@ Option<D> automatic_flag(const char* key, const char* field, const Get& get, con
           "`auto`",
           doc,
           {{"enum", {"auto", true, false}}},
-          [get](const Node& value, D& d) { get(d) = value.automatic_boolean(); },
+          [get](const Node& value, D& d) {
+            if (value.is_word("auto")) get(d) = std::nullopt;
+            else get(d) = value.boolean("auto, true or false");
+          },
           [get](const D& d) -> Json { return get(d) ? Json(*get(d)) : Json("auto"); }};
 }
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <random>
 
-#include <meltsim/types.hpp>
+#include "meltsim/types.hpp"
 
 namespace validation {
 

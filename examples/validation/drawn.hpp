@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cases drawn at random have in common: dice, and the spread of their errors.
+// What cases drawn at random have in common: the spread of their errors.
 #pragma once
 
 #include <algorithm>
