@@ -22,9 +22,16 @@ inline constexpr double same_place = 0.9;
 class PointGrid {
  public:
   explicit PointGrid(double distance) : distance_(distance), inv_(0.25 / distance) {}
+  PointGrid(const PointGrid&) = delete;
+  PointGrid& operator=(const PointGrid&) = delete;
   std::size_t size() const { return size_; }
   void add(Vec3d p, std::uint32_t value) {
-    cells_[key(cell(p.x), cell(p.y), cell(p.z))].push_back({p, value});
+    const std::uint64_t where = key(cell(p.x), cell(p.y), cell(p.z));
+    if (last_ == nullptr || where != last_key_) {  // neighbours in a row mostly share a cell
+      last_ = &cells_[where];
+      last_key_ = where;
+    }
+    last_->push_back({p, value});
     low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y), std::min(low_.z, p.z)};
     high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y), std::max(high_.z, p.z)};
     ++size_;
@@ -71,6 +78,8 @@ class PointGrid {
   Vec3d low_{infinity, infinity, infinity}, high_{-infinity, -infinity, -infinity};
   std::size_t size_ = 0;
   std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
+  std::vector<Entry>* last_ = nullptr;  ///< the cell of the point added last
+  std::uint64_t last_key_ = 0;
 };
 
 }  // namespace core

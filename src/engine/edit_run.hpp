@@ -85,7 +85,7 @@ class EditRun {
   /// Particles get the ids from `first` on; vertex: of the first, or none.
   bool append(E& ex, const Frame<T>& w, const SceneState& more, std::uint32_t first, std::uint32_t vertex) {
     const std::size_t n = more.position.size();
-    ParticleArrays<T> arrays(more, n, w.f.solute != nullptr ? w.species : 0);
+    ParticleArrays<T> arrays(more, n, w.f.solute != nullptr ? w.species : 0, HostLoops(1));
     for (std::uint32_t& id : arrays.id) id += first;
     std::vector<unsigned char> bytes;
     const auto pack = [&bytes](const auto& array) {

@@ -101,7 +101,7 @@ class EngineImpl final : public Engine {
     probes_.link(w_);
     w_.born = static_cast<std::uint32_t>(state.position.size());
     use_slots(slots_for(w_.born));
-    put_state(c, l, state);
+    put_state(c, l, state, HostLoops(setup.threads));
     edits_.sorted(false);
     rolled_back_ = abandoned_ = sized_ = false;
     materials_ = static_cast<std::uint32_t>(c.materials.size());
@@ -139,7 +139,7 @@ class EngineImpl final : public Engine {
     edits_.moved();
     w_.slots_of_all = asks_by_id(setup.facts);
     put_tables(ex_, w_, c);
-    put_lattice(ex_, w_, l, state, room_, grown);
+    put_lattice(ex_, w_, l, state, room_, grown, HostLoops(setup.threads));
     const auto has = [grown](int field) { return ((grown >> field) & 1u) != 0; };
     unguarded([&] {
       if (has(field_enthalpy)) step::enthalpy_to_slots<E, T>(ex_, w_);
@@ -730,9 +730,10 @@ class EngineImpl final : public Engine {
   }
 
   /// Slots of particles to come are prepared in every buffer that may hold the state.
-  void put_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s) {
+  void put_state(const SceneConstants& c, const SceneLattice& l, const SceneState& s,
+                 const HostLoops& loops) {
     const std::size_t capacity = w_.capacity;
-    const ParticleArrays<T> particles(s, capacity, c.species.size());
+    const ParticleArrays<T> particles(s, capacity, c.species.size(), loops);
     put_particles(ex_, w_, particles);
     if (capacity > s.position.size()) {
       buffers_.turn(w_);
@@ -741,7 +742,7 @@ class EngineImpl final : public Engine {
     if (buffers_.has_spare_position()) put(ex_, buffers_.spare().position, particles.position);
     put(ex_, w_.f.slot_of_id, particles.id);
     put_tables(ex_, w_, c);
-    put_lattice(ex_, w_, l, s, room_, ~FieldSet{0});
+    put_lattice(ex_, w_, l, s, room_, ~FieldSet{0}, loops);
     put_events(ex_, w_, particles.tag, s, room_);
     put_status(ex_, w_, s);
   }

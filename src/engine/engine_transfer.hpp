@@ -12,6 +12,7 @@
 #include "engine/engine.hpp"
 #include "engine/held.hpp"
 #include "engine/rounded.hpp"
+#include "exec/host_loops.hpp"
 #include "frame/frame.hpp"
 
 namespace meltsim {
@@ -37,8 +38,11 @@ std::vector<V> fetch(const E& ex, const V* from, std::size_t n) {
 
 /// Puts a part of every item: `from`, then `to_come`.
 template <class Part, class Host, class Item>
-void fill_slots(std::vector<Item>& to, const std::vector<Host>& from, const Host& to_come) {
-  for (std::size_t i = 0; i < to.size(); ++i) Part::put(to[i], i < from.size() ? from[i] : to_come);
+void fill_slots(const HostLoops& loops, std::vector<Item>& to, const std::vector<Host>& from,
+                const Host& to_come) {
+  loops.pieces(to.size(), [&](std::size_t i, std::size_t end) {
+    for (; i < end; ++i) Part::put(to[i], i < from.size() ? from[i] : to_come);
+  });
 }
 
 /// The State channels of particles, by slot. What emitters will fill lies ready as if it had been removed.
@@ -46,10 +50,10 @@ template <class T>
 struct ParticleArrays {
 #define MELTSIM_MOVED(name, type) std::vector<type> name;
 #include "meltsim/fields.def"
-  ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species) {
-#define MELTSIM_MOVED(name, type) name.resize(capacity);
+  ParticleArrays(const SceneState& s, std::size_t capacity, std::size_t species, const HostLoops& loops) {
+#define MELTSIM_MOVED(name, type) loops.resize(name, capacity);
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
-  MELTSIM_BY_SLOT_##owner(fill_slots<Part_##part>(channel, s.array, host(first));)
+  MELTSIM_BY_SLOT_##owner(fill_slots<Part_##part>(loops, channel, s.array, host(first));)
 #include "meltsim/fields.def"
     for (std::size_t i = 0; i < capacity; ++i) id[i] = static_cast<std::uint32_t>(i);
     solute.assign(capacity * species, 0.0);
@@ -116,10 +120,12 @@ void put_tables(E& ex, const Frame<T>& w, const SceneConstants& c) {
 
 /// An array of the state as the channel has it.
 template <class Part, class E, class Item, class Host>
-void put_as(E& ex, Item* to, const std::vector<Host>& from) {
+void put_as(E& ex, const HostLoops& loops, Item* to, const std::vector<Host>& from) {
   if (to == nullptr) return;
-  std::vector<Item> items(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) Part::put(items[i], from[i]);
+  if constexpr (std::is_same_v<Item, Host> && std::is_same_v<Part, Part_all>) return put(ex, to, from);
+  std::vector<Item> items;
+  loops.resize(items, from.size());
+  fill_slots<Part>(loops, items, from, Host{});
   put(ex, to, items);
 }
 
@@ -172,13 +178,14 @@ void put_body(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState&
   const std::uint64_t v = a.first_vertex;
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed) \
   if constexpr (Owner::owner == Owner::vertex)                         \
-    if (w.f.channel != nullptr) put_as<Part_##part>(ex, w.f.channel + v, behind(s.array, v));
+    if (w.f.channel != nullptr) put_as<Part_##part>(ex, HostLoops(1), w.f.channel + v, behind(s.array, v));
 #include "meltsim/fields.def"
   put_behind(ex, w.f.vertex_site, v, behind(l.vertex_site, v));
   put_behind(ex, w.f.vertex_body, v, behind(l.vertex_body, v));
   put_behind(ex, w.f.rigid_rotation, v, behind(s.region_rotation, v));
   put_behind(ex, w.f.seen_piece, v, behind(s.vertex_piece, v));
-  if (w.f.site_vertex != nullptr) put(ex, w.f.site_vertex + a.first_site, mark_empty_sites(l, a));
+  if (w.f.site_vertex != nullptr)
+    put(ex, w.f.site_vertex + a.first_site, mark_empty_sites(l, a, HostLoops(1)));
   put_behind(ex, w.f.bodies, a.body, behind(l.bodies, a.body));
   if (w.f.body_motion != nullptr) {
     BodyMotionRow row = l.rests[a.body];
@@ -195,17 +202,17 @@ void put_body(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState&
 /// Uploads the channels of the lattice and its state that are in `which`.
 template <class E, class T>
 void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState& s,
-                 const LatticeRoom& room, FieldSet which) {
+                 const LatticeRoom& room, FieldSet which, const HostLoops& loops) {
   const auto wanted = [which](int field, auto* to) { return ((which >> field) & 1u) != 0 ? to : nullptr; };
 #define MELTSIM_HELD(array, host, owner, channel, part, first, hashed)      \
   if constexpr (Owner::owner == Owner::vertex || Owner::owner == Owner::id) \
-    put_as<Part_##part>(ex, wanted(field_##channel, w.f.channel), s.array);
+    put_as<Part_##part>(ex, loops, wanted(field_##channel, w.f.channel), s.array);
 #include "meltsim/fields.def"
   put(ex, wanted(field_vertex_site, w.f.vertex_site), l.vertex_site);
   put(ex, wanted(field_vertex_body, w.f.vertex_body), l.vertex_body);
   put(ex, wanted(field_rigid_rotation, w.f.rigid_rotation), s.region_rotation);
   if (wanted(field_site_vertex, w.f.site_vertex) != nullptr)
-    put(ex, w.f.site_vertex, mark_empty_sites(l, {}));
+    put(ex, w.f.site_vertex, mark_empty_sites(l, {}, loops));
   put(ex, wanted(field_bodies, w.f.bodies), l.bodies);
   if (wanted(field_body_motion, w.f.body_motion) != nullptr) {
     std::vector<BodyMotionRow> rows = l.rests;

@@ -159,6 +159,7 @@ struct EngineSetup {
   FieldSet channels = 0;
   std::uint32_t particle_capacity = 0;
   std::uint64_t searched = 0;     ///< particles that cells are made for: those without room in reserve
+  int threads = 1;                ///< of the host, as WorldDesc has them: for what is uploaded
   bool heat_flows_again = false;  ///< to Engine::adapt: a source has begun
   bool heat_rests_again = false;  ///< to Engine::adapt: it has not after all, and temperatures are level
 };

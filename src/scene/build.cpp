@@ -2,6 +2,7 @@
 // Adding to a World. Everything is checked before anything is changed.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "description/growth_sites.hpp"
@@ -288,10 +289,28 @@ void WorldImpl::put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points,
     return pushed_out(cell.x, x.x, o.x, p.x, hi.x) || pushed_out(cell.y, x.y, o.y, p.y, hi.y) ||
            pushed_out(cell.z, x.z, o.z, p.z, hi.z);
   };
-  points.erase(std::remove_if(points.begin(), points.end(), beyond), points.end());
+  if (cell.x > dx || cell.y > dx || cell.z > dx)
+    points.erase(std::remove_if(points.begin(), points.end(), beyond), points.end());
+  const core::HostLoops shared = loops();
   positions.clear();
-  positions.reserve(points.size());
-  for (const Vec3i& p : points) positions.push_back(at(p));
+  shared.resize(positions, points.size());
+  shared.pieces(points.size(), [&](std::size_t k, std::size_t end) {
+    for (; k < end; ++k) positions[k] = at(points[k]);
+  });
+}
+
+/// Leaves out points that are too near to walls.
+void WorldImpl::leave_room(Vec3d cell, std::vector<Vec3i>& points, std::vector<Vec3d>& positions) const {
+  const auto fits = [&](std::size_t k) { return has_room(desc.domain, cell, positions[k]); };
+  if (loops().all_of(points.size(), fits)) return;
+  std::size_t to = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!fits(k)) continue;
+    points[to] = points[k];
+    positions[to++] = positions[k];
+  }
+  points.resize(to);
+  positions.resize(to);
 }
 
 /// Lattice points of a shape and their coordinates, in cells of this size. fixed: it stays where it is, so that nothing squeezes it.
@@ -304,7 +323,11 @@ Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, Vec3d 
   const double dx = desc.spacing;
   if (Status s = check_lattice(b, lattice_origin(), dx); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
-  if (Status s = shape.lattice_points(lattice_origin(), dx, points); !s)
+  const core::HostLoops shared = loops();
+  const auto each = [&shared](std::int64_t parts, const std::function<void(std::int64_t)>& part) {
+    shared.each(parts, part);
+  };
+  if (Status s = lattice_points(shape, lattice_origin(), dx, each, points); !s)
     return Error{s.error().code, core::text(what, "shape: ", s.error().message)};
   if (points.empty())
     return invalid(what, "shape: contains no lattice point at spacing ", dx, " m (it spans ", b.min, " to ",
@@ -312,21 +335,15 @@ Status WorldImpl::place(const Shape& shape, const char* what, bool fixed, Vec3d 
   put_in_cells(lattice_origin(), cell, points, positions);
   if (desc.domain.bounded) {
     const Vec3d lo = desc.domain.min, hi = desc.domain.max;
-    for (const Vec3d& p : positions)
-      if (!(p.x >= lo.x && p.y >= lo.y && p.z >= lo.z && p.x <= hi.x && p.y <= hi.y && p.z <= hi.z))
-        return invalid(what, "shape: reaches outside the domain ", lo, " to ", hi, ", for example at ", p,
-                       "; move or shrink it, or enlarge the domain");
+    const auto within = [this](Vec3d p) { return inside_domain(desc.domain, p); };
+    if (!shared.all_of(positions.size(), [&](std::size_t k) { return within(positions[k]); }))
+      return invalid(what, "shape: reaches outside the domain ", lo, " to ", hi, ", for example at ",
+                     *std::find_if_not(positions.begin(), positions.end(), within),
+                     "; move or shrink it, or enlarge the domain");
   }
   const std::size_t inside = points.size();
-  std::size_t to = 0;
-  for (std::size_t k = 0; k < inside; ++k) {
-    if (!fixed && !has_room(desc.domain, cell, positions[k])) continue;
-    points[to] = points[k];
-    positions[to++] = positions[k];
-  }
-  points.resize(to);
-  positions.resize(to);
-  if (to == 0)
+  if (!fixed) leave_room(cell, points, positions);
+  if (points.empty())
     return invalid(what, "shape: every one of its ", static_cast<std::uint64_t>(inside),
                    " points is nearer to a wall than half a spacing (", 0.5 * dx,
                    " m); make the domain a whole number of spacings wide, or the spacing smaller");
@@ -338,13 +355,14 @@ Status WorldImpl::origin_for(const std::vector<Vec3d>& positions, const char* wh
   const double epsilon = desc.precision == Precision::single_precision ? 6.0e-8 : 1.2e-16;
   const auto reach = [](Vec3d p) { return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); };
   Vec3d lo = positions.front(), hi = positions.front();
-  for (const Vec3d& p : positions) {
-    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
-    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
-  }
   if (desc.domain.bounded) {
     lo = desc.domain.min;
     hi = desc.domain.max;
+  } else {
+    for (const Vec3d& p : positions) {
+      lo = {std::min(lo.x, p.x), std::min(lo.y, p.y), std::min(lo.z, p.z)};
+      hi = {std::max(hi.x, p.x), std::max(hi.y, p.y), std::max(hi.z, p.z)};
+    }
   }
   origin = origin_;
   if (!origin_set_) {
@@ -400,28 +418,29 @@ Status WorldImpl::check_numbers(const std::string& what, const MaterialDesc& m, 
   return {};
 }
 
-namespace {
-/// Room for `more` items, so that adding them cannot fail halfway; doubles, so that many small additions cost what they
-/// add.
-template <class V>
-void make_room(std::vector<V>& v, std::size_t more) {
-  if (v.capacity() - v.size() < more) v.reserve(std::max(v.size() + more, 2 * v.size()));
-}
-}  // namespace
-
+/// So that adding them cannot fail halfway.
 void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t sites) {
+  const core::HostLoops shared = loops();
   core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
-    make_room(array, held.of_vertex ? vertices : particles);
+    shared.make_room(array, held.of_vertex ? vertices : particles);
   });
-  make_room(lattice_.vertex_site, vertices);
-  make_room(lattice_.vertex_body, vertices);
-  make_room(lattice_.vertex_coordinates, vertices);
-  make_room(lattice_.site_vertex, sites);
+  shared.make_room(lattice_.vertex_site, vertices);
+  shared.make_room(lattice_.vertex_body, vertices);
+  shared.make_room(lattice_.vertex_coordinates, vertices);
+  shared.make_room(lattice_.site_vertex, sites);
 }
 
-void WorldImpl::append(core::SceneState& to, Vec3d position, Vec3d velocity, double density,
-                       double specific_enthalpy, std::uint32_t tag, std::uint32_t vertex,
-                       const Contents& fractions, Vec3d cell) const {
+/// Entries for so many more particles, which put() fills.
+void WorldImpl::extend(core::SceneState& to, std::size_t particles) const {
+  const std::size_t n = to.position.size() + particles;
+  core::each_held(to, species_.size(), [&](auto held, auto& array, const auto& added) {
+    if (!held.of_vertex) array.resize(n, added);
+  });
+}
+
+void WorldImpl::put(core::SceneState& to, std::size_t i, Vec3d position, Vec3d velocity, double density,
+                    double specific_enthalpy, std::uint32_t tag, std::uint32_t vertex,
+                    const Contents& fractions, Vec3d cell) const {
   double mass = density * cell.x * cell.y * cell.z;
   double volume = mass / density;
   round_to_precision(mass);
@@ -432,26 +451,39 @@ void WorldImpl::append(core::SceneState& to, Vec3d position, Vec3d velocity, dou
   round_to_precision(velocity.x);
   round_to_precision(velocity.y);
   round_to_precision(velocity.z);
-  to.position.push_back(position);
-  to.velocity.push_back(velocity);
-  to.mass.push_back(mass);
-  to.volume.push_back(volume);
-  to.enthalpy.push_back(specific_enthalpy * mass);
-  for (std::size_t k = 0; k < species_.size(); ++k) to.solute[k].push_back(fractions[k] * mass);
-  to.tag.push_back(tag);
-  to.vertex_of_id.push_back(vertex);
-  core::each_held(to, species_.size(), [&to](auto held, auto& array, const auto& added) {
-    if (!held.of_vertex) array.resize(to.position.size(), added);
-  });
+  to.position[i] = position;
+  to.velocity[i] = velocity;
+  to.mass[i] = mass;
+  to.volume[i] = volume;
+  to.enthalpy[i] = specific_enthalpy * mass;
+  for (std::size_t k = 0; k < species_.size(); ++k) to.solute[k][i] = fractions[k] * mass;
+  to.tag[i] = tag;
+  to.vertex_of_id[i] = vertex;
 }
 
-void WorldImpl::append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece) {
-  state_.vertex_id.push_back(id);
-  state_.vertex_state.push_back(state);
-  state_.vertex_piece.push_back(piece);
-  core::each_held(state_, species_.size(), [this](auto held, auto& array, const auto& added) {
-    if (held.of_vertex) array.resize(state_.vertex_id.size(), added);
+void WorldImpl::append(core::SceneState& to, Vec3d position, Vec3d velocity, double density,
+                       double specific_enthalpy, std::uint32_t tag, std::uint32_t vertex,
+                       const Contents& fractions, Vec3d cell) const {
+  const std::size_t i = to.position.size();
+  extend(to, 1);
+  put(to, i, position, velocity, density, specific_enthalpy, tag, vertex, fractions, cell);
+}
+
+/// Entries for so many more vertices, free or not there yet.
+void WorldImpl::extend_vertices(std::size_t vertices) {
+  const std::size_t n = state_.vertex_id.size() + vertices;
+  core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto& added) {
+    if (held.of_vertex) array.resize(n, added);
   });
+  lattice_.vertex_site.resize(n);
+  lattice_.vertex_body.resize(n);
+  lattice_.vertex_coordinates.resize(n);
+}
+
+void WorldImpl::put_vertex(std::size_t v, std::uint32_t id, std::uint32_t state, std::uint32_t piece) {
+  state_.vertex_id[v] = id;
+  state_.vertex_state[v] = state;
+  state_.vertex_piece[v] = piece;
 }
 
 /// Grid of all particles, removed ones included. Only particles added since the last call are hashed, so that many
@@ -504,6 +536,15 @@ Error WorldImpl::all_taken(std::size_t points) {
                  " points is already taken; move it or leave it out");
 }
 
+/// Leaves out positions that particles have already, of which none is added meanwhile.
+void WorldImpl::leave_out_taken(std::vector<Vec3d>& positions, Vec3d origin) {
+  const core::PointGrid& there = places();
+  const auto is_there = [this](std::uint32_t id) { return !is_removed(state_.tag[id]); };
+  const auto taken = [&](const Vec3d& p) { return there.near(p - origin, is_there); };
+  if (!loops().all_of(positions.size(), [&](std::size_t k) { return !taken(positions[k]); }))
+    positions.erase(std::remove_if(positions.begin(), positions.end(), taken), positions.end());
+}
+
 Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (!valid(f.material))
     return invalid("fluid: material: no such material in this World; pass an id from add_material");
@@ -523,24 +564,23 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
   if (const auto added = add_in_place(f, contents, positions, origin, cell)) return *added;
   update_state();
   lay_out();
-  const core::PointGrid& taken = places();  // as it is before this liquid
-  const auto is_there = [this](std::uint32_t id) { return !is_removed(state_.tag[id]); };
   const double h = physics::enthalpy_of(material_rows()[f.material.index], f.temperature);
   const double density = mixed_density(physics::rest_density(material_rows()[f.material.index], h), contents);
   if (Status s = check_numbers("fluid: ", materials[f.material.index], density, h, f.velocity); !s)
     return s.error();
   pass_over_particles();
-  const std::size_t before = state_.position.size();
+  const std::size_t before = state_.position.size(), points_in_shape = positions.size();
+  leave_out_taken(positions, origin);
   reserve(positions.size(), 0, 0);
-  for (const Vec3d& p : positions) {
-    const Vec3d x = p - origin;
-    if (taken.near(x, is_there)) continue;
-    append(state_, x, f.velocity, density, h, f.material.index, none, contents, cell);
-  }
-  const std::uint64_t added = state_.position.size() - before;
-  if (added == 0) return all_taken(positions.size());
+  extend(state_, positions.size());
+  loops().pieces(positions.size(), [&](std::size_t k, std::size_t end) {
+    for (; k < end; ++k)
+      put(state_, before + k, positions[k] - origin, f.velocity, density, h, f.material.index, none, contents,
+          cell);
+  });
+  if (positions.empty()) return all_taken(points_in_shape);
   settle_at(origin);
-  return added;
+  return std::uint64_t{positions.size()};
 }
 
 /// Bytes that the host and the backend may still allocate.
@@ -632,7 +672,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
   if (Status s = plan_layers(r, what); !s) return s.error();
   if (Status s = check_memory(r, what); !s) return s.error();
-  make_room(emitter_points_, disc.size());
+  loops().make_room(emitter_points_, disc.size());
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
   if (!*running || !emitter_joins_in_place(status)) {
@@ -646,10 +686,11 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
 /// Solid particles around a nozzle and its pipe, in found_. Whether the World runs, so that the emitter may join it as it is.
 Result<bool> WorldImpl::find_solids(const EmitterDesc& e, double pipe, core::WorldStatus& status) {
   bool runs = edits_in_place();
+  const double reach = core::nozzle_reach_across(e) + pipe + (nozzle_reach + 2) * desc.spacing;
+  const Vec3d margin{reach, reach, reach}, center = e.center - origin_;
+  const Vec3d low = center - margin, high = center + margin;
   if (runs) {
-    const double reach = core::nozzle_reach_across(e) + pipe + (nozzle_reach + 2) * desc.spacing;
-    const Vec3d margin{reach, reach, reach}, center = e.center - origin_;
-    const auto found = find(center - margin, center + margin, status);
+    const auto found = find(low, high, status);
     if (!found) return found.error();
     runs = *found;
   }
@@ -657,10 +698,14 @@ Result<bool> WorldImpl::find_solids(const EmitterDesc& e, double pipe, core::Wor
     fetch_state();
     found_.clear();
     for (std::size_t i = 0; i < state_.position.size(); ++i) {
+      const Vec3d x = state_.position[i];
+      if (!is_solid(state_.tag[i]) || x.x < low.x || x.y < low.y || x.z < low.z || x.x > high.x ||
+          x.y > high.y || x.z > high.z)
+        continue;
       core::FoundParticle p;
-      p.position = state_.position[i];
+      p.position = x;
       p.tag = state_.tag[i];
-      if (is_solid(p.tag)) found_.push_back(p);
+      found_.push_back(p);
     }
   }
   found_.erase(std::remove_if(found_.begin(), found_.end(),

@@ -29,13 +29,12 @@ int axis_of(const Vec3d& v) {
 
 /// A particle of liquid in its column.
 struct Place {
-  std::int64_t column[2];  ///< across the axis, in spacings
-  double height;           ///< against gravity [m]
-  std::uint32_t id;
+  std::uint64_t column = 0;  ///< its number
+  double height = 0;         ///< against gravity [m]
+  std::uint32_t id = 0;
 };
 bool operator<(const Place& a, const Place& b) {
-  if (a.column[0] != b.column[0]) return a.column[0] < b.column[0];
-  if (a.column[1] != b.column[1]) return a.column[1] < b.column[1];
+  if (a.column != b.column) return a.column < b.column;
   return a.height != b.height ? a.height < b.height : a.id < b.id;
 }
 
@@ -45,6 +44,12 @@ struct Run {
   bool stands = false;             ///< on a wall or a body
   bool open = false;               ///< its top is a free surface
   double level = -infinity;        ///< of the free surface that its pressure goes by [m]
+  bool pressed = false;            ///< its weight compresses it
+  std::size_t surface = none;      ///< number of its surface among those of its part; none: it has none
+  const std::vector<double>* risen =
+      nullptr;  ///< its topmost layers above where their depth puts them [spacings]
+
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
 };
 
 /// What a run's volume fractions follow from, and these.
@@ -85,21 +90,27 @@ std::vector<double> solved(std::vector<double> a, std::vector<double> b) {
 /// How far layers below a free surface come to lie above where their depth puts them.
 class SurfaceLayers {
  public:
-  SurfaceLayers(double support_in_spacings, double pull)
-      : sums_(support_in_spacings),
+  /// The layers below a surface.
+  struct Surface {
+    std::vector<double> density;  ///< the lowest first [of any unit]
+    bool stands = false;          ///< they are all there are, on a floor; else liquid goes on below them
+    bool operator==(const Surface& o) const { return density == o.density && stands == o.stands; }
+  };
+  SurfaceLayers(double support_in_spacings, double pull, const core::HostLoops& loops)
+      : loops_(loops),
+        sums_(support_in_spacings),
         pull_(pull),
         held_(static_cast<std::size_t>(2 * support_in_spacings) + 2) {}
   /// Of the topmost layers, of which there should be this many below a free surface.
   std::size_t wanted() const { return surface_layers + held_; }
-  /// density: of the layers, the lowest first [of any unit]; stands: they are all there are, on a floor; else liquid goes on below them.
-  /// In spacings.
-  std::vector<double> rise(const std::vector<double>& density, bool stands) {
-    std::pair<std::vector<double>, bool> key{density, stands};
-    for (double& d : key.first) d /= density.back();
+  /// In spacings, one per layer; null: depth alone holds.
+  const std::vector<double>* rise(const Surface& s) {
+    std::pair<std::vector<double>, bool> key{s.density, s.stands};
+    for (double& d : key.first) d /= s.density.back();
     const auto known = known_.find(key);
-    if (known != known_.end()) return known->second;
-    if (known_.size() == most_known) return std::vector<double>(density.size(), 0.0);
-    return known_[key] = solve(key.first, stands);
+    if (known != known_.end()) return &known->second;
+    if (known_.size() == most_known) return nullptr;
+    return &(known_[key] = solve(key.first, s.stands));
   }
 
  private:
@@ -137,17 +148,19 @@ class SurfaceLayers {
     };
     const std::vector<double> now = forces(at);
     std::vector<double> slope(free * free), wanted(free);
-    for (std::size_t j = 0; j < free; ++j) {
+    loops_.each(static_cast<std::int64_t>(free), [&](std::int64_t column) {
+      const auto j = static_cast<std::size_t>(column);
       std::vector<double> moved = at;
       moved[held + j] += nudge;
       const std::vector<double> then = forces(moved);
       for (std::size_t i = 0; i < free; ++i) slope[i * free + j] = (then[held + i] - now[held + i]) / nudge;
       wanted[j] = -now[held + j];
-    }
+    });
     return solved(std::move(slope), std::move(wanted));
   }
 
   static constexpr std::size_t most_known = 40;  // further ones go by depth alone
+  const core::HostLoops& loops_;
   physics::LayerSums sums_;
   double pull_;  ///< g dx/c^2
   std::size_t held_;
@@ -159,14 +172,15 @@ class Columns {
  public:
   /// fields: those that act on liquid at the start.
   Columns(const core::SceneState& state, const WorldDesc& desc, Vec3d origin, double sound_speed,
-          std::vector<physics::ForceField<double>> fields)
-      : state_(state),
+          std::vector<physics::ForceField<double>> fields, const core::HostLoops& loops)
+      : loops_(loops),
+        state_(state),
         desc_(desc),
         fields_(std::move(fields)),
         axis_(axis_of(desc.gravity)),
         sound_speed_(sound_speed),
         surface_(core::support_of(desc) / desc.spacing,
-                 gravity() * desc.spacing / (sound_speed * sound_speed)) {
+                 gravity() * desc.spacing / (sound_speed * sound_speed), loops) {
     const Vec3d g = desc.gravity;
     up_ = part(g, axis_) > 0 ? -1 : 1;
     low_ = part(desc.domain.min - origin, axis_);
@@ -177,14 +191,28 @@ class Columns {
       high_ = -high_;
     }
   }
-  /// Calls move(id, new coordinate along the axis) for liquid that its weight compresses.
-  template <class Move>
-  void press(const Move& move) {
+  /// Puts liquid that its weight compresses in its places. moved: for how many, before any is; then move(k, id, new coordinate along the axis)
+  /// of each, k = 0, 1, ..., in several threads.
+  template <class Moved, class Move>
+  void press(const Moved& moved, const Move& move) {
     sort();
     find_runs();
+    find_bodies();
     find_levels();
-    for (const Run& r : runs_)
-      if (r.stands) press(r, move);
+    heights_.resize(places_.size());
+    const std::vector<std::size_t> first = find_heights();
+    moved(first.back());
+    loops_.each(static_cast<std::int64_t>(first.size()) - 1, [&](std::int64_t part) {
+      std::size_t k = first[static_cast<std::size_t>(part)];
+      each_run_of(part, [&](const Run& r) {
+        const std::size_t layers = r.risen != nullptr ? std::min(r.end - r.first, r.risen->size()) : 0;
+        for (std::size_t i = r.first; i < r.end && r.pressed; ++i) {
+          const double risen =
+              r.end - i <= layers ? desc_.spacing * (*r.risen)[r.risen->size() - (r.end - i)] : 0.0;
+          move(k++, places_[i].id, up_ * (heights_[i] + risen));
+        }
+      });
+    });
   }
   int axis() const { return axis_; }
 
@@ -200,81 +228,177 @@ class Columns {
   }
   double height(Vec3d x) const { return up_ * part(x, axis_); }
 
-  void sort() {
-    const double inverse = 1 / desc_.spacing;
-    const int first = axis_ == 0 ? 1 : 0, second = axis_ == 2 ? 1 : 2;
-    Vec3d middle;  // of a column, so that rounding cannot tear it apart
-    places_.reserve(state_.position.size());
-    for (std::size_t i = 0; i < state_.position.size(); ++i) {
-      if (is_removed(state_.tag[i])) continue;
-      const Vec3d& x = state_.position[i];
-      if (is_solid(state_.tag[i])) {
-        solids_.add(x, static_cast<std::uint32_t>(i));
-        continue;
+  bool is_liquid(std::size_t i) const { return is_fluid(state_.tag[i]); }
+  /// Liquid in the box of columns.
+  struct Spread {
+    double low[2] = {infinity, infinity}, high[2] = {-infinity, -infinity};
+    std::size_t liquid = 0, solid = 0;
+  };
+  Spread spread_of(std::size_t i, std::size_t end) const {
+    Spread s;
+    for (; i < end; ++i) {
+      if (is_solid(state_.tag[i])) ++s.solid;
+      if (!is_liquid(i)) continue;
+      ++s.liquid;
+      for (int k = 0; k < 2; ++k) {
+        const double x = part(state_.position[i], across_[k]);
+        s.low[k] = std::min(s.low[k], x);
+        s.high[k] = std::max(s.high[k], x);
       }
-      if (places_.empty()) middle = x;
-      places_.push_back({{std::llround((part(x, first) - part(middle, first)) * inverse),
-                          std::llround((part(x, second) - part(middle, second)) * inverse)},
-                         height(x),
-                         static_cast<std::uint32_t>(i)});
     }
-    if (!sort_by_counting()) std::sort(places_.begin(), places_.end());
+    return s;
   }
-  /// The same order, by counting the places of each column: particles mostly come from a lattice, in which those of a column are
-  /// in order already. False: there would be many more columns than places.
-  bool sort_by_counting() {
-    if (places_.empty()) return true;
-    std::int64_t low[2], size[2];
-    for (int k = 0; k < 2; ++k) {
-      const auto [least, most] =
-          std::minmax_element(places_.begin(), places_.end(),
-                              [k](const Place& a, const Place& b) { return a.column[k] < b.column[k]; });
-      low[k] = least->column[k];
-      size[k] = most->column[k] - low[k] + 1;
+  std::int64_t along(int k, double x) const {
+    return std::llround((x - middle_[k]) * inverse_spacing_) - low_column_[k];
+  }
+  /// Columns are numbered row by row. Lattices are no larger than 2e9 spacings, so that 64 bits are enough.
+  std::uint64_t column_of(const Vec3d& x) const {
+    return static_cast<std::uint64_t>(along(0, part(x, across_[0])) * columns_[1] +
+                                      along(1, part(x, across_[1])));
+  }
+
+  void sort() {
+    const std::size_t n = state_.position.size();
+    Spread all;
+    for (const Spread& s : loops_.template of_pieces<Spread>(
+             n, [this](std::size_t i, std::size_t end) { return spread_of(i, end); })) {
+      all.liquid += s.liquid;
+      all.solid += s.solid;
+      for (int k = 0; k < 2; ++k) {
+        all.low[k] = std::min(all.low[k], s.low[k]);
+        all.high[k] = std::max(all.high[k], s.high[k]);
+      }
     }
-    if (double(size[0]) * double(size[1]) > 2.0 * double(places_.size())) return false;
-    const auto number = [&](const Place& p) {
-      return static_cast<std::size_t>((p.column[0] - low[0]) * size[1] + p.column[1] - low[1]);
+    bodies_ = all.solid != 0;
+    if (all.liquid == 0) return;
+    std::size_t first = 0;
+    while (!is_liquid(first)) ++first;
+    for (int k = 0; k < 2; ++k) {  // the middle of a column, so that rounding cannot tear it apart
+      middle_[k] = part(state_.position[first], across_[k]);
+      low_column_[k] = 0;
+      low_column_[k] = along(k, all.low[k]);
+      columns_[k] = along(k, all.high[k]) + 1;
+    }
+    loops_.resize(places_, all.liquid);
+    counted_ = double(columns_[0]) * double(columns_[1]) <= 2.0 * double(all.liquid);
+    if (counted_) return sort_by_counting();
+    std::size_t to = 0;
+    for (std::size_t i = 0; i < n; ++i)
+      if (is_liquid(i)) places_[to++] = place_of(i, column_of(state_.position[i]));
+    std::sort(places_.begin(), places_.end());
+  }
+  Place place_of(std::size_t i, std::uint64_t column) const {
+    return {column, height(state_.position[i]), static_cast<std::uint32_t>(i)};
+  }
+  /// Where there are not many more columns than places, by counting the places of each column: particles mostly come from a lattice, in
+  /// which those of a column are in order already. Each of a few shares of the particles has counts of its own, no more of them than
+  /// there are places.
+  void sort_by_counting() {
+    const std::size_t n = state_.position.size();
+    const auto columns = static_cast<std::size_t>(columns_[0] * columns_[1]);
+    const std::size_t shares = std::clamp<std::size_t>(places_.size() / columns, 1, 16);
+    std::vector<std::uint32_t> column;
+    loops_.resize(column, n);
+    std::vector<std::size_t> next(shares * columns, 0);
+    const auto each_of_share = [&](std::int64_t share, const auto& visit) {
+      const auto s = static_cast<std::size_t>(share);
+      for (std::size_t i = n * s / shares; i < n * (s + 1) / shares; ++i)
+        if (is_liquid(i)) visit(i, next.data() + s * columns);
     };
-    std::vector<std::size_t> ends(static_cast<std::size_t>(size[0] * size[1]), 0);
-    for (const Place& p : places_) ++ends[number(p)];
-    std::partial_sum(ends.begin(), ends.end(), ends.begin());
-    std::vector<Place> sorted(places_.size());
-    for (std::size_t i = places_.size(); i-- > 0;) sorted[--ends[number(places_[i])]] = places_[i];
-    places_.swap(sorted);
-    for (std::size_t k = 0; k < ends.size(); ++k) {  // now where columns begin
-      const auto first = places_.begin() + static_cast<std::ptrdiff_t>(ends[k]);
-      const auto end =
-          k + 1 < ends.size() ? places_.begin() + static_cast<std::ptrdiff_t>(ends[k + 1]) : places_.end();
-      if (!std::is_sorted(first, end)) std::sort(first, end);
+    loops_.each(static_cast<std::int64_t>(shares), [&](std::int64_t share) {
+      each_of_share(share, [&](std::size_t i, std::size_t* counts) {
+        column[i] = static_cast<std::uint32_t>(column_of(state_.position[i]));
+        ++counts[column[i]];
+      });
+    });
+    first_place_.assign(columns + 1, 0);
+    std::size_t sum = 0;
+    for (std::size_t k = 0; k < columns; ++k) {
+      first_place_[k] = sum;
+      for (std::size_t s = 0; s < shares; ++s) sum += std::exchange(next[s * columns + k], sum);
     }
-    return true;
+    first_place_[columns] = sum;
+    loops_.each(static_cast<std::int64_t>(shares), [&](std::int64_t share) {
+      each_of_share(
+          share, [&](std::size_t i, std::size_t* to) { places_[to[column[i]]++] = place_of(i, column[i]); });
+    });
   }
-  bool same_column(std::size_t a, std::size_t b) const {
-    return places_[a].column[0] == places_[b].column[0] && places_[a].column[1] == places_[b].column[1];
+  /// Columns come in parts, those that are counted.
+  static constexpr std::size_t columns_of_part = 64;
+  std::int64_t parts() const {
+    if (places_.empty()) return 0;
+    return counted_ ? static_cast<std::int64_t>((first_place_.size() - 2) / columns_of_part + 1) : 1;
   }
-  /// Whether a particle of a body is about a spacing above (way 1) or below (way -1) a place.
-  bool meets_solid(std::size_t place, int way) const {
+  std::size_t first_of_part(std::int64_t part) const {
+    if (!counted_) return part == 0 ? 0 : places_.size();
+    return first_place_[std::min(first_place_.size() - 1, static_cast<std::size_t>(part) * columns_of_part)];
+  }
+  template <class Visit>
+  void each_run_of(std::int64_t part, const Visit& visit) {
+    for (std::size_t k = first_run_[static_cast<std::size_t>(part)];
+         k < first_run_[static_cast<std::size_t>(part) + 1]; ++k)
+      visit(runs_[k]);
+  }
+  bool same_column(std::size_t a, std::size_t b) const { return places_[a].column == places_[b].column; }
+  /// About a spacing above (way 1) or below (way -1) a place.
+  Vec3d beyond(std::size_t place, int way) const {
     Vec3d x = state_.position[places_[place].id];
     part(x, axis_) += way * up_ * 0.75 * desc_.spacing;
-    return solids_.near(x, [](std::uint32_t) { return true; });
+    return x;
   }
   bool is_wall(bool upper) const {
     const std::size_t face = static_cast<std::size_t>(2 * axis_) + ((up_ > 0) == upper ? 1u : 0u);
     return desc_.domain.bounded && desc_.domain.faces[face] == Face::wall;
   }
   void find_runs() {
+    std::vector<std::vector<Run>> of_part(static_cast<std::size_t>(parts()));
+    loops_.each(parts(), [&](std::int64_t part) {
+      const auto first = places_.begin() + static_cast<std::ptrdiff_t>(first_of_part(part));
+      const auto end = places_.begin() + static_cast<std::ptrdiff_t>(first_of_part(part + 1));
+      if (!std::is_sorted(first, end)) std::sort(first, end);
+      find_runs(first_of_part(part), first_of_part(part + 1), of_part[static_cast<std::size_t>(part)]);
+    });
+    for (const std::vector<Run>& runs : of_part) {
+      first_run_.push_back(runs_.size());
+      runs_.insert(runs_.end(), runs.begin(), runs.end());
+    }
+    first_run_.push_back(runs_.size());
+    if (!counted_) return;
+    run_of_column_.assign(first_place_.size() - 1, runs_.size());
+    for (std::size_t k = runs_.size(); k-- > 0;) run_of_column_[places_[runs_[k].first].column] = k;
+  }
+  void find_runs(std::size_t first, std::size_t end, std::vector<Run>& runs) const {
     const double dx = desc_.spacing;
-    for (std::size_t i = 0; i < places_.size();) {
+    for (std::size_t i = first; i < end;) {
       Run r;
       r.first = i++;
-      while (i < places_.size() && same_column(i, r.first) &&
-             places_[i].height - places_[i - 1].height < 1.5 * dx)
-        ++i;
+      while (i < end && same_column(i, r.first) && places_[i].height - places_[i - 1].height < 1.5 * dx) ++i;
       r.end = i;
-      r.stands = (is_wall(false) && places_[r.first].height - low_ < dx) || meets_solid(r.first, -1);
-      r.open = !(is_wall(true) && high_ - places_[r.end - 1].height < dx) && !meets_solid(r.end - 1, 1);
-      runs_.push_back(r);
+      r.stands = is_wall(false) && places_[r.first].height - low_ < dx;
+      r.open = !(is_wall(true) && high_ - places_[r.end - 1].height < dx);
+      runs.push_back(r);
+    }
+  }
+  /// Which runs stand on bodies or end below them. Hashed is where that is asked, of which there is less than particles of bodies.
+  void find_bodies() {
+    if (!bodies_ || runs_.empty()) return;
+    core::PointGrid asked(0.75 * desc_.spacing);
+    for (std::size_t k = 0; k < runs_.size(); ++k) {
+      if (!runs_[k].stands) asked.add(beyond(runs_[k].first, -1), static_cast<std::uint32_t>(2 * k));
+      if (runs_[k].open) asked.add(beyond(runs_[k].end - 1, 1), static_cast<std::uint32_t>(2 * k + 1));
+    }
+    std::vector<std::uint8_t> met(2 * runs_.size(), 0);
+    loops_.pieces(state_.position.size(), [&](std::size_t i, std::size_t end) {
+      for (; i < end; ++i)
+        if (is_solid(state_.tag[i]))
+          asked.near(state_.position[i], [&met](std::uint32_t k) {
+            __atomic_store_n(&met[k], std::uint8_t{1}, __ATOMIC_RELAXED);
+            return false;
+          });
+    });
+    for (std::size_t k = 0; k < runs_.size(); ++k) {
+      runs_[k].stands = runs_[k].stands || met[2 * k] != 0;
+      runs_[k].open = runs_[k].open && met[2 * k + 1] == 0;
     }
   }
   double top(const Run& r) const { return places_[r.end - 1].height + 0.5 * desc_.spacing; }
@@ -284,17 +408,23 @@ class Columns {
   template <class Visit>
   void for_each_beside(const Run& r, const Visit& visit) {
     constexpr int ways[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    const auto from = static_cast<std::int64_t>(places_[r.first].column);
     for (const auto& way : ways) {
-      const Place& from = places_[r.first];
-      const Place wanted{{from.column[0] + way[0], from.column[1] + way[1]}, -infinity, 0};
-      auto run = std::lower_bound(runs_.begin(), runs_.end(), wanted,
-                                  [&](const Run& a, const Place& p) { return places_[a.first] < p; });
-      for (; run != runs_.end() && places_[run->first].column[0] == wanted.column[0] &&
-             places_[run->first].column[1] == wanted.column[1];
-           ++run)
-        if (std::min(top(*run), top(r)) - std::max(bottom(*run), bottom(r)) > 0.5 * desc_.spacing)
-          visit(*run);
+      const std::int64_t row = from / columns_[1] + way[0], along_row = from % columns_[1] + way[1];
+      if (row < 0 || row >= columns_[0] || along_row < 0 || along_row >= columns_[1]) continue;
+      const auto column = static_cast<std::uint64_t>(row * columns_[1] + along_row);
+      for (std::size_t k = first_run_in(column); k < runs_.size() && places_[runs_[k].first].column == column;
+           ++k)
+        if (std::min(top(runs_[k]), top(r)) - std::max(bottom(runs_[k]), bottom(r)) > 0.5 * desc_.spacing)
+          visit(runs_[k]);
     }
+  }
+  std::size_t first_run_in(std::uint64_t column) const {
+    if (counted_) return run_of_column_[column];
+    const auto run =
+        std::lower_bound(runs_.begin(), runs_.end(), column,
+                         [this](const Run& a, std::uint64_t c) { return places_[a.first].column < c; });
+    return static_cast<std::size_t>(run - runs_.begin());
   }
   /// Of runs below bodies and lids: that of the nearest run, by columns, with a free surface.
   void find_levels() {
@@ -329,8 +459,30 @@ class Columns {
     if (gaps == 0) return desc_.spacing;
     return unless_alike((places_[r.end - 1].height - places_[r.first].height) / gaps, desc_.spacing);
   }
-  template <class Move>
-  void press(const Run& r, const Move& move) {
+  /// Of all runs that stand. What is to move, in order: the first of every part and one more.
+  std::vector<std::size_t> find_heights() {
+    std::vector<std::vector<SurfaceLayers::Surface>> surfaces(static_cast<std::size_t>(parts()));
+    std::vector<std::size_t> first(surfaces.size() + 1, 0);
+    loops_.each(parts(), [&](std::int64_t part) {
+      Pressed last;  // of the run before: most are like that
+      each_run_of(part, [&](Run& r) {
+        if (r.stands) find_heights(r, last, surfaces[static_cast<std::size_t>(part)]);
+        if (r.pressed) first[static_cast<std::size_t>(part) + 1] += r.end - r.first;
+      });
+    });
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    // One after another: only so many surfaces are solved for.
+    for (std::int64_t part = 0; part < parts(); ++part) {
+      std::vector<const std::vector<double>*> risen;
+      for (const SurfaceLayers::Surface& s : surfaces[static_cast<std::size_t>(part)])
+        risen.push_back(surface_.rise(s));
+      each_run_of(part, [&](Run& r) {
+        if (r.surface != Run::none) r.risen = risen[r.surface];
+      });
+    }
+    return first;
+  }
+  void find_heights(Run& r, Pressed& last, std::vector<SurfaceLayers::Surface>& surfaces) {
     const double dx = layer(r), square = desc_.spacing * desc_.spacing;
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
     const auto volume = [&](std::size_t place) { return state_.volume[places_[place].id]; };
@@ -338,53 +490,59 @@ class Columns {
       return pull(places_[place].id) * mass(place) / unless_alike(volume(place) / dx, square);
     };
     constexpr double most_fraction = 1.1;  // beyond, layers are no lattice any more: left as it was laid out
-    std::vector<double> weights, stiffness;
+    std::vector<double> weights(r.end - r.first), stiffness(r.end - r.first);
     for (std::size_t i = r.first; i < r.end; ++i) {
-      weights.push_back(weight(i));
-      stiffness.push_back(physics::tait_stiffness(mass(i) / volume(i), sound_speed_));
+      weights[i - r.first] = weight(i);
+      stiffness[i - r.first] = physics::tait_stiffness(mass(i) / volume(i), sound_speed_);
     }
     Pressed pressed{on_top(r, weight), std::move(weights), std::move(stiffness), {}};
-    if (!pressed.alike(last_)) {
+    if (!pressed.alike(last)) {
       pressed.phi = physics::hydrostatic_fractions(pressed.on_top, pressed.weights, pressed.stiffness);
-      last_ = std::move(pressed);
+      last = std::move(pressed);
     }
-    const std::vector<double>& phi = last_.phi;
-    for (const double fraction : phi)
+    for (const double fraction : last.phi)
       if (!(fraction <= most_fraction && fraction >= 1 / most_fraction)) return;
-    const std::vector<double> heights = physics::stacked(phi, bottom(r), dx), risen = rise(r);
-    for (std::size_t i = 0; i < heights.size(); ++i)
-      move(places_[r.first + i].id, up_ * (heights[i] + risen[i]));
+    const std::vector<double> heights = physics::stacked(last.phi, bottom(r), dx);
+    std::copy(heights.begin(), heights.end(), heights_.begin() + static_cast<std::ptrdiff_t>(r.first));
+    r.pressed = true;
+    find_surface(r, surfaces);
   }
-  /// What its free surface does to the layers of a run [m]; where it has none, or where fields act, nothing.
-  std::vector<double> rise(const Run& r) {
-    std::vector<double> risen(r.end - r.first, 0.0);
-    if (!r.open || desc_.tension || !fields_.empty()) return risen;
+  /// The free surface that does something to the layers of a run; where it has none, or where fields act, there is none.
+  void find_surface(Run& r, std::vector<SurfaceLayers::Surface>& surfaces) const {
+    if (!r.open || desc_.tension || !fields_.empty()) return;
     const bool on_floor = is_wall(false) && places_[r.first].height - low_ < desc_.spacing;
-    const std::size_t layers = std::min(risen.size(), surface_.wanted());
-    std::vector<double> density;
+    const std::size_t layers = std::min(r.end - r.first, surface_.wanted());
+    SurfaceLayers::Surface s;
     for (std::size_t i = r.end - layers; i < r.end; ++i)
-      density.push_back(state_.mass[places_[i].id] / state_.volume[places_[i].id]);
-    const bool all = on_floor && layers == risen.size();
+      s.density.push_back(state_.mass[places_[i].id] / state_.volume[places_[i].id]);
+    s.stands = on_floor && layers == r.end - r.first;
     // A body answers liquid with the liquid's own pressure, as if it went on there.
-    if (!all) density.insert(density.begin(), surface_.wanted() - layers, density.front());
-    const std::vector<double> top = surface_.rise(density, all);
-    const std::size_t below = density.size() - layers;
-    for (std::size_t i = 0; i < layers; ++i)
-      risen[risen.size() - layers + i] = desc_.spacing * top[below + i];
-    return risen;
+    if (!s.stands) s.density.insert(s.density.begin(), surface_.wanted() - layers, s.density.front());
+    if (surfaces.empty() || !(surfaces.back() == s)) surfaces.push_back(std::move(s));
+    r.surface = surfaces.size() - 1;
   }
 
+  const core::HostLoops& loops_;
   const core::SceneState& state_;
   const WorldDesc& desc_;
   std::vector<physics::ForceField<double>> fields_;
-  int axis_, up_ = 1;          ///< up_: sign of what is against gravity
-  double sound_speed_;         ///< [m/s]
-  double low_ = 0, high_ = 0;  ///< of the domain, against gravity [m]
-  core::PointGrid solids_{0.75 * desc_.spacing};
+  int axis_, up_ = 1;                                         ///< up_: sign of what is against gravity
+  double sound_speed_;                                        ///< [m/s]
+  double low_ = 0, high_ = 0;                                 ///< of the domain, against gravity [m]
+  int across_[2] = {axis_ == 0 ? 1 : 0, axis_ == 2 ? 1 : 2};  ///< the axes that columns are numbered along
+  double inverse_spacing_ = 1 / desc_.spacing;
+  double middle_[2] = {};  ///< of a column [m]
+  std::int64_t low_column_[2] = {}, columns_[2] = {};
+  bool bodies_ = false;   ///< there are particles of bodies
+  bool counted_ = false;  ///< there are not many more columns than places
   std::vector<Place> places_;
+  std::vector<std::size_t> first_place_;  ///< per column that is counted, and one more
   std::vector<Run> runs_;
+  std::vector<std::size_t> first_run_;  ///< per part, and one more
+  std::vector<std::size_t>
+      run_of_column_;            ///< where they are counted: the first one, or how many runs there are
+  std::vector<double> heights_;  ///< per place: where its depth puts it, against gravity [m]
   SurfaceLayers surface_;
-  Pressed last_;  ///< of the run pressed last: most are like the one before
 };
 
 }  // namespace
@@ -393,7 +551,7 @@ class Columns {
 void WorldImpl::lay_out() {
   if (laid_out_.empty()) return;
   if (steps == 0) {
-    for (const auto& [id, x] : laid_out_) state_.position[id] = x;
+    for (const LaidOut& l : laid_out_) part(state_.position[l.id], laid_out_axis_) = l.at;
     pressed_ = false;
     dirty_ = true;
     places_.reset();
@@ -413,13 +571,16 @@ void WorldImpl::press_liquid() {
   std::vector<physics::ForceField<double>> fields;
   for (const ForceFieldRecord& r : force_fields_)
     if (r.used && r.desc.liquid && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
-  Columns columns(state_, desc, origin_, sound_speed_, std::move(fields));
-  laid_out_.reserve(state_.position.size());
-  columns.press([&](std::uint32_t id, double at) {
-    laid_out_.push_back({id, state_.position[id]});
-    round_to_precision(at);
-    part(state_.position[id], columns.axis()) = at;
-  });
+  const core::HostLoops shared = loops();
+  Columns columns(state_, desc, origin_, sound_speed_, std::move(fields), shared);
+  laid_out_axis_ = columns.axis();
+  columns.press([&](std::size_t n) { shared.resize(laid_out_, n); },
+                [&](std::size_t k, std::uint32_t id, double at) {
+                  double& x = part(state_.position[id], laid_out_axis_);
+                  laid_out_[k] = {id, x};
+                  round_to_precision(at);
+                  x = at;
+                });
   pressed_ = !laid_out_.empty();
   if (pressed_) places_.reset();
 }

@@ -73,6 +73,7 @@ class WorldImpl::NewBody {
   Status number_sites();
   template <class TagOf>
   Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
+  bool displaces_liquid_only();
   Status check_carve(Vec3d place) const;
   bool fits_in_place() const;
   Status clear_found();
@@ -88,6 +89,7 @@ class WorldImpl::NewBody {
   void make_record();
   void make_row();
   void add_vertices(core::SceneState& particles, std::size_t first_id);
+  void add_vertex(core::SceneState& particles, std::size_t i, std::size_t id, std::size_t k);
   std::uint32_t tag_at(std::uint32_t site) const;
   void label_pieces();
   void label_piece(std::uint32_t first);
@@ -262,7 +264,11 @@ Status WorldImpl::NewBody::clear() {
   w_.update_state();
   w_.lay_out();
   const auto tag_of = [this](std::uint32_t id) { return w_.state_.tag[id]; };
-  if (Status st = find_displaced(w_.places(), tag_of); !st) return st;
+  // Hashed are the particles of the body or all others, whichever are fewer.
+  constexpr std::size_t large = 16;
+  const bool alone = large * positions_.size() > w_.state_.position.size() && displaces_liquid_only();
+  if (!alone)
+    if (Status st = find_displaced(w_.places(), tag_of); !st) return st;
   if (!displaced_.empty())
     if (Status st = check_carve(w_.state_.position[*std::min_element(displaced_.begin(), displaced_.end())]);
         !st)
@@ -292,6 +298,30 @@ Status WorldImpl::NewBody::find_displaced(const core::PointGrid& there, const Ta
                      "\" at ", p, "; bodies must be a spacing apart, move one of them");
   }
   return {};
+}
+
+/// find_displaced() of all particles of the World, in order. False: another body is in the way.
+bool WorldImpl::NewBody::displaces_liquid_only() {
+  core::PointGrid own(same_place * w_.desc.spacing);
+  for (const Vec3d& p : positions_) own.add(p - origin_, 0);
+  struct Met {
+    std::vector<std::uint32_t> liquid;
+    bool solid = false;
+  };
+  const core::SceneState& s = w_.state_;
+  const auto met = w_.loops().of_pieces<Met>(s.position.size(), [&](std::size_t i, std::size_t end) {
+    Met m;
+    for (; i < end && !m.solid; ++i) {
+      if (is_removed(s.tag[i]) || !own.near(s.position[i], [](std::uint32_t) { return true; })) continue;
+      if (is_fluid(s.tag[i])) m.liquid.push_back(static_cast<std::uint32_t>(i));
+      m.solid = is_solid(s.tag[i]);
+    }
+    return m;
+  });
+  for (const Met& m : met)
+    if (m.solid) return false;
+  for (const Met& m : met) displaced_.insert(displaced_.end(), m.liquid.begin(), m.liquid.end());
+  return true;
 }
 
 Status WorldImpl::NewBody::check_nozzles() const {
@@ -545,19 +575,32 @@ void WorldImpl::NewBody::make_row() {
 void WorldImpl::NewBody::add_vertices(core::SceneState& particles, std::size_t first_id) {
   core::SceneLattice& lattice = w_.lattice_;
   lattice.site_vertex.resize(base_ + nx_ * ny_ * nz_, none);
-  for (std::size_t k = 0; k < points_.size(); ++k)
-    lattice.site_vertex[site_of(points_[k])] = record_.first_vertex + static_cast<std::uint32_t>(k);
-  for (std::size_t k = 0; k < points_.size(); ++k) {
-    const auto site = static_cast<std::uint32_t>(site_of(points_[k]));
-    const Vec3d x = positions_[k] - origin_;
-    w_.append_vertex(static_cast<std::uint32_t>(first_id + k), core::vertex_live, none);
-    lattice.vertex_site.push_back(site);
-    lattice.vertex_body.push_back(index_);
-    lattice.vertex_coordinates.push_back(points_[k]);
-    w_.append(particles, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
-              enthalpy_, tag_at(site), record_.first_vertex + static_cast<std::uint32_t>(k), contents_,
-              s_.motion == Motion::fixed ? w_.cut_at_walls(positions_[k], cell_) : cell_);
-  }
+  const std::size_t first = particles.position.size();
+  w_.extend(particles, points_.size());
+  w_.extend_vertices(points_.size());
+  const core::HostLoops shared = w_.loops();
+  shared.pieces(points_.size(), [&](std::size_t k, std::size_t end) {
+    for (; k < end; ++k)
+      lattice.site_vertex[site_of(points_[k])] = record_.first_vertex + static_cast<std::uint32_t>(k);
+  });
+  shared.pieces(points_.size(), [&](std::size_t k, std::size_t end) {
+    for (; k < end; ++k) add_vertex(particles, first + k, first_id + k, k);
+  });
+}
+
+/// Point k: particle `id`, item i of `particles`.
+void WorldImpl::NewBody::add_vertex(core::SceneState& particles, std::size_t i, std::size_t id,
+                                    std::size_t k) {
+  const auto site = static_cast<std::uint32_t>(site_of(points_[k]));
+  const auto vertex = record_.first_vertex + static_cast<std::uint32_t>(k);
+  const Vec3d x = positions_[k] - origin_;
+  w_.put_vertex(vertex, static_cast<std::uint32_t>(id), core::vertex_live, none);
+  w_.lattice_.vertex_site[vertex] = site;
+  w_.lattice_.vertex_body[vertex] = index_;
+  w_.lattice_.vertex_coordinates[vertex] = points_[k];
+  w_.put(particles, i, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
+         enthalpy_, tag_at(site), vertex, contents_,
+         s_.motion == Motion::fixed ? w_.cut_at_walls(positions_[k], cell_) : cell_);
 }
 
 std::uint32_t WorldImpl::NewBody::tag_at(std::uint32_t site) const {
@@ -597,14 +640,16 @@ void WorldImpl::NewBody::label_piece(std::uint32_t first) {
 /// Free sites come after all that are occupied; each is the label of nothing but itself.
 void WorldImpl::NewBody::add_free_sites() {
   core::SceneLattice& lattice = w_.lattice_;
+  auto v = static_cast<std::uint32_t>(lattice.vertex_site.size());
+  w_.extend_vertices(free_.size());
   for (const Vec3i& p : free_) {
-    const auto v = static_cast<std::uint32_t>(lattice.vertex_site.size());
     const std::uint64_t site = site_of(p);
     lattice.site_vertex[site] = v;
-    lattice.vertex_site.push_back(static_cast<std::uint32_t>(site));
-    lattice.vertex_body.push_back(index_);
-    lattice.vertex_coordinates.push_back(p);
-    w_.append_vertex(none, core::vertex_free, v);
+    lattice.vertex_site[v] = static_cast<std::uint32_t>(site);
+    lattice.vertex_body[v] = index_;
+    lattice.vertex_coordinates[v] = p;
+    w_.put_vertex(v, none, core::vertex_free, v);
+    ++v;
   }
 }
 

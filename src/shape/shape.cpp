@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "meltsim/shape.hpp"
 
+#include <functional>
 #include <new>
 #include <stdexcept>
 
@@ -44,21 +45,6 @@ ShapePtr build(const Build& builder) {
   } catch (const std::length_error&) {
     return spare;
   }
-}
-
-std::vector<Vec3i> sites_inside(const SiteMask& mask) {
-  std::size_t count = 0;
-  for (const std::uint8_t b : mask.inside) count += b;
-  std::vector<Vec3i> sites;
-  sites.reserve(count);
-  const SiteRange& r = mask.range;
-  const std::uint8_t* b = mask.inside.data();
-  if (r.empty()) return sites;
-  for (std::int32_t z = r.lo.z; z < r.hi.z; ++z)
-    for (std::int32_t y = r.lo.y; y < r.hi.y; ++y)
-      for (std::int32_t x = r.lo.x; x < r.hi.x; ++x)
-        if (*b++ != 0) sites.push_back({x, y, z});
-  return sites;
 }
 
 }  // namespace
@@ -130,23 +116,10 @@ std::vector<Vec3i> Shape::lattice_points(Vec3d origin, double spacing) const {
 }
 
 Status Shape::lattice_points(Vec3d origin, double spacing, std::vector<Vec3i>& points) const {
-  points.clear();
-  if (!node_) return {};
-  if (Status s = validate(); !s) return s;
-  const auto full = [] {
-    return Error{ErrorCode::out_of_memory, "host memory ran out while it was sampled; use a larger spacing"};
+  const auto one_by_one = [](std::int64_t parts, const std::function<void(std::int64_t)>& part) {
+    for (std::int64_t k = 0; k < parts; ++k) part(k);
   };
-  try {
-    if (Status s = check_lattice(bounds(), origin, spacing); !s) return s;
-    const auto most = static_cast<std::int32_t>(max_site_index);
-    const SiteRange everywhere{{-most, -most, -most}, {most, most, most}};
-    points = sites_inside(sample(*node_, {origin, spacing, {}, {}}, everywhere));
-    return {};
-  } catch (const std::bad_alloc&) {
-    return full();
-  } catch (const std::length_error&) {
-    return full();
-  }
+  return meltsim::lattice_points(*this, origin, spacing, one_by_one, points);
 }
 
 }  // namespace v0

@@ -28,12 +28,24 @@ class BlendNode final : public ShapeNode {
       tie_ = maximum(tie_, tie_width(magnitude(e.radii), magnitude(e.center)));
     }
     bulge_ = largest_bulge();
+    for (const Vec3d& inv : inverse_radii_) {
+      const double farthest = 1 + 2 * (bulge_ + tie_) * maximum(inv.x, maximum(inv.y, inv.z));
+      far_.push_back(farthest * farthest * (1 + slack));
+    }
   }
 
   bool contains(Vec3d p) const override {
+    bool near = false;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+      const double level = squared_level(i, p);
+      if (level < 1 - slack) return true;  // the smooth minimum is no more than the least
+      near = near || !(level > far_[i]);
+    }
+    if (!near) return false;
     double least = infinity;
     for (std::size_t i = 0; i < parts_.size(); ++i)
-      least = smooth_minimum(least, distance(i, p), blend_, inverse_blend_);
+      if (!out_of_reach(i, p, least + blend_))
+        least = smooth_minimum(least, distance(i, p), blend_, inverse_blend_);
     return least <= tie_;
   }
 
@@ -78,6 +90,19 @@ class BlendNode final : public ShapeNode {
     return (level - 1) * level / slope;
   }
 
+  double squared_level(std::size_t i, Vec3d p) const {
+    const Vec3d inv = inverse_radii_[i], d = p - parts_[i].center;
+    const Vec3d q{d.x * inv.x, d.y * inv.y, d.z * inv.z};
+    return dot(q, q);
+  }
+  /// Whether the distance to a part is certainly more than this: it is at least |q| - 1 times the least radius. A smooth minimum
+  /// that is a width less than a distance is the same to the bit without it.
+  bool out_of_reach(std::size_t i, Vec3d p, double distance) const {
+    const Vec3d inv = inverse_radii_[i];
+    const double least = 1 + distance * maximum(inv.x, maximum(inv.y, inv.z));
+    return least > 1 && squared_level(i, p) > least * least * (1 + slack);
+  }
+
   // The smooth minimum is monotone, so the value sinks deepest below the least distance where all distances
   // are equal. There each part takes off another (1 - sunk)^2 / 4 widths; the sum stays below one width.
   double largest_bulge() const {
@@ -87,7 +112,10 @@ class BlendNode final : public ShapeNode {
   }
 
   std::vector<Ellipsoid> parts_;
+  static constexpr double slack = 1e-9;  ///< more than rounding can be, of a square of |q|
+
   std::vector<Vec3d> inverse_radii_;
+  std::vector<double> far_;  ///< squares of |q| from which on a part, bulges included, holds nothing
   double blend_, inverse_blend_ = 0, tie_ = 0, bulge_ = 0;
 };
 

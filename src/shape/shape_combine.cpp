@@ -23,6 +23,12 @@ int deepest(const std::vector<ShapePtr>& parts) {
   return depth;
 }
 
+bool all_fill_site_by_site(const std::vector<ShapePtr>& parts) {
+  for (const ShapePtr& part : parts)
+    if (!part->fills_site_by_site()) return false;
+  return true;
+}
+
 class UnionNode final : public ShapeNode {
  public:
   explicit UnionNode(std::vector<ShapePtr> parts) : ShapeNode(deepest(parts) + 1), parts_(std::move(parts)) {}
@@ -46,6 +52,8 @@ class UnionNode final : public ShapeNode {
       if (Status s = parts_[i]->validate(); !s) return within("unite.parts[" + std::to_string(i) + "]", s);
     return {};
   }
+
+  bool fills_site_by_site() const override { return all_fill_site_by_site(parts_); }
 
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     for (const ShapePtr& part : parts_) combine(sample(*part, lattice, mask.range), 1, mask);
@@ -87,6 +95,10 @@ class DifferenceNode final : public ShapeNode {
     return within("subtract.what", what_->validate());
   }
 
+  bool fills_site_by_site() const override {
+    return from_->fills_site_by_site() && what_->fills_site_by_site();
+  }
+
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     from_->fill(lattice, mask);
     UnionNode::combine(sample(*what_, lattice, mask.range), 0, mask);
@@ -126,6 +138,8 @@ class IntersectionNode final : public ShapeNode {
         return within("intersect.parts[" + std::to_string(i) + "]", s);
     return {};
   }
+
+  bool fills_site_by_site() const override { return all_fill_site_by_site(parts_); }
 
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     std::vector<std::uint8_t> missing(mask.inside.size(), 0);

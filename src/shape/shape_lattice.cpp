@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
+#include <numeric>
+#include <stdexcept>
 
 #include "shape/shape_limits.hpp"
 #include "shape/shape_node.hpp"
@@ -39,6 +42,61 @@ SiteMask sample(const ShapeNode& node, const Lattice& lattice, const SiteRange& 
   mask.inside.assign(mask.range.count(), 0);
   if (!mask.inside.empty()) node.fill(lattice, mask);
   return mask;
+}
+
+std::vector<Vec3i> sites_inside(const ShapeNode& node, Vec3d origin, double spacing, const EachPart& each) {
+  constexpr std::size_t least_sites = 8192;  // worth a thread's while
+  const Lattice lattice{origin, spacing, {}, {}};
+  const auto most = static_cast<std::int32_t>(max_site_index);
+  const SiteRange r = crop({{-most, -most, -most}, {most, most, most}}, node.bounds({}), lattice);
+  if (r.empty()) return {};
+  const std::size_t thickness = node.fills_site_by_site()
+                                    ? std::max<std::size_t>(1, least_sites / (r.width() * r.height()))
+                                    : r.depth();
+  std::vector<SiteMask> slabs((r.depth() + thickness - 1) / thickness);
+  std::vector<std::size_t> first(slabs.size() + 1, 0);
+  const auto parts = static_cast<std::int64_t>(slabs.size());
+  each(parts, [&](std::int64_t k) {
+    SiteMask& slab = slabs[static_cast<std::size_t>(k)];
+    slab.range = r;
+    slab.range.lo.z = r.lo.z + static_cast<std::int32_t>(static_cast<std::size_t>(k) * thickness);
+    slab.range.hi.z = std::min(r.hi.z, slab.range.lo.z + static_cast<std::int32_t>(thickness));
+    slab.inside.assign(slab.range.count(), 0);
+    node.fill(lattice, slab);
+    for (const std::uint8_t b : slab.inside) first[static_cast<std::size_t>(k) + 1] += b;
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<Vec3i> sites(first.back());
+  each(parts, [&](std::int64_t k) {
+    const SiteRange& s = slabs[static_cast<std::size_t>(k)].range;
+    const std::uint8_t* b = slabs[static_cast<std::size_t>(k)].inside.data();
+    Vec3i* to = sites.data() + first[static_cast<std::size_t>(k)];
+    for (std::int32_t z = s.lo.z; z < s.hi.z; ++z)
+      for (std::int32_t y = s.lo.y; y < s.hi.y; ++y)
+        for (std::int32_t x = s.lo.x; x < s.hi.x; ++x)
+          if (*b++ != 0) *to++ = {x, y, z};
+  });
+  return sites;
+}
+
+Status lattice_points(const Shape& shape, Vec3d origin, double spacing, const EachPart& each,
+                      std::vector<Vec3i>& points) {
+  points.clear();
+  const ShapeNode* const node = ShapeAccess::node(shape);
+  if (node == nullptr) return {};
+  if (Status s = shape.validate(); !s) return s;
+  const auto full = [] {
+    return Error{ErrorCode::out_of_memory, "host memory ran out while it was sampled; use a larger spacing"};
+  };
+  try {
+    if (Status s = check_lattice(shape.bounds(), origin, spacing); !s) return s;
+    points = sites_inside(*node, origin, spacing, each);
+    return {};
+  } catch (const std::bad_alloc&) {
+    return full();
+  } catch (const std::length_error&) {
+    return full();
+  }
 }
 
 SiteBits sample_bits(const Shape& shape, Vec3d origin, double spacing, const Box& within) {

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
+#include "meltsim/result.hpp"
 #include "meltsim/shape.hpp"
 #include "shape/affine.hpp"
 
@@ -57,6 +59,16 @@ SiteRange crop(const SiteRange& range, const Box& world, const Lattice& lattice)
 
 /// Samples a node on its own part of the range, so that many small parts cost what they hold.
 SiteMask sample(const ShapeNode& node, const Lattice& lattice, const SiteRange& within);
+
+/// Calls its second argument for 0, 1, ... of so many parts, in any order, perhaps in several threads.
+using EachPart = std::function<void(std::int64_t parts, const std::function<void(std::int64_t)>& part)>;
+
+/// Sites of a node, x fastest. Parts are layers of the lattice, which do not depend on how they are gone through.
+std::vector<Vec3i> sites_inside(const ShapeNode& node, Vec3d origin, double spacing, const EachPart& each);
+
+/// Shape::lattice_points, shared out.
+Status lattice_points(const Shape& shape, Vec3d origin, double spacing, const EachPart& each,
+                      std::vector<Vec3i>& points);
 
 /// One bit per site of the range, x fastest: set inside.
 struct SiteBits {

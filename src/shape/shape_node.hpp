@@ -34,6 +34,8 @@ class ShapeNode {
   virtual bool contains(Vec3d local) const = 0;
   virtual Box bounds(const Affine& to_world) const = 0;
   virtual Status validate() const = 0;
+  /// Whether fill() finds the same for a site whatever the range of the mask is, so that parts of a lattice can be filled on their own.
+  virtual bool fills_site_by_site() const { return true; }
   /// Marks the sites inside; the mask arrives cleared. Only called on valid shapes.
   virtual void fill(const Lattice& lattice, SiteMask& mask) const;
   /// The mesh in World coordinates if the shape is one.

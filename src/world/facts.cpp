@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facts of a scene, which decide the stages of a step.
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 
 #include "description/validate.hpp"
@@ -62,14 +63,21 @@ bool WorldImpl::host_heats() const {
 /// Whether temperatures of what is there, and of what is to be emitted, differ by no more than the tolerance.
 bool WorldImpl::temperatures_level() {
   LevelRange range;
-  const auto see = [&range](double t) { range.see(t); };
   const auto rows = material_rows();
-  for (std::size_t i = 0; i < state_.position.size(); ++i) {
-    if (is_removed(state_.tag[i])) continue;
-    see(physics::temperature_of(rows[material_of(state_.tag[i])], state_.enthalpy[i] / state_.mass[i]));
+  const auto ranges = loops().of_pieces<LevelRange>(state_.position.size(), [&](std::size_t i,
+                                                                                std::size_t end) {
+    LevelRange r;
+    for (; i < end; ++i)
+      if (!is_removed(state_.tag[i]))
+        r.see(physics::temperature_of(rows[material_of(state_.tag[i])], state_.enthalpy[i] / state_.mass[i]));
+    return r;
+  });
+  for (const LevelRange& r : ranges) {
+    range.low = std::min(range.low, r.low);
+    range.high = std::max(range.high, r.high);
   }
   for (const EmitterRecord& e : emitters_)
-    if (emits(e)) see(e.desc.temperature);
+    if (emits(e)) range.see(e.desc.temperature);
   const bool level = is_level(range);
   level_ = level ? std::optional<LevelRange>(range) : std::nullopt;
   return level;
@@ -104,9 +112,29 @@ void WorldImpl::find_materials() {
   solid_used_.assign(materials.size(), 0);
   densest_added_ = 0;
   const auto added = [this](std::size_t m) { densest_added_ = std::max(densest_added_, largest_density(m)); };
-  for (const std::uint32_t tag : state_.tag) {
-    ((tag & tag_solid) != 0u ? solid_used_ : liquid_there_)[material_of(tag)] = 1;
-    if ((tag & tag_solid) == 0u && body_of(tag) == 0) added(material_of(tag));  // melt keeps its body
+  struct Found {
+    std::bitset<tag_material_mask + 1> solid, liquid, added;  // by material
+  };
+  const auto parts = loops().of_pieces<Found>(state_.tag.size(), [this](std::size_t i, std::size_t end) {
+    Found found;
+    for (; i < end; ++i) {
+      const std::uint32_t tag = state_.tag[i];
+      ((tag & tag_solid) != 0u ? found.solid : found.liquid).set(material_of(tag));
+      if ((tag & tag_solid) == 0u && body_of(tag) == 0)
+        found.added.set(material_of(tag));  // melt keeps its body
+    }
+    return found;
+  });
+  Found all;
+  for (const Found& part : parts) {
+    all.solid |= part.solid;
+    all.liquid |= part.liquid;
+    all.added |= part.added;
+  }
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    solid_used_[m] = all.solid[m] ? 1 : 0;
+    liquid_there_[m] = all.liquid[m] ? 1 : 0;
+    if (all.added[m]) added(m);
   }
   for (const EmitterRecord& e : emitters_) {
     if (emits(e)) liquid_there_[e.desc.material.index] = 1;
@@ -151,28 +179,41 @@ void WorldImpl::take_census() {
   c.removed = state_.removed;
   c.live.assign(bodies_.size(), 0);
   const auto rows = material_rows();
-  for (std::size_t i = 0; i < state_.tag.size(); ++i) {
-    const std::uint32_t tag = state_.tag[i];
-    if (is_removed(tag)) continue;
-    const auto& m = rows[material_of(tag)];
-    const double h = state_.enthalpy[i] / state_.mass[i];
-    if (is_fluid(tag)) {
-      c.fluid = true;
-      c.supercooled = c.supercooled || physics::freezes(m, h);
-    }
-    if (!is_solid(tag)) continue;
-    c.live[body_of(tag) - 1] = 1;
-    if (!leaves_lattice(material_of(tag))) continue;
-    ++c.meltable;
-    if (m.melts == 0u) continue;
-    c.molten = c.molten || physics::liquid_fraction(m, h) >= 1.0;
+  const core::HostLoops shared = loops();
+  const auto parts = shared.of_pieces<Census>(state_.tag.size(), [&](std::size_t i, std::size_t end) {
+    Census part;
+    for (; i < end; ++i)
+      if (!is_removed(state_.tag[i]))
+        count(state_.tag[i], rows, state_.enthalpy[i] / state_.mass[i], part, c.live);
+    return part;
+  });
+  for (const Census& part : parts) {
+    c.fluid = c.fluid || part.fluid;
+    c.supercooled = c.supercooled || part.supercooled;
+    c.molten = c.molten || part.molten;
+    c.meltable += part.meltable;
   }
   // A body whose shape already consists of several pieces.
-  for (std::size_t v = 0; v < state_.vertex_piece.size(); ++v)
-    c.apart = c.apart ||
-              (state_.vertex_state[v] == core::vertex_live &&
-               state_.vertex_piece[v] != state_.vertex_piece[bodies_[lattice_.vertex_body[v]].first_vertex]);
+  c.apart = !shared.all_of(state_.vertex_piece.size(), [this](std::size_t v) {
+    return state_.vertex_state[v] != core::vertex_live ||
+           state_.vertex_piece[v] == state_.vertex_piece[bodies_[lattice_.vertex_body[v]].first_vertex];
+  });
   census_ = std::move(c);
+}
+
+/// A particle that is there, of this specific enthalpy. live: of all, which several threads set.
+void WorldImpl::count(std::uint32_t tag, const std::vector<physics::MaterialRow<double>>& rows, double h,
+                      Census& c, std::vector<std::uint8_t>& live) const {
+  const auto& m = rows[material_of(tag)];
+  if (is_fluid(tag)) {
+    c.fluid = true;
+    c.supercooled = c.supercooled || physics::freezes(m, h);
+  }
+  if (!is_solid(tag)) return;
+  __atomic_store_n(&live[body_of(tag) - 1], std::uint8_t{1}, __ATOMIC_RELAXED);
+  if (!leaves_lattice(material_of(tag))) return;
+  ++c.meltable;
+  c.molten = c.molten || (m.melts != 0u && physics::liquid_fraction(m, h) >= 1.0);
 }
 
 /// The same from the counts of the device, without the state.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prepares a scene for the backend: constants, limits of a sub-step, the upload.
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 
 #include "description/validate.hpp"
@@ -61,11 +62,32 @@ double WorldImpl::least_viscosity(const MaterialDesc& m) const {
 }
 
 /// Something was added at x.
-void WorldImpl::see(Vec3d x, Vec3d up) {
-  seen_.low = std::min(seen_.low, dot(x, up));
-  seen_.high = std::max(seen_.high, dot(x, up));
-  seen_.min = {std::min(seen_.min.x, x.x), std::min(seen_.min.y, x.y), std::min(seen_.min.z, x.z)};
-  seen_.max = {std::max(seen_.max.x, x.x), std::max(seen_.max.y, x.y), std::max(seen_.max.z, x.z)};
+void WorldImpl::see(Vec3d x, Vec3d up) { seen_.see(x, up); }
+
+/// Particles that were added since the last look.
+void WorldImpl::see_particles(Vec3d up) {
+  struct Seen {
+    Extremes extremes;
+    std::bitset<tag_material_mask + 1> liquid;  // by material
+  };
+  const std::size_t first = seen_particles_;
+  const auto parts = loops().of_pieces<Seen>(
+      std::max(state_.position.size(), first) - first, [&](std::size_t begin, std::size_t end) {
+        Seen seen;
+        for (std::size_t i = first + begin; i < first + end; ++i) {
+          if (is_removed(state_.tag[i])) continue;
+          if (!is_solid(state_.tag[i])) seen.liquid.set(material_of(state_.tag[i]));
+          seen.extremes.see(state_.position[i] + origin_, up);
+          seen.extremes.speed = std::max(seen.extremes.speed, length(state_.velocity[i]));
+        }
+        return seen;
+      });
+  for (const Seen& part : parts) {
+    seen_.see(part.extremes);
+    for (std::size_t m = 0; m < materials.size(); ++m)
+      if (part.liquid[m]) note_liquid(m);
+  }
+  seen_particles_ = state_.position.size();
 }
 
 /// Height and speed of all that was added, as it was added: of what moves by then nothing is asked, so that what follows
@@ -80,12 +102,7 @@ void WorldImpl::look_at_added() {
   }
   liquid_there_.resize(materials.size(), 0);
   liquid_used_.resize(materials.size(), 0);
-  for (std::size_t i = seen_particles_; i < state_.position.size(); ++i) {
-    if (is_removed(state_.tag[i])) continue;
-    if (!is_solid(state_.tag[i])) note_liquid(material_of(state_.tag[i]));
-    see(state_.position[i] + origin_, up);
-    seen_.speed = std::max(seen_.speed, length(state_.velocity[i]));
-  }
+  see_particles(up);
   for (std::size_t e = seen_emitters_; e < emitters_.size(); ++e) {
     see(emitters_[e].desc.center + up * (emitters_[e].reservoir() ? 0.5 * emitters_[e].desc.height : 0.0),
         up);
@@ -98,7 +115,6 @@ void WorldImpl::look_at_added() {
   for (std::size_t b = seen_bodies_; b < bodies_.size(); ++b)
     seen_.speed = std::max(seen_.speed, bodies_[b].desc.max_speed);
   seen_bodies_ = bodies_.size();
-  seen_particles_ = state_.position.size();
   seen_emitters_ = emitters_.size();
   added_ = false;
   look_now_ = true;
@@ -331,6 +347,7 @@ core::EngineSetup WorldImpl::setup_of(core::FactSet facts) const {
   setup.particle_capacity = capacity_;
   setup.searched = searched_;
   setup.room = room_;
+  setup.threads = desc.threads;
   if ((facts & core::fact_particles) != 0) {
     setup.channels |= core::copied_channels | core::FieldSet{1} << core::field_vertex_of_id;
     if (!emitters_.empty()) setup.channels |= core::FieldSet{1} << core::field_emitter_points;

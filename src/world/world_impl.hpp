@@ -20,6 +20,7 @@
 #include "description/material_values.hpp"
 #include "description/point_grid.hpp"
 #include "engine/engine.hpp"
+#include "exec/host_loops.hpp"
 #include "meltsim/world.hpp"
 #include "shape/mesh_chords.hpp"
 #include "shape/shape_lattice.hpp"
@@ -522,6 +523,7 @@ class WorldImpl final : public Scheduler {
   void move_nozzle(EmitterRecord& r, Vec3d velocity, Vec3d center);
   bool keeps_level(const EmitterRecord& r);
   Status check_emission(const std::string& what, const EmitterRecord& now, const EmitterRecord& before) const;
+  void see_particles(Vec3d up);
   void look_at_added();
   void see_added();
   void pass_over_particles();
@@ -598,10 +600,14 @@ class WorldImpl final : public Scheduler {
   void limit_layers(EmitterRecord& e) const;
   bool exhausted(const EmitterRecord& e) const;
   bool has_room_for(std::uint64_t more) const;
+  /// For what is large: of particles, of sites.
+  core::HostLoops loops() const { return core::HostLoops(desc.threads); }
   Vec3d cube() const { return {desc.spacing, desc.spacing, desc.spacing}; }
   Vec3d cell_of(const Box& bounds) const;
   Vec3d cut_at_walls(Vec3d x, Vec3d cell) const;
   void put_in_cells(Vec3d o, Vec3d cell, std::vector<Vec3i>& points, std::vector<Vec3d>& positions) const;
+  void leave_out_taken(std::vector<Vec3d>& positions, Vec3d origin);
+  void leave_room(Vec3d cell, std::vector<Vec3i>& points, std::vector<Vec3d>& positions) const;
   Status place(const Shape& shape, const char* what, bool fixed, Vec3d cell, std::vector<Vec3i>& points,
                std::vector<Vec3d>& positions, Vec3d& origin) const;
   Status check_numbers(const std::string& what, const MaterialDesc& m, double density,
@@ -635,9 +641,14 @@ class WorldImpl final : public Scheduler {
   Status origin_for(const std::vector<Vec3d>& positions, const char* what, Vec3d& origin) const;
   void settle_at(Vec3d origin);
   void reserve(std::size_t particles, std::size_t vertices, std::size_t sites);
+  void extend(core::SceneState& to, std::size_t particles) const;
+  void put(core::SceneState& to, std::size_t i, Vec3d position, Vec3d velocity, double density,
+           double specific_enthalpy, std::uint32_t tag, std::uint32_t vertex, const Contents& fractions,
+           Vec3d cell) const;
   void append(core::SceneState& to, Vec3d position, Vec3d velocity, double density, double specific_enthalpy,
               std::uint32_t tag, std::uint32_t vertex, const Contents& fractions, Vec3d cell) const;
-  void append_vertex(std::uint32_t id, std::uint32_t state, std::uint32_t piece);
+  void extend_vertices(std::size_t vertices);
+  void put_vertex(std::size_t v, std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
   // scene/hydrostatic.cpp
   void lay_out();
@@ -716,8 +727,13 @@ class WorldImpl final : public Scheduler {
   core::SceneState state_;
   std::optional<core::PointGrid> places_;  ///< positions of `state_` by id, while things are added
   std::vector<std::uint32_t> holes_;       ///< ids whose liquid was displaced before the first step
+  struct LaidOut {
+    std::uint32_t id = 0;
+    double at = 0;  ///< coordinate along laid_out_axis_ [m]
+  };
+  int laid_out_axis_ = 1;
   /// Liquid that was compressed for a hydrostatic start and where it was laid out, by id, until the first step.
-  std::vector<std::pair<std::uint32_t, Vec3d>> laid_out_;
+  std::vector<LaidOut> laid_out_;
   bool pressed_ = false;  ///< liquid starts compressed, or was restored
   core::SceneLattice lattice_;
   std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of, less what was removed with them
@@ -737,6 +753,21 @@ class WorldImpl final : public Scheduler {
     double low = infinity, high = -infinity, speed = 0;
     /// The box of it, for another gravity [m].
     Vec3d min{infinity, infinity, infinity}, max{-infinity, -infinity, -infinity};
+    void see(Vec3d x, Vec3d up) {
+      low = std::min(low, dot(x, up));
+      high = std::max(high, dot(x, up));
+      see(Box{x, x});
+    }
+    void see(const Extremes& more) {
+      low = std::min(low, more.low);
+      high = std::max(high, more.high);
+      speed = std::max(speed, more.speed);
+      see(Box{more.min, more.max});
+    }
+    void see(const Box& b) {
+      min = {std::min(min.x, b.min.x), std::min(min.y, b.min.y), std::min(min.z, b.min.z)};
+      max = {std::max(max.x, b.max.x), std::max(max.y, b.max.y), std::max(max.z, b.max.z)};
+    }
   } seen_;
   std::size_t seen_particles_ = 0, seen_emitters_ = 0, seen_bodies_ = 0;  ///< they are in it
   double sound_speed_ = 0;  ///< of the scene: the derived one, or WorldDesc::sound_speed
@@ -778,6 +809,8 @@ class WorldImpl final : public Scheduler {
     std::uint64_t meltable = 0;      ///< solid particles that can melt
     std::uint64_t removed = 0;       ///< particles that have left
   };
+  void count(std::uint32_t tag, const std::vector<physics::MaterialRow<double>>& rows, double h, Census& c,
+             std::vector<std::uint8_t>& live) const;
   Census census_;
   std::uint64_t born_ = 0;        ///< ids handed out, by sub-steps that are only enqueued, too
   std::uint64_t noted_step_ = 0;  ///< the sub-step of the status that the census follows

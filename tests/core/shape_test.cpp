@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <functional>
+#include <new>
+#include <numeric>
+
 #include "shape/shape_limits.hpp"
+#include "shape/shape_node.hpp"
 #include "shape_support.hpp"
 
 namespace shape_tests {
@@ -316,6 +321,81 @@ TEST(Shape, HugeCoordinatesKeepTheirVolume) {
   const Vec3d far{1e6, -2e6, 3e6};
   expect_volume(Shape::sphere({1e6, -2e6, 3e6}, 0.5), pi / 6, pi);
   EXPECT_EQ(Shape::box(far, far + Vec3d{1, 1, 1}).lattice_points({}, 0.1).size(), 1000u);
+}
+
+TEST(Shape, BlendHoldsWhatItsFormulaSays) {
+  const std::vector<Ellipsoid> parts = {{{0, 0, 0}, {1.45, 1.05, 0.95}},
+                                        {{-0.65, -0.3, 0.62}, {0.85, 0.8, 0.5}},
+                                        {{1.25, 1.15, 0}, {0.8, 0.65, 0.62}},
+                                        {{0.85, 2.45, 0.42}, {0.34, 1.05, 0.24}},
+                                        {{2.6, 0, 0}, {0.01, 0.3, 0.2}}};
+  for (const double width : {0.0, 1e-6, 0.05, 0.3, 2.0}) {
+    const auto value = [&](Vec3d p) {
+      double least = meltsim::infinity;
+      for (const Ellipsoid& e : parts) {
+        const Vec3d d = p - e.center;
+        const Vec3d q{d.x * (1 / e.radii.x), d.y * (1 / e.radii.y), d.z * (1 / e.radii.z)};
+        const Vec3d g{q.x * (1 / e.radii.x), q.y * (1 / e.radii.y), q.z * (1 / e.radii.z)};
+        const double level = length(q), a = (level - 1) * level / length(g);
+        const double overlap = width - std::abs(least - a);
+        least = std::min(least, a) - (overlap > 0 ? 0.25 * overlap * overlap / width : 0.0);
+      }
+      return least;
+    };
+    const Shape shape = Shape::blend(parts, width);
+    int inside = 0;
+    for (int k = 0; k < 200000; ++k) {
+      const Vec3d p{-2.5 + 6 * ((k * 0.754877666) - std::floor(k * 0.754877666)),
+                    -2 + 6 * ((k * 0.569840296) - std::floor(k * 0.569840296)),
+                    -2 + 4 * ((k * 0.362372) - std::floor(k * 0.362372))};
+      const double v = value(p);
+      if (std::abs(v) < 1e-7) continue;  // as near to the surface as it is meant to be known
+      ASSERT_EQ(shape.contains(p), v < 0) << p.x << ' ' << p.y << ' ' << p.z << ", width " << width;
+      inside += v < 0 ? 1 : 0;
+    }
+    EXPECT_GT(inside, 10000);
+  }
+}
+
+TEST(Shape, SitesAreTheSameHoweverPartsAreGoneThrough) {
+  const Shape ball = Shape::sphere({0.3, 0.2, 0.1}, 0.5),
+              box = Shape::mesh(cuboid({0, 0, 0}, {0.9, 0.5, 0.7}));
+  const Shape blend = Shape::blend({{{0, 0, 0}, {0.5, 0.4, 0.3}}, {{0.4, 0.3, 0}, {0.3, 0.3, 0.3}}}, 0.1);
+  const Shape all[] = {ball,
+                       box,
+                       blend.transformed({0.1, 0.2, 0.3}, {1, 1, 0}, 30),
+                       Shape::unite({ball, box.transformed({0.3, 0.1, 0}, {0, 0, 1}, 20)}),
+                       Shape::subtract(box, ball),
+                       Shape::intersect({ball, blend})};
+  for (const Shape& shape : all) {
+    std::int64_t most = 0;
+    const auto backwards = [&most](std::int64_t parts, const std::function<void(std::int64_t)>& part) {
+      most = std::max(most, parts);
+      for (std::int64_t k = parts; k-- > 0;) part(k);
+    };
+    const std::vector<Vec3i> expected = shape.lattice_points(generic_origin, h);
+    std::vector<Vec3i> sites;
+    ASSERT_TRUE(meltsim::lattice_points(shape, generic_origin, h, backwards, sites));
+    ASSERT_EQ(sites.size(), expected.size());
+    for (std::size_t k = 0; k < sites.size(); ++k)
+      ASSERT_TRUE(sites[k].x == expected[k].x && sites[k].y == expected[k].y && sites[k].z == expected[k].z);
+    // The same as at once: vertices of meshes are rounded relative to where the lattice begins.
+    const meltsim::ShapeNode* const node = meltsim::ShapeAccess::node(shape);
+    const meltsim::SiteMask mask =
+        meltsim::sample(*node, {generic_origin, h, {}, {}}, {{-1000, -1000, -1000}, {1000, 1000, 1000}});
+    EXPECT_EQ(std::accumulate(mask.inside.begin(), mask.inside.end(), std::size_t{0}), sites.size());
+    EXPECT_EQ(most > 1, node->fills_site_by_site());
+  }
+}
+
+TEST(Shape, MemoryThatRunsOutInAPartIsAnError) {
+  const auto no_memory = [](std::int64_t, const std::function<void(std::int64_t)>&) {
+    throw std::bad_alloc();
+  };
+  std::vector<Vec3i> sites;
+  const meltsim::Status s = meltsim::lattice_points(Shape::sphere({}, 1), {}, h, no_memory, sites);
+  ASSERT_FALSE(s);
+  EXPECT_EQ(s.error().code, meltsim::ErrorCode::out_of_memory);
 }
 
 }  // namespace
