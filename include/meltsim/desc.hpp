@@ -115,6 +115,7 @@ struct WorldDesc {
   void* stream = nullptr;  ///< the host's cudaStream_t; null: the World makes a stream of its own
   /// CPU threads; 0 = one per processor that the process may use (affinity, control group, OMP_NUM_THREADS). At most
   /// that number, at most 16, and at most what the system grants are started; results do not depend on it.
+  /// Worlds on a GPU use them while large scenes are added and uploaded, at no other time.
   int threads = 0;
 
   double spacing = 0.2;        ///< dx [m], 1e-6..1e4 in single precision, 1e-9..1e9 in double

@@ -265,7 +265,7 @@ Status WorldImpl::NewBody::clear() {
   w_.lay_out();
   const auto tag_of = [this](std::uint32_t id) { return w_.state_.tag[id]; };
   // Hashed are the particles of the body or all others, whichever are fewer.
-  constexpr std::size_t large = 16;
+  constexpr std::size_t large = 64;
   const bool alone = large * positions_.size() > w_.state_.position.size() && displaces_liquid_only();
   if (!alone)
     if (Status st = find_displaced(w_.places(), tag_of); !st) return st;

@@ -80,7 +80,7 @@ TEST(HostLoops, VectorsGrowAndKeepWhatTheyHold) {
   }
 }
 
-/// Two bars of a body, in a box of 40 x 40 x 40 sites.
+/// Bars of a body, in a box of 40 x 40 x 40 sites.
 SceneLattice bars() {
   constexpr std::uint32_t side = 40;
   SceneLattice l;
@@ -98,6 +98,8 @@ SceneLattice bars() {
   };
   for (std::uint32_t x = 5; x < 30; ++x) add(x, 10, 10);
   for (std::uint32_t z = 3; z < 30; ++z) add(33, 30, z);
+  for (std::uint32_t x = 28; x < 32; ++x) add(x, 4, 5);  // up to the end of a piece
+  add(16, 14, 15);                                       // at the beginning of another
   return l;
 }
 
