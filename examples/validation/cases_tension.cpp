@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "drops.hpp"
 #include "run.hpp"
 
 namespace validation {
@@ -167,19 +168,6 @@ std::array<double, 2> standing(const Settings& s, Report& r, const Shape& shape,
   return {drop.centre.y, drop.count * dx * dx * dx};
 }
 
-/// Angle of a cap of this volume from the height of its centre of mass [degrees].
-double cap_angle(double volume, double centre) {
-  double best = 0, error = 1e9;
-  for (double angle = 5; angle < 178; angle += 0.1) {
-    const double c = std::cos(angle * pi / 180);
-    const double radius = std::cbrt(3 * volume / (pi * (2 + c) * (1 - c) * (1 - c)));
-    const double height = radius * (1 - c), top = 2 * radius - height;
-    const double at = 3 * top * top / (4 * (3 * radius - height)) - radius * c;
-    if (std::abs(at - centre) < error) error = std::abs(at - centre), best = angle;
-  }
-  return best;
-}
-
 void angles(const Settings& s, Report& r) {
   const Shape half = Shape::intersect({Shape::box({16 * dx, 0, 16 * dx}, {36 * dx, 20 * dx, 36 * dx}),
                                        Shape::sphere({26 * dx, 0, 26 * dx}, 10 * dx)});
@@ -193,28 +181,6 @@ void angles(const Settings& s, Report& r) {
     }
 }
 
-/// Centre of mass of a sessile drop of this volume: Bashforth and Adams' equation, in steps of 0.005 spacings.
-double sessile(double volume, double capillary, double angle) {
-  double low = 0.5 * dx, high = 5000 * dx, centre = 0;
-  for (int turn = 0; turn < 40; ++turn) {
-    const double top = std::sqrt(low * high), step = 0.005 * dx;
-    double x = 0, z = 0, slope = 0, sum = 0, moment = 0;
-    while (slope < angle * pi / 180 && z < 60 * dx) {
-      const double bend = 2 / top + z / (capillary * capillary) - (x > 0 ? std::sin(slope) / x : 1 / top);
-      const double next = x + std::cos(slope) * step, below = z + std::sin(slope) * step;
-      const double disc = pi * 0.25 * (x + next) * (x + next) * (below - z);
-      sum += disc;
-      moment += disc * 0.5 * (z + below);
-      x = next;
-      z = below;
-      slope += bend * step;
-    }
-    centre = z - moment / sum;
-    (sum < volume ? low : high) = top;
-  }
-  return centre;
-}
-
 void puddles(const Settings& s, Report& r) {
   const auto cylinder = [](double radius, double height) {
     return Shape::cylinder({26 * dx, 0, 26 * dx}, {26 * dx, height * dx, 26 * dx}, radius * dx);
@@ -223,7 +189,8 @@ void puddles(const Settings& s, Report& r) {
   const auto look = [&](const char* what, bool on_body, double angle, double radius, double height) {
     if (!r.error.empty()) return;
     const auto at = standing(s, r, cylinder(radius, height), on_body, angle, 9.81, tension, 0.35, 0.5);
-    if (r.error.empty()) r.relative(what, at[0] / dx, sessile(at[1], capillary, angle) / dx, 10, "asked for");
+    if (r.error.empty())
+      r.relative(what, at[0] / dx, sessile(dx, at[1], capillary, angle) / dx, 10, "asked for");
   };
   look("centre of a puddle that spreads [dx], 90 degrees, wall", false, 90, 12, 6);
   look("one that draws together, 90 degrees, wall", false, 90, 17, 3);
