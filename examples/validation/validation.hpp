@@ -81,6 +81,7 @@ std::vector<Case> solid_cases();
 std::vector<Case> surface_cases();
 std::vector<Case> drawn_cases();
 std::vector<Case> drawn_liquids_cases();
+std::vector<Case> drawn_surfaces_cases();
 
 /// A WorldDesc with the settings filled in.
 meltsim::WorldDesc world_desc(const Settings& s);
