@@ -364,7 +364,7 @@ void basin(const Settings& s, Report& r) {
 std::vector<Case> drawn_surfaces_cases() {
   return {
       {"drawn.dissolving", "Slabs and balls that dissolve", "similarity solution; a radial one, converged",
-       false, dissolving},
+       true, dissolving},
       {"drawn.angle", "Drops of any liquid on walls and bodies", "Young (1805), Bashforth & Adams (1883)",
        true, angle},
       {"drawn.basin", "Tanks that a nozzle fills, and tanks with a level beyond an open face",
