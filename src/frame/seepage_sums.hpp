@@ -20,6 +20,13 @@ struct GapRimSums {
   std::int64_t area = 0, press = 0, slope = 0;
 };
 
+/// A particle of a body beside walls, per axis.
+template <class T>
+struct UnderSide {
+  Vec3<T> area{};   ///< its side towards the near wall, where liquid may seep in [m^2]
+  Vec3<T> force{};  ///< what liquid presses with there already, away from the wall [N]
+};
+
 /// The unit of area, in dx^2.
 MELTSIM_HD SumUnit rim_area() { return {1.0 / 16777216, 16777216}; }
 

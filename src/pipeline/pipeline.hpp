@@ -168,7 +168,7 @@ inline constexpr FieldSet read_where_there =
     F(group_begin) | F(tree_box) | F(piece) | F(contact_normal) | F(body_motion) | F(carried_position) |
     F(carried_velocity) | F(liquid_bits) | F(shape_velocity) | F(mesh_points) | F(site_vertex) |
     F(vertex_site) | F(field_acceleration) | F(isotropic_diagonal) | F(isotropic_mixed) | F(leak_share) |
-    F(gap_push) | F(under_area) | F(under_force) | F(rim_sums) | F(vertex_piece);
+    F(gap_push) | F(under) | F(rim_sums) | F(vertex_piece);
 inline constexpr std::array stage_table{
 #define MELTSIM_STAGE(module, stage, need, reads, writes, may, why, why_not)     \
   StageInfo{#module,    #stage,          #module "." #stage,                     \

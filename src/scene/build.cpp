@@ -11,6 +11,7 @@
 #include "engine/held.hpp"
 #include "engine/text.hpp"
 #include "exec/threads.hpp"
+#include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/heat.hpp"
 #include "meltsim/physics/liquid_properties.hpp"
 #include "shape/shape_limits.hpp"
@@ -426,6 +427,7 @@ void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t
   });
   shared.make_room(lattice_.vertex_site, vertices);
   shared.make_room(lattice_.vertex_body, vertices);
+  shared.make_room(lattice_.contact_radius, vertices);
   shared.make_room(lattice_.vertex_coordinates, vertices);
   shared.make_room(lattice_.site_vertex, sites);
 }
@@ -477,6 +479,7 @@ void WorldImpl::extend_vertices(std::size_t vertices) {
   });
   lattice_.vertex_site.resize(n);
   lattice_.vertex_body.resize(n);
+  lattice_.contact_radius.resize(n, static_cast<float>(physics::largest_contact_radius));
   lattice_.vertex_coordinates.resize(n);
 }
 

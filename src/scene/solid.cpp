@@ -9,7 +9,9 @@
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "frame/lattice.hpp"
+#include "meltsim/physics/contact.hpp"
 #include "meltsim/physics/heat.hpp"
+#include "shape/shape_depth.hpp"
 #include "shape/shape_limits.hpp"
 #include "world/world_impl.hpp"
 
@@ -30,6 +32,47 @@ template <class Vector>
 void reserve_one_more(Vector& v, std::size_t size) {
   if (v.capacity() == size) v.reserve(2 * size + 1);
 }
+
+/// Which sites of a box hold a point of a body, and two around it.
+class Presence {
+ public:
+  Presence(const std::vector<Vec3i>& points, const core::SiteBox& box)
+      : low_{static_cast<std::int32_t>(box.low[0]), static_cast<std::int32_t>(box.low[1]),
+             static_cast<std::int32_t>(box.low[2])},
+        stride_y_(box.extent(0) + 2 * reach),
+        stride_z_(stride_y_ * (box.extent(1) + 2 * reach)),
+        there_(static_cast<std::size_t>(stride_z_ * (box.extent(2) + 2 * reach)), 0) {
+    for (const Vec3i& p : points) there_[at(p)] = 1;
+  }
+  /// Whether one of the direct neighbours of a point is missing.
+  bool surface(Vec3i p) const {
+    bool missing = false;
+    core::each_direct([&](int x, int y, int z) {
+      missing = missing || there_[at({p.x + x, p.y + y, p.z + z})] == 0;
+    });
+    return missing;
+  }
+  /// Away from the points within two sites of one: a unit vector, or 0.
+  Vec3d outward(Vec3i p) const {
+    Vec3d out{};
+    for (int z = -reach; z <= reach; ++z)
+      for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x)
+          if (there_[at({p.x + x, p.y + y, p.z + z})] != 0) out += Vec3d{double(-x), double(-y), double(-z)};
+    const double size = length(out);
+    return size > 0 ? out * (1 / size) : Vec3d{};
+  }
+
+ private:
+  static constexpr int reach = 2;
+  std::size_t at(Vec3i p) const {
+    return static_cast<std::size_t>((p.x - low_.x + reach) + (p.y - low_.y + reach) * stride_y_ +
+                                    (p.z - low_.z + reach) * stride_z_);
+  }
+  Vec3i low_;
+  std::int64_t stride_y_, stride_z_;
+  std::vector<std::uint8_t> there_;
+};
 
 /// `fixed` and `motion` say the same from here on.
 Status settle_motion(SolidDesc& s, const std::string& what) {
@@ -71,6 +114,8 @@ class WorldImpl::NewBody {
   Status check_velocity() const;
   Status place_growth();
   Status number_sites();
+  void find_radii();
+  float radius_at(const ShapeDepth& depth, Vec3d x, Vec3d outward) const;
   template <class TagOf>
   Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
   bool displaces_liquid_only();
@@ -121,6 +166,7 @@ class WorldImpl::NewBody {
   bool held_ = false;
   std::vector<Vec3i> points_;
   std::vector<Vec3d> positions_;  ///< of the points [m]
+  std::vector<float> radii_;      ///< of the points in contact, in spacings
   Vec3d cell_ = w_.cube();        ///< around each of them [m]
   Vec3d origin_;                  ///< the World's, with this body
   std::vector<Vec3i> free_;       ///< sites that it may grow into
@@ -206,7 +252,27 @@ Status WorldImpl::NewBody::place() {
   if (Status st = w_.place(s_.shape, what_.c_str(), s_.fixed, cell_, points_, positions_, origin_); !st)
     return st;
   if (Status st = place_growth(); !st) return st;
-  return number_sites();
+  if (Status st = number_sites(); !st) return st;
+  find_radii();
+  return {};
+}
+
+/// How far inside the shape the points at its surface are (physics/contact.hpp); half a spacing where no other point is missing around one.
+void WorldImpl::NewBody::find_radii() {
+  const Presence there(points_, box_);
+  const ShapeDepth depth(s_.shape);
+  radii_.assign(points_.size(), static_cast<float>(physics::largest_contact_radius));
+  w_.loops().pieces(points_.size(), [&](std::size_t k, std::size_t end) {
+    for (; k < end; ++k)
+      if (there.surface(points_[k])) radii_[k] = radius_at(depth, positions_[k], there.outward(points_[k]));
+  });
+}
+
+/// In spacings. To a hundredth, as depths are found: the faces of a box lie half a spacing from its particles.
+float WorldImpl::NewBody::radius_at(const ShapeDepth& depth, Vec3d x, Vec3d outward) const {
+  constexpr double most = physics::largest_contact_radius;
+  const double dx = w_.desc.spacing, share = depth.at(x, outward, most * dx) / dx;
+  return static_cast<float>(share < 0.98 * most ? std::max(share, physics::least_contact_radius) : most);
 }
 
 /// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
@@ -597,6 +663,7 @@ void WorldImpl::NewBody::add_vertex(core::SceneState& particles, std::size_t i, 
   w_.put_vertex(vertex, static_cast<std::uint32_t>(id), core::vertex_live, none);
   w_.lattice_.vertex_site[vertex] = site;
   w_.lattice_.vertex_body[vertex] = index_;
+  w_.lattice_.contact_radius[vertex] = radii_[k];
   w_.lattice_.vertex_coordinates[vertex] = points_[k];
   w_.put(particles, i, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
          enthalpy_, tag_at(site), vertex, contents_,

@@ -3,6 +3,8 @@
 // loop stay shallow.
 #include "shape/shape_combine.hpp"
 
+#include <algorithm>
+
 #include "shape/box_ops.hpp"
 #include "shape/shape_check.hpp"
 
@@ -23,10 +25,8 @@ int deepest(const std::vector<ShapePtr>& parts) {
   return depth;
 }
 
-bool all_fill_site_by_site(const std::vector<ShapePtr>& parts) {
-  for (const ShapePtr& part : parts)
-    if (!part->fills_site_by_site()) return false;
-  return true;
+bool any_holds_mesh(const std::vector<ShapePtr>& parts) {
+  return std::any_of(parts.begin(), parts.end(), [](const ShapePtr& p) { return p->holds_mesh(); });
 }
 
 class UnionNode final : public ShapeNode {
@@ -35,6 +35,7 @@ class UnionNode final : public ShapeNode {
 
   const std::vector<ShapePtr>& parts() const { return parts_; }
 
+  bool holds_mesh() const override { return any_holds_mesh(parts_); }
   bool contains(Vec3d p) const override {
     for (const ShapePtr& part : parts_)
       if (part->contains(p)) return true;
@@ -52,8 +53,6 @@ class UnionNode final : public ShapeNode {
       if (Status s = parts_[i]->validate(); !s) return within("unite.parts[" + std::to_string(i) + "]", s);
     return {};
   }
-
-  bool fills_site_by_site() const override { return all_fill_site_by_site(parts_); }
 
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     for (const ShapePtr& part : parts_) combine(sample(*part, lattice, mask.range), 1, mask);
@@ -87,16 +86,13 @@ class DifferenceNode final : public ShapeNode {
   const ShapePtr& from() const { return from_; }
   const ShapePtr& what() const { return what_; }
 
+  bool holds_mesh() const override { return from_->holds_mesh() || what_->holds_mesh(); }
   bool contains(Vec3d p) const override { return from_->contains(p) && !what_->contains(p); }
   Box bounds(const Affine& to_world) const override { return from_->bounds(to_world); }
 
   Status validate() const override {
     if (Status s = from_->validate(); !s) return within("subtract.from", s);
     return within("subtract.what", what_->validate());
-  }
-
-  bool fills_site_by_site() const override {
-    return from_->fills_site_by_site() && what_->fills_site_by_site();
   }
 
   void fill(const Lattice& lattice, SiteMask& mask) const override {
@@ -115,6 +111,7 @@ class IntersectionNode final : public ShapeNode {
 
   const std::vector<ShapePtr>& parts() const { return parts_; }
 
+  bool holds_mesh() const override { return any_holds_mesh(parts_); }
   bool contains(Vec3d p) const override {
     for (const ShapePtr& part : parts_)
       if (!part->contains(p)) return false;
@@ -138,8 +135,6 @@ class IntersectionNode final : public ShapeNode {
         return within("intersect.parts[" + std::to_string(i) + "]", s);
     return {};
   }
-
-  bool fills_site_by_site() const override { return all_fill_site_by_site(parts_); }
 
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     std::vector<std::uint8_t> missing(mask.inside.size(), 0);

@@ -50,9 +50,8 @@ std::vector<Vec3i> sites_inside(const ShapeNode& node, Vec3d origin, double spac
   const auto most = static_cast<std::int32_t>(max_site_index);
   const SiteRange r = crop({{-most, -most, -most}, {most, most, most}}, node.bounds({}), lattice);
   if (r.empty()) return {};
-  const std::size_t thickness = node.fills_site_by_site()
-                                    ? std::max<std::size_t>(1, least_sites / (r.width() * r.height()))
-                                    : r.depth();
+  const std::size_t thickness =
+      node.holds_mesh() ? r.depth() : std::max<std::size_t>(1, least_sites / (r.width() * r.height()));
   std::vector<SiteMask> slabs((r.depth() + thickness - 1) / thickness);
   std::vector<std::size_t> first(slabs.size() + 1, 0);
   const auto parts = static_cast<std::int64_t>(slabs.size());

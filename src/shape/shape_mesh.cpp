@@ -57,12 +57,11 @@ class MeshNode final : public ShapeNode {
 
   Status validate() const override { return status_; }
 
-  /// Vertices are rounded relative to the range.
-  bool fills_site_by_site() const override { return false; }
-
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     fill_by_parity(mesh_, nudge_, lattice, mask);
   }
+
+  bool holds_mesh() const override { return true; }
 
   bool mesh(const Affine& to_world, TriangleMesh& out) const override {
     if (!status_) return false;

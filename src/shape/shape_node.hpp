@@ -34,8 +34,6 @@ class ShapeNode {
   virtual bool contains(Vec3d local) const = 0;
   virtual Box bounds(const Affine& to_world) const = 0;
   virtual Status validate() const = 0;
-  /// Whether fill() finds the same for a site whatever the range of the mask is, so that parts of a lattice can be filled on their own.
-  virtual bool fills_site_by_site() const { return true; }
   /// Marks the sites inside; the mask arrives cleared. Only called on valid shapes.
   virtual void fill(const Lattice& lattice, SiteMask& mask) const;
   /// The mesh in World coordinates if the shape is one.
@@ -44,6 +42,10 @@ class ShapeNode {
     static_cast<void>(out);
     return false;
   }
+
+  /// Whether it is a mesh or has one in it: contains() then goes through its triangles, and fill() rounds its vertices relative to the
+  /// range of the mask, so that parts of a lattice must not be filled on their own.
+  virtual bool holds_mesh() const { return false; }
 
   /// The primitive if the shape is one, moved, turned and scaled. Only called on valid shapes.
   virtual bool primitive(const Affine& to_world, PlacedPrimitive& out) const {

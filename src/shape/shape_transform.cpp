@@ -50,13 +50,13 @@ class TransformNode final : public ShapeNode {
 
   Status validate() const override { return status_ ? child_->validate() : status_; }
 
-  bool fills_site_by_site() const override { return child_->fills_site_by_site(); }
-
   void fill(const Lattice& lattice, SiteMask& mask) const override {
     child_->fill({lattice.origin, lattice.spacing, compose(to_child_, lattice.to_local),
                   compose(lattice.to_world, to_parent_)},
                  mask);
   }
+
+  bool holds_mesh() const override { return child_->holds_mesh(); }
 
   bool mesh(const Affine& to_world, TriangleMesh& out) const override {
     return valid() && child_->mesh(compose(to_world, to_parent_), out);

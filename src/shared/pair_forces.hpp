@@ -160,6 +160,13 @@ MELTSIM_HD Vec3<T> slip_of(const Frame<T>& w, std::uint64_t i) {
   return w.f.contact_slip == nullptr ? Vec3<T>{} : w.f.contact_slip[w.f.vertex_of_id[w.f.id[i]]];
 }
 
+/// Radius of a solid particle in contact [m]; half a spacing where there are no lattices.
+template <class T>
+MELTSIM_HD T contact_radius_of(const Frame<T>& w, std::uint64_t i) {
+  if (w.f.contact_radius == nullptr) return T(physics::largest_contact_radius) * w.c.spacing;
+  return w.f.contact_radius[w.f.vertex_of_id[w.f.id[i]]];
+}
+
 /// Contact of solid particle i, of velocity v, with a wall. The smaller of both friction coefficients holds.
 template <class T>
 struct WallContact {
@@ -169,8 +176,11 @@ struct WallContact {
 template <class T>
 MELTSIM_HD WallContact<T> wall_contact(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> x,
                                        Vec3<T> v, Vec3<T> slip, int face) {
-  const T depth = physics::wall_overlap(w.c.walls, T(0.5) * w.c.spacing, x, face);
-  if (((w.c.walls.faces >> face) & 1u) == 0u || !(depth > T(0))) return {};
+  const T most = T(physics::largest_contact_radius) * w.c.spacing;
+  if (((w.c.walls.faces >> face) & 1u) == 0u || !(physics::wall_overlap(w.c.walls, most, x, face) > T(0)))
+    return {};
+  const T depth = physics::wall_overlap(w.c.walls, contact_radius_of(w, i), x, face);
+  if (!(depth > T(0))) return {};
   const T friction = minimum(w.f.materials[material_of(tag)].friction, w.c.wall_friction);
   return {physics::contact_response(physics::body_contact<T>(), depth, physics::wall_normal<T>(face),
                                     v - w.c.wall_velocity[face], slip, w.f.mass[i], friction, w.f.clock->dt,
@@ -187,12 +197,12 @@ MELTSIM_HD bool can_seep(std::uint32_t tag) {
 /// axis a.
 template <class T>
 MELTSIM_HD Vec3<T> seepage_on(const Frame<T>& w, std::uint64_t i, std::uint32_t tag, Vec3<T> x) {
-  if (w.f.under_area == nullptr || !can_seep(tag)) return {};
+  if (w.f.under == nullptr || !can_seep(tag)) return {};
   const auto walls = physics::wall_view(w.c.walls, x);
   if (walls.axes == 0u) return {};
   const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
   const RimSums& rim = w.f.rim_sums[w.f.vertex_piece[v]];
-  const Vec3<T> under = w.f.under_area[v], filled = w.f.under_force[v];
+  const Vec3<T> under = w.f.under[v].area, filled = w.f.under[v].force;
   const auto along = [&](int axis, T area, T pressed, T from) {
     if (!(area > T(0))) return T(0);
     const T force =
@@ -239,10 +249,17 @@ struct Toucher {
   std::uint32_t tag = 0, piece = 0;
   Vec3<T> velocity{}, slip{};
   Vec4<T> normal{};
+  T radius{};
 };
 template <class T>
 MELTSIM_HD Toucher<T> toucher(const Frame<T>& w, std::uint64_t i) {
-  return {i, w.f.tag[i], w.f.piece[i], xyz(w.f.velocity[i]), slip_of(w, i), w.f.contact_normal[i]};
+  return {i,
+          w.f.tag[i],
+          w.f.piece[i],
+          xyz(w.f.velocity[i]),
+          slip_of(w, i),
+          w.f.contact_normal[i],
+          contact_radius_of(w, i)};
 }
 
 /// Contact of a with particle j of another piece; weight 0 if none. The mean of both friction coefficients holds.
@@ -260,9 +277,11 @@ MELTSIM_HD PairContact<T> pair_contact(const Frame<T>& w, const Toucher<T>& a, s
   if (other == 0u || other == a.piece) return {};
   const std::uint32_t tag_j = w.f.tag[j];
   if ((tag_j & tag_surface) == 0u) return {};
-  const physics::ContactGeometry<T> g =
+  physics::ContactGeometry<T> g =
       physics::contact_geometry(a.normal, w.f.contact_normal[j], x_aj, r2, w.c.spacing);
   if (!(g.overlap > T(0)) || !(g.weight > T(0))) return {};
+  g.overlap = physics::overlap_of_radii(g.overlap, w.c.spacing, a.radius, contact_radius_of(w, j));
+  if (!(g.overlap > T(0))) return {};
   const bool held = (tag_j & tag_fixed) != 0u;
   const T m = held ? w.f.mass[a.i] : physics::reduced_mass(w.f.mass[a.i], w.f.mass[j]);
   const Vec3<T> slip = held ? a.slip : (a.slip - slip_of(w, j)) * T(0.5);

@@ -73,8 +73,7 @@ struct SeepBody {
       filled[axis] = face.filled;
       if (face.area > T(0)) to_rim(w.f.rim_sums[w.f.vertex_piece[v]], axis, face, add);
     }
-    w.f.under_area[v] = {under[0], under[1], under[2]};
-    w.f.under_force[v] = {filled[0], filled[1], filled[2]};
+    w.f.under[v] = {{under[0], under[1], under[2]}, {filled[0], filled[1], filled[2]}};
   }
   template <class Add>
   MELTSIM_HD void to_rim(core::RimSums& to, int axis, const physics::SeepageFace<T>& face,

@@ -384,7 +384,7 @@ TEST(Shape, SitesAreTheSameHoweverPartsAreGoneThrough) {
     const meltsim::SiteMask mask =
         meltsim::sample(*node, {generic_origin, h, {}, {}}, {{-1000, -1000, -1000}, {1000, 1000, 1000}});
     EXPECT_EQ(std::accumulate(mask.inside.begin(), mask.inside.end(), std::size_t{0}), sites.size());
-    EXPECT_EQ(most > 1, node->fills_site_by_site());
+    EXPECT_EQ(most > 1, !node->holds_mesh());
     EXPECT_EQ(most > 1, &shape == &all[0] || &shape == &all[2] || &shape == &all[5]) << "no mesh among them";
   }
 }

@@ -25,6 +25,11 @@
 // taken from the missing direct neighbours of the flatter of the two particles (Macklin et al. 2014, Unified
 // particle physics, sec. 5.2, use a distance field's gradient for the same reason), and a pair counts by its
 // sideways offset t as 1 - t/dx, which sums to about 1 however the two faces are shifted.
+//
+// Radii: a sphere of half a spacing around every particle would give a ball the steps of its lattice, on whose faces it stands
+// instead of rolling. A particle at the surface of the shape that a body was built from therefore has the largest sphere within
+// that shape, so that the spheres of a body together have its surface; half a spacing at most, so that bodies a spacing apart do
+// not touch, and a tenth at least, so that no particle gets to a wall. What melting uncovers has half a spacing.
 #pragma once
 
 #include "meltsim/physics/math.hpp"
@@ -33,6 +38,9 @@
 namespace meltsim {
 inline namespace v0 {
 namespace physics {
+
+/// Least and largest radius of a particle in contact, in spacings.
+inline constexpr double least_contact_radius = 0.1, largest_contact_radius = 0.5;
 
 /// Constants of a contact, in units of m*/dt_s^2 and m*/dt_s.
 template <class T>
@@ -168,6 +176,12 @@ MELTSIM_HD ContactGeometry<T> contact_geometry(const Vec4<T>& normal_i, const Ve
   g.weight = T(1) - std::sqrt(t2) / spacing;
   return g;
 }
+/// The overlap of spheres of these radii where that of spheres of half a spacing is `overlap` [m].
+template <class T>
+MELTSIM_HD T overlap_of_radii(T overlap, T spacing, T radius_i, T radius_j) {
+  return overlap - (spacing - (radius_i + radius_j));
+}
+
 /// m* [kg].
 template <class T>
 MELTSIM_HD T reduced_mass(T m_i, T m_j) {

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far inside a shape points are. Host only, when a body is added.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "meltsim/shape.hpp"
+
+namespace meltsim {
+inline namespace v0 {
+
+/// Distances from points to the surface of a mesh: a tree of boxes around its triangles.
+class MeshDistance {
+ public:
+  MeshDistance() = default;
+  explicit MeshDistance(TriangleMesh mesh);
+  /// The smaller of `most` and the distance from x to the nearest triangle.
+  double at(Vec3d x, double most) const;
+
+ private:
+  struct Node {
+    Box bounds;
+    std::size_t begin = 0, end = 0;  ///< of order_
+    std::size_t second = 0;          ///< the other child, the first one follows its parent; 0: a leaf
+  };
+  std::size_t build(std::size_t begin, std::size_t end);
+  Vec3d corner(std::size_t triangle, std::size_t k) const {
+    return mesh_.vertices[mesh_.indices[3 * triangle + k]];
+  }
+  Box bounds_of(std::size_t begin, std::size_t end) const;
+  double nearest(std::size_t begin, std::size_t end, Vec3d x) const;
+
+  TriangleMesh mesh_;
+  std::vector<std::size_t> order_;
+  std::vector<Node> nodes_;
+};
+
+/// Depth of points in a valid shape.
+class ShapeDepth {
+ public:
+  explicit ShapeDepth(const Shape& shape);
+  /// Distance from x to the surface of the shape, `most` at most: of a mesh to its triangles, of what consists of primitives along
+  /// 26 directions of space and `outward`, a unit vector or 0, to a hundredth of `most`. `most` where x is outside, and in what
+  /// is put together from meshes: asking those of many points would take too long.
+  double at(Vec3d x, Vec3d outward, double most) const;
+
+ private:
+  double along(Vec3d x, Vec3d direction, double most) const;
+
+  Shape shape_;
+  bool of_parts_ = false, is_mesh_ = false;
+  MeshDistance mesh_;
+};
+
+}  // namespace v0
+}  // namespace meltsim
