@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface tension: pressure, period and shape of drops, angles and puddles on walls and bodies, drops that merge, hang and fall.
+// Surface tension: pressure, period and shape of drops, angles and puddles on walls and bodies, drops that merge, hang and fall, a bubble.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -239,6 +240,46 @@ void pendant(const Settings& s, Report& r) {
   r.absolute("centre of one of 1.5 times that weight", falls, -403, 360, "dx", "most of it has fallen");
 }
 
+/// A bubble of light liquid rises through a heavy one between walls, in a slab: the first test of Hysing et al. (2009), on which their
+/// three programs agree to 0.2 %. Its floor and ceiling, half its width from the bubble and more, are without friction here.
+void bubble(const Settings& s, Report& r) {
+  constexpr int width = 40;  // spacings; the bubble is half as wide
+  const double h = 1.0 / width, depth = 8 * h, every = 0.25;
+  WorldDesc d = world_desc(s);
+  d.spacing = h;
+  d.gravity = {0, -0.98, 0};
+  d.heat.model = HeatModel::none;
+  d.domain.bounded = true;
+  d.domain.max = {1, 2, depth};
+  d.domain.faces[4] = d.domain.faces[5] = Face::periodic;
+  d.domain.no_slip = false;
+  Run run(d, r);
+  MaterialDesc heavy = liquid(10, 24.5), light = liquid(1, 0);
+  light.name = "light";
+  light.density = 100;
+  const MaterialId bubble = run.material(light);
+  const Shape round = Shape::cylinder({0.5, 0.5, 0}, {0.5, 0.5, depth}, 0.25);
+  run.fluid(round, bubble);
+  run.fluid(Shape::subtract(Shape::box({}, {1, 2, depth}), round), run.material(heavy));
+  const auto height = [&] {
+    const ParticleData p = run.particles();
+    double sum = 0, n = 0;
+    for (std::size_t i = 0; i < p.id.size(); ++i)
+      if (material_of(p.tag[i]) == bubble.index) sum += p.position[i].y, ++n;
+    return sum / n;
+  };
+  double at = 0.5, fastest = 0;
+  for (int k = 1; k <= 12; ++k) {
+    if (!run.to(k * every)) return;
+    const double before = at;
+    at = height();
+    fastest = std::max(fastest, (at - before) / every);
+  }
+  // Its edge is known to half a spacing, 5 % of its radius, and its speed grows with the radius at most.
+  r.relative("largest speed of its centre", fastest, 0.2417, 5, "half a spacing of its radius");
+  r.relative("way of its centre in 3 s", at - 0.5, 0.581, 5, "half a spacing of its radius");
+}
+
 }  // namespace
 
 std::vector<Case> tension_cases() {
@@ -252,6 +293,7 @@ std::vector<Case> tension_cases() {
        "Bashforth & Adams (1883)", true, puddles},
       {"tension.merging", "two drops meet off centre", "conservation", false, merging},
       {"tension.pendant", "a drop hangs from a plate, or falls", "Tate (1864)", false, pendant},
+      {"tension.bubble", "a bubble of light liquid rises", "Hysing et al. (2009)", true, bubble},
   };
 }
 
