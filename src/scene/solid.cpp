@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Adding a body: its lattice, the sites that it may grow into, and obstacles.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -44,14 +45,13 @@ class Presence {
         there_(static_cast<std::size_t>(stride_z_ * (box.extent(2) + 2 * reach)), 0) {
     for (const Vec3i& p : points) there_[at(p)] = 1;
   }
-  /// Whether one of the direct neighbours of a point is missing.
-  bool surface(Vec3i p) const {
-    bool missing = false;
-    core::each_direct([&](int x, int y, int z) {
-      missing = missing || there_[at({p.x + x, p.y + y, p.z + z})] == 0;
-    });
-    return missing;
+  /// How many of the direct neighbours of a point are there, itself among them.
+  unsigned direct(Vec3i p) const {
+    unsigned n = 0;
+    core::each_direct([&](int x, int y, int z) { n += there_[at({p.x + x, p.y + y, p.z + z})]; });
+    return n;
   }
+  bool surface(Vec3i p) const { return direct(p) < core::full_neighbours; }
   /// Away from the points within two sites of one: a unit vector, or 0.
   Vec3d outward(Vec3i p) const {
     Vec3d out{};
@@ -72,6 +72,32 @@ class Presence {
   Vec3i low_;
   std::int64_t stride_y_, stride_z_;
   std::vector<std::uint8_t> there_;
+};
+
+/// Sums of a fit of a shift u to d = u.n.
+class FaceSums {
+ public:
+  void add(Vec3d n, double d, double weight) {
+    nn_[0] += n * (n.x * weight);
+    nn_[1] += n * (n.y * weight);
+    nn_[2] += n * (n.z * weight);
+    dn_ += n * (d * weight);
+  }
+  void add(const FaceSums& o) {
+    for (std::size_t i = 0; i < 3; ++i) nn_[i] += o.nn_[i];
+    dn_ += o.dn_;
+  }
+  /// By Cramer's rule; empty where the n do not span space.
+  std::optional<Vec3d> shift() const {
+    const Vec3d &a = nn_[0], &b = nn_[1], &c = nn_[2];
+    const double volume = dot(a, cross(b, c)), size = a.x + b.y + c.z;
+    if (!(volume > 1e-6 * size * size * size)) return {};
+    return Vec3d{dot(dn_, cross(b, c)), dot(a, cross(dn_, c)), dot(a, cross(b, dn_))} * (1 / volume);
+  }
+
+ private:
+  std::array<Vec3d, 3> nn_{};  ///< rows of the sum of n n^T
+  Vec3d dn_;
 };
 
 /// `fixed` and `motion` say the same from here on.
@@ -115,6 +141,7 @@ class WorldImpl::NewBody {
   Status place_growth();
   Status number_sites();
   void find_radii();
+  std::optional<Vec3d> centering_shift(const Presence& there, const ShapeDepth& depth) const;
   float radius_at(const ShapeDepth& depth, Vec3d x, Vec3d outward) const;
   template <class TagOf>
   Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
@@ -257,22 +284,50 @@ Status WorldImpl::NewBody::place() {
   return {};
 }
 
-/// How far inside the shape the points at its surface are (physics/contact.hpp); half a spacing where no other point is missing around one.
+/// How far inside the shape the points at its surface are (physics/contact.hpp), once the shape lies evenly around them; half a spacing where no
+/// other point is missing around one, and where there is no way to tell how the shape lies.
 void WorldImpl::NewBody::find_radii() {
+  radii_.assign(points_.size(), static_cast<float>(physics::largest_contact_radius));
   const Presence there(points_, box_);
   const ShapeDepth depth(s_.shape);
-  radii_.assign(points_.size(), static_cast<float>(physics::largest_contact_radius));
+  const std::optional<Vec3d> shift = centering_shift(there, depth);
+  if (!shift) return;
   w_.loops().pieces(points_.size(), [&](std::size_t k, std::size_t end) {
     for (; k < end; ++k)
-      if (there.surface(points_[k])) radii_[k] = radius_at(depth, positions_[k], there.outward(points_[k]));
+      if (there.surface(points_[k]))
+        radii_[k] = radius_at(depth, positions_[k] + *shift, there.outward(points_[k]));
   });
+}
+
+/// The shift u of the points after which those at opposite faces are equally deep in the shape: a box is as high as its layers, wherever
+/// these lie in it. Of depths d and ways out n, where the surface is a face, the least squares of d - u.n - half a spacing. Empty where
+/// faces do not look along all axes: a body one or two spacings thick, a rod.
+std::optional<Vec3d> WorldImpl::NewBody::centering_shift(const Presence& there,
+                                                         const ShapeDepth& depth) const {
+  const double dx = w_.desc.spacing;
+  const auto of = [&](std::size_t k, std::size_t end) {
+    FaceSums s;
+    for (; k < end; ++k) {
+      const unsigned live = there.direct(points_[k]);
+      const double flat = live < core::full_neighbours ? physics::flatness(static_cast<double>(live)) : 0;
+      if (!(flat > 0)) continue;
+      const Vec3d n = there.outward(points_[k]);
+      s.add(n, depth.at(positions_[k], n, dx) - physics::largest_contact_radius * dx, flat);
+    }
+    return s;
+  };
+  FaceSums sum;
+  for (const FaceSums& s : w_.loops().of_pieces<FaceSums>(points_.size(), of)) sum.add(s);
+  const std::optional<Vec3d> u = sum.shift();
+  if (!u || length(*u) > 0.02 * dx) return u;
+  return Vec3d{};  // depths are found to a hundredth
 }
 
 /// In spacings. To a hundredth, as depths are found: the faces of a box lie half a spacing from its particles.
 float WorldImpl::NewBody::radius_at(const ShapeDepth& depth, Vec3d x, Vec3d outward) const {
   constexpr double most = physics::largest_contact_radius;
   const double dx = w_.desc.spacing, share = depth.at(x, outward, most * dx) / dx;
-  return static_cast<float>(share < 0.98 * most ? std::max(share, physics::least_contact_radius) : most);
+  return static_cast<float>(share < 0.97 * most ? std::max(share, physics::least_contact_radius) : most);
 }
 
 /// The free sites a body may grow into, and the box of all of its sites. Occupied neighbours are not left
