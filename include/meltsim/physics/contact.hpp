@@ -28,8 +28,9 @@
 //
 // Radii: a sphere of half a spacing around every particle would give a ball the steps of its lattice, on whose faces it stands
 // instead of rolling. A particle at the surface of the shape that a body was built from therefore has the largest sphere within
-// that shape, so that the spheres of a body together have its surface; half a spacing at most, so that bodies a spacing apart do
-// not touch, and a tenth at least, so that no particle gets to a wall. What melting uncovers has half a spacing.
+// that shape, laid evenly around the body's particles first, so that the spheres of a body together have its surface; half a
+// spacing at most, so that bodies a spacing apart do not touch, and a tenth at least, so that no particle gets to a wall. What
+// melting uncovers has half a spacing.
 #pragma once
 
 #include "meltsim/physics/math.hpp"
@@ -39,8 +40,10 @@ namespace meltsim {
 inline namespace v0 {
 namespace physics {
 
-/// Least and largest radius of a particle in contact, in spacings.
-inline constexpr double least_contact_radius = 0.1, largest_contact_radius = 0.5;
+/// Least radius of a particle in contact, in spacings: no particle gets to a wall.
+inline constexpr double least_contact_radius = 0.1;
+/// Largest radius, in spacings: of particles at flat faces, within a body, and of those that melting has uncovered.
+inline constexpr double largest_contact_radius = 0.5;
 
 /// Constants of a contact, in units of m*/dt_s^2 and m*/dt_s.
 template <class T>
