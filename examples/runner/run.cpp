@@ -126,8 +126,21 @@ void Run::resume() {
     state_.limits.assign(readings_behind, built_.world.stable_dt());
   }
   recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_, wants_still(), options_.page);
+  count_restored();
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
+}
+
+/// What run.json says of a resumed run that has no frame ahead, or is stopped before it.
+void Run::count_restored() {
+  meltsim::ReadRequest steering;
+  steering.totals = steering.pieces = true;
+  const meltsim::ReadTicket ticket = expect(built_.world.request(steering));
+  StatsRow row;
+  row.step = state_.steps;
+  row.time = state_.time;
+  row.dt = time_.dt.value_or(built_.world.stable_dt());
+  recorder_->count(built_, state_.next_frame, row, expect(built_.world.take(ticket)), state_.meltable);
 }
 
 double Run::end() const {

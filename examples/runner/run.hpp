@@ -52,6 +52,7 @@ class Run {
 
  private:
   void resume();
+  void count_restored();
   void begin();
   void resolve_dt();
   Outcome loop();

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs the program on a tiny scene and reads everything it wrote, with nothing but the standard library.
 
-  whole_runs.py MELTSIM SCENE
+  whole_runs.py MELTSIM SCENE [WholeRuns.test_...]
 """
 import csv
 import json
@@ -306,10 +306,8 @@ emitters:
                 self.assertAlmostEqual(has[0], liquid, delta=0.01 * liquid)
                 self.assertAlmostEqual(has[1], solid, delta=0.01 * solid)
 
-    def interrupted_and_resumed(self, *options):
-        """An uninterrupted run, and one that was interrupted and resumed."""
-        common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--time", "2", *options]
-        self.meltsim(*common, "--out", "whole")
+    def interrupted(self, *common):
+        """A run that was interrupted, and what its run.json says at the end."""
         for attempt in range(5):  # on a busy machine a run may be over before the signal comes
             process = subprocess.Popen([PROGRAM, *common, "--out", "cut", "--overwrite"], cwd=self.directory.name,
                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -328,6 +326,13 @@ emitters:
         self.assertIn("--out cut --resume", said)
         run = json.loads(Path(self.path("cut", "run.json")).read_text())
         self.assertEqual(run["final"]["status"], "interrupted")
+        return run["final"]
+
+    def interrupted_and_resumed(self, *options):
+        """An uninterrupted run, and one that was interrupted and resumed."""
+        common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--time", "2", *options]
+        self.meltsim(*common, "--out", "whole")
+        self.interrupted(*common)
         self.assertGreaterEqual(len(self.replay("cut")[0]["frames"]), 3)
         self.assertFalse(os.path.exists(self.path("cut", "still.png")))  # it would keep an interrupt waiting
         # Rows from after the checkpoint (a killed run leaves some) are computed again.
@@ -527,6 +532,19 @@ emitters:
         self.assertIn("more than heat.max_supersteps 1", said)
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "no", "--set", "heat.max_supersteps=0", code=2)
         self.assertIn("heat.max_supersteps", said.stderr)
+
+    def test_a_run_that_is_resumed_at_its_end_says_how_things_are(self):
+        """Stopped beyond the end that it is resumed with: there is no frame ahead, so the numbers are those of the checkpoint."""
+        common = ["run", SCENE, "--backend", "cpu", "--export", "ply"]
+        cut = self.interrupted(*common, "--time", "2")
+        self.meltsim(*common, "--time", "0.02", "--out", "cut", "--resume")
+        final = json.loads(Path(self.path("cut", "run.json")).read_text())["final"]
+        self.assertEqual(final["status"], "finished")
+        # The interrupted run's are those of its last frame, and a nozzle has brought more since.
+        for key in ("time_s", "step", "n_fluid", "mass_kg"):
+            self.assertGreaterEqual(final[key], cut[key])
+            self.assertGreater(cut[key], 0)
+        self.assertEqual(final["n_bodies"], cut["n_bodies"])
 
     def test_an_interrupt_cuts_a_long_step_and_a_resumed_run_ends_the_same(self):
         """One step of some thousand sub-steps; of more where it was over before the signal came."""
@@ -912,4 +930,4 @@ bodies: [{cube(0, 0.4, "ice", 0)}]
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
