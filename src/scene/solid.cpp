@@ -52,12 +52,12 @@ class Presence {
     return n;
   }
   bool surface(Vec3i p) const { return direct(p) < core::full_neighbours; }
-  /// Away from the points within two sites of one: a unit vector, or 0.
-  Vec3d outward(Vec3i p) const {
+  /// Away from the points within some sites of one, two at most: a unit vector, or 0.
+  Vec3d outward(Vec3i p, int within) const {
     Vec3d out{};
-    for (int z = -reach; z <= reach; ++z)
-      for (int y = -reach; y <= reach; ++y)
-        for (int x = -reach; x <= reach; ++x)
+    for (int z = -within; z <= within; ++z)
+      for (int y = -within; y <= within; ++y)
+        for (int x = -within; x <= within; ++x)
           if (there_[at({p.x + x, p.y + y, p.z + z})] != 0) out += Vec3d{double(-x), double(-y), double(-z)};
     const double size = length(out);
     return size > 0 ? out * (1 / size) : Vec3d{};
@@ -295,7 +295,7 @@ void WorldImpl::NewBody::find_radii() {
   w_.loops().pieces(points_.size(), [&](std::size_t k, std::size_t end) {
     for (; k < end; ++k)
       if (there.surface(points_[k]))
-        radii_[k] = radius_at(depth, positions_[k] + *shift, there.outward(points_[k]));
+        radii_[k] = radius_at(depth, positions_[k] + *shift, there.outward(points_[k], 2));
   });
 }
 
@@ -311,7 +311,7 @@ std::optional<Vec3d> WorldImpl::NewBody::centering_shift(const Presence& there,
       const unsigned live = there.direct(points_[k]);
       const double flat = live < core::full_neighbours ? physics::flatness(static_cast<double>(live)) : 0;
       if (!(flat > 0)) continue;
-      const Vec3d n = there.outward(points_[k]);
+      const Vec3d n = there.outward(points_[k], 1);  // that of a face, also beside an edge
       s.add(n, depth.at(positions_[k], n, dx) - physics::largest_contact_radius * dx, flat);
     }
     return s;

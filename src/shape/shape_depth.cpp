@@ -17,23 +17,29 @@ constexpr std::size_t triangles_in_leaf = 4;
 
 double square(Vec3d v) { return dot(v, v); }
 
-double to_segment2(Vec3d x, Vec3d a, Vec3d b) {
+/// From x to the nearest point of a segment.
+Vec3d to_segment(Vec3d x, Vec3d a, Vec3d b) {
   const Vec3d along = b - a;
   const double size = square(along);
   const double t = size > 0 ? clamp(dot(x - a, along) / size, 0.0, 1.0) : 0.0;
-  return square(x - (a + along * t));
+  return a + along * t - x;
 }
 
-/// Square of the distance from a point to a triangle: to its plane where the point is over it, else to its sides.
-double to_triangle2(Vec3d x, Vec3d a, Vec3d b, Vec3d c) {
+/// From x to the nearest point of a triangle: in its plane where x is over it, else on its sides.
+Vec3d to_triangle(Vec3d x, Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d n = cross(b - a, c - a);
   const double size = square(n);
   const auto over = [&](Vec3d p, Vec3d q) { return dot(cross(q - p, x - p), n) >= 0; };
-  if (size > 0 && over(a, b) && over(b, c) && over(c, a)) {
-    const double height = dot(x - a, n);
-    return height * height / size;
-  }
-  return std::min({to_segment2(x, a, b), to_segment2(x, b, c), to_segment2(x, c, a)});
+  if (size > 0 && over(a, b) && over(b, c) && over(c, a)) return n * (-dot(x - a, n) / size);
+  const Vec3d sides[] = {to_segment(x, a, b), to_segment(x, b, c), to_segment(x, c, a)};
+  return *std::min_element(sides, sides + 3, [](Vec3d p, Vec3d q) { return square(p) < square(q); });
+}
+
+/// Whether v is within 45 degrees of `outward`, a unit vector; anything is of 0. What is a face at the other side of an edge is not.
+bool is_way_out(Vec3d v, Vec3d outward) {
+  constexpr double cosine = 0.7072;  // those at 45 degrees are not
+  const double along = dot(v, outward);
+  return square(outward) == 0 || (along > 0 && along * along > cosine * cosine * square(v));
 }
 
 double to_box2(Vec3d x, const Box& b) {
@@ -80,16 +86,18 @@ std::size_t MeshDistance::build(std::size_t begin, std::size_t end) {
   return here;
 }
 
-double MeshDistance::nearest(std::size_t begin, std::size_t end, Vec3d x) const {
+/// A point on a triangle may lie beyond it by rounding: `slack` further inside, it does not.
+double MeshDistance::nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack) const {
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t k = begin; k < end; ++k) {
     const std::size_t t = order_[k];
-    best = std::min(best, to_triangle2(x, corner(t, 0), corner(t, 1), corner(t, 2)));
+    const Vec3d way = to_triangle(x, corner(t, 0), corner(t, 1), corner(t, 2));
+    if (square(way) < best && is_way_out(way + outward * slack, outward)) best = square(way);
   }
   return best;
 }
 
-double MeshDistance::at(Vec3d x, double most) const {
+double MeshDistance::at(Vec3d x, Vec3d outward, double most) const {
   if (nodes_.empty()) return most;
   double best = most * most;
   std::vector<std::size_t> open{0};
@@ -99,7 +107,7 @@ double MeshDistance::at(Vec3d x, double most) const {
     open.pop_back();
     if (!(to_box2(x, node.bounds) < best)) continue;
     if (node.second == 0) {
-      best = std::min(best, nearest(node.begin, node.end, x));
+      best = std::min(best, nearest(node.begin, node.end, x, outward, 1e-6 * most));
     } else {
       open.push_back(node.second);
       open.push_back(first);
@@ -129,12 +137,12 @@ double ShapeDepth::along(Vec3d x, Vec3d direction, double most) const {
 }
 
 double ShapeDepth::at(Vec3d x, Vec3d outward, double most) const {
-  if (is_mesh_) return mesh_.at(x, most);
+  if (is_mesh_) return mesh_.at(x, outward, most);
   if (!of_parts_ || !shape_.contains(x)) return most;
-  double depth = along(x, outward, most);
+  double depth = square(outward) > 0 ? along(x, outward, most) : most;
   for (int k = 0; k < 27; ++k) {
     const Vec3d d{double(k % 3 - 1), double(k / 3 % 3 - 1), double(k / 9 - 1)};
-    if (k != 13) depth = std::min(depth, along(x, d * (1 / length(d)), depth));
+    if (k != 13 && is_way_out(d, outward)) depth = std::min(depth, along(x, d * (1 / length(d)), depth));
   }
   return depth;
 }

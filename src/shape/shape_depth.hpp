@@ -16,8 +16,9 @@ class MeshDistance {
  public:
   MeshDistance() = default;
   explicit MeshDistance(TriangleMesh mesh);
-  /// The smaller of `most` and the distance from x to the nearest triangle.
-  double at(Vec3d x, double most) const;
+  /// The smaller of `most` and the distance from x to the nearest of the triangles whose nearest point lies within 45 degrees of
+  /// `outward`, a unit vector; to the nearest of all where that is 0.
+  double at(Vec3d x, Vec3d outward, double most) const;
 
  private:
   struct Node {
@@ -30,7 +31,7 @@ class MeshDistance {
     return mesh_.vertices[mesh_.indices[3 * triangle + k]];
   }
   Box bounds_of(std::size_t begin, std::size_t end) const;
-  double nearest(std::size_t begin, std::size_t end, Vec3d x) const;
+  double nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack) const;
 
   TriangleMesh mesh_;
   std::vector<std::size_t> order_;
@@ -41,9 +42,11 @@ class MeshDistance {
 class ShapeDepth {
  public:
   explicit ShapeDepth(const Shape& shape);
-  /// Distance from x to the surface of the shape, `most` at most: of a mesh to its triangles, of what consists of primitives along
-  /// 26 directions of space and `outward`, a unit vector or 0, to a hundredth of `most`. `most` where x is outside, and in what
-  /// is put together from meshes: asking those of many points would take too long.
+  /// Distance from x to the surface of the shape within 45 degrees of `outward`, `most` at most; in any direction where `outward`, a
+  /// unit vector else, is 0. So a point at an edge of a box is as deep as the edge lies out, not as the nearer of its faces: the box
+  /// stands on its rims. Of a mesh to its triangles, of what consists of primitives along those of 26 directions of space, and
+  /// `outward`, to a hundredth of `most`. `most` where x is outside, and in what is put together from meshes: asking those of many
+  /// points would take too long.
   double at(Vec3d x, Vec3d outward, double most) const;
 
  private:

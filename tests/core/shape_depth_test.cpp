@@ -86,6 +86,27 @@ TEST(ShapeDepth, OfBoxesAndHolesIsTheDistanceToTheirFaces) {
   EXPECT_EQ(holed.at({0, 0, 0}, {}, most), most);  // in the hole: outside
 }
 
+// At an edge the way out is the diagonal: the depth is that of the edge, not that of the nearer face, so that what stands on the other face
+// stands on its rim. Of triangles the faces do not count there.
+TEST(ShapeDepth, AtAnEdgeIsThatOfTheEdge) {
+  const Vec3d half{1, 2, 3};
+  const ShapeDepth box(Shape::box(-half, half)), mesh(Shape::mesh(box_mesh(half)));
+  const double r2 = std::sqrt(2), r3 = std::sqrt(3);
+  const Vec3d edge{half.x - 0.3, half.y - 0.4, 0}, edge_out{1 / r2, 1 / r2, 0};
+  EXPECT_NEAR(box.at(edge, edge_out, most), 0.3 * r2, found_to);
+  EXPECT_EQ(mesh.at(edge, edge_out, most), most);
+  const Vec3d corner{half.x - 0.2, half.y - 0.4, half.z - 0.4}, corner_out{1 / r3, 1 / r3, 1 / r3};
+  EXPECT_NEAR(box.at(corner, corner_out, most), 0.2 * r2,
+              found_to);  // the edges of x beside the corner are nearer
+  EXPECT_EQ(mesh.at(corner, corner_out, most), most);
+  for (const ShapeDepth* depth : {&box, &mesh}) {  // a face, and none
+    EXPECT_NEAR(depth->at(edge, {1, 0, 0}, most), 0.3, found_to);
+    EXPECT_NEAR(depth->at(edge, {}, most), 0.3, found_to);
+  }
+  for (const double beyond : {0.0, -1e-16, 1e-16})
+    EXPECT_NEAR(mesh.at({half.x * (1 + beyond), 0.3, 0}, {1, 0, 0}, most), 0, 1e-12) << beyond;
+}
+
 // The same box as triangles, where it lies and moved, turned and scaled; to rounding, no direction is needed.
 TEST(ShapeDepth, OfAMeshIsTheDistanceToItsTriangles) {
   const Vec3d half{1, 2, 3};
