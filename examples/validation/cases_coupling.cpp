@@ -8,7 +8,7 @@
 namespace validation {
 namespace {
 
-constexpr double dx = 0.0625, g = 9.81, cell = dx * dx * dx, pi = 3.14159265358979323846;
+constexpr double dx = 0.0625, g = 9.81, cell = dx * dx * dx;
 
 struct Solid {
   double centre = 0, low = infinity,

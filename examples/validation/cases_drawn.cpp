@@ -468,7 +468,7 @@ void jet(const Settings& s, Report& r) {
 /// A body of any shape that flies: its centre keeps to the parabola, and it its spin.
 Outcome thrown(Dice& dice, const Settings& s, Report& report) {
   const double dx = dice.log(1e-3, 1), g = dice.log(1, 100), size = dice.uniform(2.5, 5) * dx;
-  const Vec3d pull = dice.direction() * g, at = dice.direction() * dice.log(1, 1000) * dx;
+  const Vec3d pull = dice.direction() * g, at = dice.place(1, 1000) * dx;
   const double fall = dice.log(10, 200) * dx, t = std::sqrt(2 * fall / g);
   const int kind = dice.whole(0, 2);
   MaterialDesc m;
@@ -476,12 +476,17 @@ Outcome thrown(Dice& dice, const Settings& s, Report& report) {
   m.density = dice.log(100, 10000);
   m.region_half_width = dice.whole(1, 3);
   SolidDesc b;
-  b.shape =
-      kind == 0 ? Shape::sphere(at, size)
-      : kind == 1
-          ? Shape::box(at - Vec3d{size, 0.7 * size, 1.3 * size}, at + Vec3d{size, 0.7 * size, 1.3 * size})
-          : Shape::cylinder(at - dice.direction() * size, at + dice.direction() * size, 0.8 * size);
-  b.velocity = dice.direction() * std::sqrt(g * dx) * dice.log(0.1, 10);
+  if (kind == 0) {
+    b.shape = Shape::sphere(at, size);
+  } else if (kind == 1) {
+    const Vec3d half{size, 0.7 * size, 1.3 * size};
+    b.shape = Shape::box(at - half, at + half);
+  } else {
+    const Vec3d second = at + dice.direction() * size, first = at - dice.direction() * size;
+    b.shape = Shape::cylinder(first, second, 0.8 * size);
+  }
+  const double speed = dice.log(0.1, 10);
+  b.velocity = dice.direction() * std::sqrt(g * dx) * speed;
   const double spin = dice.log(0.01, 0.3) * std::sqrt(g / dx);
   b.angular_velocity = dice.direction() * spin;
   b.motion = dice.coin() ? Motion::rigid : Motion::free;

@@ -121,7 +121,7 @@ Outcome swinging(Dice& dice, const Settings& s, Report& report) {
   const double dx = dice.log(1e-5, 1e-1), density = dice.log(300, 8000), tension = dice.log(0.01, 2),
                radius = dice.uniform(6, 10) * dx, stretch = dice.uniform(0.25, 0.45),
                ohnesorge = dice.log(0.01, 0.05);
-  const Vec3d axis = dice.direction(), at = dice.direction() * dice.log(1, 100) * dx;
+  const Vec3d axis = dice.direction(), at = dice.place(1, 100) * dx;
   Outcome o{0, text("radius %.2f dx, half-length %.2f radii more, Oh %.3g, sigma %.3g, density %.4g, dx %.3g",
                     radius / dx, stretch, ohnesorge, tension, density, dx)};
   WorldDesc d = world_desc(s);
@@ -171,7 +171,7 @@ Outcome turned(Dice& dice, const Settings& s, Report& report) {
   const double dx = dice.log(1e-3, 0.5), g = dice.log(1, 100), density = dice.log(300, 8000);
   const int radius = dice.whole(6, 9), depth = dice.whole(6, 9), thick = 3;
   const double R = radius * dx, rise = dice.uniform(2, 1.2 * depth) * dx;
-  const Vec3d up = dice.direction(), at = dice.direction() * dice.log(1, 100) * dx;
+  const Vec3d up = dice.direction(), at = dice.place(1, 100) * dx;
   const double turn = std::sqrt(2 * g * rise) / R * (dice.coin() ? 1 : -1);
   Outcome o{0, text("radius %.0f dx, %.0f dx deep, rise %.2f dx, %.0f degrees from y, dx %.3g, g %.3g",
                     radius, depth, rise / dx, std::acos(up.y) * 180 / pi, dx, g)};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "constants.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "validation.hpp"
 
@@ -13,7 +14,6 @@ using namespace meltsim;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double dx = 0.1;               // [m]
 constexpr double side = 8 * dx;          // periodic sideways: the least that 3 support radii allow
 constexpr double diffusivity = 1e-3;     // [m^2/s]

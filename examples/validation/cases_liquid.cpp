@@ -11,7 +11,7 @@ namespace {
 
 using namespace meltsim;
 
-constexpr double pi = 3.14159265358979323846, g = 9.81;
+constexpr double g = 9.81;
 
 double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
   const auto it = std::upper_bound(x.begin(), x.end(), at);

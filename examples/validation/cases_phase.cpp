@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "constants.hpp"
 #include "validation.hpp"
 
 namespace validation {
@@ -602,7 +603,7 @@ bool melt_in_bath(const Settings& settings, const Bath& b, double cells, const s
     was_ice[start.id[i]] = start.liquid_fraction[i] < 0.5 ? 1 : 0;
     count += was_ice[start.id[i]];
   }
-  const double pi = std::acos(-1.0), measure[] = {2.0 * side * side, pi * side, b.block ? 8.0 : 4 * pi / 3};
+  const double measure[] = {2.0 * side * side, pi * side, b.block ? 8.0 : 4 * pi / 3};
   const auto radius_of = [&](double n) {
     return std::pow(n / measure[b.dimensions - 1], 1.0 / b.dimensions);
   };

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "constants.hpp"
 #include "validation.hpp"
 
 namespace validation {
@@ -19,8 +20,6 @@ using meltsim::Shape;
 using meltsim::SolidDesc;
 using meltsim::Vec3d;
 using meltsim::World;
-
-constexpr double pi = 3.14159265358979323846;
 
 /// A World without gravity and heat that holds one box of lattice points.
 struct Block {

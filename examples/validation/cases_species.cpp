@@ -10,7 +10,7 @@
 namespace validation {
 namespace {
 
-constexpr double dx = 0.01, diffusivity = 1e-5, pi = 3.14159265358979323846;
+constexpr double dx = 0.01, diffusivity = 1e-5;
 
 /// A closed box at rest; D dt/dx^2 = `pace` in a step of 0.01 s.
 WorldDesc still(const Settings& s, Vec3i cells, double pace, Face across = Face::wall) {

@@ -10,8 +10,6 @@ namespace {
 
 using namespace meltsim;
 
-constexpr double pi = 3.14159265358979323846;
-
 struct Size {
   double volume = 0, area = 0;
   double open_edges = 0;  ///< not between two triangles of opposite direction

@@ -11,7 +11,6 @@
 namespace validation {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double dx = 1e-3, sigma = 0.072, rho = 1000;
 
 /// The time of a drop [s].

@@ -8,8 +8,6 @@
 namespace validation {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 /// The step that sound allows at a support of 2.5 spacings.
 double acoustic(const WorldDesc& d) { return d.courant * 2.5 * d.spacing / d.sound_speed; }
 

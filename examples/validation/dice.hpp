@@ -7,11 +7,10 @@
 #include <cstdint>
 #include <random>
 
+#include "constants.hpp"
 #include "meltsim/types.hpp"
 
 namespace validation {
-
-inline constexpr double pi = 3.14159265358979323846;
 
 /// Numbers of one draw. The standard's engine, but not its distributions, which differ from library to library.
 class Dice {
@@ -30,6 +29,11 @@ class Dice {
   meltsim::Vec3d direction() {
     const double z = uniform(-1, 1), phi = uniform(0, 2 * pi), r = std::sqrt(1 - z * z);
     return {r * std::cos(phi), r * std::sin(phi), z};
+  }
+  /// In any direction, so far from the origin.
+  meltsim::Vec3d place(double low, double high) {
+    const double far = log(low, high);  // first: C++ leaves the order of what is multiplied open
+    return direction() * far;
   }
 
  private:

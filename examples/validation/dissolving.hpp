@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "constants.hpp"
 #include "meltsim/meltsim.hpp"
 
 namespace validation {
@@ -24,7 +25,7 @@ inline double dissolving_slab(double b) {
   double low = 0, high = 3;
   for (int k = 0; k < 100; ++k) {
     const double l = 0.5 * (low + high);
-    (std::sqrt(3.14159265358979323846) * l * std::exp(l * l) * std::erfc(-l) < b ? low : high) = l;
+    (std::sqrt(pi) * l * std::exp(l * l) * std::erfc(-l) < b ? low : high) = l;
   }
   return 0.5 * (low + high);
 }

@@ -4,15 +4,16 @@
 
 #include <cmath>
 
+#include "constants.hpp"
+
 namespace validation {
 
 /// Angle of a cap of this volume from the height of its centre of mass [degrees].
 inline double cap_angle(double volume, double centre) {
-  constexpr double half_turn = 3.14159265358979323846;
   double best = 0, error = 1e300;
   for (double angle = 5; angle < 178; angle += 0.1) {
-    const double c = std::cos(angle * half_turn / 180);
-    const double radius = std::cbrt(3 * volume / (half_turn * (2 + c) * (1 - c) * (1 - c)));
+    const double c = std::cos(angle * pi / 180);
+    const double radius = std::cbrt(3 * volume / (pi * (2 + c) * (1 - c) * (1 - c)));
     const double height = radius * (1 - c), top = 2 * radius - height;
     const double at = 3 * top * top / (4 * (3 * radius - height)) - radius * c;
     if (std::abs(at - centre) < error) error = std::abs(at - centre), best = angle;
@@ -22,15 +23,14 @@ inline double cap_angle(double volume, double centre) {
 
 /// Centre of mass of a sessile drop of this volume: Bashforth and Adams' equation, in steps of 0.005 spacings.
 inline double sessile(double spacing, double volume, double capillary, double angle) {
-  constexpr double half_turn = 3.14159265358979323846;
   double low = 0.5 * spacing, high = 5000 * spacing, centre = 0;
   for (int turn = 0; turn < 40; ++turn) {
     const double top = std::sqrt(low * high), step = 0.005 * spacing;
     double x = 0, z = 0, slope = 0, sum = 0, moment = 0;
-    while (slope < angle * half_turn / 180 && z < 60 * spacing) {
+    while (slope < angle * pi / 180 && z < 60 * spacing) {
       const double bend = 2 / top + z / (capillary * capillary) - (x > 0 ? std::sin(slope) / x : 1 / top);
       const double next = x + std::cos(slope) * step, below = z + std::sin(slope) * step;
-      const double disc = half_turn * 0.25 * (x + next) * (x + next) * (below - z);
+      const double disc = pi * 0.25 * (x + next) * (x + next) * (below - z);
       sum += disc;
       moment += disc * 0.5 * (z + below);
       x = next;

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "constants.hpp"
 #include "validation.hpp"
 
 namespace validation {

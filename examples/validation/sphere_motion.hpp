@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "constants.hpp"
+
 namespace validation {
 
 // Sources: Schiller & Naumann (1933) for the drag; Mei & Adrian (1992), J. Fluid Mech. 237:323, for the history force, which
@@ -42,7 +44,6 @@ struct SphereMotion {
   }
   /// w [m/s].
   double counterflow() const {
-    constexpr double pi = 3.14159265358979323846;
     const double force = drive * pi / 6 * diameter * diameter * diameter, speed = balance();  // per density
     double carried = 0;
     for (int i = -3; i <= 3; ++i)
@@ -69,7 +70,6 @@ struct SpherePath {
 
 /// Until `end`, in equal steps; twice as many change mean speeds by 0.001 of themselves.
 inline SpherePath motion_of(const SphereMotion& m, double end) {
-  constexpr double pi = 3.14159265358979323846;
   constexpr std::size_t steps = 3000;
   const double dt = end / steps, nu = m.viscosity, d = m.diameter, balance = m.balance();
   const double slower = balance / (balance - m.counterflow()), history = 18 * nu / (d * d),
