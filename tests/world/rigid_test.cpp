@@ -361,7 +361,7 @@ Towered towered(Motion motion, double side, double aside) {
           2 * std::acos(std::min(1.0, std::fabs(p.orientation.w))) * 180 / 3.14159265, length(p.velocity)};
 }
 
-// Boxes of 3.7 spacings are 4 particles wide, and half of what carries their faces is at the rims. Where rims had the depth of the side,
+// Boxes of 3.7 spacings are 4 particles wide, and 12 of the 16 that carry a face are at its rim. Where rims had the depth of the side,
 // 0.35 spacings, for a radius, boxes stood on their middles, were pressed in four times as far, and fell where they lay aside. Those of
 // whole spacings that lie half a spacing off the lattice lean no more than others: 2 degrees, while their sides were found uneven.
 TEST(Rigid, BoxesStandOnTheirRims) {
