@@ -594,6 +594,20 @@ emitters:
         self.assertIn(process.returncode, (128 + signal.SIGTERM, 128 + signal.SIGINT))
         self.assertFalse(os.path.exists(self.path("run", "checkpoint.bin")))
 
+    def test_a_signal_that_comes_twice_at_once_is_one(self):
+        """As `timeout` sends it: to the program, and to the group that it is in."""
+        process = subprocess.Popen([PROGRAM, "run", SCENE, "--backend", "cpu", "--time", "1e4", "--out", "run"],
+                                   cwd=self.directory.name, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        while not os.path.exists(self.path("run", "frames", "particles_00001.ply")) and process.poll() is None:
+            time.sleep(0.002)
+        for _ in range(20):
+            process.send_signal(signal.SIGTERM)
+            time.sleep(0.001)
+        _, said = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 128 + signal.SIGTERM)
+        self.assertIn("resume with: ", said)
+        self.assertTrue(os.path.exists(self.path("run", "checkpoint.bin")))
+
     def test_threads_are_capped_at_the_machine(self):
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--threads", "100000", "--steps", "1").stderr
         self.assertRegex(said, r"^warning: --threads 100000: this machine has \d+ processors for it; using \d+\n$")
