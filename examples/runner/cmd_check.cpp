@@ -461,6 +461,13 @@ class Check {
     }
   }
 
+  /// Share of the solid that can melt at all: in an insulated box, what the heat in it is enough for; else 1, as where something dissolves.
+  double most_that_melts() {
+    if (built_.dissolves || !heat_sources_text(scene_).empty()) return 1;
+    const auto balance = heat_balance(built_);
+    return balance ? balance->melts : 1;
+  }
+
   void print_melting(const std::optional<Rehearsal>& rehearsal) {
     if (built_.meltable == 0) return;
     const char* name = built_.melts ? "melting" : "dissolving";
@@ -485,15 +492,16 @@ class Check {
     if (share >= 1) text = fmt::format("everything {} by about t={:.2g} s", verb, all);
     else if (share < 0.005) text = fmt::format("next to nothing {} by t={:g} s", verb, end);
     else text = fmt::format("about {:.2g} % of the solid by t={:g} s", 100 * share, end);
-    if (share >= telling && share < 1 && std::isfinite(all))
+    const double most = most_that_melts();
+    if (share >= telling && share < 1 && std::isfinite(all) && most >= 1)
       text += fmt::format(", all of it by about t={:.2g} s", all);
-    if (share < 1) text += fmt::format("; {} makes it faster", pace_keys(built_));
+    if (share < 0.99 * most) text += fmt::format("; {} makes it faster", pace_keys(built_));
     line(name, text + how);
   }
 
   /// [s] The end of a run, which may come when everything has melted.
-  double run_end(const std::optional<Rehearsal>& rehearsal) const {
-    if (!scene_.time.until_melted || !rehearsal) return scene_.time.end;
+  double run_end(const std::optional<Rehearsal>& rehearsal) {
+    if (!scene_.time.until_melted || !rehearsal || most_that_melts() < 1) return scene_.time.end;
     return std::min(scene_.time.end, rehearsal->time_of(1) + scene_.time.tail);
   }
 

@@ -22,7 +22,18 @@ struct Sums {
   double latent = 0;           ///< [J]
   double melted_capacity = 0;  ///< [J/K] of the solids once they are liquid
   double solid_capacity = 0;   ///< [J/K]
+  double freezing = 0;         ///< [J] that liquid gives off as it freezes
+  double thawed_capacity = 0;  ///< [J/K] of that liquid
+  double frozen_capacity = 0;  ///< [J/K] of it once it is frozen
 };
+
+/// Per material of the table: the one that its liquid freezes to, or null.
+std::vector<const meltsim::MaterialDesc*> what_freezes(const std::vector<meltsim::MaterialDesc>& table) {
+  std::vector<const meltsim::MaterialDesc*> solid(table.size(), nullptr);
+  for (const meltsim::MaterialDesc& material : table)
+    if (material.freezes && material.melts_into) solid.at(material.melts_into.index) = &material;
+  return solid;
+}
 
 std::optional<double> common_melting_point(const std::vector<meltsim::MaterialDesc>& used) {
   std::optional<double> point;
@@ -42,17 +53,24 @@ std::optional<HeatBalance> heat_balance(Built& built) {
   for (const meltsim::MaterialId id : built.material_ids) table.push_back(built.world.material(id));
   const auto point = common_melting_point(table);
   if (!point) return std::nullopt;
+  const std::vector<const meltsim::MaterialDesc*> solid_of = what_freezes(table);
   const meltsim::ParticleData data = expect(built.world.particles());
   Sums sums;
   HeatBalance balance;
   for (std::size_t i = 0; i < data.id.size(); ++i) {
-    const meltsim::MaterialDesc& material = table.at(meltsim::material_of(data.tag[i]));
+    const std::size_t row = meltsim::material_of(data.tag[i]);
+    const meltsim::MaterialDesc& material = table.at(row);
     const double capacity = data.mass[i] * material.heat_capacity;
     const bool fluid = meltsim::is_fluid(data.tag[i]);
     if (fluid || (meltsim::is_solid(data.tag[i]) && !material.melts_into)) {
       sums.heat += capacity * (data.temperature[i] - *point);
       sums.capacity += capacity;
       (fluid ? balance.liquid : balance.bodies) = true;
+      if (const meltsim::MaterialDesc* const solid = fluid ? solid_of.at(row) : nullptr) {
+        sums.freezing += data.mass[i] * solid->latent_heat * data.liquid_fraction[i];
+        sums.thawed_capacity += capacity;
+        sums.frozen_capacity += data.mass[i] * solid->heat_capacity;
+      }
     } else if (meltsim::is_solid(data.tag[i])) {
       sums.warming += capacity * (*point - data.temperature[i]);
       sums.latent += data.mass[i] * material.latent_heat;
@@ -70,8 +88,13 @@ std::optional<HeatBalance> heat_balance(Built& built) {
   } else if (spare >= 0) {
     balance.melts = sums.latent > 0 ? spare / sums.latent : 0;
     balance.end_temperature = *point;
+  } else if (-spare < sums.freezing) {
+    balance.freezes = -spare / sums.freezing;
+    balance.end_temperature = *point;
   } else {
-    balance.end_temperature = *point + spare / (sums.capacity + sums.solid_capacity);
+    balance.freezes = sums.freezing > 0 ? 1 : 0;
+    balance.end_temperature = *point + (spare + sums.freezing) / (sums.capacity - sums.thawed_capacity +
+                                                                  sums.frozen_capacity + sums.solid_capacity);
   }
   return balance;
 }
@@ -83,9 +106,12 @@ std::string heat_balance_text(const HeatBalance& balance, const std::string& oth
   const std::string who = !balance.bodies  ? "the liquid holds"
                           : balance.liquid ? "the liquid and what does not melt hold"
                                            : "what does not melt holds";
-  const std::string end = balance.melts >= 1  ? "everything melts"
-                          : balance.melts > 0 ? percent_text(balance.melts) + " of the solid melts"
-                                              : "nothing melts";
+  const auto percent_of = [](double share, const char* rest) { return percent_text(share) + rest; };
+  const std::string end = balance.melts >= 1     ? "everything melts"
+                          : balance.melts > 0    ? percent_of(balance.melts, " of the solid melts")
+                          : balance.freezes >= 1 ? "all that can freeze is frozen"
+                          : balance.freezes > 0 ? percent_of(balance.freezes, " of what can freeze is frozen")
+                                                : "nothing melts";
   return fmt::format("{} {:.2g} times what melting takes: in the end {} at {:.3g} C{}", who,
                      balance.needed > 0 ? std::max(0.0, balance.available / balance.needed) : 0, end,
                      balance.end_temperature, others.empty() ? "" : "; not counted: " + others);

@@ -16,6 +16,7 @@ struct HeatBalance {
   double needed = 0;           ///< [J] to warm the meltable solids to the melting point and melt them
   double melting_point = 0;    ///< [degrees Celsius]
   double melts = 0;            ///< share of the solid that melts in an insulated box
+  double freezes = 0;          ///< share of the liquid that can freeze that has done so in an insulated box
   double end_temperature = 0;  ///< [degrees Celsius] of an insulated box
 };
 

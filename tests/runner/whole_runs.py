@@ -896,11 +896,28 @@ bodies: [{cube(0, 0.4, "ice", 0)}]
         water = "fluids=[" + cube(0.4, 0.8, "water", 75) + "]"
         said = self.check("warm.yaml", "--set", bodies)
         self.assertIn("what does not melt holds 0.5 times what melting takes: in the end 50.0 % of the solid melts at 0 C", said)
+        # Not more than half of it ever melts, so there is no time by which all has; more of the heat comes over with time.
+        said = self.check("warm.yaml", "--set", bodies.replace("0.8, 0, 0", "0.4, 0, 0").replace("1.2, 0.4", "0.8, 0.4"), "--set",
+                          "heat.time_scale=1e6")
+        self.assertRegex(said, r"\nmelting +about [0-9]+ % of the solid by t=0.1 s; heat.time_scale makes it faster")
         said = self.check("warm.yaml", "--set", bodies, "--set", water)
         self.assertIn("the liquid and what does not melt hold 0.75 times what melting takes", said)
         self.assertIn("melting takes 1.92e+07 J, and nothing here brings heat\n", self.check("warm.yaml"))
+        # Ice at -100 takes 64 kg * 1000 J/(kg K) * 100 K = 6.4e6 J to warm up, of which as much water at 10 degrees gives a tenth; freezing
+        # gives the rest, 5.76e6 of 1.92e7 J. Where water does not freeze, both end at (-100 + 10)/2 degrees; with a tenth of the latent
+        # heat all freezes, and 5.76e6 - 1.92e6 J cool 128 kg by 30 degrees.
+        bodies, water = "bodies=[" + cube(0, 0.4, "ice", -100) + "]", "fluids=[" + cube(0.4, 0.8, "water", 10) + "]"
+        for latent, freezes, end in (("3e5", "true", "30.0 % of what can freeze is frozen at 0 C"),
+                                     ("3e5", "false", "nothing melts at -45 C"),
+                                     ("3e4", "true", "all that can freeze is frozen at -30 C")):
+            ice = f"ice: {{melting_point: 0, latent_heat: {latent}, heat_capacity: 1000, becomes: water, freezes: {freezes}}}"
+            said = self.check("warm.yaml", "--set", "materials={water: {heat_capacity: 1000}, " + ice + "}", "--set", bodies,
+                              "--set", water)
+            self.assertIn("in the end " + end, said)
+            self.assertRegex(said, r"\nmelting +next to nothing melts by t=0.1 s \(tried")  # nothing makes it faster
         said = self.check("warm.yaml", "--set", "heat.walls={-y: {temperature: 80}}")
         self.assertIn("melting takes 1.92e+07 J, which has to come from walls\n", said)
+        water = "fluids=[" + cube(0.4, 0.8, "water", 75) + "]"
         said = self.check("warm.yaml", "--set", "bodies=[" + cube(0, 0.4, "sugar", 20) + "]", "--set", water)
         self.assertRegex(said, r"\ndissolving +next to nothing dissolves by t=0.1 s; solute.time_scale makes it faster")
 
