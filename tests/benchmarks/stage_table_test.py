@@ -205,7 +205,10 @@ class StageTable(unittest.TestCase):
         self.assertTrue(records)
         for path in records:
             about, times, *_ = record.read(path)
-            self.assertTrue(about["commit"] and len(times) > 100, path)
+            self.assertTrue(about["commit"], path)
+            timed = about["parts"].get("benchmarks", {}).get("result") == "passed"
+            self.assertEqual(len(times) > 100, timed, path)  # a record without that part has no timings
+        self.assertTrue(any(len(record.read(path)[1]) > 100 for path in records))
 
     def test_a_page_without_markers_is_refused(self):
         with tempfile.TemporaryDirectory() as name:
