@@ -44,6 +44,7 @@ void load_bodies(const Node& node, Scene& scene) {
     check_material_name(*item.find("material"), body.material, scene);
     for (const SceneMaterial& material : scene.materials)
       if (material.desc.name == body.material) scene.output.body_colors.push_back(material.color);
+    scene.output.body_visible.push_back(body.visible);
   });
 }
 

@@ -56,6 +56,7 @@ struct SceneBody {
   SceneShape shape;
   std::string material;
   std::optional<double> density;  ///< replaces the material's
+  bool visible = true;            ///< in pictures and on the page
   meltsim::SolidDesc desc;
   Source source;
 };
@@ -119,8 +120,9 @@ struct SceneOutput {
   std::vector<std::string> formats{"ply"};
   /// Of each body in pictures; empty where the scene does not say.
   std::vector<std::optional<std::array<double, 3>>> body_colors;
-  std::vector<SceneLook> looks;   ///< by the material index in a particle's tag
-  Json surface, camera, picture;  ///< what was given of their keys, checked
+  std::vector<bool> body_visible;  ///< of each body, in pictures and on the page
+  std::vector<SceneLook> looks;    ///< by the material index in a particle's tag
+  Json surface, camera, picture;   ///< what was given of their keys, checked
 };
 
 struct Scene {

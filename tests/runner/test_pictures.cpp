@@ -233,6 +233,27 @@ Mesh cube() {
   return mesh;
 }
 
+TEST(Shapes, BodiesThatAreNotVisibleAreLeftOut) {
+  FrameShapes shapes;
+  shapes.liquid = cube();
+  shapes.solid = cube();
+  const std::size_t whole = shapes.solid.triangles.size();
+  for (std::size_t v = 0; v < 8; ++v) shapes.solid.body[v] = 2;
+  shapes.balls = {{{0, 0, 0}, 1, 0, 1, true},
+                  {{0, 0, 0}, 1, 0, 2, true},
+                  {{0, 0, 0}, 1, 0, 3, true},
+                  {{0, 0, 0}, 1, 0, 0, false}};
+  const FrameShapes second = visible_part(shapes, {true, false});
+  EXPECT_TRUE(second.solid.empty());
+  EXPECT_EQ(second.liquid.triangles, shapes.liquid.triangles);
+  ASSERT_EQ(second.balls.size(), 3u);
+  EXPECT_EQ(second.balls[1].body, 3u);  // beyond the list
+  const FrameShapes first = visible_part(shapes, {false, true});
+  EXPECT_EQ(first.solid.triangles.size(), whole);
+  ASSERT_EQ(first.balls.size(), 3u);
+  EXPECT_EQ(first.balls[0].body, 2u);
+}
+
 TEST(Rays, MeetTheNearestOfManyBallsAsAllPairsDo) {
   FrameShapes shapes;
   std::uint32_t state = 1;

@@ -876,6 +876,24 @@ output: {export: []}
         self.assertIn("everything melts by about t=1.5 s", said)
         self.assertIn("next to nothing melts by t=1 s", self.check(SCENE, *options, "--set", "heat.time_scale=1"))
 
+    def test_a_body_that_is_not_visible_is_in_files_alone(self):
+        """A block fixed in water: without it in the picture the water has a face of its own where it was."""
+        faces, pictures, pages = {}, {}, {}
+        for shown in ("true", "false"):
+            self.meltsim("run", SCENE, "--backend", "cpu", "--out", shown, "--set", "time.end=0.04", "--set", "bodies[0].fixed=true",
+                         "--set", "bodies[0].shape={box: [[0.4, 0.2, 0.4], [1.2, 0.6, 1.2]]}", "--set",
+                         f"bodies[0].visible={shown}", "--set", "output.export=[surface]")
+            for name in ("liquid", "solid"):
+                header = Path(self.path(shown, "frames", name + "_00001.ply")).read_bytes()[:1000]
+                faces[shown, name] = int(re.search(rb"element face (\d+)", header)[1])
+            pictures[shown] = Path(self.path(shown, "still.png")).read_bytes()
+            pages[shown] = len(Path(self.path(shown, "index.html")).read_bytes())
+        self.assertEqual(faces["true", "solid"], faces["false", "solid"])
+        self.assertGreater(faces["false", "liquid"], faces["true", "liquid"])
+        self.assertNotEqual(pictures["true"], pictures["false"])
+        self.assertLess(pages["false"], pages["true"])
+        self.meltsim("render", "false", "--renderer", "builtin")
+
     def test_check_counts_heat_of_bodies_and_names_what_is_missing(self):
         """Ice at its melting point needs 64 kg times 3e5 J/kg = 1.92e7 J; stone of the same mass at 150 degrees has
         half of that, water as much of 75 degrees a quarter."""

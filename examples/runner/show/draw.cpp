@@ -63,7 +63,10 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
 }
 
 Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, const PictureWish& wish) {
-  Image image = traced(shapes, camera, trace_settings(scene, camera, wish));
+  const std::vector<bool>& visible = scene.output.body_visible;
+  const bool all = std::find(visible.begin(), visible.end(), false) == visible.end();
+  const TraceSettings settings = trace_settings(scene, camera, wish);
+  Image image = traced(all ? shapes : visible_part(shapes, visible), camera, settings);
   annotate(image, shapes.time, wish);
   return image;
 }

@@ -76,7 +76,8 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index) {
   const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all);
   if (wants("pov")) {
     write_file(directory_.frame("scene", index, "pov"),
-               pov_text(shapes, camera, trace_settings(scene_, camera, wish)));
+               pov_text(visible_part(shapes, scene_.output.body_visible), camera,
+                        trace_settings(scene_, camera, wish)));
   }
   if (wants("png"))
     write_file(directory_.frame("picture", index, "png"), png_text(draw(shapes, scene_, camera, wish)));

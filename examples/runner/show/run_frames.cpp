@@ -45,6 +45,7 @@ Scene run_scene_of(const RunDirectory& directory) {
   for (const Json& body : run["scene"].value("bodies", Json::array())) {
     const std::string material = body.value("material", "");
     read.output.body_colors.push_back(color_of(material));
+    read.output.body_visible.push_back(body.value("visible", true));
     if (body.contains("density")) add_look(read.output, material, body["density"].get<double>());
   }
   return read;

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "expect.hpp"
 #include "files.hpp"
 #include "numbers.hpp"
@@ -79,6 +81,14 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
       page.species.push_back(shown_species(static_cast<std::uint32_t>(m), scene_.materials[m].desc));
   page.stats = read_file(directory_.file("stats.csv"));
   page.share = replay_.share();
+  const auto hidden = [this](const ReplayParticle& p) {
+    const std::size_t body = p.look & 127u;  // 1 + index; bodies from the 127th on share a number, and stay
+    return (p.look & 128u) != 0 && body != 0 && body < 127 && body <= scene_.bodies.size() &&
+           !scene_.bodies[body - 1].visible;
+  };
+  for (ReplayFrame& frame : frames)
+    frame.particles.erase(std::remove_if(frame.particles.begin(), frame.particles.end(), hidden),
+                          frame.particles.end());
   write_file(directory_.file("index.html"), replay_page(page, frames));
 }
 
@@ -90,7 +100,8 @@ void RunPictures::still(std::shared_ptr<const FrameShapes> shapes) {
 void RunPictures::write_still(const FrameShapes& shapes, const Box& seen) {
   const auto [cold, hot] = temperature_range(scene_);
   const Camera camera = scene_camera(scene_, seen);
-  if (eye_in_solid(shapes, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";
+  if (eye_in_solid(visible_part(shapes, scene_.output.body_visible), camera))
+    problem_ = "the camera stands inside a solid: move output.camera.eye";
   PictureWish wish = picture_wish(scene_, cold, hot);
   wish.extent = length(seen.size());
   write_file(directory_.file("still.png"), png_text(draw(shapes, scene_, camera, wish)));

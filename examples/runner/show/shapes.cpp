@@ -209,6 +209,21 @@ FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks
   return shapes;
 }
 
+FrameShapes visible_part(FrameShapes shapes, const std::vector<bool>& visible) {
+  const auto hidden = [&visible](std::uint32_t body) {  // 1 + index
+    return body != 0 && body <= visible.size() && !visible[body - 1];
+  };
+  std::vector<std::uint32_t> shown;
+  const std::vector<std::uint32_t>& corners = shapes.solid.triangles;
+  for (std::size_t t = 0; t + 2 < corners.size(); t += 3)
+    if (!hidden(shapes.solid.body[corners[t]]))
+      shown.insert(shown.end(), {corners[t], corners[t + 1], corners[t + 2]});
+  shapes.solid.triangles = std::move(shown);
+  const auto unseen = [&](const Ball& ball) { return ball.solid && hidden(ball.body); };
+  shapes.balls.erase(std::remove_if(shapes.balls.begin(), shapes.balls.end(), unseen), shapes.balls.end());
+  return shapes;
+}
+
 Box box_of(const FrameShapes& shapes) {
   Box box;
   const auto add = [&](const Vec3f& x) { box.add(shapes.origin + meltsim::cast<double>(x)); };

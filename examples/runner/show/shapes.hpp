@@ -79,6 +79,8 @@ auto grouped(const Mesh& mesh, const Group& group) {
 }
 /// The material of most of a triangle's corners; of three that differ the first one's.
 std::uint32_t material_of_triangle(const Mesh& mesh, std::size_t first);
+/// Without the solids whose body (by index) is not visible; bodies beyond the list are.
+FrameShapes visible_part(FrameShapes shapes, const std::vector<bool>& visible);
 /// In world coordinates.
 Box box_of(const FrameShapes& shapes);
 

@@ -4,6 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "expect.hpp"
 
 namespace runner {
 
@@ -44,6 +50,54 @@ Mesh mesh_of(meltsim::World& world, meltsim::SurfaceDesc desc, meltsim::SurfaceO
   return mesh;
 }
 
+void append(Mesh& to, const Mesh& more) {
+  const auto first = static_cast<std::uint32_t>(to.position.size());
+  const auto put = [](auto& a, const auto& b) { a.insert(a.end(), b.begin(), b.end()); };
+  put(to.position, more.position);
+  put(to.normal, more.normal);
+  put(to.temperature, more.temperature);
+  put(to.body, more.body);
+  put(to.material, more.material);
+  for (const std::uint32_t v : more.triangles) to.triangles.push_back(first + v);
+}
+
+/// Of each body its own: one that touches a body has a face there, too.
+Mesh meshes_of_bodies(meltsim::World& world, meltsim::SurfaceDesc desc, const meltsim::Vec3d& origin,
+                      std::string& problem) {
+  std::map<std::uint32_t, meltsim::BodyId> bodies;
+  for (const meltsim::PieceInfo& piece : expect(world.pieces())) bodies[piece.body.index] = piece.body;
+  Mesh all;
+  for (const auto& [index, body] : bodies) {
+    desc.body = body;
+    append(all, mesh_of(world, desc, meltsim::SurfaceOf::body, origin, problem));
+  }
+  return all;
+}
+
+/// Drops triangles all of whose corners coincide with vertices of triangles of `other`: one sheet where two would be.
+void drop_coincident(Mesh& mesh, const Mesh& other, double tolerance) {
+  using Cell = std::array<long, 3>;
+  const auto cell_of = [tolerance](const meltsim::Vec3f& x) {
+    return Cell{std::lround(x.x / tolerance), std::lround(x.y / tolerance), std::lround(x.z / tolerance)};
+  };
+  std::set<Cell> there;
+  for (const std::uint32_t v : other.triangles) there.insert(cell_of(other.position[v]));
+  std::vector<char> coincides(mesh.position.size(), 0);
+  for (std::size_t v = 0; v < coincides.size(); ++v) {
+    const Cell c = cell_of(mesh.position[v]);
+    for (long k = 0; k < 27 && coincides[v] == 0; ++k)
+      coincides[v] =
+          static_cast<char>(there.count({c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1}));
+  }
+  std::vector<std::uint32_t> kept;
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    const std::uint32_t* corner = &mesh.triangles[t];
+    if (coincides[corner[0]] == 0 || coincides[corner[1]] == 0 || coincides[corner[2]] == 0)
+      kept.insert(kept.end(), corner, corner + 3);
+  }
+  mesh.triangles = std::move(kept);
+}
+
 }  // namespace
 
 FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
@@ -57,9 +111,16 @@ FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
     const FrameParticle first = ParticleColumns(particles).particle(0);
     shapes.origin = {first.position[0], first.position[1], first.position[2]};
   }
-  const meltsim::SurfaceDesc desc = desc_of(scene, particles.id.size());
+  meltsim::SurfaceDesc desc = desc_of(scene, particles.id.size());
+  const std::vector<bool>& visible = scene.output.body_visible;
+  // Beside a body that pictures leave out, the liquid has a face of its own.
+  desc.closed_at_solids = std::find(visible.begin(), visible.end(), false) != visible.end();
   shapes.liquid = mesh_of(world, desc, meltsim::SurfaceOf::liquid, shapes.origin, problem);
   shapes.solid = mesh_of(world, desc, meltsim::SurfaceOf::solids, shapes.origin, problem);
+  if (desc.closed_at_solids) {
+    drop_coincident(shapes.liquid, visible_part(shapes, visible).solid, 0.02 * scene.world.spacing);
+    shapes.solid = meshes_of_bodies(world, desc, shapes.origin, problem);
+  }
   if (!particles.species.empty()) {
     std::vector<std::uint32_t> species;
     for (const meltsim::MaterialId id : particles.species)
