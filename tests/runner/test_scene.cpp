@@ -283,7 +283,7 @@ fluids: [{shape: {box: [[0,0,0],[2,1,2]]}, material: water, temperature: 10, vel
           fractions: {milk: 0.1}}]
 bodies: [{name: a, shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, density: 900,
           temperature: -5, velocity: [0,1,0], angular_velocity: [0,0,2], fixed: false, held_until: 1,
-          motion: rigid, pivot: [1,1,1], max_speed: 3, carve: false, surface: {flux: 3}, heat_source: 2,
+          motion: rigid, pivot: [1,1,1], max_speed: 3, carve: false, visible: false, surface: {flux: 3}, heat_source: 2,
           growth: 1}]
 emitters: [{name: e, nozzle: {center: [1.7,1.7,1], axis: [1,0,0], radius: 0.2}, speed: 2, material: water,
             temperature: 3, from: 0.1, until: 0.2, max_particles: 30, fractions: {milk: 1}},
