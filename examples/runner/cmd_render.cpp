@@ -143,8 +143,7 @@ class Renderer {
   Image picture(const FrameShapes& shapes, std::uint64_t index) {
     if (povray_.empty()) return draw(shapes, scene_, camera_, wish_);
     const Scratch scratch;
-    write_file(scratch.file("scene.pov"), pov_text(visible_part(shapes, scene_.output.body_visible), camera_,
-                                                   trace_settings(scene_, camera_, wish_)));
+    write_file(scratch.file("scene.pov"), pov_text(shapes, camera_, trace_settings(scene_, camera_, wish_)));
     std::vector<std::string> command{povray_,
                                      "+Iscene.pov",
                                      "+Opicture.png",

@@ -221,9 +221,8 @@ const Options<SceneBody>& body_options() {
               "liquid inside the body is carved away; `false`: it is refused"),
       flag<D>("visible", "visible", MEMBER(visible), "true",
               "`false`: pictures, the movie and the page leave the body out, such as a vessel that hides "
-              "what is in "
-              "it; files of frames and tables have it all the same, and the liquid's surface covers its face "
-              "to it")
+              "what is in it; files of frames and tables have it all the same, and the liquid's surface "
+              "covers its face to it")
           .echoed_if_set(),
       custom<D>(
           "surface", "surface", "", "what heat does at the dry part of its surface, keys below",

@@ -428,9 +428,8 @@ void rising(const Settings& s, Report& r) {
   r.note =
       "At 1.2 times the liquid's density gravity, and the level of pressure with it, is five times that of "
       "coupling.settling, and pressure resists as a friction of 0.0007 of it would: under three times the "
-      "pressure the sphere loses 26 instead of 17 % at Re 20 (docs/limits.md). It is not lift: a fixed "
-      "sphere "
-      "of this size has 1.002 to 1.009 of the weight of its liquid.";
+      "pressure the sphere loses 26 instead of 17 % at Re 20 (docs/limits.md). It is not lift: a "
+      "fixed sphere of this size has 1.002 to 1.009 of the weight of its liquid.";
 }
 
 // The same spheres in a periodic box 8 diameters wide, pushed by a force field that another one on the liquid balances: no weight, so

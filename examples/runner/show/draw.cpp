@@ -63,10 +63,7 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
 }
 
 Image draw(const FrameShapes& shapes, const Scene& scene, const Camera& camera, const PictureWish& wish) {
-  const std::vector<bool>& visible = scene.output.body_visible;
-  const bool all = std::find(visible.begin(), visible.end(), false) == visible.end();
-  const TraceSettings settings = trace_settings(scene, camera, wish);
-  Image image = traced(all ? shapes : visible_part(shapes, visible), camera, settings);
+  Image image = traced(shapes, camera, trace_settings(scene, camera, wish));
   annotate(image, shapes.time, wish);
   return image;
 }

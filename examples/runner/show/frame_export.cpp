@@ -74,13 +74,14 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index) {
   // view.
   const Box all = view_box(scene_, {});
   const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all);
+  if (!wants("pov") && !wants("png")) return;
+  const FrameShapes shown = visible_part(shapes, scene_.output.body_visible);
   if (wants("pov")) {
     write_file(directory_.frame("scene", index, "pov"),
-               pov_text(visible_part(shapes, scene_.output.body_visible), camera,
-                        trace_settings(scene_, camera, wish)));
+               pov_text(shown, camera, trace_settings(scene_, camera, wish)));
   }
   if (wants("png"))
-    write_file(directory_.frame("picture", index, "png"), png_text(draw(shapes, scene_, camera, wish)));
+    write_file(directory_.frame("picture", index, "png"), png_text(draw(shown, scene_, camera, wish)));
 }
 
 std::pair<double, double> temperature_range(const Scene& scene) {

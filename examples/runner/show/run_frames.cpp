@@ -85,7 +85,7 @@ FrameShapes frame_on_disk(const RunDirectory& directory, const Scene& scene, std
   } else if (exists(particles)) {
     add_balls(shapes, read_particles_ply(particles, shapes.time), scene.world.spacing);
   }
-  return shapes;
+  return visible_part(std::move(shapes), scene.output.body_visible);
 }
 
 std::pair<double, double> range_on_disk(const RunDirectory& directory) {

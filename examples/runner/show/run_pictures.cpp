@@ -82,9 +82,8 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   page.stats = read_file(directory_.file("stats.csv"));
   page.share = replay_.share();
   const auto hidden = [this](const ReplayParticle& p) {
-    const std::size_t body = p.look & 127u;  // 1 + index; bodies from the 127th on share a number, and stay
-    return (p.look & 128u) != 0 && body != 0 && body < 127 && body <= scene_.bodies.size() &&
-           !scene_.bodies[body - 1].visible;
+    const std::uint32_t body = p.look & 127u;  // bodies from the 127th on share a number, and stay
+    return (p.look & 128u) != 0 && body < 127 && is_hidden(scene_.output.body_visible, body);
   };
   for (ReplayFrame& frame : frames)
     frame.particles.erase(std::remove_if(frame.particles.begin(), frame.particles.end(), hidden),
@@ -98,13 +97,13 @@ void RunPictures::still(std::shared_ptr<const FrameShapes> shapes) {
 }
 
 void RunPictures::write_still(const FrameShapes& shapes, const Box& seen) {
+  const FrameShapes shown = visible_part(shapes, scene_.output.body_visible);
   const auto [cold, hot] = temperature_range(scene_);
   const Camera camera = scene_camera(scene_, seen);
-  if (eye_in_solid(visible_part(shapes, scene_.output.body_visible), camera))
-    problem_ = "the camera stands inside a solid: move output.camera.eye";
+  if (eye_in_solid(shown, camera)) problem_ = "the camera stands inside a solid: move output.camera.eye";
   PictureWish wish = picture_wish(scene_, cold, hot);
   wish.extent = length(seen.size());
-  write_file(directory_.file("still.png"), png_text(draw(shapes, scene_, camera, wish)));
+  write_file(directory_.file("still.png"), png_text(draw(shown, scene_, camera, wish)));
 }
 
 }  // namespace runner

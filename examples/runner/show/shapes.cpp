@@ -210,16 +210,13 @@ FrameShapes split_liquid(FrameShapes shapes, const std::vector<SceneLook>& looks
 }
 
 FrameShapes visible_part(FrameShapes shapes, const std::vector<bool>& visible) {
-  const auto hidden = [&visible](std::uint32_t body) {  // 1 + index
-    return body != 0 && body <= visible.size() && !visible[body - 1];
-  };
   std::vector<std::uint32_t> shown;
   const std::vector<std::uint32_t>& corners = shapes.solid.triangles;
   for (std::size_t t = 0; t + 2 < corners.size(); t += 3)
-    if (!hidden(shapes.solid.body[corners[t]]))
+    if (!is_hidden(visible, shapes.solid.body[corners[t]]))
       shown.insert(shown.end(), {corners[t], corners[t + 1], corners[t + 2]});
   shapes.solid.triangles = std::move(shown);
-  const auto unseen = [&](const Ball& ball) { return ball.solid && hidden(ball.body); };
+  const auto unseen = [&](const Ball& ball) { return ball.solid && is_hidden(visible, ball.body); };
   shapes.balls.erase(std::remove_if(shapes.balls.begin(), shapes.balls.end(), unseen), shapes.balls.end());
   return shapes;
 }

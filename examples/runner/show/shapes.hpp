@@ -79,7 +79,11 @@ auto grouped(const Mesh& mesh, const Group& group) {
 }
 /// The material of most of a triangle's corners; of three that differ the first one's.
 std::uint32_t material_of_triangle(const Mesh& mesh, std::size_t first);
-/// Without the solids whose body (by index) is not visible; bodies beyond the list are.
+/// Whether a body (1 + index; 0: none) is left out; bodies beyond the list are not.
+inline bool is_hidden(const std::vector<bool>& visible, std::uint32_t body) {
+  return body != 0 && body <= visible.size() && !visible[body - 1];
+}
+/// Without the solids of bodies that are hidden.
 FrameShapes visible_part(FrameShapes shapes, const std::vector<bool>& visible);
 /// In world coordinates.
 Box box_of(const FrameShapes& shapes);

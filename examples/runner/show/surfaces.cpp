@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <set>
+#include <unordered_set>
 
 #include "expect.hpp"
 
@@ -17,6 +17,8 @@ namespace {
 
 /// Fewer particles than this are shown with finer cells: they are large in the picture, and it costs little.
 constexpr std::size_t few_particles = 10000;
+/// Sheets of the liquid and of solids where both meet are this near, but at the water line, whose triangles stay [spacings].
+constexpr double same_sheet = 0.02;
 
 meltsim::SurfaceDesc desc_of(const Scene& scene, std::size_t particles) {
   const Json& wish = scene.output.surface;
@@ -74,25 +76,33 @@ Mesh meshes_of_bodies(meltsim::World& world, meltsim::SurfaceDesc desc, const me
   return all;
 }
 
-/// Drops triangles all of whose corners coincide with vertices of triangles of `other`: one sheet where two would be.
+/// Drops triangles all of whose corners are as near as this to vertices of triangles of `other`: one sheet where two would be.
 void drop_coincident(Mesh& mesh, const Mesh& other, double tolerance) {
+  // Vertices are in all cells that they may be near to, so that a place is looked for in its own cell alone.
   using Cell = std::array<long, 3>;
-  const auto cell_of = [tolerance](const meltsim::Vec3f& x) {
-    return Cell{std::lround(x.x / tolerance), std::lround(x.y / tolerance), std::lround(x.z / tolerance)};
+  const auto cell_of = [edge = 2 * tolerance](const meltsim::Vec3d& x) {
+    return Cell{std::lround(x.x / edge), std::lround(x.y / edge), std::lround(x.z / edge)};
   };
-  std::set<Cell> there;
-  for (const std::uint32_t v : other.triangles) there.insert(cell_of(other.position[v]));
-  std::vector<char> coincides(mesh.position.size(), 0);
-  for (std::size_t v = 0; v < coincides.size(); ++v) {
-    const Cell c = cell_of(mesh.position[v]);
-    for (long k = 0; k < 27 && coincides[v] == 0; ++k)
-      coincides[v] =
-          static_cast<char>(there.count({c[0] + k % 3 - 1, c[1] + k / 3 % 3 - 1, c[2] + k / 9 - 1}));
+  const auto hash = [](const Cell& c) {
+    return static_cast<std::size_t>(c[0] * 73856093 ^ c[1] * 19349663 ^ c[2] * 83492791);
+  };
+  std::unordered_set<Cell, decltype(hash)> near(1024, hash);
+  std::vector<char> seen(other.position.size(), 0);
+  for (const std::uint32_t v : other.triangles) {
+    if (seen[v] != 0) continue;
+    seen[v] = 1;
+    for (int k = 0; k < 8; ++k) {
+      const meltsim::Vec3d aside{k % 2 == 0 ? -1.0 : 1.0, k / 2 % 2 == 0 ? -1.0 : 1.0, k < 4 ? -1.0 : 1.0};
+      near.insert(cell_of(meltsim::cast<double>(other.position[v]) + aside * tolerance));
+    }
   }
+  const auto coincides = [&](std::uint32_t v) {
+    return near.count(cell_of(meltsim::cast<double>(mesh.position[v]))) != 0;
+  };
   std::vector<std::uint32_t> kept;
   for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
     const std::uint32_t* corner = &mesh.triangles[t];
-    if (coincides[corner[0]] == 0 || coincides[corner[1]] == 0 || coincides[corner[2]] == 0)
+    if (!coincides(corner[0]) || !coincides(corner[1]) || !coincides(corner[2]))
       kept.insert(kept.end(), corner, corner + 3);
   }
   mesh.triangles = std::move(kept);
@@ -113,12 +123,12 @@ FrameShapes world_shapes(meltsim::World& world, const Scene& scene, double time,
   }
   meltsim::SurfaceDesc desc = desc_of(scene, particles.id.size());
   const std::vector<bool>& visible = scene.output.body_visible;
-  // Beside a body that pictures leave out, the liquid has a face of its own.
+  // Beside a body that pictures leave out, the liquid has a face of its own; beside others one sheet is for both.
   desc.closed_at_solids = std::find(visible.begin(), visible.end(), false) != visible.end();
   shapes.liquid = mesh_of(world, desc, meltsim::SurfaceOf::liquid, shapes.origin, problem);
   shapes.solid = mesh_of(world, desc, meltsim::SurfaceOf::solids, shapes.origin, problem);
   if (desc.closed_at_solids) {
-    drop_coincident(shapes.liquid, visible_part(shapes, visible).solid, 0.02 * scene.world.spacing);
+    drop_coincident(shapes.liquid, visible_part(shapes, visible).solid, same_sheet * scene.world.spacing);
     shapes.solid = meshes_of_bodies(world, desc, shapes.origin, problem);
   }
   if (!particles.species.empty()) {
