@@ -295,18 +295,19 @@ bool WorldImpl::may_melt(bool freezes) const {
 
 core::FactSet WorldImpl::facts_of_bodies(bool melts) const {
   core::FactSet f = 0;
-  int bodies = 0, mobile = 0, rigid = 0;
+  int bodies = 0, mobile = 0, rigid = 0, deforming = 0;  // held bodies are fixed for the time being
   for (std::size_t b = 0; b < census_.live.size(); ++b) {
     if (census_.live[b] == 0u) continue;
     ++bodies;
     if (!bodies_[b].desc.fixed) ++mobile;
     if (bodies_[b].rigid()) ++rigid;
+    else if (!bodies_[b].desc.fixed) ++deforming;
     if (bodies_[b].kinematic()) f |= core::fact_kinematic;
     if (bodies_[b].watched) f |= core::fact_forces;
   }
   if (bodies > 0) f |= core::fact_solid;
   if (mobile > 0) f |= core::fact_mobile;
-  if (mobile > rigid) f |= core::fact_lattice;
+  if (deforming > 0) f |= core::fact_lattice;
   if (rigid > 0) f |= core::fact_rigid;
   if (mobile > 0 && (bodies > 1 || melts || census_.apart)) f |= core::fact_contact;
   return f;
