@@ -20,16 +20,17 @@ MELTSIM_HD T unmarked(T resistivity) {
   return resistivity < T(0) ? -resistivity * T(0x1p-80) : resistivity;
 }
 
-/// Temperature and resistivity at an enthalpy [J]; share: physics::conduction_share; exposed: a solid at its body's
-/// surface, where melting begins.
+/// Temperature and resistivity at an enthalpy [J]; share: physics::conduction_share; at_front: a solid at its body's surface, where melting
+/// begins, or liquid beside a body of what it freezes to, where freezing does.
 template <class T>
 MELTSIM_HD HeatOperand<T> operand_at(const MaterialRow<T>& m, double enthalpy, T mass, T share,
-                                     bool exposed) {
+                                     bool at_front) {
   const double h = enthalpy / static_cast<double>(mass);
   const T temperature = static_cast<T>(physics::temperature_of(m, h));
   const T fraction = static_cast<T>(physics::liquid_fraction(m, h));
   const T r = share * physics::resistivity_of(physics::conductivity_at(m, fraction, temperature));
-  const bool changes = fraction < T(1) && (fraction > T(0) || (exposed && m.melts != 0u));
+  const bool begins = at_front && (fraction < T(1) ? m.melts : m.freezes) != 0u;
+  const bool changes = begins || (fraction > T(0) && fraction < T(1));
   return {temperature, changes ? marked(r) : r};
 }
 

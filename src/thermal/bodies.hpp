@@ -39,8 +39,19 @@ struct HeatOperandsBody {
     const std::uint32_t tag = w.f.tag[i];
     const T share = is_removed(tag) ? T(1) : share_of(i, tag);
     w.f.heat_share[i] = share;
+    const MaterialRow<T>& m = w.f.materials[material_of(tag)];
     w.f.heat_operand[i] =
-        operand_at(w.f.materials[material_of(tag)], w.f.enthalpy[i], w.f.mass[i], share, exposed(tag));
+        operand_at(m, w.f.enthalpy[i], w.f.mass[i], share, exposed(tag) || may_freeze(i, tag, m));
+  }
+  /// Whether a particle of liquid is beside a body of what it freezes to.
+  MELTSIM_HD bool may_freeze(std::uint64_t i, std::uint32_t tag, const MaterialRow<T>& m) const {
+    if (!is_fluid(tag) || m.freezes == 0u) return false;
+    bool beside = false;
+    spatial::for_each_neighbour(w, i, [&](std::uint32_t j, const Vec4<T>&, const Vec3<T>&, T) {
+      const std::uint32_t other = w.f.tag[j];
+      beside = beside || (is_solid(other) && material_of(other) == m.solid);
+    });
+    return beside;
   }
   /// Walls that conduct heat count as filled, others do not; so do surfaces of a held temperature, along which no heat
   /// has to be conducted. sph.density counts the images in all walls.
@@ -233,7 +244,9 @@ struct StageBody {
   /// one operator. Those that are marked follow the temperatures at both ends.
   MELTSIM_HD HeatOperand<T> operand_after(std::uint64_t i, const MaterialRow<T>& m, double enthalpy,
                                           T mass) const {
-    if (stage.last) return operand_at(m, enthalpy, mass, w.f.heat_share[i], exposed(w.f.tag[i]));
+    const std::uint32_t tag = w.f.tag[i];
+    const bool beside = is_fluid(tag) && w.f.heat_operand[i].resistivity < T(0);
+    if (stage.last) return operand_at(m, enthalpy, mass, w.f.heat_share[i], exposed(tag) || beside);
     return {static_cast<T>(physics::temperature_of(m, enthalpy / static_cast<double>(mass))),
             w.f.heat_operand[i].resistivity};
   }
@@ -322,9 +335,9 @@ struct BoundaryBody {
       G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, r, r2));
     });
     everything += physics::wall_cover(w.c.walls, w.c.kernel, xyz(w.f.position[i]));
-    const int live = popcount(w.f.neighbour_mask[w.f.vertex_of_id[w.f.id[i]]]);
+    const std::uint32_t direct = w.f.neighbour_mask[w.f.vertex_of_id[w.f.id[i]]];
     auto s =
-        physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(G), live, w.c.first_layer);
+        physics::particle_surface(w.c.wall_exchange, w.f.position[i].w, length(G), direct, w.c.first_layer);
     s.area *= physics::dry_share(own, everything);
     return s;
   }

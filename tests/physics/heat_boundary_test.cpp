@@ -60,18 +60,19 @@ double lattice_area(int n, Inside inside, Counts counts) {
       for (int x = -n; x <= n; ++x) {
         if (!inside(x, y, z) || !counts(x, y, z)) continue;
         Vec3<double> G{};
-        int live = 0;
+        std::uint32_t direct = 0;
         for (int c = -2; c <= 2; ++c)
           for (int b = -2; b <= 2; ++b)
             for (int a = -2; a <= 2; ++a) {
               if (!inside(x + a, y + b, z + c)) continue;
-              if (std::abs(a) <= 1 && std::abs(b) <= 1 && std::abs(c) <= 1) ++live;
+              if (std::abs(a) <= 1 && std::abs(b) <= 1 && std::abs(c) <= 1)
+                direct |= 1u << ((a + 1) + 3 * (b + 1) + 9 * (c + 1));
               const double r2 = a * a + b * b + c * c;
               if (r2 < support * support)
                 G +=
                     Vec3<double>{double(-a), double(-b), double(-c)} * kernel_laplacian(k, std::sqrt(r2), r2);
             }
-        if (live < 27) sum += particle_surface(e, 1.0, length(G), live, first).area;
+        if (direct != (1u << 27) - 1) sum += particle_surface(e, 1.0, length(G), direct, first).area;
       }
   return sum;
 }
@@ -129,6 +130,24 @@ TEST(ParticleSurface, AddsUpToTheSurfaceOfTheBody) {
   EXPECT_NEAR(turned_cube(6, {s, s, 0}, {-s, s, 0}), 1, 0.045);               // by 45 degrees
   EXPECT_NEAR(turned_cube(6, {0.36, 0.48, -0.8}, {-0.8, 0.6, 0}), 1, 0.045);  // along nothing
   EXPECT_NEAR(turned_cube(8, {2 / 3., 2 / 3., 1 / 3.}, {-2 / 3., 1 / 3., 2 / 3.}), 1, 0.045);
+}
+
+// Sheets and rods of one site, along each axis, and a single site: the faces of their cells, to rounding.
+TEST(ParticleSurface, SheetsRodsAndSingleSitesShowTheFacesOfTheirCells) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto within = [&](int x, int y, int z, int thin, int wide, int high) {
+      const int p[3] = {x, y, z}, a = p[axis], b = p[(axis + 1) % 3], c = p[(axis + 2) % 3];
+      return a >= 0 && b >= 0 && c >= 0 && a < thin && b < wide && c < high;
+    };
+    const auto area = [&](int thin, int wide, int high) {
+      return lattice_area(8, [&](int x, int y, int z) { return within(x, y, z, thin, wide, high); });
+    };
+    EXPECT_NEAR(area(1, 7, 5), 2 * (7 + 5 + 35), 1e-12) << axis;
+    EXPECT_NEAR(area(1, 1, 6), 2 * (1 + 6 + 6), 1e-12) << axis;
+    EXPECT_NEAR(area(1, 1, 1), 6, 1e-12) << axis;
+    // Two sites thick: by |G|, within what it is worth at edges.
+    EXPECT_NEAR(area(2, 7, 5) / (2 * (14 + 10 + 35)), 1, 0.06) << axis;
+  }
 }
 
 // Planes of any orientation: the sites of a body without end whose columns along z lie in a window of 21^2. 5 %: for 4, the

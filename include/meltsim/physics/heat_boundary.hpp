@@ -98,6 +98,18 @@ MELTSIM_HD T edge_factor(int live) {
   return live > 8 ? of_box * (T(1) + T(1.0 / 6.0) * T(12 - live)) : of_box;
 }
 
+/// Open faces of the cell of a particle with nothing of its body in the layers on both sides of it along an axis: of a sheet, a rod, or one
+/// alone. 0 of all others. direct: bit (dx+1)+3(dy+1)+9(dz+1) of each live direct neighbour (arrayN).
+MELTSIM_HD int faces_of_sheet(std::uint32_t direct) {
+  constexpr std::uint32_t x = 0x1249249u, y = 0x1c0e07u,
+                          z = 0x1ffu;  // the layers in front; those behind are 2, 6 and 18 bits on
+  const bool sheet =
+      (direct & (x | x << 2)) == 0u || (direct & (y | y << 6)) == 0u || (direct & (z | z << 18)) == 0u;
+  if (!sheet) return 0;
+  constexpr std::uint32_t faces = 1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22;
+  return static_cast<int>(popcount(faces & ~direct));
+}
+
 /// Surface that a particle of a solid represents: wall_exchange.hpp for a surface of any shape.
 ///   G_i = sum_j V_j L_ij x_ij over its own body [1/m]: minus what the missing half would have contributed,
 ///   so
@@ -107,12 +119,15 @@ MELTSIM_HD T edge_factor(int live) {
 /// sites live) it is 0.05 dx less: part of the layer behind steps is open too but exchanges nothing, so that a held surface would
 /// act as one farther out. Fitted to the decay of balls and turned cubes. For surface particles (SBP) only;
 /// `first_layer` is the share of the area of a plane that these represent. edge_factor corrects |G| where it is not the area.
-/// Ours.
+/// Of a layer that is one particle thick both sides cancel in G, and one alone has none: there the faces of its cell count, dx/2 above it.
+/// direct: as in faces_of_sheet. Ours.
 template <class T>
-MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G, int live,
+MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G, std::uint32_t direct,
                                                T first_layer) {
   ParticleSurface<T> s;
   const T plane = wall_area(e, e.half_spacing), dx = T(2) * e.half_spacing;
+  if (const int faces = faces_of_sheet(direct); faces > 0) return {T(faces) * volume / dx, e.half_spacing};
+  const int live = static_cast<int>(popcount(direct));
   const T slope = G < plane ? T(0.95) : T(1.6);
   const T steps = live == 18 ? T(0) : T(0.05) * dx;
   s.depth = maximum(e.half_spacing + slope * dx * dx * (plane - G) - steps, e.smallest_distance);
