@@ -198,7 +198,7 @@ class MELTSIM_API World {
   /// Removes a force field, whose handle is then refused. Does not synchronise; without any field left the next step plans anew.
   /// Errors: invalid_argument.
   Status remove(ForceFieldId field);
-  /// Removes the liquid whose particles have their centres in a shape; returns how many. Errors: invalid_argument (the
+  /// Removes the liquid whose particles have their centres in a shape, which does not go on behind periodic faces; returns how many. Errors: invalid_argument (the
   /// shape), out_of_memory.
   Result<std::uint64_t> remove_liquid(const Shape& shape);
 
@@ -424,7 +424,7 @@ class MELTSIM_API World {
   /// then every ray is followed in steps of a quarter of a spacing where there are particles. Errors: invalid_argument (names the field;
   /// no ray), capacity (more than 1,048,576 rays), out_of_memory, those of prepare().
   Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought = ray_all);
-  /// Which bodies and how much liquid have particles with centres in a shape. Synchronises; copies what is in the shape's box, found by
+  /// Which bodies and how much liquid have particles with centres in a shape, which does not go on behind periodic faces. Synchronises; copies what is in the shape's box, found by
   /// cells on the backend, and asks the shape on the host. Errors: invalid_argument (the shape), out_of_memory.
   Result<Overlap> overlap(const Shape& shape);
 

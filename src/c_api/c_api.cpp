@@ -98,7 +98,9 @@ D read(const D* desc, const char* name, const D& defaults) {
   const std::uint32_t size = given(desc, name).size;
   if (size == 0 || size > sizeof(D) || size % alignof(D) != 0)  // else it would end within a member
     refuse(std::string(name) + ".size: " + std::to_string(size) + " is not a size of this struct, at most " +
-           std::to_string(sizeof(D)) + "; call its _init() function, and link the library of the headers");
+           std::to_string(sizeof(D)) +
+           "; set it to sizeof or call its _init() function, if it has one, and link the library of the "
+           "headers");
   D known = defaults;
   std::memcpy(&known, desc, size);
   return known;

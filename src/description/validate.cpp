@@ -150,9 +150,22 @@ Status validate_times(const std::string& p, double from, double until) {
 }
 
 Status validate_celsius(const std::string& field, double t) {
-  if (std::isfinite(t) && t >= absolute_zero) return {};
-  return invalid(field, ": must be >= ", absolute_zero, " degrees Celsius, got ", t,
-                 "; temperatures are in Celsius");
+  if (!(std::isfinite(t) && t >= absolute_zero))
+    return invalid(field, ": must be >= ", absolute_zero, " degrees Celsius, got ", t,
+                   "; temperatures are in Celsius");
+  constexpr double hottest = 1e15;  // what single precision can raise to the second power
+  if (t > hottest)
+    return invalid(field, ": must be at most ", hottest, " degrees Celsius, got ", t,
+                   "; check the computation that made it");
+  return {};
+}
+
+/// An enum that a host cast from a number; last: its last enumerator.
+template <class E>
+Status known(const char* field, E value, E last, const char* type, const char* usual) {
+  const auto number = static_cast<int>(value);
+  if (number >= 0 && number <= static_cast<int>(last)) return {};
+  return invalid(field, ": is no ", type, ", got ", number, "; ", usual);
 }
 
 /// The flow curve of a liquid.
@@ -303,6 +316,28 @@ Status validate_sound(const WorldDesc& d) {
   if (!(std::isfinite(d.sound_speed) && d.sound_speed >= 0))
     return invalid("sound_speed: must be finite and >= 0 m/s, got ", d.sound_speed,
                    "; 0 derives it from the scene");
+  return {};
+}
+
+/// What is one of a few.
+Status validate_choices(const WorldDesc& d) {
+  if (Status s = known("backend", d.backend, Backend::cuda, "Backend", "automatic is the default"); !s)
+    return s;
+  if (Status s = known("precision", d.precision, Precision::double_precision, "Precision",
+                       "single_precision is the default");
+      !s)
+    return s;
+  if (Status s = known("neighbour_search", d.neighbour_search, NeighbourSearch::tree, "NeighbourSearch",
+                       "automatic is the default");
+      !s)
+    return s;
+  if (Status s =
+          known("heat.model", d.heat.model, HeatModel::enthalpy, "HeatModel", "enthalpy is the default");
+      !s)
+    return s;
+  for (const Face face : d.domain.faces)
+    if (Status s = known("domain.faces", face, Face::periodic, "Face", "use wall, open or periodic"); !s)
+      return s;
   return {};
 }
 
@@ -467,6 +502,7 @@ Status validate_surface(const MaterialDesc& m, const std::string& p) {
 }  // namespace
 
 Status validate(const WorldDesc& d) {
+  if (Status s = validate_choices(d); !s) return s;
   if (Status s = validate_lengths(d); !s) return s;
   if (Status s = bounded_vector("gravity", d.gravity, "m/s^2"); !s) return s;
   if (Status s = validate_sound(d); !s) return s;
@@ -509,10 +545,6 @@ Status validate(const MaterialDesc& m) {
 
 Status validate_state(const char* what, double temperature, Vec3d velocity) {
   if (Status s = validate_celsius(std::string(what) + "temperature", temperature); !s) return s;
-  constexpr double hottest = 1e15;  // what single precision can raise to the second power
-  if (temperature > hottest)
-    return invalid(what, "temperature: must be at most ", hottest, " degrees Celsius, got ", temperature,
-                   "; check the computation that made it");
   return bounded_vector(std::string(what) + "velocity", velocity, "m/s");
 }
 

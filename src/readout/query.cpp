@@ -36,7 +36,7 @@ Result<std::vector<RayHit>> WorldImpl::cast_rays(const std::vector<Ray>& rays, s
                  core::text("cast_rays: rays: at most ", std::uint64_t{most_rays}, ", got ",
                             std::uint64_t{rays.size()}, "; cast them in several calls")};
   if (sought == 0 || (sought & ~ray_all) != 0)
-    return invalid("cast_rays: what: must be a sum of ray_liquid, ray_bodies and ray_walls, got ", sought);
+    return invalid("cast_rays: sought: must be a sum of ray_liquid, ray_bodies and ray_walls, got ", sought);
   std::vector<core::RayQuery> asked;
   asked.reserve(rays.size());
   for (std::size_t k = 0; k < rays.size(); ++k) {

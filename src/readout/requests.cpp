@@ -211,6 +211,7 @@ Result<ReadTicket> WorldImpl::request(const ReadRequest& what) {
   OpenReading r;
   r.what = what;
   r.restored = restored_;
+  if (what.forces) r.watched = watched();
   r.of_nothing = (facts_ & core::fact_particles) == 0;
   if (r.of_nothing) {
     r.carried = synchronize();
@@ -246,7 +247,7 @@ void WorldImpl::fill_reading(Reading& r, core::StateReading& s, const OpenReadin
     r.pieces = pieces_of(s, open.at.origin);
     r.pieces_left_out = s.piece_count - s.pieces.size();
   }
-  if (open.what.forces) r.forces = forces_of(s, open.at.origin, r.time);
+  if (open.what.forces) r.forces = forces_of(s, open.watched, open.at.origin, r.time);
   if (open.what.events) r.events = events_of(s, open.at.origin);
   if (open.what.particles) {
     r.particles = std::move(s.particles);

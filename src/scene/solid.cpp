@@ -102,6 +102,9 @@ class FaceSums {
 
 /// `fixed` and `motion` say the same from here on.
 Status settle_motion(SolidDesc& s, const std::string& what) {
+  const int motion = static_cast<int>(s.motion);
+  if (motion < 0 || motion > static_cast<int>(Motion::proxy))
+    return invalid(what, "motion: is no Motion, got ", motion, "; free is the default");
   const bool proxy = s.motion == Motion::proxy;
   if (s.fixed && (s.motion == Motion::kinematic || s.motion == Motion::rigid || proxy))
     return invalid(what, "fixed: a ",
@@ -240,7 +243,12 @@ Status WorldImpl::NewBody::check_motion() const {
   if (s_.max_speed > most_speed)
     return invalid(what_, "max_speed: must be at most ", most_speed, " m/s, got ", s_.max_speed,
                    "; check the computation that made it");
-  if (s_.pivot && !finite(*s_.pivot)) return invalid(what_, "pivot: must be finite, got ", *s_.pivot);
+  // Rounding of a place that is reckoned from the pivot then stays below a millionth of a spacing.
+  const double farthest = 1e9 * w_.desc.spacing;
+  if (s_.pivot && !(length(*s_.pivot - w_.desc.domain.min) <= farthest))  // NaN, too
+    return invalid(what_, "pivot: must be within a thousand million spacings (", farthest,
+                   " m) of domain.min, got ", *s_.pivot,
+                   "; for a straight path give a velocity and leave the pivot out");
   return {};
 }
 

@@ -213,17 +213,24 @@ Result<std::vector<BodyForces>> WorldImpl::take_forces() {
   const auto s = read_now(parts);
   if (!s) return s.error();
   state_stale_ = state_stale_ || !s->forces.empty();  // the device begins anew
-  return forces_of(*s, origin_, time);
+  return forces_of(*s, watched(), origin_, time);
 }
 
-std::vector<BodyForces> WorldImpl::forces_of(const core::StateReading& s, Vec3d origin, double at) const {
+std::vector<bool> WorldImpl::watched() const {
+  std::vector<bool> all(bodies_.size());
+  for (std::size_t b = 0; b < bodies_.size(); ++b) all[b] = bodies_[b].watched;
+  return all;
+}
+
+std::vector<BodyForces> WorldImpl::forces_of(const core::StateReading& s, const std::vector<bool>& watched,
+                                             Vec3d origin, double at) const {
   std::vector<BodyForces> all;
   const auto put = [](Impulse& to, const core::Impulses& from) {
     to.linear = from.linear;
     to.angular = from.angular;
   };
-  for (std::size_t b = 0; b < std::min(s.forces.size(), bodies_.size()); ++b) {
-    if (!bodies_[b].watched) continue;
+  for (std::size_t b = 0; b < std::min(s.forces.size(), watched.size()); ++b) {
+    if (!watched[b]) continue;
     const core::BodyForceTotals& t = s.forces[b].totals;
     BodyForces f;
     f.body = BodyId{static_cast<std::uint32_t>(b), number_};

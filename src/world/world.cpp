@@ -59,8 +59,9 @@ Result<World> World::create(const WorldDesc& desc, std::uint32_t header_version,
     // 0.x: minor versions may change the interface, patches may not.
     if (header_version / 100 != mine / 100 || desc.header_version / 100 != mine / 100)
       return Error{ErrorCode::version_mismatch,
-                   core::text("header_version: compiled against ", desc.header_version, ", the library is ",
-                              mine, "; rebuild the host with the library's headers")};
+                   core::text("header_version: compiled against ",
+                              header_version / 100 != mine / 100 ? header_version : desc.header_version,
+                              ", the library is ", mine, "; rebuild the host with the library's headers")};
     if (layout != layout_of_headers)
       return Error{
           ErrorCode::version_mismatch,
@@ -219,7 +220,13 @@ StepResult World::synchronize() {
   r.halted = impl_->halted();
   return r;
 }
-double World::stable_dt() const { return impl_->stable_dt(); }
+double World::stable_dt() const {
+  try {
+    return impl_->stable_dt();
+  } catch (...) {  // no memory to prepare: the next step says so
+    return impl_->stable_dt(0);
+  }
+}
 double World::stable_dt(double speed) const { return impl_->stable_dt(speed); }
 Result<ReadTicket> World::request(const ReadRequest& what) {
   return alone<Result<ReadTicket>>(impl_.get(), [&] { return impl_->request(what); });

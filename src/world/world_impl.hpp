@@ -358,7 +358,9 @@ class WorldImpl final : public Scheduler {
   Status make_proxy(const std::string& what, const std::vector<Vec3i>& points,
                     const std::vector<Vec3d>& positions, Vec3d center, SolidDesc& s) const;
   physics::RigidMotion motion_for(const ProxyState& state, double dt) const;
-  std::vector<BodyForces> forces_of(const core::StateReading& s, Vec3d origin, double at) const;
+  std::vector<BodyForces> forces_of(const core::StateReading& s, const std::vector<bool>& watched,
+                                    Vec3d origin, double at) const;
+  std::vector<bool> watched() const;
   void place_forces();
   static Status check_touching(std::uint32_t kinds, std::size_t bodies, const char* call);
   Events events_of(const core::StateReading& s, Vec3d origin) const;
@@ -868,6 +870,7 @@ class WorldImpl final : public Scheduler {
     StepResult carried;          ///< extremes that the host had
     std::uint64_t restored = 0;  ///< restored_ then
     bool of_nothing = false;     ///< the World was empty: `carried` is all there is
+    std::vector<bool> watched;   ///< bodies whose forces are in it
   };
   std::array<OpenReading, most_readings> readings_;  ///< the engine's slots of the same number
   /// State of the host that belongs to a state saved in the backend's memory.

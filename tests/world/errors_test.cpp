@@ -39,6 +39,16 @@ TEST(Errors, WorldDescriptions) {
   expect_error(with([](WorldDesc& d) { d.particle_shifting = true; }), "needs tension");
   expect_error(with([](WorldDesc& d) { d.viscosity = static_cast<Viscosity>(7); }),
                "viscosity: is no Viscosity, got 7; automatic is the default");
+  expect_error(with([](WorldDesc& d) { d.backend = static_cast<Backend>(7); }),
+               "backend: is no Backend, got 7");
+  expect_error(with([](WorldDesc& d) { d.precision = static_cast<Precision>(-1); }),
+               "precision: is no Precision, got -1; single_precision is the default");
+  expect_error(with([](WorldDesc& d) { d.neighbour_search = static_cast<NeighbourSearch>(7); }),
+               "neighbour_search: is no");
+  expect_error(with([](WorldDesc& d) { d.heat.model = static_cast<HeatModel>(7); }),
+               "heat.model: is no HeatModel");
+  expect_error(with([](WorldDesc& d) { d.domain.faces[3] = static_cast<Face>(3); }),
+               "domain.faces: is no Face, got 3");
   expect_error(with([](WorldDesc& d) { d.support_radius = 1.4 * d.spacing; }), "1.5");
   expect_error(with([](WorldDesc& d) { d.support_radius = 6.01 * d.spacing; }), "1.5..6 spacings");
   for (const double spacing : {0.1, 0.2, 0.3, 0.7})
@@ -62,6 +72,7 @@ TEST(Errors, WorldDescriptions) {
                "periodic");
   expect_error(with([](WorldDesc& d) { d.max_substeps = 0; }), "max_substeps");
   expect_error(with([](WorldDesc& d) { d.header_version = 90000; }), "header_version");
+  expect_error(World::create(describe(), 90000), "header_version: compiled against 90000");
   const auto other = World::create(describe(), MELTSIM_VERSION_NUMBER, layout_of_headers + 1);
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error().code, ErrorCode::version_mismatch);
@@ -139,6 +150,8 @@ TEST(Errors, HeatThroughSurfaces) {
   expect_error(world([](WorldDesc& d) { d.domain.heat[2].temperature = -300; }),
                "domain.heat[-y].temperature");
   expect_error(world([](WorldDesc& d) { d.domain.heat[1].convection = -1; }), "domain.heat[+x].convection");
+  expect_error(world([](WorldDesc& d) { d.heat.free_surface.temperature = 1e300; }),
+               "heat.free_surface.temperature: must be at most 1e+15 degrees Celsius, got 1e+300");
   expect_error(world([](WorldDesc& d) { d.domain.heat[1].emissivity = 1.5; }), "emissivity");
   expect_error(world([](WorldDesc& d) { d.domain.heat[1].flux = nan; }), "flux");
   expect_error(world([](WorldDesc& d) {
@@ -235,6 +248,14 @@ TEST(Errors, FluidsBodiesAndEmitters) {
   b.material = s.ice;
   b.shape = Shape::sphere({1, 2, 1}, 0.01);
   expect_error(s.world.add_solid(b), "no lattice point");
+  b.shape = Shape::box({0.2, 2, 0.2}, {0.6, 2.4, 0.6});
+  b.motion = static_cast<Motion>(7);
+  expect_error(s.world.add_solid(b), "motion: is no Motion, got 7; free is the default");
+  b.motion = Motion::kinematic;
+  for (const double far : {1e12, nan}) {  // a place reckoned from there would shake
+    b.pivot = Vec3d{far, 0, 0};
+    expect_error(s.world.add_solid(b), "pivot: must be within a thousand million spacings");
+  }
 
   EmitterDesc e;
   e.material = s.water;

@@ -640,6 +640,7 @@ TEST(Probe, BadOnesAreRefusedAndChangeNothing) {
             d.fields = {"pressure", "heat"};
           });
   refused("twice", [](ProbeDesc& d) { d.fields = {"pressure", "pressure"}; });
+  refused("kind: is no ProbeKind, got 7", [](ProbeDesc& d) { d.kind = static_cast<ProbeKind>(7); });
   refused("a level has none", [](ProbeDesc& d) { d.kind = ProbeKind::level; });
   for (const double bad : {-1.0, nan, double(infinity)})
     refused("every", [=](ProbeDesc& d) { d.every = bad; });

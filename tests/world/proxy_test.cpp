@@ -117,6 +117,30 @@ TEST(Forces, AreTheChangeOfMomentumAndSpin) {
   }
 }
 
+// A reading has the forces that it was asked for, whatever becomes of the bodies before the host takes it.
+TEST(Forces, OfAReadingAreThoseOfItsRequest) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = make(tank({1.2, 1.2, 1.2}, 0.1));
+  const BodyId stays = body(w, Motion::free, Shape::box({0.2, 0.2, 0.2}, {0.4, 0.4, 0.4})),
+               leaves = body(w, Motion::rigid, Shape::box({0.6, 0.2, 0.6}, {0.8, 0.4, 0.8}));
+  require(w.watch_forces(stays));
+  require(w.watch_forces(leaves));
+  run(w, 4, 0.005);
+  ReadRequest what;
+  what.forces = true;
+  const auto ticket = w.request(what);
+  ASSERT_TRUE(ticket) << ticket.error().message;
+  require(w.watch_forces(stays, false));
+  require(w.remove(leaves));
+  run(w, 4, 0.005);
+  const auto reading = w.take(*ticket);
+  ASSERT_TRUE(reading) << reading.error().message;
+  ASSERT_EQ(reading->forces.size(), 2u);
+  EXPECT_EQ(reading->forces[0].body.index, stays.index);
+  EXPECT_EQ(reading->forces[1].body.index, leaves.index);
+  EXPECT_NEAR(reading->forces[1].seconds, 0.02, 1e-8);  // four steps in single precision
+}
+
 // A block that rests on a plate presses it with its weight: 1 %, of which the last oscillation of a settling body is most.
 TEST(Forces, OfAPlateUnderARestingBodyAreItsWeight) {
   MELTSIM_NEEDS_BACKEND();
