@@ -108,6 +108,14 @@ TEST(Melting, VolumeGoesOverAndArrives) {
   EXPECT_EQ(v, 1.0f);  // exactly: the density of a melted particle must not stay off for ever
 }
 
+// V P/phi^2 of a crushed place is that at phi = 1.1 without a share, here from the Tait equation written out. 1e-14: rounding.
+TEST(Melting, InACrushedPlaceItPushesNoHarderThanAtItsBound) {
+  for (const double phi : {0.5, 1.0, 1.05, 1.1}) EXPECT_EQ(born_share(phi), 1.0) << phi;
+  const auto push = [](double phi) { return (std::pow(phi, 7) - 1) / (phi * phi); };
+  for (const double phi : {1.1 + 1e-9, 1.3, 1.63, 3.0})
+    EXPECT_NEAR(born_share(phi) * push(phi) / push(1.1), 1, 1e-14) << phi;
+}
+
 TEST(Conductance, HarmonicAndInsulating) {
   const auto mean = [](double k_i, double k_j) {
     return pair_conductivity(resistivity_of(k_i), resistivity_of(k_j));

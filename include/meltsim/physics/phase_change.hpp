@@ -6,7 +6,7 @@
 // in. Deviation: with latent heat the criterion is liquid fraction 1; an IBP may hold more heat than that and
 // melts as soon as it is exposed. L = 0 reproduces the paper's T >= T_melt. Mass, momentum and enthalpy are
 // unchanged; the rest volume relaxes to m/rho0 of the liquid, so that a solid much denser than its liquid
-// does not expand abruptly.
+// does not expand abruptly. Where it is crushed, as between a hot blade and what that cuts, it begins with a part of its volume.
 //
 // Freezing is not in the paper. It is the inverse of melting: liquid that has released all of its latent heat
 // joins a free site of an adjacent lattice. Mass, velocity and enthalpy are unchanged; the particle is moved
@@ -24,6 +24,7 @@
 // holds one particle per site, so frozen liquid keeps its density and does not expand.
 #pragma once
 
+#include "meltsim/physics/fluid.hpp"
 #include "meltsim/physics/heat.hpp"
 
 namespace meltsim {
@@ -68,6 +69,18 @@ MELTSIM_HD T relaxed_volume(T volume, T target, T share) {
   const T gap = target - volume;
   if (std::fabs(gap) <= T(1e-5) * target) return target;
   return volume + gap * minimum(share, T(1));
+}
+
+/// phi from which on a place is crushed [-]; liquid at rest in its own weight has 1.005, an impact makes 1.05.
+inline constexpr double crushed = 1.1;
+/// Share of its volume that a particle has when it melts [-], phi being that of its surroundings in cells of the lattice: its push, V P/phi^2,
+/// is then that at `crushed`. A lattice bears being pressed into another body, whose springs are as strong as contacts are; liquid of
+/// phi = 1.6 has 30 times the pressure of 1.1 and would leave the place at three times the speed of sound. Ours.
+template <class T>
+MELTSIM_HD T born_share(T phi) {
+  const T most = T(crushed);
+  if (!(phi > most)) return T(1);
+  return pressure_term(tait_pressure(T(1), most), most) / pressure_term(tait_pressure(T(1), phi), phi);
 }
 
 /// Relaxation time in units of H/c: even a tenfold change of volume then moves the surroundings at far less than
