@@ -723,6 +723,7 @@ bool WorldImpl::emitter_joins_in_place(const core::WorldStatus& status) {
   const std::uint64_t total = born_ + planned_emission();
   if (total > capacity_ || !same_search(total) || !holds_contents(e.contents)) return false;
   if (emits(e) && !comes_in_place(e.desc.temperature, status)) return false;
+  const Change change(*this);
   searched_ = total;
   const auto before = derived();
   const std::size_t m = e.desc.material.index;

@@ -57,9 +57,18 @@ WorldImpl::Derived WorldImpl::derived() const {
                          solute_lambda_, diffuses_, strong_pull_, contrast_, one_liquid_, changes_phase_);
 }
 
+void WorldImpl::half_changed() noexcept {
+  halted_ = true;
+  try {
+    halt_reason_ = "memory ran out while something was added or removed, which is half done";
+  } catch (...) {  // the call that fails says it
+  }
+}
+
 /// As after an upload: of what lies on the backend no copy, view or saved state holds any more, and the plan follows.
 void WorldImpl::edited_in_place() { edited_in_place(derived()); }
 void WorldImpl::edited_in_place(const Derived& before) {
+  const Change change(*this);
   weigh_materials();
   derive_limits();
   look_for_refusal();
@@ -177,6 +186,7 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   if (!stays_level(physics::temperature_of(row, more.enthalpy.front() / more.mass.front()), status.heat_idle,
                    range))
     return std::nullopt;
+  const Change change(*this);
   if (Status s = engine->append(more, range.has_value(), core::none); !s) return s.error();
   level_ = range;
   state_.heat_level = range.has_value();
@@ -231,6 +241,7 @@ std::optional<Status> WorldImpl::remove_in_place(std::uint32_t index) {
   const std::uint32_t end = index + 1 < bodies_.size()
                                 ? bodies_[index + 1].first_vertex
                                 : static_cast<std::uint32_t>(lattice_.vertex_site.size());
+  const Change change(*this);
   const auto taken = engine->take_body(index, body.first_vertex, end - body.first_vertex);
   if (!taken) return Status{taken.error()};
   body.taken = *taken;
@@ -256,6 +267,7 @@ std::optional<Result<std::uint64_t>> WorldImpl::remove_liquid_in_place(const Sha
                               }),
                found_.end());
   if (found_.empty()) return std::uint64_t{0};
+  const Change change(*this);
   if (Status s = engine->take_out(found_); !s) return s.error();
   const std::uint64_t n = found_.size();
   if (level_ && !level_->equal()) level_.reset();

@@ -678,6 +678,7 @@ std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
     return std::nullopt;
   }
   const bool had_lattice = (w_.facts_ & core::fact_solid) != 0;
+  const Change change(w_);
   const core::SceneState particles = enter_tables();
   // From here on there is nothing that could fail but the device.
   if (Status st = enter_backend(taken, particles, range.has_value()); !st) return Result<BodyId>(st.error());

@@ -422,6 +422,8 @@ class WorldImpl final : public Scheduler {
   using Derived =
       std::tuple<double, double, double, double, double, double, double, bool, bool, double, bool, bool>;
   Derived derived() const;
+  class Change;
+  void half_changed() noexcept;
   void edited_in_place();
   void edited_in_place(const Derived& before);
   void body_joined(const core::SceneState& particles, std::uint64_t displaced, core::WorldStatus status,
@@ -902,6 +904,21 @@ class WorldImpl final : public Scheduler {
   std::array<SavedState, most_saved_states> saved_;
   std::uint64_t layout_ = 0;    ///< of the engine's memory: how often it was made anew or changed
   std::uint64_t restored_ = 0;  ///< how often another state has come in place of this one
+};
+
+/// Halts a World that runs if memory ends within a change of what lies on its backend: it would go on half changed.
+class WorldImpl::Change {
+ public:
+  explicit Change(WorldImpl& world) : world_(world) {}
+  ~Change() {
+    if (std::uncaught_exceptions() > before_) world_.half_changed();
+  }
+  Change(const Change&) = delete;
+  Change& operator=(const Change&) = delete;
+
+ private:
+  WorldImpl& world_;
+  int before_ = std::uncaught_exceptions();
 };
 
 }  // namespace v0
