@@ -183,9 +183,8 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   const std::uint64_t total = born_ + n + coming;
   if (total > capacity_ || !same_search(total)) return std::nullopt;
   std::optional<LevelRange> range;
-  if (!stays_level(physics::temperature_of(row, more.enthalpy.front() / more.mass.front()), status.heat_idle,
-                   range))
-    return std::nullopt;
+  const double added = physics::temperature_of(row, more.enthalpy.front() / more.mass.front());
+  if (!stays_level(added, status.heat_idle, range)) return std::nullopt;
   const Change change(*this);
   if (Status s = engine->append(more, range.has_value(), core::none); !s) return s.error();
   level_ = range;

@@ -39,14 +39,6 @@ struct MeltBody {
                                      core::saturation_at(w, k, slot));
     return false;
   }
-  /// Its own and all other particles count as cells of the lattice: others may melt in the same step.
-  MELTSIM_HD T volume_fraction_around(std::uint32_t slot) const {
-    T sum = 0;
-    spatial::for_each_neighbour(w, slot, [&](std::uint32_t, const Vec4<T>&, const Vec3<T>&, T r2) {
-      sum += physics::kernel_value(w.c.kernel, std::sqrt(r2));
-    });
-    return sum * (w.c.spacing * w.c.spacing * w.c.spacing);
-  }
   struct Item {
     std::uint32_t state = 0, id = 0;
   };
@@ -70,7 +62,7 @@ struct MeltBody {
         !(surface && w.species != 0u && dissolved(material_of(tag), slot)))
       return;
     w.f.vertex_state[v] = vertex_melted;
-    const T share = physics::born_share(volume_fraction_around(slot));
+    const T share = physics::born_share(-w.f.velocity[slot].w);
     if (share < T(1)) w.f.position[slot].w *= share;
     w.f.tag[slot] =
         (tag & ~(tag_material_mask | tag_solid | tag_surface | tag_fixed | tag_kinematic)) | m.liquid;

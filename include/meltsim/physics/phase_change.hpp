@@ -24,7 +24,7 @@
 // holds one particle per site, so frozen liquid keeps its density and does not expand.
 #pragma once
 
-#include "meltsim/physics/fluid.hpp"
+#include "meltsim/physics/coupling.hpp"
 #include "meltsim/physics/heat.hpp"
 
 namespace meltsim {
@@ -73,14 +73,13 @@ MELTSIM_HD T relaxed_volume(T volume, T target, T share) {
 
 /// phi from which on a place is crushed [-]; liquid at rest in its own weight has 1.005, an impact makes 1.05.
 inline constexpr double crushed = 1.1;
-/// Share of its volume that a particle has when it melts [-], phi being that of its surroundings in cells of the lattice: its push, V P/phi^2,
-/// is then that at `crushed`. A lattice bears being pressed into another body, whose springs are as strong as contacts are; liquid of
-/// phi = 1.6 has 30 times the pressure of 1.1 and would leave the place at three times the speed of sound. Ours.
+/// Share of its volume that a particle has when it melts [-], so that its push, V P/phi^2, is at most that at `crushed`; tau: that of the solid
+/// that it was (solid_term). A lattice bears being pressed into another body, whose springs are as strong as contacts are; liquid
+/// of phi = 1.6 has 30 times the pressure of 1.1 and would leave the place at three times the speed of sound. Ours.
 template <class T>
-MELTSIM_HD T born_share(T phi) {
-  const T most = T(crushed);
-  if (!(phi > most)) return T(1);
-  return pressure_term(tait_pressure(T(1), most), most) / pressure_term(tait_pressure(T(1), phi), phi);
+MELTSIM_HD T born_share(T tau) {
+  const T most = solid_term(T(crushed));
+  return tau > most ? most / tau : T(1);
 }
 
 /// Relaxation time in units of H/c: even a tenfold change of volume then moves the surroundings at far less than
