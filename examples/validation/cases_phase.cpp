@@ -5,7 +5,7 @@
 // References: Neumann's similarity solutions (Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed. 1959,
 // sec. 11.2): the front stands at s = 2 lambda sqrt(alpha t), with
 //   one phase     lambda exp(lambda^2) erf(lambda) = Ste / sqrt(pi), Ste = c dT / L
-//   two phases    the same with the flux into the cold solid, k 0.561/2.22, c 4217/2050, L 333.7e3
+//   two phases    the same with the flux into the cold solid, or from the warm liquid, k 0.561/2.22, c 4217/2050, L 333.7e3
 // the heat balance of an insulated tank, and finite volumes for bodies that have no closed form.
 //
 // The bars are heat alone: time_scale turns a billionth of a second of motion into a step of conduction, so
@@ -229,6 +229,33 @@ void melting_two_phases(const Settings& settings, Report& report) {
   if (report.error.empty())
     report.relative("lambda of the melting front, water 40 C, ice -10 C", value, lambda, 0.5,
                     "as above; a particle between the phases that conducts as their mixture makes 1.5 %");
+}
+
+void freezing_two_phases(const Settings& settings, Report& report) {
+  const double alpha = ice_k / (rho * ice_c), lambda = 0.147824, alpha_water = water_k / (rho * water_c);
+  Bar bar{*World::create(world_desc(settings)), {}, {}, {}};
+  const int depth = settings.long_cases ? 32 : 16;
+  // The water reaches 3.5 diffusion lengths further, as the ice does where it melts.
+  const int length = depth + static_cast<int>(3.5 * std::sqrt(alpha_water / alpha) * depth / (2 * lambda));
+  if (!make_bar(settings, {}, length, -10, bar, report)) return;
+  SolidDesc seed;
+  seed.shape = slab(0, 1);
+  seed.material = bar.solid;
+  seed.temperature = -10;
+  seed.fixed = true;
+  seed.growth = length;
+  FluidDesc rest;
+  rest.shape = slab(1, length);
+  rest.material = bar.liquid;
+  rest.temperature = 15;
+  if (!accept(bar.world.add_solid(seed), report) || !accept(bar.world.add_fluid(rest), report)) return;
+  const double value = run_front(bar, alpha, lambda, depth, 2, true, "freezing_two_phases", report);
+  if (!report.error.empty()) return;
+  report.relative("lambda of the freezing front, wall -10 C, water 15 C", value, lambda, 2, fit_reason);
+  const double end = bar.world.time() * time_scale;
+  report.absolute("its depth at the end", front(*bar.world.particles(), true),
+                  2 * lambda * std::sqrt(alpha * end) / dx, 0.5, "dx",
+                  "half a cell: the seed's, and that in which the front is");
 }
 
 /// A closed tank of 10^3 sites, ice in its lowest layers. Heat alone, as in the bars.
@@ -679,6 +706,8 @@ std::vector<Case> phase_cases() {
        melting},
       {"phase.melting_two_phases", "Melting front into cold ice", "Neumann, two phases", false,
        melting_two_phases},
+      {"phase.freezing_two_phases", "Freezing front into warm water", "Neumann, two phases", false,
+       freezing_two_phases},
       {"phase.calorimetry", "End temperature of ice and water in an insulated tank", "heat balance", false,
        calorimetry},
       {"phase.bodies", "Melting of a ball, a rod, a layer and a block in a warm bath", "finite volumes",
