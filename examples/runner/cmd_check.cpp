@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "build_world.hpp"
+#include "check_paths.hpp"
 #include "check_units.hpp"
 #include "commands.hpp"
 #include "expect.hpp"
@@ -73,7 +74,8 @@ class Check {
     print_heat();
     print_freezing();
     std::fflush(stdout);  // what follows takes seconds
-    const std::optional<Rehearsal> rehearsal = rehearse(scene_, built_);
+    std::optional<Rehearsal> rehearsal;
+    if (built_.meltable > 0) rehearsal = rehearse(scene_, built_);
     print_melting(rehearsal);
     print_cost(rehearsal);
     if (verbose_) fmt::print("\n{}\n", plan.to_string());
@@ -470,17 +472,23 @@ class Check {
   }
 
   void print_melting(const std::optional<Rehearsal>& rehearsal) {
-    if (built_.meltable == 0) return;
+    if (!rehearsal) return;
     const char* name = built_.melts ? "melting" : "dissolving";
-    if (!rehearsal) {
-      line(name, "not estimated: the scene cannot be tried with coarser particles");
+    if (!rehearsal->untried.empty()) {
+      line(name, "not estimated: " + rehearsal->untried);
       return;
     }
     const double end = scene_.time.end, until = rehearsal->until, melted = rehearsal->melted_at(until);
-    const std::string how =
+    const std::string coarse =
         rehearsal->coarseness > 1
-            ? fmt::format(" (tried with particles {:.2g} times as large)", rehearsal->coarseness)
-            : " (tried)";
+            ? fmt::format(" with particles {:.2g} times as large", rehearsal->coarseness)
+            : "";
+    const std::string how = " (tried" + coarse + ")";
+    if (!rehearsal->stopped.empty()) {
+      line(name, fmt::format("not estimated: a trial{} came to t={:.3g} s only", coarse, until));
+      warn(fmt::format("a trial{} {}; the run is likely to end so, too", coarse, rehearsal->stopped));
+      return;
+    }
     const bool broken_off = until < end * (1 - 1e-6) && melted < 1;
     if (broken_off && melted < telling) {
       line(name, fmt::format("{:.2g} % of the solid by t={:.2g} s{}; beyond that it was not tried",
@@ -563,7 +571,7 @@ class Check {
     const double frame = 1 / scene_.time.fps, stable = built_.world.stable_dt();
     const double limit = scene_.time.dt.value_or(meltsim::infinity);
     const double dt = std::min({frame, limit, std::isfinite(stable) ? stable : frame});
-    substeps = std::ceil(end / dt - 1e-6);
+    substeps = std::max(0.0, std::ceil(end / dt - 1e-6));
     if (!built_.world.step(dt)) return;
     built_.world.synchronize();
     const std::uint64_t before = built_.world.steps();
@@ -591,8 +599,10 @@ class Check {
 }  // namespace
 
 int cmd_check(const SceneOptions& options, const MachineOptions& machine, bool verbose) {
-  const Scene scene = load_scene(options);
+  Scene scene = load_scene(options);
   Built built = build_world(scene, machine);
+  for (std::string& warning : check_paths(scene, built, scene.time.end))
+    scene.warnings.push_back(std::move(warning));
   built.probes =
       add_probes(built.world, built.body_ids, scene);  // they are checked, and cost what they cost in a run
   Check(scene, built, verbose).print();

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "check_paths.hpp"
 #include "commands.hpp"
 #include "failure.hpp"
 #include "files.hpp"
@@ -158,6 +159,9 @@ int run_scene(const RunOptions& options, Log& log) {
   if (options.resume) take_settings(scene, settings_of_run(options.out), log);
   Built built = build_world(scene, options.machine);
   if (!budget) check_dt(scene, built);
+  if (!options.steps && !options.resume)
+    for (std::string& warning : check_paths(scene, built, scene.time.end))
+      scene.warnings.push_back(std::move(warning));
   for (const std::string& warning : scene.warnings) log.warn(warning);
   log.info("backend: " + backend_text(built.world));
   log.info(particles_text(built, scene));

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rehearsal.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "failure.hpp"
+#include "halt.hpp"
 #include "recorder.hpp"
 #include "resolution.hpp"
 #include "stepper.hpp"
@@ -95,9 +99,12 @@ double Rehearsal::time_of(double share) const {
   return high;
 }
 
-std::optional<Rehearsal> rehearse(const Scene& scene, Built& built) {
-  if (built.meltable == 0 || !(scene.time.end > 0)) return std::nullopt;
+Rehearsal rehearse(const Scene& scene, Built& built) {
   Rehearsal seen;
+  if (!(scene.time.end > 0)) {
+    seen.untried = "time.end is 0";
+    return seen;
+  }
   seen.coarseness = coarseness(scene, built);
   MachineOptions machine;
   machine.backend = meltsim::Backend::cpu;
@@ -110,25 +117,35 @@ std::optional<Rehearsal> rehearse(const Scene& scene, Built& built) {
     const double meltable = static_cast<double>(coarse.meltable), longest = scene.time.end / 200;
     // Not coarser and in the same steps it is the run itself: what melts in bursts, as layers of particles do, melts then.
     const std::optional<double> same = seen.coarseness > 1 ? std::nullopt : fixed_step(coarser_scene, coarse);
-    double substeps = 0;
+    double substeps = 0, speed = 0;
     seen.melting.push_back({0, 0});
     while (seen.until < scene.time.end * (1 - 1e-9) && seen.melting.back().melted < 1) {
-      const double wanted = same ? *same : std::min(coarse.world.stable_dt(), longest);
+      const double stable = coarse.world.stable_dt(scene.time.adaptive ? speed : 0);
+      const double wanted = same ? *same : std::min(stable, longest);
       const double dt = std::min(wanted, scene.time.end - seen.until);
-      if (!coarse.world.step(dt)) return std::nullopt;
+      if (const meltsim::Status status = coarse.world.step(dt); !status) {
+        seen.stopped = fmt::format("was refused at t={:.3g} s: {}", seen.until,
+                                   refusal_text(scene, status.error().message));
+        break;
+      }
       const meltsim::StepResult now = coarse.world.synchronize();
-      if (now.halted) return std::nullopt;
+      if (now.halted) {
+        seen.stopped = fmt::format("diverged at t={:.3g} s: {}; {}", seen.until, halt_text(now.halt_reason),
+                                   halt_advice(scene, coarse.world, now, dt, seen.coarseness));
+        break;
+      }
+      speed = now.max_speed;
       seen.until += dt;
       substeps = static_cast<double>(now.steps);
       seen.melting.push_back(
           {seen.until, std::min(1.0, static_cast<double>(net_melted(now.melted, now.frozen)) / meltable)});
       if (std::chrono::duration<double>(Clock::now() - start).count() > seconds_limit) break;
     }
-    seen.substeps_per_s = substeps / seen.until * seen.coarseness;
-    return seen;
-  } catch (const Failure&) {
-    return std::nullopt;  // a body too small for the coarser lattice, say
+    if (seen.until > 0) seen.substeps_per_s = substeps / seen.until * seen.coarseness;
+  } catch (const Failure& failure) {  // a body too small for the coarser lattice, say
+    seen.untried = fmt::format("with coarser particles the scene cannot be built: {}", failure.what());
   }
+  return seen;
 }
 
 }  // namespace runner

@@ -2,7 +2,7 @@
 // What `check` says about the run to come: the scene is run with few, large particles, all its sources of heat with it.
 #pragma once
 
-#include <optional>
+#include <string>
 #include <vector>
 
 #include "build_world.hpp"
@@ -19,6 +19,8 @@ struct Rehearsal {
   double coarseness = 1;        ///< spacing over that of the scene; 1 = the scene itself
   double until = 0;             ///< [s] how far it came
   double substeps_per_s = 0;    ///< of the scene itself, at the speeds that were seen
+  std::string untried;          ///< why nothing was tried; empty: it was
+  std::string stopped;          ///< how the trial ended at `until`, and what to change; empty: as it should
 
   /// Estimated share at a time. Beyond `until` the last half of the curve goes on as a power of time.
   double melted_at(double time) const;
@@ -26,7 +28,7 @@ struct Rehearsal {
   double time_of(double share) const;
 };
 
-/// Nothing where nothing can melt, or where the coarse scene cannot be built or diverges. Takes a few seconds at most.
-std::optional<Rehearsal> rehearse(const Scene& scene, Built& built);
+/// Tries a scene in which something can melt. Takes a few seconds at most.
+Rehearsal rehearse(const Scene& scene, Built& built);
 
 }  // namespace runner

@@ -87,7 +87,6 @@ class Run {
   Json timings_json() const;
   std::string resume_hint() const;
   std::string divergence_message() const;
-  std::string advice(const std::string& reason) const;
   void finish_pictures(Outcome outcome);
   bool wants_still() const;
   int report(Outcome outcome);

@@ -9,6 +9,7 @@
 #include "csv.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "halt.hpp"
 #include "interrupt.hpp"
 #include "library_error.hpp"
 #include "numbers.hpp"
@@ -22,12 +23,6 @@ namespace {
 
 // Liquid squeezed above this ratio at the start has no room, or runs into something.
 constexpr double squeezed = 1.2;
-
-/// One significant digit, rounded down: a step to try.
-double round_down(double value) {
-  const double digit = std::pow(10, std::floor(std::log10(value)));
-  return std::floor(value / digit * (1 + 1e-12)) * digit;
-}
 
 }  // namespace
 
@@ -139,32 +134,10 @@ std::string Run::resume_hint() const {
 std::string Run::divergence_message() const {
   if (!step_error_.empty())  // what the library refuses it says with the cure
     return fmt::format("step {} (t={:.4g} s) was refused: {}; state saved to {}", state_.steps + 1,
-                       state_.time, step_error_, directory_.file("checkpoint.bin"));
-  std::string reason = last_result_.halt_reason;
-  // The library counts sub-steps; the sentence has its own count of steps.
-  if (const std::size_t colon = reason.find(": "); reason.compare(0, 9, "sub-step ") == 0)
-    reason.erase(0, colon + 2);
+                       state_.time, refusal_text(scene_, step_error_), directory_.file("checkpoint.bin"));
   return fmt::format("diverged at step {} (t={:.4g} s): {}; state saved to {}; {}", state_.steps + 1,
-                     state_.time, reason, directory_.file("checkpoint.bin"), advice(reason));
-}
-
-/// A step to try where a shorter one can help: the largest speed then is one that things may have, not one that came of
-/// numbers gone wrong.
-std::string Run::advice(const std::string& reason) const {
-  constexpr double worth_trying = 1e-3;
-  const double stable = built_.world.stable_dt(), speed = last_result_.max_speed;
-  double limit = last_dt_ / 2;
-  if (stable > 0) limit = std::min(limit, stable);
-  if (speed > 0)
-    limit = std::min(limit, scene_.world.courant * built_.world.resolved().support_radius / speed);
-  const bool numbers = reason.find("not finite") != std::string::npos || !(limit > worth_trying * last_dt_);
-  if (numbers) {
-    return "a shorter step will not help: look for an extreme density, stiffness, speed or temperature, and "
-           "for things that "
-           "overlap or stand in a wall";
-  }
-  return time_.adaptive ? fmt::format("try time.dt {:g} or a smaller solver.courant", round_down(limit))
-                        : fmt::format("try dt {:g} or stepping: adaptive", round_down(limit));
+                     state_.time, halt_text(last_result_.halt_reason), directory_.file("checkpoint.bin"),
+                     halt_advice(scene_, built_.world, last_result_, last_dt_));
 }
 
 Json Run::timings_json() const {

@@ -509,6 +509,21 @@ emitters:
                 run = ["run", *scene, f"{bound}={most}", "--steps", "1", "--export", "none", "--out", f"{name}{refused}"]
                 self.meltsim(*run, code=2 if refused else 0)
 
+    def test_a_trial_that_ends_early_is_a_warning(self):
+        """A body whose way leads through the floor ends the trial of `check`; `run` refuses it before anything is written."""
+        melts = ["--set", "time.end=1", "--set", "bodies[0].motion=kinematic", "--set", "bodies[0].velocity=[0, -1, 0]", "--set",
+                 "bodies[0].max_speed=1", "--set", "heat.time_scale=1"]
+        said = self.check(SCENE, *melts)
+        self.assertRegex(said, r"\nmelting     not estimated: a trial came to t=0.\d+ s only\n")
+        self.assertRegex(said, r'\nwarning: a trial was refused at t=0.\d+ s: .*: bodies\[0\] \("block"\): position: would reach')
+        self.assertRegex(said, r'\nwarning: --set .*: bodies\[0\].velocity: .* takes "block" through the wall -y at t=0.9 s')
+        self.assertIn("\nok, 2 warnings;", said)
+        self.assertIn("not estimated: time.end is 0\n", self.check(SCENE, "--set", "time.end=0"))
+        blade = ["--set", "bodies[0].material=water", "--backend", "cpu"]
+        for command in (["check", SCENE], ["run", SCENE, "--out", "run"]):
+            self.assertIn('through the wall -y at t=0.9 s', self.meltsim(*command, *melts, *blade, code=2).stderr)
+        self.assertFalse(os.path.exists(self.path("run")))
+
     def test_check_names_tension_where_it_sets_the_step(self):
         """5e5 N/m ask for 350 m/s, more than the 66 of the scene, 70 for 4; where sound is faster still, neither limits anything."""
         for tension, sound, named in (("5e5", "auto", True), ("70", "auto", False), ("5e5", "1000", False)):

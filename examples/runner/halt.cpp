@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "halt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace runner {
+
+namespace {
+
+/// One significant digit, rounded down: a step to try.
+double round_down(double value) {
+  const double digit = std::pow(10, std::floor(std::log10(value)));
+  return std::floor(value / digit * (1 + 1e-12)) * digit;
+}
+
+}  // namespace
+
+std::string halt_text(const std::string& reason) {
+  const std::size_t colon = reason.find(": ");
+  return colon != std::string::npos && reason.compare(0, 9, "sub-step ") == 0 ? reason.substr(colon + 2)
+                                                                              : reason;
+}
+
+std::string refusal_text(const Scene& scene, const std::string& message) {
+  const std::string call = "set_motion: body \"";
+  if (message.compare(0, call.size(), call) != 0) return message;
+  for (const SceneBody& body : scene.bodies) {
+    const std::string named = call + body.desc.name + "\": ";
+    if (body.desc.name.empty() || message.compare(0, named.size(), named) != 0) continue;
+    return fmt::format("{}: {} (\"{}\"): {}", body.source.where, body.source.path, body.desc.name,
+                       message.substr(named.size()));
+  }
+  return message.substr(call.size() - 6);
+}
+
+// A shorter step can help where the largest speed is one that things may have, not one that came of numbers gone wrong.
+std::string halt_advice(const Scene& scene, meltsim::World& world, const meltsim::StepResult& result,
+                        double dt, double coarseness) {
+  constexpr double worth_trying = 1e-3;
+  const double stable = world.stable_dt(), speed = result.max_speed;
+  double limit = dt / 2;
+  if (stable > 0) limit = std::min(limit, stable);
+  if (speed > 0) limit = std::min(limit, scene.world.courant * world.resolved().support_radius / speed);
+  const bool numbers =
+      result.halt_reason.find("not finite") != std::string::npos || !(limit > worth_trying * dt);
+  if (numbers) {
+    return "a shorter step will not help: look for an extreme density, stiffness, speed or temperature, and "
+           "for "
+           "things that overlap or stand in a wall";
+  }
+  limit = round_down(limit / coarseness);
+  return scene.time.adaptive ? fmt::format("try time.dt {:g} or a smaller solver.courant", limit)
+                             : fmt::format("try dt {:g} or stepping: adaptive", limit);
+}
+
+}  // namespace runner

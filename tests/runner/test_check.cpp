@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `check` finds out ahead of a run: how a trial went, and where bodies are carried out of the domain.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "build_world.hpp"
+#include "check_paths.hpp"
+#include "failure.hpp"
+#include "load_scene.hpp"
+#include "rehearsal.hpp"
+
+namespace runner {
+namespace {
+
+// The blade has 0.6 m to the floor, which its particles reach at t = 0.65 s, half a spacing later than its surface.
+const std::string cut = R"(meltsim: 1
+domain: {min: [0, 0, 0], max: [1, 1, 1], walls: {x: open}}
+particles: {spacing: 0.1}
+time: {end: 1, fps: 10}
+heat: {time_scale: 1000}
+materials:
+  water: {viscosity: 0.02}
+  ice: {density: 917, melting_point: 0, latent_heat: 3.34e5, becomes: water}
+  steel: {density: 7800}
+bodies:
+  - {name: block, shape: {box: [[0.1,0,0.1],[0.4,0.3,0.4]]}, material: ice, temperature: -5}
+  - {name: blade, shape: {box: [[0.6,0.6,0.2],[0.8,0.9,0.5]]}, material: steel, motion: kinematic, velocity: [0,-1,0], max_speed: 1}
+)";
+
+MachineOptions cpu() { return {meltsim::Backend::cpu, meltsim::Precision::single_precision, 1, 1}; }
+
+Scene parse(const std::vector<std::string>& set = {}) { return parse_scene(cut, "cut.yaml", "", set); }
+
+/// What is said of the ways of a scene: an error, or warnings.
+std::string said_of(const std::vector<std::string>& set) {
+  const Scene scene = parse(set);
+  Built built = build_world(scene, cpu());
+  std::string said;
+  try {
+    for (const std::string& warning : check_paths(scene, built, scene.time.end))
+      said += "warning: " + warning;
+  } catch (const Failure& failure) {
+    said = failure.what();
+  }
+  return said;
+}
+
+TEST(Rehearsal, SaysThatAndWhyATrialWasRefused) {
+  const Scene scene = parse();
+  Built built = build_world(scene, cpu());
+  const Rehearsal seen = rehearse(scene, built);
+  EXPECT_EQ(seen.untried, "");
+  EXPECT_NE(seen.stopped.find("was refused at t=0.6"), std::string::npos) << seen.stopped;
+  EXPECT_NE(seen.stopped.find("cut.yaml:12:5: bodies[1] (\"blade\"): position: would reach through a wall"),
+            std::string::npos)
+      << seen.stopped;
+  EXPECT_NEAR(seen.until, 0.65, 0.01);
+}
+
+TEST(Rehearsal, SaysThatAndWhyATrialDiverged) {
+  // What falls ever faster crosses more than its neighbourhood in a step of fixed length.
+  const Scene scene = parse({"domain.walls={-y: open}", "solver.gravity=[0, -3000, 0]",
+                             "bodies[1].velocity=[0, 0, 0]", "time.end=2"});
+  Built built = build_world(scene, cpu());
+  const Rehearsal seen = rehearse(scene, built);
+  EXPECT_NE(seen.stopped.find("diverged at t="), std::string::npos) << seen.stopped;
+  EXPECT_NE(seen.stopped.find(" s: particle "), std::string::npos) << seen.stopped;
+}
+
+TEST(Rehearsal, TellsATrialThatCannotBeMadeFromOneThatEnded) {
+  const Scene none = parse({"time.end=0"});
+  Built built = build_world(none, cpu());
+  EXPECT_EQ(rehearse(none, built).untried, "time.end is 0");
+  const Scene scene = parse({"bodies[1].velocity=[0, 0, 0]"});
+  Built whole = build_world(scene, cpu());
+  const Rehearsal seen = rehearse(scene, whole);
+  EXPECT_EQ(seen.untried + seen.stopped, "");
+  EXPECT_NEAR(seen.until, 1, 1e-6);
+}
+
+TEST(Paths, AWayThroughAWallIsRefusedBeforeTheRun) {
+  EXPECT_EQ(
+      said_of({}),
+      "cut.yaml:12:110: bodies[1].velocity: [0, -1, 0] m/s takes \"blade\" through the wall -y at t=0.65 s, "
+      "before time.end 1 s: the run would be refused there; use time.end 0.65 or less, a velocity of at most "
+      "0.65 of this one, or a domain with more room");
+  EXPECT_EQ(said_of({"time.end=0.65"}), "");
+  EXPECT_EQ(said_of({"bodies[1].velocity=[0, -0.65, 0]"}), "");
+  EXPECT_NE(said_of({"bodies[1].velocity=[0, 0.5, -2]"}).find("through the wall -z at t=0.125 s"),
+            std::string::npos);
+  EXPECT_EQ(said_of({"bodies[1].velocity=[-1, 0, 0]"}), "");                   // open
+  EXPECT_EQ(said_of({"bodies[1].motion=free", "bodies[1].max_speed=0"}), "");  // it comes to rest
+}
+
+TEST(Paths, AWayThatMayEndSoonerIsWarnedOf) {
+  EXPECT_EQ(said_of({"time.end_when=melted"}).find("warning: cut.yaml:12:110: bodies[1].velocity: "), 0u);
+  EXPECT_EQ(said_of({"bodies[1].material=ice"}).find("warning: cut.yaml:12:110: bodies[1].velocity: "), 0u);
+}
+
+}  // namespace
+}  // namespace runner
