@@ -58,6 +58,8 @@ class Trade {
     tune.cache = options_.cache;
     tune.support = options_.support;
     study_ = tuning_.study(tune);
+    if (const std::string why = not_reached(study_, 0, tuning_.problem().end); !why.empty())
+      throw Failure(ExitCode::usage, why);
     fronts_.clear();
     for (const trade::Known& known : study_.observables)
       fronts_.push_back(expect(trade::front(study_, known.observable.name, options_.points)));
@@ -84,6 +86,10 @@ class Trade {
   void print_laws(std::size_t k) {
     const trade::Known& known = study_.observables[k];
     const trade::Observable& o = known.observable;
+    if (const std::string why = not_reached(study_, k, tuning_.problem().end); !why.empty()) {
+      fmt::print("\n{}\n", why);
+      return;
+    }
     fmt::print("\n{}: {}; shares are of {:.3g}{}{}\n", o.name,
                o.exact.empty() ? "against the extrapolated limit" : "against the exact answer", known.scale,
                o.unit.empty() ? "" : " ", o.unit);
@@ -177,6 +183,7 @@ class Trade {
     std::vector<FrontSeries> series;
     const char* colors[] = {"#2f62c4", "#d1392b", "#2e9e4f", "#8a5bd6", "#e07b00", "#1f8a8a"};
     for (std::size_t k = 0; k < fronts_.size(); ++k) {
+      if (!not_reached(study_, k, tuning_.problem().end).empty()) continue;
       const trade::Known& known = study_.observables[k];
       FrontSeries front{known.observable.name, colors[k % 6], true, {}};
       FrontSeries measured{known.observable.name + ", measured", colors[k % 6], false, {}};

@@ -11,6 +11,7 @@
 #include "failure.hpp"
 #include "files.hpp"
 #include "interrupt.hpp"
+#include "resumed_scene.hpp"
 #include "scene_json.hpp"
 
 namespace runner {
@@ -54,7 +55,8 @@ int Run::execute() {
     start_steps_ = state_.steps;
     return report(loop());
   } catch (const Failure& failure) {
-    if (failure.code() != ExitCode::io || !(checkpointed_ || options_.resume)) throw;
+    // A checkpoint that could not be taken up cannot be by the same command either.
+    if (failure.code() != ExitCode::io || !(checkpointed_ || (options_.resume && recorder_))) throw;
     throw Failure(ExitCode::io, fmt::format("{}\nthe last checkpoint is whole; resume with: {}",
                                             failure.what(), resume_hint()));
   }
@@ -95,11 +97,6 @@ void Run::begin() {
 
 void Run::resume() {
   Checkpoint checkpoint = read_checkpoint(directory_.file("checkpoint.bin"));
-  for (const char* part : {"domain", "particles", "heat", "materials", "fluids", "bodies", "emitters"}) {
-    const Json before = checkpoint.scene.value(part, Json()), now = resolved_scene_.value(part, Json());
-    if (before != now)
-      log_.warn(fmt::format("{} differs from the scene the checkpoint was written for", part));
-  }
   const Json time_before = checkpoint.scene.value("time", Json()),
              time_now = resolved_scene_.value("time", Json());
   if (time_before.value("fps", 0.0) != time_now.value("fps", 0.0)) {
@@ -119,6 +116,8 @@ void Run::resume() {
     throw Failure(ExitCode::io,
                   fmt::format("{}: {}", directory_.file("checkpoint.bin"), restored.error().message));
   }
+  for (const std::string& difference : take_over(scene_, built_, checkpoint.scene, resolved_scene_))
+    log_.warn(difference);
   state_ = checkpoint.state;
   wall_before_ = state_.wall_s;
   if (time_.adaptive && state_.limits.empty() && budget_ == nullptr) {

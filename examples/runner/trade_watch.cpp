@@ -40,6 +40,11 @@ std::string about_text(double seconds) {
 }
 
 trade::Choice choose_settings(const Tuning& tuning, const trade::Study& study, const TradeRequest& request) {
+  for (std::size_t k = 0; k < study.observables.size(); ++k) {
+    if (study.observables[k].observable.name != request.of) continue;
+    if (const std::string why = not_reached(study, k, tuning.problem().end); !why.empty())
+      throw Failure(request.by_option ? ExitCode::usage : ExitCode::scene, request.asked_by + ": " + why);
+  }
   const trade::Choice choice = expect(trade::choose(study, request.of, request.max_error));
   if (choice.attainable) return choice;
   const trade::Known& known = known_of(study, request.of);
@@ -113,11 +118,24 @@ std::vector<trade::Difference> TradeWatch::delivered() const {
   return list;
 }
 
+/// Why nothing can be said of the error of a time to reach something; empty: it can.
+std::string TradeWatch::missed(std::size_t k) const {
+  const double end = tuning_->problem().end;
+  if (std::string why = not_reached(study_, k, end); !why.empty()) return why;
+  const trade::Observable& o = study_.observables[k].observable;
+  if (o.reduce != trade::Reduce::time_to_reach || std::isfinite(compared(k).front())) return "";
+  return fmt::format("{}: not reached by t={:g} s in this run", o.name, end);
+}
+
 std::vector<std::string> TradeWatch::report() const {
   std::vector<std::string> lines;
   const std::vector<trade::Difference> errors = delivered();
   for (std::size_t k = 0; k < errors.size(); ++k) {
     const trade::Known& known = study_.observables[k];
+    if (const std::string why = missed(k); !why.empty()) {
+      lines.push_back(why);
+      continue;
+    }
     std::string line =
         fmt::format("{}: estimated error of this run {}, root mean square {}", known.observable.name,
                     error_text(known, errors[k].max), error_text(known, errors[k].rms));
@@ -147,6 +165,10 @@ Json TradeWatch::json(bool ended) const {
   const std::vector<trade::Difference> errors = delivered();
   for (std::size_t k = 0; k < errors.size(); ++k) {
     const trade::Known& known = study_.observables[k];
+    if (!missed(k).empty()) {
+      json["delivered"][known.observable.name] = {{"reached", false}};
+      continue;
+    }
     json["delivered"][known.observable.name] = {{"error", errors[k].max},
                                                 {"rms", errors[k].rms},
                                                 {"share", errors[k].max / known.scale},

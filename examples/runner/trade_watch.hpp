@@ -42,6 +42,7 @@ class TradeWatch {
   Json json(bool ended) const;
 
  private:
+  std::string missed(std::size_t k) const;
   struct Open {
     double time;
     meltsim::Totals totals;

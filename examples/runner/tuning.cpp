@@ -396,6 +396,17 @@ Json Tuning::settings_json(const Knobs& knobs) const {
   return json;
 }
 
+std::string not_reached(const trade::Study& study, std::size_t observable, double end) {
+  const trade::Observable& o = study.observables[observable].observable;
+  if (o.reduce != trade::Reduce::time_to_reach || study.probes.empty()) return "";
+  // The first probe has the scene's settings, or is the nearest to them that there is time for; the scale is its time.
+  const std::vector<double>& times = study.probes.front().values.at(observable);
+  if (!times.empty() && std::isfinite(times.front())) return "";
+  return fmt::format(
+      "{}: not reached by t={:g} s, so it has no error; simulate for longer, or name another observable",
+      o.name, end);
+}
+
 std::string error_text(const trade::Known& known, double error) {
   const std::string share = fmt::format("{:.2g} %", 100 * error / known.scale);
   if (known.observable.unit.empty()) return share;

@@ -81,6 +81,8 @@ class Tuning {
   std::string device_, resolved_;
 };
 
+/// Of a time to reach something: what to say where a run at the scene's settings does not come so far. Empty: it does.
+std::string not_reached(const meltsim::trade::Study& study, std::size_t observable, double end);
 /// "0.012 m", "1.2 %" of a share: the unit where there is one.
 std::string error_text(const meltsim::trade::Known& known, double error);
 

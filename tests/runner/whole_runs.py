@@ -634,6 +634,47 @@ emitters:
         self.assertIn("not a whole checkpoint",
                       self.meltsim("run", SCENE, "--out", "run", "--resume", code=5).stderr)
 
+    def test_a_resumed_run_says_what_it_takes_over(self):
+        """Stopped at its first step by a step that is refused, then resumed as it was and with changes."""
+        for out in ("same", "changed"):
+            self.meltsim("run", SCENE, "--backend", "cpu", "--out", out, "--set", "heat.time_scale=1e12", "--export", "none", code=2)
+        resume = ["run", SCENE, "--backend", "cpu", "--export", "none", "--resume", "--out"]
+        said = self.meltsim(*resume, "same").stderr
+        self.assertEqual(re.findall(r"--resume: (.*)", said),
+                         ["heat.time_scale: 1000000000000.0 in the checkpoint, 1000.0 here: taken over"])
+        said = self.meltsim(*resume, "changed", "--set", "emitters[0].speed=6", "--set", "emitters[0].temperature=20", "--set",
+                            "emitters[0].from=0.1", "--set", "solver.gravity=[0, -5, 0]", "--set", "fluids[0].temperature=70",
+                            "--set", "bodies[0].temperature=-20").stderr
+        for text in ("emitters[0].speed: 2.0 in the checkpoint, 6.0 here: taken over",
+                     "emitters[0].temperature: 90.0 in the checkpoint, 20.0 here: taken over",
+                     "emitters[0].from: 0.0 in the checkpoint, 0.1 here: ignored", "solver.gravity: ",
+                     "fluids[0].temperature: 40.0 in the checkpoint, 70.0 here: ignored",
+                     "bodies[0].temperature: -10.0 in the checkpoint, -20.0 here: ignored"):
+            self.assertIn("--resume: " + text, said)
+        scene = json.loads(Path(self.path("changed", "run.json")).read_text())["scene"]
+        self.assertEqual((scene["emitters"][0]["speed"], scene["emitters"][0]["temperature"], scene["emitters"][0]["from"],
+                          scene["fluids"][0]["temperature"], scene["bodies"][0]["temperature"], scene["solver"]["gravity"]),
+                         (6, 20, 0, 40, -10, [0, -5, 0]))
+        rows = [table(self.path(out, "stats.csv"))[-1] for out in ("same", "changed")]
+        self.assertGreater(int(rows[1]["n_fluid"]), int(rows[0]["n_fluid"]))  # three times as much comes in
+
+    def test_the_motion_of_a_resumed_run_is_that_of_the_scene(self):
+        steered = ["--set", "bodies[0].motion=kinematic", "--set", "bodies[0].max_speed=2", "--set"]
+        run = ["run", SCENE, "--backend", "cpu", "--export", "none", "--out", "run", *steered]
+        self.meltsim(*run, "bodies[0].velocity=[0, 0, 0]", "--set", "heat.time_scale=1e12", code=2)
+        said = self.meltsim(*run, "bodies[0].velocity=[0, 1, 0]", "--resume").stderr
+        self.assertIn("bodies[0].velocity: [0.0,0.0,0.0] in the checkpoint, [0.0,1.0,0.0] here: taken over", said)
+        rows = table(self.path("run", "bodies.csv"))
+        self.assertAlmostEqual(float(rows[-1]["min_y"]) - float(rows[0]["min_y"]), 0.2, places=5)
+
+    def test_a_refused_resume_does_not_print_the_command_that_failed(self):
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "heat.time_scale=1e12", code=2)
+        path = Path(self.path("run", "checkpoint.bin"))
+        path.write_bytes(path.read_bytes()[:-100])
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--resume", code=5).stderr
+        self.assertIn("checkpoint.bin", said)
+        self.assertNotIn("resume with", said)
+
     def test_until_melted_ends_after_the_tail(self):
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--set", "heat.time_scale=1e7", "--set", "time.end=20",
                             "--set", "time.end_when=melted", "--set", "time.tail=0.1", "--out", "run").stdout
@@ -810,6 +851,14 @@ output: {export: []}
         self.assertEqual([c[2] for c in chosen], [False, True])
         scene = json.loads(Path(self.path("first", "run.json")).read_text())["scene"]
         self.assertAlmostEqual(scene["particles"]["spacing"], chosen[0][0]["spacing"])
+
+    def test_a_time_that_is_never_reached_has_no_error(self):
+        Path(self.path("ice.yaml")).write_text(self.STEFAN)
+        for command in (["run", "ice.yaml", "--max-error", "20%", "--of", "melt_time_90"],
+                        ["trade", "ice.yaml", "--observe", "melt_time_90"]):
+            said = self.meltsim(*command, "--backend", "cpu", "--no-cache", "--set", "time.end=0.02", code=1).stderr
+            self.assertIn("melt_time_90: not reached by t=0.02 s, so it has no error; simulate for longer", said)
+        self.assertFalse(os.path.exists(self.path("out")))
 
     def test_the_resume_command_works_with_a_modulus(self):
         """The sub-step, and with it the width of regions, is another one after the start."""
