@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "check_units.hpp"
@@ -140,6 +141,21 @@ class Builder {
 double error_at(double density_error, double sound_factor) {
   const double e = density_error > 0 ? density_error : meltsim::physics::usual_density_error;
   return std::clamp(e / (sound_factor * sound_factor), 1e-5, 0.1);
+}
+
+std::vector<std::string> softer_than_asked(Built& built) {
+  std::vector<std::string> warnings;
+  const std::vector<meltsim::Stiffness> delivered = built.world.resolved().stiffness;
+  for (std::size_t i = 0; i < delivered.size(); ++i) {
+    const double asked = built.world.material(built.material_ids[i]).youngs_modulus,
+                 got = delivered[i].youngs_modulus;
+    if (got >= asked * (1 - 1e-6)) continue;
+    warnings.push_back(
+        fmt::format("materials.{}: a youngs_modulus of {:.3g} Pa is out of reach, bodies have {:.3g} "
+                    "Pa; a sound_speed {:.4g} times as large brings it, at as many times the steps",
+                    built.materials[i], asked, got, std::ceil(100 * std::sqrt(asked / got)) / 100));
+  }
+  return warnings;
 }
 
 Built build_world(const Scene& scene, const MachineOptions& machine) {

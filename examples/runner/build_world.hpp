@@ -34,6 +34,9 @@ const char* pace_keys(const Built& built);
 /// Builds and prepares the world. Failures carry the place in the scene.
 Built build_world(const Scene& scene, const MachineOptions& machine);
 
+/// A warning for every material whose bodies are softer than its youngs_modulus asks for.
+std::vector<std::string> softer_than_asked(Built& built);
+
 /// The density_error at which a derived sound speed is `sound_factor` times as large.
 double error_at(double density_error, double sound_factor);
 

@@ -52,6 +52,7 @@ class Units {
     }
     for (const SceneEmitter& emitter : scene_.emitters)
       check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
+    check_starts();
     // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
     for (const SceneHeatRegion& region : scene_.heat_regions)
       if (region.shape.mesh) check_size(region.shape, region.source);
@@ -113,6 +114,42 @@ class Units {
          fmt::format("{} at {:g} degrees Celsius; Kelvin? Then write {:.4g}", name, temperature, celsius));
   }
 
+  /// A solid that is liquid in the first frame, liquid that is to freeze in it.
+  void check_starts() {
+    const meltsim::HeatDesc& heat = scene_.world.heat;
+    if (heat.model == meltsim::HeatModel::none || !(heat.time_scale > 0)) return;
+    for (const SceneMaterial& m : scene_.materials) {
+      if (m.becomes.empty() || !std::isfinite(m.desc.melting_point)) continue;
+      for (const SceneBody& body : scene_.bodies)
+        if (body.material == m.desc.name) check_solid(m, body);
+      if (!m.desc.freezes) continue;
+      for (const SceneFluid& fluid : scene_.fluids)
+        if (fluid.material == m.becomes) check_liquid(m, fluid.desc.temperature, fluid.source);
+      for (const SceneEmitter& emitter : scene_.emitters)
+        if (emitter.material == m.becomes) check_liquid(m, emitter.desc.temperature, emitter.source);
+    }
+  }
+
+  void check_solid(const SceneMaterial& m, const SceneBody& body) {
+    const double starts = body.desc.temperature, melts = m.desc.melting_point;
+    if (!(starts > melts) || starts - zero_celsius > melts - 100) return;  // Kelvin was said
+    warn(body.source, "temperature",
+         fmt::format("{} starts at {:g} C{}, above its melting point of {:g} C, and begins to melt at once; "
+                     "give it a temperature of at most {:g}",
+                     m.desc.name, starts, body.source.keys.count("temperature") > 0 ? "" : ", the default",
+                     melts, melts));
+  }
+
+  void check_liquid(const SceneMaterial& m, double starts, const Source& source) {
+    const double melts = m.desc.melting_point;
+    if (!(starts < melts)) return;
+    warn(source, "temperature",
+         fmt::format(
+             "{} starts at {:g} C, below the melting point of {}, {:g} C, and freezes at once where it "
+             "touches it; give it a temperature of at least {:g}",
+             m.becomes, starts, m.desc.name, melts, melts));
+  }
+
   void check_size(const SceneShape& shape, const Source& source) {
     for (const std::string& text : shape.warnings) scene_.warnings.push_back(text);
     const meltsim::DomainDesc& domain = scene_.world.domain;
@@ -129,6 +166,8 @@ class Units {
     const meltsim::DomainDesc& domain = scene_.world.domain;
     const auto probes = root_.find("probes");
     if (!domain.bounded || !probes) return;
+    // A domain that is turned inside out is what the library refuses, not the probe.
+    if (!(domain.min.x < domain.max.x && domain.min.y < domain.max.y && domain.min.z < domain.max.z)) return;
     const std::vector<Node> items = probes->items("probes");
     for (std::size_t i = 0; i < items.size() && i < scene_.probes.size(); ++i) {
       if (!items[i].find("at")) continue;

@@ -56,6 +56,8 @@ class Check {
         balance_(heat_balance(built)),
         verbose_(verbose) {
     for (const std::string& warning : scene.warnings) warn(warning);
+    if (now_.solid > 0)
+      for (const std::string& warning : softer_than_asked(built)) warn(warning);
   }
 
   void print() {

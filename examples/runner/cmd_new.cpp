@@ -7,6 +7,7 @@
 #include "commands.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "option_values.hpp"
 #include "template_scene.hpp"
 
 namespace runner {
@@ -20,7 +21,8 @@ int cmd_new(const std::string& name) {
   if (exists(path))
     throw Failure(ExitCode::io, path + ": exists already and is left as it is; choose another name");
   write_file(path, template_scene);
-  fmt::print("wrote {0}\ncheck it: meltsim check {0}\nrun it:   meltsim run {0}\n", path);
+  const std::string typed = shell_quoted(path[0] == '-' ? "./" + path : path);
+  fmt::print("wrote {}\ncheck it: meltsim check {}\nrun it:   meltsim run {}\n", path, typed, typed);
   return 0;
 }
 

@@ -71,7 +71,6 @@ class Run {
   void write_frame();  ///< the oldest open one
   void write_ready_frames();
   void diverge(const Flight& flight, const meltsim::StepResult& result);
-  void warn_about_stiffness();
   void warn_about(const meltsim::StepResult& result, std::uint64_t next_frame);
   void check_melted(double time);
   void show_progress(double time);  ///< [s] simulated so far

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 
 #include "failure.hpp"
 #include "files.hpp"
@@ -122,12 +123,15 @@ RunDirectory named_run_directory(const std::string& path) {
 
 RunDirectory resumed_run_directory(const std::string& path) {
   if (!exists(path)) throw Failure(ExitCode::io, path + ": there is no such directory to resume");
+  // A run that is going on there has no checkpoint yet, and is what to say.
+  std::optional<RunDirectory> directory;
+  if (exists(path + "/.lock")) directory = locked(path);
   if (!exists(path + "/checkpoint.bin")) {
     throw Failure(ExitCode::io, fmt::format("{}: holds no checkpoint.bin; only runs that were stopped, that "
                                             "diverged or that ran for a minute leave one",
                                             path));
   }
-  return locked(path);
+  return directory ? *directory : locked(path);
 }
 
 std::size_t stale_frames(const RunDirectory& directory, std::uint64_t last_frame) {

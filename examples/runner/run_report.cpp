@@ -39,7 +39,8 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
         "a species diffused faster than its sweeps allow: liquid is crowded, and contents may leave the "
         "range "
         "of those around; lower dt");
-  if (result.modulus_unreachable) warn_about_stiffness();
+  if (result.modulus_unreachable)
+    for (const std::string& warning : softer_than_asked(built_)) log_.warn(warning);
   if (result.body_stiffened)
     log_.warn(
         "a body is softer than liquid around it bears and was stiffened to E = density c^2/2 (run.json: "
@@ -55,20 +56,6 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
         "liquid is squeezed to {:.3g} of its rest density in the first frame: it is fast, or between "
         "shapes that leave it no room",
         result.max_density_ratio));
-  }
-}
-
-/// Names each material that is softer than asked for.
-void Run::warn_about_stiffness() {
-  const std::vector<meltsim::Stiffness> delivered = built_.world.resolved().stiffness;
-  for (std::size_t i = 0; i < delivered.size(); ++i) {
-    const double asked = built_.world.material(built_.material_ids[i]).youngs_modulus,
-                 got = delivered[i].youngs_modulus;
-    if (got >= asked * (1 - 1e-6)) continue;
-    log_.warn(
-        fmt::format("materials.{}: a youngs_modulus of {:.3g} Pa is out of reach, bodies have {:.3g} "
-                    "Pa; a sound_speed {:.4g} times as large brings it, at as many times the steps",
-                    built_.materials[i], asked, got, std::ceil(100 * std::sqrt(asked / got)) / 100));
   }
 }
 

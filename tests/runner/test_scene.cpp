@@ -25,7 +25,7 @@ materials:
   ice: {density: 917, melting_point: 0, latent_heat: 3.34e5, becomes: water}
   water: {K: 1e-4}
 fluids: [{shape: {box: [[0,0,0],[2,1,2]]}, material: water, temperature: 40}]
-bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, density: 500}]
+bodies: [{shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: ice, density: 500, temperature: -5}]
 )";
 
 Scene parse(const std::string& text, const std::vector<std::string>& set = {}) {
@@ -182,6 +182,22 @@ TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
             std::string::npos);
   EXPECT_NE(warning_of({"bodies[0].density=3e4"}).find("30000 kg/m^3 is no density"), std::string::npos);
   EXPECT_EQ(warning_of({"bodies[0].density=22590"}), "");  // osmium
+}
+
+TEST(Scene, WarnsOfWhatMeltsOrFreezesInTheFirstFrame) {
+  EXPECT_EQ(warning_of({"bodies[0].temperature=0"}), "");
+  EXPECT_EQ(warning_of({"bodies[0].temperature=20"}),
+            "--set bodies[0].temperature=20: bodies[0].temperature: ice starts at 20 C, above its melting "
+            "point of 0 C, and begins to melt at once; give it a temperature of at most 0");
+  EXPECT_NE(warning_of({"bodies=[{shape: {box: [[0,1,0],[1,2,1]]}, material: ice}]"})
+                .find("ice starts at 20 C, the default, above"),
+            std::string::npos);
+  EXPECT_EQ(warning_of({"bodies[0].temperature=20", "heat={model: none}"}), "");
+  EXPECT_EQ(warning_of({"fluids[0].temperature=-3"}), "");  // nothing freezes
+  EXPECT_EQ(
+      warning_of({"fluids[0].temperature=-3", "materials.ice.freezes=true", "heat.model=enthalpy"}),
+      "--set fluids[0].temperature=-3: fluids[0].temperature: water starts at -3 C, below the melting "
+      "point of ice, 0 C, and freezes at once where it touches it; give it a temperature of at least 0");
 }
 
 TEST(Scene, WarnsOfASoundSlowerThanTheFall) {

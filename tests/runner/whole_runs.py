@@ -524,6 +524,16 @@ emitters:
             self.assertIn('through the wall -y at t=0.9 s', self.meltsim(*command, *melts, *blade, code=2).stderr)
         self.assertFalse(os.path.exists(self.path("run")))
 
+    def test_check_warns_of_a_modulus_out_of_reach_as_a_run_does(self):
+        stiff = ["--set", "materials.ice.youngs_modulus=9e9"]
+        said = re.search(r"warning: (materials.ice: a youngs_modulus of 9e\+09 Pa is out of reach.*)", self.check(SCENE, *stiff))[1]
+        self.assertIn(said, self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "2", *stiff).stderr)
+
+    def test_what_new_prints_works(self):
+        for name, typed in (("my scene", "'my scene.yaml'"), ("-x", "./-x.yaml")):
+            said = self.meltsim("new", "--", name).stdout
+            self.assertIn("meltsim check " + typed + "\n", said)
+
     def test_check_names_tension_where_it_sets_the_step(self):
         """5e5 N/m ask for 350 m/s, more than the 66 of the scene, 70 for 4; where sound is faster still, neither limits anything."""
         for tension, sound, named in (("5e5", "auto", True), ("70", "auto", False), ("5e5", "1000", False)):
@@ -879,6 +889,14 @@ output: {export: []}
         process.wait()
         # Killed, it left its lock's file but not the lock.
         self.meltsim("run", SCENE, "--backend", "cpu", "--steps", "1", "--out", "run", "--overwrite")
+
+    def test_resuming_names_the_run_that_is_going_on(self):
+        import fcntl
+        os.mkdir(self.path("run"))
+        with open(self.path("run", ".lock"), "w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--resume", code=5).stderr
+        self.assertIn("another run is writing there", said)
 
     def test_out_of_memory_is_said_and_ends_with_4(self):
         def little():
