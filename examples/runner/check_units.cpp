@@ -40,6 +40,7 @@ class Units {
   Units(const Node& root, Scene& scene) : root_(root), scene_(scene) {}
 
   void check() {
+    check_domain();
     for (const SceneMaterial& material : scene_.materials) check_material(material);
     for (const SceneFluid& fluid : scene_.fluids) {
       check_size(fluid.shape, fluid.source);
@@ -65,6 +66,22 @@ class Units {
  private:
   void warn(const Source& source, const std::string& key, const std::string& text) {
     scene_.warnings.push_back(fmt::format("{}: {}.{}: {}", where_of(source, key), source.path, key, text));
+  }
+
+  /// First of all: outside a domain turned inside out there is everything, which is no fault of what is in it.
+  void check_domain() {
+    const meltsim::DomainDesc& domain = scene_.world.domain;
+    if (!domain.bounded) return;
+    const meltsim::Vec3d size = domain.max - domain.min;
+    const double extents[] = {size.x, size.y, size.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (extents[axis] > 0) continue;
+      throw Failure(
+          ExitCode::scene,
+          fmt::format("{}: domain.max: must be above domain.min along {}, got extent {:g} m; swap or "
+                      "enlarge the corners",
+                      where_of(scene_.domain, "max"), "xyz"[axis], extents[axis]));
+    }
   }
 
   void check_density(double density, const Source& source) {
@@ -166,8 +183,6 @@ class Units {
     const meltsim::DomainDesc& domain = scene_.world.domain;
     const auto probes = root_.find("probes");
     if (!domain.bounded || !probes) return;
-    // A domain that is turned inside out is what the library refuses, not the probe.
-    if (!(domain.min.x < domain.max.x && domain.min.y < domain.max.y && domain.min.z < domain.max.z)) return;
     const std::vector<Node> items = probes->items("probes");
     for (std::size_t i = 0; i < items.size() && i < scene_.probes.size(); ++i) {
       if (!items[i].find("at")) continue;

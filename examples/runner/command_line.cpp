@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <tuple>
@@ -361,6 +362,15 @@ class CommandLine {
     options.run = run_options(argc, argv);
     while (options.run.scene.scene.size() > 1 && options.run.scene.scene.back() == '/')
       options.run.scene.scene.pop_back();
+    // What was run already is drawn as it is.
+    if (std::filesystem::is_directory(options.run.scene.scene))
+      for (const char* option : {"--out", "--time", "--scale", "--quality", "--set", "--fps", "--frames"})
+        if (typed_.has(option) || (option == std::string("--set") && !typed_.set.empty()))
+          throw Failure(
+              ExitCode::usage,
+              fmt::format("{}: {} has been run already, and this is for a run; leave it out, or give "
+                          "the scene instead of the directory",
+                          option, options.run.scene.scene));
     if (typed_.has("--renderer")) {
       options.renderer = option_choice("--renderer", typed_.get("--renderer"), {"auto", "povray", "builtin"});
     }

@@ -200,6 +200,13 @@ TEST(Scene, WarnsOfWhatMeltsOrFreezesInTheFirstFrame) {
       "point of ice, 0 C, and freezes at once where it touches it; give it a temperature of at least 0");
 }
 
+TEST(Scene, ADomainInsideOutIsBlamedItself) {
+  EXPECT_EQ(
+      error_of(small, {"domain.max=[2, -2, 2]", "probes=[{name: p, at: [1, 1, 1], fields: [velocity]}]"}),
+      "--set domain.max=[2, -2, 2]: domain.max: must be above domain.min along y, got extent -2 m; swap or "
+      "enlarge the corners");
+}
+
 TEST(Scene, WarnsOfASoundSlowerThanTheFall) {
   // From 1.8 m to the floor: 5.94 m/s.
   EXPECT_NE(warning_of({"solver.sound_speed=5"}).find("things reach 5.94 m/s by falling"), std::string::npos);
