@@ -207,7 +207,9 @@ class StageTable(unittest.TestCase):
             about, times, *_ = record.read(path)
             self.assertTrue(about["commit"], path)
             timed = about["parts"].get("benchmarks", {}).get("result") == "passed"
-            self.assertEqual(len(times) > 100, timed, path)  # a record without that part has no timings
+            self.assertEqual(len(times) > 0, timed, path)  # a record without that part has no timings
+            if "profile" in about["parts"]:  # of all scenes and stages; others may be of some
+                self.assertGreater(len(times), 100, path)
         self.assertTrue(any(len(record.read(path)[1]) > 100 for path in records))
 
     def test_a_page_without_markers_is_refused(self):
