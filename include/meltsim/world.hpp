@@ -173,7 +173,8 @@ class MELTSIM_API World {
   World& operator=(World&&) noexcept;  ///< likewise
   ~World();
 
-  // Building, also between steps. All synchronise; on an error (invalid_argument, capacity, out_of_memory) nothing changes.
+  // Building, also between steps. All synchronise; on an error (invalid_argument, capacity, out_of_memory) nothing changes, but that a World
+  // that runs and is left without memory in the middle of the change halts.
   // Between steps, add_fluid() and add_solid() cost what they add while there is room in reserve (WorldDesc::reserved_particles), and the
   // others take a new plan; without room, the next step uploads the whole scene.
   Result<MaterialId> add_material(const MaterialDesc& desc);  ///< before the liquids and bodies of it
@@ -198,8 +199,8 @@ class MELTSIM_API World {
   /// Removes a force field, whose handle is then refused. Does not synchronise; without any field left the next step plans anew.
   /// Errors: invalid_argument.
   Status remove(ForceFieldId field);
-  /// Removes the liquid whose particles have their centres in a shape, which does not go on behind periodic faces; returns how many. Errors: invalid_argument (the
-  /// shape), out_of_memory.
+  /// Removes the liquid whose particles have their centres in a shape, which does not go on behind periodic faces; returns how many. Errors:
+  /// invalid_argument (the shape), out_of_memory.
   Result<std::uint64_t> remove_liquid(const Shape& shape);
 
   // Steering, between steps. What is set holds from the next step on, on both backends. Unless noted, nothing is uploaded
@@ -424,8 +425,9 @@ class MELTSIM_API World {
   /// then every ray is followed in steps of a quarter of a spacing where there are particles. Errors: invalid_argument (names the field;
   /// no ray), capacity (more than 1,048,576 rays), out_of_memory, those of prepare().
   Result<std::vector<RayHit>> cast_rays(const std::vector<Ray>& rays, std::uint32_t sought = ray_all);
-  /// Which bodies and how much liquid have particles with centres in a shape, which does not go on behind periodic faces. Synchronises; copies what is in the shape's box, found by
-  /// cells on the backend, and asks the shape on the host. Errors: invalid_argument (the shape), out_of_memory.
+  /// Which bodies and how much liquid have particles with centres in a shape, which does not go on behind periodic faces. Synchronises;
+  /// copies what is in the shape's box, found by cells on the backend, and asks the shape on the host. Errors: invalid_argument (the shape),
+  /// out_of_memory.
   Result<Overlap> overlap(const Shape& shape);
 
   /// Returns the surface of the liquid, of all solids or of one body as a closed mesh, without vertices if there
