@@ -66,6 +66,17 @@ struct Documents : YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
+/// The first line up to this one that a tab indents, from 0; none: -1. The parser does not name what it stumbles over then.
+int tab_up_to(const std::string& text, int line) {
+  std::istringstream lines(text);
+  std::string read;
+  for (int n = 0; n <= line && std::getline(lines, read); ++n)
+    if (const std::size_t first = read.find_first_not_of(' ');
+        first != std::string::npos && read[first] == '\t')
+      return n;
+  return -1;
+}
+
 YAML::Node parse_text(const std::string& text, const std::string& file) {
   try {
     std::istringstream stream(text);
@@ -82,6 +93,10 @@ YAML::Node parse_text(const std::string& text, const std::string& file) {
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {
     if (error.mark.is_null()) throw Failure(ExitCode::scene, fmt::format("{}: {}", file, error.msg));
+    if (const int tab = tab_up_to(text, error.mark.line); tab >= 0)
+      throw Failure(ExitCode::scene, fmt::format("{}:{}:1: a tab indents this line, and YAML takes spaces "
+                                                 "alone; replace the tabs",
+                                                 file, tab + 1));
     throw Failure(ExitCode::scene, fmt::format("{}:{}:{}: not valid YAML or JSON: {}", file,
                                                error.mark.line + 1, error.mark.column + 1, error.msg));
   }

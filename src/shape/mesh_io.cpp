@@ -73,6 +73,9 @@ Result<TriangleMesh> read_any_mesh(const MeshSource& source) {
   if (text && looks_like_obj(source.bytes)) return read_obj(source);
   std::string why_not;
   if (auto other = read_other(source, why_not)) return *std::move(other);
+  if (source.bytes.substr(0, 4) == "glTF")
+    return source.error({FilePlace::byte, 0},
+                        "the file is a binary glTF; convert the mesh to OBJ, STL or PLY (" + why_not + ")");
   if (!text) return read_stl_binary(source);  // reports what does not fit
   // Quotes nothing: a path given by mistake, or to a service, may name any file.
   return source.error(

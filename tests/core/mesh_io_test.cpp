@@ -171,6 +171,16 @@ std::string gltf() {
          base64 + R"("}]})";
 }
 
+// What begins as a binary glTF is none of the binary STL that it would be read as. Cut off: no reader takes it.
+TEST_F(MeshFile, ABinaryGltfIsNoStl) {
+  std::ofstream(path("t.glb"), std::ios::binary) << std::string("glTF\2\0\0\0", 8) + std::string(200, '\0');
+  const Result<TriangleMesh> m = read_mesh(path("t.glb"));
+  ASSERT_FALSE(m);
+  EXPECT_NE(m.error().message.find("the file is a binary glTF; convert the mesh to OBJ, STL or PLY ("),
+            std::string::npos)
+      << m.error().message;
+}
+
 TEST_F(MeshFile, OtherFormatsGoThroughAssimp) {
   std::ofstream(path("t.gltf")) << gltf();
   const Result<TriangleMesh> m = read_mesh(path("t.gltf"));
