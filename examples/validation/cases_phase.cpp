@@ -152,6 +152,21 @@ double run_front(Bar& bar, double alpha, double lambda, double depth, double fou
 constexpr const char* fit_reason =
     "front by latent heat; slope of s^2, so that the half cell of the wall and of the first layer drop out";
 
+/// A layer of solid at the wall, onto which the liquid in the rest of the bar may freeze.
+bool add_seeded(Bar& bar, int length, double cold, double warm, Report& report) {
+  SolidDesc seed;
+  seed.shape = slab(0, 1);
+  seed.material = bar.solid;
+  seed.temperature = cold;
+  seed.fixed = true;
+  seed.growth = length;
+  FluidDesc rest;
+  rest.shape = slab(1, length);
+  rest.material = bar.liquid;
+  rest.temperature = warm;
+  return accept(bar.world.add_solid(seed), report) && accept(bar.world.add_fluid(rest), report);
+}
+
 void freezing_one_phase(const Settings& settings, double ste, double lambda, Report& report) {
   const double alpha = ice_k / (rho * ice_c);
   Substance s;
@@ -160,17 +175,7 @@ void freezing_one_phase(const Settings& settings, double ste, double lambda, Rep
   Bar bar{*World::create(world_desc(settings)), {}, {}, {}};
   const int depth = settings.long_cases ? 32 : 16, length = depth + 4;
   if (!make_bar(settings, s, length, -20, bar, report)) return;
-  SolidDesc seed;
-  seed.shape = slab(0, 1);
-  seed.material = bar.solid;
-  seed.temperature = -20;
-  seed.fixed = true;
-  seed.growth = length;
-  FluidDesc rest;
-  rest.shape = slab(1, length);
-  rest.material = bar.liquid;
-  rest.temperature = 0;
-  if (!accept(bar.world.add_solid(seed), report) || !accept(bar.world.add_fluid(rest), report)) return;
+  if (!add_seeded(bar, length, -20, 0, report)) return;
   const std::string name = text("freezing_ste_%.1f", ste);
   const double value = run_front(bar, alpha, lambda, depth, 2, true, name.c_str(), report);
   if (!report.error.empty()) return;
@@ -238,17 +243,7 @@ void freezing_two_phases(const Settings& settings, Report& report) {
   // The water reaches 3.5 diffusion lengths further, as the ice does where it melts.
   const int length = depth + static_cast<int>(3.5 * std::sqrt(alpha_water / alpha) * depth / (2 * lambda));
   if (!make_bar(settings, {}, length, -10, bar, report)) return;
-  SolidDesc seed;
-  seed.shape = slab(0, 1);
-  seed.material = bar.solid;
-  seed.temperature = -10;
-  seed.fixed = true;
-  seed.growth = length;
-  FluidDesc rest;
-  rest.shape = slab(1, length);
-  rest.material = bar.liquid;
-  rest.temperature = 15;
-  if (!accept(bar.world.add_solid(seed), report) || !accept(bar.world.add_fluid(rest), report)) return;
+  if (!add_seeded(bar, length, -10, 15, report)) return;
   const double value = run_front(bar, alpha, lambda, depth, 2, true, "freezing_two_phases", report);
   if (!report.error.empty()) return;
   report.relative("lambda of the freezing front, wall -10 C, water 15 C", value, lambda, 2, fit_reason);

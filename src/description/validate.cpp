@@ -160,14 +160,6 @@ Status validate_celsius(const std::string& field, double t) {
   return {};
 }
 
-/// An enum that a host cast from a number; last: its last enumerator.
-template <class E>
-Status known(const char* field, E value, E last, const char* type, const char* usual) {
-  const auto number = static_cast<int>(value);
-  if (number >= 0 && number <= static_cast<int>(last)) return {};
-  return invalid(field, ": is no ", type, ", got ", number, "; ", usual);
-}
-
 /// The flow curve of a liquid.
 Status validate_flow(const MaterialDesc& m, const std::string& p) {
   if (Status s = at_least(p + "yield_stress", m.yield_stress, 0, "Pa", "ketchup is 15, 0 is none"); !s)
@@ -338,7 +330,11 @@ Status validate_choices(const WorldDesc& d) {
   for (const Face face : d.domain.faces)
     if (Status s = known("domain.faces", face, Face::periodic, "Face", "use wall, open or periodic"); !s)
       return s;
-  return {};
+  if (Status s =
+          known("viscosity", d.viscosity, Viscosity::implicit, "Viscosity", "automatic is the default");
+      !s)
+    return s;
+  return known("stray", d.stray, Stray::halt, "Stray", "remove is the default");
 }
 
 /// What sets the length of a sub-step, and how far liquid may be compressed in it.
@@ -515,12 +511,6 @@ Status validate(const WorldDesc& d) {
   if (Status s = validate_steps(d); !s) return s;
   if (Status s = validate_counts(d); !s) return s;
   if (Status s = validate_diffusion(d); !s) return s;
-  if (d.viscosity != Viscosity::automatic && d.viscosity != Viscosity::explicit_ &&
-      d.viscosity != Viscosity::implicit)
-    return invalid("viscosity: is no Viscosity, got ", static_cast<int>(d.viscosity),
-                   "; automatic is the default");
-  if (d.stray != Stray::remove && d.stray != Stray::halt)
-    return invalid("stray: is no Stray, got ", static_cast<int>(d.stray), "; remove is the default");
   if (Status s = validate(d.heat.free_surface, d.heat.model, "heat.free_surface."); !s) return s;
   if (Status s = validate_domain(d.domain, support_of(d)); !s) return s;
   for (std::size_t f = 0; f < 6; ++f)

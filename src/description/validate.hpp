@@ -2,6 +2,7 @@
 // Every check of a description, in one place. Messages: field: what is wrong, got value; the fix.
 #pragma once
 
+#include "engine/text.hpp"
 #include "meltsim/desc.hpp"
 #include "meltsim/physics/heat_boundary.hpp"
 #include "meltsim/result.hpp"
@@ -14,6 +15,14 @@ namespace core {
 Status measurable(const std::string& field, double v, const char* unit);
 /// Numbers small enough that sums over time and particles stay finite in double precision.
 Status summable(const std::string& field, double v, const char* unit);
+
+/// Of an enum that a host may have cast from any number: whether it is one of those up to `last`. type: its name; usual: what to use.
+template <class E>
+Status known(const std::string& field, E value, E last, const char* type, const char* usual) {
+  const int number = static_cast<int>(value);
+  if (number >= 0 && number <= static_cast<int>(last)) return {};
+  return invalid(field, ": is no ", type, ", got ", number, "; ", usual);
+}
 
 Status validate(const WorldDesc& desc);
 Status validate(const MaterialDesc& desc);

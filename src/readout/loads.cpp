@@ -33,8 +33,6 @@ std::string choices_of(ProbeKind kind) {
 /// Lists the sums of a probe of this kind, in the order of its values.
 Status check_fields(const std::string& what, const ProbeDesc& p, std::uint32_t& width) {
   width = p.kind == ProbeKind::heat ? 1u : 0u;
-  if (p.kind != ProbeKind::heat && p.kind != ProbeKind::force && p.kind != ProbeKind::flux)
-    return invalid(what, "kind: is no ProbeKind, got ", static_cast<int>(p.kind), "; point is the default");
   if (p.kind == ProbeKind::heat) {
     if (p.fields.empty()) return {};
     return invalid(what, "fields: of heat there is one value, got \"", p.fields.front(),

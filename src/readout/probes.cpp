@@ -142,6 +142,8 @@ Status WorldImpl::check(const ProbeDesc& p, ProbeRecord& record) const {
   const std::string what = "probe \"" + p.name + "\": ";
   for (const ProbeRecord& other : probes_)
     if (other.desc.name == p.name) return invalid(what, "name: another probe has it; choose a different one");
+  if (Status s = core::known(what + "kind", p.kind, ProbeKind::flux, "ProbeKind", "point is the default"); !s)
+    return s;
   if (p.points.empty() && !record.sums()) return invalid(what, "points: none is given; give at least one");
   if (Status s = check_points(what, p); !s) return s;
   record.points = static_cast<std::uint32_t>(p.points.size());

@@ -102,9 +102,8 @@ class FaceSums {
 
 /// `fixed` and `motion` say the same from here on.
 Status settle_motion(SolidDesc& s, const std::string& what) {
-  const int motion = static_cast<int>(s.motion);
-  if (motion < 0 || motion > static_cast<int>(Motion::proxy))
-    return invalid(what, "motion: is no Motion, got ", motion, "; free is the default");
+  if (Status st = core::known(what + "motion", s.motion, Motion::proxy, "Motion", "free is the default"); !st)
+    return st;
   const bool proxy = s.motion == Motion::proxy;
   if (s.fixed && (s.motion == Motion::kinematic || s.motion == Motion::rigid || proxy))
     return invalid(what, "fixed: a ",
@@ -680,7 +679,7 @@ std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
   const bool had_lattice = (w_.facts_ & core::fact_solid) != 0;
   const Change change(w_);
   const core::SceneState particles = enter_tables();
-  // From here on there is nothing that could fail but the device.
+  // From here on there is nothing that could fail but the device, and memory (Change).
   if (Status st = enter_backend(taken, particles, range.has_value()); !st) return Result<BodyId>(st.error());
   w_.level_ = range;
   w_.state_.heat_level = range.has_value();

@@ -164,8 +164,8 @@ TEST(HeldBody, ASnapshotTakesAnySpinThatABodyHas) {
   require(w.restore(snapshot->data(), snapshot->size()));
 }
 
-// A held rigid body is none that moves: the other one keeps its lattice, with its stages, while it is held and when it is let go. On a
-// floor from 0.4 m at 4 spacings, in water or not, a body of such ice stands as high as before: what has no lattice falls apart.
+// A held rigid body is none that moves, so it leaves the free one its lattice, with its stages. Dropped onto the floor from 0.4 m
+// that is as high as before; without a lattice it lies there one particle high.
 TEST(HeldBody, ARigidOneTakesNoLatticeFromAFreeOne) {
   MELTSIM_NEEDS_BACKEND();
   World w = make(held_desc());

@@ -71,11 +71,11 @@ MELTSIM_HD T relaxed_volume(T volume, T target, T share) {
   return volume + gap * minimum(share, T(1));
 }
 
-/// phi from which on a place is crushed [-]; liquid at rest in its own weight has 1.005, an impact makes 1.05.
+/// phi from which on a place is crushed [-], far beyond what weight makes of liquid.
 inline constexpr double crushed = 1.1;
 /// Share of its volume that a particle has when it melts [-], so that its push, V P/phi^2, is at most that at `crushed`; tau: that of the solid
-/// that it was (solid_term). A lattice bears being pressed into another body, whose springs are as strong as contacts are; liquid
-/// of phi = 1.6 has 30 times the pressure of 1.1 and would leave the place at three times the speed of sound. Ours.
+/// that it was (solid_term). A lattice bears being pressed into another body; liquid of phi = 1.6 there has 27 times the pressure
+/// of phi = 1.1, and would be thrown out. Ours.
 template <class T>
 MELTSIM_HD T born_share(T tau) {
   const T most = solid_term(T(crushed));
