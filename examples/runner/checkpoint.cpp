@@ -43,6 +43,7 @@ Json header_json(const Checkpoint& checkpoint) {
   json["part"] = {{"dt", state.part.dt}, {"steps", state.part.steps}};
   json["meltable"] = state.meltable;
   if (state.melted_at) json["melted_at"] = *state.melted_at;
+  if (state.still_share) json["still_share"] = *state.still_share;
   json["wall_s"] = state.wall_s;
   json["budget"] = {{"substeps", state.substeps}, {"owed", state.owed}};
   json["scene"] = checkpoint.scene;
@@ -53,7 +54,7 @@ Json header_json(const Checkpoint& checkpoint) {
 bool sound(const Checkpoint& checkpoint) {
   const RunState& state = checkpoint.state;
   for (const double value : {state.time, state.frame_dt, state.wall_s, state.rest.dt, state.rest.end,
-                             state.melted_at.value_or(0), state.owed})
+                             state.melted_at.value_or(0), state.still_share.value_or(0), state.owed})
     if (!(value >= 0 && std::isfinite(value))) return false;
   if (!checkpoint.scene.is_object()) return false;
   const Json time = checkpoint.scene.value("time", Json::object());
@@ -76,6 +77,7 @@ Checkpoint from_header(const Json& json) {
   state.rest_speed = rest.at("speed").get<double>();
   state.meltable = json.at("meltable").get<std::uint64_t>();
   if (json.contains("melted_at")) state.melted_at = json.at("melted_at").get<double>();
+  if (json.contains("still_share")) state.still_share = json.at("still_share").get<double>();
   state.wall_s = json.at("wall_s").get<double>();
   if (json.contains("budget")) {
     state.substeps = json.at("budget").at("substeps").get<std::vector<std::uint64_t>>();

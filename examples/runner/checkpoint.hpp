@@ -24,6 +24,7 @@ struct RunState {
   double rest_speed = 0;       ///< [m/s] seen in those before it
   std::uint64_t meltable = 0;  ///< solid particles at the start that can melt
   std::optional<double> melted_at;      ///< [s] when nothing meltable was left
+  std::optional<double> still_share;    ///< molten share that still.png shows, of a run of few frames
   double wall_s = 0;                    ///< of all sessions
   std::vector<std::uint64_t> substeps;  ///< of a run under a budget: of each frame after the first
   double owed = 0;                      ///< [s] of those frames that was not simulated

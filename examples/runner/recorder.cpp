@@ -15,6 +15,13 @@ namespace runner {
 
 namespace {
 
+// Of that many frames each is tried for still.png. Of more than these the one two ahead is near enough.
+constexpr std::uint64_t most_few_frames = 8;
+// Molten shares of a frame that is tried: it shows both what melts and what has melted.
+constexpr double least_melted = 0.05, most_melted = 0.95;
+// Molten share at which a frame ahead is chosen: some more melts until it is there.
+constexpr double nearly_half = 0.42;
+
 CsvFile open_table(const std::string& path, const std::string& header, std::size_t time_column,
                    const RunState* resumed, std::vector<std::string>* kept = nullptr) {
   if (resumed == nullptr) return {path, header};
@@ -62,16 +69,26 @@ Recorder::Recorder(const Scene& scene, RunDirectory directory, Built& built, std
   replay_every_ = pictures_.every();
   still_ = still;
   page_ = page;
+  few_frames_ = planned_frames > 0 && planned_frames <= most_few_frames;
   // A resumed run has one if it had come so far.
-  wants_still_ = still && !(resumed != nullptr && exists(directory_.file("still.png")));
+  const bool has_still = resumed != nullptr && exists(directory_.file("still.png"));
+  if (has_still && few_frames_) still_share_ = resumed->still_share;
+  wants_still_ = still && !(few_frames_ ? still_share_.has_value() : has_still);
 }
 
-void Recorder::choose_still(std::uint64_t index) {
-  // Some more melts until the frame is there.
-  constexpr double nearly_half = 0.42;
-  if (!wants_still_ || last_.melted_fraction < nearly_half) return;
+void Recorder::choose_still(std::uint64_t counted, std::uint64_t ahead) {
+  if (!still_) return;
+  const double melted = last_.melted_fraction;
+  if (few_frames_) {
+    if (melted < least_melted || melted > most_melted) return;
+    if (still_share_ && !(std::abs(melted - 0.5) < std::abs(*still_share_ - 0.5))) return;
+    still_share_ = melted;
+    still_frame_ = counted;
+  } else {
+    if (!wants_still_ || melted < nearly_half) return;
+    still_frame_ = ahead;
+  }
   wants_still_ = false;
-  still_frame_ = index;
 }
 
 bool Recorder::wants_particles(std::uint64_t index) const {

@@ -49,9 +49,13 @@ class Recorder {
   bool wants_particles(std::uint64_t index) const;
   /// Whether write() needs the World as it is at a frame, so that no step may be taken before.
   bool wants_world(std::uint64_t index) const { return export_.wants_shapes() || index == still_frame_; }
-  /// Of a frame whose steps have not been taken yet: still.png will show it if it is the first one from here on that
-  /// is half molten. Called for every frame, so that what is chosen follows from the frames.
-  void choose_still(std::uint64_t index);
+  /// Whether wants_world() is known only when the steps of a frame are done.
+  bool decides_at_frames() const { return still_ && few_frames_; }
+  /// Chooses the frame that still.png shows. `counted` is the frame that last() is of, `ahead` the first one whose steps have not been
+  /// taken yet. Called for every frame, so that what is chosen follows from the frames.
+  void choose_still(std::uint64_t counted, std::uint64_t ahead);
+  /// Molten share of the frame that still.png shows, of a run of few frames; for the checkpoint.
+  std::optional<double> still_share() const { return still_share_; }
   /// What a frame comes to. `row` has step, time, dt and ms_per_step, the reading totals and pieces. From then on the
   /// frame is last(). Frames come in order.
   Frame count(const Built& built, std::uint64_t index, StatsRow row, meltsim::Reading reading,
@@ -89,7 +93,9 @@ class Recorder {
   static constexpr std::uint64_t none = ~std::uint64_t{0};
   bool still_ = true;        ///< still.png is wanted
   bool page_ = true;         ///< index.html is
-  bool wants_still_ = true;  ///< and its frame has not been chosen yet
+  bool wants_still_ = true;  ///< still.png is wanted and its frame has not been chosen yet
+  bool few_frames_ = false;  ///< two frames may lie between a scene that has not begun and one that is over
+  std::optional<double> still_share_;  ///< see still_share()
   std::uint64_t still_frame_ = none;
   std::atomic<std::uint64_t> replay_every_{1};
   // The writer's, while it runs.

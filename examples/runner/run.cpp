@@ -83,7 +83,8 @@ void Run::resolve_dt() {
 }
 
 void Run::begin() {
-  recorder_.emplace(scene_, directory_, built_, planned_frames(), nullptr, wants_still(), options_.page);
+  recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), nullptr, wants_still(),
+                    options_.page);
   state_.meltable = built_.meltable;
   write_run_json({});
   if (time_.adaptive && budget_ == nullptr) state_.limits.assign(readings_behind, built_.world.stable_dt());
@@ -124,7 +125,8 @@ void Run::resume() {
     state_.rest = state_.part = {};
     state_.limits.assign(readings_behind, built_.world.stable_dt());
   }
-  recorder_.emplace(scene_, directory_, built_, planned_frames(), &state_, wants_still(), options_.page);
+  recorder_.emplace(scene_, directory_, built_, frames_until(planned_end()), &state_, wants_still(),
+                    options_.page);
   count_restored();
   log_.info(
       fmt::format("resuming at t={:.6g} s, step {}, frame {}", state_.time, state_.steps, state_.next_frame));
@@ -142,10 +144,15 @@ void Run::count_restored() {
   recorder_->count(built_, state_.next_frame, row, expect(built_.world.take(ticket)), state_.meltable);
 }
 
-double Run::end() const {
+double Run::planned_end() const {
   if (options_.steps) return std::numeric_limits<double>::infinity();
-  const double planned = options_.frames ? static_cast<double>(*options_.frames) / time_.fps : time_.end;
-  return state_.melted_at ? std::min(planned, *state_.melted_at + time_.tail) : planned;
+  return options_.frames ? static_cast<double>(*options_.frames) / time_.fps : time_.end;
+}
+
+double Run::end() const {
+  const double planned = planned_end();
+  if (options_.steps || !state_.melted_at) return planned;
+  return std::min(planned, *state_.melted_at + time_.tail);
 }
 
 double Run::frame_end() const {
@@ -153,8 +160,8 @@ double Run::frame_end() const {
   return std::min(static_cast<double>(state_.next_frame) / time_.fps, end());
 }
 
-std::uint64_t Run::planned_frames() const {
-  const double frames = end() * time_.fps;
+std::uint64_t Run::frames_until(double end) const {
+  const double frames = end * time_.fps;
   return std::isfinite(frames) ? static_cast<std::uint64_t>(std::min(frames, 1e12)) : 0;
 }
 
@@ -162,7 +169,7 @@ double Run::frame_start() const { return static_cast<double>(state_.next_frame -
 
 bool Run::at_end() const {
   if (options_.steps && state_.steps >= *options_.steps) return true;
-  if (budget_ != nullptr && state_.next_frame > budget_->frames(planned_frames())) return true;
+  if (budget_ != nullptr && state_.next_frame > budget_->frames(frames_until(end()))) return true;
   return reached(state_.time, end());
 }
 
@@ -278,7 +285,8 @@ void Run::enqueue(const Batch& batch) {
   flight.ends_frame = whole && (at_end() || reached(state_.time, frame_end()));
   request(flight);
   flights_.push_back(flight);
-  if (flight.ends_frame && recorder_->wants_world(state_.next_frame - 1)) settle_all();
+  if (flight.ends_frame && (recorder_->decides_at_frames() || recorder_->wants_world(state_.next_frame - 1)))
+    settle_all();
 }
 
 /// A frame: as many sub-steps as its budget allows, or as another run took. Each of the scene's own steps is one call.
@@ -414,8 +422,8 @@ void Run::settle_frame(const Flight& flight, meltsim::Reading reading) {
   frame_stepping_ = 0;
   frames_.push_back({recorder_->count(built_, flight.next_frame, row, std::move(reading), state_.meltable),
                      flight.particles});
-  recorder_->choose_still(
-      std::max(state_.next_frame, flight.next_frame + 2));  // the same when fewer steps are ahead
+  // The frame ahead is the same when fewer steps are on their way.
+  recorder_->choose_still(flight.next_frame, std::max(state_.next_frame, flight.next_frame + 2));
   check_melted(flight.batch.end);
 }
 
@@ -478,6 +486,7 @@ void Run::check_melted(double time) {
 void Run::save_checkpoint() {
   const Stopwatch watch(times_.writing);
   state_.wall_s = wall();
+  state_.still_share = recorder_->still_share();
   Recorder::Samples samples = std::exchange(samples_left_, {});
   append(samples, expect(built_.world.take_samples()));
   recorder_->save({state_, resolved_scene_, expect(built_.world.snapshot())}, std::move(samples));

@@ -75,8 +75,9 @@ class Run {
   void check_melted(double time);
   void show_progress(double time);  ///< [s] simulated so far
   bool at_end() const;
-  double end() const;
-  std::uint64_t planned_frames() const;
+  double planned_end() const;                    ///< [s] of a run in which not everything melts before
+  double end() const;                            ///< [s] as far as it is known
+  std::uint64_t frames_until(double end) const;  ///< 0: not known
   double frame_start() const;
   double frame_end() const;
   double wall() const;  ///< [s] of all sessions

@@ -7,6 +7,7 @@
 All parts but `own` need a program and end with 77 (skipped) where there is none.
 """
 import collections
+import csv
 import json
 import math
 import os
@@ -17,6 +18,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -181,6 +183,36 @@ class Own(Pictures):
         self.assertEqual(final["n_solid"], 0)
         red = sum(n for (r, g, b), n in colors(self.path("run", "still.png")).items() if r > 2 * max(g, b))
         self.assertGreater(red, 5)  # of 64 x 36
+
+    def test_the_still_of_few_frames_is_of_the_one_nearest_to_half(self):
+        """Shares of 0.13, 0.63, 0.88 and 1 in the last frames: two frames on from half nothing red is left."""
+        options = ["--frames", "5", "--set", "time.fps=5", "--set", "heat.time_scale=2e6", "--export", "html",
+                   "--set", "emitters=[]", "--set", "materials.ice.color=[0.9, 0.05, 0.05]",
+                   "--set", "output.picture.look=natural"]
+
+        def still():
+            return Path(self.path("run", "still.png")).read_bytes()
+
+        self.run_scene(*options)
+        with open(self.path("run", "stats.csv"), newline="") as file:
+            shares = [float(row["melted_fraction"]) for row in csv.DictReader(file)]
+        nearest = min(range(6), key=lambda k: abs(shares[k] - 0.5))
+        self.assertLess(nearest, 4)
+        self.assertTrue(0.3 < shares[nearest] < 0.7 and shares[-1] == 1, shares)
+        whole = still()
+        self.assertGreater(sum(n for (r, g, b), n in colors(self.path("run", "still.png")).items()
+                               if r > 2 * max(g, b)), 5)
+        # A run that is interrupted has the picture of what it has seen; it ends with that of a run that is not.
+        for frame in (nearest - 1, nearest, nearest + 1):
+            shutil.rmtree(self.path("run"))
+            process = subprocess.Popen([PROGRAM, "run", SCENE, "--backend", "cpu", "--out", "run", *options, "--export", "ply"],
+                                       cwd=self.directory.name, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            while process.poll() is None and not os.path.exists(self.frame(f"particles_{frame:05}.ply")):
+                time.sleep(0.001)
+            process.send_signal(signal.SIGINT)
+            if process.wait(timeout=120) != 0:
+                self.run_scene(*options, "--export", "ply", "--resume")
+            self.assertEqual(still(), whole, frame)
 
     def test_nothing_at_all_is_a_picture_of_the_floor(self):
         self.run_scene("--frames", "1", *DRY, "--set", "bodies=[]", "--export", "surface,obj,glb,pov,png,ply,vtp")

@@ -92,6 +92,7 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
 }
 
 void RunPictures::still(std::shared_ptr<const FrameShapes> shapes) {
+  if (drawing_.valid()) drawing_.get();  // both write the same file
   const Box seen = view_box(scene_, box_of(replay_.frames()));
   drawing_ = std::async([this, shapes = std::move(shapes), seen] { write_still(*shapes, seen); });
 }
