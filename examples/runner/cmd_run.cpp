@@ -169,6 +169,7 @@ int run_scene(const RunOptions& options, Log& log) {
   if (start.fluid + start.solid == 0 && scene.emitters.empty()) log.warn("the scene holds no particles");
   built.probes = add_probes(built.world, built.body_ids, scene);
   const RunDirectory directory = existing ? *existing : new_directory(scene, options);
+  directory.make_frames();
   log.info("writing to " + directory.path);
   if (!scene.text.empty()) write_file(directory.file(stdin_scene), scene.text);
   std::optional<TradeWatch> watch;

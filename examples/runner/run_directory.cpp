@@ -31,9 +31,7 @@ void make(const fs::path& path) {
 }
 
 RunDirectory locked(const std::string& path) {
-  RunDirectory directory{path, std::make_shared<DirectoryLock>(path, "another run")};
-  make(fs::path(path) / "frames");
-  return directory;
+  return {path, std::make_shared<DirectoryLock>(path, "another run")};
 }
 
 /// The first line of an open file.
@@ -81,6 +79,8 @@ std::optional<std::int64_t> frame_number(const std::string& file) {
 std::string frame_file(const std::string& what, std::uint64_t index, const std::string& extension) {
   return fmt::format("frames/{}_{:05}.{}", what, index, extension);
 }
+
+void RunDirectory::make_frames() const { make(fs::path(path) / "frames"); }
 
 std::string RunDirectory::frame(const std::string& what, std::uint64_t index,
                                 const std::string& extension) const {

@@ -28,6 +28,7 @@ struct RunDirectory {
   std::shared_ptr<const DirectoryLock> lock{};  ///< held by a run, not by what only reads
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string frame(const std::string& what, std::uint64_t index, const std::string& extension) const;
+  void make_frames() const;  ///< the directory that frame() names; what writes no frames has none
 };
 
 /// In the directory of a run: its scene as it came from standard input, so that the run can be resumed.

@@ -740,6 +740,10 @@ emitters:
             self.assertGreater(float(ms), 0, said)
             self.assertGreater(float(ratio), 0, said)
 
+    def test_trade_has_no_frames(self):
+        self.meltsim("trade", SCENE, "--backend", "cpu", "--ensemble", "2", "--out", "trade")
+        self.assertEqual([name for name in os.listdir(self.path("trade")) if name[0] != "."], ["ensemble.json"])
+
     def test_quiet_says_nothing(self):
         result = self.meltsim("run", SCENE, "--backend", "cpu", "--quiet", "--steps", "1")
         self.assertEqual((result.stdout, result.stderr), ("", ""))
