@@ -13,6 +13,7 @@
 #include "load_scene.hpp"
 #include "meltsim/physics/fluid.hpp"
 #include "memory.hpp"
+#include "numbers.hpp"
 
 namespace runner {
 
@@ -197,6 +198,10 @@ const char* backend_name(meltsim::Backend backend) {
       break;
   }
   return "auto";
+}
+
+std::string memory_text(const Built& built) {
+  return bytes_text(static_cast<double>(built.start_bytes)) + " for the World";
 }
 
 std::string backend_text(meltsim::World& world) {

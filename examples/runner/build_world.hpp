@@ -24,8 +24,9 @@ struct Built {
   std::vector<meltsim::ForceFieldId> force_field_ids;
   std::vector<meltsim::EmitterId> emitter_ids;
   std::vector<meltsim::HeatRegionId> heat_region_ids;
-  std::uint64_t meltable = 0;  ///< solid particles that can melt or dissolve
-  ProbeGroups probes;          ///< once add_probes() was called; the World of a viewer has none
+  std::uint64_t meltable = 0;     ///< solid particles that can melt or dissolve
+  ProbeGroups probes;             ///< once add_probes() was called; the World of a viewer has none
+  std::uint64_t start_bytes = 0;  ///< memory of the World with its probes, before the first step
 };
 
 /// The keys of the scene that make its bodies go sooner.
@@ -42,6 +43,8 @@ double error_at(double density_error, double sound_factor);
 
 /// "cpu, 2 threads (no usable CUDA device)": what was chosen and why.
 std::string backend_text(meltsim::World& world);
+/// "1.5 MB for the World", of `start_bytes`.
+std::string memory_text(const Built& built);
 const char* backend_name(meltsim::Backend backend);
 
 }  // namespace runner

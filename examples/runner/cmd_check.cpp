@@ -71,7 +71,7 @@ class Check {
     print_yield();
     print_time();
     const meltsim::Plan plan = built_.world.plan();
-    line("memory", bytes_text(static_cast<double>(plan.bytes)) + " for the World");
+    line("memory", memory_text(built_));
     if (verbose_) print_parts();
     print_heat();
     print_freezing();
@@ -607,6 +607,7 @@ int cmd_check(const SceneOptions& options, const MachineOptions& machine, bool v
     scene.warnings.push_back(std::move(warning));
   built.probes =
       add_probes(built.world, built.body_ids, scene);  // they are checked, and cost what they cost in a run
+  built.start_bytes = built.world.plan().bytes;
   Check(scene, built, verbose).print();
   return 0;
 }

@@ -32,9 +32,8 @@ void apply_run_options(Scene& scene, const RunOptions& options) {
 
 std::string particles_text(Built& built, const Scene& scene) {
   const meltsim::StepResult now = built.world.synchronize();
-  return fmt::format("{}: {} liquid and {} solid particles, spacing {:.4g} m, {} of memory", scene.name,
-                     count_text(now.fluid), count_text(now.solid), scene.world.spacing,
-                     bytes_text(static_cast<double>(built.world.plan().bytes)));
+  return fmt::format("{}: {} liquid and {} solid particles, spacing {:.4g} m, memory {}", scene.name,
+                     count_text(now.fluid), count_text(now.solid), scene.world.spacing, memory_text(built));
 }
 
 /// A directory that is there already, locked before the long work of building the scene.
@@ -164,10 +163,11 @@ int run_scene(const RunOptions& options, Log& log) {
       scene.warnings.push_back(std::move(warning));
   for (const std::string& warning : scene.warnings) log.warn(warning);
   log.info("backend: " + backend_text(built.world));
+  built.probes = add_probes(built.world, built.body_ids, scene);
+  built.start_bytes = built.world.plan().bytes;
   log.info(particles_text(built, scene));
   const meltsim::StepResult start = built.world.synchronize();
   if (start.fluid + start.solid == 0 && scene.emitters.empty()) log.warn("the scene holds no particles");
-  built.probes = add_probes(built.world, built.body_ids, scene);
   const RunDirectory directory = existing ? *existing : new_directory(scene, options);
   directory.make_frames();
   log.info("writing to " + directory.path);

@@ -96,6 +96,7 @@ Json run_json(const Scene& scene, const Json& resolved_scene, const RunOptions& 
                   {"interval", resolved.heat_interval},
                   {"efficiency", resolved.heat_efficiency}};
   json["plan"] = plan_json(plan);
+  json["plan"]["start_bytes"] = built.start_bytes;
   json["timings_ms"] = timings_json(plan);
   json["timings"] = {{"stages_timed_every", plan.timings_every}, {"substep_ms", plan.substep_ms}};
   json["warnings"] = warnings;

@@ -740,6 +740,14 @@ emitters:
             self.assertGreater(float(ms), 0, said)
             self.assertGreater(float(ratio), 0, said)
 
+    def test_memory_is_the_same_wherever_it_is_said(self):
+        check = re.search(r"^memory +(.*)$", self.meltsim("check", SCENE, "--backend", "cpu").stdout, re.M)[1]
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--export", "none", "--no-page", "--out", "run").stdout
+        self.assertIn(f"memory {check}\n", said)
+        plan = json.loads(Path(self.path("run", "run.json")).read_text())["plan"]
+        self.assertEqual(check, f"{plan['start_bytes'] / 1e6:.1f} MB for the World")
+        self.assertGreaterEqual(plan["bytes"], plan["start_bytes"])
+
     def test_trade_has_no_frames(self):
         self.meltsim("trade", SCENE, "--backend", "cpu", "--ensemble", "2", "--out", "trade")
         self.assertEqual([name for name in os.listdir(self.path("trade")) if name[0] != "."], ["ensemble.json"])
