@@ -108,7 +108,7 @@ void Log::error(const std::string& message, const std::string& event) {
 
 void Log::show(const Progress& progress) {
   last_shown_ = Clock::now();
-  shown_steps_ = progress.steps;
+  shown_ = progress;
   if (style_ == LogStyle::json) return line(dump(progress_json(progress)));
   if (!terminal_) return line(progress_text(progress));
   // A line that wraps cannot be written over.
@@ -126,7 +126,9 @@ void Log::progress(const Progress& progress) {
 
 void Log::end_progress(const Progress& progress) {
   if (quiet_) return;
-  if (terminal_ || shown_steps_ != progress.steps) show(progress);
+  const bool shown = shown_.steps == progress.steps && shown_.time == progress.time &&
+                     shown_.end == progress.end && shown_.melted == progress.melted;
+  if (terminal_ || !shown) show(progress);
   if (line_open_) std::fputs("\n", stdout);
   line_open_ = false;
 }

@@ -44,7 +44,7 @@ class Log {
   bool quiet_, terminal_;
   bool line_open_ = false;
   Clock::time_point last_shown_;
-  std::uint64_t shown_steps_ = 0;
+  Progress shown_;
   std::vector<std::string> warnings_;
 };
 

@@ -73,7 +73,8 @@ class Run {
   void diverge(const Flight& flight, const meltsim::StepResult& result);
   void warn_about(const meltsim::StepResult& result, std::uint64_t next_frame);
   void check_melted(double time);
-  void show_progress(double time);  ///< [s] simulated so far
+  void update_progress(double time);  ///< [s] simulated so far
+  void show_progress(double time);    ///< likewise
   bool at_end() const;
   double planned_end() const;                    ///< [s] of a run in which not everything melts before
   double end() const;                            ///< [s] as far as it is known

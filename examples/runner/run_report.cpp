@@ -59,7 +59,7 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
   }
 }
 
-void Run::show_progress(double time) {
+void Run::update_progress(double time) {
   const meltsim::StepResult& result = last_result_;
   const double waited = seconds_since(started_), simulated = time - start_time_;
   progress_.end = end();
@@ -83,6 +83,10 @@ void Run::show_progress(double time) {
   const double done = progress_.done - before;
   // Not known before there is a step to go by.
   progress_.eta = done > 0 ? waited * (1 - progress_.done) / done : std::numeric_limits<double>::infinity();
+}
+
+void Run::show_progress(double time) {
+  update_progress(time);
   log_.progress(progress_);
 }
 
@@ -167,7 +171,10 @@ int Run::report(Outcome outcome) {
     const Stopwatch watch(times_.writing);
     recorder_->finish();
   }
-  if (state_.steps > 0) log_.end_progress(progress_);
+  if (state_.steps > start_steps_) {
+    update_progress(state_.time);  // what the last steps came to was not known when they were enqueued
+    log_.end_progress(progress_);
+  }
   if (options_.overwrite) {
     const std::size_t stale = stale_frames(directory_, state_.next_frame - 1);
     if (stale > 0)

@@ -740,6 +740,13 @@ emitters:
             self.assertGreater(float(ms), 0, said)
             self.assertGreater(float(ratio), 0, said)
 
+    def test_the_last_progress_is_of_the_end(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--set", "heat.time_scale=1e7", "--set", "time.end_when=melted",
+                            "--set", "time.end=20", "--export", "none", "--no-page", "--out", "run").stdout
+        progress = [line for line in said.splitlines() if "real time" in line][-1]
+        end = float(table(self.path("run", "stats.csv"))[-1]["time_s"])
+        self.assertRegex(progress, rf"^100\.0 %  t={end:g}/{end:g} s .* melted 100\.0 % .* solid 0 ")
+
     def test_memory_is_the_same_wherever_it_is_said(self):
         check = re.search(r"^memory +(.*)$", self.meltsim("check", SCENE, "--backend", "cpu").stdout, re.M)[1]
         said = self.meltsim("run", SCENE, "--backend", "cpu", "--export", "none", "--no-page", "--out", "run").stdout
