@@ -121,8 +121,9 @@ std::vector<FieldPlace> places_of(const Source& source, const Options<D>& option
   std::vector<FieldPlace> places;
   for (const auto& [key, where] : source.keys) places.push_back({key, source.path + "." + key, where});
   for (const Option<D>& option : options)
-    if (!option.field.empty() && option.field != option.key)
-      places.push_back(place(source, option.field, option.key, source.where));
+    for (const std::string& name : {option.field, option.points})
+      if (!name.empty() && name != option.key)
+        places.push_back(place(source, name, option.key, source.where));
   return places;
 }
 

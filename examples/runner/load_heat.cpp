@@ -20,7 +20,11 @@ void load_property(const Node& value, const char* key, const char* unit, double&
     constant = value.number(unit);
     return;
   }
-  for (const Node& item : value.items(key)) {
+  const std::vector<Node> items = value.items(key);
+  if (items.empty())
+    value.fail(
+        fmt::format("expected a number ({}) or points [[temperature, value], ...], got an empty list", unit));
+  for (const Node& item : items) {
     const auto pair = item.is_list() ? item.items("a point") : std::vector<Node>{};
     if (pair.size() != 2)
       item.fail(

@@ -124,17 +124,17 @@ Status validate_points(const std::string& field, const std::vector<PropertyPoint
   if (points.empty()) return {};
   if (points.size() < 2 || points.size() > static_cast<std::size_t>(physics::property_points))
     return invalid(field, ": must be 2..", physics::property_points, " points, got ",
-                   static_cast<std::uint64_t>(points.size()), "; for a constant leave them out");
+                   static_cast<std::uint64_t>(points.size()), "; a constant is one number, without points");
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (!(std::isfinite(points[k].temperature) && points[k].temperature >= absolute_zero))
       return invalid(field, ": temperatures must be >= ", absolute_zero, " degrees Celsius, got ",
-                     points[k].temperature);
+                     points[k].temperature, "; temperatures are in Celsius");
     if (k > 0 && !(points[k].temperature > points[k - 1].temperature))
       return invalid(field, ": temperatures must ascend, got ", points[k].temperature, " after ",
                      points[k - 1].temperature, "; sort the points");
     if (!(std::isfinite(points[k].value) && (points[k].value > 0 || (zero && points[k].value == 0))))
-      return invalid(field, ": values must be finite and > 0, got ", points[k].value, " at ",
-                     points[k].temperature, " degrees");
+      return invalid(field, ": values must be finite and ", zero ? ">= 0" : "> 0", ", got ", points[k].value,
+                     " at ", points[k].temperature, " degrees; correct that point");
     if (Status s = measurable(field, points[k].value, unit); !s) return s;
   }
   return {};
@@ -195,9 +195,10 @@ Status validate_no_species(const MaterialDesc& m, const std::string& p) {
     return invalid(p, "dissolves_in: diffusivity_in (", m.diffusivity_in,
                    " m^2/s) is given, but no liquid; name the solvent, or leave diffusivity_in out");
   if (!m.solubility_points.empty())
-    return invalid(p,
-                   "dissolves_in: solubility_points are given, but no liquid; name the solvent, or leave "
-                   "them out");
+    return invalid(
+        p,
+        "solubility_points: points are given, but no liquid (dissolves_in); name the solvent, or leave "
+        "them out");
   if (m.transfer_coefficient)
     return invalid(p, "dissolves_in: transfer_coefficient (", *m.transfer_coefficient,
                    " m/s) is given, but no liquid; name the solvent, or leave transfer_coefficient out");

@@ -359,7 +359,7 @@ TEST(Precipitation, BadInputNamesFieldAndFix) {
   refused(points({{60, 0.3}, {20, 0.5}}), "temperatures must ascend, got 20 after 60; sort the points");
   refused(points({{20, 0.3}}), "solubility_points: must be 2..8 points, got 1");
   refused(with([](MaterialDesc& m) { m.dissolves_in = {}, m.diffusivity_in = 0; }),
-          "dissolves_in: solubility_points are given, but no liquid");
+          "solubility_points: points are given, but no liquid");
   FluidDesc f;
   f.shape = Shape::box({0, 0, 0}, {0.04, 0.08, 0.08});
   f.material = s.water;
