@@ -57,6 +57,7 @@ class Units {
     // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
     for (const SceneHeatRegion& region : scene_.heat_regions)
       if (region.shape.mesh) check_size(region.shape, region.source);
+    for (const SceneForceField& field : scene_.force_fields) check_force(field);
     check_probes();
     check_sound_speed();
     check_distance();
@@ -165,6 +166,24 @@ class Units {
              "{} starts at {:g} C, below the melting point of {}, {:g} C, and freezes at once where it "
              "touches it; give it a temperature of at least {:g}",
              m.becomes, starts, m.desc.name, melts, melts));
+  }
+
+  /// A field may be given for a run with --set, so that one that does nothing is let be.
+  void check_force(const SceneForceField& field) {
+    const meltsim::ForceFieldDesc& desc = field.desc;
+    const std::string fix = ": the field moves nothing; give it a value, or remove the field";
+    switch (desc.kind) {
+      case meltsim::ForceFieldKind::uniform:
+        if (length(desc.acceleration) == 0) warn(field.source, "acceleration", "is 0 m/s^2" + fix);
+        break;
+      case meltsim::ForceFieldKind::radial:
+      case meltsim::ForceFieldKind::vortex:
+        if (desc.strength == 0) warn(field.source, "strength", "is 0 m/s^2" + fix);
+        break;
+      case meltsim::ForceFieldKind::drag:
+        if (desc.rate == 0) warn(field.source, "rate", "is 0 per second" + fix);
+        break;
+    }
   }
 
   void check_size(const SceneShape& shape, const Source& source) {

@@ -147,7 +147,7 @@ const Options<Scene>& domain_options() {
           },
           [](const Scene& s) { return s.world.domain.bounded ? echo(s.world.domain.max) : Json(); }),
       custom<Scene>(
-          "outlets", "", "",
+          "outlets", "outlets", "",
           "mapping of open faces (as in `domain.walls`) to what is beyond: `{level: 0.2}`, liquid up to that "
           "height [m, against gravity], so that a channel keeps its depth and waves leave it; or `{speed: "
           "0.5}`, liquid near the face moves out at that speed [m/s]. None: liquid falls out freely. See "

@@ -50,7 +50,7 @@ struct DomainDesc {
   bool no_slip = true;    ///< liquid sticks to walls (viscous traction); false = free slip
   double friction = 0.3;  ///< Coulomb coefficient of walls, >= 0; the smaller of this and the body's holds
   double contact_angle = 90;  ///< of liquids with surface tension at walls [degrees], 0..180
-  /// Velocity of each wall [m/s], for moving lids; only the tangential part is used.
+  /// Velocity of each wall [m/s], for moving lids; along the wall. Walls only.
   std::array<Vec3d, 6> velocity{};
   /// Heat through each wall, exchanged with every particle within H of it, liquid or solid. Walls only.
   std::array<SurfaceHeatDesc, 6> heat{};

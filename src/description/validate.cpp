@@ -81,6 +81,26 @@ Status validate_outlet(const WorldDesc& d, std::size_t face, const std::string& 
     return invalid(p, "level: needs a wall below as its floor; make that face a wall, or set a speed");
   if (const double head = outlet_head(d, face); !(head > 0))
     return invalid(p, "level: must be above the floor, got ", *o.level, " m, ", -head, " m below it");
+  const double room = component(d.domain.max - d.domain.min, down);
+  if (const double head = outlet_head(d, face); head > room * (1 + 1e-9))
+    return invalid(p, "level: liquid stands up to the top of the domain at most, ", room,
+                   " m above the floor, got ", *o.level, " m, ", head,
+                   " m above it: nothing would leave; lower it, or make the domain higher");
+  return {};
+}
+
+/// Walls slide; what has a part across its wall was meant to push.
+Status validate_wall_velocity(const DomainDesc& d, std::size_t face) {
+  const Vec3d v = d.velocity[face];
+  if (!d.bounded || length(v) == 0) return {};
+  const std::string p = std::string("domain.velocity[") + face_names[face] + "]";
+  if (d.faces[face] != Face::wall)
+    return invalid(p, ": is of a wall, and there is none at ", face_names[face], ", got ", v,
+                   " m/s; make that face a wall, or leave the velocity out");
+  const double across = component(v, face / 2);
+  if (std::fabs(across) > 1e-6 * length(v))
+    return invalid(p, ": walls slide along themselves, got ", v, " m/s, of which ", across,
+                   " m/s lead across the wall; set that part to 0, or move a kinematic body");
   return {};
 }
 
@@ -391,7 +411,7 @@ Status validate_diffusion(const WorldDesc& d) {
                   "0 lets heat flow however small differences are");
 }
 
-/// Heat and outlet of a face of the domain.
+/// Heat, velocity and outlet of a face of the domain.
 Status validate_face(const WorldDesc& d, std::size_t f) {
   const std::string p = std::string("domain.heat[") + face_names[f] + "].";
   if (Status s = validate(d.domain.heat[f], d.heat.model, p); !s) return s;
@@ -399,6 +419,7 @@ Status validate_face(const WorldDesc& d, std::size_t f) {
   if (!wall && condition_of(d.domain.heat[f]).kind != physics::SurfaceHeat::insulated)
     return invalid(p, "temperature, flux, convection and emissivity are for walls, and there is none at ",
                    face_names[f], "; make that face a wall");
+  if (Status s = validate_wall_velocity(d.domain, f); !s) return s;
   return validate_outlet(d, f, std::string("domain.outlets[") + face_names[f] + "].");
 }
 

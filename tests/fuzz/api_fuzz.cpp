@@ -133,7 +133,13 @@ class Sequence {
         }
       }
     }
-    if (chance(0.15)) d.domain.velocity[random_.below(6)] = random_.vector(1);
+    if (chance(0.15)) {
+      const std::uint32_t face = random_.below(6);
+      Vec3d& along = d.domain.velocity[face];
+      along = random_.vector(1);
+      (&along.x)[face / 2] = 0;
+      if (d.domain.faces[face] != Face::wall) along = {};
+    }
     d.domain.no_slip = chance(0.7);
     d.domain.friction = random_.uniform(0, 1);
     d.gravity = chance(0.7) ? Vec3d{0, -9.81, 0} : chance(0.5) ? Vec3d{} : random_.vector(9.81);

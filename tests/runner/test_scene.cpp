@@ -56,6 +56,21 @@ TEST(Scene, ReadsValues) {
   EXPECT_EQ(scene.bodies[0].density, 500);
 }
 
+TEST(Scene, WarnsOfForceFieldsThatDoNothing) {
+  const auto said = [](const std::string& field) {
+    const Scene scene = parse("meltsim: 1\nparticles: {spacing: 0.1}\nforce_fields: [" + field + "]\n");
+    return scene.warnings.empty() ? "" : scene.warnings.front();
+  };
+  EXPECT_EQ(
+      said("{kind: vortex, strength: 0}"),
+      "small.yaml:3:41: force_fields[0].strength: is 0 m/s^2: the field moves nothing; give it a value, or "
+      "remove the field");
+  EXPECT_NE(said("{kind: uniform}").find("force_fields[0].acceleration: is 0 m/s^2"), std::string::npos);
+  EXPECT_NE(said("{kind: radial}").find("force_fields[0].strength: is 0 m/s^2"), std::string::npos);
+  EXPECT_NE(said("{kind: drag}").find("force_fields[0].rate: is 0 per second"), std::string::npos);
+  EXPECT_EQ(said("{kind: vortex, strength: -1}"), "");
+}
+
 const std::string tea = R"(meltsim: 1
 domain: {min: [0, 0, 0], max: [2, 2, 2]}
 particles: {spacing: 0.1}

@@ -228,6 +228,18 @@ TEST(Outlet, BadInputNamesTheFace) {
                  "domain.outlets[+x].level: must be finite");
   expect_refused([](WorldDesc& d) { d.domain.outlets[1].level = -0.1; },
                  "above the floor, got -0.1 m, 0.1 m below it");
+  expect_refused([](WorldDesc& d) { d.domain.outlets[1].level = 1.01 * d.domain.max.y; },
+                 "nothing would leave; lower it");
+  expect_refused(
+      [](WorldDesc& d) {
+        d.domain.velocity[2] = {1, 0.1, 0};
+      },
+      "domain.velocity[-y]: walls slide along themselves");
+  expect_refused(
+      [](WorldDesc& d) {
+        d.domain.velocity[1] = {0, 1, 0};
+      },
+      "domain.velocity[+x]: is of a wall, and there is none at +x");
   expect_refused([](WorldDesc& d) { d.domain.outlets[3].level = 0.1; },
                  "domain.outlets[+y].level: needs gravity along");
   expect_refused(
