@@ -16,6 +16,7 @@
 #include "check_units.hpp"
 #include "failure.hpp"
 #include "load_parts.hpp"
+#include "merge_keys.hpp"
 #include "overrides.hpp"
 #include "suggest.hpp"
 
@@ -172,6 +173,7 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
   document->file = file;
   document->directory = directory;
   try {
+    resolve_merge_keys(yaml, file);
     Node(yaml, document).entries();  // a duplicate key must not be hidden by a --set of it
     document->overrides = apply_overrides(yaml, set_options);
     const Node root(yaml, document);

@@ -38,6 +38,7 @@ add_library(meltsim_reader STATIC
   ${reader_dir}/load_output.cpp
   ${reader_dir}/load_probes.cpp
   ${reader_dir}/load_scene.cpp
+  ${reader_dir}/merge_keys.cpp
   ${reader_dir}/load_settings.cpp
   ${reader_dir}/load_shape.cpp
   ${reader_dir}/load_trade.cpp

@@ -56,6 +56,36 @@ TEST(Scene, ReadsValues) {
   EXPECT_EQ(scene.bodies[0].density, 500);
 }
 
+const std::string merged = R"(meltsim: 1
+particles: {spacing: 0.1}
+materials:
+  water: &water {density: 1000, viscosity: 0.001, conductivity: 0.6}
+  salty: &salty {<<: *water, density: 1100}
+  brine: {viscosity: 0.002, <<: [*salty, *water, {heat_capacity: 3500}]}
+)";
+
+TEST(Scene, MergeKeysTakeWhatTheMappingLacks) {
+  const Scene scene = parse(merged);
+  ASSERT_EQ(scene.materials.size(), 3u);
+  const meltsim::MaterialDesc &salty = scene.materials[1].desc, &brine = scene.materials[2].desc;
+  EXPECT_EQ(salty.density, 1100);
+  EXPECT_EQ(salty.viscosity, 0.001);
+  EXPECT_EQ(brine.density, 1100);  // the first of the list wins
+  EXPECT_EQ(brine.viscosity, 0.002);
+  EXPECT_EQ(brine.conductivity, 0.6);
+  EXPECT_EQ(brine.heat_capacity, 3500);
+  // What --set changes is one mapping, not the one it was merged from.
+  const Scene set = parse(merged, {"materials.brine.conductivity=2"});
+  EXPECT_EQ(set.materials[0].desc.conductivity, 0.6);
+  EXPECT_EQ(set.materials[2].desc.conductivity, 2);
+}
+
+TEST(Scene, AMappingThatMergesItselfIsReadAll) {
+  EXPECT_NE(error_of("&all {meltsim: 1, particles: {spacing: 0.1, <<: *all}}")
+                .find("unknown key \"meltsim\" in particles"),
+            std::string::npos);
+}
+
 TEST(Scene, WarnsOfForceFieldsThatDoNothing) {
   const auto said = [](const std::string& field) {
     const Scene scene = parse("meltsim: 1\nparticles: {spacing: 0.1}\nforce_fields: [" + field + "]\n");
