@@ -139,21 +139,20 @@ MELTSIM_HD T area_of_both_sides(std::uint32_t direct) {
 /// act as one farther out. Fitted to the decay of balls and turned cubes. For surface particles (SBP) only;
 /// `first_layer` is the share of the area of a plane that these represent. edge_factor corrects |G| where it is not the area.
 /// Of a layer that is one particle thick both sides cancel in G, and one alone has none: there the faces of its cell count, dx/2 above it;
-/// across the lattice area_of_both_sides is the least.
+/// across the lattice area_of_both_sides is the least, likewise.
 /// direct: as in faces_of_sheet. Ours.
 template <class T>
 MELTSIM_HD ParticleSurface<T> particle_surface(const WallExchange<T>& e, T volume, T G, std::uint32_t direct,
                                                T first_layer) {
-  ParticleSurface<T> s;
   const T plane = wall_area(e, e.half_spacing), dx = T(2) * e.half_spacing;
   if (const int faces = faces_of_sheet(direct); faces > 0) return {T(faces) * volume / dx, e.half_spacing};
   const int live = static_cast<int>(popcount(direct));
+  const T area = volume * G / first_layer * edge_factor<T>(live),
+          least = area_of_both_sides<T>(direct) * volume / dx;
+  if (least > area) return {least, e.half_spacing};
   const T slope = G < plane ? T(0.95) : T(1.6);
   const T steps = live == 18 ? T(0) : T(0.05) * dx;
-  s.depth = maximum(e.half_spacing + slope * dx * dx * (plane - G) - steps, e.smallest_distance);
-  s.area =
-      maximum(volume * G / first_layer * edge_factor<T>(live), area_of_both_sides<T>(direct) * volume / dx);
-  return s;
+  return {area, maximum(e.half_spacing + slope * dx * dx * (plane - G) - steps, e.smallest_distance)};
 }
 
 /// Part of G (below) of a particle of liquid that walls stand for [1/m]: what lies beyond a plane would have contributed a
