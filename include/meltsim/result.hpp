@@ -46,6 +46,9 @@ class [[nodiscard]] Result {
   std::variant<T, Error> state_;
 };
 
+#ifdef Status
+#error "Status is a macro: Xlib.h defines it. Include meltsim before Xlib.h, or #undef Status between them"
+#endif
 /// Success or an Error.
 class [[nodiscard]] Status {
  public:

@@ -22,7 +22,7 @@ Status above(const std::string& field, double v, double low, const char* unit, c
 
 Status at_least(const std::string& field, double v, double low, const char* unit, const char* fix) {
   if (std::isfinite(v) && v >= low) return {};
-  return invalid(field, ": must be finite and >= ", low, " ", unit, ", got ", v, "; ", fix);
+  return invalid(field, ": must be finite and >= ", low, *unit ? " " : "", unit, ", got ", v, "; ", fix);
 }
 
 Status within(const std::string& field, double v, double low, double high, const char* unit,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "description/load_fields.hpp"
+#include "description/names.hpp"
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "meltsim/physics/sampling.hpp"
@@ -261,7 +262,7 @@ Status WorldImpl::place_probes() {
 Result<ProbeId> WorldImpl::add_probe(const ProbeDesc& p) {
   ProbeRecord record;
   record.desc = p;
-  if (p.name.empty()) record.desc.name = "probe" + std::to_string(probes_.size() + 1);
+  if (p.name.empty()) record.desc.name = core::numbered_name("probe", probes_);
   if (Status s = check(record.desc, record); !s) return s.error();
   const ProbeId id{static_cast<std::uint32_t>(probes_.size()), 1};
   std::uint64_t heights = 0;

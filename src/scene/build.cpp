@@ -6,6 +6,7 @@
 #include <string>
 
 #include "description/growth_sites.hpp"
+#include "description/names.hpp"
 #include "description/nozzle.hpp"
 #include "description/validate.hpp"
 #include "engine/held.hpp"
@@ -652,7 +653,7 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   if (e.level) return add_reservoir(e);
   EmitterRecord r;
   r.desc = e;
-  if (r.desc.name.empty()) r.desc.name = "emitter" + std::to_string(emitters_.size() + 1);
+  if (r.desc.name.empty()) r.desc.name = core::numbered_name("emitter", emitters_);
   const std::string what = "emitter \"" + r.desc.name + "\": ";
   Contents contents{};
   if (Status s = check_emitter(r.desc, what, contents); !s) return s.error();

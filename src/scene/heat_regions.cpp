@@ -4,6 +4,7 @@
 #include <new>
 #include <string>
 
+#include "description/names.hpp"
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "shape/shape_limits.hpp"
@@ -31,7 +32,7 @@ Box WorldImpl::reachable(Box box) const {
 
 Result<HeatRegionId> WorldImpl::add_heat_region(const HeatRegionDesc& r) {
   HeatRegionDesc region = r;
-  if (region.name.empty()) region.name = "heat" + std::to_string(heat_regions_.size() + 1);
+  if (region.name.empty()) region.name = core::numbered_name("heat", heat_regions_);
   const std::string what = "heat region \"" + region.name + "\": ";
   for (const HeatRegionRecord& other : heat_regions_)
     if (other.desc.name == region.name)

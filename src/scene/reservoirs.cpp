@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "description/names.hpp"
 #include "description/nozzle.hpp"
 #include "description/point_grid.hpp"
 #include "description/validate.hpp"
@@ -113,7 +114,7 @@ Status WorldImpl::check_face(const EmitterRecord& r, const std::string& what,
 Result<EmitterId> WorldImpl::add_reservoir(const EmitterDesc& e) {
   EmitterRecord r;
   r.desc = e;
-  if (r.desc.name.empty()) r.desc.name = "emitter" + std::to_string(emitters_.size() + 1);
+  if (r.desc.name.empty()) r.desc.name = core::numbered_name("emitter", emitters_);
   const std::string what = "emitter \"" + r.desc.name + "\": ";
   Contents contents{};
   if (Status s = check_reservoir(r.desc, what, contents); !s) return s.error();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "description/growth_sites.hpp"
+#include "description/names.hpp"
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "frame/lattice.hpp"
@@ -124,7 +125,10 @@ class WorldImpl::NewBody {
   NewBody(WorldImpl& world, const SolidDesc& given)
       : w_(world),
         s_(given),
-        name_(s_.name.empty() ? "body" + std::to_string(w_.bodies_.size() + 1) : s_.name),
+        name_(s_.name.empty() ? core::numbered_name(
+                                    "body", w_.bodies_.size(),
+                                    [&](const std::string& name) { return w_.body_names_.count(name) != 0; })
+                              : s_.name),
         what_("body \"" + name_ + "\": ") {}
 
   Status check();  ///< the description, as far as it needs no place

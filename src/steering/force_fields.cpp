@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "description/names.hpp"
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "shape/box_ops.hpp"
@@ -202,7 +203,11 @@ void WorldImpl::field_changed(std::uint32_t row) {
 
 Result<ForceFieldId> WorldImpl::add_force_field(const ForceFieldDesc& f) {
   ForceFieldDesc field = f;
-  if (field.name.empty()) field.name = "field" + std::to_string(next_field_ + 1);
+  if (field.name.empty())
+    field.name = core::numbered_name("field", next_field_, [&](const std::string& name) {
+      return std::any_of(force_fields_.begin(), force_fields_.end(),
+                         [&](const auto& r) { return r.used && r.desc.name == name; });
+    });
   PlacedPrimitive place;
   if (Status s = check_field("", field, place, nullptr); !s) return s.error();
   std::uint32_t row = 0;

@@ -348,8 +348,8 @@ struct BoundaryBody {
     spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
       G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2));
     });
-    return physics::free_surface(w.c.wall_exchange, x.w, length(G), w.f.heat_share[i],
-                                 x.w * physics::kernel_value(w.c.kernel, T(0)), w.c.first_layer);
+    return physics::free_surface(w.c.wall_exchange, w.c.free_layer, x.w, length(G), w.f.heat_share[i],
+                                 x.w * physics::kernel_value(w.c.kernel, T(0)));
   }
   MELTSIM_HD bool inside(const core::HeatRegionRow<T>& r, Vec3<T> x) const {
     const auto cell = [&](T d, std::int32_t n) {  // -1 and n stand for all that is outside

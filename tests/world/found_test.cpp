@@ -529,6 +529,32 @@ TEST(Found, SpeedsBeyondReasonAreRefused) {
   expect_refused(w->add_solid(s), {"body1", "max_speed", "1e+15", "1e+300"});
 }
 
+// A host that names one body "body2" and none of the others was refused the second of those.
+TEST(Found, NamesThatNobodyGaveAreFree) {
+  MELTSIM_NEEDS_BACKEND();
+  auto w = World::create(describe());
+  require(w);
+  SolidDesc s;
+  s.material = *w->add_material({});
+  HeatRegionDesc heat;
+  ForceFieldDesc field;
+  field.acceleration = {0, 1, 0};
+  double at = 0;
+  for (const int number : {2, 0, 0}) {  // 0: without a name
+    const auto name = [&](const char* kind) { return number != 0 ? kind + std::to_string(number) : ""; };
+    s.name = name("body");
+    s.shape = Shape::box({at, 0, 0}, {at + 0.2, 0.2, 0.2});
+    at += 1;
+    require(w->add_solid(s));
+    heat.name = name("heat");
+    heat.shape = s.shape;
+    heat.source = 1;
+    require(w->add_heat_region(heat));
+    field.name = name("field");
+    require(w->add_force_field(field));
+  }
+}
+
 // --- bodies that are held ---------------------------------------------------------------------------------------------
 
 World with_held_body(double until, BodyId& id) {

@@ -19,6 +19,7 @@
 //                      taking the particle's temperature where the surface's belongs
 #pragma once
 
+#include "meltsim/physics/elementary.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
 
@@ -167,20 +168,49 @@ MELTSIM_HD Vec3<T> walls_part(const WallExchange<T>& e, const WallView<T>& v) {
   return {part(1u, v.from.x), part(2u, v.from.y), part(4u, v.from.z)};
 }
 
+/// How the uppermost layer of a liquid serves its surface.
+template <class T>
+struct FreeLayer {
+  T lattice_phi{};  ///< phi of that layer where particles lie as in a lattice [-]
+  T on_lattice{};   ///< what it has of the sum of V G over the area there [-]
+  T at_rest{};      ///< the same where phi is 1, as in liquid that has come to rest [-]
+};
+
+/// Makes the constants for H = support on a lattice of spacing dx (host).
+template <class T>
+inline FreeLayer<T> make_free_layer(double support, double spacing) {
+  const auto k = make_kernel<double>(support, spacing);
+  const auto e = make_wall_exchange<double>(support, spacing);
+  const int n = static_cast<int>(support / spacing) + 1;
+  double phi = 0;
+  for (int z = 0; z <= n; ++z)
+    for (int y = -n; y <= n; ++y)
+      for (int x = -n; x <= n; ++x)
+        phi +=
+            spacing * spacing * spacing * kernel_value(k, spacing * std::sqrt(double(x * x + y * y + z * z)));
+  const double ratio = support / spacing;
+  return {static_cast<T>(phi), static_cast<T>(wall_area(e, 0.5 * spacing) * spacing),
+          static_cast<T>(1 + 0.18 * exponential(2 - ratio))};
+}
+
 /// Free surface that a particle of liquid represents.
 ///   G_i = sum_j V_j L_ij x_ij over all particles, and the walls' part [1/m]: points outwards, |G| is I(dx/2) beneath a plane.
-/// What pairs contribute cancels, so the sum of V G beneath a surface is its area whether its particles lie as in a lattice or
-/// have moved together, as at rest they do until the sum of the kernel is 1 for the uppermost, too. Within a liquid in motion
-/// |G| is up to 0.3 of I(dx/2): the share rises from 0 there to 1 at 0.5. phi = sum_j V_j W_ij; where less than half is
+/// What pairs contribute cancels, so the sum of V G beneath a surface is its area. The uppermost layer has 0.86 to 1 of it where
+/// particles lie as in a lattice. At rest they have moved together until phi, the sum of the kernel, is 1 for the uppermost, too: that
+/// layer then has more than all, those beneath it point the other way, and `at_rest` of FreeLayer is fitted to pools. Between
+/// them phi says how much. Within a liquid in motion
+/// |G| is up to 0.3 of I(dx/2): the share rises from 0 there to 1 at 0.5. Where less than half is
 /// full around a particle it represents at least a share of the surface of a ball of its volume, 4.84 dx^2, all of it
-/// where it is alone: W(0) V = `own`. Depth: dx/2. first_layer as in particle_surface. Ours.
+/// where it is alone: W(0) V = `own`. phi = sum_j V_j W_ij. Depth: dx/2. Ours.
 template <class T>
-MELTSIM_HD ParticleSurface<T> free_surface(const WallExchange<T>& e, T volume, T G, T phi, T own,
-                                           T first_layer) {
+MELTSIM_HD ParticleSurface<T> free_surface(const WallExchange<T>& e, const FreeLayer<T>& layer, T volume, T G,
+                                           T phi, T own) {
   const T plane = wall_area(e, e.half_spacing), dx = T(2) * e.half_spacing;
   const T share = clamp((G - T(0.3) * plane) / (T(0.2) * plane), T(0), T(1));
   const T lonely = clamp((T(0.5) - phi) / (T(0.5) - own), T(0), T(1));
-  return {maximum(volume * G / first_layer * share, lonely * T(4.84) * volume / dx), e.half_spacing};
+  const T rest = clamp((phi - layer.lattice_phi) / (T(1) - layer.lattice_phi), T(0), T(1));
+  const T of_layer = layer.on_lattice + rest * (layer.at_rest - layer.on_lattice);
+  return {maximum(volume * G / of_layer * share, lonely * T(4.84) * volume / dx), e.half_spacing};
 }
 
 /// Dry share of the surface of a particle [-]: the kernel sum missing around it, divided by the sum that its body
