@@ -344,9 +344,10 @@ struct BoundaryBody {
   /// Free surface of a particle of liquid. What sph.density summed is in heat_share until thermal.operands makes a share of it.
   MELTSIM_HD physics::ParticleSurface<T> free_surface(std::uint64_t i) const {
     const Vec4<T> x = w.f.position[i];
-    Vec3<T> G = physics::walls_part(w.c.wall_exchange, physics::wall_view(w.c.walls, xyz(x)));
+    const auto walls = physics::wall_view(w.c.walls, xyz(x));
+    Vec3<T> G = physics::walls_part(w.c.wall_exchange, walls);
     spatial::for_each_neighbour(w, i, [&](std::uint32_t, const Vec4<T>& xj, const Vec3<T>& x_ij, T r2) {
-      G += x_ij * (xj.w * physics::kernel_laplacian(w.c.kernel, std::sqrt(r2), r2));
+      G += physics::opening_part(w.c.kernel, walls, xj.w, x_ij, r2);
     });
     return physics::free_surface(w.c.wall_exchange, w.c.free_layer, x.w, length(G), w.f.heat_share[i],
                                  x.w * physics::kernel_value(w.c.kernel, T(0)));

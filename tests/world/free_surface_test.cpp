@@ -45,7 +45,7 @@ double area(World& w, int steps, double dt) {
   return (w.totals()->heat_in - before) / (flux * (w.time() - from));
 }
 
-// The uppermost layer of a lattice, which is cut off at four walls: those along them have 4 to 8 % less than their share.
+// The uppermost layer of a lattice, which ends at four walls. 2 %: in three sub-steps it has hardly moved.
 TEST(FreeSurface, OfAPoolAtRestIsItsArea) {
   MELTSIM_NEEDS_BACKEND();
   for (const double support : {2.0, 2.5, 3.0}) {
@@ -53,7 +53,7 @@ TEST(FreeSurface, OfAPoolAtRestIsItsArea) {
     d.gravity = {};
     d.sound_speed = 20;
     World w = filled(d, Shape::box({0, 0, 0}, {1.2, 0.8, 1.2}));
-    EXPECT_NEAR(area(w, 3, 0.001) / (1.2 * 1.2), 1, 0.05) << support;
+    EXPECT_NEAR(area(w, 3, 0.001) / (1.2 * 1.2), 1, 0.02) << support;
   }
 }
 
@@ -75,13 +75,13 @@ TEST(FreeSurface, OfAPoolThatHasComeToRestIsItsArea) {
   }
 }
 
-// A column that has fallen over and sloshed for 6 s: what moved together and lies in disorder. It still moves by 0.2 m/s, so
-// that the surface is up to 3 % larger than the tank. Within a liquid nothing may count.
+// A column that has fallen over and sloshed for 6 s between four walls: what moved together and lies in disorder. 4 %: half of that is
+// missing along walls, and it still moves by 0.2 m/s. Within a liquid nothing may count.
 TEST(FreeSurface, OfAPoolThatHasSloshedIsItsArea) {
   MELTSIM_NEEDS_BACKEND();
   World w = filled(tank(2.5), Shape::box({0, 0, 0}, {0.6, 1.2, 1.2}));
   for (int i = 0; i < 250; ++i) require(w.step(0.02));
-  EXPECT_NEAR(area(w, 50, 0.02) / (1.2 * 1.2), 1.03, 0.08);
+  EXPECT_NEAR(area(w, 50, 0.02) / (1.2 * 1.2), 1, 0.04);
 }
 
 // Balls of 6 spacings: the layer that counts lies half a spacing beneath the surface, where a ball is 16 % smaller; less around
@@ -122,8 +122,7 @@ TEST(FreeSurface, IsWhatSolidsLeave) {
   }
 }
 
-// Floor held at 50, surface at 10 degrees: in the end q = k 40 K / 0.8 m passes. 5 % of the area is missing at the walls, where
-// the surface's half spacing then resists for a sixteenth of the depth.
+// Floor held at 50, surface at 10 degrees: in the end q = k 40 K / 0.8 m passes.
 TEST(FreeSurface, HeatPassesAPoolHeldAboveAndBelow) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = tank(2.5);

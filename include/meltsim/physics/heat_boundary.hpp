@@ -168,6 +168,23 @@ MELTSIM_HD Vec3<T> walls_part(const WallExchange<T>& e, const WallView<T>& v) {
   return {part(1u, v.from.x), part(2u, v.from.y), part(4u, v.from.z)};
 }
 
+/// What a neighbour of volume V_j adds to G, with its images in walls [1/m]: images count along the planes that mirror them, so that a
+/// surface ends at a wall as it goes on elsewhere. Across planes walls_part stands for them, since particles move to and fro before
+/// a wall as they do beneath a surface.
+template <class T>
+MELTSIM_HD Vec3<T> opening_part(const SphKernel<T>& k, const WallView<T>& v, T volume, Vec3<T> x_ij, T r2) {
+  const auto weight = [&](T square) {
+    return square < k.support2 ? kernel_laplacian(k, std::sqrt(square), square) : T(0);
+  };
+  const T own = weight(r2);
+  if (v.axes == 0u) return x_ij * (own * volume);
+  const auto images = image_sums(v, k.support2, x_ij, r2, weight);
+  const T along = own + images.all;
+  return Vec3<T>{x_ij.x * (along - images.across.x), x_ij.y * (along - images.across.y),
+                 x_ij.z * (along - images.across.z)} *
+         volume;
+}
+
 /// How the uppermost layer of a liquid serves its surface.
 template <class T>
 struct FreeLayer {
@@ -194,7 +211,7 @@ inline FreeLayer<T> make_free_layer(double support, double spacing) {
 }
 
 /// Free surface that a particle of liquid represents.
-///   G_i = sum_j V_j L_ij x_ij over all particles, and the walls' part [1/m]: points outwards, |G| is I(dx/2) beneath a plane.
+///   G_i = walls_part + sum_j opening_part, V_j L_ij x_ij over all particles [1/m]: points outwards, |G| is I(dx/2) beneath a plane.
 /// What pairs contribute cancels, so the sum of V G beneath a surface is its area. The uppermost layer has 0.86 to 1 of it where
 /// particles lie as in a lattice. At rest they have moved together until phi, the sum of the kernel, is 1 for the uppermost, too: that
 /// layer then has more than all, those beneath it point the other way, and `at_rest` of FreeLayer is fitted to pools. Between
