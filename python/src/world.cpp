@@ -623,9 +623,24 @@ void init_world(HostWorld* self, const nb::args& args, const nb::kwargs& kwargs)
   new (self) HostWorld(std::move(*world), plain_scene(desc));
 }
 
-/// Its name, or the one that the library gives where that is empty.
-std::string name_or(const std::string& name, const char* kind, std::size_t index) {
-  return name.empty() ? kind + std::to_string(index + 1) : name;
+/// The name that a thing was given, or the one that the library gives it: its kind and how many there are with it, or the next
+/// number that no other has, so that a name which nobody chose is never refused.
+template <class Taken>
+std::string name_or(const std::string& name, const char* kind, std::size_t others, Taken taken) {
+  std::string numbered = name;
+  while (name.empty() && (numbered.empty() || taken(numbered))) numbered = kind + std::to_string(++others);
+  return numbered;
+}
+
+/// The same among things of a World. A name that another has is refused.
+template <class N>
+std::string new_name(const std::string& name, const char* kind, const char* what,
+                     const std::vector<N>& known) {
+  const auto taken = [&](const std::string& other) {
+    return std::any_of(known.begin(), known.end(), [&](const N& n) { return n.name == other; });
+  };
+  if (taken(name)) refuse(std::string("name: there is ") + what + " \"" + name + "\" already");
+  return name_or(name, kind, known.size(), taken);
 }
 
 /// Objects by name.
@@ -657,18 +672,16 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
     BodyId id{static_cast<std::uint32_t>(i), 0};
     for (const PieceInfo& piece : pieces)
       if (piece.body.index == i) id = piece.body;
-    const std::string& name = loaded.scene.bodies[i].desc.name;
-    self->bodies.push_back({self->serial(), id, name.empty() ? "body" + std::to_string(i) : name});
+    self->bodies.push_back({self->serial(), id, loaded.scene.bodies[i].desc.name});
   }
   for (std::size_t i = 0; i < built.force_field_ids.size(); ++i)
-    self->fields.push_back({self->serial(), built.force_field_ids[i],
-                            name_or(loaded.scene.force_fields[i].desc.name, "field", i)});
+    self->fields.push_back(
+        {self->serial(), built.force_field_ids[i], loaded.scene.force_fields[i].desc.name});
   for (std::size_t i = 0; i < built.emitter_ids.size(); ++i)
-    self->emitters.push_back(
-        {self->serial(), built.emitter_ids[i], name_or(loaded.scene.emitters[i].desc.name, "emitter", i)});
+    self->emitters.push_back({self->serial(), built.emitter_ids[i], loaded.scene.emitters[i].desc.name});
   for (std::size_t i = 0; i < built.heat_region_ids.size(); ++i)
-    self->regions.push_back({self->serial(), built.heat_region_ids[i],
-                             name_or(loaded.scene.heat_regions[i].desc.name, "heat", i)});
+    self->regions.push_back(
+        {self->serial(), built.heat_region_ids[i], loaded.scene.heat_regions[i].desc.name});
   for (const std::vector<std::size_t>& group : built.probes) {
     self->scene_probes.emplace_back();
     for (const std::size_t i : group) self->scene_probes.back().push_back(loaded.scene.probes[i].desc.name);
@@ -1298,10 +1311,7 @@ void bind_world(nb::module_& m) {
             SolidInput input;
             describe(input, solid_keys(), "add_solid", 2, args, kwargs);
             take_material(w, input, "add_solid");
-            if (input.desc.name.empty()) input.desc.name = "body" + std::to_string(w.bodies.size());
-            for (const Body& known : w.bodies)
-              if (known.name == input.desc.name)
-                refuse("name: there is a body \"" + known.name + "\" already");
+            input.desc.name = new_name(input.desc.name, "body", "a body", w.bodies);
             Body body{w.serial(),
                       away(w, true, [&](World& world) { return expect(world.add_solid(input.desc)); }),
                       input.desc.name};
@@ -1316,10 +1326,7 @@ void bind_world(nb::module_& m) {
             describe(input, emitter_keys(), "add_emitter", 2, args, kwargs);
             take_material(w, input, "add_emitter");
             take_fractions(w, input, "add_emitter");
-            input.desc.name = name_or(input.desc.name, "emitter", w.emitters.size());
-            for (const Emitter& known : w.emitters)
-              if (known.name == input.desc.name)
-                refuse("name: there is an emitter \"" + known.name + "\" already");
+            input.desc.name = new_name(input.desc.name, "emitter", "an emitter", w.emitters);
             w.emitters.push_back(
                 {w.serial(),
                  away(w, true, [&](World& world) { return expect(world.add_emitter(input.desc)); }),
@@ -1332,10 +1339,7 @@ void bind_world(nb::module_& m) {
           [](HostWorld& w, nb::args args, nb::kwargs kwargs) {
             HeatRegionDesc desc;
             describe(desc, region_keys(), "add_heat_region", 1, args, kwargs);
-            desc.name = name_or(desc.name, "heat", w.regions.size());
-            for (const HeatRegion& known : w.regions)
-              if (known.name == desc.name)
-                refuse("name: there is a heat region \"" + known.name + "\" already");
+            desc.name = new_name(desc.name, "heat", "a heat region", w.regions);
             w.regions.push_back(
                 {w.serial(), away(w, true, [&](World& world) { return expect(world.add_heat_region(desc)); }),
                  desc.name});
@@ -1379,7 +1383,17 @@ void bind_world(nb::module_& m) {
             describe(input, probe_keys(), "add_probe", 2, args, kwargs);
             if (input.body && !input.body.is_none())
               input.desc.body = w.resolve("body", w.bodies, input.body, "body");
-            if (input.desc.name.empty()) input.desc.name = "probe" + std::to_string(w.probes.size());
+            // Of a scene's probes that one of the World has, the World knows one name.
+            const auto taken = [&](const std::string& name) {
+              for (const std::vector<std::string>& group : w.scene_probes)
+                if (std::find(group.begin(), group.end(), name) != group.end()) return true;
+              return std::any_of(w.probes.begin(), w.probes.end(),
+                                 [&](const Probe& known) { return known.name == name; });
+            };
+            if (taken(input.desc.name))
+              refuse("name: there is a probe \"" + input.desc.name + "\" already");
+            input.desc.name =
+                name_or(input.desc.name, "probe", w.scene_probes.size() + w.probes.size(), taken);
             Probe probe{w.serial(),
                         away(w, true, [&](World& world) { return expect(world.add_probe(input.desc)); }),
                         input.desc.name};

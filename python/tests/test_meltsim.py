@@ -249,7 +249,7 @@ def test_a_mesh_moves_as_told():
     assert np.allclose(world.particles().position, shear(rest), atol=1e-6)
     world.step(0.1)
     assert np.allclose(world.particles().position, shear(rest) + (0, 0.01, 0), atol=1e-6)
-    world.update_mesh("body0", corners.astype(np.float32).tolist())  # what NumPy takes, and no velocities
+    world.update_mesh("body1", corners.astype(np.float32).tolist())  # what NumPy takes, and no velocities
     with pytest.raises(meltsim.Error, match="8 vertices, got 7"):
         world.update_mesh(cube, corners[:7])
     with pytest.raises(meltsim.Error, match="velocities"):
@@ -469,6 +469,35 @@ def test_what_a_scene_lists_is_steered_and_read_by_its_name():
     with pytest.raises(meltsim.Error, match="already"):
         world.add_heat_region(Shape.sphere((0, 0, 0), 1), name="heat1", temperature=3)
     assert world.precision == "single"
+
+
+def test_a_name_that_nobody_gave_is_never_refused():
+    # As the library and scenes count: from 1; where another has that name, on to the next number.
+    scene = {
+        "meltsim": 1, "particles": {"spacing": 0.1}, "domain": {"min": [0, 0, 0], "max": [2, 1, 1]}, "time": {"end": 1},
+        "materials": {"water": {}, "stone": {"density": 2000}},
+        "bodies": [{"shape": {"box": [[0, 0, 0], [0.2, 0.2, 0.2]]}, "material": "stone"},
+                   {"shape": {"box": [[0.4, 0, 0], [0.6, 0.2, 0.2]]}, "material": "stone", "name": "body3"}],
+        "heat": {"regions": [{"shape": {"box": [[0, 0, 0], [1, 1, 1]]}, "temperature": 20}]},
+        "probes": [{"at": [0.5, 0.1, 0.5], "fields": ["temperature"]}, {"at": [0.5, 0.1, 0.6], "fields": ["temperature"]}]}
+    world = World.load(scene, backend="cpu", threads=1)
+    assert list(world.bodies) == ["body1", "body3"]
+    for name, x in (("body4", 0.8), ("body5", 1.2)):
+        assert world.add_solid(Shape.box((x, 0, 0), (x + 0.2, 0.2, 0.2)), "stone").name == name
+    for name in ("heat2", "heat3"):
+        assert world.add_heat_region(Shape.sphere((0, 0, 0), 0.1), temperature=3).name == name
+    for name in ("probe3", "probe4"):  # one probe of the World has both of the scene
+        assert world.add_probe([(0.5, 0.1, 0.5)], ["temperature"]).name == name
+    for name in ("probe2", "probe4"):
+        with pytest.raises(meltsim.Error, match=f'name: there is a probe "{name}" already'):
+            world.add_probe([(0.5, 0.1, 0.5)], ["temperature"], name=name)
+    other = World(spacing=0.1, backend="cpu", threads=1)
+    other.add_material("water")
+    nozzle = dict(material="water", radius=0.2, speed=1, until=1)
+    assert other.add_emitter((0, 0, 0), name="emitter2", **nozzle).name == "emitter2"
+    assert other.add_emitter((2, 0, 0), **nozzle).name == "emitter3" and other.add_emitter((4, 0, 0), **nozzle).name == "emitter4"
+    assert other.add_solid(Shape.box((0, 1, 0), (0.2, 1.2, 0.2)), "water").name == "body1"
+    assert other.add_probe([(0, 0, 0)], ["temperature"]).name == "probe1"
 
 
 def test_an_empty_world_has_empty_arrays():
