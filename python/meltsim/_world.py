@@ -54,7 +54,8 @@ def _in_notebook() -> bool:
 class World(_core.World):
     """One simulation. It is used by one thread at a time; Worlds are independent of each other."""
 
-    end: float = 0.0
+    end: float | None = None
+    """When run() without seconds ends [s]: of a scene; None: nobody said."""
     fps: float = 25.0
     warnings: list[str] = []
 
@@ -91,12 +92,19 @@ class World(_core.World):
 
     def run(self, seconds: float | None = None, *, fps: float | None = None,
             each: Callable[[World], Any] | None = None) -> _core.StepResult:
-        """Steps for so many seconds (default: to the end of the scene) and records a frame for show() `fps` times a second.
+        """Steps for so many seconds (default: to the end of the scene; nothing where that is reached) and records a frame for show() `fps` times a second.
 
         ``each(world)`` is called after every frame; it ends the run by returning False. Returns the report on the last frame. Raises Error with code "halted" if the
         simulation diverges.
         """
-        seconds = self.end - self.time if seconds is None else _number("seconds", seconds)
+        if seconds is None:
+            if self.end is None:
+                raise Error("seconds: this World has no end, since it was not loaded from a scene; pass the seconds to run", "invalid_argument")
+            seconds = self.end - self.time
+            if seconds < 1e-9 * self.end:  # there, to the rounding of a sum of sub-steps, or past it
+                seconds = 0.0
+        else:
+            seconds = _number("seconds", seconds)
         fps = self.fps if fps is None else _number("fps", fps)
         if not (math.isfinite(seconds) and seconds >= 0):
             raise Error(f"seconds: expected a time from 0, got {seconds:g}", "invalid_argument")

@@ -471,6 +471,31 @@ def test_what_a_scene_lists_is_steered_and_read_by_its_name():
     assert world.precision == "single"
 
 
+def test_a_run_to_the_end_of_the_scene_is_over_there():
+    world = World.load("ice_block", scale=0.4, set={"time.end": 0.3}, backend="cpu", threads=1)
+    world.step(0.1 + 0.1)
+    world.step(0.1)  # 0.1 + 0.1 + 0.1 is more than 0.3
+    assert world.time > world.end == 0.3
+    before = world.state_hash()
+    assert world.run().steps == world.steps and world.state_hash() == before
+    world.step(0.01)
+    world.run()
+    assert world.time == pytest.approx(0.31)
+    again = World.load("ice_block", scale=0.4, set={"time.end": 0.02}, backend="cpu", threads=1)
+    again.step(0.02 - 1e-17)
+    steps = again.steps
+    again.run()
+    assert again.steps == steps
+    # A World of one's own has no end: it would be over at once.
+    own = bath()
+    with pytest.raises(meltsim.Error, match="seconds: this World has no end.*pass the seconds"):
+        own.run()
+    assert own.time == 0
+    own.end = 0.02
+    own.run()
+    assert own.time == pytest.approx(0.02)
+
+
 def test_a_name_that_nobody_gave_is_never_refused():
     # As the library and scenes count: from 1; where another has that name, on to the next number.
     scene = {
