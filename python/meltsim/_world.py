@@ -2,6 +2,7 @@
 """World: the compiled one, with scenes, runs and pages on top."""
 from __future__ import annotations
 
+import difflib
 import html
 import json
 import math
@@ -9,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._error import Error
@@ -45,6 +46,27 @@ def _number(name: str, value: Any) -> float:
         raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})") from error
 
 
+#: What changes an argument of World(...) afterwards; the others stay.
+_SETTERS = {"domain": "set_wall_heat(...) for the heat of its faces", "gravity": "set_gravity(...)", "heat_time_scale": "set_heat_time_scale(...)",
+            "heat_free_surface": "set_free_surface_heat(...)", "heat_interval": 'set_interval("thermal", ...)'}
+
+
+def _assigned_in_vain(name: str) -> str:
+    """Why World has nothing of this name that could be assigned."""
+    if name in _core._world_settings:
+        if name in _SETTERS:
+            return f"{name}: cannot be assigned; call {_SETTERS[name]}"
+        return f"{name}: cannot be assigned; it is an argument of World(...), or of World.load(..., set=...), and stays"
+    if callable(getattr(World, name, None)):
+        return f"{name}: is a method; call {name}(...)"
+    if hasattr(World, name):
+        return f"{name}: can be read only"
+    known = [*World._assignable, *_core._world_settings, *(k for k in dir(World) if not k.startswith("_"))]
+    near = difflib.get_close_matches(name, known, 1)
+    meant = "" if not near else f'; did you mean "{near[0]}"?' if near[0] in World._assignable else f"; {_assigned_in_vain(near[0])}"
+    return f'World has no attribute "{name}"{meant}'
+
+
 def _in_notebook() -> bool:
     ipython = sys.modules.get("IPython")
     shell = ipython.get_ipython() if ipython else None
@@ -52,12 +74,32 @@ def _in_notebook() -> bool:
 
 
 class World(_core.World):
-    """One simulation. It is used by one thread at a time; Worlds are independent of each other."""
+    """One simulation. It is used by one thread at a time; Worlds are independent of each other.
 
+    Of a World itself only ``end``, ``fps`` and ``warnings`` can be assigned: any other name would be kept without an effect, such as ``gravity`` beside
+    ``set_gravity()``. A class of your own that is derived from World has attributes of its own, but for arguments of World that it does not define: these
+    would look like settings.
+    """
+
+    _assignable = ("end", "fps", "warnings")
     end: float | None = None
     """When run() without seconds ends [s]: of a scene; None: nobody said."""
     fps: float = 25.0
     warnings: list[str] = []
+
+    if not TYPE_CHECKING:  # a type checker would take any name then
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            if not name.startswith("_") and name not in World._assignable and not self._own(name):
+                raise AttributeError(_assigned_in_vain(name))
+            super().__setattr__(name, value)
+
+    def _own(self, name: str) -> bool:
+        """Whether a class derived from World may have an attribute of this name."""
+        if type(self) is World:
+            return False
+        derived = type(self).__mro__[:type(self).__mro__.index(World)]
+        return name not in _core._world_settings or any(name in vars(c) or name in vars(c).get("__annotations__", ()) for c in derived)
 
     @classmethod
     def load(cls, scene: str | os.PathLike[str] | Mapping[str, Any], *, set: Mapping[str, Any] | None = None, scale: float = 1.0,

@@ -1248,6 +1248,10 @@ void bind_world(nb::module_& m) {
       motion_doc =
           documented("Sets how a kinematic body moves in the next step, and then on.", motion_keys());
 
+  nb::list settings;
+  for (const Key<WorldDesc>& key : world_keys()) settings.append(key.name);
+  m.attr("_world_settings") = nb::tuple(settings);
+
   nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
       .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
       .def("__init__", &init_world, nb::sig(init_sig.c_str()), init_doc.c_str())

@@ -496,6 +496,47 @@ def test_a_run_to_the_end_of_the_scene_is_over_there():
     assert own.time == pytest.approx(0.02)
 
 
+def test_an_assignment_that_would_do_nothing_is_refused():
+    world = bath()
+    before = world.state_hash()
+    for name, text in (("gravity", r"call set_gravity\("), ("heat_time_scale", r"call set_heat_time_scale\("), ("heat_free_surface", r"call set_free_surface_heat\("),
+                       ("spacing", r"argument of World\(...\).*stays"), ("graviti", r'no attribute "graviti"; gravity: .*set_gravity'), ("warnigns", 'did you mean "warnings"'),
+                       ("set_gravity", "is a method; call set_gravity"), ("time", "can be read only"), ("quite_another", 'no attribute "quite_another"$')):
+        with pytest.raises(AttributeError, match=text):
+            setattr(world, name, (0, 0, 0))
+    assert world.state_hash() == before and world.spacing == 0.1
+    world.end, world.fps, world.warnings = 2.0, 10, ["a"]
+    world._kept = 3
+    assert (world.end, world.fps, world.warnings, world._kept) == (2, 10, ["a"], 3)
+
+    class Tank(World):
+        courant = 0.4  # a name of World's that it has for itself
+        threads: int
+
+        def __init__(self, **settings):
+            super().__init__(spacing=0.1, backend="cpu", threads=1, **settings)
+            self.level = 0.3
+            self.courant = self.threads = 1
+
+        @property
+        def tension(self):
+            return self.level
+
+        @tension.setter
+        def tension(self, value):
+            self.level = value
+
+    class Deep(Tank):
+        pass
+
+    for tank in (Tank(), Deep()):
+        tank.fish = tank.courant = 2
+        tank.tension = 7
+        assert (tank.level, tank.courant, tank.fish) == (7, 2, 2)
+        with pytest.raises(AttributeError, match="set_gravity"):
+            tank.gravity = (0, 0, 0)
+
+
 def test_a_name_that_nobody_gave_is_never_refused():
     # As the library and scenes count: from 1; where another has that name, on to the next number.
     scene = {
