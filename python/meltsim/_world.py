@@ -8,7 +8,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,12 +29,58 @@ class Page:
 
 
 def _plain(value: Any) -> Any:
-    """What json cannot write: arrays and numbers of NumPy, paths."""
+    """What json cannot write: arrays and numbers of NumPy, paths, mappings that are no dict."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    raise TypeError(f"scene: {value!r} ({type(value).__name__}) has no place in a scene")
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{value!r} ({type(value).__name__}) has no place in a scene")
+
+
+def _faults(value: Any, path: str, above: tuple[int, ...]) -> Iterator[str]:
+    """What json refuses in a value, with its path."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            yield f'{path}: {value} is not finite; leave it out, or write "never" for a melting point'
+        return
+    if value is None or isinstance(value, (bool, int, str)):
+        return
+    if id(value) in above:
+        yield f"{path}: contains itself"
+        return
+    if len(above) > 100:
+        yield f"{path[:40]}...: is nested more than 100 deep"
+        return
+    above += (id(value),)
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            if key is None or isinstance(key, (str, int, float)):
+                yield from _faults(item, f"{path}.{key}" if above[1:] else f"{path}: {key}", above)
+            else:
+                yield f"{path}: a key: expected a string, got {key!r} ({type(key).__name__})"
+    elif isinstance(value, (list, tuple)):
+        for k, item in enumerate(value):
+            yield from _faults(item, f"{path}[{k}]", above)
+    else:
+        try:
+            value = _plain(value)
+        except TypeError as error:
+            yield f"{path}: {error}"
+        else:
+            yield from _faults(value, path, above)
+
+
+def _json(value: Any, name: str) -> str:
+    """A scene, or a part of it, as text."""
+    try:
+        return json.dumps(value, default=_plain, allow_nan=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        fault = next(_faults(value, name, ()), f"{name}: {error}")
+        if isinstance(error, TypeError):
+            raise TypeError(fault) from None
+        raise Error(fault, "invalid_argument") from None
 
 
 def _number(name: str, value: Any) -> float:
@@ -115,12 +161,9 @@ class World(_core.World):
         """
         if set is not None and not isinstance(set, Mapping):
             raise TypeError(f'set: expected a dict such as {{"particles.spacing": 0.1}}, got {set!r}')
-        changes = [f"{path}={json.dumps(value, default=_plain)}" for path, value in (set or {}).items()]
+        changes = [f"{path}={_json(value, f'set[{path!r}]')}" for path, value in (set or {}).items()]
         if isinstance(scene, Mapping):
-            try:
-                source, is_text = json.dumps(scene, default=_plain, allow_nan=False), True
-            except ValueError as error:
-                raise Error('scene: a number is not finite; leave it out, or write "never" for a melting point', "invalid_argument") from error
+            source, is_text = _json(scene, "scene"), True
         elif isinstance(scene, (str, os.PathLike)):
             source, is_text = os.fspath(scene), False
             if source == "-":

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "build_world.hpp"
+#include "csv.hpp"
 #include "describe.hpp"
 #include "failure.hpp"
 #include "host_world.hpp"
@@ -593,17 +595,33 @@ const Keys<MotionInput>& motion_keys() {
 /// A scene that was read, before it is built.
 struct LoadedScene {
   runner::Scene scene;
+  bool is_dict = false;
 };
 
+const char* const dict_file = "scene";  ///< what messages about a dict call it
+
+/// A message of the reader in the terms of World.load(). A dict has paths, no lines and columns.
+std::string in_terms_of_load(std::string said, bool is_dict) {
+  static const std::regex place(std::string("\\b") + dict_file + ":\\d+:\\d+: "),
+      first("; first given on line \\d+$"), of_argument("^[^\"]*:\\d+:\\d+: (threads: [^]*)$"), set("^--set "),
+      scale("--scale (?=\\d)");
+  said = std::regex_replace(said, of_argument, "$1");
+  if (is_dict) {
+    said = std::regex_replace(said, place, std::string(dict_file) + ": ");
+    said = std::regex_replace(said, first, "");
+  }
+  return std::regex_replace(std::regex_replace(said, set, "set: "), scale, "scale=");
+}
+
 template <class F>
-auto with_place(F f) {
+auto with_place(bool is_dict, F f) {
   try {
     return f();
   } catch (const runner::Failure& failure) {
     ErrorCode code = ErrorCode::invalid_argument;
     if (failure.code() == runner::ExitCode::device) code = ErrorCode::no_device;
     if (failure.code() == runner::ExitCode::diverged) code = ErrorCode::halted;
-    throw LibraryError({code, failure.what()});
+    throw LibraryError({code, in_terms_of_load(failure.what(), is_dict)});
   }
 }
 
@@ -657,8 +675,8 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   runner::MachineOptions machine;
   machine.backend = static_cast<Backend>(choice("backend", backend, backends));
   machine.precision = static_cast<Precision>(choice("precision", precision, precisions));
-  machine.threads = static_cast<int>(integer("threads", threads));
-  auto built = with_place([&] {
+  set_to(&runner::MachineOptions::threads)(machine, "threads", threads);
+  auto built = with_place(loaded.is_dict, [&] {
     const nb::gil_scoped_release released;
     runner::Built b = runner::build_world(loaded.scene, machine);
     b.probes = runner::add_probes(b.world, b.body_ids, loaded.scene);
@@ -1198,12 +1216,15 @@ void bind_world(nb::module_& m) {
   nb::class_<LoadedScene>(m, "Scene", "A scene that was read and not built yet.")
       .def(nb::new_([](const std::string& source, bool is_text, const std::vector<std::string>& set,
                        double scale) {
-             return with_place([&] {
+             return with_place(is_text, [&] {
                if (!(scale >= 0.01 && scale <= 100))
-                 refuse("scale: expected a factor from 0.01 to 100, got " + std::to_string(scale));
-               LoadedScene loaded{is_text ? runner::parse_scene(source, "scene", "", set)
-                                          : runner::load_scene(source, set)};
+                 refuse("scale: expected a factor from 0.01 to 100, got " + runner::csv_number(scale));
+               LoadedScene loaded{is_text ? runner::parse_scene(source, dict_file, "", set)
+                                          : runner::load_scene(source, set),
+                                  is_text};
                runner::apply_resolution(loaded.scene, scale, runner::Quality::balanced);
+               for (std::string& warning : loaded.scene.warnings)
+                 warning = in_terms_of_load(warning, is_text);
                return loaded;
              });
            }),

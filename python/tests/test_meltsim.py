@@ -970,6 +970,44 @@ def test_scenes_come_from_names_files_and_dicts(tmp_path):
     assert "ice_block" in meltsim.scenes()
 
 
+def test_errors_of_a_dict_say_where_in_the_dict():
+    def scene(**other):
+        return {"meltsim": 1, "particles": {"spacing": 0.1}, "domain": {"min": [0, 0, 0], "max": [1, 1, 1]}, "time": {"end": 1}, "materials": {"ice": {"density": 917}},
+                "bodies": [{"shape": {"box": [[0.3, 0.4, 0.3], [0.6, 0.7, 0.6]]}, "material": "ice"}], **other}
+
+    around = scene()
+    around["title"] = [{"again": around}]
+    deep = 0
+    for _ in range(5000):
+        deep = [deep]
+    body = {"shape": {"box": [[0, 0, 0], [1, 1, 1]]}, "material": "ice"}
+    for mistake, error, text in (
+            (scene(particles={"spcing": 0.1}), meltsim.Error, 'scene: unknown key "spcing" in particles; did you mean "spacing"?'),
+            (scene(bodies=[{**body, "temperature": "hot"}]), meltsim.Error, 'scene: bodies[0].temperature: expected a number (degrees Celsius), got "hot"'),
+            (scene(materials={"ice": {"density": -3}}), meltsim.Error, "scene: materials.ice.density: must be finite"),  # that of the library
+            ({**scene(), 1: 2, "1": 3}, meltsim.Error, 'scene: duplicate key "1" in the scene'),
+            (around, meltsim.Error, "scene: title[0].again: contains itself"),
+            (scene(title=deep), meltsim.Error, "nested more than 100 deep"),
+            (scene(bodies=[{**body, "velocity": np.array([0, math.nan, 0])}]), meltsim.Error, "scene: bodies[0].velocity[1]: nan is not finite"),
+            (scene(title=b"x"), TypeError, "scene: title: b'x' (bytes) has no place in a scene"),
+            (scene(title={(1, 2): 3}), TypeError, "scene: title: a key: expected a string, got (1, 2) (tuple)")):
+        with pytest.raises(error) as caught:
+            World.load(mistake, backend="cpu")
+        assert str(caught.value).startswith(text) or text.startswith("nested") and text in str(caught.value)
+    for settings, text in ((dict(threads=-1), "threads: must be >= 0, got -1"), (dict(threads=2**33), "threads: 8589934592 is out of range"),
+                           (dict(scale=0), "scale: expected a factor from 0.01 to 100, got 0"), (dict(set={"bodies[0].temperature": "x"}), "set: bodies[0].temperature="),
+                           (dict(set={"time.end": math.inf}), "set['time.end']: inf is not finite")):
+        for of in (scene(), "ice_block"):
+            with pytest.raises(meltsim.Error) as caught:
+                World.load(of, **{"backend": "cpu", **settings})
+            assert str(caught.value).startswith(text) and not str(caught.value).endswith("0000")
+    # What a file has stays with its place.
+    with pytest.raises(meltsim.Error, match=r"ice_block:\d+:\d+: particles.support"):
+        World.load("ice_block", set={"particles.spacing": 2.0}, backend="cpu")
+    warm = World.load(scene(materials={"water": {}, "ice": {"density": 917, "melting_point": 0, "latent_heat": 3e5, "becomes": "water"}}), backend="cpu", threads=1)
+    assert len(warm.warnings) == 1 and warm.warnings[0].startswith("scene: bodies[0]")
+
+
 def test_a_world_in_a_cycle_with_its_stage_is_collected():
     world = bath()
     world.add_stage("self", lambda state, w=world: None)
