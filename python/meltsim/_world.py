@@ -92,6 +92,8 @@ def _number(name: str, value: Any) -> float:
         raise TypeError(f"{name}: expected a number, got {value!r} ({type(value).__name__})") from error
 
 
+_SETTINGS: tuple[str, ...] = getattr(_core, "_world_settings")  # no stub has it
+
 #: What changes an argument of World(...) afterwards; the others stay.
 _SETTERS = {"domain": "set_wall_heat(...) for the heat of its faces", "gravity": "set_gravity(...)", "heat_time_scale": "set_heat_time_scale(...)",
             "heat_free_surface": "set_free_surface_heat(...)", "heat_interval": 'set_interval("thermal", ...)'}
@@ -99,7 +101,7 @@ _SETTERS = {"domain": "set_wall_heat(...) for the heat of its faces", "gravity":
 
 def _assigned_in_vain(name: str) -> str:
     """Why World has nothing of this name that could be assigned."""
-    if name in _core._world_settings:
+    if name in _SETTINGS:
         if name in _SETTERS:
             return f"{name}: cannot be assigned; call {_SETTERS[name]}"
         return f"{name}: cannot be assigned; it is an argument of World(...), or of World.load(..., set=...), and stays"
@@ -107,7 +109,7 @@ def _assigned_in_vain(name: str) -> str:
         return f"{name}: is a method; call {name}(...)"
     if hasattr(World, name):
         return f"{name}: can be read only"
-    known = [*World._assignable, *_core._world_settings, *(k for k in dir(World) if not k.startswith("_"))]
+    known = [*World._assignable, *_SETTINGS, *(k for k in dir(World) if not k.startswith("_"))]
     near = difflib.get_close_matches(name, known, 1)
     meant = "" if not near else f'; did you mean "{near[0]}"?' if near[0] in World._assignable else f"; {_assigned_in_vain(near[0])}"
     return f'World has no attribute "{name}"{meant}'
@@ -145,7 +147,7 @@ class World(_core.World):
         if type(self) is World:
             return False
         derived = type(self).__mro__[:type(self).__mro__.index(World)]
-        return name not in _core._world_settings or any(name in vars(c) or name in vars(c).get("__annotations__", ()) for c in derived)
+        return name not in _SETTINGS or any(name in vars(c) or name in vars(c).get("__annotations__", ()) for c in derived)
 
     @classmethod
     def load(cls, scene: str | os.PathLike[str] | Mapping[str, Any], *, set: Mapping[str, Any] | None = None, scale: float = 1.0,

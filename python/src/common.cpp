@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "common.hpp"
 
+#include <algorithm>
+
 #include "suggest.hpp"
 
 namespace meltsim_python {
@@ -19,12 +21,12 @@ std::string shown(nb::handle value) {
   return text + " (" + nb::type_name(value.type()).c_str() + ")";
 }
 
-double number(const std::string& name, nb::handle value) {
+double number(const std::string& name, nb::handle value, const char* expected) {
   const bool word = PyUnicode_Check(value.ptr()) || PyBytes_Check(value.ptr()) || PyBool_Check(value.ptr());
   const double result = word ? 0 : PyFloat_AsDouble(value.ptr());
   if (word || (result == -1 && PyErr_Occurred())) {
     PyErr_Clear();
-    wrong_type(name + ": expected a number, got " + shown(value));
+    wrong_type(name + ": expected " + expected + ", got " + shown(value));
   }
   return result;
 }
@@ -40,8 +42,8 @@ std::int64_t integer(const std::string& name, nb::handle value) {
   return result;
 }
 
-bool boolean(const std::string& name, nb::handle value) {
-  if (!PyBool_Check(value.ptr())) wrong_type(name + ": expected True or False, got " + shown(value));
+bool boolean(const std::string& name, nb::handle value, const char* expected) {
+  if (!PyBool_Check(value.ptr())) wrong_type(name + ": expected " + expected + ", got " + shown(value));
   return value.ptr() == Py_True;
 }
 
@@ -89,6 +91,28 @@ std::vector<std::string> texts(const std::string& name, nb::handle value) {
   for (Py_ssize_t i = 0; i < PySequence_Fast_GET_SIZE(items.ptr()); ++i)
     list.push_back(text(name, PySequence_Fast_GET_ITEM(items.ptr(), i)));
   return list;
+}
+
+std::vector<nb::object> arguments(const std::string& what, const std::vector<std::string>& names,
+                                  std::size_t required, const nb::args& args, const nb::kwargs& kwargs) {
+  if (args.size() > names.size())
+    wrong_type(what + ": takes at most " + std::to_string(names.size()) + " arguments, got " +
+               std::to_string(args.size()));
+  std::vector<nb::object> given(names.size());
+  for (std::size_t i = 0; i < args.size(); ++i) given[i] = nb::borrow(args[i]);
+  for (auto [key, value] : kwargs) {
+    const std::string name = text(what + ": an argument's name", key);
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at == names.end())
+      wrong_type(what + ": there is no argument \"" + name + "\"" +
+                 runner::suggestion(name, names, "arguments"));
+    nb::object& place = given[static_cast<std::size_t>(at - names.begin())];
+    if (place) wrong_type(what + ": " + name + " is given twice");
+    place = nb::borrow(value);
+  }
+  for (std::size_t i = 0; i < required; ++i)
+    if (!given[i]) wrong_type(what + ": " + names[i] + " is missing");
+  return given;
 }
 
 namespace {

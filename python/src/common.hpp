@@ -77,9 +77,9 @@ inline std::string to_text(const nb::object& value) {
 }
 /// For messages: the value, shortened, and its type.
 std::string shown(nb::handle value);
-double number(const std::string& name, nb::handle value);
+double number(const std::string& name, nb::handle value, const char* expected = "a number");
 std::int64_t integer(const std::string& name, nb::handle value);
-bool boolean(const std::string& name, nb::handle value);
+bool boolean(const std::string& name, nb::handle value, const char* expected = "True or False");
 std::string text(const std::string& name, nb::handle value);
 meltsim::Vec3d vector(const std::string& name, nb::handle value);
 /// Index of the word in `names`.
@@ -88,6 +88,11 @@ std::vector<std::string> texts(const std::string& name, nb::handle value);
 /// Of shape (n, 3); three numbers are one point.
 std::vector<meltsim::Vec3d> points(const std::string& name, nb::handle value);
 std::vector<std::uint32_t> triangles(const std::string& name, nb::handle value);
+
+/// Arguments of a call in the order of `names`; those that are not given are null. Errors name them as those of the tables of
+/// describe.hpp do: nanobind would list signatures. The first `required` must be there.
+std::vector<nb::object> arguments(const std::string& what, const std::vector<std::string>& names,
+                                  std::size_t required, const nb::args& args, const nb::kwargs& kwargs);
 
 inline Triple tuple3(const meltsim::Vec3d& v) { return nb::borrow<Triple>(nb::make_tuple(v.x, v.y, v.z)); }
 

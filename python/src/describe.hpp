@@ -28,7 +28,7 @@ template <class D>
 auto set_to(std::optional<double> D::*member) {
   return [member](D& d, const std::string& name, nb::handle v) {
     if (v.is_none()) (d.*member).reset();
-    else d.*member = number(name, v);
+    else d.*member = number(name, v, "a number or None");
   };
 }
 template <class D>
@@ -38,7 +38,8 @@ auto set_to(bool D::*member) {
 template <class D>
 auto set_to(std::optional<bool> D::*member) {
   return [member](D& d, const std::string& name, nb::handle v) {
-    d.*member = v.is_none() ? std::optional<bool>() : std::optional<bool>(boolean(name, v));
+    if (v.is_none()) (d.*member).reset();
+    else d.*member = boolean(name, v, "True, False or None");
   };
 }
 template <class D>

@@ -29,61 +29,84 @@ void bind_shape(nb::module_& m) {
                     "A part of space [m]. Immutable. `a | b`, `a - b`, `a & b` unite, subtract, intersect.")
       .def_static(
           "box",
-          [](Vector min, Vector max) { return valid(Shape::box(vector("min", min), vector("max", max))); },
-          "min"_a, "max"_a, "Axis-aligned box between two corners.")
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("box", {"min", "max"}, 2, args, kwargs);
+            return valid(Shape::box(vector("min", a[0]), vector("max", a[1])));
+          },
+          nb::sig("def box(min: Sequence[float], max: Sequence[float]) -> Shape"),
+          "Axis-aligned box between two corners.")
       .def_static(
           "sphere",
-          [](Vector center, Real radius) {
-            return valid(Shape::sphere(vector("center", center), number("radius", radius)));
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("sphere", {"center", "radius"}, 2, args, kwargs);
+            return valid(Shape::sphere(vector("center", a[0]), number("radius", a[1])));
           },
-          "center"_a, "radius"_a, "Ball.")
+          nb::sig("def sphere(center: Sequence[float], radius: float) -> Shape"), "Ball.")
       .def_static(
           "capsule",
-          [](Vector a, Vector b, Real radius) {
-            return valid(Shape::capsule(vector("a", a), vector("b", b), number("radius", radius)));
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("capsule", {"a", "b", "radius"}, 3, args, kwargs);
+            return valid(Shape::capsule(vector("a", a[0]), vector("b", a[1]), number("radius", a[2])));
           },
-          "a"_a, "b"_a, "radius"_a, "All points within `radius` of the segment from `a` to `b`.")
+          nb::sig("def capsule(a: Sequence[float], b: Sequence[float], radius: float) -> Shape"),
+          "All points within `radius` of the segment from `a` to `b`.")
       .def_static(
           "cylinder",
-          [](Vector a, Vector b, Real radius) {
-            return valid(Shape::cylinder(vector("a", a), vector("b", b), number("radius", radius)));
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("cylinder", {"a", "b", "radius"}, 3, args, kwargs);
+            return valid(Shape::cylinder(vector("a", a[0]), vector("b", a[1]), number("radius", a[2])));
           },
-          "a"_a, "b"_a, "radius"_a, "Cylinder with flat ends at `a` and `b`.")
+          nb::sig("def cylinder(a: Sequence[float], b: Sequence[float], radius: float) -> Shape"),
+          "Cylinder with flat ends at `a` and `b`.")
       .def_static(
           "torus",
-          [](Vector center, Vector axis, Real major, Real minor) {
-            return valid(Shape::torus(vector("center", center), vector("axis", axis),
-                                      number("major_radius", major), number("minor_radius", minor)));
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a =
+                arguments("torus", {"center", "axis", "major_radius", "minor_radius"}, 4, args, kwargs);
+            return valid(Shape::torus(vector("center", a[0]), vector("axis", a[1]),
+                                      number("major_radius", a[2]), number("minor_radius", a[3])));
           },
-          "center"_a, "axis"_a, "major_radius"_a, "minor_radius"_a, "Ring.")
+          nb::sig("def torus(center: Sequence[float], axis: Sequence[float], major_radius: float, "
+                  "minor_radius: float) -> Shape"),
+          "Ring.")
       .def_static(
           "blend",
-          [](ArrayLike centers, ArrayLike radii, Real blend) {
-            const auto at = points("centers", centers), axes = points("radii", radii);
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("blend", {"centers", "radii", "blend"}, 2, args, kwargs);
+            const auto at = points("centers", a[0]), axes = points("radii", a[1]);
             if (at.size() != axes.size())
               refuse("radii: expected as many as centers, " + std::to_string(at.size()) + ", got " +
                      std::to_string(axes.size()));
             std::vector<meltsim::Ellipsoid> parts;
             for (std::size_t k = 0; k < at.size(); ++k) parts.push_back({at[k], axes[k]});
-            return valid(Shape::blend(std::move(parts), number("blend", blend)));
+            return valid(Shape::blend(std::move(parts), a[2] ? number("blend", a[2]) : 0));
           },
-          "centers"_a, "radii"_a, "blend"_a = 0.0,
+          nb::sig("def blend(centers: numpy.typing.ArrayLike, radii: numpy.typing.ArrayLike, blend: float = "
+                  "0.0) -> Shape"),
           "Smooth union of ellipsoids along the axes: centers and half axes (n, 3); neighbours merge over "
           "the "
           "width blend [m].")
       .def_static(
           "mesh",
-          [](ArrayLike vertices, ArrayLike faces) {
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("mesh", {"vertices", "triangles"}, 2, args, kwargs);
             meltsim::TriangleMesh mesh;
-            mesh.vertices = points("vertices", vertices);
-            mesh.indices = triangles("triangles", faces);
+            mesh.vertices = points("vertices", a[0]);
+            mesh.indices = triangles("triangles", a[1]);
             return valid(Shape::mesh(std::move(mesh)));
           },
-          "vertices"_a, "triangles"_a,
+          nb::sig("def mesh(vertices: numpy.typing.ArrayLike, triangles: numpy.typing.ArrayLike) -> Shape"),
           "Inside of a triangle mesh: vertices of shape (n, 3) [m] and indices of shape (m, 3), from 0.")
       .def_static(
           "from_file",
-          [](Text path) { return valid(Shape::mesh(expect(meltsim::read_mesh(to_text(path))))); }, "path"_a,
+          [](const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("from_file", {"path"}, 1, args, kwargs);
+            const nb::object path = nb::steal(PyOS_FSPath(a[0].ptr()));
+            PyErr_Clear();
+            if (!path) wrong_type("path: expected the path of a file, got " + shown(a[0]));
+            return valid(Shape::mesh(expect(meltsim::read_mesh(text("path", path)))));
+          },
+          nb::sig("def from_file(path: str | os.PathLike[str]) -> Shape"),
           "Inside of the mesh of an OBJ, STL or PLY file.")
       .def_static(
           "unite", [](nb::args parts) { return Shape::unite(shapes("unite", parts)); },
@@ -107,16 +130,21 @@ void bind_shape(nb::module_& m) {
           "__sub__", [](const Shape& a, const Shape& b) { return Shape::subtract(a, b); }, nb::is_operator())
       .def(
           "transformed",
-          [](const Shape& s, Vector offset, Vector axis, Real angle, Real scale) {
-            return valid(s.transformed(vector("offset", offset), vector("axis", axis), number("angle", angle),
-                                       number("scale", scale)));
+          [](const Shape& s, const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("transformed", {"offset", "axis", "angle", "scale"}, 0, args, kwargs);
+            return valid(s.transformed(a[0] ? vector("offset", a[0]) : meltsim::Vec3d{0, 0, 0},
+                                       a[1] ? vector("axis", a[1]) : meltsim::Vec3d{0, 1, 0},
+                                       a[2] ? number("angle", a[2]) : 0, a[3] ? number("scale", a[3]) : 1));
           },
-          "offset"_a = nb::make_tuple(0, 0, 0), "axis"_a = nb::make_tuple(0, 1, 0), "angle"_a = 0.0,
-          "scale"_a = 1.0,
+          nb::sig("def transformed(self, offset: Sequence[float] = (0, 0, 0), axis: Sequence[float] = (0, 1, "
+                  "0), angle: float = 0.0, scale: float = 1.0) -> Shape"),
           "The shape moved: x -> scale R x + offset, R = rotation about `axis` by `angle` [rad].")
       .def(
-          "contains", [](const Shape& s, Vector point) { return s.contains(vector("point", point)); },
-          "point"_a, "Whether the point [m] is inside.")
+          "contains",
+          [](const Shape& s, const nb::args& args, const nb::kwargs& kwargs) {
+            return s.contains(vector("point", arguments("contains", {"point"}, 1, args, kwargs)[0]));
+          },
+          nb::sig("def contains(self, point: Sequence[float]) -> bool"), "Whether the point [m] is inside.")
       .def_prop_ro(
           "bounds",
           [](const Shape& s) {

@@ -502,7 +502,19 @@ const Keys<ProbeInput>& probe_keys() {
                                          choice(name, v, {"-x", "+x", "-y", "+y", "-z", "+z"})));
        }},
       {"normal", vector_type, "of flux: the positive direction", d(&D::normal)},
-      {"radius", "float", "of flux: of a disc [m]", d(&D::radius)},
+      {"radius", "float", "of flux: of a disc [m]; 0: a rectangle", d(&D::radius)},
+      {"along", vector_type, "of flux: the direction of the first side of a rectangle", d(&D::along)},
+      {"size", vector_type, "of flux: lengths of the two sides of a rectangle, along and across [m]",
+       [](ProbeInput& i, const std::string& name, nb::handle v) {
+         nb::object pair = nb::steal(PySequence_Fast(v.ptr(), ""));
+         if (!pair || PyUnicode_Check(v.ptr()) || PySequence_Fast_GET_SIZE(pair.ptr()) != 2) {
+           PyErr_Clear();
+           wrong_type(name + ": expected two numbers, got " + shown(v));
+         }
+         for (int k = 0; k < 2; ++k)
+           i.desc.size[k] =
+               number(name + "[" + std::to_string(k) + "]", PySequence_Fast_GET_ITEM(pair.ptr(), k));
+       }},
       {"every", "float", "interval between samples [s]; 0: every sub-step", d(&D::every)},
       {"start", "float", "first sample [s]", d(&D::from)},
       {"until", "float", "last sample [s]", d(&D::until)}};
@@ -1114,7 +1126,19 @@ SurfaceDesc surface_desc(HostWorld& w, nb::handle of_what, nb::handle cell, nb::
   SurfaceDesc desc;
   if (nb::isinstance<Body>(of_what))
     desc.of = SurfaceOf::body, desc.body = w.resolve("of", w.bodies, of_what, "body");
-  else desc.of = static_cast<SurfaceOf>(choice("of", of_what, {"liquid", "solids"}));
+  else {
+    const std::string word = text("of", of_what);
+    std::string others;
+    for (const Body& body : w.bodies) {
+      if (body.name == word) desc.of = SurfaceOf::body, desc.body = body.id;
+      others += (others.empty() ? "" : ", ") + body.name;
+    }
+    if (word == "liquid" || word == "solids")  // before bodies of that name
+      desc.of = word == "liquid" ? SurfaceOf::liquid : SurfaceOf::solids;
+    else if (desc.of != SurfaceOf::body)
+      refuse("of: expected liquid or solids, got \"" + word + "\", and no body is named so; there " +
+             (others.empty() ? "are none" : "are: " + others));
+  }
   desc.cell = number("cell", cell);
   desc.kernel = static_cast<SurfaceKernel>(choice("kernel", kernel, {"isotropic", "anisotropic"}));
   desc.smoothing = static_cast<int>(integer("smoothing", smoothing));
@@ -1656,18 +1680,20 @@ void bind_world(nb::module_& m) {
           "[degrees Celsius], moves it [m], or changes the level beyond a face [m].")
       .def(
           "set_gravity",
-          [](HostWorld& w, Vector gravity) {
-            const Vec3d g = vector("gravity", gravity);
+          [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
+            const Vec3d g = vector("gravity", arguments("set_gravity", {"gravity"}, 1, args, kwargs)[0]);
             away(w, true, [&](World& world) { expect(world.set_gravity(g)); });
           },
-          "gravity"_a, "Sets gravity [m/s^2]. Not part of snapshots.")
+          nb::sig("def set_gravity(self, gravity: Sequence[float]) -> None"),
+          "Sets gravity [m/s^2]. Not part of snapshots.")
       .def(
           "set_heat_time_scale",
-          [](HostWorld& w, Real scale) {
-            const double x = number("scale", scale);
+          [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
+            const double x = number("scale", arguments("set_heat_time_scale", {"scale"}, 1, args, kwargs)[0]);
             away(w, true, [&](World& world) { expect(world.set_heat_time_scale(x)); });
           },
-          "scale"_a, "Sets how many times faster than motion heat runs; 0 stops heat. Not part of snapshots.")
+          nb::sig("def set_heat_time_scale(self, scale: float) -> None"),
+          "Sets how many times faster than motion heat runs; 0 stops heat. Not part of snapshots.")
       .def(
           "set_wall_heat",
           [](HostWorld& w, Text face, nb::kwargs heat) {
@@ -1711,7 +1737,11 @@ void bind_world(nb::module_& m) {
           "prepare", [](HostWorld& w) { away(w, true, [](World& world) { expect(world.prepare()); }); },
           "Allocates and plans for the next step; step() does it if it was not called.")
       .def(
-          "step", [](HostWorld& w, Real seconds) { w.step(number("seconds", seconds)); }, "seconds"_a,
+          "step",
+          [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
+            w.step(number("seconds", arguments("step", {"seconds"}, 1, args, kwargs)[0]));
+          },
+          nb::sig("def step(self, seconds: float) -> None"),
           "Advances by so many seconds, in sub-steps that keep it stable. Other threads run meanwhile. "
           "Ctrl-C, or the stop button of a "
           "notebook, ends it between sub-steps with KeyboardInterrupt, or with what the host's own handler "
@@ -1720,23 +1750,25 @@ void bind_world(nb::module_& m) {
           "step() goes on from there.")
       .def(
           "step_within",
-          [](HostWorld& w, Real seconds, Real milliseconds) {
-            const double dt = number("seconds", seconds), budget = number("milliseconds", milliseconds);
+          [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("step_within", {"seconds", "milliseconds"}, 2, args, kwargs);
+            const double dt = number("seconds", a[0]), budget = number("milliseconds", a[1]);
             return timed(w, [&](World& world) { return world.step_within(dt, budget); });
           },
-          "seconds"_a, "milliseconds"_a,
+          nb::sig("def step_within(self, seconds: float, milliseconds: float) -> TimedStep"),
           "As step(), but ends when so much wall time is used up; says how far it came and what it owes. "
           "At least one sub-step is taken.")
       .def(
           "step_part",
-          [](HostWorld& w, Real seconds, Integer substeps) {
-            const double dt = number("seconds", seconds);
-            const std::int64_t count = integer("substeps", substeps);
+          [](HostWorld& w, const nb::args& args, const nb::kwargs& kwargs) {
+            const auto a = arguments("step_part", {"seconds", "substeps"}, 2, args, kwargs);
+            const double dt = number("seconds", a[0]);
+            const std::int64_t count = integer("substeps", a[1]);
             if (count < 0) refuse("substeps: must be 0 or more, got " + std::to_string(count));
             return timed(
                 w, [&](World& world) { return world.step_part(dt, static_cast<std::uint64_t>(count)); });
           },
-          "seconds"_a, "substeps"_a,
+          nb::sig("def step_part(self, seconds: float, substeps: int) -> TimedStep"),
           "Takes the first sub-steps of step(): repeats a step_within() that took as many, to the bit.")
       .def(
           "synchronize",
@@ -1802,13 +1834,17 @@ void bind_world(nb::module_& m) {
       .def(
           "restore",
           [](HostWorld& w, nb::object snapshot) {
-            if (!PyBytes_Check(snapshot.ptr()))
+            if (!PyObject_CheckBuffer(snapshot.ptr()))
               wrong_type("snapshot: expected bytes of snapshot(), got " + shown(snapshot));
+            if (!PyBytes_Check(snapshot.ptr())) {  // what may change while it is read is copied
+              snapshot = nb::steal(PyBytes_FromObject(snapshot.ptr()));
+              if (!snapshot) throw nb::python_error();
+            }
             const auto* data = PyBytes_AS_STRING(snapshot.ptr());
             const auto size = static_cast<std::size_t>(PyBytes_GET_SIZE(snapshot.ptr()));
             away(w, true, [&](World& world) { expect(world.restore(data, size)); });
           },
-          "snapshot"_a, nb::sig("def restore(self, snapshot: bytes) -> None"),
+          "snapshot"_a, nb::sig("def restore(self, snapshot: bytes | bytearray | memoryview) -> None"),
           "Goes back to a snapshot of a World with the same materials and bodies. On an error the World is "
           "unchanged.")
       .def(
@@ -1841,7 +1877,7 @@ void bind_world(nb::module_& m) {
             return away(w, false, [&](World& world) { return expect(world.surface(desc)); });
           },
           "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
-          "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a Body as triangles.")
+          "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a body, by its name, too, as triangles.")
       .def(
           "surface_view",
           [](HostWorld& w, nb::object of_what, Real cell, Text kernel, Integer smoothing, Boolean closed,
@@ -1926,8 +1962,9 @@ void bind_world(nb::module_& m) {
               sought |= 1u << choice("of", nb::cast(what), {"liquid", "bodies", "walls"});
             std::vector<Ray> rays;
             for (std::size_t k = 0; k < from.size(); ++k) rays.push_back({from[k], along[k], reach});
-            const auto hits =
-                away(w, false, [&](World& world) { return expect(world.cast_rays(rays, sought)); });
+            const auto hits = away(w, false, [&](World& world) {
+              return rays.empty() ? std::vector<RayHit>() : expect(world.cast_rays(rays, sought));
+            });
             std::vector<std::int32_t> what, body, wall;
             std::vector<double> distance;
             std::vector<Vec3d> point, normal;

@@ -75,8 +75,14 @@ def test_a_snapshot_goes_on_with_the_same_bits():
         world.restore(saved[:-1])
     assert caught.value.code == "corrupt_data"
     assert world.state_hash() == later
-    with pytest.raises(TypeError, match="snapshot: expected bytes"):
-        world.restore("text")
+    world.step(0.01)
+    for same in (bytearray(saved), memoryview(saved), np.frombuffer(saved, np.uint8), memoryview(saved + saved)[:len(saved)]):
+        world.restore(same)
+        world.step(0.01)
+        assert world.state_hash() == later
+    for mistake in ("text", 3, [1, 2]):
+        with pytest.raises(TypeError, match="snapshot: expected bytes"):
+            world.restore(mistake)
 
 
 def test_a_saved_state_is_gone_back_to():
@@ -325,8 +331,8 @@ def test_rays_and_shapes_find_what_is_there():
     assert below["what"].tolist() == [0, 0, 3] and below["distance"][0] == np.inf
     with pytest.raises(meltsim.Error, match=r"rays\[1\]: direction"):
         world.cast_rays(origins[:2], [(0, 1, 0), (0, 0, 0)])
-    with pytest.raises(meltsim.Error, match="rays"):
-        world.cast_rays(np.zeros((0, 3)), np.zeros((0, 3)))
+    none = world.cast_rays(np.zeros((0, 3)), np.zeros((0, 3)))
+    assert none["what"].shape == none["distance"].shape == (0,) and none["point"].shape == none["normal"].shape == (0, 3)
     with pytest.raises(meltsim.Error, match="as many"):
         world.cast_rays(origins, directions[:2])
     with pytest.raises(meltsim.Error, match="of"):
@@ -422,8 +428,12 @@ def test_a_surface_is_viewed_where_it_was_made():
     assert later.draw[0] in (0, later.triangles.size)
     with pytest.raises(meltsim.Error, match="past its time"):
         view.position
-    with pytest.raises(meltsim.Error, match="of: expected liquid or solids"):
+    with pytest.raises(meltsim.Error, match='of: expected liquid or solids, got "gas", and no body is named so; there are: block'):
         world.surface_view("gas")
+    by_name = world.surface("block")
+    assert len(by_name.triangles) > 0 and np.array_equal(by_name.position, world.surface(world.bodies["block"]).position)
+    world.add_solid(Shape.box((0.5, 0.4, 0.5), (0.6, 0.5, 0.6)), "ice", name="liquid")
+    assert set(world.surface("liquid").body) == {0}
 
 
 def test_probes_of_bodies_are_those_of_their_world():
@@ -780,6 +790,27 @@ def test_liquid_comes_in_and_goes_out_below_a_level():
     (lambda w: w.add_material("\udcff"), meltsim.Error, "name: expected text that UTF-8 can write"),
     (lambda w: w.add_material("oil", **{"\udcff": 1}), meltsim.Error, "argument's name"),
     (lambda w: World(spacing=0), meltsim.Error, "spacing"),
+    (lambda w: World(spacing=0.1, isotropic_pressure="auto"), TypeError, "isotropic_pressure: expected True, False or None, got 'auto'"),
+    (lambda w: w.add_material("oil", diffusivity="low"), TypeError, "diffusivity: expected a number or None, got 'low'"),
+    (lambda w: w.step(None), TypeError, "seconds: expected a number, got None"),
+    (lambda w: w.step(), TypeError, "step: seconds is missing"),
+    (lambda w: w.step(second=1), TypeError, 'step: there is no argument "second"; did you mean "seconds"'),
+    (lambda w: w.step_within(0.1, None), TypeError, "milliseconds: expected a number, got None"),
+    (lambda w: w.step_part(0.1, 1, 2), TypeError, "step_part: takes at most 2 arguments, got 3"),
+    (lambda w: w.set_gravity(None), TypeError, "gravity: expected three numbers, got None"),
+    (lambda w: w.set_heat_time_scale(sclae=2), TypeError, 'did you mean "scale"'),
+    (lambda w: Shape.box((0, 0, 0), mx=(1, 1, 1)), TypeError, 'box: there is no argument "mx"; did you mean "max"'),
+    (lambda w: Shape.sphere(centre=(0, 0, 0), radius=1), TypeError, 'did you mean "center"'),
+    (lambda w: Shape.sphere((0, 0, 0), None), TypeError, "radius: expected a number, got None"),
+    (lambda w: Shape.sphere((0, 0, 0), 1, radius=1), TypeError, "sphere: radius is given twice"),
+    (lambda w: Shape.capsule((0, 0, 0), (1, 0, 0)), TypeError, "capsule: radius is missing"),
+    (lambda w: Shape.cylinder((0, 0, 0), (1, 0, 0), 1, 2), TypeError, "cylinder: takes at most 3 arguments, got 4"),
+    (lambda w: Shape.torus((0, 0, 0), (1, 0, 0), major=1, minor_radius=2), TypeError, 'torus: there is no argument "major"'),
+    (lambda w: Shape.blend([(0, 0, 0)], [(1, 1, 1)], blnd=0.1), TypeError, 'did you mean "blend"'),
+    (lambda w: Shape.mesh(np.zeros((3, 3)), faces=[[0, 1, 2]]), TypeError, "mesh: there is no argument"),
+    (lambda w: Shape.from_file(3), TypeError, "path: expected the path of a file, got 3"),
+    (lambda w: Shape.sphere((0, 0, 0), 1).transformed(ofset=(1, 0, 0)), TypeError, 'did you mean "offset"'),
+    (lambda w: Shape.sphere((0, 0, 0), 1).contains(None), TypeError, "point: expected three numbers, got None"),
     (lambda w: Shape.sphere((0, 0, 0), math.nan), meltsim.Error, "radius|extents|finite"),
     (lambda w: Shape.mesh(np.zeros((3, 3)), [[0, 1, 2.5]]), TypeError, "integers"),
     (lambda w: Shape.mesh(np.zeros((3, 3)), [[0, 1, 3]]), meltsim.Error, "3"),
@@ -821,6 +852,24 @@ def test_probes_come_back_by_name():
     assert list(samples) == ["wall", "on the block"]
     assert samples["wall"]["values"].shape == (len(samples["wall"]["time"]), 2, 4)
     assert samples["on the block"]["values"].shape[1:] == (1, 3)
+
+
+def test_a_flux_goes_through_a_rectangle():
+    world = World(spacing=0.1, domain=((0, 0, 0), (1, 1, 1)), backend="cpu", threads=1, gravity=(0, 0, 0), heat_model="none")
+    world.add_material("water")
+    world.add_fluid(Shape.box((0, 0, 0), (1, 1, 1)), "water", velocity=(1, 0, 0))
+    flux = dict(points=(0.5, 0.5, 0.5), kind="flux", normal=(1, 0, 0), fields="volume_flux")
+    world.add_probe(**flux, along=(0, 1, 0), size=(0.2, 0.4), name="tall")
+    world.add_probe(**flux, along=(0, 1, 0), size=np.array([0.4, 0.4]), name="square")
+    world.step(world.stable_dt())
+    samples = {name: of["values"].mean() for name, of in world.take_samples().items()}
+    # Area times speed, to a tenth: sums over a lattice.
+    assert samples == {"tall": pytest.approx(0.08, rel=0.1), "square": pytest.approx(0.16, rel=0.1)}
+    for size in (0.2, (1, 2, 3), "ab", ("a", 1)):
+        with pytest.raises(TypeError, match="size"):
+            world.add_probe(**flux, along=(0, 1, 0), size=size)
+    with pytest.raises(meltsim.Error, match="along"):
+        world.add_probe(**flux, size=(0.2, 0.4))
 
 
 def test_the_surface_of_a_block_has_its_size():
