@@ -10,10 +10,15 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from . import _core
 from ._error import Error
+
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Page:
@@ -184,10 +189,11 @@ class World(_core.World):
         ``each(world)`` is called after every frame; it ends the run by returning False. Returns the report on the last frame. Raises Error with code "halted" if the
         simulation diverges.
         """
+        now = self.time
         if seconds is None:
             if self.end is None:
                 raise Error("seconds: this World has no end, since it was not loaded from a scene; pass the seconds to run", "invalid_argument")
-            seconds = self.end - self.time
+            seconds = self.end - now
             if seconds < 1e-9 * self.end:  # there, to the rounding of a sum of sub-steps, or past it
                 seconds = 0.0
         else:
@@ -231,5 +237,19 @@ class World(_core.World):
         file.write_text(page, encoding="utf-8")
         return file
 
+    def __enter__(self) -> Self:
+        self.time  # refused where it is closed
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Closes the World. Where an error leaves the block, whose frames may hold arrays of it, it then stays as long as these."""
+        try:
+            self.close()
+        except Error:
+            if error is None:
+                raise
+
     def __repr__(self) -> str:
+        if self.closed:
+            return "<meltsim.World: closed>"
         return f"<meltsim.World: {self.backend}, t = {self.time:g} s, spacing {self.spacing:g} m, {len(self.bodies)} bodies>"

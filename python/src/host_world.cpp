@@ -70,7 +70,7 @@ HostWorld::~HostWorld() { alive.erase(this); }
 void HostWorld::release_all() {
   std::vector<std::unique_ptr<Stage>> gone;  // what they hold may hold Worlds
   for (HostWorld* host : alive) {
-    if (host->busy_.exchange(true)) continue;
+    if (host->closed() || host->busy_.exchange(true)) continue;
     for (auto& stage : host->stages_) {
       static_cast<void>(host->world_->scheduler().remove(stage->name));
       gone.push_back(std::move(stage));
@@ -80,7 +80,29 @@ void HostWorld::release_all() {
   }
 }
 
+meltsim::World& HostWorld::unguarded() {
+  if (closed()) refuse("World: it is closed; make or load another one");
+  return *world_;
+}
+
+void HostWorld::close() {
+  if (closed()) return;
+  {
+    const Use world(*this, true);
+    if (const int views = packed + surfaced; views > 0)
+      refuse("World: " + std::to_string(views) +
+             " array(s) of render_view() or surface_view() still view its memory; delete them first, or keep a "
+             "copy (array.copy())");
+    world_.reset();  // under the GIL: another thread may interrupt()
+  }
+  std::vector<std::unique_ptr<Stage>> gone;  // what they hold may come back here
+  gone.swap(stages_);
+  requests.clear();
+  replay_ = runner::Replay();
+}
+
 HostWorld::Use::Use(HostWorld& world, bool changes) : host_(world) {
+  world.unguarded();
   if (host_.busy_.exchange(true))
     refuse(
         "World: it is in use: another thread, or the step that runs this stage, has not returned yet; one "

@@ -72,12 +72,15 @@ class HostWorld {
   std::string page(const std::string& title) const;
   bool recorded() const { return frame_ > 0; }
   void clear() { stages_.clear(); }
+  /// Releases the World. What needs it is refused from then on.
+  void close();
+  bool closed() const { return !world_; }
 
   template <class Tag>
   meltsim::Handle<Tag> resolve(const std::string& argument, const std::vector<Named<Tag>>& known,
                                nb::handle value, const char* kind) const;
 
-  meltsim::World& unguarded() { return *world_; }  ///< for calls that any thread may make
+  meltsim::World& unguarded();  ///< for calls that any thread may make
   std::uint64_t serial() const { return serial_; }
 
   std::vector<Material> materials;

@@ -677,6 +677,7 @@ std::string new_name(const std::string& name, const char* kind, const char* what
 template <class N>
 auto by_name(std::vector<N> HostWorld::*all) {
   return [all](HostWorld& w) {
+    w.unguarded();
     nb::dict d;
     for (const N& x : w.*all) d[x.name.c_str()] = nb::cast(x);
     return d;
@@ -1001,6 +1002,7 @@ nb::object exported_array(const nb::object& of, HostWorld& w, std::atomic<int>& 
 nb::object state_array(State& s, void* data, std::size_t columns, nb::dlpack::dtype dtype, bool writable,
                        bool optional = false) {
   HostWorld& w = *s.world;
+  w.unguarded();
   if (s.stage ? !*s.alive : s.generation != w.generation)
     refuse(s.stage ? "state: the stage has returned; its argument holds until then"
                    : "state: the World has changed since state(); call state() again");
@@ -1015,6 +1017,7 @@ auto pack_array(const V* RenderView::*member) {
   return [member](RenderPack& p) {
     constexpr std::size_t columns = std::is_same_v<V, Vec3f> ? 3 : 1;
     using Item = std::conditional_t<std::is_same_v<V, Vec3f>, float, V>;
+    p.world->unguarded();
     if (p.pack != p.world->packs)
       refuse(
           "render_view: there is a later one, which has taken the place of this; use that, or keep a copy");
@@ -1300,7 +1303,16 @@ void bind_world(nb::module_& m) {
   nb::class_<HostWorld>(m, "World", nb::type_slots(world_slots))
       .def("__init__", &init_scene, "scene"_a, "backend"_a, "precision"_a, "threads"_a)
       .def("__init__", &init_world, nb::sig(init_sig.c_str()), init_doc.c_str())
-      .def("_recorded", [](HostWorld& w) { return w.recorded(); })
+      .def("_recorded",
+           [](HostWorld& w) {
+             w.unguarded();
+             return w.recorded();
+           })
+      .def("close", &HostWorld::close,
+           "Releases the World and its memory; everything but close() is refused from then on, and close() does nothing. Refused while "
+           "an array views that memory. `with World(...) as world:` closes at its end.")
+      .def_prop_ro(
+          "closed", [](const HostWorld& w) { return w.closed(); }, "Whether close() was called.")
       .def(
           "add_material",
           [](HostWorld& w, nb::args args, nb::kwargs kwargs) {

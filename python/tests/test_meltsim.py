@@ -1066,6 +1066,45 @@ def test_a_world_in_a_cycle_with_its_stage_is_collected():
     assert gone is None or gone() is None
 
 
+def test_a_closed_world_is_gone():
+    with bath() as world:
+        world.add_stage("nothing", lambda state, held=world: None)
+        world.run(0.02)
+        particles, totals, reading = world.particles(), world.totals(), world.take(world.request("totals", "pieces"))
+        state, pack, surface, block = world.state(), world.render_view(), world.surface_view(), world.bodies["block"]
+        views = [state.position, pack.position, surface.position]
+        while views:
+            with pytest.raises(meltsim.Error, match="still view"):
+                world.close()
+            views.pop()
+        assert not world.closed and world.totals().mass == totals.mass
+    assert world.closed and repr(world) == "<meltsim.World: closed>"
+    world.close()
+    calls = [lambda: world.step(0.1), world.run, world.particles, world.totals, world.snapshot, world.interrupt, world.show, world.record, world.stable_dt, world.prepare,
+             lambda: world.add_material("oil"), lambda: world.remove(block), lambda: world.remove_stage("nothing"), lambda: world.sample([(0, 0, 0)], "speed"),
+             world.stages, lambda: world.time, lambda: world.bodies, lambda: world.resolved, lambda: world.backend, world.__enter__,
+             lambda: state.position, lambda: pack.position, lambda: surface.position, lambda: surface.draw]
+    for call in calls:
+        with pytest.raises(meltsim.Error, match="^World: it is closed"):
+            call()
+    # What was copied out of it stays.
+    assert len(particles) == 135 and particles.temperature.max() > 0 and reading.totals.mass == totals.mass and reading.pieces[0].name == block.name
+    with pytest.raises(ZeroDivisionError):  # not an error about the array that its frame holds
+        with bath() as other:
+            x = other.state().position
+            x / 0 if x is None else 1 / 0
+    assert not other.closed and len(x) == 135
+    with pytest.raises(meltsim.Error, match="still view"):
+        with other:
+            pass
+    del x
+    other.add_stage("closes", lambda state: other.close())
+    with pytest.raises(meltsim.Error, match="in use"):
+        other.step(0.01)
+    other.close()
+    assert other.closed
+
+
 def test_steps_within_a_budget_and_again():
     one, other = bath(), bath()
     taken = one.step_within(0.05, 1e9)
