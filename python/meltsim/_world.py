@@ -28,6 +28,9 @@ class Page:
         self.text = text
         self.height = height
 
+    def __repr__(self) -> str:
+        return f"<meltsim.Page: {len(self.text) / 1e6:.2g} MB, {self.height} pixels high; shown at the end of a notebook's cell>"
+
     def _repr_html_(self) -> str:
         return (f'<iframe srcdoc="{html.escape(self.text)}" width="100%" height="{self.height}" '
                 'style="border:0" sandbox="allow-scripts"></iframe>')
@@ -138,7 +141,15 @@ class World(_core.World):
     end: float | None = None
     """When run() without seconds ends [s]: of a scene; None: nobody said."""
     fps: float = 25.0
-    warnings: list[str] = []
+
+    @property
+    def warnings(self) -> list[str]:
+        """What looks like a slip in its scene."""
+        return self.__dict__.setdefault("_warnings", [])
+
+    @warnings.setter
+    def warnings(self, texts: list[str]) -> None:
+        self._warnings = texts
 
     if not TYPE_CHECKING:  # a type checker would take any name then
 

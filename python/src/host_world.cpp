@@ -90,9 +90,10 @@ void HostWorld::close() {
   {
     const Use world(*this, true);
     if (const int views = packed + surfaced; views > 0)
-      refuse("World: " + std::to_string(views) +
-             " array(s) of render_view() or surface_view() still view its memory; delete them first, or keep a "
-             "copy (array.copy())");
+      refuse(
+          "World: " + std::to_string(views) +
+          " array(s) of render_view() or surface_view() still view its memory; delete them first, or keep a "
+          "copy (array.copy())");
     world_.reset();  // under the GIL: another thread may interrupt()
   }
   std::vector<std::unique_ptr<Stage>> gone;  // what they hold may come back here

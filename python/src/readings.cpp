@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is read from a World: plain values with named members, arrays without a copy.
+#include <cstring>
+#include <functional>
+#include <memory>
+
 #include "common.hpp"
 
 namespace meltsim_python {
@@ -14,6 +18,19 @@ class Record {
     class_.def(
         "as_dict", [keys = keys_](nb::handle self) { return dict(self, *keys); },
         "The same values as a dict.");
+    class_.def("__getstate__", [fields = fields_](const T& t) {
+      nb::list values;
+      for (const Field& field : *fields) values.append(field.get(t));
+      return nb::tuple(values);
+    });
+    class_.def("__setstate__", [fields = fields_, name = name_](T& t, const nb::tuple& values) {
+      if (values.size() != fields->size())
+        wrong_type(name + ": the state is of another version of meltsim: it has " +
+                   std::to_string(values.size()) + " values, not " + std::to_string(fields->size()));
+      T read;
+      for (std::size_t i = 0; i < values.size(); ++i) (*fields)[i].set(read, values[i]);
+      new (&t) T(std::move(read));
+    });
     class_.def("__repr__", [keys = keys_, name = name_](nb::handle self) {
       std::string text = "<meltsim." + name;
       const char* gap = ": ";
@@ -27,15 +44,34 @@ class Record {
   template <class M>
   Record& add(const char* key, M T::*member, const char* doc) {
     keys_->push_back(key);
+    keep(member);
     if constexpr (std::is_same_v<M, meltsim::Vec3d>)
       class_.def_prop_ro(
           key, [member](const T& t) { return tuple3(t.*member); }, doc);
     else class_.def_ro(key, member, doc);
     return *this;
   }
+  /// What copies and pickles have.
+  template <class M>
+  Record& keep(M T::*member) {
+    if constexpr (std::is_same_v<M, meltsim::Vec3d>)
+      return keep([member](const T& t) { return nb::object(tuple3(t.*member)); },
+                  [member](T& t, nb::handle v) { t.*member = vector("state", v); });
+    else
+      return keep([member](const T& t) { return nb::object(nb::cast(t.*member)); },
+                  [member](T& t, nb::handle v) { t.*member = nb::cast<M>(v); });
+  }
+  Record& keep(std::function<nb::object(const T&)> get, std::function<void(T&, nb::handle)> set) {
+    fields_->push_back({std::move(get), std::move(set)});
+    return *this;
+  }
   nb::class_<T>& get() { return class_; }
 
  private:
+  struct Field {
+    std::function<nb::object(const T&)> get;
+    std::function<void(T&, nb::handle)> set;
+  };
   static nb::dict dict(nb::handle self, const std::vector<std::string>& keys) {
     nb::dict values;
     for (const std::string& key : keys) values[key.c_str()] = self.attr(key.c_str());
@@ -44,7 +80,28 @@ class Record {
   std::string name_;
   nb::class_<T> class_;
   std::shared_ptr<std::vector<std::string>> keys_ = std::make_shared<std::vector<std::string>>();
+  std::shared_ptr<std::vector<Field>> fields_ = std::make_shared<std::vector<Field>>();
 };
+
+/// Numbers that lie one after another in a member of T.
+template <class T, class M>
+void keep_numbers(Record<T>& record, M T::*member) {
+  constexpr std::size_t count = sizeof(M) / sizeof(double);
+  static_assert(std::is_trivially_copyable_v<M> && sizeof(M) == count * sizeof(double), "doubles");
+  record.keep(
+      [member](const T& t) {
+        double values[count];
+        std::memcpy(values, &(t.*member), sizeof values);
+        nb::list list;
+        for (const double x : values) list.append(x);
+        return nb::object(nb::tuple(list));
+      },
+      [member](T& t, nb::handle v) {
+        const auto list = nb::cast<std::vector<double>>(v);
+        if (list.size() != count) wrong_type("state: expected " + std::to_string(count) + " numbers");
+        std::memcpy(static_cast<void*>(&(t.*member)), list.data(), sizeof(M));
+      });
+}
 
 template <class T, class V>
 auto column(std::vector<V> meltsim::ParticleData::*member, std::size_t columns = 1) {
@@ -66,6 +123,62 @@ auto of_tag(F f) {
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<Item>(f(p.tag[i]));
     return array_of<T>(std::move(values));
   };
+}
+
+/// What copies, pickles and as_dict() of particles have: every array, by its name.
+const std::vector<std::string> particle_arrays{"id",          "position", "velocity",        "mass",
+                                               "temperature", "enthalpy", "liquid_fraction", "density",
+                                               "pressure",    "tag",      "piece",           "fractions"};
+
+nb::dict particles_as_dict(nb::handle self) {
+  nb::dict d;
+  for (const std::string& name : particle_arrays) d[name.c_str()] = self.attr(name.c_str());
+  return d;
+}
+
+/// `species` has no array: it is kept beside them.
+nb::tuple particles_state(nb::handle self) {
+  nb::list species;
+  for (const meltsim::MaterialId id : nb::cast<const meltsim::ParticleData&>(self).species)
+    species.append(nb::make_tuple(id.index, id.generation));
+  return nb::make_tuple(particles_as_dict(self), species);
+}
+
+template <class T, class V>
+void read_column(std::vector<V>& values, nb::handle array, std::size_t columns = 1) {
+  const auto view = nb::cast<nb::ndarray<const T, nb::c_contig, nb::device::cpu>>(
+      nb::module_::import_("numpy").attr("ascontiguousarray")(array));
+  if (view.size() % columns != 0) wrong_type("state: expected arrays of particles");
+  const auto* first = reinterpret_cast<const V*>(view.data());
+  values.assign(first, first + view.size() / columns);
+}
+
+void set_particles_state(meltsim::ParticleData& to, const nb::tuple& state) {
+  meltsim::ParticleData p;
+  const nb::dict d = nb::cast<nb::dict>(state[0]);
+  read_column<std::uint32_t>(p.id, d["id"]);
+  read_column<double>(p.position, d["position"], 3);
+  read_column<double>(p.velocity, d["velocity"], 3);
+  for (const auto& [name, values] :
+       {std::pair{"mass", &p.mass}, std::pair{"temperature", &p.temperature},
+        std::pair{"enthalpy", &p.enthalpy}, std::pair{"liquid_fraction", &p.liquid_fraction},
+        std::pair{"density", &p.density}, std::pair{"pressure", &p.pressure}})
+    read_column<double>(*values, d[name]);
+  read_column<std::uint32_t>(p.tag, d["tag"]);
+  read_column<std::uint32_t>(p.piece, d["piece"]);
+  for (nb::handle one : nb::cast<nb::list>(d["fractions"]))
+    read_column<double>(p.fractions.emplace_back(), one);
+  for (nb::handle one : nb::cast<nb::list>(state[1])) {
+    const auto pair = nb::cast<std::vector<std::uint32_t>>(one);
+    p.species.push_back({pair.at(0), pair.at(1)});
+  }
+  const std::size_t n = p.id.size();
+  const auto as_long = [n](const auto&... columns) { return ((columns.size() == n) && ...); };
+  bool whole = as_long(p.position, p.velocity, p.mass, p.temperature, p.enthalpy, p.liquid_fraction,
+                       p.density, p.pressure, p.tag, p.piece);
+  for (const auto& one : p.fractions) whole = whole && as_long(one);
+  if (!whole) wrong_type("state: expected arrays of one length");
+  new (&to) meltsim::ParticleData(std::move(p));
 }
 
 template <class T, class V>
@@ -187,6 +300,7 @@ void bind_readings(nb::module_& m) {
   ledger.get().def_prop_ro(
       "solute", [](const Ledger& l) { return nb::make_tuple(l.solute[0], l.solute[1], l.solute[2]); },
       "Of every species, in the order in which its materials were added: dissolved or not [kg].");
+  keep_numbers(ledger, &Ledger::solute);
   ledger.add("step", &Ledger::step, "Sub-steps completed.")
       .add("time", &Ledger::time, "[s]")
       .add("fluid", &Ledger::fluid, "Liquid particles.")
@@ -208,6 +322,15 @@ void bind_readings(nb::module_& m) {
   piece.get().def_prop_ro(
       "body", [](const PieceInfo& p) { return p.body.index; },
       "Body.index of the body that it is or was part of.");
+  piece.keep([](const PieceInfo& p) { return nb::object(nb::make_tuple(p.body.index, p.body.generation)); },
+             [](PieceInfo& p, nb::handle v) {
+               const auto pair = nb::cast<std::vector<std::uint32_t>>(v);
+               if (pair.size() != 2) wrong_type("state: expected two numbers");
+               p.body = {pair[0], pair[1]};
+             });
+  keep_numbers(piece, &PieceInfo::orientation);
+  keep_numbers(piece, &PieceInfo::inertia);
+  keep_numbers(piece, &PieceInfo::bounds);
   piece.add("name", &PieceInfo::name, "The body's name; further pieces get \".2\", \".3\", ...")
       .add("piece", &PieceInfo::piece, "Label, as of Particles.piece and of events.")
       .add("particles", &PieceInfo::particles, "Number of its particles.")
@@ -260,6 +383,8 @@ void bind_readings(nb::module_& m) {
            "Share of the specified diffusivity that the heat model delivers at that sub-step.")
       .add("error", &Resolved::error, "Why the scene cannot be prepared; empty: it can.")
       .add("origin", &Resolved::origin, "Positions of State are relative to it [m].");
+  resolved.keep([](const Resolved& r) { return nb::object(nb::cast(r.stiffness)); },
+                [](Resolved& r, nb::handle v) { r.stiffness = nb::cast<std::vector<Stiffness>>(v); });
   resolved.get().def_prop_ro(
       "stiffness",
       [](const Resolved& r) {
@@ -277,6 +402,12 @@ void bind_readings(nb::module_& m) {
       .def("__len__", [](const ParticleData& p) { return p.id.size(); })
       .def("__repr__",
            [](const ParticleData& p) { return "<meltsim.Particles: " + std::to_string(p.id.size()) + ">"; })
+      .def(
+          "as_dict", &particles_as_dict, nb::sig("def as_dict(self) -> dict[str, Any]"),
+          "The arrays by their names, fractions as a list of them; without solid, liquid, material and body, "
+          "which are in tag.")
+      .def("__getstate__", &particles_state)
+      .def("__setstate__", &set_particles_state)
       .def_prop_ro("id", column<std::uint32_t>(&ParticleData::id),
                    "Ascending; from the first step on an id names the same particle. uint32 (n,)")
       .def_prop_ro("position", column<double>(&ParticleData::position, 3), "[m], float64 (n, 3)")
@@ -317,6 +448,11 @@ void bind_readings(nb::module_& m) {
 
   nb::class_<SurfaceMesh>(m, "Surface",
                           "A surface mesh. Arrays per vertex are parallel and share its memory.")
+      .def("__repr__",
+           [](const SurfaceMesh& s) {
+             return "<meltsim.Surface: " + std::to_string(s.position.size()) + " vertices, " +
+                    std::to_string(s.triangles.size() / 3) + " triangles>";
+           })
       .def_prop_ro(
           "origin", [](const SurfaceMesh& s) { return tuple3(s.origin); }, "Add it to positions [m].")
       .def_prop_ro("position", vertex_column<float>(&SurfaceMesh::position, 3), "[m], float32 (n, 3)")

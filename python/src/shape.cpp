@@ -152,6 +152,12 @@ void bind_shape(nb::module_& m) {
             return nb::make_tuple(tuple3(b.min), tuple3(b.max));
           },
           "Smallest box around it: lower and upper corner [m].")
+      .def(
+          "__copy__", [](nb::handle self) { return nb::borrow(self); },
+          nb::sig("def __copy__(self) -> Shape"))
+      .def(
+          "__deepcopy__", [](nb::handle self, nb::handle) { return nb::borrow(self); }, "memo"_a,
+          nb::sig("def __deepcopy__(self, memo: Any) -> Shape"))
       .def("__repr__", [](const Shape& s) {
         if (s.empty()) return std::string("<meltsim.Shape: empty>");
         const auto b = s.bounds();

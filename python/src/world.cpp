@@ -615,8 +615,8 @@ const char* const dict_file = "scene";  ///< what messages about a dict call it
 /// A message of the reader in the terms of World.load(). A dict has paths, no lines and columns.
 std::string in_terms_of_load(std::string said, bool is_dict) {
   static const std::regex place(std::string("\\b") + dict_file + ":\\d+:\\d+: "),
-      first("; first given on line \\d+$"), of_argument("^[^\"]*:\\d+:\\d+: (threads: [^]*)$"), set("^--set "),
-      scale("--scale (?=\\d)");
+      first("; first given on line \\d+$"), of_argument("^[^\"]*:\\d+:\\d+: (threads: [^]*)$"),
+      set("^--set "), scale("--scale (?=\\d)");
   said = std::regex_replace(said, of_argument, "$1");
   if (is_dict) {
     said = std::regex_replace(said, place, std::string(dict_file) + ": ");
@@ -688,7 +688,7 @@ void init_scene(HostWorld* self, const LoadedScene& loaded, Text backend, Text p
   runner::MachineOptions machine;
   machine.backend = static_cast<Backend>(choice("backend", backend, backends));
   machine.precision = static_cast<Precision>(choice("precision", precision, precisions));
-  set_to(&runner::MachineOptions::threads)(machine, "threads", threads);
+  set_to (&runner::MachineOptions::threads)(machine, "threads", threads);
   auto built = with_place(loaded.is_dict, [&] {
     const nb::gil_scoped_release released;
     runner::Built b = runner::build_world(loaded.scene, machine);
@@ -1029,6 +1029,11 @@ auto pack_array(const V* RenderView::*member) {
   };
 }
 
+std::string view_repr(const char* kind, const std::string& contents, Backend backend, bool expired) {
+  return std::string("<meltsim.") + kind + ": " + contents + ", " +
+         backends[static_cast<std::size_t>(backend)] + (expired ? ", no longer there>" : ">");
+}
+
 void bind_pack(nb::module_& m) {
   nb::class_<RenderPack>(
       m, "RenderPack", nb::type_slots(owner_slots<RenderPack>),
@@ -1036,6 +1041,11 @@ void bind_pack(nb::module_& m) {
       "arrays on the CPU; on CUDA arrays with __dlpack__. They stay while the World steps, until the "
       "next render_view(), which is refused while one is alive.")
       .def("__len__", [](const RenderPack& p) { return static_cast<std::size_t>(p.view.count); })
+      .def("__repr__",
+           [](const RenderPack& p) {
+             return view_repr("RenderPack", std::to_string(p.view.count) + " particles", p.view.backend,
+                              p.world->closed() || p.pack != p.world->packs);
+           })
       .def_prop_ro(
           "origin", [](const RenderPack& p) { return tuple3(p.view.origin); },
           "Positions are relative to it [m].")
@@ -1085,6 +1095,14 @@ void bind_surface_pack(nb::module_& m) {
       "A surface mesh in the memory of the backend: no copy. NumPy arrays on the CPU; on CUDA arrays with "
       "__dlpack__. They stay while the World steps, until the next surface, which is refused while one is "
       "alive.")
+      .def("__repr__",
+           [](const SurfacePack& p) {
+             const bool expired = p.world->closed() || !p.world->unguarded().check_view(p.view);
+             return view_repr("SurfaceView",
+                              std::to_string(p.view.vertices) + " vertices, " +
+                                  std::to_string(p.view.triangles) + " triangles",
+                              p.view.backend, expired);
+           })
       .def_prop_ro(
           "origin", [](const SurfacePack& p) { return tuple3(p.view.origin); }, "Add it to positions [m].")
       .def_prop_ro("position", surface_array(&SurfaceView::position), nb::sig("def position(self) -> Any"),
@@ -1161,6 +1179,15 @@ void bind_state(nb::module_& m) {
                     "they are read-only "
                     "by agreement; what changes the World is refused while one is alive.")
       .def("__len__", [](const State& s) { return static_cast<std::size_t>(s.context.particles); })
+      .def("__repr__",
+           [](const State& s) {
+             const bool expired =
+                 s.world->closed() || (s.stage ? !*s.alive : s.generation != s.world->generation);
+             return view_repr("State",
+                              std::to_string(s.context.particles) +
+                                  " particles at t = " + runner::csv_number(s.context.time) + " s",
+                              s.context.backend, expired);
+           })
       .def_prop_ro(
           "position", [](State& s) { return state_array(s, s.context.position, 4, scalar(s), s.stage); },
           nb::sig("def position(self) -> Any"),
@@ -1309,7 +1336,8 @@ void bind_world(nb::module_& m) {
              return w.recorded();
            })
       .def("close", &HostWorld::close,
-           "Releases the World and its memory; everything but close() is refused from then on, and close() does nothing. Refused while "
+           "Releases the World and its memory; everything but close() is refused from then on, and close() "
+           "does nothing. Refused while "
            "an array views that memory. `with World(...) as world:` closes at its end.")
       .def_prop_ro(
           "closed", [](const HostWorld& w) { return w.closed(); }, "Whether close() was called.")
@@ -1451,8 +1479,7 @@ void bind_world(nb::module_& m) {
               return std::any_of(w.probes.begin(), w.probes.end(),
                                  [&](const Probe& known) { return known.name == name; });
             };
-            if (taken(input.desc.name))
-              refuse("name: there is a probe \"" + input.desc.name + "\" already");
+            if (taken(input.desc.name)) refuse("name: there is a probe \"" + input.desc.name + "\" already");
             input.desc.name =
                 name_or(input.desc.name, "probe", w.scene_probes.size() + w.probes.size(), taken);
             Probe probe{w.serial(),
@@ -1889,7 +1916,8 @@ void bind_world(nb::module_& m) {
             return away(w, false, [&](World& world) { return expect(world.surface(desc)); });
           },
           "of"_a = "liquid", nb::kw_only(), "cell"_a = 0.0, "kernel"_a = "isotropic", "smoothing"_a = 4,
-          "closed_at_solids"_a = false, "The surface of \"liquid\", \"solids\" or a body, by its name, too, as triangles.")
+          "closed_at_solids"_a = false,
+          "The surface of \"liquid\", \"solids\" or a body, by its name, too, as triangles.")
       .def(
           "surface_view",
           [](HostWorld& w, nb::object of_what, Real cell, Text kernel, Integer smoothing, Boolean closed,
@@ -2030,13 +2058,20 @@ void bind_world(nb::module_& m) {
           "add_stage",
           [](HostWorld& w, Text name, nb::object function, Text after, Texts reads, Texts writes,
              bool recorded) {
-            w.add_stage(text("name", name), function, text("after", after), texts("reads", reads),
-                        texts("writes", writes), recorded);
+            const std::vector<std::string> written = texts("writes", writes);
+            for (const char* fixed : {"enthalpy", "id", "tag"})
+              if (std::find(written.begin(), written.end(), fixed) != written.end())
+                refuse(std::string("writes: a stage reads \"") + fixed +
+                       "\" and cannot change it; it writes acceleration, velocity and position");
+            w.add_stage(text("name", name), function, text("after", after), texts("reads", reads), written,
+                        recorded);
           },
           "name"_a, "function"_a, nb::kw_only(), "after"_a = "sph.forces",
           "reads"_a = nb::make_tuple("position", "velocity", "tag"),
           "writes"_a = nb::make_tuple("acceleration"), "recorded"_a = false,
-          "Calls function(state) in every sub-step, after a built-in stage. It adds to state.acceleration; "
+          "Calls function(state) in every sub-step, after a built-in stage. It adds to state.acceleration, "
+          "and may "
+          "write velocity and position; "
           "recorded: what it launches on state.stream is the same every time, and CUDA repeats it without "
           "calling it; "
           "its arrays hold until it returns. "

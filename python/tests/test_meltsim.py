@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as a user meets it: exact answers, arrays, errors. Small Worlds: the tests are about the interface."""
+import copy
 import gc
 import math
 import os
+import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -1103,6 +1106,83 @@ def test_a_closed_world_is_gone():
         other.step(0.01)
     other.close()
     assert other.closed
+
+
+def test_what_was_read_is_copied_and_pickled():
+    world = bath(heat_time_scale=1e4)
+    world.add_material("salt", dissolves_in="water", solubility=0.3, diffusivity_in=1e-9)
+    world.add_fluid(Shape.box((0.5, 0.5, 0.5), (0.6, 0.6, 0.6)), "water", fractions={"salt": 0.1})
+    world.step(0.01)
+    records = [world.totals(), world.ledger(), world.synchronize(), world.pieces()[0], world.resolved, world.step_within(0.01, 1e9)]
+    again = [pickle.loads(pickle.dumps(records)), copy.deepcopy(records), [copy.copy(r) for r in records]]
+    for others in again:
+        for one, other in zip(records, others):
+            assert type(one) is type(other) and repr(one) == repr(other)  # of every number, to its last digit
+    piece, solute = records[3], records[1].solute
+    assert solute[0] > 0 and all(others[1].solute == solute for others in again)
+    for others in again:
+        assert (others[3].body, others[3].orientation, others[3].bounds) == (piece.body, piece.orientation, piece.bounds)
+        assert np.array_equal(others[3].inertia, piece.inertia) and piece.inertia[0, 0] > 0
+        assert others[4].stiffness[0].as_dict() == world.resolved.stiffness[0].as_dict()
+    p = world.particles()
+    arrays = p.as_dict()
+    assert list(arrays)[:2] == ["id", "position"] and arrays["position"].shape == (len(p), 3)
+    for other in (pickle.loads(pickle.dumps(p)), copy.deepcopy(p), copy.copy(p)):
+        assert len(other) == len(p) and not np.shares_memory(other.position, p.position)
+        for name, values in arrays.items():
+            assert np.array_equal(getattr(other, name), values) and name in ("fractions",) or getattr(other, name).dtype == values.dtype
+        assert np.array_equal(other.solid, p.solid) and np.array_equal(other.body, p.body) and other.fractions[0].max() > 0.05
+    del arrays["mass"]
+    for state in ((p.as_dict(), [1]), (arrays, []), ({**p.as_dict(), "mass": np.zeros(3)}, []), ({**p.as_dict(), "mass": "heavy"}, [])):
+        with pytest.raises((TypeError, KeyError, ValueError, RuntimeError)):
+            meltsim.Particles.__new__(meltsim.Particles).__setstate__(state)
+    with pytest.raises(TypeError, match="another version"):
+        meltsim.Totals.__new__(meltsim.Totals).__setstate__((1, 2))
+    shape = Shape.sphere((0, 0, 0), 1) - Shape.box((0, 0, 0), (1, 1, 1))
+    assert copy.copy(shape) is copy.deepcopy({"shape": shape})["shape"] is shape  # nothing changes it
+
+
+def test_what_views_a_world_says_what_it_is():
+    world = bath()
+    state, pack, surface, mesh = world.state(), world.render_view(), world.surface_view("solids"), world.surface("liquid")
+    assert repr(state) == "<meltsim.State: 135 particles at t = 0 s, cpu>" and repr(pack) == "<meltsim.RenderPack: 135 particles, cpu>"
+    assert repr(mesh) == f"<meltsim.Surface: {len(mesh.position)} vertices, {len(mesh.triangles)} triangles>"
+    assert re.fullmatch(r"<meltsim.SurfaceView: \d+ vertices, \d+ triangles, cpu, no longer there>", repr(surface))  # there is a later one
+    assert "no longer" not in repr(world.surface_view())
+    world.step(0.01)
+    world.render_view()
+    assert repr(state).endswith("cpu, no longer there>") and repr(pack).endswith("no longer there>")
+    kept = []
+    world.add_stage("keeps", kept.append)
+    world.step(1e-4)
+    assert repr(kept[0]).endswith("no longer there>")
+    world.close()
+    assert all(repr(view).endswith("no longer there>") for view in (state, pack, surface))
+    assert re.fullmatch(r"<meltsim.Page: 0.002 MB, 300 pixels high; .*>", repr(meltsim.Page("x" * 2000, 300)))
+
+
+def test_warnings_are_those_of_one_world():
+    one, other = World(spacing=0.1, backend="cpu"), World(spacing=0.1, backend="cpu")
+    one.warnings.append("mine")
+    assert one.warnings == ["mine"] and other.warnings == [] == World(spacing=0.1, backend="cpu").warnings
+
+
+def test_a_stage_writes_what_it_may():
+    world = bath()
+    for channel in ("enthalpy", "id", "tag"):
+        with pytest.raises(meltsim.Error, match=f'writes: a stage reads "{channel}" and cannot change it; it writes acceleration, velocity and position'):
+            world.add_stage("heats", lambda state: None, writes=("acceleration", channel))
+    with pytest.raises(meltsim.Error, match='channel "heat" does not exist'):
+        world.add_stage("heats", lambda state: None, writes="heat")
+    seen = []
+
+    def stops(state):
+        state.velocity[:, :3] = 0
+        seen.append((state.enthalpy.flags.writeable, state.id.flags.writeable, state.velocity.flags.writeable))
+
+    world.add_stage("stops", stops, reads=("velocity", "enthalpy"), writes=("velocity",), after="step.integrate")
+    world.step(0.01)
+    assert set(seen) == {(False, False, True)} and world.totals().kinetic == 0
 
 
 def test_steps_within_a_budget_and_again():
