@@ -24,11 +24,6 @@ void check_fractions(const Node& item, const Scene& scene) {
     for (const auto& [name, value] : node->entries()) check_material_name(value, name, scene);
 }
 
-template <class D>
-void number_name(D& item, const char* stem, std::size_t before) {
-  if (item.desc.name.empty()) item.desc.name = fmt::format("{}{}", stem, before + 1);
-}
-
 }  // namespace
 
 void load_fluids(const Node& node, Scene& scene) {
@@ -40,12 +35,12 @@ void load_fluids(const Node& node, Scene& scene) {
 
 void load_bodies(const Node& node, Scene& scene) {
   load_list(node, body_options(), scene.bodies, [&](const Node& item, SceneBody& body) {
-    number_name(body, "body", scene.bodies.size());
     check_material_name(*item.find("material"), body.material, scene);
     for (const SceneMaterial& material : scene.materials)
       if (material.desc.name == body.material) scene.output.body_colors.push_back(material.color);
     scene.output.body_visible.push_back(body.visible);
   });
+  number_names(scene.bodies, "body");
 }
 
 void load_nozzle(const Node& node, meltsim::EmitterDesc& desc) {
@@ -61,7 +56,6 @@ void load_nozzle(const Node& node, meltsim::EmitterDesc& desc) {
 
 void load_emitters(const Node& node, Scene& scene) {
   load_list(node, emitter_options(), scene.emitters, [&](const Node& item, SceneEmitter& emitter) {
-    number_name(emitter, "emitter", scene.emitters.size());
     check_material_name(*item.find("material"), emitter.material, scene);
     check_fractions(item, scene);
     const auto reservoir = item.find("reservoir");
@@ -72,18 +66,17 @@ void load_emitters(const Node& node, Scene& scene) {
     for (const auto& [key, where] : item.find(part)->source().keys)
       emitter.source.keys[part + "." + key] = where;
   });
+  number_names(scene.emitters, "emitter");
 }
 
 void load_force_fields(const Node& node, Scene& scene) {
-  load_list(node, force_field_options(), scene.force_fields, [&](const Node&, SceneForceField& field) {
-    number_name(field, "field", scene.force_fields.size());
-  });
+  load_list(node, force_field_options(), scene.force_fields, [](const Node&, SceneForceField&) {});
+  number_names(scene.force_fields, "field");
 }
 
 void load_heat_regions(const Node& node, Scene& scene) {
-  load_list(node, heat_region_options(), scene.heat_regions, [&](const Node&, SceneHeatRegion& region) {
-    number_name(region, "heat", scene.heat_regions.size());
-  });
+  load_list(node, heat_region_options(), scene.heat_regions, [](const Node&, SceneHeatRegion&) {});
+  number_names(scene.heat_regions, "heat");
 }
 
 }  // namespace runner

@@ -2,9 +2,26 @@
 // The sections of a scene, one reader each.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
 #include "scene_options.hpp"
 
 namespace runner {
+
+/// Names those of a list that have none: the kind and their place in the list, or the next number that no other has.
+template <class Item>
+void number_names(std::vector<Item>& items, const char* kind) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (!items[i].desc.name.empty()) continue;
+    std::size_t number = i + 1;
+    const auto is_taken = [&](const Item& other) { return other.desc.name == kind + std::to_string(number); };
+    while (std::any_of(items.begin(), items.end(), is_taken)) ++number;
+    items[i].desc.name = kind + std::to_string(number);
+  }
+}
 
 /// Faces that a key like "-x" or "x" names, in the order of the library.
 std::vector<std::size_t> face_indices(const std::string& key);

@@ -43,13 +43,13 @@ void check_opening(const Node& item) {
 
 void load_probes(const Node& node, Scene& scene) {
   load_list(node, probe_options(), scene.probes, [&](const Node& item, SceneProbe& probe) {
-    if (probe.desc.name.empty()) probe.desc.name = fmt::format("probe{}", scene.probes.size() + 1);
     if (probe.desc.kind == ProbeKind::force || probe.desc.kind == ProbeKind::heat)
       check_side(item, scene, probe);
     if (probe.desc.kind == ProbeKind::flux) check_opening(item);
     take_default_fields(item, probe);
     if (!item.find("every")) probe.desc.every = 1 / scene.time.fps;
   });
+  number_names(scene.probes, "probe");
 }
 
 }  // namespace runner

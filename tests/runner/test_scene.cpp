@@ -56,6 +56,25 @@ TEST(Scene, ReadsValues) {
   EXPECT_EQ(scene.bodies[0].density, 500);
 }
 
+// A body named body2 first, so that the second, without a name, would have been called like it.
+TEST(Scene, NamesThatNobodyGaveAreFree) {
+  const std::string start =
+      "meltsim: 1\nparticles: {spacing: 0.1}\ndomain: {min: [0, 0, 0], max: [2, 1, 1]}\n"
+      "materials: {stone: {density: 2000}}\n";
+  const auto body = [](const char* name, double x) {
+    return fmt::format("  - {{{}material: stone, shape: {{box: [[{}, 0, 0], [{}, 0.3, 0.3]]}}}}\n", name, x,
+                       x + 0.3);
+  };
+  const auto probe = [](const char* name) { return fmt::format("  - {{{}at: [1, 0.5, 0.5]}}\n", name); };
+  const Scene scene = parse(start + "bodies:\n" + body("name: body2, ", 0) + body("", 0.5) + body("", 1) +
+                            "probes:\n" + probe("") + probe("name: probe1, "));
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  EXPECT_EQ(scene.bodies[1].desc.name, "body3");
+  EXPECT_EQ(scene.bodies[2].desc.name, "body4");
+  ASSERT_EQ(scene.probes.size(), 2u);
+  EXPECT_EQ(scene.probes[0].desc.name, "probe2");
+}
+
 const std::string merged = R"(meltsim: 1
 particles: {spacing: 0.1}
 materials:
