@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading scenes: values, defaults, --set, and that the resolved scene is a scene again.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
