@@ -66,7 +66,9 @@ TEST(Scene, NamesThatNobodyGaveAreFree) {
     return fmt::format("  - {{{}material: stone, shape: {{box: [[{}, 0, 0], [{}, 0.3, 0.3]]}}}}\n", name, x,
                        x + 0.3);
   };
-  const auto probe = [](const char* name) { return fmt::format("  - {{{}at: [1, 0.5, 0.5]}}\n", name); };
+  const auto probe = [](const char* name) {
+    return fmt::format("  - {{{}at: [1, 0.5, 0.5], fields: [pressure]}}\n", name);
+  };
   const Scene scene = parse(start + "bodies:\n" + body("name: body2, ", 0) + body("", 0.5) + body("", 1) +
                             "probes:\n" + probe("") + probe("name: probe1, "));
   ASSERT_EQ(scene.bodies.size(), 3u);
