@@ -221,9 +221,13 @@ class Columns {
   /// What pulls a particle along gravity [m/s^2]: with fields perhaps nothing.
   double pull(std::uint32_t id) const {
     Vec3d a = desc_.gravity;
+    physics::Winds<double> winds;
     for (const physics::ForceField<double>& f : fields_)
-      if (physics::in_force_region(f, state_.position[id] - f.center))
-        a += physics::force_field_acceleration(f, state_.position[id] - f.about, state_.velocity[id], 0.0);
+      if (physics::in_force_region(f, state_.position[id] - f.center)) {
+        a += physics::force_field_acceleration(f, state_.position[id] - f.about);
+        winds.add(f, state_.position[id] - f.about);
+      }
+    a += physics::wind_acceleration(winds, state_.velocity[id], a, 0.0);
     return std::max(-up_ * part(a, axis_), 0.0);
   }
   double height(Vec3d x) const { return up_ * part(x, axis_); }

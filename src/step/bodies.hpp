@@ -283,7 +283,7 @@ struct SetForceFieldBody {
   }
 };
 
-/// Acceleration of a particle by force fields, one after another: drag sees the velocity that those before it lead to.
+/// Acceleration of a particle by force fields: winds act beside the other fields and all that sph and lsm stages made of it.
 template <class T>
 struct FieldsBody {
   Frame<T> w;
@@ -296,14 +296,17 @@ struct FieldsBody {
       const core::Clock<T>& clock = *w.f.clock;
       const Vec3<T> x = xyz(w.f.position[i]), v = xyz(w.f.velocity[i]);
       const std::uint32_t count = w.f.force_fields->count;
+      physics::Winds<T> winds;
       for (std::uint32_t k = 0; k < count; ++k) {
         const physics::ForceField<T>& field = w.f.force_fields->row[k];
         if (field.on == 0u || (liquid ? field.liquid : field.bodies) == 0u) continue;
         if (!(clock.time >= field.from && clock.time < field.until)) continue;
         if (!physics::in_force_region(field, spatial::separation(w.grid, x, field.center))) continue;
-        a += physics::force_field_acceleration(field, spatial::separation(w.grid, x, field.about),
-                                               v + a * clock.dt, clock.dt);
+        const Vec3<T> from = spatial::separation(w.grid, x, field.about);
+        a += physics::force_field_acceleration(field, from);
+        winds.add(field, from);
       }
+      a += physics::wind_acceleration(winds, v, w.f.acceleration[i] + a, clock.dt);
       Vec3<T> more = a;
       if (liquid) {
         // The correction of images at a floor follows from the whole acceleration.

@@ -10,7 +10,7 @@
 //   uniform  a = A                                                          m/s^2
 //   radial   a = s f(r) e_r                  e_r away from the point        m/s^2
 //   vortex   a = s f(r) n x e_r              r, e_r from the axis           m/s^2
-//   drag     a = (u + w x x - v) (1 - exp(-k dt))/dt                        m/s^2
+//   drag     a = k (u + w x x - v) m - b (1 - m), m = (1 - exp(-k dt))/(k dt)   m/s^2
 //   f(r)     = r/R for r < R or p = 1, else (r/R)^p                         -
 //
 //   symbol  meaning                                                       unit
@@ -21,9 +21,10 @@
 //   u, w    velocity and angular velocity of the wind, about the point    m/s, rad/s
 //   x, v    place of the particle from the point, its velocity            m, m/s
 //   k       rate at which the difference in velocity decays, 1/tau        1/s
+//   b       acceleration by all else; the solution of v' = b + k (u - v)  m/s^2
 //
-// Deviations: fields are accelerations, the same for light and heavy particles; on a particle of liquid in a wind on which
-// nothing else acts, and on a body all of which is in it, drag is exact for any dt; beside other forces it is of first order in k dt.
+// Deviations: fields are accelerations, the same for light and heavy particles. On a particle of liquid, and on a body all of which is in
+// the wind, drag is exact for any dt beside an acceleration that stays as it is in a sub-step; what a body's shape does within one comes after it.
 #pragma once
 
 #include "meltsim/physics/elementary.hpp"
@@ -92,17 +93,17 @@ MELTSIM_HD T force_falloff(const ForceField<T>& f, T r) {
   return f.strength * share;
 }
 
-/// (1 - exp(-k dt))/dt: the share of the difference in velocity that drag takes in a sub-step, over that [1/s].
+/// (1 - exp(-x))/x, the mean of exp(-x s) for s in 0..1.
 template <class T>
-MELTSIM_HD T drag_share(T rate, T dt) {
-  const double k = static_cast<double>(rate), x = k * static_cast<double>(dt);
-  if (x < 1e-5) return static_cast<T>(k * (1 - x * (0.5 - x / 6)));  // else the difference would cancel
-  return static_cast<T>((1 - exponential(-x)) / static_cast<double>(dt));
+MELTSIM_HD T mean_decay(T x) {
+  const double y = static_cast<double>(x);
+  return static_cast<T>(y < 1e-5 ? 1 - y * (0.5 - y / 6)
+                                 : (1 - exponential(-y)) / y);  // near 0 the difference would cancel
 }
 
-/// Acceleration by a field that acts on a particle at x [m] from its point with velocity v, in a sub-step of dt [m/s^2].
+/// Acceleration by a field, drag excepted, that acts on a particle at x [m] from its point [m/s^2].
 template <class T>
-MELTSIM_HD Vec3<T> force_field_acceleration(const ForceField<T>& f, Vec3<T> x, Vec3<T> v, T dt) {
+MELTSIM_HD Vec3<T> force_field_acceleration(const ForceField<T>& f, Vec3<T> x) {
   switch (f.kind) {
     case ForceKind::radial:
       return x * force_falloff(f, length(x));
@@ -111,10 +112,31 @@ MELTSIM_HD Vec3<T> force_field_acceleration(const ForceField<T>& f, Vec3<T> x, V
       return cross(f.axis, across) * force_falloff(f, length(across));
     }
     case ForceKind::drag:
-      return (f.vector + cross(f.spin, x) - v) * drag_share(f.rate, dt);
+      return {};
     default:
       return f.vector;
   }
+}
+
+/// The winds that drag a particle: those of several fields act as one, of the sum of their rates.
+template <class T>
+struct Winds {
+  T rate{};        ///< sum of k [1/s]
+  Vec3<T> pull{};  ///< sum of k (u + w x x) [m/s^2]
+  /// Adds a field that acts on a particle at x [m] from its point; all but drag are none.
+  MELTSIM_HD void add(const ForceField<T>& f, Vec3<T> x) {
+    if (f.kind != ForceKind::drag) return;
+    rate += f.rate;
+    pull += (f.vector + cross(f.spin, x)) * f.rate;
+  }
+};
+
+/// Acceleration by winds in a sub-step of dt on a particle with velocity v that all else accelerates by `other` [m/s^2].
+template <class T>
+MELTSIM_HD Vec3<T> wind_acceleration(const Winds<T>& w, Vec3<T> v, Vec3<T> other, T dt) {
+  if (!(w.rate > T(0))) return {};
+  const T mean = mean_decay(w.rate * dt);
+  return (w.pull - v * w.rate) * mean - other * (T(1) - mean);
 }
 
 /// Impulse and work of the fields: sums over particles.
