@@ -93,12 +93,11 @@ MELTSIM_HD T force_falloff(const ForceField<T>& f, T r) {
   return f.strength * share;
 }
 
-/// (1 - exp(-x))/x, the mean of exp(-x s) for s in 0..1.
+/// (1 - exp(-x))/x, the mean of exp(-x s) for s in 0..1; near 0 as a series, since the difference would cancel.
 template <class T>
 MELTSIM_HD T mean_decay(T x) {
   const double y = static_cast<double>(x);
-  return static_cast<T>(y < 1e-5 ? 1 - y * (0.5 - y / 6)
-                                 : (1 - exponential(-y)) / y);  // near 0 the difference would cancel
+  return static_cast<T>(y < 1e-5 ? 1 - y * (0.5 - y / 6) : (1 - exponential(-y)) / y);
 }
 
 /// Acceleration by a field, drag excepted, that acts on a particle at x [m] from its point [m/s^2].
