@@ -58,10 +58,11 @@ TEST(FreeSurface, OfAPoolAtRestIsItsArea) {
 }
 
 // Between periodic sides, dropped by a hand's breadth so that no lattice is left: it then has its area to 1 %, where that of a lattice
-// at every phi was 15 to 25 % too large. 2 %: it still moves by some cm/s.
+// at every phi was 15 to 25 % too large. 2 %: it still moves by some cm/s. At 1.8 spacings
+// 8 % are missing; there a particle alone fills more than half of the kernel's sum, and all of them once counted as alone.
 TEST(FreeSurface, OfAPoolThatHasComeToRestIsItsArea) {
   MELTSIM_NEEDS_BACKEND();
-  for (const double support : {2.0, 2.5, 3.0}) {
+  for (const double support : {1.8, 2.0, 2.5, 3.0}) {
     WorldDesc d = tank(support);
     d.domain.faces = {Face::periodic, Face::periodic, Face::wall, Face::wall, Face::periodic, Face::periodic};
     World w = *World::create(d);
@@ -71,7 +72,7 @@ TEST(FreeSurface, OfAPoolThatHasComeToRestIsItsArea) {
     f.velocity = {0, -0.4, 0};
     ASSERT_TRUE(w.add_fluid(f));
     for (int i = 0; i < 200; ++i) require(w.step(0.02));
-    EXPECT_NEAR(area(w, 50, 0.02) / (1.2 * 1.2), 1, 0.02) << support;
+    EXPECT_NEAR(area(w, 50, 0.02) / (1.2 * 1.2), 1, support < 2 ? 0.1 : 0.02) << support;
   }
 }
 

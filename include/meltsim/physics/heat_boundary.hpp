@@ -218,13 +218,14 @@ inline FreeLayer<T> make_free_layer(double support, double spacing) {
 /// them phi says how much. Within a liquid in motion
 /// |G| is up to 0.3 of I(dx/2): the share rises from 0 there to 1 at 0.5. Where less than half is
 /// full around a particle it represents at least a share of the surface of a ball of its volume, 4.84 dx^2, all of it
-/// where it is alone: W(0) V = `own`. phi = sum_j V_j W_ij. Depth: dx/2. Ours.
+/// where it is alone: W(0) V = `own`, which at small supports is more than half by itself. phi = sum_j V_j W_ij. Depth: dx/2. Ours.
 template <class T>
 MELTSIM_HD ParticleSurface<T> free_surface(const WallExchange<T>& e, const FreeLayer<T>& layer, T volume, T G,
                                            T phi, T own) {
   const T plane = wall_area(e, e.half_spacing), dx = T(2) * e.half_spacing;
   const T share = clamp((G - T(0.3) * plane) / (T(0.2) * plane), T(0), T(1));
-  const T lonely = clamp((T(0.5) - phi) / (T(0.5) - own), T(0), T(1));
+  const T crowd = maximum(T(0.5), own + T(0.1));
+  const T lonely = clamp((crowd - phi) / (crowd - own), T(0), T(1));
   const T rest = clamp((phi - layer.lattice_phi) / (T(1) - layer.lattice_phi), T(0), T(1));
   const T of_layer = layer.on_lattice + rest * (layer.at_rest - layer.on_lattice);
   return {maximum(volume * G / of_layer * share, lonely * T(4.84) * volume / dx), e.half_spacing};
