@@ -181,15 +181,21 @@ TEST(ForceField, AgainstGravityMakesAColumnWeightless) {
   EXPECT_GT(w.totals()->max_speed, 1e-2);  // it has its weight again
 }
 
-// Momentum comes from fields alone where there is no wall: to rounding, of fixed-point sums of pieces 1e-9. Work is the change of
-// kinetic energy where nothing is compressed: of liquid that is accelerated as a whole, and of a rigid body.
-TEST(ForceField, ImpulseAndWorkAreInTheLedger) {
-  MELTSIM_NEEDS_BACKEND();
-  World w = make(still());
+/// Liquid, a free body and a rigid one, out of each other's reach.
+World one_of_each(const WorldDesc& d) {
+  World w = make(d);
   pour(w, add(w, "water", 1000), {0, 0, 0}, {0.5, 0.5, 0.5});
   const MaterialId wood = add(w, "wood", 700);
   solid(w, wood, Motion::free, {1, 0, 0}, {1.4, 0.4, 0.4});
   solid(w, wood, Motion::rigid, {0, 1, 0}, {0.4, 1.4, 0.4});
+  return w;
+}
+
+// Momentum comes from fields alone where there is no wall: to rounding, of fixed-point sums of pieces 1e-9. Work is the change of
+// kinetic energy where nothing is compressed: of liquid that is accelerated as a whole, and of a rigid body.
+TEST(ForceField, ImpulseAndWorkAreInTheLedger) {
+  MELTSIM_NEEDS_BACKEND();
+  World w = one_of_each(still());
   ForceFieldDesc f;
   f.kind = ForceFieldKind::vortex;
   f.strength = 2;
@@ -304,11 +310,7 @@ TEST(ForceField, DragBesideGravityFallsAtTheRightSpeed) {
   for (const double rate : {3.0, 100.0, 1e4}) {
     WorldDesc d = still();
     d.gravity = {0, -10, 0};
-    World w = make(d);
-    pour(w, add(w, "water", 1000), {0, 0, 0}, {0.4, 0.4, 0.4});
-    const MaterialId wood = add(w, "wood", 700);
-    solid(w, wood, Motion::free, {1, 0, 0}, {1.4, 0.4, 0.4});
-    solid(w, wood, Motion::rigid, {2, 0, 0}, {2.4, 0.4, 0.4});
+    World w = one_of_each(d);
     ForceFieldDesc f;
     f.kind = ForceFieldKind::drag;
     f.rate = rate;
