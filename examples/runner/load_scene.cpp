@@ -150,14 +150,17 @@ void add_look(SceneOutput& output, const std::string& material, std::optional<st
   output.looks.push_back({material, color});
 }
 
+std::optional<std::array<double, 3>> look_color(const SceneOutput& output, const std::string& material) {
+  for (const SceneLook& look : output.looks)
+    if (look.name == material) return look.color;
+  return std::nullopt;
+}
+
 void add_look(SceneOutput& output, const std::string& material, double density) {
   const std::string name = dense_material(material, density);
-  std::optional<std::array<double, 3>> color;
-  for (const SceneLook& look : output.looks) {
+  for (const SceneLook& look : output.looks)
     if (look.name == name) return;
-    if (look.name == material) color = look.color;
-  }
-  output.looks.push_back({name, color});
+  output.looks.push_back({name, look_color(output, material)});
 }
 
 std::string dense_material(const std::string& material, double density) {

@@ -19,6 +19,8 @@ Scene parse_scene(const std::string& text, const std::string& file, const std::s
 /// Materials as build_world makes them: those of the scene, then one per density that a body has of its own.
 void add_look(SceneOutput& output, const std::string& material, std::optional<std::array<double, 3>> color);
 void add_look(SceneOutput& output, const std::string& material, double density);
+/// The colour of a material whose look was added; nothing where it has none.
+std::optional<std::array<double, 3>> look_color(const SceneOutput& output, const std::string& material);
 /// A body's own density is a material of its own, alike in everything else.
 std::string dense_material(const std::string& material, double density);
 

@@ -9,7 +9,7 @@ WIDTH = {"SCALAR": 1, "VEC3": 3}
 
 
 class Mesh:
-    """vertices: (x, y, z, nx, ny, nz, temperature, body, material); faces: (a, b, c)"""
+    """vertices: (x, y, z, nx, ny, nz, temperature, body, material, mass fraction of each species); faces: (a, b, c)"""
 
     def __init__(self, vertices, faces, placeholder):
         self.vertices, self.faces, self.placeholder = vertices, faces, placeholder
@@ -22,9 +22,10 @@ def read_mesh(path):
     assert header[:2] == ["ply", "format binary_little_endian 1.0"]
     count = {words[1]: int(words[2]) for line in header if (words := line.split())[0] == "element"}
     fields = [line.split()[2] for line in header if line.startswith("property") and "list" not in line]
-    assert fields == ["x", "y", "z", "nx", "ny", "nz", "temperature", "body", "material"], fields
-    middle = end + 36 * count["vertex"]
-    vertices = list(struct.iter_unpack("<7f2i", data[end:middle]))
+    assert fields[:9] == ["x", "y", "z", "nx", "ny", "nz", "temperature", "body", "material"], fields
+    assert all(field.startswith("w_") for field in fields[9:]), fields
+    middle = end + 4 * len(fields) * count["vertex"]
+    vertices = list(struct.iter_unpack(f"<7f2i{len(fields) - 9}f", data[end:middle]))
     faces = list(struct.iter_unpack("<B3I", data[middle:]))
     assert len(vertices) == count["vertex"] and len(faces) == count["face"]
     assert all(face[0] == 3 for face in faces)

@@ -245,6 +245,29 @@ class Own(Pictures):
         self.assertIn("out/tiny-001/natural_sheet.png", said)
         self.assertTrue(os.path.exists(self.path("out", "tiny-001", "pictures", "natural_00001.png")))
 
+    def test_render_shows_what_is_dissolved(self):
+        """The pictures of `render`, of a directory and of a scene, are those of the run: white with milk, not black as coffee."""
+        scene = self.path("coffee.json")
+        Path(scene).write_text(json.dumps({
+            "meltsim": 1, "domain": {"min": [0, 0, 0], "max": [0.06, 0.06, 0.06]}, "particles": {"spacing": 0.005},
+            "time": {"end": 0.02, "fps": 50},
+            "materials": {"coffee": {"density": 1000, "color": [0.05, 0.03, 0.01]},
+                          "milk": {"density": 1030, "dissolves_in": "coffee", "diffusivity_in": 1e-9, "color": [0.95, 0.93, 0.88]}},
+            "fluids": [{"shape": {"box": [[0, 0, 0], [0.06, 0.03, 0.06]]}, "material": "coffee", "fractions": {"milk": 0.9}}],
+            "output": {"picture": {"width": 64, "height": 36}, "camera": {"eye": [0.03, 0.15, 0.2], "look_at": [0.03, 0.02, 0.03]}}}))
+        self.meltsim("run", scene, "--backend", "cpu", "--out", "run", "--export", "surface,png")
+        self.meltsim("render", "run", "--renderer", "builtin")
+        self.meltsim("render", scene, "--backend", "cpu", "--renderer", "builtin", "--out", "rendered")
+        _, _, own = read_png(self.frame("picture_00001.png"))
+        self.assertGreater(min(own[22][32]), 120, own[22][32])
+        for directory in ("run", "rendered"):
+            _, _, rows = read_png(self.path(directory, "pictures", "natural_00001.png"))
+            self.assertLess(max(abs(a - b) for a, b in zip(rows[22][32], own[22][32])), 12, directory)
+        # The mixture stands in the files of the surface, and nothing of it where a scene has no species.
+        self.assertIn(b"property float w_milk\n", Path(self.frame("liquid_00001.ply")).read_bytes())
+        self.assertNotIn(b"w_milk", Path(self.frame("solid_00001.ply")).read_bytes())
+        self.assertTrue(all(abs(row[9] - 0.9) < 1e-5 for row in read_mesh(self.frame("liquid_00001.ply")).vertices))
+
     def test_a_camera_inside_a_solid_is_said(self):
         said = self.run_scene("--frames", "0", "--set", "output.camera.eye=[0.8, 1, 0.8]",
                               "--set", "output.camera.look_at=[0.8, 0, 0.8]")

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "failure.hpp"
 #include "files.hpp"
 #include "show/bvh.hpp"
 #include "show/camera.hpp"
@@ -122,6 +123,32 @@ TEST(Ply, MaterialsComeBackAndMayBeMissing) {
       EXPECT_EQ(read[i].material, has ? list[i].material : 0);
     }
   }
+  std::filesystem::remove_all(directory);
+}
+
+// Surfaces keep what is dissolved, so that `meltsim render` shows it without particles.
+TEST(Ply, ContentsOfASurfaceComeBack) {
+  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
+  const std::string directory = mkdtemp(name.data()), path = directory + "/a.ply";
+  Mesh mesh;
+  mesh.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.normal.assign(3, {0, 0, 1});
+  mesh.temperature = {1, 2, 3};
+  mesh.body = {0, 0, 0};
+  mesh.material = {3, 4, 5};
+  mesh.triangles = {0, 1, 2};
+  mesh.contents = {{0.25f, 0.5f, 0.75f}, {1, 0, 0.125f}};
+  const std::string text = mesh_ply_text(mesh, {}, 0.5, {"w_milk", "w_sugar"});
+  EXPECT_NE(text.find("property int material\nproperty float w_milk\nproperty float w_sugar\nelement face"),
+            std::string::npos);
+  write_file(path, text);
+  double time = 0;
+  const Mesh back = read_mesh_ply(path, {}, time);
+  EXPECT_EQ(back.contents, mesh.contents);
+  EXPECT_EQ(back.material, mesh.material);
+  EXPECT_EQ(back.triangles, mesh.triangles);
+  write_file(path, text.substr(0, text.size() - 1));
+  EXPECT_THROW(read_mesh_ply(path, {}, time), Failure);
   std::filesystem::remove_all(directory);
 }
 

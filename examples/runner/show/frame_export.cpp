@@ -36,8 +36,11 @@ FrameShapes FrameExport::shapes(meltsim::World& world, double time, const meltsi
 
 void FrameExport::write(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
                         const FrameShapes* shapes) {
-  write_particles(index, time, particles);
-  if (shapes != nullptr) write_shapes(*shapes, index);
+  std::vector<std::string> names;
+  for (const SceneLook& look : scene_.output.looks) names.push_back(look.name);
+  const std::vector<std::string> contents = content_columns(particles, names);
+  write_particles(index, time, particles, contents);
+  if (shapes != nullptr) write_shapes(*shapes, index, contents);
   if (shapes != nullptr && wants("usd")) {
     const meltsim::Vec3d up = upward(scene_);
     write_file(directory_.frame("scene", index, "usda"),
@@ -45,10 +48,8 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
   }
 }
 
-void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles) {
-  std::vector<std::string> names;
-  for (const SceneLook& look : scene_.output.looks) names.push_back(look.name);
-  const std::vector<std::string> contents = content_columns(particles, names);
+void FrameExport::write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
+                                  const std::vector<std::string>& contents) {
   if (wants("ply")) write_ply(directory_.frame("particles", index, "ply"), particles, time, contents);
   if (!wants("vtp")) return;
   write_vtp(directory_.frame("particles", index, "vtp"), particles, time, contents);
@@ -56,12 +57,14 @@ void FrameExport::write_particles(std::uint64_t index, double time, const meltsi
   write_file(directory_.file("particles.pvd"), pvd_text(vtp_frames_));
 }
 
-void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index) {
+void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index,
+                               const std::vector<std::string>& contents) {
   const auto [cold, hot] = temperature_range(scene_);
   for (const auto& [name, mesh] :
        {std::pair<const char*, const Mesh*>{"liquid", &shapes.liquid}, {"solid", &shapes.solid}}) {
     if (wants("surface"))
-      write_file(directory_.frame(name, index, "ply"), mesh_ply_text(*mesh, shapes.origin, shapes.time));
+      write_file(directory_.frame(name, index, "ply"),
+                 mesh_ply_text(*mesh, shapes.origin, shapes.time, contents));
     if (wants("obj")) {
       write_file(directory_.frame(name, index, "obj"),
                  mesh_obj_text(*mesh, shapes.origin, shapes.time, name, cold, hot, scene_.output.looks));

@@ -30,8 +30,9 @@ class FrameExport {
 
  private:
   bool wants(const char* format) const { return formats_.count(format) > 0; }
-  void write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles);
-  void write_shapes(const FrameShapes& shapes, std::uint64_t index);
+  void write_particles(std::uint64_t index, double time, const meltsim::ParticleFrame& particles,
+                       const std::vector<std::string>& contents);
+  void write_shapes(const FrameShapes& shapes, std::uint64_t index, const std::vector<std::string>& contents);
 
   const Scene& scene_;
   RunDirectory directory_;

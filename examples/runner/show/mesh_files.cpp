@@ -156,21 +156,32 @@ void add_mixed_node(Json& json, Glb& glb, const FrameShapes& split, std::size_t 
   primitives.push_back(part);
 }
 
-}  // namespace
-
-std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, double time) {
-  const Mesh stand_in = given.empty() ? placeholder() : Mesh{};
-  const Mesh& mesh = given.empty() ? stand_in : given;
-  std::string text = "ply\nformat binary_little_endian 1.0\n" + comments("comment", given.empty(), time) +
+/// The header of a surface as PLY; `contents`: the columns of what is dissolved.
+std::string mesh_ply_head(const Mesh& mesh, const std::string& said,
+                          const std::vector<std::string>& contents) {
+  std::string text = "ply\nformat binary_little_endian 1.0\n" + said +
                      fmt::format("element vertex {}\n", mesh.position.size());
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz", "temperature"})
     text += fmt::format("property float {}\n", name);
-  text += fmt::format(
-      "property int body\nproperty int material\nelement face {}\nproperty list uchar uint "
-      "vertex_indices\nend_header\n",
-      mesh.triangles.size() / 3);
-  constexpr std::size_t vertex_bytes = 36, face_bytes = 13;  // of what is put below
-  const std::size_t head = text.size(), vertices = mesh.position.size(), faces = mesh.triangles.size() / 3;
+  text += "property int body\nproperty int material\n";
+  for (const std::string& name : contents) text += fmt::format("property float {}\n", name);
+  return text + fmt::format("element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+                            mesh.triangles.size() / 3);
+}
+
+}  // namespace
+
+std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, double time,
+                          const std::vector<std::string>& contents) {
+  const Mesh stand_in = given.empty() ? placeholder() : Mesh{};
+  const Mesh& mesh = given.empty() ? stand_in : given;
+  const std::size_t vertices = mesh.position.size(), faces = mesh.triangles.size() / 3,
+                    species = std::min(mesh.contents.size(), contents.size());
+  std::string text =
+      mesh_ply_head(mesh, comments("comment", given.empty(), time),
+                    {contents.begin(), contents.begin() + static_cast<std::ptrdiff_t>(species)});
+  const std::size_t vertex_bytes = 36 + 4 * species, face_bytes = 13,  // of what is put below
+      head = text.size();
   text.resize(head + vertices * vertex_bytes + faces * face_bytes);
   char* to = text.data() + head;
   const auto put = [&to](const auto& value) {
@@ -188,6 +199,7 @@ std::string mesh_ply_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
     put(temperature[i]);
     put(static_cast<std::int32_t>(body[i]) - 1);
     put(static_cast<std::int32_t>(material[i]));
+    for (std::size_t k = 0; k < species; ++k) put(mesh.contents[k][i]);
   }
   for (std::size_t t = 0; t < faces; ++t) {
     put(std::uint8_t{3});

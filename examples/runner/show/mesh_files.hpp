@@ -14,8 +14,9 @@ namespace runner {
 inline const char* const placeholder_word = "placeholder";
 
 /// Vertices x, y, z, nx, ny, nz, temperature (float), body (int, from 0, -1 = liquid), material (int, from
-/// 0), then the triangles.
-std::string mesh_ply_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time);
+/// 0) and, of a mesh that has contents, a column (float) for each; then the triangles. `contents` names the columns.
+std::string mesh_ply_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time,
+                          const std::vector<std::string>& contents = {});
 /// `v` with the temperature's colour, `vt` with the temperature itself as its first number, `vn`; faces by
 /// material, whose name `usemtl` says.
 std::string mesh_obj_text(const Mesh& mesh, const meltsim::Vec3d& origin, double time,

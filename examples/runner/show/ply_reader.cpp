@@ -59,6 +59,15 @@ struct Ply {
     if (!has && vertex_properties != properties) fail(path);
     return has;
   }
+  /// How many columns of what is dissolved, w_..., stand behind these properties and no others.
+  std::size_t species_behind(const std::string& properties) const {
+    if (vertex_properties.compare(0, properties.size() + 2, properties + "w_") != 0) return 0;
+    const auto count = static_cast<std::size_t>(
+        std::count(vertex_properties.begin() + static_cast<std::ptrdiff_t>(properties.size()),
+                   vertex_properties.end(), ' '));
+    if (count > meltsim::most_species) fail(path);
+    return count;
+  }
   void expect_left(std::uint64_t count, std::size_t size) const {
     if (count > (data.size() - at) / size) fail(path);
   }
@@ -77,13 +86,7 @@ std::vector<FrameParticle> read_particles_ply(const std::string& path, double& t
   Ply ply(path);
   const std::string first = "x y z vx vy vz temperature phase body id ",
                     whole = first + "material liquid_fraction ";
-  std::size_t species = 0;  // behind it, a column each
-  if (ply.vertex_properties.compare(0, whole.size() + 2, whole + "w_") == 0) {
-    species = static_cast<std::size_t>(
-        std::count(ply.vertex_properties.begin() + static_cast<std::ptrdiff_t>(whole.size()),
-                   ply.vertex_properties.end(), ' '));
-    if (species > meltsim::most_species) fail(path);
-  }
+  const std::size_t species = ply.species_behind(whole);
   const bool has_fraction = species > 0 || ply.vertex_properties == whole,
              has_material = has_fraction || ply.has_material(first);
   ply.expect_left(ply.vertices, has_fraction ? 45 + species * sizeof(float) : has_material ? 41 : 37);
@@ -105,11 +108,14 @@ std::vector<FrameParticle> read_particles_ply(const std::string& path, double& t
 
 Mesh read_mesh_ply(const std::string& path, const meltsim::Vec3d& origin, double& time) {
   Ply ply(path);
-  const bool has_material = ply.has_material("x y z nx ny nz temperature body ");
-  ply.expect_left(ply.vertices, has_material ? 36 : 32);
+  const std::string first = "x y z nx ny nz temperature body ";
+  const std::size_t species = ply.species_behind(first + "material ");
+  const bool has_material = species > 0 || ply.has_material(first);
+  ply.expect_left(ply.vertices, has_material ? 36 + species * sizeof(float) : 32);
   time = ply.time;
   Mesh mesh;
   if (ply.placeholder) return mesh;
+  mesh.contents.resize(species);
   for (std::uint64_t i = 0; i < ply.vertices; ++i) {
     float x[7];
     for (float& value : x) value = ply.take<float>();
@@ -118,6 +124,7 @@ Mesh read_mesh_ply(const std::string& path, const meltsim::Vec3d& origin, double
     mesh.temperature.push_back(x[6]);
     mesh.body.push_back(static_cast<std::uint32_t>(ply.take<std::int32_t>() + 1));
     mesh.material.push_back(has_material ? static_cast<std::uint32_t>(ply.take<std::int32_t>()) : 0u);
+    for (std::vector<float>& content : mesh.contents) content.push_back(ply.take<float>());
   }
   ply.expect_left(ply.faces, 13);
   for (std::uint64_t i = 0; i < ply.faces; ++i) {

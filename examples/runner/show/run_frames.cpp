@@ -30,21 +30,14 @@ Scene run_scene_of(const RunDirectory& directory) {
   }
   Json scene = Json::object();
   // What was in it may name mesh files that are elsewhere now, and is not looked at.
-  for (const char* key : {"meltsim", "title", "domain", "particles", "solver", "time", "output"}) {
+  for (const char* key :
+       {"meltsim", "title", "domain", "particles", "solver", "time", "materials", "output"}) {
     if (run["scene"].contains(key)) scene[key] = run["scene"][key];
   }
   Scene read = parse_scene(scene.dump(), path, directory.path, {});
-  const Json materials = run["scene"].value("materials", Json::object());
-  const auto color_of = [&materials](const std::string& name) {
-    std::optional<std::array<double, 3>> color;
-    const Json material = materials.value(name, Json::object());
-    if (material.contains("color")) color = material["color"].get<std::array<double, 3>>();
-    return color;
-  };
-  for (const auto& [name, material] : materials.items()) add_look(read.output, name, color_of(name));
   for (const Json& body : run["scene"].value("bodies", Json::array())) {
     const std::string material = body.value("material", "");
-    read.output.body_colors.push_back(color_of(material));
+    read.output.body_colors.push_back(look_color(read.output, material));
     read.output.body_visible.push_back(body.value("visible", true));
     if (body.contains("density")) add_look(read.output, material, body["density"].get<double>());
   }
@@ -75,12 +68,10 @@ FrameShapes frame_on_disk(const RunDirectory& directory, const Scene& scene, std
   if (has_surface) {
     shapes.liquid = read_mesh_ply(liquid, shapes.origin, shapes.time);
     shapes.solid = read_mesh_ply(solid, shapes.origin, shapes.time);
-    std::vector<std::uint32_t> species;  // materials are numbered in the scene's order
-    for (std::size_t m = 0; m < scene.materials.size(); ++m)
-      if (!scene.materials[m].dissolves_in.empty())
-        species.push_back(shown_species(static_cast<std::uint32_t>(m), scene.materials[m].desc));
+    const std::vector<std::uint32_t> species = shown_species(scene);
     double time = 0;
-    if (!species.empty() && exists(particles))
+    if (shapes.liquid.contents.size() == species.size()) shapes.liquid.species = species;
+    else if (exists(particles))  // surfaces of earlier versions hold no contents
       add_contents(shapes, read_particles_ply(particles, time), species, scene.world.spacing);
   } else if (exists(particles)) {
     add_balls(shapes, read_particles_ply(particles, shapes.time), scene.world.spacing);

@@ -12,7 +12,7 @@
 
 namespace runner {
 
-/// Domain, spacing, gravity, camera and surface of the run in `directory`: what its run.json says, without
+/// Domain, spacing, gravity, materials, camera and surface of the run in `directory`: what its run.json says, without
 /// what was in it. Fails with exit code 5 when it is no run.
 Scene run_scene_of(const RunDirectory& directory);
 

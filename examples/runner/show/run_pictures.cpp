@@ -76,9 +76,7 @@ void RunPictures::write_page(std::vector<ReplayFrame> frames, const Box& seen, c
   page.camera = scene_camera(scene_, seen);
   for (const SceneBody& body : scene_.bodies) page.bodies.push_back(body.desc.name);
   page.looks = scene_.output.looks;
-  for (std::size_t m = 0; m < scene_.materials.size(); ++m)
-    if (!scene_.materials[m].dissolves_in.empty())
-      page.species.push_back(shown_species(static_cast<std::uint32_t>(m), scene_.materials[m].desc));
+  page.species = shown_species(scene_);
   page.stats = read_file(directory_.file("stats.csv"));
   page.share = replay_.share();
   const auto hidden = [this](const ReplayParticle& p) {

@@ -151,6 +151,14 @@ class Cutter {
 
 }  // namespace
 
+std::vector<std::uint32_t> shown_species(const Scene& scene) {
+  std::vector<std::uint32_t> species;
+  for (std::size_t m = 0; m < scene.materials.size(); ++m)
+    if (!scene.materials[m].dissolves_in.empty())
+      species.push_back(shown_species(static_cast<std::uint32_t>(m), scene.materials[m].desc));
+  return species;
+}
+
 void add_contents(FrameShapes& shapes, const std::vector<FrameParticle>& particles,
                   const std::vector<std::uint32_t>& species, double spacing) {
   Mesh& mesh = shapes.liquid;

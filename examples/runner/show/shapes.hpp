@@ -56,6 +56,8 @@ inline constexpr std::uint32_t clear_species = 0xffffffffu;
 inline std::uint32_t shown_species(std::uint32_t material, const meltsim::MaterialDesc& desc) {
   return desc.solubility < 1 || !desc.solubility_points.empty() ? clear_species : material;
 }
+/// Of each species of a scene, in the order of its materials and so of the contents of particles.
+std::vector<std::uint32_t> shown_species(const Scene& scene);
 /// Mass fractions at the vertices of the liquid, from the particles nearby; nothing where a frame has no species.
 void add_contents(FrameShapes& shapes, const std::vector<FrameParticle>& particles,
                   const std::vector<std::uint32_t>& species, double spacing);
