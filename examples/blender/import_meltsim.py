@@ -7,7 +7,8 @@ all of them as an animation, with their temperature.
 or in Blender's own Scripting tab: run it, then `import_frame("out/ice_block-001", 12)` or `import_sequence("out/ice_block-001")`. Temperatures come as
 the vertex attribute "temperature" [degrees Celsius] and as the colour attribute "warmth" (blue, yellow, red), which the
 materials "meltsim solid" and "meltsim liquid" show; the ends of the colours are the same in all frames of a sequence. Where the run wrote particles, too,
-the vertex attribute "velocity" [m/s] is that of the particles around, for motion blur. In a sequence every frame is an object that is shown in its frame
+the vertex attribute "velocity" [m/s] is that of the particles around, for motion blur. What is dissolved in liquid has a vertex attribute each, "w_"
+and its name: its mass fraction. In a sequence every frame is an object that is shown in its frame
 alone. Debian: apt install blender python3-numpy. Arrays are handed over whole (foreach_set), so a surface of
 160,000 triangles takes a fraction of a second.
 """
@@ -22,34 +23,34 @@ import numpy
 
 RAMP = numpy.array([(0.14, 0.25, 0.62), (0.27, 0.55, 0.85), (0.68, 0.86, 0.91), (0.99, 0.90, 0.45), (0.96, 0.52, 0.22),
                     (0.75, 0.09, 0.12)])
-VERTEX = numpy.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("temperature", "<f4"), ("body", "<i4"),
-                      ("material", "<i4")])
-PARTICLE = numpy.dtype([("position", "<f4", 3), ("velocity", "<f4", 3), ("temperature", "<f4"), ("phase", "u1"), ("body", "<i4"), ("id", "<u4"),
-                        ("material", "<i4"), ("liquid_fraction", "<f4")])
+TYPES = {"float": "<f4", "int": "<i4", "uint": "<u4", "uchar": "u1"}
+VECTORS = {"x": "position", "vx": "velocity", "nx": "normal"}  # what three columns are called together, by the first
 FACE = numpy.dtype([("count", "u1"), ("vertices", "<u4", 3)])
 
 
-def read(path):
+def read_rows(path):
+    """The rows of vertices of a PLY file by the columns that its header names, its header, and what follows the rows."""
     with open(path, "rb") as file:
         data = file.read()
     end = data.index(b"end_header\n") + len(b"end_header\n")
-    counts = [int(line.split()[2]) for line in data[:end].splitlines() if line.startswith(b"element")]
-    # Files of earlier versions end with the body.
-    kind = VERTEX if b"property int material" in data[:end] else numpy.dtype(VERTEX.descr[:-1])
-    vertices = numpy.frombuffer(data, kind, counts[0], end)
-    faces = numpy.frombuffer(data, FACE, counts[1], end + counts[0] * kind.itemsize)
-    return vertices, faces["vertices"], b"comment placeholder" in data[:end]
+    header = data[:end].decode()
+    columns = [line.split()[1:] for line in header.splitlines() if line.startswith("property") and "list" not in line]
+    kind = numpy.dtype([(VECTORS[name], TYPES[of], 3) if name in VECTORS else (name, TYPES[of])
+                        for of, name in columns if name[-1] not in "yz" or name[:-1] not in ("", "v", "n")])
+    count = int(re.search(r"element vertex (\d+)", header)[1])
+    return numpy.frombuffer(data, kind, count, end), header, data[end + count * kind.itemsize:]
+
+
+def read(path):
+    """(vertices, triangles, whether the file holds a placeholder) of a surface."""
+    vertices, header, rest = read_rows(path)
+    faces = numpy.frombuffer(rest, FACE, int(re.search(r"element face (\d+)", header)[1]))
+    return vertices, faces["vertices"], "comment placeholder" in header
 
 
 def read_particles(path):
     """Particles of a frame (`--export ply`), or None where the run has not written them."""
-    if not os.path.exists(path):
-        return None
-    with open(path, "rb") as file:
-        data = file.read()
-    end = data.index(b"end_header\n") + len(b"end_header\n")
-    count = int(re.search(rb"element vertex (\d+)", data[:end])[1])
-    return numpy.frombuffer(data, PARTICLE, count, end)
+    return read_rows(path)[0] if os.path.exists(path) else None
 
 
 def velocities(at, particles, cell):
@@ -116,6 +117,8 @@ def add(name, vertices, triangles, velocity, cold, hot, alpha, up):
     if "material" in vertices.dtype.names:
         numbers = numpy.ascontiguousarray(vertices["material"])
         mesh.attributes.new("material", "INT", "POINT").data.foreach_set("value", numbers)
+    for column in (c for c in vertices.dtype.names if c.startswith("w_")):
+        mesh.attributes.new(column, "FLOAT", "POINT").data.foreach_set("value", numpy.ascontiguousarray(vertices[column]))
     if velocity is not None:
         u, v, w = velocity.T
         turned = numpy.stack([u, -w, v] if up == "y" else [u, v, w], 1).astype(numpy.float32)

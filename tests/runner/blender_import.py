@@ -27,7 +27,7 @@ spec.loader.exec_module(reader)
 
 # A field that is linear in space is met where particles are dense; far from all of them it is 0 and not NaN.
 rng = np.random.default_rng(1)
-drawn = np.zeros(20000, reader.PARTICLE)
+drawn = np.zeros(20000, [("position", "<f4", 3), ("velocity", "<f4", 3)])
 drawn["position"] = rng.uniform(-1, 1, (20000, 3))
 drawn["velocity"] = drawn["position"] * (1, 2, -3) + (5, 0, 0)
 at = rng.uniform(-0.7, 0.7, (50, 3)).astype(np.float32)
@@ -53,6 +53,19 @@ with tempfile.TemporaryDirectory() as folder:
     assert fell > 0, "nothing moved"
     (run / "frames" / "particles_00002.ply").unlink()
     assert all(velocity is None for _, _, velocity in reader.read_frame(run, 2).values())
+    # Frames of scenes with species have columns more.
+    salty = Path(folder) / "salty"
+    salt = "materials.salt={density: 2165, dissolves_in: water, diffusivity_in: 1.6e-9}"
+    subprocess.run([meltsim, "run", scene, "--out", salty, "--export", "surface,ply", "--frames", "1", "--no-page", "--quiet", "--set", salt,
+                    "--set", "fluids[0].fractions={salt: 0.25}"], check=True)
+    rows = reader.read_particles(salty / "frames" / "particles_00001.ply")
+    liquid = rows[rows["phase"] == 0]
+    assert set(rows["phase"]) == {0, 1} and np.abs(rows["velocity"]).max() < 20 and np.abs(rows["position"]).max() < 3
+    assert (np.sort(rows["id"]) == np.unique(rows["id"])).all() and abs(np.median(liquid["w_salt"]) - 0.25) < 1e-6
+    parts = reader.read_frame(salty, 1)
+    assert abs(np.median(parts["liquid"][0]["w_salt"]) - 0.25) < 1e-6 and "w_salt" not in parts["solid"][0].dtype.names
+    for vertices, triangles, velocity in parts.values():
+        assert triangles.max() < len(vertices) and np.abs(velocity).max() < 20 and np.isfinite(velocity).all()
     if bpy is None:
         print("ok, but for what Blender makes of it: pip install bpy")
         sys.exit(0)
