@@ -255,7 +255,7 @@ class Own(Pictures):
                           "milk": {"density": 1030, "dissolves_in": "coffee", "diffusivity_in": 1e-9, "color": [0.95, 0.93, 0.88]}},
             "fluids": [{"shape": {"box": [[0, 0, 0], [0.06, 0.03, 0.06]]}, "material": "coffee", "fractions": {"milk": 0.9}}],
             "output": {"picture": {"width": 64, "height": 36}, "camera": {"eye": [0.03, 0.15, 0.2], "look_at": [0.03, 0.02, 0.03]}}}))
-        self.meltsim("run", scene, "--backend", "cpu", "--out", "run", "--export", "surface,png")
+        self.meltsim("run", scene, "--backend", "cpu", "--out", "run", "--export", "surface,png,glb")
         self.meltsim("render", "run", "--renderer", "builtin")
         self.meltsim("render", scene, "--backend", "cpu", "--renderer", "builtin", "--out", "rendered")
         _, _, own = read_png(self.frame("picture_00001.png"))
@@ -263,6 +263,12 @@ class Own(Pictures):
         for directory in ("run", "rendered"):
             _, _, rows = read_png(self.path(directory, "pictures", "natural_00001.png"))
             self.assertLess(max(abs(a - b) for a, b in zip(rows[22][32], own[22][32])), 12, directory)
+        # In glTF vertices carry the colours of mixtures, also where nothing of the liquid is clear.
+        liquid = read_glb(self.frame("surface_00001.glb"))["liquid"]
+        self.assertEqual([(name, by_vertex) for name, _, by_vertex, _ in liquid["parts"]], [("dyed", True)])
+        for color in liquid["COLOR_0"]:
+            for c, coffee, milk in zip(color, (0.05, 0.03, 0.01), (0.95, 0.93, 0.88)):
+                self.assertAlmostEqual(c, 0.1 * coffee ** 2.2 + 0.9 * milk ** 2.2, places=4)
         # The mixture stands in the files of the surface, and nothing of it where a scene has no species.
         self.assertIn(b"property float w_milk\n", Path(self.frame("liquid_00001.ply")).read_bytes())
         self.assertNotIn(b"w_milk", Path(self.frame("solid_00001.ply")).read_bytes())

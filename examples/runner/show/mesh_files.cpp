@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <optional>
 #include <set>
 
 #include "scene.hpp"
@@ -85,7 +86,7 @@ class Glb {
   std::string bytes_;
 };
 
-constexpr int first_look = 2;  ///< materials of a scene come after these: liquid, solid
+constexpr std::size_t first_look = 2;  ///< materials of a scene come after these: liquid, solid
 constexpr int gl_float = 5126, gl_unsigned = 5125, gl_vertices = 34962, gl_indices = 34963;
 
 Json bounds_of(const std::vector<Vec3f>& points) {
@@ -94,22 +95,49 @@ Json bounds_of(const std::vector<Vec3f>& points) {
   return {{"min", {box.min.x, box.min.y, box.min.z}}, {"max", {box.max.x, box.max.y, box.max.z}}};
 }
 
-void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& origin, const std::string& name,
-              int material, double cold, double hot, const std::vector<SceneLook>& looks) {
-  const Mesh mesh = given.empty() ? placeholder() : given;
+/// What the vertices of a mesh have, but for colours.
+Json vertex_attributes(Glb& glb, const Mesh& mesh) {
+  const std::vector<float> numbers(mesh.material.begin(),
+                                   mesh.material.end());  // as glTF wants its own to be
+  return {{"POSITION", glb.add(mesh.position, "VEC3", gl_float, gl_vertices, bounds_of(mesh.position))},
+          {"NORMAL", glb.add(mesh.normal, "VEC3", gl_float, gl_vertices)},
+          {"_TEMPERATURE", glb.add(mesh.temperature, "SCALAR", gl_float, gl_vertices)},
+          {"_MATERIAL", glb.add(numbers, "SCALAR", gl_float, gl_vertices)}};
+}
+
+/// Colours of the temperatures of a mesh's vertices.
+std::size_t add_warmth(Glb& glb, const Mesh& mesh, double cold, double hot) {
   std::vector<Vec3f> colors;
   for (const float t : mesh.temperature) {
     const Rgb c = linear(warmth_of(t, cold, hot));  // as glTF's colours are
     colors.push_back(meltsim::cast<float>(meltsim::Vec3d{c[0], c[1], c[2]}));
   }
-  const std::vector<float> numbers(mesh.material.begin(),
-                                   mesh.material.end());  // as glTF wants its own to be
-  const Json attributes = {
-      {"POSITION", glb.add(mesh.position, "VEC3", gl_float, gl_vertices, bounds_of(mesh.position))},
-      {"NORMAL", glb.add(mesh.normal, "VEC3", gl_float, gl_vertices)},
-      {"_TEMPERATURE", glb.add(mesh.temperature, "SCALAR", gl_float, gl_vertices)},
-      {"_MATERIAL", glb.add(numbers, "SCALAR", gl_float, gl_vertices)}};
-  const std::size_t warmth = glb.add(colors, "VEC3", gl_float, gl_vertices);
+  return glb.add(colors, "VEC3", gl_float, gl_vertices);
+}
+
+/// Some triangles in one material; `colors` of their vertices, if any.
+Json primitive_json(Glb& glb, const Json& attributes, std::optional<std::size_t> colors,
+                    const std::vector<std::uint32_t>& triangles, std::size_t material) {
+  Json primitive;
+  primitive["attributes"] = attributes;
+  if (colors) primitive["attributes"]["COLOR_0"] = *colors;
+  primitive["indices"] = glb.add(triangles, "SCALAR", gl_unsigned, gl_indices);
+  primitive["material"] = material;
+  return primitive;
+}
+
+void put_node(Json& json, const std::string& mesh, const std::string& node, const Json& primitives,
+              const meltsim::Vec3d& origin) {
+  json["meshes"].push_back({{"name", mesh}, {"primitives", primitives}});
+  json["nodes"].push_back(
+      {{"name", node}, {"mesh", json["meshes"].size() - 1}, {"translation", {origin.x, origin.y, origin.z}}});
+}
+
+void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& origin, const std::string& name,
+              std::size_t material, double cold, double hot, const std::vector<SceneLook>& looks) {
+  const Mesh mesh = given.empty() ? placeholder() : given;
+  const Json attributes = vertex_attributes(glb, mesh);
+  const std::size_t warmth = add_warmth(glb, mesh, cold, hot);
   // Those without a colour are one part, -1.
   const auto part_of = [&](std::size_t t) {
     const std::uint32_t m = material_of_triangle(mesh, t);
@@ -117,17 +145,12 @@ void add_node(Json& json, Glb& glb, const Mesh& given, const meltsim::Vec3d& ori
   };
   Json primitives = Json::array();
   for (const auto& [part, triangles] : grouped(mesh, part_of)) {
-    Json primitive;
-    primitive["attributes"] = attributes;
-    if (part < 0) primitive["attributes"]["COLOR_0"] = warmth;
-    primitive["indices"] = glb.add(triangles, "SCALAR", gl_unsigned, gl_indices);
-    primitive["material"] = part < 0 ? material : first_look + part;
-    primitives.push_back(primitive);
+    if (part < 0) primitives.push_back(primitive_json(glb, attributes, warmth, triangles, material));
+    else
+      primitives.push_back(primitive_json(glb, attributes, std::nullopt, triangles,
+                                          first_look + static_cast<std::size_t>(part)));
   }
-  json["meshes"].push_back({{"name", name}, {"primitives", primitives}});
-  json["nodes"].push_back({{"name", given.empty() ? name + " " + placeholder_word : name},
-                           {"mesh", json["meshes"].size() - 1},
-                           {"translation", {origin.x, origin.y, origin.z}}});
+  put_node(json, name, given.empty() ? name + " " + placeholder_word : name, primitives, origin);
 }
 
 /// Whether liquids of different colours are in it.
@@ -140,20 +163,36 @@ bool is_mixed(const Mesh& mesh, const std::vector<SceneLook>& looks) {
   return colored.size() > 1;
 }
 
-/// Liquids of different colours: what has a colour is one part whose vertices carry it.
+/// Liquids of different colours: what has a colour is one part whose vertices carry it, of the material `dyed`.
 void add_mixed_node(Json& json, Glb& glb, const FrameShapes& split, std::size_t dyed, double cold,
                     double hot) {
-  add_node(json, glb, split.liquid, split.origin, "liquid", 0, cold, hot, {});
-  const Json clear = json["meshes"].back()["primitives"][0];
-  Json& primitives = json["meshes"].back()["primitives"];
-  primitives = Json::array();
-  if (!split.liquid.triangles.empty()) primitives.push_back(clear);
-  Json part;
-  part["attributes"] = clear["attributes"];
-  part["attributes"]["COLOR_0"] = glb.add(split.paint.color, "VEC3", gl_float, gl_vertices);
-  part["indices"] = glb.add(split.paint.triangles, "SCALAR", gl_unsigned, gl_indices);
-  part["material"] = dyed;
-  primitives.push_back(part);
+  const Json attributes = vertex_attributes(glb, split.liquid);  // both parts have the same vertices
+  Json primitives = Json::array();
+  if (!split.liquid.empty()) {
+    const std::size_t warmth = add_warmth(glb, split.liquid, cold, hot);
+    primitives.push_back(primitive_json(glb, attributes, warmth, split.liquid.triangles, 0));
+  }
+  if (!split.paint.empty()) {
+    const std::size_t colors = glb.add(split.paint.color, "VEC3", gl_float, gl_vertices);
+    primitives.push_back(primitive_json(glb, attributes, colors, split.paint.triangles, dyed));
+  }
+  put_node(json, "liquid", "liquid", primitives, split.origin);
+}
+
+/// The whole file.
+std::string glb_file(Json json, std::string bytes) {
+  json["buffers"] = Json::array({{{"byteLength", bytes.size()}}});
+  std::string head = json.dump();
+  head.resize((head.size() + 3) / 4 * 4, ' ');
+  bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
+  std::string file = "glTF";
+  append<std::uint32_t>(file, 2);
+  append(file, static_cast<std::uint32_t>(12 + 8 + head.size() + 8 + bytes.size()));
+  append(file, static_cast<std::uint32_t>(head.size()));
+  file += "JSON" + head;
+  append(file, static_cast<std::uint32_t>(bytes.size()));
+  file.append("BIN\0", 4);
+  return file + bytes;
 }
 
 /// The header of a surface as PLY; `contents`: the columns of what is dissolved.
@@ -255,30 +294,14 @@ std::string glb_text(const FrameShapes& shapes, double cold, double hot,
   for (const SceneLook& look : looks)
     json["materials"].push_back(material(look.name, linear(look.color.value_or(Rgb{1, 1, 1})), 1, 0.4));
   Glb glb(json);
-  const bool mixed = is_mixed(shapes.liquid, looks);
-  FrameShapes split;
-  if (mixed) split = split_liquid(shapes, looks);
-  // A mesh of which nothing is clear has no first part to add colours to.
-  if (mixed && !split.liquid.empty()) {
+  if (!shapes.liquid.empty() && is_mixed(shapes.liquid, looks)) {
     json["materials"].push_back(material("dyed", {1, 1, 1}, 1, 0.4));
-    add_mixed_node(json, glb, split, json["materials"].size() - 1, cold, hot);
+    add_mixed_node(json, glb, split_liquid(shapes, looks), json["materials"].size() - 1, cold, hot);
   } else {
     add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot, looks);
   }
   add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot, looks);
-  std::string bytes = glb.take_bytes();
-  json["buffers"] = Json::array({{{"byteLength", bytes.size()}}});
-  std::string head = json.dump();
-  head.resize((head.size() + 3) / 4 * 4, ' ');
-  bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
-  std::string file = "glTF";
-  append<std::uint32_t>(file, 2);
-  append(file, static_cast<std::uint32_t>(12 + 8 + head.size() + 8 + bytes.size()));
-  append(file, static_cast<std::uint32_t>(head.size()));
-  file += "JSON" + head;
-  append(file, static_cast<std::uint32_t>(bytes.size()));
-  file.append("BIN\0", 4);
-  return file + bytes;
+  return glb_file(std::move(json), glb.take_bytes());
 }
 
 }  // namespace runner
