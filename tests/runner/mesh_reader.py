@@ -72,9 +72,13 @@ def read_glb(path):
         return rows
 
     nodes = {}
-    for index in tree["scenes"][tree["scene"]]["nodes"]:
+    left = [(index, None) for index in tree["scenes"][tree["scene"]]["nodes"]]
+    for index, rotation in left:
         node = tree["nodes"][index]
-        found = nodes[node["name"]] = {"translation": node["translation"], "indices": [], "parts": []}
+        left += [(child, node["rotation"]) for child in node.get("children", [])]
+        if "mesh" not in node:
+            continue
+        found = nodes[node["name"]] = {"translation": node["translation"], "rotation": rotation, "indices": [], "parts": []}
         for primitive in tree["meshes"][node["mesh"]]["primitives"]:
             found.update({name: values(at) for name, at in primitive["attributes"].items()})
             indices = [row[0] for row in values(primitive["indices"])]

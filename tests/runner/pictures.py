@@ -138,6 +138,20 @@ class Own(Pictures):
             self.assertLess(clear, 10)
             self.assertGreater(opaque, 200)
 
+    def test_against_gravity_is_up_in_gltf(self):
+        """glTF's +y: the file of a scene whose gravity is along another axis is turned there."""
+        for gravity, wanted in (([0, -9.81, 0], None), ([0, 0, -9.81], [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)]),
+                                ([-9.81, 0, 0], [0, 0, math.sqrt(0.5), math.sqrt(0.5)]), ([0, 9.81, 0], [1, 0, 0, 0])):
+            self.run_scene("--frames", "0", "--export", "glb,usd", "--overwrite", "--set", f"solver.gravity={gravity}")
+            nodes = read_glb(self.frame("surface_00000.glb"))
+            self.assertEqual(set(nodes), {"liquid", "solid"})
+            for node in nodes.values():
+                self.assertEqual(node["rotation"] is None, wanted is None)
+                for a, b in zip(node["rotation"] or [], wanted or []):
+                    self.assertAlmostEqual(a, b)
+            text = Path(self.frame("scene_00000.usda")).read_text()
+            self.assertEqual(("upAxis = \"Z\"" in text, "xformOp" in text), (gravity[2] != 0, gravity[2] == 0 and wanted is not None))
+
     def test_a_frame_without_solids_or_without_liquid_is_whole_too(self):
         for options, missing, there in ((MELT, "solid", "liquid"), (DRY + ["--frames", "1"], "liquid", "solid")):
             self.run_scene(*options, "--export", "surface,obj,glb,png,pov", "--overwrite")

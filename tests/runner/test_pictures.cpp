@@ -244,6 +244,17 @@ TEST(Camera, SeesAllThereIsAndStandsAboveTheFloor) {
   }
 }
 
+TEST(Camera, TurnsUpToY) {
+  for (const Vec3d& up : {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}, Vec3d{1, 0, 0}, Vec3d{0, 0, -1}, Vec3d{0, -1, 0},
+                          Vec3d{0.6, 0, 0.8}}) {
+    const std::array<double, 4> q = turn_upright(up);
+    const Vec3d axis{q[0], q[1], q[2]}, across = cross(axis, up) * 2.0,
+                                        turned = up + across * q[3] + cross(axis, across);
+    EXPECT_NEAR(dot(axis, axis) + q[3] * q[3], 1, 1e-12);
+    EXPECT_NEAR(length(turned - Vec3d{0, 1, 0}), 0, 1e-12);
+  }
+}
+
 /// A cube of 12 triangles, from -1 to 1.
 Mesh cube() {
   Mesh mesh;

@@ -44,12 +44,12 @@ std::string array(const std::string& text, const std::string& within, const std:
 }
 
 TEST(Usd, HasEveryValueAtItsPlace) {
-  const std::string text = runner::usd_text(particles(), shapes(), 0.04, 1.25, false);
+  const std::string text = runner::usd_text(particles(), shapes(), 0.04, 1.25, {0, 1, 0});
   EXPECT_EQ(text.rfind("#usda 1.0\n", 0), 0u);
   EXPECT_NE(text.find("double time_s = 1.25\n"), std::string::npos);
   EXPECT_NE(text.find("metersPerUnit = 1\n"), std::string::npos);
   EXPECT_NE(text.find("upAxis = \"Y\"\n"), std::string::npos);
-  EXPECT_NE(runner::usd_text({}, {}, 1, 0, true).find("upAxis = \"Z\"\n"), std::string::npos);
+  EXPECT_NE(runner::usd_text({}, {}, 1, 0, {0, 0, 1}).find("upAxis = \"Z\"\n"), std::string::npos);
   const char* const points = "def Points \"particles\"";
   EXPECT_EQ(array(text, points, "point3f[] points"), "(1, 2, 3), (1.1, 2.25, 2.5)");
   EXPECT_EQ(array(text, points, "vector3f[] velocities"), "(0, 0, 0), (0, -1.5, 0)");
@@ -69,9 +69,21 @@ TEST(Usd, HasEveryValueAtItsPlace) {
   EXPECT_EQ(array(text, "def Mesh \"solid\"", "point3f[] points"), "");
 }
 
+// USD knows y and z as up; for others the stage is turned.
+TEST(Usd, WhatIsUpIsUpForReaders) {
+  const auto of = [](const meltsim::Vec3d& up) { return runner::usd_text({}, {}, 1, 0, up); };
+  for (const meltsim::Vec3d& up : {meltsim::Vec3d{0, 1, 0}, {0, 0, 1}})
+    EXPECT_EQ(of(up).find("xformOp"), std::string::npos);
+  EXPECT_NE(of({1, 0, 0}).find("quatf xformOp:orient = (0.707106781, 0, 0, 0.707106781)\n"),
+            std::string::npos);
+  EXPECT_NE(of({0, -1, 0}).find("quatf xformOp:orient = (0, 1, 0, 0)\n"), std::string::npos);
+  EXPECT_NE(of({0, 0, -1}).find("uniform token[] xformOpOrder = [\"xformOp:orient\"]\n"), std::string::npos);
+  EXPECT_NE(of({0, 0, -1}).find("upAxis = \"Y\"\n"), std::string::npos);
+}
+
 TEST(Usd, BracketsClose) {
-  for (const std::string& text : {runner::usd_text(particles(), shapes(), 0.04, 1.25, false),
-                                  runner::usd_text({}, {}, 0.04, 0, true)}) {
+  for (const std::string& text : {runner::usd_text(particles(), shapes(), 0.04, 1.25, {0, 1, 0}),
+                                  runner::usd_text({}, {}, 0.04, 0, {-1, 0, 0})}) {
     std::string open;
     for (const char c : text) {
       if (c == '(' || c == '[' || c == '{') open += c;

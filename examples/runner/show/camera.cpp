@@ -36,6 +36,13 @@ Vec3d upward(const Scene& scene) {
   return unit(Vec3d{0, 0, 0} - g);
 }
 
+std::array<double, 4> turn_upright(const Vec3d& up) {
+  const Vec3d axis = cross(up, Vec3d{0, 1, 0});
+  const double w = 1 + up.y, size = std::sqrt(dot(axis, axis) + w * w);
+  if (size < 1e-9) return {1, 0, 0, 0};  // upside down: half a turn around x
+  return {axis.x / size, axis.y / size, axis.z / size, w / size};
+}
+
 Box view_box(const Scene& scene, const Box& contents) {
   const meltsim::DomainDesc& domain = scene.world.domain;
   if (!contents.empty() || !domain.bounded) return contents;

@@ -2,6 +2,8 @@
 // Where pictures are taken from: as the scene says, or so that everything is in view.
 #pragma once
 
+#include <array>
+
 #include "scene.hpp"
 
 namespace runner {
@@ -20,6 +22,10 @@ struct Camera {
 
 /// Against gravity, or y where there is none.
 meltsim::Vec3d upward(const Scene& scene);
+/// Whether two unit vectors are one direction, but for rounding.
+inline bool is_along(const meltsim::Vec3d& a, const meltsim::Vec3d& b) { return dot(a, b) > 1 - 1e-12; }
+/// The shortest turn that brings a unit vector to +y, for files whose readers take that for up: x, y, z, w of a unit quaternion.
+std::array<double, 4> turn_upright(const meltsim::Vec3d& up);
 /// The camera of output.camera; what it leaves out follows from `box`, what there is to see.
 Camera scene_camera(const Scene& scene, const Box& box);
 /// What there is to see: `contents`, or the domain while there are none.

@@ -42,9 +42,8 @@ void FrameExport::write(std::uint64_t index, double time, const meltsim::Particl
   write_particles(index, time, particles, contents);
   if (shapes != nullptr) write_shapes(*shapes, index, contents);
   if (shapes != nullptr && wants("usd")) {
-    const meltsim::Vec3d up = upward(scene_);
     write_file(directory_.frame("scene", index, "usda"),
-               usd_text(particles, *shapes, scene_.world.spacing, time, up.z > 0.5));
+               usd_text(particles, *shapes, scene_.world.spacing, time, upward(scene_)));
   }
 }
 
@@ -71,7 +70,8 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index,
     }
   }
   if (wants("glb"))
-    write_file(directory_.frame("surface", index, "glb"), glb_text(shapes, cold, hot, scene_.output.looks));
+    write_file(directory_.frame("surface", index, "glb"),
+               glb_text(shapes, cold, hot, scene_.output.looks, upward(scene_)));
   const PictureWish wish = picture_wish(scene_, cold, hot);
   // What will be where later is not known yet; a camera that moves from frame to frame is worse than a wide
   // view.

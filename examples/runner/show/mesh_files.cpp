@@ -9,6 +9,7 @@
 #include <iterator>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "scene.hpp"
 #include "show/ramp.hpp"
@@ -275,8 +276,8 @@ std::string mesh_obj_text(const Mesh& given, const meltsim::Vec3d& origin, doubl
   return fmt::to_string(out);
 }
 
-std::string glb_text(const FrameShapes& shapes, double cold, double hot,
-                     const std::vector<SceneLook>& looks) {
+std::string glb_text(const FrameShapes& shapes, double cold, double hot, const std::vector<SceneLook>& looks,
+                     const meltsim::Vec3d& up) {
   Json json;
   json["asset"] = {{"version", "2.0"}, {"generator", "meltsim"}};
   json["scene"] = 0;
@@ -301,6 +302,10 @@ std::string glb_text(const FrameShapes& shapes, double cold, double hot,
     add_node(json, glb, shapes.liquid, shapes.origin, "liquid", 0, cold, hot, looks);
   }
   add_node(json, glb, shapes.solid, shapes.origin, "solid", 1, cold, hot, looks);
+  if (!is_along(up, {0, 1, 0})) {
+    const Json children = std::exchange(json["scenes"][0]["nodes"], Json::array({json["nodes"].size()}));
+    json["nodes"].push_back({{"name", "upright"}, {"rotation", turn_upright(up)}, {"children", children}});
+  }
   return glb_file(std::move(json), glb.take_bytes());
 }
 

@@ -25,6 +25,8 @@ std::string mesh_obj_text(const Mesh& mesh, const meltsim::Vec3d& origin, double
 /// Liquid and solid of a frame as two nodes, with the attributes _TEMPERATURE and _MATERIAL. What is of a
 /// material that has a colour is a primitive of that colour, the rest has the temperature's. Liquids of several
 /// colours are one primitive, `dyed`, whose vertices have them, cut off from the clear one where half is clear.
-std::string glb_text(const FrameShapes& shapes, double cold, double hot, const std::vector<SceneLook>& looks);
+/// Where `up`, a unit vector, is not +y, a node above both turns it there: that is up in glTF.
+std::string glb_text(const FrameShapes& shapes, double cold, double hot, const std::vector<SceneLook>& looks,
+                     const meltsim::Vec3d& up = {0, 1, 0});
 
 }  // namespace runner

@@ -114,7 +114,8 @@ void put_mesh(std::string& to, const char* name, const Mesh& mesh, const Vec3d& 
 }  // namespace
 
 std::string usd_text(const meltsim::ParticleFrame& particles, const FrameShapes& shapes, double spacing,
-                     double time, bool up_is_z) {
+                     double time, const Vec3d& up) {
+  const bool up_is_z = is_along(up, {0, 0, 1});
   std::string text = fmt::format(
       "#usda 1.0\n(\n    customLayerData = {{\n        double time_s = {:.9g}\n        string units = \"m, "
       "degrees "
@@ -122,6 +123,13 @@ std::string usd_text(const meltsim::ParticleFrame& particles, const FrameShapes&
       "\"{}\"\n)\n\ndef Xform "
       "\"meltsim\"\n{{\n",
       time, up_is_z ? "Z" : "Y");
+  if (!up_is_z && !is_along(up, {0, 1, 0})) {
+    const std::array<double, 4> turn = turn_upright(up);
+    text += fmt::format(
+        "    quatf xformOp:orient = ({3:.9g}, {0:.9g}, {1:.9g}, {2:.9g})\n    uniform token[] xformOpOrder = "
+        "[\"xformOp:orient\"]\n",
+        turn[0], turn[1], turn[2], turn[3]);
+  }
   put_particles(text, particles, spacing);
   put_mesh(text, "liquid", shapes.liquid, shapes.origin);
   put_mesh(text, "solid", shapes.solid, shapes.origin);
