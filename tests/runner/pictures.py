@@ -150,6 +150,7 @@ class Own(Pictures):
                 for a, b in zip(node["rotation"] or [], wanted or []):
                     self.assertAlmostEqual(a, b)
             text = Path(self.frame("scene_00000.usda")).read_text()
+            self.assertEqual(text.count("primvars:liquid_fraction"), 3)  # of particles, liquid and solids
             self.assertEqual(("upAxis = \"Z\"" in text, "xformOp" in text), (gravity[2] != 0, gravity[2] == 0 and wanted is not None))
 
     def test_a_frame_without_solids_or_without_liquid_is_whole_too(self):

@@ -29,6 +29,7 @@ runner::FrameShapes shapes() {
   s.liquid.position = {{0, 0, 0}, {1, 0, 0}, {0, 0.5F, 0}};
   s.liquid.normal.assign(3, {0, 0, 1});
   s.liquid.temperature = {1, 2, 3};
+  s.liquid.liquid_fraction = {0.25F, 0.5F, 1};
   s.liquid.body.assign(3, 0);
   s.liquid.material.assign(3, 0);
   s.liquid.triangles = {0, 1, 2};
@@ -65,6 +66,7 @@ TEST(Usd, HasEveryValueAtItsPlace) {
   EXPECT_EQ(array(text, liquid, "point3f[] points"), "(0, 1, 0), (1, 1, 0), (0, 1.5, 0)");
   EXPECT_EQ(array(text, liquid, "float3[] extent"), "(0, 1, 0), (1, 1.5, 0)");
   EXPECT_EQ(array(text, liquid, "float[] primvars:temperature"), "1, 2, 3");
+  EXPECT_EQ(array(text, liquid, "float[] primvars:liquid_fraction"), "0.25, 0.5, 1");
   EXPECT_EQ(array(text, liquid, "int[] primvars:body"), "-1, -1, -1");
   EXPECT_EQ(array(text, "def Mesh \"solid\"", "point3f[] points"), "");
 }

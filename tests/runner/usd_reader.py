@@ -42,6 +42,8 @@ with tempfile.TemporaryDirectory() as folder:
             mesh = UsdGeom.Mesh(stage.GetPrimAtPath(f"/meltsim/{name}"))
             vertices, counts, indices = (a.Get() for a in (mesh.GetPointsAttr(), mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr()))
             assert set(counts) <= {3} and len(indices) == 3 * len(counts) and max(indices, default=-1) < len(vertices)
-            assert len(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("temperature").Get()) == len(vertices) == len(mesh.GetNormalsAttr().Get())
+            assert len(mesh.GetNormalsAttr().Get()) == len(vertices)
+            for primvar in ("temperature", "liquid_fraction", "body", "material"):
+                assert len(UsdGeom.PrimvarsAPI(mesh).GetPrimvar(primvar).Get()) == len(vertices), primvar
             assert UsdGeom.Mesh.ValidateTopology(indices, counts, len(vertices))[0]
     print(f"{len(files)} frames, {n} particles")

@@ -138,6 +138,8 @@ class Cutter {
     mesh_.position.push_back(mix(mesh_.position[a], mesh_.position[b]));
     mesh_.normal.push_back(normal * (1 / std::max(length(normal), 1e-20f)));
     mesh_.temperature.push_back(mix(mesh_.temperature[a], mesh_.temperature[b]));
+    if (!mesh_.liquid_fraction.empty())
+      mesh_.liquid_fraction.push_back(mix(mesh_.liquid_fraction[a], mesh_.liquid_fraction[b]));
     mesh_.body.push_back(mesh_.body[nearer]);
     mesh_.material.push_back(mesh_.material[nearer]);
     dyes_.push_back({mix(dyes_[a].color, dyes_[b].color), 0.5f});

@@ -18,13 +18,14 @@ namespace runner {
 /// A surface; arrays per vertex are parallel.
 struct Mesh {
   std::vector<meltsim::Vec3f> position,
-      normal;                                ///< [m] relative to the origin of its FrameShapes; unit, outward
-  std::vector<float> temperature;            ///< [degrees Celsius]
-  std::vector<std::uint32_t> body;           ///< 1 + index; 0 = liquid
-  std::vector<std::uint32_t> material;       ///< index
-  std::vector<std::uint32_t> triangles;      ///< 3 vertices each, counter-clockwise from outside
-  std::vector<meltsim::Vec3f> color;         ///< linear light; of FrameShapes::paint alone
-  std::vector<std::uint32_t> species;        ///< material indices of those in `contents`
+      normal;                            ///< [m] relative to the origin of its FrameShapes; unit, outward
+  std::vector<float> temperature;        ///< [degrees Celsius]
+  std::vector<float> liquid_fraction;    ///< 0 solid .. 1 liquid; nothing where it is not known, as in files
+  std::vector<std::uint32_t> body;       ///< 1 + index; 0 = liquid
+  std::vector<std::uint32_t> material;   ///< index
+  std::vector<std::uint32_t> triangles;  ///< 3 vertices each, counter-clockwise from outside
+  std::vector<meltsim::Vec3f> color;     ///< linear light; of FrameShapes::paint alone
+  std::vector<std::uint32_t> species;    ///< material indices of those in `contents`
   std::vector<std::vector<float>> contents;  ///< per species: mass fraction at every vertex; of liquid alone
   bool empty() const { return triangles.empty(); }
 };

@@ -46,6 +46,7 @@ Mesh mesh_of(meltsim::World& world, meltsim::SurfaceDesc desc, meltsim::SurfaceO
   for (meltsim::Vec3f& x : mesh.position) x = x + shift;
   mesh.normal = std::move(made->normal);
   mesh.temperature = std::move(made->temperature);
+  mesh.liquid_fraction = std::move(made->liquid_fraction);
   mesh.body = std::move(made->body);
   mesh.material = std::move(made->material);
   mesh.triangles = std::move(made->triangles);
@@ -58,6 +59,7 @@ void append(Mesh& to, const Mesh& more) {
   put(to.position, more.position);
   put(to.normal, more.normal);
   put(to.temperature, more.temperature);
+  put(to.liquid_fraction, more.liquid_fraction);
   put(to.body, more.body);
   put(to.material, more.material);
   for (const std::uint32_t v : more.triangles) to.triangles.push_back(first + v);

@@ -102,6 +102,10 @@ void put_mesh(std::string& to, const char* name, const Mesh& mesh, const Vec3d& 
   put_array(
       to, "float[] primvars:temperature", n, [&](std::size_t i) { put_number(to, mesh.temperature[i]); },
       "vertex");
+  if (mesh.liquid_fraction.size() == n)
+    put_array(
+        to, "float[] primvars:liquid_fraction", n,
+        [&](std::size_t i) { put_number(to, mesh.liquid_fraction[i]); }, "vertex");
   put_array(
       to, "int[] primvars:body", n,
       [&](std::size_t i) { to += std::to_string(static_cast<int>(mesh.body[i]) - 1); }, "vertex");
