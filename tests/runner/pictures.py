@@ -138,6 +138,15 @@ class Own(Pictures):
             self.assertLess(clear, 10)
             self.assertGreater(opaque, 200)
 
+    def test_beside_bodies_left_out_every_vertex_has_a_triangle(self):
+        self.run_scene("--frames", "4", "--export", "surface", "--set",
+                       "bodies=[{name: pot, visible: false, fixed: true, material: ice, shape: {box: [[0, 0, 0], [1.6, 0.4, 1.6]]}},"
+                       " {name: float, material: ice, shape: {box: [[0.4, 0.4, 0.4], [1, 1, 1]]}}]",
+                       "--set", "fluids[0].shape.box=[[0, 0.4, 0], [1.6, 1, 1.6]]")
+        for index in range(5):
+            mesh = read_mesh(self.frame(f"liquid_{index:05}.ply"))
+            self.assertEqual({v for face in mesh.faces for v in face}, set(range(len(mesh.vertices))))
+
     def test_against_gravity_is_up_in_gltf(self):
         """glTF's +y: the file of a scene whose gravity is along another axis is turned there."""
         for gravity, wanted in (([0, -9.81, 0], None), ([0, 0, -9.81], [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)]),

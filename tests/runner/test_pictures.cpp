@@ -271,6 +271,24 @@ Mesh cube() {
   return mesh;
 }
 
+TEST(Shapes, VerticesWithoutATriangleAreDropped) {
+  Mesh mesh = cube();
+  for (std::size_t v = 0; v < 8; ++v) mesh.temperature[v] = static_cast<float>(v);
+  mesh.contents = {std::vector<float>{0, 1, 2, 3, 4, 5, 6, 7}};
+  drop_unused(mesh);
+  EXPECT_EQ(mesh.position.size(), 8u);  // all are used
+  mesh.triangles = {7, 2, 5};
+  drop_unused(mesh);
+  EXPECT_EQ(mesh.triangles, (std::vector<std::uint32_t>{2, 0, 1}));
+  EXPECT_EQ(mesh.temperature, (std::vector<float>{2, 5, 7}));
+  EXPECT_EQ(mesh.contents[0], mesh.temperature);
+  EXPECT_EQ(mesh.position.size(), 3u);
+  EXPECT_EQ(mesh.normal.size(), 3u);
+  EXPECT_EQ(mesh.body.size(), 3u);
+  EXPECT_EQ(mesh.material.size(), 3u);
+  EXPECT_TRUE(mesh.liquid_fraction.empty());
+}
+
 TEST(Shapes, BodiesThatAreNotVisibleAreLeftOut) {
   FrameShapes shapes;
   shapes.liquid = cube();

@@ -23,6 +23,28 @@ void add_balls(FrameShapes& shapes, const std::vector<FrameParticle>& particles,
   }
 }
 
+void drop_unused(Mesh& mesh) {
+  std::vector<std::uint32_t> number(mesh.position.size(), 0);
+  for (const std::uint32_t v : mesh.triangles) number[v] = 1;
+  std::uint32_t used = 0;
+  for (std::uint32_t& n : number) n = n != 0 ? ++used : 0;  // from 1; 0: drop it
+  const auto pack = [&number, used](auto& values) {
+    if (values.empty()) return;
+    for (std::size_t v = 0; v < number.size(); ++v)
+      if (number[v] != 0) values[number[v] - 1] = values[v];
+    values.resize(used);
+  };
+  pack(mesh.position);
+  pack(mesh.normal);
+  pack(mesh.temperature);
+  pack(mesh.liquid_fraction);
+  pack(mesh.body);
+  pack(mesh.material);
+  pack(mesh.color);
+  for (std::vector<float>& content : mesh.contents) pack(content);
+  for (std::uint32_t& v : mesh.triangles) v = number[v] - 1;
+}
+
 std::uint32_t material_of_triangle(const Mesh& mesh, std::size_t first) {
   const auto at = [&](std::size_t k) { return mesh.material[mesh.triangles[first + k]]; };
   return at(1) == at(2) ? at(1) : at(0);

@@ -48,6 +48,8 @@ struct FrameShapes {
   std::vector<Ball> balls;  ///< what the meshes do not show
 };
 
+/// Drops vertices that no triangle has, and numbers the others anew, in their order.
+void drop_unused(Mesh& mesh);
 /// Particles as balls; those of phases that a mesh shows are left out.
 void add_balls(FrameShapes& shapes, const std::vector<FrameParticle>& particles, double spacing);
 /// In place of a species' material where what is dissolved of it is clear.

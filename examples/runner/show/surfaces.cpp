@@ -108,6 +108,7 @@ void drop_coincident(Mesh& mesh, const Mesh& other, double tolerance) {
       kept.insert(kept.end(), corner, corner + 3);
   }
   mesh.triangles = std::move(kept);
+  drop_unused(mesh);
 }
 
 }  // namespace
