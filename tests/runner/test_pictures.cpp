@@ -18,6 +18,7 @@
 #include "show/mesh_files.hpp"
 #include "show/ply_reader.hpp"
 #include "show/replay.hpp"
+#include "show/run_frames.hpp"
 #include "show/tracer.hpp"
 
 namespace runner {
@@ -203,6 +204,22 @@ TEST(Shapes, ColoursOfAMixtureFollowItsContents) {
   EXPECT_EQ(shown_species(1, sugar), 1u);
   // A species without a colour shows nothing.
   EXPECT_TRUE(split_liquid(shapes, {{"water", std::nullopt}, {"salt", std::nullopt}}).paint.empty());
+}
+
+TEST(Pictures, RowsOfNothingDoNotWidenTheRangeOfTemperatures) {
+  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
+  const std::string directory = mkdtemp(name.data());
+  const std::string header = "step,n_fluid,n_solid,T_min,T_mean,T_max\n", nothing = "0,0,0,0,0,0\n";
+  const auto range_of = [&directory](const std::string& table) {
+    write_file(directory + "/stats.csv", table);
+    return range_on_disk({directory, {}});
+  };
+  using Range = std::pair<double, double>;
+  EXPECT_EQ(range_of(header + nothing + "1,5,0,60,70,90\n2,0,3,50,60,80\n"), Range(50, 90));
+  EXPECT_EQ(range_of(header + nothing), Range(0, 1));
+  EXPECT_EQ(range_of(header + "0,1,0,0,0,0\n"), Range(-0.5, 0.5));  // a particle of 0 degrees
+  EXPECT_EQ(range_of("step,T_min,T_max\n0,10,20\n"), Range(10, 20));
+  std::filesystem::remove_all(directory);
 }
 
 TEST(Replay, BytesAreBase64) {

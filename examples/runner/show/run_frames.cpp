@@ -89,10 +89,12 @@ std::pair<double, double> range_on_disk(const RunDirectory& directory) {
     const auto column = [&](const char* name) {
       return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
     };
-    const std::size_t low = column("T_min"), high = column("T_max");
+    const std::size_t low = column("T_min"), high = column("T_max"), fluid = column("n_fluid"),
+                      solid = column("n_solid");
     while (std::getline(table, line)) {
       const std::vector<std::string> cells = split_commas(line);
       const auto at = [&](std::size_t i) { return i < cells.size() ? parse_number(cells[i]) : std::nullopt; };
+      if (at(fluid) == 0.0 && at(solid) == 0.0) continue;  // temperatures of nothing are 0
       if (const auto t = at(low); t && std::isfinite(*t)) cold = std::min(cold, *t);
       if (const auto t = at(high); t && std::isfinite(*t)) hot = std::max(hot, *t);
     }
