@@ -126,7 +126,7 @@ class Renderer {
       seen.add(box.max);
     }
     wish_.extent = length(seen.size());
-    return scene_camera(scene_, view_box(scene_, seen));
+    return scene_camera(scene_, view_box(scene_, seen), wish_.aspect());
   }
 
   void say_once(const FrameShapes& shapes) {

@@ -10,8 +10,7 @@ namespace {
 
 using meltsim::Vec3d;
 
-constexpr double margin = 0.88;    ///< share of the picture that the contents may fill
-constexpr double narrowest = 1.4;  ///< width to height of a picture that automatic cameras fit
+constexpr double margin = 0.88;  ///< share of the picture that the contents may fill
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
@@ -52,7 +51,7 @@ Box view_box(const Scene& scene, const Box& contents) {
   return box;
 }
 
-Camera scene_camera(const Scene& scene, const Box& box) {
+Camera scene_camera(const Scene& scene, const Box& box, double aspect) {
   const Json& wish = scene.output.camera;
   Camera camera;
   camera.up = given(wish, "up").value_or(upward(scene));
@@ -76,7 +75,7 @@ Camera scene_camera(const Scene& scene, const Box& box) {
     const Vec3d off = x - camera.look_at;
     const double nearer = dot(off, back);
     distance = std::max({distance, nearer + std::abs(dot(off, above)) / slope,
-                         nearer + std::abs(dot(off, right)) / (slope * narrowest)});
+                         nearer + std::abs(dot(off, right)) / (slope * std::min(aspect, usual_aspect))});
   }
   camera.eye = camera.look_at + back * distance;
   return camera;

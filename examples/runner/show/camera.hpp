@@ -26,8 +26,11 @@ meltsim::Vec3d upward(const Scene& scene);
 inline bool is_along(const meltsim::Vec3d& a, const meltsim::Vec3d& b) { return dot(a, b) > 1 - 1e-12; }
 /// The shortest turn that brings a unit vector to +y, for files whose readers take that for up: x, y, z, w of a unit quaternion.
 std::array<double, 4> turn_upright(const meltsim::Vec3d& up);
-/// The camera of output.camera; what it leaves out follows from `box`, what there is to see.
-Camera scene_camera(const Scene& scene, const Box& box);
+/// Width to height that automatic cameras fit at least, also of wider pictures: those of any usual width are alike.
+inline constexpr double usual_aspect = 1.4;
+/// The camera of output.camera; what it leaves out follows from `box`, what there is to see, and from `aspect`, width to height of
+/// the picture: all of the box is in it.
+Camera scene_camera(const Scene& scene, const Box& box, double aspect = usual_aspect);
 /// What there is to see: `contents`, or the domain while there are none.
 Box view_box(const Scene& scene, const Box& contents);
 

@@ -13,6 +13,7 @@ struct PictureWish {
   Look look = Look::natural;
   double cold = 0, hot = 1;  ///< ends of the ramp [degrees Celsius]
   double extent = 0;  ///< [m] of what a row of pictures shows: tiles and shades stay as they are; 0 = domain
+  double aspect() const { return static_cast<double>(width) / height; }  ///< width to height
 };
 
 /// With its time, and in the temperature view with a legend.

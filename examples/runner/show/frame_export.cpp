@@ -76,7 +76,7 @@ void FrameExport::write_shapes(const FrameShapes& shapes, std::uint64_t index,
   // What will be where later is not known yet; a camera that moves from frame to frame is worse than a wide
   // view.
   const Box all = view_box(scene_, {});
-  const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all);
+  const Camera camera = scene_camera(scene_, all.empty() ? box_of(shapes) : all, wish.aspect());
   if (!wants("pov") && !wants("png")) return;
   const FrameShapes shown = visible_part(shapes, scene_.output.body_visible);
   if (wants("pov")) {
