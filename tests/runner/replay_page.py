@@ -130,6 +130,18 @@ class Data(Page):
             share = 16 / 31
             self.assertAlmostEqual(shown / 255, (share * a ** 2.2 + (1 - share) * b ** 2.2) ** (1 / 2.2), delta=0.51 / 255)
 
+    def test_solids_without_a_colour_have_those_of_pictures(self):
+        """Pictures colour bodies one after another; a material has the colour of its first body."""
+        box = "{shape: {box: [[%s, 0.8, 0.4], [%s, 1.2, 0.8]]}, material: %s}"
+        self.run_scene("--frames", "1", "--set", "materials.clay={density: 2000}", "--set", "materials.wax={density: 900, color: [1, 0.5, 0]}",
+                       "--set", "bodies=[" + ", ".join(box % at for at in (("0", "0.4", "ice"), ("0.4", "0.8", "wax"), ("0.8", "1.2", "clay"),
+                                                                           ("1.2", "1.6", "ice"))) + "]")
+        materials = {m["name"]: m for m in unpacked(self.page)[0]["materials"]}
+        for name, light in (("ice", (0.66, 0.80, 0.90)), ("clay", (0.64, 0.15, 0.10))):  # the first and the third
+            self.assertIsNone(materials[name]["color"])
+            self.assertEqual(materials[name]["solid"], [round(255 * c ** (1 / 2.2)) for c in light])
+        self.assertEqual((materials["wax"]["color"], "solid" in materials["wax"], "solid" in materials["water"]), ([255, 128, 0], False, False))
+
     def test_nothing_to_see_makes_a_page(self):
         self.run_scene("--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters=[]", "--export", "none", "--frames", "3")
         run, frames = unpacked(self.page)

@@ -45,7 +45,7 @@ TraceSettings trace_settings(const Scene& scene, const Camera& camera, const Pic
   settings.hot = wish.hot;
   settings.spacing = scene.world.spacing;
   for (const auto& given : scene.output.body_colors) {
-    settings.bodies.push_back(given ? linear(*given) : body_color({}, settings.bodies.size() + 1));
+    settings.bodies.push_back(given ? linear(*given) : palette_color(settings.bodies.size()));
   }
   settings.looks = scene.output.looks;
   settings.extent = wish.extent > 0 ? wish.extent : length(view_box(scene, {}).size());

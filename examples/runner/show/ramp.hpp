@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours of temperature, the same in every picture: blue is cold, yellow between, red hot.
+// Colours that pictures and pages share: those of temperature (blue is cold, yellow between, red hot) and of bodies.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 
 namespace runner {
 
@@ -21,6 +22,22 @@ inline constexpr std::array<Rgb, 6> ramp_stops{{{0.14, 0.25, 0.62},
 inline Rgb linear(const Rgb& shown) {
   return {std::pow(shown[0], 2.2), std::pow(shown[1], 2.2), std::pow(shown[2], 2.2)};
 }
+
+/// Linear light, as a monitor shows it.
+inline Rgb monitor(const Rgb& light) {
+  return {std::pow(light[0], 1 / 2.2), std::pow(light[1], 1 / 2.2), std::pow(light[2], 1 / 2.2)};
+}
+
+/// Linear light of bodies whose material has no colour, one after another.
+inline constexpr std::array<Rgb, 6> body_palette{{{0.66, 0.80, 0.90},
+                                                  {0.80, 0.42, 0.09},
+                                                  {0.64, 0.15, 0.10},
+                                                  {0.22, 0.46, 0.18},
+                                                  {0.36, 0.24, 0.55},
+                                                  {0.72, 0.32, 0.43}}};
+
+/// Of a body counted from 0.
+inline const Rgb& palette_color(std::size_t body) { return body_palette[body % body_palette.size()]; }
 
 /// 0 cold .. 1 hot; beyond both the ends' colours.
 inline Rgb ramp(double x) {

@@ -88,6 +88,13 @@ class Palette {
       if (page.looks.size() + numbers_.size() <= 256) break;
       numbers_.clear();
     }
+    for (const ReplayFrame& frame : frames)
+      for (const ReplayParticle& p : frame.particles)
+        if ((p.look & 128u) != 0 && (p.look & 127u) != 0) {
+          const std::uint32_t body = (p.look & 127u) - 1;
+          const auto [found, fresh] = first_bodies_.try_emplace(p.look >> 8 & 255u, body);
+          if (!fresh) found->second = std::min(found->second, body);
+        }
     std::size_t next = page.looks.size();
     for (auto& [key, number] : numbers_) number = static_cast<std::uint8_t>(next++);
   }
@@ -97,11 +104,15 @@ class Palette {
     return found != numbers_.end() ? found->second : static_cast<std::uint8_t>(p.look >> 8);
   }
 
-  /// Of mixtures `of` is the number of the liquid.
+  /// Of mixtures `of` is the number of the liquid; `solid` is the colour of solids of a material without one.
   Json json() const {
     Json list = Json::array();
-    for (const SceneLook& look : page_.looks)
+    for (const SceneLook& look : page_.looks) {
       list.push_back({{"name", look.name}, {"color", look.color ? bytes_of(*look.color) : Json()}});
+      const auto body = first_bodies_.find(static_cast<std::uint32_t>(list.size() - 1));
+      if (!look.color && body != first_bodies_.end())
+        list.back()["solid"] = bytes_of(monitor(palette_color(body->second)));
+    }
     for (const auto& [key, number] : numbers_) {
       const std::size_t liquid = key >> 8 & 255u;
       list.push_back({{"name", page_.looks[liquid].name}, {"color", bytes_of(mixed(key))}, {"of", liquid}});
@@ -141,15 +152,16 @@ class Palette {
       for (std::size_t c = 0; c < 3; ++c) sum[c] += w * color[c];
       share += w;
     }
-    Rgb shown{};
     for (std::size_t c = 0; c < 3; ++c)
-      shown[c] = std::pow(share > 1 ? sum[c] / share : sum[c] + (1 - share) * liquid[c], 1 / 2.2);
-    return shown;
+      sum[c] = share > 1 ? sum[c] / share : sum[c] + (1 - share) * liquid[c];
+    return monitor(sum);
   }
 
   const ReplayPage& page_;
   std::uint32_t shown_ = 0;  ///< bits of contents that are told apart
   std::map<std::uint32_t, std::uint8_t> numbers_;
+  std::map<std::uint32_t, std::uint32_t>
+      first_bodies_;  ///< of each solid material, from 0: pictures colour by body
 };
 
 Packed packed_particle(const ReplayParticle& p, const Scale& scale, const Palette& palette) {

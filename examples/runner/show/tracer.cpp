@@ -357,10 +357,8 @@ double tile_size(double size) {
 }
 
 Rgb body_color(const TraceSettings& settings, std::size_t body) {
-  constexpr Rgb palette[] = {{0.66, 0.80, 0.90}, {0.80, 0.42, 0.09}, {0.64, 0.15, 0.10},
-                             {0.22, 0.46, 0.18}, {0.36, 0.24, 0.55}, {0.72, 0.32, 0.43}};
   const std::size_t index = std::max<std::size_t>(body, 1) - 1;
-  return index < settings.bodies.size() ? settings.bodies[index] : palette[index % std::size(palette)];
+  return index < settings.bodies.size() ? settings.bodies[index] : palette_color(index);
 }
 
 namespace {
