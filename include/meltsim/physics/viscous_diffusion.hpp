@@ -75,7 +75,7 @@ MELTSIM_HD T viscosity_of_root(T root) {
 template <class T>
 MELTSIM_HD T pair_resistivities(T own, T other) {
   const T twice = T(2) * std::fabs(own * other), sum = std::fabs(own) + std::fabs(other);
-  return (own < T(0)) & (other < T(0)) ? twice : sum * sum - twice;
+  return ((own < T(0)) & (other < T(0))) ? twice : sum * sum - twice;
 }
 
 /// Whether one of a pair with these roots is of a body.
