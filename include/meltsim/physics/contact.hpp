@@ -34,6 +34,7 @@
 #pragma once
 
 #include "meltsim/physics/math.hpp"
+#include "meltsim/physics/neighbour_mask.hpp"
 #include "meltsim/physics/walls.hpp"
 
 namespace meltsim {
@@ -112,13 +113,10 @@ MELTSIM_HD Vec4<T> outward_normal(Vec3<T> inward, T live, const Mat3<T>& rotatio
   return with_w(rotation * (inward * (T(-1) / size)), live);
 }
 
-/// The same of a lattice vertex with its live direct neighbours. mask: arrayN, bit (dx+1) + 3(dy+1) + 9(dz+1).
+/// The same of a lattice vertex with its live direct neighbours (neighbour_mask.hpp).
 template <class T>
 MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
-  Vec3<T> inward{};
-  for (int bit = 0; bit < 27; ++bit)
-    if (((mask >> bit) & 1u) != 0u) inward += Vec3<T>{T(bit % 3 - 1), T(bit / 3 % 3 - 1), T(bit / 9 - 1)};
-  return outward_normal(inward, T(popcount(mask)), rotation);
+  return outward_normal(sum_of_offsets<T>(mask), T(popcount(mask)), rotation);
 }
 
 /// Depth by which a sphere at x overlaps the plane of a face (in the order of DomainDesc::faces) [m].

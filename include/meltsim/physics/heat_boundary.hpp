@@ -20,6 +20,7 @@
 #pragma once
 
 #include "meltsim/physics/elementary.hpp"
+#include "meltsim/physics/neighbour_mask.hpp"
 #include "meltsim/physics/wall_exchange.hpp"
 #include "meltsim/physics/walls.hpp"
 
@@ -100,34 +101,27 @@ MELTSIM_HD T edge_factor(int live) {
 }
 
 /// Open faces of the cell of a particle with nothing of its body in the layers on both sides of it along an axis: of a sheet, a rod, or one
-/// alone. 0 of all others. direct: bit (dx+1)+3(dy+1)+9(dz+1) of each live direct neighbour (arrayN).
+/// alone. 0 of all others. direct: its live direct neighbours (neighbour_mask.hpp).
 MELTSIM_HD int faces_of_sheet(std::uint32_t direct) {
-  constexpr std::uint32_t x = 0x1249249u, y = 0x1c0e07u,
-                          z = 0x1ffu;  // the layers in front; those behind are 2, 6 and 18 bits on
-  const bool sheet =
-      (direct & (x | x << 2)) == 0u || (direct & (y | y << 6)) == 0u || (direct & (z | z << 18)) == 0u;
+  const bool sheet = (direct & (behind_x | behind_x << ahead_x)) == 0u ||
+                     (direct & (behind_y | behind_y << ahead_y)) == 0u ||
+                     (direct & (behind_z | behind_z << ahead_z)) == 0u;
   if (!sheet) return 0;
-  constexpr std::uint32_t faces = 1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22;
-  return static_cast<int>(popcount(faces & ~direct));
+  const Vec3<int> faces = across_faces<int>(all_sites & ~direct);
+  return faces.x + faces.y + faces.z;
 }
 
 /// Area [dx^2] of a particle that is open to both sides, as in a plate of one or two sites that lies across the lattice, where the sides
-/// cancel in G: 0.95 of the length of (n_x, n_y, n_z), n_k its open faces along axis k. Over a plane that makes its area where all
-/// particles are alike, and up to 1.1 of it where steps are longer. |V|/S says how much of what is open lies on one side: V the sum over
-/// the S open sites of 26 of where they lie. The area counts in full below 0.5, as of corners and edges, which show more by
-/// G, and not at all from 0.8, as beneath planes. Ours; fitted to plates at chance directions and offsets.
+/// cancel in G: that of the plane through steps with n_k open faces along axis k, the length of n. How far
+/// the S open sites lie on one side says how much of it counts: V the sum of their offsets, |V|/S is small where both sides are open and
+/// large beneath planes, whose area G shows; corners and edges lie between. Ours; the three numbers are fitted to
+/// plates at chance directions and offsets (docs/design/heat.md).
 template <class T>
 MELTSIM_HD T area_of_both_sides(std::uint32_t direct) {
-  constexpr std::uint32_t all = (1u << 27) - 1u, x = 0x1249249u, y = 0x1c0e07u, z = 0x1ffu;
-  const std::uint32_t open = all & ~direct;
+  const std::uint32_t open = all_sites & ~direct;
   if (open == 0u) return T(0);
-  const auto along = [&](std::uint32_t behind, int step) {
-    return T(static_cast<int>(popcount(open & behind << step)) - static_cast<int>(popcount(open & behind)));
-  };
-  const auto faces = [&](int behind, int ahead) { return T((open >> behind & 1u) + (open >> ahead & 1u)); };
-  const Vec3<T> beyond{along(x, 2), along(y, 6), along(z, 18)}, n{faces(12, 14), faces(10, 16), faces(4, 22)};
-  const T one_side = length(beyond) / T(popcount(open));
-  return T(0.95) * clamp((T(0.8) - one_side) / T(0.3), T(0), T(1)) * length(n);
+  const T one_side = length(sum_of_offsets<T>(open)) / T(popcount(open));
+  return T(0.95) * clamp((T(0.8) - one_side) / T(0.3), T(0), T(1)) * length(across_faces<T>(open));
 }
 
 /// Surface that a particle of a solid represents: wall_exchange.hpp for a surface of any shape.
@@ -212,13 +206,13 @@ inline FreeLayer<T> make_free_layer(double support, double spacing) {
 
 /// Free surface that a particle of liquid represents.
 ///   G_i = walls_part + sum_j opening_part, V_j L_ij x_ij over all particles [1/m]: points outwards, |G| is I(dx/2) beneath a plane.
-/// What pairs contribute cancels, so the sum of V G beneath a surface is its area. The uppermost layer has 0.86 to 1 of it where
+/// What pairs contribute cancels, so the sum of V G beneath a surface is its area. The uppermost layer has a part of it where
 /// particles lie as in a lattice. At rest they have moved together until phi, the sum of the kernel, is 1 for the uppermost, too: that
-/// layer then has more than all, those beneath it point the other way, and `at_rest` of FreeLayer is fitted to pools. Between
-/// them phi says how much. Within a liquid in motion
-/// |G| is up to 0.3 of I(dx/2): the share rises from 0 there to 1 at 0.5. Where less than half is
-/// full around a particle it represents at least a share of the surface of a ball of its volume, 4.84 dx^2, all of it
-/// where it is alone: W(0) V = `own`, which at small supports is more than half by itself. phi = sum_j V_j W_ij. Depth: dx/2. Ours.
+/// layer then has more than all, and those beneath it point the other way. phi says where between the two it is.
+/// Within a liquid in motion G is never quite 0, so a small one counts for nothing. Where less than half is
+/// full around a particle it represents at least a share of the surface of a ball of its volume, (36 pi)^(1/3) dx^2, all of it
+/// where it is alone: W(0) V = `own`, which at small supports is more than half by itself. phi = sum_j V_j W_ij. Depth: dx/2.
+/// Ours; the shares are fitted to pools (docs/design/heat.md).
 template <class T>
 MELTSIM_HD ParticleSurface<T> free_surface(const WallExchange<T>& e, const FreeLayer<T>& layer, T volume, T G,
                                            T phi, T own) {
