@@ -329,14 +329,21 @@ const Options<SceneEmitter>& emitter_options() {
       until_of<D>(),
       custom<D>(
           "max_particles", "max_particles", "",
-          "most that it emits; of a reservoir, that are there at a time; needed by a nozzle that never stops",
+          "most that it emits; of a reservoir, and where it recycles, that are there at a time; needed by a "
+          "nozzle that never stops and "
+          "does not recycle",
           typed("integer", at_least(0)),
           [](const Node& value, D& d) {
             const std::int64_t most = value.integer();
             if (most < 0) value.fail(fmt::format("expected 0 or more, got {}", value.found()));
             d.desc.max_particles = static_cast<std::uint64_t>(most);
           },
-          [](const D& d) { return d.desc.max_particles > 0 ? Json(d.desc.max_particles) : Json(); })};
+          [](const D& d) { return d.desc.max_particles > 0 ? Json(d.desc.max_particles) : Json(); }),
+      flag<D>("recycle", "recycle", MEMBER(desc.recycle), "false",
+              "of a nozzle: particles of it that have left the domain come again, so that it goes on for "
+              "ever in the memory of "
+              "`max_particles`; without that, of as many as fill the domain")
+          .echoed_if_set()};
   return options;
 }
 

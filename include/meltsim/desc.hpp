@@ -330,6 +330,10 @@ struct EmitterDesc {
   /// Most particles that it emits in all; it then stops and sets StepResult::emitter_exhausted, as it does while a domain without
   /// open faces is full (its volume over dx^3 particles). 0: what from..until needs.
   std::uint64_t max_particles = 0;
+  /// A nozzle that goes on for ever: particles of it that have left (through an open face, or by remove_liquid()) come again, with their
+  /// ids. max_particles is then how many of it there may be at a time, 0: as many as fill the domain; while fewer are free, layers come
+  /// with those, and StepResult::emitter_exhausted is set. What froze onto a body does not come again. At most 8 nozzles of a World.
+  bool recycle = false;
   std::vector<MassFraction> fractions;  ///< what is dissolved in the liquid, as FluidDesc::fractions
   /// An open face of the domain instead of a nozzle: the one that `axis` points inwards from. Beyond it this liquid stands up to this height
   /// [m], measured against gravity from the origin. It comes in where the level inside is lower, liquid leaves where that is higher, and

@@ -32,14 +32,17 @@ struct StepResult {
   bool modulus_unreachable = false;    ///< a body is softer than its youngs_modulus
   bool body_stiffened = false;         ///< a body is stiffer than described: softer, it would gain energy
   bool cooled_to_zero = false;         ///< a particle that would have cooled below 0 K was held there
-  bool emitter_exhausted = false;  ///< an emitter stopped: at its max_particles, or a closed domain is full
-  std::uint64_t removed = 0;       ///< particles that left through open faces so far
-  std::uint64_t entered = 0;       ///< particles that came in below the level of an emitter so far
-  std::uint64_t strayed = 0;       ///< liquid particles that fell out of the scene so far (Stray::remove)
-  std::uint64_t melted = 0;        ///< particles that melted so far; a particle that freezes may melt again
-  std::uint64_t frozen = 0;        ///< particles that froze so far
-  std::uint64_t fluid = 0;         ///< live liquid particles
-  std::uint64_t solid = 0;         ///< live solid particles
+  /// An emitter stopped, at its max_particles or as a closed domain is full; or of one that recycles or has a level no ids were free for
+  /// some of what was to come.
+  bool emitter_exhausted = false;
+  std::uint64_t removed = 0;  ///< particles that left through open faces so far
+  std::uint64_t entered =
+      0;  ///< particles that came in below the level of an emitter, or from one that recycles, so far
+  std::uint64_t strayed = 0;  ///< liquid particles that fell out of the scene so far (Stray::remove)
+  std::uint64_t melted = 0;   ///< particles that melted so far; a particle that freezes may melt again
+  std::uint64_t frozen = 0;   ///< particles that froze so far
+  std::uint64_t fluid = 0;    ///< live liquid particles
+  std::uint64_t solid = 0;    ///< live solid particles
   /// Why this report is incomplete: synchronize() itself cannot fail, but the host may run out of memory while it makes
   /// the report. Empty: the report is complete.
   std::string error;

@@ -258,7 +258,8 @@ void bind_readings(nb::module_& m) {
       .add("emitter_exhausted", &StepResult::emitter_exhausted,
            "An emitter stopped: at its max_particles, or a closed domain is full.")
       .add("removed", &StepResult::removed, "Particles that left through open faces so far.")
-      .add("entered", &StepResult::entered, "Particles that came in below the level of an emitter so far.")
+      .add("entered", &StepResult::entered,
+           "Particles that came in below the level of an emitter, or from one that recycles, so far.")
       .add("strayed", &StepResult::strayed, "Liquid particles that fell out of the scene so far.")
       .add("melted", &StepResult::melted, "Particles that melted so far.")
       .add("frozen", &StepResult::frozen, "Particles that froze so far.")

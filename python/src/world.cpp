@@ -422,6 +422,11 @@ const Keys<EmitterInput>& emitter_keys() {
       {"until", "float", "ceases to emit [s]", d(&D::until)},
       {"max_particles", "int", "most particles that it emits; 0: what start to until needs",
        d(&D::max_particles)},
+      {"recycle", "bool",
+       "what has left comes again, so that it goes on for ever: max_particles is then how many there are at "
+       "a time; 0: as many as fill "
+       "the domain",
+       d(&D::recycle)},
       {"fractions", "dict[Material | str, float] | None",
        "what is dissolved in it: mass fractions of species", kept(&EmitterInput::fractions)},
       {"level", "float | None",

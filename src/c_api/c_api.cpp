@@ -675,6 +675,7 @@ meltsim::EmitterDesc emitter_of(const meltsim_emitter_desc* desc) {
   d.from = c.from;
   d.until = c.until;
   d.max_particles = c.max_particles;
+  d.recycle = c.recycle != 0;
   d.width = c.width;
   d.height = c.height;
   d.up = vec(c.up);

@@ -684,6 +684,9 @@ Status validate_reservoir_fields(const EmitterDesc& e, const std::string& p) {
     return invalid(p, "center: got ", e.center, " beside a level; the axis says which face; leave it out");
   if (e.speed != plain.speed)
     return invalid(p, "speed: got ", e.speed, " m/s beside a level, from which it follows; leave it out");
+  if (e.recycle)
+    return invalid(
+        p, "recycle: is for nozzles; what leaves an emitter with a level comes again anyway; leave it out");
   if (e.from != 0 || std::isfinite(e.until))
     return invalid(p, e.from != 0 ? "from" : "until", ": got ", e.from != 0 ? e.from : e.until,
                    " s beside a level, which is there all the time; leave it out, or turn the emitter on and "
@@ -749,9 +752,11 @@ Status validate(const EmitterDesc& e, double spacing) {
                    "; widen the nozzle");
   if (Status s = positive_speed(p + "speed", e.speed, "a nozzle at rest emits nothing"); !s) return s;
   if (Status st = validate_times(p, e.from, e.until); !st) return st;
-  if (!std::isfinite(e.until) && e.max_particles == 0)
+  if (!std::isfinite(e.until) && e.max_particles == 0 && !e.recycle)
     return invalid(
-        p, "max_particles: an emitter that never stops needs a limit, got 0; set max_particles or until");
+        p,
+        "max_particles: an emitter that never stops needs a limit, got 0; set max_particles or until, or "
+        "recycle");
   return validate_state((p).c_str(), e.temperature, Vec3d{});
 }
 

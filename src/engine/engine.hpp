@@ -38,6 +38,12 @@ struct BurstArguments {
   std::uint32_t tag = 0;
 };
 
+/// A layer of a nozzle that recycles: its row of Inlets.
+struct InletLayer {
+  std::uint32_t row = 0;
+  Inlet<double> now;
+};
+
 struct SubstepArguments {
   double dt = 0, time = 0;
   double end = 0;  ///< [s]
@@ -53,6 +59,7 @@ struct SubstepArguments {
   int solute_supersteps = 0;
   double solute_bound = 0;
   const std::vector<BurstArguments>* bursts = nullptr;
+  const std::vector<InletLayer>* layers = nullptr;  ///< of nozzles that recycle, at the end of the sub-step
   const std::vector<Steered>* steered = nullptr;
   const std::vector<Reshaped>* reshaped = nullptr;
   std::uint64_t sampled = 0;    ///< bit per probe: due; then stages hold sampling.probes
@@ -191,8 +198,8 @@ class Engine {
   /// What row `row` of the force fields does from the next sub-step on, and how many rows there may be. Does not wait.
   virtual void set_force_field(std::uint32_t row, const physics::ForceField<double>& field,
                                std::uint32_t count) = 0;
-  /// The level beyond a face and what comes in there from the next sub-step on. Does not wait.
-  virtual void set_inlet(std::uint32_t face, const Inlet<double>& row) = 0;
+  /// The level beyond a face and what comes in there from the next sub-step on; or the layer of a nozzle. Does not wait.
+  virtual void set_inlet(std::uint32_t row, const Inlet<double>& now) = 0;
   /// Waits. Reads the quantities that the sound speed follows from, of the last good state.
   virtual SoundLook look() = 0;
   /// Sound speed of the next sub-steps [m/s], for pressures only, until the next upload() or adapt(). change: of its square, whose

@@ -315,10 +315,10 @@ class EngineImpl final : public Engine {
     unguarded([&] { step::set_force_field<E, T>(ex_, w_, row, round_field<T>(field), count); });
   }
 
-  void set_inlet(std::uint32_t face, const Inlet<double>& row) override {
+  void set_inlet(std::uint32_t row, const Inlet<double>& now) override {
     mass_ = 0;                           // checked builds: what comes in again may be lighter
     if (w_.f.inlets == nullptr) return;  // the next plan has it
-    unguarded([&] { step::set_inlet<E, T>(ex_, w_, face, round_inlet<T>(row)); });
+    unguarded([&] { step::set_inlet<E, T>(ex_, w_, row, round_inlet<T>(now)); });
   }
 
   SoundLook look() override {
@@ -350,6 +350,8 @@ class EngineImpl final : public Engine {
     if (rolled_back_) return;  // halted, and already back at the last good state
     if (a.bursts != nullptr)
       for (const BurstArguments& b : *a.bursts) emit(b);
+    if (a.layers != nullptr)
+      for (const InletLayer& layer : *a.layers) set_inlet(layer.row, layer.now);
     if (a.steered != nullptr || a.reshaped != nullptr) steer(a);
     count_anew_ = count_anew_ || a.bursts != nullptr || a.steered != nullptr || a.reshaped != nullptr;
     if (w_.born == 0) return;

@@ -75,7 +75,7 @@ template <class E, class T>
 void put_inlets(E& ex, const Frame<T>& w, const SceneConstants& c) {
   if (w.f.inlets == nullptr) return;
   Inlets<T> inlets;
-  for (std::size_t f = 0; f < 6; ++f) inlets.row[f] = round_inlet<T>(c.inlets.row[f]);
+  for (std::size_t k = 0; k < inlet_rows; ++k) inlets.row[k] = round_inlet<T>(c.inlets.row[k]);
   ex.upload(w.f.inlets, &inlets, sizeof inlets);
 }
 

@@ -100,17 +100,18 @@ void fill_outlets(physics::Outlets<T>& o, const SceneConstants& c) {
   }
 }
 
-/// Faces through which liquid comes in.
+/// Faces through which liquid comes in, and nozzles that recycle.
 template <class T>
 void fill_inlets(Constants<T>& k, const SceneConstants& c) {
   k.outlets.taking |= c.inlet_faces;
   k.outlets.inlets = c.inlet_faces;
-  for (std::size_t f = 0; f < 6; ++f) {
-    const Inlet<double>& row = c.inlets.row[f];
-    k.inlet_first_point[f] = row.first_point;
-    k.inlet_points[f] = row.points;
-    k.inlet_first_id[f] = row.first_id;
-    k.inlet_ids[f] = row.ids;
+  k.nozzles = c.nozzles;
+  for (std::size_t n = 0; n < inlet_rows; ++n) {
+    const Inlet<double>& row = c.inlets.row[n];
+    k.inlet_first_point[n] = row.first_point;
+    k.inlet_points[n] = row.points;
+    k.inlet_first_id[n] = row.first_id;
+    k.inlet_ids[n] = row.ids;
   }
 }
 

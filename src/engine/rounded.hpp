@@ -60,6 +60,8 @@ Inlet<T> round_inlet(const Inlet<double>& f) {
   r.volume = static_cast<T>(f.volume);
   r.tag = f.tag;
   r.on = f.on;
+  r.velocity = cast<T>(f.velocity);
+  r.due = f.due;
   return r;
 }
 

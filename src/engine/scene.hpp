@@ -85,6 +85,7 @@ struct SceneConstants {
   ForceFields<double> force_fields;
   Inlets<double> inlets;
   std::uint32_t inlet_faces = 0;  ///< bit per face: it has a row
+  std::uint32_t nozzles = 0;      ///< that recycle: rows behind those of faces
 };
 
 /// Cells along one axis of a bounded domain.

@@ -152,7 +152,7 @@ struct OutletFlow {
   T depth[6]{};  ///< of what comes in [m]
 };
 
-/// Where and what liquid comes in below a level beyond a face. Reserved for it are ids of its own.
+/// Where and what liquid comes in to ids reserved for it: below a level beyond a face, or as the layer of a nozzle that recycles.
 template <class T>
 struct Inlet {
   std::uint32_t first_point = 0, points = 0;  ///< of a layer
@@ -166,11 +166,18 @@ struct Inlet {
   double solute[most_species] = {};   ///< likewise [kg]
   T mass{}, volume{};
   std::uint32_t tag = 0;
-  std::uint32_t on = 0;  ///< 0: nothing comes in
+  std::uint32_t on = 0;   ///< of a face; 0: nothing comes in
+  Vec3<T> velocity{};     ///< of a nozzle
+  std::uint64_t due = 0;  ///< of a nozzle: index of the sub-step at whose end the layer is at `center`
 };
+
+/// Rows of Inlets: faces, then nozzles.
+inline constexpr std::uint32_t first_nozzle = 6, most_recycling = 8,
+                               inlet_rows = first_nozzle + most_recycling;
+
 template <class T>
 struct Inlets {
-  Inlet<T> row[6];
+  Inlet<T> row[inlet_rows];
 };
 
 template <class T>
@@ -311,8 +318,10 @@ struct Constants {
   std::uint32_t no_slip = 1;
   std::uint32_t open_faces = 0;  ///< bit per face
   physics::Outlets<T> outlets;
-  std::uint32_t inlet_first_point[6] = {}, inlet_points[6] = {}, inlet_first_id[6] = {},
-                inlet_ids[6] = {};  ///< as rows of `inlets` have them
+  std::uint32_t nozzles = 0;  ///< that recycle
+  std::uint32_t inlet_first_point[inlet_rows] = {}, inlet_points[inlet_rows] = {},
+                inlet_first_id[inlet_rows] = {},
+                inlet_ids[inlet_rows] = {};  ///< as rows of `inlets` have them
   Vec3<T> wall_velocity[6];
   Vec3<T> domain_min{}, domain_max{};
   T gap_scale = T(1);     ///< c of gaps between bodies (physics/gap.hpp)

@@ -35,7 +35,7 @@ inline constexpr FusionInfo fusion_table[fusion_count] = {
     {"step.count_ahead", stage_bit(stage_spatial_cells) | stage_bit(stage_step_integrate),
      stage_bit(stage_topology_freeze) | stage_bit(stage_step_enter),  // move particles behind step.integrate
      0, "step.integrate counts the cells of the next sub-step's spatial.cells",
-     "where cells are counted, nothing freezes or comes in through a face and stages of the host's move "
+     "where cells are counted, nothing freezes or comes in to a reserve and stages of the host's move "
      "nothing, and are recorded"}};
 
 inline bool has_stage(std::uint64_t stages, int stage) { return ((stages >> stage) & 1u) != 0; }

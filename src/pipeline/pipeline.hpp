@@ -144,6 +144,8 @@ enum Fact : FactSet {
   fact_isotropic = FactSet{1} << 32,  ///< the stress of the pressure is isotropic
   fact_inlets = FactSet{1} << 33,     ///< liquid comes in below a level
   fact_walls = FactSet{1} << 34,      ///< faces of the domain are walls
+  fact_reserves =
+      FactSet{1} << 35,  ///< liquid comes in to ids in reserve: below a level, or from nozzles that recycle
 };
 
 inline constexpr FactSet search_facts[] = {fact_packed, fact_sorted | fact_sparse, fact_sorted | fact_tree};

@@ -61,7 +61,7 @@ template <class E, class T>
 void set_force_field(E& ex, const core::Frame<T>& w, std::uint32_t row, const physics::ForceField<T>& field,
                      std::uint32_t count);
 template <class E, class T>
-void set_inlet(E& ex, const core::Frame<T>& w, std::uint32_t face, const core::Inlet<T>& row);
+void set_inlet(E& ex, const core::Frame<T>& w, std::uint32_t row, const core::Inlet<T>& now);
 template <class E, class T>
 void set_sound_speed(E& ex, const core::Frame<T>& w, std::uint32_t materials, double speed, double change,
                      core::SoundWork* sum, core::SoundWork* account);

@@ -637,11 +637,12 @@ Status WorldImpl::check_layer(const EmitterDesc& e, const std::string& what) con
 /// The layers that an emitter will emit, and whether their particles can be numbered.
 Status WorldImpl::plan_layers(EmitterRecord& r, const std::string& what) const {
   const EmitterDesc& e = r.desc;
+  r.first_layer = layers_before(r, time);  // those before are not owed
+  limit_layers(r);
+  if (r.recycles()) return {};
   if (e.max_particles != 0 && e.max_particles < r.points)
     return invalid(what, "max_particles: ", e.max_particles, " is less than one layer of the nozzle (",
                    r.points, " particles); raise it");
-  r.first_layer = layers_before(r, time);  // those before are not owed
-  limit_layers(r);
   const double planned = double(r.layers - r.first_layer) * r.points;
   if (planned > most_points)
     return invalid(what, "until: would emit ", planned, " particles, more than ", most_points,
@@ -674,17 +675,32 @@ Result<EmitterId> WorldImpl::add_emitter(const EmitterDesc& e) {
   r.contents = contents;
   r.points = static_cast<std::uint32_t>(disc.size());
   r.first_point = static_cast<std::uint32_t>(emitter_points_.size());
+  if (e.recycle)
+    if (Status s = plan_reserve(r, what); !s) return s.error();
   if (Status s = plan_layers(r, what); !s) return s.error();
   if (Status s = check_memory(r, what); !s) return s.error();
+  take_up(r, disc, origin, *running, status);
+  return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), number_};
+}
+
+/// A nozzle and the points of its layers; running, status: of find_solids().
+void WorldImpl::take_up(EmitterRecord& r, const std::vector<Vec3d>& disc, Vec3d origin, bool running,
+                        const core::WorldStatus& status) {
   loops().make_room(emitter_points_, disc.size());
+  emitters_.reserve(emitters_.size() + 1);
+  if (r.recycles()) {
+    fetch_state();
+    pass_over_particles();
+    put_in_reserve(r, r.desc.center - origin);
+  }
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), disc.begin(), disc.end());
-  if (!*running || !emitter_joins_in_place(status)) {
+  if (r.recycles()) settle_at(origin);
+  else if (!running || !emitter_joins_in_place(status)) {
     fetch_state();
     pass_over_particles();
     settle_at(origin);
   }
-  return EmitterId{static_cast<std::uint32_t>(emitters_.size() - 1), number_};
 }
 
 /// Solid particles around a nozzle and its pipe, in found_. Whether the World runs, so that the emitter may join it as it is.
@@ -777,7 +793,7 @@ std::uint64_t WorldImpl::layers_due(const EmitterRecord& e, double t) const {
 void WorldImpl::limit_layers(EmitterRecord& e) const {
   if (e.reservoir()) return;  // it has none
   e.layers = layers_before(e, e.desc.until);
-  if (e.desc.max_particles != 0)
+  if (e.desc.max_particles != 0 && !e.recycles())
     e.layers = std::min(e.layers, e.first_layer + e.skipped + e.desc.max_particles / e.points);
   e.layers = std::max(e.layers, e.first_layer);
 }
@@ -785,6 +801,11 @@ void WorldImpl::limit_layers(EmitterRecord& e) const {
 /// Layers that have come by now.
 std::uint64_t WorldImpl::next_layer(const EmitterRecord& e) const {
   return std::min(e.layers, std::max(e.first_layer, layers_before(e, time)));
+}
+
+/// Particles of new ids that it will bring.
+std::uint64_t WorldImpl::to_come(const EmitterRecord& e) const {
+  return e.recycles() ? 0 : (e.layers - next_layer(e)) * e.points;
 }
 
 /// Whether a nozzle can begin this far behind its centre: within the domain, off walls and bodies. Where it cannot, it ends

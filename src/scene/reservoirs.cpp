@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Emitters with a level: open faces beyond which liquid stands (physics/inlet.hpp). Ids of what comes in are there from the start, as if
-// it had been removed, and are used again once it has left.
+// it had been removed, and are used again once it has left; so are those of nozzles that recycle.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -141,7 +141,6 @@ Result<EmitterId> WorldImpl::add_reservoir(const EmitterDesc& e) {
   emitters_.reserve(emitters_.size() + 1);
   emitter_points_.reserve(emitter_points_.size() + layer.points.size());
   pass_over_particles();
-  r.first_id = static_cast<std::uint32_t>(state_.position.size());
   put_in_reserve(r, layer.center - layer.inwards * (8 * desc.spacing) - origin);
   emitters_.push_back(r);
   emitter_points_.insert(emitter_points_.end(), layer.points.begin(), layer.points.end());
@@ -161,7 +160,8 @@ Status WorldImpl::check_layer_of_face(const EmitterDesc& e, const std::string& w
 /// Whether so many particles are enough, and can be numbered.
 Status WorldImpl::check_reserve(const EmitterRecord& r, std::uint64_t ids, const std::string& what) const {
   if (ids < r.points)
-    return invalid(what, "max_particles: ", ids, " is less than one layer of the face (", r.points,
+    return invalid(what, "max_particles: ", ids, " is less than one layer of the ",
+                   r.reservoir() ? "face" : "nozzle", " (", r.points,
                    " particles); raise it, or leave it out");
   if (ids + state_.position.size() >= core::none)
     return invalid(what, "max_particles: ", ids,
@@ -169,8 +169,33 @@ Status WorldImpl::check_reserve(const EmitterRecord& r, std::uint64_t ids, const
   return {};
 }
 
-/// Ids for what is to come in, beyond the face as yet.
-void WorldImpl::put_in_reserve(const EmitterRecord& r, Vec3d at) {
+/// What a nozzle that recycles has in reserve: what it may have in the World at a time.
+Status WorldImpl::plan_reserve(EmitterRecord& r, const std::string& what) const {
+  r.nozzle = static_cast<std::uint32_t>(
+      std::count_if(emitters_.begin(), emitters_.end(), [](const EmitterRecord& e) { return e.recycles(); }));
+  if (r.nozzle >= core::most_recycling)
+    return Error{ErrorCode::capacity,
+                 core::text(what, "recycle: this World has ", core::most_recycling,
+                            " nozzles that recycle, which is the most; let one of them pour where this one "
+                            "would (set_emitter), or give this one max_particles or until instead")};
+  if (r.desc.max_particles == 0 && !desc.domain.bounded)
+    return invalid(
+        what,
+        "max_particles: a nozzle that recycles in a domain without bounds needs a limit, got 0; set "
+        "how many particles of it there may be at a time");
+  const Vec3d size = desc.domain.max - desc.domain.min;
+  const double fill = size.x * size.y * size.z / (desc.spacing * desc.spacing * desc.spacing);
+  const std::uint64_t ids = r.desc.max_particles != 0
+                                ? r.desc.max_particles
+                                : static_cast<std::uint64_t>(std::min(fill * (1 + 1e-9), 9e15));
+  if (Status s = check_reserve(r, ids, what); !s) return s;
+  r.ids = static_cast<std::uint32_t>(ids);
+  return {};
+}
+
+/// Ids for what is to come in, beyond the face or in the nozzle as yet.
+void WorldImpl::put_in_reserve(EmitterRecord& r, Vec3d at) {
+  r.first_id = static_cast<std::uint32_t>(state_.position.size());
   const auto row = material_rows()[r.desc.material.index];
   const double h = physics::enthalpy_of(row, r.desc.temperature);
   const double density = mixed_density(physics::rest_density(row, h), r.contents);
@@ -180,7 +205,7 @@ void WorldImpl::put_in_reserve(const EmitterRecord& r, Vec3d at) {
   state_.removed += r.ids;
 }
 
-/// How many ids of all faces there are.
+/// How many ids there are in reserve.
 std::uint64_t WorldImpl::reserved_ids() const {
   std::uint64_t n = 0;
   for (const EmitterRecord& e : emitters_) n += e.ids;
@@ -192,13 +217,19 @@ std::uint64_t WorldImpl::left_of(std::uint64_t removed, std::uint64_t entered, s
   return removed + entered - reserve;
 }
 
-core::Inlet<double> WorldImpl::inlet_row(const EmitterRecord& e) const {
-  const auto material = material_rows()[e.desc.material.index];
+/// Which points and ids a face or nozzle has.
+core::Inlet<double> WorldImpl::span_of(const EmitterRecord& e) const {
   core::Inlet<double> r;
   r.first_point = e.first_point;
   r.points = e.points;
   r.first_id = e.first_id;
   r.ids = e.ids;
+  return r;
+}
+
+core::Inlet<double> WorldImpl::inlet_row(const EmitterRecord& e) const {
+  const auto material = material_rows()[e.desc.material.index];
+  core::Inlet<double> r = span_of(e);
   r.center = e.desc.center - origin_;
   r.inwards = core::unit(e.desc.axis);
   r.up = e.desc.up;

@@ -441,10 +441,11 @@ Status WorldImpl::check_reservoirs(const StoredState& stored, std::uint64_t part
       return core::invalid("snapshot: emitters: \"", e.desc.name, "\" may have ", e.ids,
                            " particles in this World, ", s.ids,
                            " in the snapshot; build the World from the same scene first");
-    if (!e.reservoir()) continue;
-    if (std::uint64_t{s.first_id} + s.ids > particles || !core::validate_level("", s.level, desc) ||
-        core::height_above_floor(desc, s.level) > e.desc.height * (1 + 1e-9))
-      return corrupt("the level or the reserve of a face is not usable");
+    if (std::uint64_t{s.first_id} + s.ids > particles)
+      return corrupt("the reserve of an emitter is not usable");
+    if (e.reservoir() && (!core::validate_level("", s.level, desc) ||
+                          core::height_above_floor(desc, s.level) > e.desc.height * (1 + 1e-9)))
+      return corrupt("the level of an emitter is not usable");
   }
   return {};
 }
@@ -536,9 +537,8 @@ void WorldImpl::put_emitter(const EmitterState& s, EmitterRecord& e) {
   e.desc.speed = s.speed;
   e.desc.temperature = s.temperature;
   e.desc.center = s.center;
-  if (!e.reservoir()) return;
-  e.desc.level = s.level;
   e.first_id = s.first_id;
+  if (e.reservoir()) e.desc.level = s.level;
 }
 
 /// Whether a nozzle can be in that state.

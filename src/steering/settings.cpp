@@ -301,13 +301,12 @@ Status WorldImpl::apply_impulse(BodyId id, Vec3d impulse, Vec3d angular_impulse)
 /// be possible any more.
 Status WorldImpl::check_emission(const std::string& what, const EmitterRecord& now,
                                  const EmitterRecord& before) const {
-  const auto left = [this](const EmitterRecord& e) { return (e.layers - next_layer(e)) * e.points; };
-  const std::uint64_t total = born_ + planned_emission() - left(before) + left(now);
+  const std::uint64_t total = born_ + planned_emission() - to_come(before) + to_come(now);
   if (total <= capacity_) return {};
   if (has_memory_for(total, facts_, species_used_)) return {};
   return Error{
       ErrorCode::out_of_memory,
-      core::text(what, "speed: would emit ", left(now),
+      core::text(what, "speed: would emit ", to_come(now),
                  " particles until its end, more than there is memory for; lower it, or add the emitter "
                  "with max_particles or an earlier `until`")};
 }
@@ -380,7 +379,7 @@ Status WorldImpl::set_emitter(EmitterId id, const EmitterSetting& setting) {
   count_layers_anew(r, emitters_[id.index]);
   limit_layers(r);
   constexpr double most_points = 4e9;  // ids are 32 bits
-  if (double(r.layers) * r.points > most_points)
+  if (!r.recycles() && double(r.layers) * r.points > most_points)
     return Error{ErrorCode::capacity,
                  core::text(what, "speed: would emit ", double(r.layers) * r.points,
                             " particles until its end; shorten it or set max_particles")};

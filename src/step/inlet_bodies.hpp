@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of faces through which liquid comes in: how fast it does, and the particles that it brings (physics/inlet.hpp).
+// Kernels of faces through which liquid comes in: how fast it does, and the particles that it brings (physics/inlet.hpp). Nozzles that
+// recycle bring theirs likewise.
 #pragma once
 
 #include "frame/lattice.hpp"
@@ -86,14 +87,25 @@ struct InletPlaceBody {
   }
 };
 
-/// How many of a face's points get a particle.
+/// Every point of a nozzle gets a particle at the end of the sub-step at which a layer of it is due.
+template <class T>
+struct NozzlePlaceBody {
+  Frame<T> w;
+  std::uint32_t row;
+  MELTSIM_HD void operator()(std::uint64_t k) const {
+    const core::Inlet<T>& nozzle = w.f.inlets->row[row];
+    w.f.inlet_place[nozzle.first_point + k] = nozzle.due == w.f.clock->step ? T(0) : T(-1);
+  }
+};
+
+/// How many of a face's or nozzle's points get a particle.
 template <class T>
 struct InletRankBody {
   const T* place;
   MELTSIM_HD std::uint32_t operator()(std::uint64_t k) const { return place[k] >= T(0) ? 1u : 0u; }
 };
 
-/// How many of a face's ids hold nothing, since before this sub-step: where slot_of_id is not kept for liquid, the slot of what has just left
+/// How many of the ids in reserve hold nothing, since before this sub-step: where slot_of_id is not kept for liquid, the slot of what has just left
 /// is not known. Ids that were of a body stay with it.
 template <class T>
 struct InletFreeBody {
@@ -138,16 +150,16 @@ MELTSIM_HD void enter_as(const Frame<T>& w, std::uint32_t id, Vec3<T> x, Vec3<T>
 template <class T>
 struct EnterBody {
   Frame<T> w;
-  std::uint32_t face;
+  std::uint32_t row;
   MELTSIM_HD void operator()(std::uint64_t k) const {
-    const core::Inlet<T>& row = w.f.inlets->row[face];
-    const std::uint64_t point = row.first_point + k;
+    const core::Inlet<T>& r = w.f.inlets->row[row];
+    const std::uint64_t point = r.first_point + k;
     const T place = w.f.inlet_place[point];
     if (!(place >= T(0))) return;
-    const std::uint32_t which = place_of_count(w.f.inlet_free + row.first_id, row.ids, w.f.inlet_rank[point]);
-    if (which == row.ids) return;  // EnteredBody tells
-    enter_as(w, row.first_id + which, row.center + xyz(w.f.emitter_points[point]) + row.inwards * place,
-             row.inwards * -w.f.outlet_flow->speed[face], row);
+    const std::uint32_t which = place_of_count(w.f.inlet_free + r.first_id, r.ids, w.f.inlet_rank[point]);
+    if (which == r.ids) return;  // EnteredBody tells
+    const Vec3<T> v = row < core::first_nozzle ? r.inwards * -w.f.outlet_flow->speed[row] : r.velocity;
+    enter_as(w, r.first_id + which, r.center + xyz(w.f.emitter_points[point]) + r.inwards * place, v, r);
   }
 };
 
@@ -155,11 +167,11 @@ struct EnterBody {
 template <class T>
 struct EnteredBody {
   Frame<T> w;
-  std::uint32_t face;
+  std::uint32_t row;
   MELTSIM_HD void operator()(std::uint64_t) const {
-    const core::Inlet<T>& row = w.f.inlets->row[face];
-    const std::uint32_t due = w.f.inlet_rank[row.first_point + row.points - 1u],
-                        free = w.f.inlet_free[row.first_id + row.ids - 1u];
+    const core::Inlet<T>& r = w.f.inlets->row[row];
+    const std::uint32_t due = w.f.inlet_rank[r.first_point + r.points - 1u],
+                        free = w.f.inlet_free[r.first_id + r.ids - 1u];
     core::WorldStatus& s = *w.f.status;
     const std::uint32_t came = minimum(due, free);
     s.removed -= static_cast<std::int64_t>(came);
@@ -168,13 +180,13 @@ struct EnteredBody {
   }
 };
 
-/// What comes in through a face, and the level beyond it, change.
+/// What comes in through a face, and the level beyond it, change; or a layer of a nozzle is due.
 template <class T>
 struct SetInletBody {
   core::Inlets<T>* inlets;
-  std::uint32_t face;
-  core::Inlet<T> row;
-  MELTSIM_HD void operator()(std::uint64_t) const { inlets->row[face] = row; }
+  std::uint32_t row;
+  core::Inlet<T> now;
+  MELTSIM_HD void operator()(std::uint64_t) const { inlets->row[row] = now; }
 };
 
 }  // namespace step

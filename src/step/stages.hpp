@@ -174,25 +174,37 @@ void inlets(E& ex, const core::Frame<T>& w) {
       ex.reduce(w.particles, AheadOfInletBody<T>{w, f}, &w.f.outlet_flow->inlet[f], InletSpeedBody<T>{w, f});
 }
 
+/// Particles of a row of `inlets` whose places are known.
+template <class E, class T>
+void enter_row(E& ex, const core::Frame<T>& w, std::uint32_t row) {
+  const std::uint32_t points = w.c.inlet_points[row], ids = w.c.inlet_ids[row];
+  const std::uint32_t point = w.c.inlet_first_point[row], id = w.c.inlet_first_id[row];
+  ex.scan(points, InletRankBody<T>{w.f.inlet_place + point}, w.f.inlet_rank + point);
+  ex.scan(ids, InletFreeBody<T>{w, id}, w.f.inlet_free + id);
+  ex.for_each(points, EnterBody<T>{w, row});
+  ex.for_each(1, EnteredBody<T>{w, row});
+}
+
 /// After step.integrate: neighbours are those of the middle of the sub-step.
 template <class E, class T>
 void enter(E& ex, const core::Frame<T>& w) {
-  for (std::uint32_t f = 0; f < 6u; ++f) {
+  for (std::uint32_t f = 0; f < core::first_nozzle; ++f) {
     if (((w.c.outlets.inlets >> f) & 1u) == 0u) continue;
-    const std::uint32_t points = w.c.inlet_points[f], ids = w.c.inlet_ids[f];
-    const std::uint32_t point = w.c.inlet_first_point[f], id = w.c.inlet_first_id[f];
-    spatial::with_tree(w, [&](auto tree) { ex.for_each(points, InletPlaceBody<T, tree()>{w, f}); });
-    ex.scan(points, InletRankBody<T>{w.f.inlet_place + point}, w.f.inlet_rank + point);
-    ex.scan(ids, InletFreeBody<T>{w, id}, w.f.inlet_free + id);
-    ex.for_each(points, EnterBody<T>{w, f});
-    ex.for_each(1, EnteredBody<T>{w, f});
+    spatial::with_tree(w, [&](auto tree) {
+      ex.for_each(w.c.inlet_points[f], InletPlaceBody<T, tree()>{w, f});
+    });
+    enter_row(ex, w, f);
+  }
+  for (std::uint32_t row = core::first_nozzle; row < core::first_nozzle + w.c.nozzles; ++row) {
+    ex.for_each(w.c.inlet_points[row], NozzlePlaceBody<T>{w, row});
+    enter_row(ex, w, row);
   }
 }
 
 /// Between sub-steps; not a stage.
 template <class E, class T>
-void set_inlet(E& ex, const core::Frame<T>& w, std::uint32_t face, const core::Inlet<T>& row) {
-  ex.for_each(1, SetInletBody<T>{w.f.inlets, face, row});
+void set_inlet(E& ex, const core::Frame<T>& w, std::uint32_t row, const core::Inlet<T>& now) {
+  ex.for_each(1, SetInletBody<T>{w.f.inlets, row, now});
 }
 
 template <class E, class T>

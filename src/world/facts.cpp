@@ -335,8 +335,10 @@ core::FactSet WorldImpl::facts_of_liquid() const {
     if (liquid_used_[m] != 0u && materials[m].surface_tension > 0) f |= core::fact_tension;
   for (const OutletDesc& outlet : desc.domain.outlets)
     if (outlet.level) f |= core::fact_outlets;
-  for (const EmitterRecord& e : emitters_)
+  for (const EmitterRecord& e : emitters_) {
     if (e.reservoir()) f |= core::fact_inlets;
+    if (e.ids != 0) f |= core::fact_reserves;
+  }
   if (isotropic()) f |= core::fact_isotropic;
   if (desc.particle_shifting) f |= core::fact_shifting;
   if (diffuses_) f |= core::fact_implicit;

@@ -321,9 +321,13 @@ core::SceneConstants WorldImpl::constants() const {
     c.force_fields.row[k] = field_row(force_fields_[k]);
   c.emitter_points = emitter_points_;
   for (const EmitterRecord& e : emitters_) {
-    if (!e.reservoir()) continue;
-    c.inlet_faces |= 1u << e.face;
-    c.inlets.row[e.face] = inlet_row(e);
+    if (e.reservoir()) {
+      c.inlet_faces |= 1u << e.face;
+      c.inlets.row[e.inlet()] = inlet_row(e);
+    } else if (e.recycles()) {
+      ++c.nozzles;
+      c.inlets.row[e.inlet()] = span_of(e);
+    }
   }
   c.largest_mass = largest_mass();
   if (event_watch_) {
@@ -335,7 +339,7 @@ core::SceneConstants WorldImpl::constants() const {
 
 std::uint64_t WorldImpl::planned_emission() const {
   std::uint64_t n = 0;
-  for (const EmitterRecord& e : emitters_) n += (e.layers - next_layer(e)) * e.points;
+  for (const EmitterRecord& e : emitters_) n += to_come(e);
   return n;
 }
 

@@ -63,9 +63,8 @@ Status WorldImpl::check_memory(const EmitterRecord& e, const std::string& what) 
   const std::uint64_t coming = planned_emission() + e.ids;
   if (has_memory_for(there + coming, facts(), species_used_)) return {};
   return Error{ErrorCode::out_of_memory,
-               core::text(what, e.desc.max_particles != 0 || e.reservoir() ? "max_particles: " : "until: ",
-                          (e.layers - next_layer(e)) * e.points + e.ids,
-                          " particles are more than there is memory for; emit fewer")};
+               core::text(what, e.desc.max_particles != 0 || e.ids != 0 ? "max_particles: " : "until: ",
+                          to_come(e) + e.ids, " particles are more than there is memory for; emit fewer")};
 }
 
 }  // namespace v0

@@ -112,6 +112,7 @@ std::uint64_t WorldImpl::stage_bits(std::uint64_t index, bool heat) const {
     const core::StageInfo& info = core::stage_table[static_cast<std::size_t>(s)];
     if (!core::runs(info, facts_)) continue;
     const std::string_view module = info.module;
+    if (s == core::stage_step_enter && layers_.empty() && (facts_ & core::fact_inlets) == 0) continue;
     if (s == core::stage_thermal_level) {
       if (index % core::level_interval != 0) continue;
     } else if (module == "thermal" && !heat) {
@@ -157,21 +158,49 @@ core::BurstArguments WorldImpl::burst_of(const EmitterRecord& e, double late, bo
   return b;
 }
 
+/// A layer of a nozzle that recycles, as it is at the end of the next sub-step: its particles come in there (step.enter), since which
+/// ids are free the device knows.
+core::InletLayer WorldImpl::recycled_layer(const EmitterRecord& e, double late) const {
+  const core::BurstArguments b = burst_of(e, late, true);
+  core::InletLayer layer{e.inlet(), span_of(e)};
+  layer.now.center = b.center;
+  layer.now.velocity = b.velocity;
+  layer.now.enthalpy = b.enthalpy;
+  std::copy(b.solute.begin(), b.solute.end(), layer.now.solute);
+  layer.now.mass = b.mass;
+  layer.now.volume = b.volume;
+  layer.now.tag = b.tag;
+  layer.now.due = steps + 1;
+  return layer;
+}
+
+/// Whether a layer that is due has a place: one of a nozzle that recycles may come in a sub-step.
+bool WorldImpl::may_come(const EmitterRecord& e) const {
+  const bool second = e.recycles() && !layers_.empty() && layers_.back().row == e.inlet();
+  return !second && has_room_for(e.points);
+}
+
 /// Layers whose time comes in [from, until): known to the host, so emission needs no word from the device.
 const std::vector<core::BurstArguments>* WorldImpl::due_bursts(double from, double until) {
   bursts_.clear();
+  layers_.clear();
   for (EmitterRecord& e : emitters_) {
     // Behind the last layer the nozzle lets go of those that it holds.
     const std::uint64_t end = std::min(e.layers + e.held_layers, layers_due(e, until));
     for (std::uint64_t layer = std::max(e.first_layer, layers_due(e, from)); layer < end; ++layer) {
       const bool due_now = layer < e.layers;
-      e.blocked = due_now && e.on && !has_room_for(e.points);
+      e.blocked = due_now && e.on && !may_come(e);
       const bool comes = due_now && e.on && !e.blocked;
       if (due_now && !comes) ++e.skipped;
-      bursts_.push_back(burst_of(e, from - due(e, layer), comes));
+      bursts_.push_back(burst_of(e, from - due(e, layer), comes && !e.recycles()));
       if (!comes) continue;
       census_.fluid = true;
-      born_ += e.points;
+      if (!e.recycles()) {
+        born_ += e.points;
+        continue;
+      }
+      layers_.push_back(recycled_layer(e, until - due(e, layer)));
+      census_.removed -= std::min<std::uint64_t>(census_.removed, e.points);  // until it is counted again
     }
     if (!e.on || e.blocked) limit_layers(e);
   }
@@ -448,8 +477,9 @@ bool WorldImpl::OngoingStep::take_substep(int k) {
   a_.index = w_.steps + 1;
   w_.begin_motions(a_, taken_ == 0);
   plan_heat(k);
-  a_.stages = w_.stage_bits(a_.index, heats_);
   a_.bursts = w_.emitters_.empty() ? nullptr : w_.due_bursts(a_.time, a_.end);
+  a_.layers = w_.layers_.empty() ? nullptr : &w_.layers_;
+  a_.stages = w_.stage_bits(a_.index, heats_);
   w_.begin_sample(a_, a_.end);
   const FollowedSound sound = w_.sound_;
   if (w_.follows_sound()) w_.go_on_with_sound(a_.dt);

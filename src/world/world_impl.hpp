@@ -76,7 +76,13 @@ struct EmitterRecord {
   // With a level: `points` are of a face, there are no layers, and of the description center, up, width and height are the opening's.
   int face = -1;
   std::uint32_t first_id = 0, ids = 0;  ///< in reserve
+  std::uint32_t nozzle = 0;             ///< of those that recycle, in order
   bool reservoir() const { return face >= 0; }
+  bool recycles() const { return ids != 0 && !reservoir(); }
+  /// Its row of core::Inlets.
+  std::uint32_t inlet() const {
+    return reservoir() ? static_cast<std::uint32_t>(face) : core::first_nozzle + nozzle;
+  }
 };
 
 /// State of an emitter in a snapshot.
@@ -415,6 +421,8 @@ class WorldImpl final : public Scheduler {
   bool comes_in_place(double temperature, const core::WorldStatus& status);
   bool takes_new_plan() const;
   Result<bool> find_solids(const EmitterDesc& e, double pipe, core::WorldStatus& status);
+  void take_up(EmitterRecord& r, const std::vector<Vec3d>& disc, Vec3d origin, bool running,
+               const core::WorldStatus& status);
   bool emitter_joins_in_place(const core::WorldStatus& status);
   Result<bool> find(Vec3d low, Vec3d high, core::WorldStatus& status);
   bool same_search(std::uint64_t particles) const;
@@ -589,6 +597,8 @@ class WorldImpl final : public Scheduler {
   std::uint64_t stage_bits(std::uint64_t index, bool heat) const;
   int heat_interval(double substep) const;
   core::BurstArguments burst_of(const EmitterRecord& e, double late, bool comes) const;
+  core::InletLayer recycled_layer(const EmitterRecord& e, double late) const;
+  bool may_come(const EmitterRecord& e) const;
   const std::vector<core::BurstArguments>* due_bursts(double from, double until);
   double substeps_of(double dt) const;
   Status check_substeps(double dt) const;
@@ -601,6 +611,7 @@ class WorldImpl final : public Scheduler {
   std::vector<Vec3d> places_of(const EmitterRecord& e) const;
   bool room_behind(const EmitterDesc& e, const std::vector<Vec3d>& disc, double distance) const;
   std::uint64_t next_layer(const EmitterRecord& e) const;
+  std::uint64_t to_come(const EmitterRecord& e) const;
   void limit_layers(EmitterRecord& e) const;
   bool exhausted(const EmitterRecord& e) const;
   bool has_room_for(std::uint64_t more) const;
@@ -630,7 +641,9 @@ class WorldImpl final : public Scheduler {
   Status check_face(const EmitterRecord& r, const std::string& what, const std::vector<Vec3d>& points) const;
   Status check_layer_of_face(const EmitterDesc& e, const std::string& what) const;
   Status check_reserve(const EmitterRecord& r, std::uint64_t ids, const std::string& what) const;
-  void put_in_reserve(const EmitterRecord& r, Vec3d at);
+  Status plan_reserve(EmitterRecord& r, const std::string& what) const;
+  void put_in_reserve(EmitterRecord& r, Vec3d at);
+  core::Inlet<double> span_of(const EmitterRecord& e) const;
   std::uint64_t reserved_ids() const;
   static std::uint64_t left_of(std::uint64_t removed, std::uint64_t entered, std::uint64_t reserve);
   core::Inlet<double> inlet_row(const EmitterRecord& e) const;
@@ -848,6 +861,7 @@ class WorldImpl final : public Scheduler {
   bool diffuses_ = false;         ///< viscosity is implicit
   std::vector<core::MaterialRow<double>> rows_;
   std::vector<core::BurstArguments> bursts_;
+  std::vector<core::InletLayer> layers_;  ///< of nozzles that recycle, in the next sub-step
   std::vector<ProbeRecord> probes_;
   std::vector<PendingSample> pending_;
   std::vector<ProbeSeries> sampled_;  ///< per probe: on the host already

@@ -275,7 +275,8 @@ double slumped(double temperature, double yield, std::vector<PropertyPoint> poin
   for (int k = 0; k < 100; ++k) require(w->step(2.5e-3));
   EXPECT_FALSE(w->synchronize().halted);
   double reach = 0;
-  for (const Vec3d& x : w->particles()->position) reach = std::max(reach, x.x);
+  const ParticleData p = *w->particles();
+  for (const Vec3d& x : p.position) reach = std::max(reach, x.x);
   return reach - 0.045;
 }
 

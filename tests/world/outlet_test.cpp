@@ -51,8 +51,9 @@ World channel(const WorldDesc& d, double flow) {
 
 /// Mean depth between 0.2 and 0.4 m, of the volumes of particles.
 double mean_depth(World& w) {
+  const ParticleData p = *w.particles();
   double n = 0;
-  for (const Vec3d& x : w.particles()->position) n += x.x > 0.2 && x.x < 0.4 ? 1 : 0;
+  for (const Vec3d& x : p.position) n += x.x > 0.2 && x.x < 0.4 ? 1 : 0;
   return n * dx * dx * dx / (0.2 * width);
 }
 
