@@ -249,6 +249,19 @@ core::Inlet<double> WorldImpl::inlet_row(const EmitterRecord& e) const {
   return r;
 }
 
+/// What comes in to ids in reserve.
+void WorldImpl::fill_inlets(core::SceneConstants& c) const {
+  for (const EmitterRecord& e : emitters_) {
+    if (e.reservoir()) {
+      c.inlet_faces |= 1u << e.face;
+      c.inlets.row[e.inlet()] = inlet_row(e);
+    } else if (e.recycles()) {
+      ++c.nozzles;
+      c.inlets.row[e.inlet()] = span_of(e);
+    }
+  }
+}
+
 /// A setting of an emitter with a level.
 Status WorldImpl::set_reservoir(EmitterId id, const EmitterSetting& setting, const std::string& what) {
   EmitterRecord r = emitters_[id.index];

@@ -320,15 +320,7 @@ core::SceneConstants WorldImpl::constants() const {
   for (std::uint32_t k = 0; k < physics::most_force_fields; ++k)
     c.force_fields.row[k] = field_row(force_fields_[k]);
   c.emitter_points = emitter_points_;
-  for (const EmitterRecord& e : emitters_) {
-    if (e.reservoir()) {
-      c.inlet_faces |= 1u << e.face;
-      c.inlets.row[e.inlet()] = inlet_row(e);
-    } else if (e.recycles()) {
-      ++c.nozzles;
-      c.inlets.row[e.inlet()] = span_of(e);
-    }
-  }
+  fill_inlets(c);
   c.largest_mass = largest_mass();
   if (event_watch_) {
     c.event_kinds = event_watch_->kinds;

@@ -644,6 +644,7 @@ class WorldImpl final : public Scheduler {
   Status plan_reserve(EmitterRecord& r, const std::string& what) const;
   void put_in_reserve(EmitterRecord& r, Vec3d at);
   core::Inlet<double> span_of(const EmitterRecord& e) const;
+  void fill_inlets(core::SceneConstants& c) const;
   std::uint64_t reserved_ids() const;
   static std::uint64_t left_of(std::uint64_t removed, std::uint64_t entered, std::uint64_t reserve);
   core::Inlet<double> inlet_row(const EmitterRecord& e) const;
