@@ -37,10 +37,6 @@ inline bool double_buffered(int field) {
   return (f.owner == Owner::particle || f.owner == Owner::particle_species) && f.lifetime == Lifetime::State;
 }
 
-inline bool is_periodic(const SceneConstants& c, int axis) {
-  return c.domain.bounded && c.domain.faces[static_cast<std::size_t>(2 * axis)] == Face::periodic;
-}
-
 /// A CPU finds all neighbours of a particle in one pass.
 template <class E>
 std::uint32_t word_parts(std::uint64_t slots) {
@@ -77,7 +73,7 @@ inline void size_search(Sizes& n, const SceneConstants& c, const EngineSetup& s)
     n.reach = std::max(1, packed_reach(c.domain, c.support, s.searched));
     n.cells = n.groups = cell_count(c.domain, c.support, n.reach);
   }
-  n.rows = is_periodic(c, 0) ? 18 : 9;
+  n.rows = is_periodic(c.domain, 0) ? 18 : 9;
   if ((s.facts & fact_tree) == 0) return;
   n.groups = s.particle_capacity;  // a leaf may hold one particle only
   n.rows = tree_rows;

@@ -37,7 +37,7 @@ void fill_grid(Frame<T>& w, const SceneConstants& c, double support, int reach) 
   g.nz = cells_along(e.z, support);
   g.inv_cell = cast<T>(Vec3d{g.nx / e.x, g.ny / e.y, g.nz / e.z});
   for (int axis = 0; axis < 3; ++axis)
-    if (is_periodic(c, axis)) g.periodic |= 1u << axis;
+    if (is_periodic(c.domain, static_cast<std::size_t>(axis))) g.periodic |= 1u << axis;
   const auto per = [&](int axis, double extent) { return (g.periodic >> axis) & 1u ? extent : 0.0; };
   const Vec3d p{per(0, e.x), per(1, e.y), per(2, e.z)};
   g.period = cast<T>(p);

@@ -88,6 +88,10 @@ struct SceneConstants {
   std::uint32_t nozzles = 0;      ///< that recycle: rows behind those of faces
 };
 
+inline bool is_periodic(const DomainDesc& d, std::size_t axis) {
+  return d.bounded && d.faces[2 * axis] == Face::periodic;
+}
+
 /// Cells along one axis of a bounded domain.
 inline std::int32_t cells_along(double extent, double support) {
   return static_cast<std::int32_t>(std::max(1.0, std::min(std::floor(extent / support), double(1 << 20))));

@@ -117,6 +117,9 @@ struct BodyRow {
   std::uint32_t motion = 0;                  ///< one of those below
   std::uint32_t first_site = 0;              ///< number of site (0, 0, 0) of its box
   std::uint32_t watched = 0;                 ///< 1: what acts on it is summed (channel body_forces)
+  /// Sites along an axis of a body that reaches around it, from one periodic face to the other; 0: it does not.
+  std::uint32_t around[3] = {};
+  std::uint32_t pad = 0;  ///< sites beyond its box on every side, without a vertex
   /// At alpha = 1, of a bar as long as it (shape_matching.hpp); more where its modulus is out of reach.
   double wave_speed2 = 0;
 };

@@ -40,6 +40,22 @@ MELTSIM_HD std::uint32_t site_at(std::uint32_t site, const BodyRow& b, int dx, i
                                     static_cast<std::int64_t>(dz) * b.stride_z);
 }
 
+/// A step along an axis on which a body has `around` sites from `pad` on: the last meets the first.
+MELTSIM_HD int step_around(std::uint32_t at, int step, std::uint32_t around, std::uint32_t pad) {
+  if (around == 0u) return step;
+  const int to = static_cast<int>(at) - static_cast<int>(pad) + step, n = static_cast<int>(around);
+  return to < 0 ? step + n : to >= n ? step - n : step;
+}
+
+/// The site of a direct neighbour, also across a periodic face.
+MELTSIM_HD std::uint32_t site_beside(std::uint32_t site, const BodyRow& b, int dx, int dy, int dz) {
+  if ((b.around[0] | b.around[1] | b.around[2]) == 0u) return site_at(site, b, dx, dy, dz);
+  const std::uint32_t at = site - b.first_site, layer = at % b.stride_z;
+  return site_at(site, b, step_around(layer % b.stride_y, dx, b.around[0], b.pad),
+                 step_around(layer / b.stride_y, dy, b.around[1], b.pad),
+                 step_around(at / b.stride_z, dz, b.around[2], b.pad));
+}
+
 /// Where site_live says whether there is a live vertex at a site.
 template <class T>
 MELTSIM_HD std::uint32_t* site_word(const Frame<T>& w, std::uint32_t site) {

@@ -75,6 +75,7 @@ struct NormalsBody {
       if (((mask >> bit) & 1u) == 0u) continue;
       const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], w.f.bodies[body], bit % 3 - 1,
                                                             bit / 3 % 3 - 1, bit / 9 - 1)];
+      if (!core::is_vertex(n)) continue;  // across a periodic face
       inward += core::deformed_point(w, n, row, time).position - here;
     }
     return cast<T>(inward * (1 / row.spacing));

@@ -218,7 +218,7 @@ Result<LatticeData> WorldImpl::lattice() {
       core::each_direct([&](int dx, int dy, int dz) {
         const std::uint32_t bit = core::neighbour_bit(dx, dy, dz);
         if ((masks.neighbour_mask[v] >> bit) & 1u)
-          d.arrayN[v * 27 + bit] = lattice_.site_vertex[core::site_at(site, row, dx, dy, dz)] + 1;
+          d.arrayN[v * 27 + bit] = lattice_.site_vertex[core::site_beside(site, row, dx, dy, dz)] + 1;
       });
     if (masks.region_mask.empty()) continue;
     const int own = row.region_half_width;

@@ -189,7 +189,7 @@ class WorldImpl::NewBody {
            std::uint64_t(p.z - box_.low[2] + pad_) * nx_ * ny_;
   }
   std::uint32_t vertex_beside(std::uint32_t site, int dx, int dy, int dz) const {
-    return w_.lattice_.site_vertex[core::site_at(site, row_, dx, dy, dz)];
+    return w_.lattice_.site_vertex[core::site_beside(site, row_, dx, dy, dz)];
   }
 
   WorldImpl& w_;
@@ -702,6 +702,14 @@ void WorldImpl::NewBody::make_row() {
   row_.region_half_width = rigid() ? 0 : std::min(material().region_half_width, w_.most_half_width());
   row_.motion = motion_of(record_, held_);
   row_.watched = proxy() ? 1u : 0u;
+  row_.pad = static_cast<std::uint32_t>(pad_);
+  const Vec3d size = w_.desc.domain.max - w_.desc.domain.min;
+  const double cells[3] = {size.x / cell_.x, size.y / cell_.y, size.z / cell_.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t sites = box_.extent(static_cast<int>(axis));
+    if (core::is_periodic(w_.desc.domain, axis) && sites == std::llround(cells[axis]))
+      row_.around[axis] = static_cast<std::uint32_t>(sites);
+  }
 }
 
 /// Its particles get the ids from `first_id` on.

@@ -77,6 +77,12 @@ struct MeltBody {
 template <class T>
 MELTSIM_HD std::uint32_t direct_neighbours(const Frame<T>& w, std::uint32_t site, const BodyRow& b) {
   std::uint32_t mask = 0, bit = 0;
+  if ((b.around[0] | b.around[1] | b.around[2]) != 0u) {
+    core::each_direct([&](int dx, int dy, int dz) {
+      mask |= core::live_sites(w, core::site_beside(site, b, dx, dy, dz), 1) << bit++;
+    });
+    return mask;
+  }
   for (int dz = -1; dz <= 1; ++dz)
     for (int dy = -1; dy <= 1; ++dy, bit += 3)
       mask |= core::live_sites(w, core::site_at(site, b, -1, dy, dz), 3) << bit;

@@ -16,7 +16,7 @@ MELTSIM_HD void for_each_direct(const Frame<T>& w, std::uint32_t v, const Visit&
   const std::uint32_t site = w.f.vertex_site[v];
   core::each_direct([&](int dx, int dy, int dz) {
     if (((mask >> core::neighbour_bit(dx, dy, dz)) & 1u) != 0u)
-      visit(w.f.site_vertex[core::site_at(site, b, dx, dy, dz)]);
+      visit(w.f.site_vertex[core::site_beside(site, b, dx, dy, dz)]);
   });
 }
 

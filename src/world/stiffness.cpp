@@ -49,9 +49,8 @@ int WorldImpl::most_half_width() const {
   double most = physics::most_half_width;
   const Vec3d extent = desc.domain.max - desc.domain.min;
   const double extents[3] = {extent.x, extent.y, extent.z};
-  for (std::size_t axis = 0; desc.domain.bounded && axis < 3; ++axis)
-    if (desc.domain.faces[2 * axis] == Face::periodic)
-      most = std::min(most, 0.4 * extents[axis] / desc.spacing);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (core::is_periodic(desc.domain, axis)) most = std::min(most, 0.4 * extents[axis] / desc.spacing);
   return std::max(1, static_cast<int>(most));
 }
 
