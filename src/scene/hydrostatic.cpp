@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -52,12 +53,14 @@ struct Run {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
 };
 
-/// What a run's volume fractions follow from, and these.
+/// What a run's volume fractions follow from, these, and heights of cells that have them [m].
 struct Pressed {
   double on_top = 0;
-  std::vector<double> weights, stiffness, phi;
+  std::vector<double> weights, stiffness;
+  physics::LiquidCell cell;
+  std::vector<double> phi, cells;
   bool alike(const Pressed& o) const {
-    return on_top == o.on_top && weights == o.weights && stiffness == o.stiffness;
+    return on_top == o.on_top && weights == o.weights && stiffness == o.stiffness && cell == o.cell;
   }
 };
 
@@ -94,37 +97,45 @@ class SurfaceLayers {
   struct Surface {
     std::vector<double> density;  ///< the lowest first [of any unit]
     bool stands = false;          ///< they are all there are, on a floor; else liquid goes on below them
-    bool operator==(const Surface& o) const { return density == o.density && stands == o.stands; }
+    double pull = 0;              ///< g dx/c^2
+    physics::LiquidCell cell;
+    bool operator==(const Surface& o) const {
+      return density == o.density && stands == o.stands && pull == o.pull && cell == o.cell;
+    }
+    bool operator<(const Surface& o) const { return key() < o.key(); }
+    std::tuple<const std::vector<double>&, bool, double, double, double, double> key() const {
+      return {density, stands, pull, cell.x, cell.z, cell.height};
+    }
   };
-  SurfaceLayers(double support_in_spacings, double pull, const core::HostLoops& loops)
+  SurfaceLayers(double support_in_spacings, const core::HostLoops& loops)
       : loops_(loops),
-        sums_(support_in_spacings),
-        pull_(pull),
+        support_(support_in_spacings),
         held_(static_cast<std::size_t>(2 * support_in_spacings) + 2) {}
   /// Of the topmost layers, of which there should be this many below a free surface.
   std::size_t wanted() const { return surface_layers + held_; }
   /// In spacings, one per layer; null: depth alone holds.
   const std::vector<double>* rise(const Surface& s) {
-    std::pair<std::vector<double>, bool> key{s.density, s.stands};
-    for (double& d : key.first) d /= s.density.back();
-    const auto known = known_.find(key);
+    Surface alike = s;
+    for (double& d : alike.density) d /= s.density.back();
+    const auto known = known_.find(alike);
     if (known != known_.end()) return &known->second;
     if (known_.size() == most_known) return nullptr;
-    return &(known_[key] = solve(key.first, s.stands));
+    return &(known_[alike] = solve(alike, physics::LayerSums(support_, alike.cell)));
   }
 
  private:
   /// Newton's method: the sums are smooth but where a layer's pressure begins, so that a few steps do. Where they do not, depth
   /// alone holds.
-  std::vector<double> solve(const std::vector<double>& density, bool stands) const {
+  std::vector<double> solve(const Surface& s, const physics::LayerSums& sums) const {
     constexpr int most_steps = 20;
     constexpr double close = 1e-9, farthest = 0.1, least_distance = 0.5;  // [spacings]
-    const std::size_t n = density.size(), held = stands ? 0 : std::min(held_, n);
-    const std::vector<double> nothing(n, 0.0),
-        start = physics::stacked(physics::LayerSums::by_depth(density, pull_), 0, 1);
+    const std::size_t n = s.density.size(), held = s.stands ? 0 : std::min(held_, n);
+    std::vector<double> cells = sums.by_depth(s.density, s.pull);
+    for (double& phi : cells) phi = sums.cell_height(phi);
+    const std::vector<double> nothing(n, 0.0), start = physics::stacked(cells, 0);
     std::vector<double> at = start;
     for (int step = 0; step < most_steps; ++step) {
-      const std::vector<double> move = newton_step(at, density, held, stands);
+      const std::vector<double> move = newton_step(at, s, sums, held);
       double largest = move.empty() ? infinity : 0;
       for (const double m : move) largest = std::max(largest, std::fabs(m));
       if (!(largest < infinity)) return nothing;
@@ -139,12 +150,12 @@ class SurfaceLayers {
     return nothing;
   }
   /// Of the layers that are not held.
-  std::vector<double> newton_step(const std::vector<double>& at, const std::vector<double>& density,
-                                  std::size_t held, bool stands) const {
+  std::vector<double> newton_step(const std::vector<double>& at, const Surface& s,
+                                  const physics::LayerSums& sums, std::size_t held) const {
     constexpr double nudge = 1e-7;
     const std::size_t n = at.size(), free = n - held;
     const auto forces = [&](const std::vector<double>& heights) {
-      return sums_.balance(heights, density, held, pull_, stands);
+      return sums.balance(heights, s.density, held, s.pull, s.stands);
     };
     const std::vector<double> now = forces(at);
     std::vector<double> slope(free * free), wanted(free);
@@ -161,10 +172,9 @@ class SurfaceLayers {
 
   static constexpr std::size_t most_known = 40;  // further ones go by depth alone
   const core::HostLoops& loops_;
-  physics::LayerSums sums_;
-  double pull_;  ///< g dx/c^2
+  double support_;  ///< H/dx
   std::size_t held_;
-  std::map<std::pair<std::vector<double>, bool>, std::vector<double>> known_;
+  std::map<Surface, std::vector<double>> known_;
 };
 
 /// The columns of a scene.
@@ -172,15 +182,16 @@ class Columns {
  public:
   /// fields: those that act on liquid at the start.
   Columns(const core::SceneState& state, const WorldDesc& desc, Vec3d origin, double sound_speed,
-          std::vector<physics::ForceField<double>> fields, const core::HostLoops& loops)
+          std::vector<physics::ForceField<double>> fields, const std::vector<LiquidFill>& fills,
+          const core::HostLoops& loops)
       : loops_(loops),
         state_(state),
         desc_(desc),
         fields_(std::move(fields)),
+        fills_(fills),
         axis_(axis_of(desc.gravity)),
         sound_speed_(sound_speed),
-        surface_(core::support_of(desc) / desc.spacing,
-                 gravity() * desc.spacing / (sound_speed * sound_speed), loops) {
+        surface_(core::support_of(desc) / desc.spacing, loops) {
     const Vec3d g = desc.gravity;
     up_ = part(g, axis_) > 0 ? -1 : 1;
     low_ = part(desc.domain.min - origin, axis_);
@@ -189,6 +200,11 @@ class Columns {
       std::swap(low_, high_);
       low_ = -low_;
       high_ = -high_;
+    }
+    for (int k = 0; k < 2; ++k) {
+      for (const LiquidFill& f : fills_)
+        inverse_pitch_[k] = std::max(inverse_pitch_[k], 1 / part(f.cell, across_[k]));
+      if (fills_.empty()) inverse_pitch_[k] = 1 / desc.spacing;
     }
   }
   /// Puts liquid that its weight compresses in its places. moved: for how many, before any is; then move(k, id, new coordinate along the axis)
@@ -253,7 +269,7 @@ class Columns {
     return s;
   }
   std::int64_t along(int k, double x) const {
-    return std::llround((x - middle_[k]) * inverse_spacing_) - low_column_[k];
+    return std::llround((x - middle_[k]) * inverse_pitch_[k]) - low_column_[k];
   }
   /// Columns are numbered row by row. Lattices are no larger than 2e9 spacings, so that 64 bits are enough.
   std::uint64_t column_of(const Vec3d& x) const {
@@ -486,6 +502,28 @@ class Columns {
     }
     return first;
   }
+  /// How the liquid of a run was laid out.
+  physics::LiquidCell cell_of(const Run& r) const {
+    const std::uint32_t id = places_[r.first].id;
+    physics::LiquidCell cell;
+    for (const LiquidFill& f : fills_) {
+      if (id < f.first || id >= f.end) continue;
+      cell.x = unless_alike(part(f.cell, across_[0]) / desc_.spacing, 1);
+      cell.z = unless_alike(part(f.cell, across_[1]) / desc_.spacing, 1);
+    }
+    cell.height = layer(r) / desc_.spacing;
+    return cell;
+  }
+  /// Heights of the cells of layers that are dx high as laid out [m].
+  void find_cells(Pressed& p, double dx) const {
+    p.cells = p.phi;
+    if (p.cell.even()) {
+      for (double& c : p.cells) c = dx / c;
+      return;
+    }
+    const physics::LayerSums sums(core::support_of(desc_) / desc_.spacing, p.cell);
+    for (double& c : p.cells) c = desc_.spacing * sums.cell_height(c);
+  }
   void find_heights(Run& r, Pressed& last, std::vector<SurfaceLayers::Surface>& surfaces) {
     const double dx = layer(r), square = desc_.spacing * desc_.spacing;
     const auto mass = [&](std::size_t place) { return state_.mass[places_[place].id]; };
@@ -499,26 +537,32 @@ class Columns {
       weights[i - r.first] = weight(i);
       stiffness[i - r.first] = physics::tait_stiffness(mass(i) / volume(i), sound_speed_);
     }
-    Pressed pressed{on_top(r, weight), std::move(weights), std::move(stiffness), {}};
+    Pressed pressed{on_top(r, weight), std::move(weights), std::move(stiffness), cell_of(r), {}, {}};
     if (!pressed.alike(last)) {
       pressed.phi = physics::hydrostatic_fractions(pressed.on_top, pressed.weights, pressed.stiffness);
       last = std::move(pressed);
+      find_cells(last, dx);
     }
     for (const double fraction : last.phi)
       if (!(fraction <= most_fraction && fraction >= 1 / most_fraction)) return;
-    const std::vector<double> heights = physics::stacked(last.phi, bottom(r), dx);
+    const std::vector<double> heights = physics::stacked(last.cells, places_[r.first].height - 0.5 * dx);
     std::copy(heights.begin(), heights.end(), heights_.begin() + static_cast<std::ptrdiff_t>(r.first));
     r.pressed = true;
     find_surface(r, surfaces);
   }
-  /// The free surface that does something to the layers of a run; where it has none, or where fields act, there is none.
+  /// The free surface that does something to the layers of a run; where it has none, or where what pulls on them differs, there is none.
   void find_surface(Run& r, std::vector<SurfaceLayers::Surface>& surfaces) const {
-    if (!r.open || desc_.tension || !fields_.empty()) return;
+    if (!r.open || desc_.tension) return;
     const bool on_floor = is_wall(false) && places_[r.first].height - low_ < desc_.spacing;
     const std::size_t layers = std::min(r.end - r.first, surface_.wanted());
+    const double pulled = pull(places_[r.end - 1].id);
     SurfaceLayers::Surface s;
-    for (std::size_t i = r.end - layers; i < r.end; ++i)
+    for (std::size_t i = r.end - layers; i < r.end; ++i) {
+      if (pull(places_[i].id) != pulled) return;
       s.density.push_back(state_.mass[places_[i].id] / state_.volume[places_[i].id]);
+    }
+    s.pull = pulled * desc_.spacing / (sound_speed_ * sound_speed_);
+    s.cell = cell_of(r);
     s.stands = on_floor && layers == r.end - r.first;
     // A body answers liquid with the liquid's own pressure, as if it went on there.
     if (!s.stands) s.density.insert(s.density.begin(), surface_.wanted() - layers, s.density.front());
@@ -530,11 +574,13 @@ class Columns {
   const core::SceneState& state_;
   const WorldDesc& desc_;
   std::vector<physics::ForceField<double>> fields_;
+  const std::vector<LiquidFill>& fills_;
   int axis_, up_ = 1;                                         ///< up_: sign of what is against gravity
   double sound_speed_;                                        ///< [m/s]
   double low_ = 0, high_ = 0;                                 ///< of the domain, against gravity [m]
   int across_[2] = {axis_ == 0 ? 1 : 0, axis_ == 2 ? 1 : 2};  ///< the axes that columns are numbered along
-  double inverse_spacing_ = 1 / desc_.spacing;
+  /// Of columns [1/m]: of the narrowest cells, so that no two have one number.
+  double inverse_pitch_[2] = {};
   double middle_[2] = {};  ///< of a column [m]
   std::int64_t low_column_[2] = {}, columns_[2] = {};
   bool bodies_ = false;   ///< there are particles of bodies
@@ -576,7 +622,7 @@ void WorldImpl::press_liquid() {
   for (const ForceFieldRecord& r : force_fields_)
     if (r.used && r.desc.liquid && time >= r.desc.from && time < r.desc.until) fields.push_back(field_row(r));
   const core::HostLoops shared = loops();
-  Columns columns(state_, desc, origin_, sound_speed_, std::move(fields), shared);
+  Columns columns(state_, desc, origin_, sound_speed_, std::move(fields), fills_, shared);
   laid_out_axis_ = columns.axis();
   columns.press([&](std::size_t n) { shared.resize(laid_out_, n); },
                 [&](std::size_t k, std::uint32_t id, double at) {

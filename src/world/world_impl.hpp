@@ -85,6 +85,12 @@ struct EmitterRecord {
   }
 };
 
+/// Liquid that was added: ids [first, end), and the cells that it was laid out in.
+struct LiquidFill {
+  std::uint32_t first = 0, end = 0;
+  Vec3d cell;  ///< [m]
+};
+
 /// State of an emitter in a snapshot.
 struct EmitterState {
   std::uint64_t first_layer = 0, skipped = 0, on = 1;
@@ -752,6 +758,7 @@ class WorldImpl final : public Scheduler {
   int laid_out_axis_ = 1;
   /// Liquid that was compressed for a hydrostatic start and where it was laid out, by id, until the first step.
   std::vector<LaidOut> laid_out_;
+  std::vector<LiquidFill> fills_;
   bool pressed_ = false;  ///< liquid starts compressed, or was restored
   core::SceneLattice lattice_;
   std::uint64_t solids_built_ = 0;  ///< particles that bodies were built of, less what was removed with them

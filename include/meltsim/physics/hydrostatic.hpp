@@ -14,6 +14,7 @@
 // Columns run along the axis nearest to gravity, of which g is the component; liquid with an even surface across gravity then has the
 // pressure of rest along the other axes, too. p_top is 0 at a free surface; below a body or a lid the level of the nearest free
 // surface, over liquid that is connected, says what it is. In a full box in which liquid may pull it is minus half of the column's weight.
+// Where cells are longer or shorter than a spacing, sums are not those of a lattice of even ones: a is then what makes the sum phi.
 // Sums lack neighbours at a free surface, so layers near it are where the forces of layers balance (sums as in fluid.hpp):
 //
 //   phi_n   sum over layers m, and their images in the floor, of that of V W over layer m             -
@@ -59,32 +60,51 @@ inline std::vector<double> hydrostatic_fractions(double on_top, const std::vecto
   return phi;
 }
 
-/// Heights of layers that are spacing/phi high each, on top of each other from `bottom` on [unit of the spacing].
-inline std::vector<double> stacked(const std::vector<double>& phi, double bottom, double spacing) {
-  std::vector<double> heights(phi.size());
-  for (std::size_t i = 0; i < phi.size(); ++i) {
-    const double cell = spacing / phi[i];
-    heights[i] = bottom + 0.5 * cell;
-    bottom += cell;
+/// Middles of cells of these heights on top of each other, the lowest first, from `bottom` on.
+inline std::vector<double> stacked(const std::vector<double>& cells, double bottom) {
+  std::vector<double> middles(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    middles[i] = bottom + 0.5 * cells[i];
+    bottom += cells[i];
   }
-  return heights;
+  return middles;
 }
+
+/// Cells that liquid is laid out in: lengths along its layers and from one to the next [spacings].
+struct LiquidCell {
+  double x = 1, z = 1, height = 1;
+  bool even() const { return x == 1 && z == 1 && height == 1; }
+  bool operator==(const LiquidCell& o) const { return x == o.x && z == o.z && height == o.height; }
+};
 
 /// Layers of liquid on the lattice of the simulation, the lowest first: lengths in spacings, pressures in rho c^2 of a density of 1 (host).
 class LayerSums {
  public:
   /// H/dx.
-  explicit LayerSums(double support_in_spacings)
-      : kernel_(make_kernel<double>(support_in_spacings, 1)), support_(support_in_spacings) {
+  explicit LayerSums(double support_in_spacings, const LiquidCell& cell = {})
+      : kernel_(make_kernel<double>(support_in_spacings, 1)), support_(support_in_spacings), cell_(cell) {
     floor_.push_scale = floor_push_scale<double>(support_, 1);
   }
 
   /// hydrostatic_fractions() below a free surface; pull = g dx/c^2.
-  static std::vector<double> by_depth(const std::vector<double>& density, double pull) {
+  std::vector<double> by_depth(const std::vector<double>& density, double pull) const {
     std::vector<double> weight = density, stiff = density;
-    for (double& w : weight) w *= pull;
+    for (double& w : weight) w *= pull * cell_.height;
     for (double& s : stiff) s *= stiffness;
     return hydrostatic_fractions(0, weight, stiff);
+  }
+
+  /// Height of the cells of layers, all of one height, in which the sum is phi: 1/phi of even ones.
+  double cell_height(double phi) const {
+    double height = cell_.height / phi;
+    constexpr int most_steps = 40;
+    for (int step = 0; step < most_steps && !cell_.even(); ++step) {  // the sum goes by nearly 1/height
+      const double sum = sum_of_layers(height);
+      if (!(sum > 0)) break;
+      height *= sum / phi;
+      if (std::fabs(sum / phi - 1) < 1e-12) break;
+    }
+    return height;
   }
 
   /// Forces minus weight, in c^2/dx of a density of 1, on layers at these heights. The lowest `held` stay where they are and have the
@@ -117,11 +137,19 @@ class LayerSums {
       if (stands && heights[i] + heights[j] < support_) visit(j, heights[i] + heights[j]);
     }
   }
+  auto value() const {
+    return [this](double r) { return kernel_value(kernel_, r); };
+  }
+  /// phi of layers this far apart, of the mass of those of the cell.
+  double sum_of_layers(double distance) const {
+    double phi = 0;
+    for (int k = static_cast<int>(support_ / distance); k > 0; --k)
+      phi += 2 * over_layer(k * distance, value());
+    return phi + over_layer(0, value());
+  }
   double fraction(const std::vector<double>& heights, std::size_t i, bool stands) const {
     double phi = 0;
-    for_each_near(heights, i, stands, [&](std::size_t, double x) {
-      phi += over_layer(x, [this](double r) { return kernel_value(kernel_, r); });
-    });
+    for_each_near(heights, i, stands, [&](std::size_t, double x) { phi += over_layer(x, value()); });
     return phi;
   }
   double gradient(double x) const {
@@ -133,21 +161,25 @@ class LayerSums {
     view.axes = height < support_ ? 2u : 0u;
     return floor_push(floor_, kernel_, view, {0, -pull, 0}).y;
   }
+  /// Sum of V times a value over a layer at this distance.
   template <class Value>
   double over_layer(double distance, const Value& value) const {
-    const int reach = static_cast<int>(support_) + 1;
+    const int reach_x = static_cast<int>(support_ / cell_.x) + 1,
+              reach_z = static_cast<int>(support_ / cell_.z) + 1;
     double sum = 0;
-    for (int x = -reach; x <= reach; ++x)
-      for (int z = -reach; z <= reach; ++z) {
-        const double r = std::sqrt(x * x + z * z + distance * distance);
+    for (int x = -reach_x; x <= reach_x; ++x)
+      for (int z = -reach_z; z <= reach_z; ++z) {
+        const double dx = x * cell_.x, dz = z * cell_.z;
+        const double r = std::sqrt(dx * dx + dz * dz + distance * distance);
         if (r < support_) sum += value(r);
       }
-    return sum;
+    return sum * (cell_.x * cell_.z * cell_.height);
   }
 
   SphKernel<double> kernel_;
   WallBox<double> floor_;
   double support_;
+  LiquidCell cell_;
 };
 
 }  // namespace physics
