@@ -54,6 +54,7 @@ class Units {
     for (const SceneEmitter& emitter : scene_.emitters)
       check_temperature(emitter.material, emitter.desc.temperature, emitter.source);
     check_starts();
+    check_filling();
     // Of another shape than a mesh, a region may be as large as one likes: it heats what there is.
     for (const SceneHeatRegion& region : scene_.heat_regions)
       if (region.shape.mesh) check_size(region.shape, region.source);
@@ -196,6 +197,47 @@ class Units {
     throw Failure(ExitCode::scene, fmt::format("{}: {}.shape: is {:.3g} m large, the domain {:.3g} m{}",
                                                where_of(source, "shape"), source.path, size, room,
                                                millimetre_hint(shape, size, room, scene_.world.spacing)));
+  }
+
+  /// Liquid between two walls is stretched or squeezed to fill what is between them, bodies are not.
+  void check_filling() {
+    const meltsim::DomainDesc& domain = scene_.world.domain;
+    if (!domain.bounded) return;
+    constexpr double uneven = 1e-3;  // [of a spacing] per cell: no more than rounding
+    const double dx = scene_.world.spacing;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = part(domain.min, axis), high = part(domain.max, axis), cells = (high - low) / dx;
+      const double whole = std::max(1.0, std::round(cells));
+      if (std::fabs(cells / whole - 1) < uneven || !fills_beside_a_body(axis, low, high)) continue;
+      warn(scene_.domain, "max",
+           fmt::format(
+               "{:g} m along {} are {:.4g} spacings of {:g} m: liquid from wall to wall is {} to fit, the "
+               "bodies in it are not, and gaps between them close with a jolt at the start; use a "
+               "spacing of {:.6g} m, or make it {:g} m",
+               high - low, "xyz"[axis], cells, dx, cells > whole ? "stretched" : "squeezed",
+               (high - low) / whole, whole * dx));
+      return;
+    }
+  }
+  static double part(const meltsim::Vec3d& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+  /// Whether a liquid reaches from one end to the other and there is a body in it.
+  bool fills_beside_a_body(int axis, double low, double high) const {
+    const double slack = 1e-3 * scene_.world.spacing;
+    const auto meet = [](const meltsim::Box& a, const meltsim::Box& b) {
+      return a.min.x < b.max.x && b.min.x < a.max.x && a.min.y < b.max.y && b.min.y < a.max.y &&
+             a.min.z < b.max.z && b.min.z < a.max.z;
+    };
+    const auto inside = [&](const meltsim::Box& b) {
+      return part(b.min, axis) > low + slack || part(b.max, axis) < high - slack;
+    };
+    return std::any_of(scene_.fluids.begin(), scene_.fluids.end(), [&](const SceneFluid& fluid) {
+      const meltsim::Box liquid = fluid.desc.shape.bounds();
+      return part(liquid.min, axis) <= low + slack && part(liquid.max, axis) >= high - slack &&
+             std::any_of(scene_.bodies.begin(), scene_.bodies.end(), [&](const SceneBody& body) {
+               const meltsim::Box box = body.desc.shape.bounds();
+               return meet(liquid, box) && inside(box);
+             });
+    });
   }
 
   void check_probes() {

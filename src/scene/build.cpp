@@ -512,8 +512,11 @@ void WorldImpl::close_up() {
   std::vector<std::uint8_t> drop(state_.position.size(), 0);
   for (const std::uint32_t id : holes_) drop[id] = 1;
   holes_.clear();
-  for (EmitterRecord& e : emitters_)
-    e.first_id -= static_cast<std::uint32_t>(std::count(drop.begin(), drop.begin() + e.first_id, 1));
+  const auto close = [&drop](std::uint32_t& id) {
+    id -= static_cast<std::uint32_t>(std::count(drop.begin(), drop.begin() + id, 1));
+  };
+  for (EmitterRecord& e : emitters_) close(e.first_id);
+  for (LiquidFill& f : fills_) close(f.first), close(f.end);
   places_.reset();
   std::size_t to = 0;
   for (std::size_t i = 0; i < drop.size(); ++i) {

@@ -221,6 +221,25 @@ TEST(Scene, WarnsWhereFilesCannotHoldPlaces) {
   EXPECT_EQ(warning_of({"domain.max=[2, 2e5, 2]", "output.export=[png]"}), "");
 }
 
+// Liquid fills a tank of broken spacings, what lies in it keeps to whole ones.
+TEST(Scene, WarnsWhereLiquidIsStretchedBesideABody) {
+  const std::string tank = "domain.max=[2.1, 3, 2]",
+                    water = "fluids[0].shape={box: [[0, 0, 0], [2.1, 1, 2]]}",
+                    stone = "bodies[0].shape={box: [[0.5, 0, 0.5], [1, 0.8, 1]]}",
+                    above = "bodies[0].shape={box: [[0.5, 1, 0.5], [1, 1.8, 1]]}",
+                    across = "bodies[0].shape={box: [[0, 0, 0.5], [2.1, 0.8, 1]]}";
+  EXPECT_NE(
+      warning_of({"particles.spacing=0.2", tank, water, stone})
+          .find("domain.max: 2.1 m along x are 10.5 spacings of 0.2 m: liquid from wall to wall is squeezed"),
+      std::string::npos);
+  EXPECT_NE(warning_of({"particles.spacing=0.2", tank, water, stone})
+                .find("use a spacing of 0.190909 m, or make it 2.2 m"),
+            std::string::npos);
+  EXPECT_EQ(warning_of({"particles.spacing=0.1", tank, water, stone}), "");   // 21 of them
+  EXPECT_EQ(warning_of({"particles.spacing=0.2", tank, water, above}), "");   // not in it
+  EXPECT_EQ(warning_of({"particles.spacing=0.2", tank, water, across}), "");  // stretched likewise
+}
+
 TEST(Scene, WarnsOfUnitsThatLookLikeSlips) {
   EXPECT_EQ(warning_of({}), "");
   EXPECT_EQ(warning_of({"fluids[0].temperature=95"}), "");
