@@ -620,6 +620,8 @@ meltsim_status meltsim_world_create(const meltsim_world_desc* desc, meltsim_worl
 }
 void meltsim_world_destroy(meltsim_world* world) { delete world; }
 
+}  // extern "C"
+
 namespace {
 /// Pairs of temperature and value.
 std::vector<meltsim::PropertyPoint> points_of(const double* pairs, size_t count, const char* name) {
@@ -701,6 +703,8 @@ meltsim::FluidDesc fluid_of(const meltsim_fluid_desc* desc) {
   return d;
 }
 }  // namespace
+
+extern "C" {
 
 meltsim_status meltsim_world_add_material(meltsim_world* world, const meltsim_material_desc* desc,
                                           meltsim_id* id) {
@@ -1275,6 +1279,8 @@ meltsim_status meltsim_world_bodies_in(meltsim_world* world, const meltsim_shape
   });
 }
 
+}  // extern "C"
+
 namespace {
 meltsim::SurfaceDesc surface_of(const meltsim_surface_desc* desc) {
   const meltsim_surface_desc c = read(desc, "desc", defaults_of<meltsim_surface_desc>());
@@ -1327,6 +1333,8 @@ std::vector<std::string> names(const char* const* from, uint64_t count, const ch
   return all;
 }
 }  // namespace
+
+extern "C" {
 
 meltsim_status meltsim_world_surface(meltsim_world* world, const meltsim_surface_desc* desc,
                                      meltsim_surface** surface) {

@@ -11,6 +11,7 @@
   rules.py sizes DIR             no folder holds more than 15 % of the library's lines, no function of src and cuda more than 40
   rules.py names DIR             no two bodies (kernels) have the same name
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
+  rules.py c_names ARCHIVE       the global names of C in an archive, which hosts link as a whole, begin with meltsim_
   rules.py headers DIR -- COMMAND...   every public header compiles alone; for nvcc together
   rules.py snippets DIR -- COMMAND...  the documents' C++ that starts with an #include compiles
   rules.py links DIR             links between documents lead to a file and a heading; paths that ARCHITECTURE.md names exist
@@ -293,6 +294,18 @@ def check_symbols(library):
             yield f"needs {forbidden} at run time"
 
 
+def check_c_names(archive):
+    listing = subprocess.run(["nm", "-g", "--defined-only", str(archive)], check=True, capture_output=True,
+                             text=True).stdout
+    names = {parts[2] for parts in (line.split() for line in listing.splitlines()) if len(parts) == 3}
+    ours = {name for name in names if name.startswith("meltsim_")}
+    for name in sorted(names - ours):
+        if not re.match(r"_Z|DW\.ref\._|__|_GLOBAL_", name):  # C++, and what compilers make for it
+            yield f"defines {name}"
+    if not ours:
+        yield "defines no name of C: not the library's archive"
+
+
 def check_headers(root, command):
     """command is a compiler with flags; a file with #includes is appended. nvcc takes a second for each file: it compiles its
     own header alone, and all others, which a host's compiler takes alone, together."""
@@ -500,7 +513,7 @@ def main(arguments):
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
                   "channels": check_channels, "links": check_links, "map": check_map, "sizes": check_sizes,
-                  "names": check_names, "symbols": check_symbols}
+                  "names": check_names, "symbols": check_symbols, "c_names": check_c_names}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)
