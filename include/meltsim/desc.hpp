@@ -18,7 +18,7 @@ inline namespace v0 {
 enum class Face {
   wall,     ///< impermeable: holds liquid and carries bodies
   open,     ///< particles that leave are removed and counted
-  periodic  ///< must be set on both faces of an axis; extent at least 3 support radii
+  periodic  ///< must be set on both faces of an axis; extent at least 3 support radii. A body that reaches around it goes on there
 };
 
 /// Heat through a surface: the sum of the terms that are set; a default one insulates. Needs HeatModel::enthalpy.
