@@ -383,7 +383,8 @@ class MELTSIM_API World {
   /// Returns the State channels, versioned and checksummed, for restore().
   Result<std::vector<std::uint8_t>> snapshot();
   /// Replaces the state by a snapshot of a World with the same materials and layout of bodies, on any backend. On
-  /// error the World is unchanged. Synchronises. Errors: corrupt_data, invalid_argument, version_mismatch, out_of_memory.
+  /// error the World is unchanged. Settings are the World's, a WorldDesc::sound_speed too; a derived one is at least that of the
+  /// snapshot. Synchronises. Errors: corrupt_data, invalid_argument, version_mismatch, out_of_memory.
   Status restore(const void* data, std::size_t bytes);
 
   // Rolling back: states in the backend's memory, for hosts that repeat steps. They hold what a snapshot holds.

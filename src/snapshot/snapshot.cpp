@@ -497,8 +497,7 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
     limit_layers(emitters_[k]);
   }
   take_over_bodies(d, held);
-  if (d.sound_speed > 0 && any_field())
-    derive_sound_speed();  // fields are the World's: they may be others than then
+  if (d.sound_speed > 0) fit_sound_to_settings(d.sound_speed);
   dirty_ = true;
 }
 
@@ -512,6 +511,15 @@ void WorldImpl::take_over_sound(const StoredState& d) {
   added_ = !(d.sound_speed > 0);
   sound_ = d.followed;
   look_now_ = !(d.followed.now > 0) || (d.flags & look_now_bit) != 0u;
+}
+
+/// Gravity, fields, tension, density_error and a sound speed that is set are the World's, and may be others than then. A sound speed that is
+/// derived is not slower than the stored one, which pressures follow from.
+void WorldImpl::fit_sound_to_settings(double stored) {
+  see_driven(0);
+  derive_sound_speed();
+  if (!(desc.sound_speed > 0)) sound_speed_ = std::max(sound_speed_, stored);
+  look_now_ = look_now_ || sound_speed_ != stored;
 }
 
 void WorldImpl::take_over_bodies(const StoredState& d, const std::vector<char>& held) {

@@ -90,6 +90,16 @@ void WorldImpl::see_particles(Vec3d up) {
   seen_particles_ = state_.position.size();
 }
 
+/// Speeds that walls, outlets and the bodies from number `first` on may have.
+void WorldImpl::see_driven(std::size_t first) {
+  if (desc.domain.bounded)
+    for (std::size_t f = 0; f < 6; ++f)
+      seen_.speed =
+          std::max({seen_.speed, length(desc.domain.velocity[f]), desc.domain.outlets[f].speed.value_or(0)});
+  for (std::size_t b = first; b < bodies_.size(); ++b)
+    seen_.speed = std::max(seen_.speed, bodies_[b].desc.max_speed);
+}
+
 /// Height and speed of all that was added, as it was added: of what moves by then nothing is asked, so that what follows
 /// from them depends on neither when a scene is read nor where a splash is.
 void WorldImpl::look_at_added() {
@@ -108,12 +118,7 @@ void WorldImpl::look_at_added() {
         up);
     seen_.speed = std::max(seen_.speed, emitters_[e].desc.speed);
   }
-  if (desc.domain.bounded)
-    for (std::size_t f = 0; f < 6; ++f)
-      seen_.speed =
-          std::max({seen_.speed, length(desc.domain.velocity[f]), desc.domain.outlets[f].speed.value_or(0)});
-  for (std::size_t b = seen_bodies_; b < bodies_.size(); ++b)
-    seen_.speed = std::max(seen_.speed, bodies_[b].desc.max_speed);
+  see_driven(seen_bodies_);
   seen_bodies_ = bodies_.size();
   seen_emitters_ = emitters_.size();
   added_ = false;

@@ -542,6 +542,7 @@ class WorldImpl final : public Scheduler {
   bool keeps_level(const EmitterRecord& r);
   Status check_emission(const std::string& what, const EmitterRecord& now, const EmitterRecord& before) const;
   void see_particles(Vec3d up);
+  void see_driven(std::size_t first);
   void look_at_added();
   void see_added();
   void pass_over_particles();
@@ -694,6 +695,7 @@ class WorldImpl final : public Scheduler {
   Status check_reservoirs(const StoredState& stored, std::uint64_t particles) const;
   void take_over(const StoredState& stored, core::SceneState&& s);
   void take_over_sound(const StoredState& stored);
+  void fit_sound_to_settings(double stored);
   void take_over_bodies(const StoredState& stored, const std::vector<char>& held);
   Status check_mesh_points(const std::vector<std::uint64_t>& deformed,
                            const std::vector<physics::MeshPoint>& points, double new_time) const;

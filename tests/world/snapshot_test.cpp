@@ -126,6 +126,47 @@ TEST(Snapshot, OneAheadOfARemovalOfWhatWouldMeltIsSeenByNothing) {
   }
 }
 
+// A sound speed that was set, and what a derived one follows from, are the World's; derived, it is no slower than it was.
+TEST(Snapshot, TheSoundSpeedIsThatOfTheWorldsSettings) {
+  MELTSIM_NEEDS_BACKEND();
+  Scene a = ice_in_water(describe());
+  for (int k = 0; k < 10; ++k) require(a.world.step(0.005));
+  const auto bytes = *a.world.snapshot();
+  const Resolved was = a.world.resolved();
+  const struct {
+    const char* name;
+    void (*change)(WorldDesc&, double sound);
+    double times;  ///< as fast
+  } settings[] = {
+      {"none", [](WorldDesc&, double) {}, 1},
+      {"set", [](WorldDesc& d, double sound) { d.sound_speed = 3 * sound; }, 3},
+      {"set to less", [](WorldDesc& d, double sound) { d.sound_speed = 0.5 * sound; }, 0.5},
+      {"more gravity", [](WorldDesc& d, double) { d.gravity = d.gravity * 4.0; }, 2},
+      {"less gravity", [](WorldDesc& d, double) { d.gravity = d.gravity * 0.25; }, 1},
+      {"less compression", [](WorldDesc& d, double) { d.density_error = 0.005 / 9; }, 3},
+      {"more compression", [](WorldDesc& d, double) { d.density_error = 0.02; }, 1},
+      {"a fast lid",
+       [](WorldDesc& d, double sound) {
+         d.domain.velocity[3] = {0.5 * sound, 0, 0};
+       },
+       5},
+  };
+  for (const auto& s : settings) {
+    SCOPED_TRACE(s.name);
+    WorldDesc desc = describe();
+    s.change(desc, was.sound_speed);
+    Scene b = ice_in_water(desc);
+    require(b.world.restore(bytes.data(), bytes.size()));
+    EXPECT_NEAR(b.world.resolved().sound_speed / (s.times * was.sound_speed), 1, s.times == 5 ? 0.05 : 1e-9);
+    if (s.times == 1) {
+      EXPECT_EQ(b.world.stable_dt(), was.stable_dt);
+    } else if (s.times > 1) {
+      EXPECT_LT(b.world.stable_dt(), was.stable_dt / (0.8 * s.times));
+    }
+    require(b.world.step(0.005));
+  }
+}
+
 TEST(Snapshot, DamagedBytesAreRefusedAndChangeNothing) {
   MELTSIM_NEEDS_BACKEND();
   Scene a = ice_in_water(describe());
