@@ -115,7 +115,8 @@ void Run::resume() {
       built_.world.restore(checkpoint.snapshot.data(), checkpoint.snapshot.size());
   if (!restored) {
     throw Failure(ExitCode::io,
-                  fmt::format("{}: {}", directory_.file("checkpoint.bin"), restored.error().message));
+                  fmt::format("{}: {}{}", directory_.file("checkpoint.bin"), restored.error().message,
+                              changed_since(checkpoint.scene, resolved_scene_)));
   }
   for (const std::string& difference : take_over(scene_, built_, checkpoint.scene, resolved_scene_))
     log_.warn(difference);

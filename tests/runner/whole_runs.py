@@ -692,6 +692,80 @@ emitters:
         final = json.loads(Path(self.path("run", "run.json")).read_text())["final"]
         self.assertEqual(final["n_solid"], 0)
         self.assertEqual(final["melted_fraction"], 1)
+    def resumed(self, changes, *common):
+        """What is said, and run.json, of a copy of the run in cut/ that is resumed for another frame with these changes."""
+        shutil.rmtree(self.path("copy"), ignore_errors=True)
+        shutil.copytree(self.path("cut"), self.path("copy"))
+        state = json.loads(Path(self.path("cut", "run.json")).read_text())["final"]
+        sets = [word for change in changes for word in ("--set", change)]
+        said = self.meltsim(*common, "--time", str(state["time_s"] + 0.08), "--out", "copy", "--resume", *sets).stderr
+        run = json.loads(Path(self.path("copy", "run.json")).read_text())
+        run["substeps"] = run["final"]["substeps"] - state["substeps"]
+        run["taken"] = run["final"]["steps"] - state["steps"]
+        return re.findall(r"--resume: (.*)", said), run
+
+    def test_every_kind_of_key_may_change_on_resume(self):
+        common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--no-page", "--no-still"]
+        self.interrupted(*common, "--time", "2")
+        for change, texts in (("materials.water.viscosity=5", ["materials.water.viscosity: 0.2 in the checkpoint, 5.0 here: taken over"]),
+                              ("materials.water.conductivity=[[0, 1], [50, 2]]", ["materials.water.conductivity: 0.6 in "]),
+                              ("materials.water.color=[1, 0, 0]", ["materials.water.color: nothing in "]),
+                              ("domain.walls={+x: open}", ["domain.walls.+x: \"wall\" in the checkpoint, \"open\" here: taken over"]),
+                              ("domain.walls={z: periodic}", ["domain.walls.-z: ", "domain.walls.+z: ", "domain.walls.z: "]),
+                              ("heat.walls.-y.flux=2000", ["heat.walls: nothing in "]),
+                              ("heat.regions=[{shape: {box: [[0, 0, 0], [1, 1, 1]]}, source: 1e5}]", ["heat.regions: nothing in "]),
+                              ("bodies[0].heat_source=1e6", ["bodies[0].heat_source: nothing in "]),
+                              ("bodies[0].carve=false", ["bodies[0].carve: true in the checkpoint, false here: ignored"]),
+                              ("solver.hydrostatic_start=false", ["solver.hydrostatic_start: true in the checkpoint, false here: ignored"]),
+                              ("emitters[0].nozzle.radius=0.35", ["emitters[0].nozzle.radius: 0.25 in "]),
+                              ("probes[0].at=[0.5, 0.3, 0.5]", ["probes[0].at: "])):
+            with self.subTest(change=change):
+                said, run = self.resumed([change], *common)
+                self.assertEqual(len(said), len(texts), said)
+                for text, line in zip(texts, said):
+                    self.assertTrue(line.startswith(text), line)
+                if change.startswith("heat") or "heat_source" in change:
+                    self.assertGreater(run["final"]["heat_in_J"], 100)
+        self.assertFalse(self.resumed([], *common)[0])
+        said = self.meltsim(*common, "--out", "cut", "--resume", "--set", "materials.water.density=1010", code=5).stderr
+        self.assertIn("\nchanged since: materials.water.density: 1000.0 in the checkpoint, 1010.0 here\n", said)
+
+    def test_the_sound_speed_of_a_resumed_run_is_that_of_the_scene(self):
+        """One that is set, or faster as it follows; in run.json stands what ran."""
+        common = ["run", SCENE, "--backend", "cpu", "--export", "ply", "--no-page", "--no-still", "--set", "emitters=[]"]
+        self.interrupted(*common, "--time", "2")
+        _, same = self.resumed([], *common)
+        sound = same["scene"]["solver"]["sound_speed"]
+        self.assertEqual(same["substeps"], same["taken"] * math.ceil(same["substeps"] / same["taken"]))
+        for change, speed in ((f"solver.sound_speed={4 * sound}", 4 * sound), (f"solver.sound_speed={sound / 2}", sound / 2),
+                              ("solver.gravity=[0, -98.1, 0]", math.sqrt(10) * sound),
+                              ("solver.density_error=0.0005", math.sqrt(10) * sound),
+                              ("solver.gravity=[0, -1, 0]", sound), ("solver.density_error=0.05", sound)):
+            with self.subTest(change=change):
+                said, run = self.resumed([change], *common)
+                self.assertAlmostEqual(run["scene"]["solver"]["sound_speed"] / speed, 1, places=6)
+                line = [text for text in said if text.startswith("solver.sound_speed: ")]
+                self.assertEqual(bool(line), speed != sound)
+                self.assertTrue(all(text.endswith("here: taken over") for text in line))
+                kept = [text for text in said if text.startswith("solver.density_error") and ": ignored" in text]
+                self.assertEqual(bool(kept), change == "solver.density_error=0.05")
+                self.assertEqual("density_error" in run["scene"]["solver"], change == "solver.density_error=0.0005")
+                # Steps stay; sub-steps are as short as sound asks for.
+                if speed > sound:
+                    self.assertGreater(run["substeps"] / run["taken"], 1.5 * same["substeps"] / same["taken"])
+                elif speed == sound:
+                    self.assertEqual(run["substeps"] / run["taken"], same["substeps"] / same["taken"])
+        # Heights are along the gravity there is: beyond its box nothing falls.
+        _, run = self.resumed(["solver.gravity=[-98.1, 0, 0]"], *common)
+        self.assertGreater(run["scene"]["solver"]["sound_speed"], 2 * sound)
+
+    def test_a_body_goes_on_about_its_pivot(self):
+        steered = ["--set", "bodies[0].motion=kinematic", "--set", "bodies[0].max_speed=2", "--set", "emitters=[]"]
+        run = ["run", SCENE, "--backend", "cpu", "--export", "none", "--out", "run", *steered]
+        self.meltsim(*run, "--set", "heat.time_scale=1e12", code=2)
+        said = self.meltsim(*run, "--set", "bodies[0].pivot=[0.8, 1.2, 0.8]", "--resume", code=2).stderr
+        self.assertIn("--resume: bodies[0].pivot: a body goes on about the pivot that it began with (nothing), got [0.8,1.2,0.8]; leave it out", said)
+
         self.assertAlmostEqual(final["time_s"], final["melted_at_s"] + 0.1)
 
     def test_divergence_saves_the_state_and_says_what_to_try(self):
