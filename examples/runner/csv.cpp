@@ -122,11 +122,12 @@ CsvFile CsvFile::resume(std::string path, const std::string& header, std::size_t
   std::istringstream old(read_file(path));
   std::string line, content = header + "\n";
   const double last = parse_number(csv_number(time)).value_or(time);  // rows hold nine digits
-  std::getline(old, line);                                            // the header
+  const std::size_t columns = split_commas(header).size();
+  std::getline(old, line);  // the header
   while (std::getline(old, line)) {
     const std::vector<std::string> cells = split_commas(line);
-    const auto at = cells.size() > time_column ? parse_number(cells[time_column]) : std::nullopt;
-    if (!at || *at > last) continue;
+    const auto at = cells.size() == columns ? parse_number(cells[time_column]) : std::nullopt;
+    if (!at || !(*at <= last)) continue;
     content += line + "\n";
     if (kept != nullptr) kept->push_back(line);
   }

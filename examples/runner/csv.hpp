@@ -22,7 +22,7 @@ class CsvFile {
   /// Starts a new table.
   CsvFile(std::string path, const std::string& header);
   /// Goes on with a table: rows later than `time` were written after the checkpoint and are dropped, for they
-  /// are computed again. Returns the rows kept in `kept` when it is given.
+  /// are computed again, and so are rows that have not as many cells as the header. Returns the rows kept in `kept` when it is given.
   static CsvFile resume(std::string path, const std::string& header, std::size_t time_column, double time,
                         std::vector<std::string>* kept = nullptr);
 

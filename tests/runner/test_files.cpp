@@ -179,6 +179,16 @@ TEST(Csv, ResumingDropsRowsThatAreComputedAgain) {
   EXPECT_EQ(read_file(path), "name,time_s\na,0\nb,0.333333333\ne,0.4\n");
 }
 
+TEST(Csv, ResumingDropsRowsThatAreNotWhole) {
+  const Directory directory;
+  const std::string path = directory.file("t.csv");
+  write_file(path, "name,time_s,value\na,0,1\nb,0.1\nc,0.2,3,4\nd,0.3,5\ne,nan,6\nf");
+  std::vector<std::string> kept;
+  CsvFile csv = CsvFile::resume(path, "name,time_s,value", 1, 1, &kept);
+  EXPECT_EQ(kept, (std::vector<std::string>{"a,0,1", "d,0.3,5"}));
+  EXPECT_EQ(read_file(path), "name,time_s,value\na,0,1\nd,0.3,5\n");
+}
+
 // Against the C library: random bits, decimals that end, halves of the last digit, both ends of both notations.
 TEST(Csv, NumbersAreThoseOfPrintf) {
   const auto expected = [](double value) {
