@@ -8,19 +8,13 @@
 
 #include "failure.hpp"
 #include "files.hpp"
+#include "hash.hpp"
 
 namespace runner {
 
 namespace {
 
 const std::string magic = "MELTRUN1";
-
-std::uint64_t fnv1a(const char* data, std::size_t size) {
-  std::uint64_t hash = 14695981039346656037ull;
-  for (std::size_t i = 0; i < size; ++i)
-    hash = (hash ^ static_cast<unsigned char>(data[i])) * 1099511628211ull;
-  return hash;
-}
 
 void append_u64(std::string& to, std::uint64_t value) {
   for (int shift = 0; shift < 64; shift += 8) to += static_cast<char>(value >> shift & 255u);

@@ -10,6 +10,7 @@
 
 #include "echo.hpp"
 #include "failure.hpp"
+#include "hash.hpp"
 #include "scene_keys.hpp"
 #include "suggest.hpp"
 
@@ -129,6 +130,11 @@ std::size_t open_edges(const meltsim::TriangleMesh& mesh) {
   return open;
 }
 
+std::uint64_t hash_of(const meltsim::TriangleMesh& mesh) {
+  const std::uint64_t hash = fnv1a(mesh.vertices.data(), mesh.vertices.size() * sizeof(Vec3d));
+  return fnv1a(mesh.indices.data(), mesh.indices.size() * sizeof(mesh.indices[0]), hash);
+}
+
 SceneShape load_mesh(const Node& node) {
   const std::string given = node.text("the path of an OBJ, STL or PLY file");
   std::filesystem::path path = given;
@@ -146,7 +152,7 @@ SceneShape load_mesh(const Node& node) {
                     "the holes",
                     node.where(), node.path(), open));
   }
-  shape.mesh = true;
+  shape.mesh = hash_of(*mesh);
   shape.shape = Shape::mesh(std::move(*mesh));
   shape.echo = std::filesystem::absolute(path).lexically_normal().string();
   return shape;
@@ -178,7 +184,7 @@ SceneShape Loader::combined(const std::string& kind, const Node& node, int depth
     shapes.push_back(part.shape);
     all.echo.push_back(part.echo);
     all.warnings.insert(all.warnings.end(), part.warnings.begin(), part.warnings.end());
-    all.mesh = all.mesh || part.mesh;
+    if (part.mesh != 0) all.mesh = fnv1a(&part.mesh, sizeof part.mesh, all.mesh);
   }
   const std::size_t least = kind == "union" ? 1 : 2;
   if (shapes.size() < least) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -24,7 +25,7 @@ struct SceneShape {
   meltsim::Shape shape;
   Json echo;
   std::vector<std::string> warnings{};  ///< of mesh files
-  bool mesh = false;                    ///< a mesh file is part of it
+  std::uint64_t mesh = 0;               ///< hash of what its mesh files hold; 0: it has none
 };
 
 struct SceneMaterial {

@@ -12,6 +12,7 @@
 #include "expect.hpp"
 #include "failure.hpp"
 #include "files.hpp"
+#include "hash.hpp"
 #include "meltsim/physics/isotropic_pressure.hpp"
 #include "resolution.hpp"
 #include "scene_json.hpp"
@@ -419,11 +420,16 @@ namespace {
 
 constexpr int cache_format = 5;
 
-/// FNV-1a.
-std::uint64_t hash_of(const std::string& text) {
-  std::uint64_t hash = 14695981039346656037ull;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
-  return hash;
+/// What mesh files held as the scene was read: it names them, and they may be others by the next time.
+std::string meshes_text(const Scene& scene) {
+  std::string text;
+  const auto add = [&text](const SceneShape& shape) {
+    if (shape.mesh != 0) text += fmt::format("mesh {:016x}\n", shape.mesh);
+  };
+  for (const SceneFluid& fluid : scene.fluids) add(fluid.shape);
+  for (const SceneBody& body : scene.bodies) add(body.shape);
+  for (const SceneHeatRegion& region : scene.heat_regions) add(region.shape);
+  return text;
 }
 
 /// JSON has neither NaN nor infinity: both become null, and NaN again.
@@ -550,7 +556,8 @@ std::string Tuning::cache_file(const TuneOptions& options) const {
       fmt::format("{}\n{}\n{}\n{} {} {} {}\n", meltsim::build_info().version, resolved_, device_,
                   static_cast<int>(machine_.precision), machine_.threads, options.seconds, options.support);
   for (const SceneObservable& o : observables_) key += o.desc.name + "\n";
-  return fmt::format("{}/meltsim/trade-{:016x}.json", directory, hash_of(key));
+  key += meshes_text(scene_);
+  return fmt::format("{}/meltsim/trade-{:016x}.json", directory, fnv1a(key.data(), key.size()));
 }
 
 const trade::Study& Tuning::study(const TuneOptions& options) {

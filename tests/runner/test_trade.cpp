@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene as a problem of speed against accuracy: its observables, its settings, what is kept of a study.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -9,6 +10,7 @@
 #include <filesystem>
 
 #include "failure.hpp"
+#include "files.hpp"
 #include "frame_budget.hpp"
 #include "load_scene.hpp"
 #include "show/front_svg.hpp"
@@ -362,6 +364,35 @@ trade: {observe: [temperature@mid], exact: {temperature@mid: [[0, 20], [1, 120]]
     EXPECT_LT(trade::difference(observable, 100, values, expected).max, 0.3) << every;
   }
 }
+// A scene names mesh files: what they hold counts, in parts of shapes, too.
+TEST_F(TradeCache, AnotherMeshUnderTheSameNameIsMeasuredAnew) {
+  const std::string mesh = (directory_ / "lump.obj").string();
+  const auto write = [&](double height) {
+    std::string text;
+    for (int corner = 0; corner < 8; ++corner)
+      text += fmt::format("v {} {} {}\n", corner & 1 ? 0.5 : 0.0, corner & 2 ? height : 0.0,
+                          corner & 4 ? 0.6 : 0.0);
+    for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"})
+      text += fmt::format("f {}\n", face);
+    write_file(mesh, text);
+  };
+  TuneOptions options;
+  options.seconds = 60;
+  for (const char* shape : {"{{mesh: {}}}", "{{union: [{{mesh: {}}}], transform: {{offset: [0, 0, 0]}}}}"}) {
+    const auto scene = [&] {
+      return parse(dam, {"fluids[0].shape=" + fmt::format(fmt::runtime(shape), mesh), "time.end=0.04"});
+    };
+    for (const double height : {0.6, 0.4}) {
+      write(height);
+      Tuning first(scene(), cpu(), {}, ""), second(scene(), cpu(), {}, "");
+      first.study(options);
+      EXPECT_FALSE(first.from_cache()) << height;
+      second.study(options);
+      EXPECT_TRUE(second.from_cache()) << height;
+    }
+  }
+}
+
 
 TEST(Trade, AnErrorThatCannotBeHadIsRefusedWithOneThatCan) {
   const Tuning tuning(parse(dam), cpu(), {}, "");
