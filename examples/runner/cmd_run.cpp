@@ -149,7 +149,7 @@ int run_scene(const RunOptions& options, Log& log) {
   if (!options.repeat.empty()) {
     budget = FrameBudget::repeating(options.repeat);
     take_settings(scene, budget->settings(), log);
-    scene.time.fps = budget->fps();
+    budget->set_times(scene.time, options);
   } else if (options.budget_ms) {
     budget.emplace(*options.budget_ms);
     if (!options.resume) budget->choose(scene, options, log);

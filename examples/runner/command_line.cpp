@@ -407,6 +407,11 @@ class CommandLine {
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
       const std::string option = word.substr(0, word.find('='));
+    if (options.steps && (options.budget_ms || !options.repeat.empty()))
+      throw Failure(ExitCode::usage,
+                    fmt::format("--steps, {}: give one of them: a frame has as many steps as its budget "
+                                "allows; end with --frames N or --time S",
+                                options.budget_ms ? "--budget" : "--repeat"));
       if (std::count(render_only.begin(), render_only.end(), option) > 0) i += option == word ? 1 : 0;
       else if (i == 1 && word == "render") command += " run --export surface";
       else if (word == "--out") ++i;

@@ -88,11 +88,20 @@ FrameBudget FrameBudget::repeating(const std::string& directory) {
     again.repeats_ = true;
     again.substeps_ = budget.at("substeps").get<std::vector<std::uint64_t>>();
     again.settings_ = budget.value("settings", Json());
-    again.fps_ = json.at("scene").at("time").at("fps").get<double>();
+    const Json& time = json.at("scene").at("time");
+    again.fps_ = time.at("fps").get<double>();
+    again.end_ = time.at("end").get<double>();
     return again;
   } catch (const Json::exception& error) {
     throw fail(fmt::format("its run.json is damaged: {}", error.what()));
   }
+}
+
+void FrameBudget::set_times(SceneTime& time, const RunOptions& options) const {
+  time.fps = fps_;
+  time.end = end_;
+  if (options.time) time.end = std::min(end_, *options.time);
+  if (options.frames) time.end = std::min(end_, static_cast<double>(*options.frames) / fps_);
 }
 
 void FrameBudget::choose(Scene& scene, const RunOptions& options, Log& log) {

@@ -48,7 +48,8 @@ class FrameBudget {
   /// The settings that were chosen for the run that is resumed or repeated; null: the scene's own.
   const Json& settings() const { return settings_; }
   void set_settings(const Json& settings) { settings_ = settings; }
-  double fps() const { return fps_; }  ///< of the run that is repeated; 0: none is
+  /// Of a run that repeats another one: its frames are as long as those, and it ends with them at the latest.
+  void set_times(SceneTime& time, const RunOptions& options) const;
 
   struct Taken {
     double simulated = 0, owed = 0;  ///< [s]
@@ -67,7 +68,7 @@ class FrameBudget {
   double milliseconds_ = 0;
   bool repeats_ = false;
   std::vector<std::uint64_t> substeps_;  ///< of the run that is repeated
-  double fps_ = 0;
+  double fps_ = 0, end_ = 0;             ///< likewise; the end [s] that it was started with
   Json settings_;
   double expected_ms_ = 0, expected_share_ = 1;
   std::vector<double> wall_ms_;  ///< per frame of this session

@@ -147,7 +147,7 @@ void Run::count_restored() {
 
 double Run::planned_end() const {
   if (options_.steps) return std::numeric_limits<double>::infinity();
-  return options_.frames ? static_cast<double>(*options_.frames) / time_.fps : time_.end;
+  return time_.end;
 }
 
 double Run::end() const {
@@ -162,15 +162,15 @@ double Run::frame_end() const {
 }
 
 std::uint64_t Run::frames_until(double end) const {
-  const double frames = end * time_.fps;
-  return std::isfinite(frames) ? static_cast<std::uint64_t>(std::min(frames, 1e12)) : 0;
+  const double frames = std::ceil(end * time_.fps - whole_step_slack);
+  return std::isfinite(frames) ? static_cast<std::uint64_t>(std::clamp(frames, 0.0, 1e12)) : 0;
 }
 
 double Run::frame_start() const { return static_cast<double>(state_.next_frame - 1) / time_.fps; }
 
 bool Run::at_end() const {
   if (options_.steps && state_.steps >= *options_.steps) return true;
-  if (budget_ != nullptr && state_.next_frame > budget_->frames(frames_until(end()))) return true;
+  if (budget_ != nullptr && state_.next_frame > budget_->frames(frames_until(planned_end()))) return true;
   return reached(state_.time, end());
 }
 
@@ -301,11 +301,12 @@ void Run::enqueue_within_budget() {
   const double frame = 1 / time_.fps, before = built_.world.time(), stepping_before = times_.stepping;
   double longest = time_.dt.value_or(frame);
   if (time_.adaptive) longest = std::min(longest, built_.world.stable_dt(state_.rest_speed));
-  const double end = std::min(state_.time + frame, Run::end());
+  // What was not simulated of the frames before is not made up for: the last one goes on from where it is due.
+  const double span = std::min({frame, planned_end() - frame_start(), end() - state_.time});
   {
     const Stopwatch watch(times_.stepping);
-    const FrameBudget::Taken taken = budget_->take(built_.world, state_.next_frame, end - state_.time,
-                                                   fixed_frame_dt(state_.time, end, longest));
+    const FrameBudget::Taken taken =
+        budget_->take(built_.world, state_.next_frame, span, fixed_frame_dt(0, span, longest));
     if (!taken.status && taken.status.error().code != meltsim::ErrorCode::interrupted &&
         taken.status.error().code != meltsim::ErrorCode::halted) {
       step_error_ = taken.status.error().message;

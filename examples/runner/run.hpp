@@ -78,7 +78,7 @@ class Run {
   bool at_end() const;
   double planned_end() const;                    ///< [s] of a run in which not everything melts before
   double end() const;                            ///< [s] as far as it is known
-  std::uint64_t frames_until(double end) const;  ///< 0: not known
+  std::uint64_t frames_until(double end) const;  ///< the last one may be shorter; 0: not known
   double frame_start() const;
   double frame_end() const;
   double wall() const;  ///< [s] of all sessions

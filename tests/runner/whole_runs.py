@@ -197,6 +197,30 @@ emitters:
         self.assertIn("--repeat 0: no run.json", self.meltsim("run", SCENE, "--repeat", "0", code=1).stderr)
         self.assertIn("not of a run under --budget", self.meltsim("run", SCENE, "--repeat", "plain", code=1).stderr)
 
+    def test_a_budget_reaches_an_end_that_is_no_whole_frame(self):
+        common = ["run", SCENE, "--backend", "cpu", "--threads", "1", "--no-cache", "--time-limit", "3", "--set", "time.fps=10"]
+        for name, end, frames in (("short", "0.05", 1), ("more", "0.25", 3), ("frames", None, 2)):
+            ends = ["--time", end] if end else ["--frames", str(frames)]
+            said = self.meltsim(*common, "--budget", "60s", *ends, "--out", name).stdout
+            self.assertRegex(said, rf"(?m)^budget: \d of {frames} frames within .* of {end or '0.2'} s simulated$")
+            run = json.loads(Path(self.path(name, "run.json")).read_text())
+            self.assertEqual(len(run["budget"]["substeps"]), frames)
+            self.assertAlmostEqual(run["final"]["time_s"], float(end or 0.2), places=12)
+            # It ends where that run was to end, whatever the scene says.
+            for more in ([], ["--time", "1"]):
+                self.meltsim(*common[:6], "--set", "time.fps=10", "--repeat", name, "--out", "again", "--overwrite", *more)
+                again = json.loads(Path(self.path("again", "run.json")).read_text())
+                self.assertEqual(again["final"]["time_s"], run["final"]["time_s"])
+                self.assertEqual(again["budget"]["substeps"], run["budget"]["substeps"])
+                last = f"particles_{frames:05}.ply"
+                self.assertEqual(self.frames("again")[last], self.frames(name)[last])
+            shutil.rmtree(self.path("again"))
+        # What falls behind is not made up for: the last frame is the half of one that is due.
+        self.meltsim(*common, "--budget", "0.001ms", "--time", "0.25", "--out", "starved")
+        run = json.loads(Path(self.path("starved", "run.json")).read_text())
+        self.assertEqual(run["budget"]["substeps"], [1, 1, 1])
+        self.assertAlmostEqual(run["final"]["time_s"] + run["budget"]["not_simulated_s"], 0.25, places=12)
+
     def test_the_resolved_scene_runs_again_to_the_same_end(self):
         self.meltsim("run", SCENE, "--backend", "cpu", "--out", "first", "--export", "ply")
         scene = json.loads(Path(self.path("first", "run.json")).read_text())["scene"]
@@ -668,30 +692,6 @@ emitters:
         rows = [table(self.path(out, "stats.csv"))[-1] for out in ("same", "changed")]
         self.assertGreater(int(rows[1]["n_fluid"]), int(rows[0]["n_fluid"]))  # three times as much comes in
 
-    def test_the_motion_of_a_resumed_run_is_that_of_the_scene(self):
-        steered = ["--set", "bodies[0].motion=kinematic", "--set", "bodies[0].max_speed=2", "--set"]
-        run = ["run", SCENE, "--backend", "cpu", "--export", "none", "--out", "run", *steered]
-        self.meltsim(*run, "bodies[0].velocity=[0, 0, 0]", "--set", "heat.time_scale=1e12", code=2)
-        said = self.meltsim(*run, "bodies[0].velocity=[0, 1, 0]", "--resume").stderr
-        self.assertIn("bodies[0].velocity: [0.0,0.0,0.0] in the checkpoint, [0.0,1.0,0.0] here: taken over", said)
-        rows = table(self.path("run", "bodies.csv"))
-        self.assertAlmostEqual(float(rows[-1]["min_y"]) - float(rows[0]["min_y"]), 0.2, places=5)
-
-    def test_a_refused_resume_does_not_print_the_command_that_failed(self):
-        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "heat.time_scale=1e12", code=2)
-        path = Path(self.path("run", "checkpoint.bin"))
-        path.write_bytes(path.read_bytes()[:-100])
-        said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--resume", code=5).stderr
-        self.assertIn("checkpoint.bin", said)
-        self.assertNotIn("resume with", said)
-
-    def test_until_melted_ends_after_the_tail(self):
-        said = self.meltsim("run", SCENE, "--backend", "cpu", "--set", "heat.time_scale=1e7", "--set", "time.end=20",
-                            "--set", "time.end_when=melted", "--set", "time.tail=0.1", "--out", "run").stdout
-        self.assertIn("everything has melted", said)
-        final = json.loads(Path(self.path("run", "run.json")).read_text())["final"]
-        self.assertEqual(final["n_solid"], 0)
-        self.assertEqual(final["melted_fraction"], 1)
     def resumed(self, changes, *common):
         """What is said, and run.json, of a copy of the run in cut/ that is resumed for another frame with these changes."""
         shutil.rmtree(self.path("copy"), ignore_errors=True)
@@ -766,6 +766,30 @@ emitters:
         said = self.meltsim(*run, "--set", "bodies[0].pivot=[0.8, 1.2, 0.8]", "--resume", code=2).stderr
         self.assertIn("--resume: bodies[0].pivot: a body goes on about the pivot that it began with (nothing), got [0.8,1.2,0.8]; leave it out", said)
 
+    def test_the_motion_of_a_resumed_run_is_that_of_the_scene(self):
+        steered = ["--set", "bodies[0].motion=kinematic", "--set", "bodies[0].max_speed=2", "--set"]
+        run = ["run", SCENE, "--backend", "cpu", "--export", "none", "--out", "run", *steered]
+        self.meltsim(*run, "bodies[0].velocity=[0, 0, 0]", "--set", "heat.time_scale=1e12", code=2)
+        said = self.meltsim(*run, "bodies[0].velocity=[0, 1, 0]", "--resume").stderr
+        self.assertIn("bodies[0].velocity: [0.0,0.0,0.0] in the checkpoint, [0.0,1.0,0.0] here: taken over", said)
+        rows = table(self.path("run", "bodies.csv"))
+        self.assertAlmostEqual(float(rows[-1]["min_y"]) - float(rows[0]["min_y"]), 0.2, places=5)
+
+    def test_a_refused_resume_does_not_print_the_command_that_failed(self):
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--set", "heat.time_scale=1e12", code=2)
+        path = Path(self.path("run", "checkpoint.bin"))
+        path.write_bytes(path.read_bytes()[:-100])
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", "--resume", code=5).stderr
+        self.assertIn("checkpoint.bin", said)
+        self.assertNotIn("resume with", said)
+
+    def test_until_melted_ends_after_the_tail(self):
+        said = self.meltsim("run", SCENE, "--backend", "cpu", "--set", "heat.time_scale=1e7", "--set", "time.end=20",
+                            "--set", "time.end_when=melted", "--set", "time.tail=0.1", "--out", "run").stdout
+        self.assertIn("everything has melted", said)
+        final = json.loads(Path(self.path("run", "run.json")).read_text())["final"]
+        self.assertEqual(final["n_solid"], 0)
+        self.assertEqual(final["melted_fraction"], 1)
         self.assertAlmostEqual(final["time_s"], final["melted_at_s"] + 0.1)
 
     def test_divergence_saves_the_state_and_says_what_to_try(self):
