@@ -73,6 +73,7 @@ class CommandLine {
       throw Failure(ExitCode::usage, fmt::format("unknown command \"{}\"{}", first,
                                                  suggestion(first, command_names, "commands")));
     }
+    if (known) refuse_empty(*app_.get_subcommand(first), argc, argv);
     try {
       app_.parse(argc, argv);
     } catch (const CLI::Success& help) {
@@ -215,6 +216,24 @@ class CommandLine {
     value(stress, "--seed", "N", "of these draws, 1 by default");
     stress->add_flag("--long", typed_.long_cases, "also the cells that take minutes");
     stress->add_flag("--list", typed_.list, "list the cells instead of running them");
+  }
+
+  /// Of a script whose variable is not set, say: what was asked for is not to be passed over. `--budget=` takes the next word otherwise.
+  static void refuse_empty(const CLI::App& command, int argc, char** argv) {
+    const auto takes_value = [&command](const std::string& word) {
+      const CLI::Option* option = word.rfind("--", 0) == 0 ? command.get_option_no_throw(word) : nullptr;
+      return option != nullptr && option->get_items_expected_max() > 0;
+    };
+    for (int i = 2; i < argc; ++i) {
+      const std::string word = argv[i];
+      const bool cut = !word.empty() && word.back() == '=';
+      const std::string option = word.empty() ? argv[i - 1] : cut ? word.substr(0, word.size() - 1) : "";
+      if (takes_value(option))
+        throw Failure(
+            ExitCode::usage,
+            fmt::format("{}: expected a value, got \"\"; write one behind it, or leave the option out",
+                        option));
+    }
   }
 
   /// CLI11 knows what was not expected; the user also wants to know what was meant.
@@ -388,6 +407,11 @@ class CommandLine {
     if (ends > 1) throw Failure(ExitCode::usage, "--time, --frames, --steps: give one of them");
     if (options.resume && options.overwrite)
       throw Failure(ExitCode::usage, "--resume, --overwrite: give one of them");
+    if (options.steps && (options.budget_ms || !options.repeat.empty()))
+      throw Failure(ExitCode::usage,
+                    fmt::format("--steps, {}: give one of them: a frame has as many steps as its budget "
+                                "allows; end with --frames N or --time S",
+                                options.budget_ms ? "--budget" : "--repeat"));
     if (options.budget_ms && options.max_error)
       throw Failure(ExitCode::usage, "--budget, --max-error: give one of them");
     if (!options.repeat.empty() && (options.budget_ms || options.max_error || options.resume))
@@ -407,11 +431,6 @@ class CommandLine {
     for (int i = 1; i < argc; ++i) {
       const std::string word = argv[i];
       const std::string option = word.substr(0, word.find('='));
-    if (options.steps && (options.budget_ms || !options.repeat.empty()))
-      throw Failure(ExitCode::usage,
-                    fmt::format("--steps, {}: give one of them: a frame has as many steps as its budget "
-                                "allows; end with --frames N or --time S",
-                                options.budget_ms ? "--budget" : "--repeat"));
       if (std::count(render_only.begin(), render_only.end(), option) > 0) i += option == word ? 1 : 0;
       else if (i == 1 && word == "render") command += " run --export surface";
       else if (word == "--out") ++i;
