@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "expect.hpp"
 #include "meltsim/particle_tag.hpp"
@@ -153,8 +154,10 @@ void describe_bodies(const Scene& scene, Built& built, SceneStart& start) {
     start.latent = 0;
 }
 
-SceneStart start_of(const Scene& scene, Built& built) {
-  SceneStart start;
+namespace {
+
+/// Axes against gravity and of fronts.
+void choose_axes(const Scene& scene, SceneStart& start) {
   const meltsim::Vec3d g = scene.world.gravity;
   start.gravity = length(g) > 0;
   const double pull[] = {g.x, g.y, g.z};
@@ -167,34 +170,71 @@ SceneStart start_of(const Scene& scene, Built& built) {
     const meltsim::Vec3d size = domain.max - domain.min;
     if (a != start.up && component(size, a) > component(size, start.along) * (1 + 1e-9)) start.along = a;
   }
+}
+
+/// Where an emitter brings its liquid in: at its nozzle, or at a face of the domain up to a level.
+double source_of(const Scene& scene, const meltsim::EmitterDesc& emitter, const SceneStart& start,
+                 std::size_t axis) {
+  if (!emitter.level) return component(emitter.center, axis);
+  if (axis == start.up) return start.up_sign * *emitter.level;
+  const double inwards = component(emitter.axis, axis);
+  const double low = component(scene.world.domain.min, axis), high = component(scene.world.domain.max, axis);
+  return inwards > 0 ? low : inwards < 0 ? high : (low + high) / 2;
+}
+
+std::vector<double> sources(const Scene& scene, const SceneStart& start, std::size_t axis) {
+  std::vector<double> list;
+  for (const SceneEmitter& emitter : scene.emitters)
+    list.push_back(source_of(scene, emitter.desc, start, axis));
+  return list;
+}
+
+/// `up` and `along`: places of liquid; `half`: how far it reaches beyond them.
+void measure_liquid(const meltsim::DomainDesc& domain, const std::vector<double>& up,
+                    const std::vector<double>& along, double half, SceneStart& start) {
+  const auto [low, high] = std::minmax_element(up.begin(), up.end());
+  const bool upright = start.up_sign > 0;
+  const double wall = component(upright ? domain.min : domain.max, start.up);
+  start.floor =
+      domain.bounded ? start.up_sign * wall : start.up_sign * (upright ? *low - half : *high + half);
+  start.top = start.up_sign * (upright ? *high + half : *low - half);
+  const auto [first, last] = std::minmax_element(along.begin(), along.end());
+  const double center = std::accumulate(along.begin(), along.end(), 0.0) / static_cast<double>(along.size());
+  const double from = domain.bounded ? component(domain.min, start.along) : *first - half;
+  const double to = domain.bounded ? component(domain.max, start.along) : *last + half;
+  start.length = to - from;
+  start.liquid_along = half > 0 ? (*last - *first + 2 * half) / start.length : 0;
+  start.along_sign = domain.bounded && center > (from + to) / 2 ? -1 : 1;
+  start.along_from = start.along_sign > 0 ? from : -to;
+}
+
+double largest_liquid_density(const Scene& scene) {
+  double most = 0;
+  const auto add = [&](const std::string& name) {
+    if (const auto* m = material(scene, name)) most = std::max(most, m->density);
+  };
+  for (const SceneFluid& fluid : scene.fluids) add(fluid.material);
+  for (const SceneEmitter& emitter : scene.emitters) add(emitter.material);
+  return most;
+}
+
+}  // namespace
+
+SceneStart start_of(const Scene& scene, Built& built) {
+  SceneStart start;
+  choose_axes(scene, start);
   const meltsim::ParticleFrame particles = particles_of(built.world);
-  const std::vector<double> up = coordinates(particles, start.up),
-                            along = coordinates(particles, start.along);
-  start.liquid = !up.empty() || !scene.emitters.empty();
-  const double half = scene.world.spacing / 2;
-  if (!up.empty()) {
-    const auto [low, high] = std::minmax_element(up.begin(), up.end());
-    const bool upright = start.up_sign > 0;
-    const double wall = component(upright ? domain.min : domain.max, start.up);
-    start.floor =
-        domain.bounded ? start.up_sign * wall : start.up_sign * (upright ? *low - half : *high + half);
-    start.top = start.up_sign * (upright ? *high + half : *low - half);
-    const auto [first, last] = std::minmax_element(along.begin(), along.end());
-    double sum = 0;
-    for (const double x : along) sum += x;
-    const double center = sum / static_cast<double>(along.size());
-    const double from = domain.bounded ? component(domain.min, start.along) : *first - half;
-    const double to = domain.bounded ? component(domain.max, start.along) : *last + half;
-    start.length = to - from;
-    start.liquid_along = (*last - *first + 2 * half) / start.length;
-    start.along_sign = domain.bounded && center > (from + to) / 2 ? -1 : 1;
-    start.along_from = start.along_sign > 0 ? from : -to;
+  std::vector<double> up = coordinates(particles, start.up), along = coordinates(particles, start.along);
+  const double half = up.empty() ? 0 : scene.world.spacing / 2;
+  if (up.empty()) {  // liquid is where it comes from
+    up = sources(scene, start, start.up);
+    along = sources(scene, start, start.along);
   }
+  start.liquid = !up.empty();
+  if (start.liquid) measure_liquid(scene.world.domain, up, along, half, start);
   describe_bodies(scene, built, start);
   start.temperatures = scene_temperatures(scene);
-  for (const SceneFluid& fluid : scene.fluids)
-    if (const auto* m = material(scene, fluid.material))
-      start.liquid_density = std::max(start.liquid_density, m->density);
+  start.liquid_density = largest_liquid_density(scene);
   start.body_melts = built.body_melts;
   return start;
 }

@@ -35,7 +35,7 @@ struct SceneObservable {
   std::vector<ExactPoint> exact{};  ///< empty: none is known
 };
 
-/// What is known of a scene's start, from its World.
+/// What is known of a scene's start, from its World. Where there is no liquid yet, emitters say where it will be.
 struct SceneStart {
   double floor = 0, top = 0;      ///< of the liquid's room and of the liquid, against gravity [m]
   std::size_t up = 1, along = 0;  ///< axes: against gravity, of the front

@@ -264,6 +264,48 @@ TEST(Trade, AReaderTellsTheStartOfTheScene) {
   EXPECT_EQ(values[2], 0);
 }
 
+// Scales are those of the domain and the fall into it, and places count from the domain's corner, wherever that is.
+TEST(Trade, WhereEmittersBringAllLiquidTheDomainIsTheScale) {
+  const auto jet = [](double x) {
+    return fmt::format(
+        "meltsim: 1\ndomain: {{min: [{0}, 2, 0], max: [{1}, 3, 0.5]}}\nparticles: {{spacing: 0.05}}\n"
+        "time: {{end: 0.5, fps: 20}}\nheat: {{model: none}}\nmaterials: {{water: {{viscosity: 0.01}}}}\n"
+        "emitters: [{{nozzle: {{center: [{2}, 2.8, 0.25], radius: 0.11}}, speed: 1, material: water, until: "
+        "1}}]\n"
+        "probes: [{{name: low, at: [{2}, 2.05, 0.25], fields: [pressure]}}]\n",
+        x, x + 1, x + 0.2);
+  };
+  for (const double x : {0.0, 10.0}) {
+    const Tuning tuning(parse(jet(x)), cpu(), {"front", "height", "pressure@low"}, "");
+    EXPECT_NEAR(tuning.observables()[0].desc.scale, 1, 1e-12);
+    EXPECT_NEAR(tuning.observables()[1].desc.scale, 0.8, 1e-12);
+    EXPECT_NEAR(tuning.observables()[2].desc.scale, 1000 * 9.81 * 0.8, 1e-6);
+    Built built = build_world(parse(jet(x)), cpu());
+    for (int k = 0; k < 10; ++k) ASSERT_TRUE(built.world.step(0.01));
+    ObservableReader reader = tuning.reader(built);
+    meltsim::ReadRequest what;
+    what.totals = what.pieces = what.particles = true;
+    const auto reading = built.world.take(*built.world.request(what));
+    ASSERT_TRUE(reading);
+    const std::vector<double> values =
+        reader.values(reading->totals, reading->pieces, reading->particles, {});
+    EXPECT_NEAR(values[0], 0.3, 0.06);  // of a jet of 0.11 m radius at 0.2 m
+    EXPECT_NEAR(values[1], 0.85, 0.1);
+  }
+  EXPECT_EQ(names_of(Tuning(parse(jet(0), {"probes=[]"}), cpu(), {}, "")),
+            (std::vector<std::string>{"front", "height"}));
+}
+
+TEST(Trade, ALevelBeyondAFaceIsTheHeightOfWhatComesIn) {
+  const Tuning tuning(parse("meltsim: 1\ndomain: {min: [1, 0, 0], max: [3, 1, 0.5], walls: {+x: open}}\n"
+                            "particles: {spacing: 0.05}\ntime: {end: 0.5}\nheat: {model: none}\n"
+                            "materials: {water: {}}\n"
+                            "emitters: [{reservoir: {face: +x, level: 0.4}, material: water}]\n"),
+                      cpu(), {"front", "height"}, "");
+  EXPECT_NEAR(tuning.observables()[0].desc.scale, 2, 1e-12);
+  EXPECT_NEAR(tuning.observables()[1].desc.scale, 0.4, 1e-12);
+}
+
 /// One process has several Worlds of a scene: of a choice of settings and of the run that follows, of a notebook.
 TEST(Probes, OfBodiesAreThoseOfTheirWorld) {
   const Scene scene =
@@ -322,6 +364,35 @@ TEST_F(TradeCache, AStudyIsTakenFromItTheSecondTimeAndGivesTheSameChoice) {
   EXPECT_FALSE(other.from_cache());
 }
 
+// A scene names mesh files: what they hold counts, in parts of shapes, too.
+TEST_F(TradeCache, AnotherMeshUnderTheSameNameIsMeasuredAnew) {
+  const std::string mesh = (directory_ / "lump.obj").string();
+  const auto write = [&](double height) {
+    std::string text;
+    for (int corner = 0; corner < 8; ++corner)
+      text += fmt::format("v {} {} {}\n", corner & 1 ? 0.5 : 0.0, corner & 2 ? height : 0.0,
+                          corner & 4 ? 0.6 : 0.0);
+    for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"})
+      text += fmt::format("f {}\n", face);
+    write_file(mesh, text);
+  };
+  TuneOptions options;
+  options.seconds = 60;
+  for (const char* shape : {"{{mesh: {}}}", "{{union: [{{mesh: {}}}], transform: {{offset: [0, 0, 0]}}}}"}) {
+    const auto scene = [&] {
+      return parse(dam, {"fluids[0].shape=" + fmt::format(fmt::runtime(shape), mesh), "time.end=0.04"});
+    };
+    for (const double height : {0.6, 0.4}) {
+      write(height);
+      Tuning first(scene(), cpu(), {}, ""), second(scene(), cpu(), {}, "");
+      first.study(options);
+      EXPECT_FALSE(first.from_cache()) << height;
+      second.study(options);
+      EXPECT_TRUE(second.from_cache()) << height;
+    }
+  }
+}
+
 TEST_F(TradeCache, WhatCannotBeReadIsMeasuredAnew) {
   const Scene scene = parse(dam, {"time.end=0.04"});
   TuneOptions options;
@@ -364,35 +435,6 @@ trade: {observe: [temperature@mid], exact: {temperature@mid: [[0, 20], [1, 120]]
     EXPECT_LT(trade::difference(observable, 100, values, expected).max, 0.3) << every;
   }
 }
-// A scene names mesh files: what they hold counts, in parts of shapes, too.
-TEST_F(TradeCache, AnotherMeshUnderTheSameNameIsMeasuredAnew) {
-  const std::string mesh = (directory_ / "lump.obj").string();
-  const auto write = [&](double height) {
-    std::string text;
-    for (int corner = 0; corner < 8; ++corner)
-      text += fmt::format("v {} {} {}\n", corner & 1 ? 0.5 : 0.0, corner & 2 ? height : 0.0,
-                          corner & 4 ? 0.6 : 0.0);
-    for (const char* face : {"1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"})
-      text += fmt::format("f {}\n", face);
-    write_file(mesh, text);
-  };
-  TuneOptions options;
-  options.seconds = 60;
-  for (const char* shape : {"{{mesh: {}}}", "{{union: [{{mesh: {}}}], transform: {{offset: [0, 0, 0]}}}}"}) {
-    const auto scene = [&] {
-      return parse(dam, {"fluids[0].shape=" + fmt::format(fmt::runtime(shape), mesh), "time.end=0.04"});
-    };
-    for (const double height : {0.6, 0.4}) {
-      write(height);
-      Tuning first(scene(), cpu(), {}, ""), second(scene(), cpu(), {}, "");
-      first.study(options);
-      EXPECT_FALSE(first.from_cache()) << height;
-      second.study(options);
-      EXPECT_TRUE(second.from_cache()) << height;
-    }
-  }
-}
-
 
 TEST(Trade, AnErrorThatCannotBeHadIsRefusedWithOneThatCan) {
   const Tuning tuning(parse(dam), cpu(), {}, "");
