@@ -35,6 +35,9 @@ constexpr double timing_s = 0.4;
 // A trial that was broken off with less than this share melted says nothing of how the melting goes on.
 constexpr double telling = 0.05;
 
+// A scene that begins empty is filled with so many particles, for so long at most, before anything of it is measured.
+constexpr double enough_particles = 1000, filling_s = 2;
+
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -518,16 +521,18 @@ class Check {
   }
 
   void print_cost(const std::optional<Rehearsal>& rehearsal) {
-    const double end = run_end(rehearsal), frames = std::floor(end * scene_.time.fps + 1e-6) + 1;
-    double particles = static_cast<double>(now_.fluid + now_.solid), more = 0;
+    const double end = run_end(rehearsal), frames = std::ceil(end * scene_.time.fps - 1e-6) + 1;
+    const double start = particles();
+    double more = 0;
     for (const SceneEmitter& emitter : scene_.emitters) more += emitted(emitter.desc);
     more = std::max(more, filling());
-    if (particles == 0) {
-      line("run", "not estimated: there are no particles at the start");
+    if (start == 0) fill(end, std::min(0.5 * more, enough_particles));
+    if (particles() == 0) {
+      line("run", "not estimated: there are no particles at the start, and none came in a trial");
       line("disk", "likewise");
       return;
     }
-    const double growth = 1 + 0.5 * more / particles;  // emitters fill up evenly, near enough
+    const double growth = (start + 0.5 * more) / particles();  // emitters fill up evenly, near enough
     double frame_bytes = 0, frame_s = 0;
     measure_frame(frame_bytes, frame_s);
     double per_substep = 0, substeps = 0;
@@ -545,7 +550,27 @@ class Check {
                                  : fmt::format("{}", fmt::join(scene_.output.formats, ","))));
   }
 
-  /// The first frame, as a run writes it.
+  double particles() const { return static_cast<double>(now_.fluid + now_.solid); }
+
+  /// Goes on until emitters have brought so many particles.
+  void fill(double end, double wanted) {
+    const double dt = timing_dt();
+    const Clock::time_point start = Clock::now();
+    while (particles() < wanted && built_.world.time() < end && since(start) < filling_s) {
+      if (!built_.world.step(dt)) return;
+      now_ = built_.world.synchronize();
+      if (now_.halted) return;
+    }
+  }
+
+  /// [s] The longest step that is one sub-step.
+  double timing_dt() {
+    const double frame = 1 / scene_.time.fps, stable = built_.world.stable_dt();
+    return std::min(
+        {frame, scene_.time.dt.value_or(meltsim::infinity), std::isfinite(stable) ? stable : frame});
+  }
+
+  /// A frame as a run writes it, of the particles that are there.
   void measure_frame(double& bytes, double& seconds) {
     const Scratch scratch;
     std::filesystem::create_directory(scratch.file("frames"));
@@ -570,9 +595,7 @@ class Check {
 
   /// How long a sub-step takes, and how many a run at rest takes. The World is stepped and of no use afterwards.
   void measure_steps(double end, double& per_substep, double& substeps) {
-    const double frame = 1 / scene_.time.fps, stable = built_.world.stable_dt();
-    const double limit = scene_.time.dt.value_or(meltsim::infinity);
-    const double dt = std::min({frame, limit, std::isfinite(stable) ? stable : frame});
+    const double dt = timing_dt();
     substeps = std::max(0.0, std::ceil(end / dt - 1e-6));
     if (!built_.world.step(dt)) return;
     built_.world.synchronize();

@@ -330,6 +330,19 @@ emitters:
                 self.assertAlmostEqual(has[0], liquid, delta=0.01 * liquid)
                 self.assertAlmostEqual(has[1], solid, delta=0.01 * solid)
 
+    def test_a_scene_that_begins_empty_is_estimated(self):
+        """By what emitters bring; a scene in which nothing comes is not."""
+        empty = ["--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters[0].until=10", "--time", "2", "--set", "probes=[]"]
+        said = self.check(SCENE, *[word for word in empty if word not in ("--time", "2")], "--set", "time.end=2")
+        self.assertRegex(said, r"(?m)^run +about .* here: [\d.e+]+ sub-steps of [\d.]+ ms, 51 frames$")
+        number, unit = re.search(r"^disk +about ([\d.]+) (kB|MB) in 51 frames", said, re.M).groups()
+        self.meltsim("run", SCENE, "--backend", "cpu", "--out", "run", *empty)
+        folder = self.path("run", "frames")
+        written = sum(os.path.getsize(os.path.join(folder, name)) for name in os.listdir(folder))
+        self.assertLess(abs(float(number) * {"kB": 1e3, "MB": 1e6}[unit] / written - 1), 0.3)
+        said = self.check(SCENE, "--set", "fluids=[]", "--set", "bodies=[]", "--set", "emitters=[]")
+        self.assertIn("not estimated: there are no particles at the start, and none came in a trial", said)
+
     def interrupted(self, *common):
         """A run that was interrupted, and what its run.json says at the end."""
         for attempt in range(5):  # on a busy machine a run may be over before the signal comes
