@@ -102,10 +102,10 @@ void register_stages(const Scene& scene, Backend backend) {
     if ((info.need & fact_dry) != 0u) continue;                     // there is liquid in every scene
     if ((info.need & (fact_probes | fact_loads)) != 0u) continue;   // scene/water_gauges, _points, _forces
     if ((info.need & fact_levels) != 0u) continue;                  // in one sub-step of 64
-    // No scene of the benchmarks asks for these: rigid and kinematic bodies, forces on bodies, events, outlets, inlets,
+    // No scene of the benchmarks asks for these: rigid and kinematic bodies, forces on bodies, events, outlets, inlets, nozzles that recycle,
     // force fields.
     if ((info.need & (fact_rigid | fact_kinematic | fact_forces | fact_events | fact_outlets | fact_inlets |
-                      fact_fields)) != 0u)
+                      fact_reserves | fact_fields)) != 0u)
       continue;
     const bool liquids =
         (info.need & (fact_implicit | fact_strain | fact_species | fact_tension | fact_isotropic)) != 0u;
