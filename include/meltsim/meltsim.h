@@ -282,26 +282,24 @@ typedef struct meltsim_solid_desc {
 
 /* A nozzle that emits liquid at a steady speed, or an open face with liquid beyond. */
 typedef struct meltsim_emitter_desc {
-  uint32_t size;       /* sizeof(meltsim_emitter_desc) */
-  uint32_t reserved;   /* 0 */
-  const char* name;    /* copied; null: emitter<N> */
-  double center[3];    /* end of the pipe [m] */
-  double axis[3];      /* direction of the stream */
-  double radius;       /* [m], at least one spacing */
-  double speed;        /* [m/s] */
-  meltsim_id material; /* of the liquid */
-  double temperature;  /* [degrees Celsius] */
-  double from;         /* begins to emit [s] */
-  double until;        /* ceases to emit [s] */
-  uint64_t
-      max_particles; /* most that it emits; 0: what from..until needs. Where it recycles: that are there at a time; 0: as many as
-                             fill the domain */
-  double width;      /* of a rectangular opening instead of a radius [m]; 0: a disc */
-  double height;     /* its other side, along `up` [m] */
-  double up[3];      /* which way the height lies */
-  double level;      /* of liquid beyond the open face that `axis` points inwards from [m] */
-  int32_t has_level; /* whether `level` holds: a face instead of a nozzle */
-  int32_t recycle;   /* whether what has left comes again: a nozzle that goes on for ever */
+  uint32_t size;          /* sizeof(meltsim_emitter_desc) */
+  uint32_t reserved;      /* 0 */
+  const char* name;       /* copied; null: emitter<N> */
+  double center[3];       /* end of the pipe [m] */
+  double axis[3];         /* direction of the stream */
+  double radius;          /* [m], at least one spacing */
+  double speed;           /* [m/s] */
+  meltsim_id material;    /* of the liquid */
+  double temperature;     /* [degrees Celsius] */
+  double from;            /* begins to emit [s] */
+  double until;           /* ceases to emit [s] */
+  uint64_t max_particles; /* most that it emits, 0: what from..until needs; see recycle */
+  double width;           /* of a rectangular opening instead of a radius [m]; 0: a disc */
+  double height;          /* its other side, along `up` [m] */
+  double up[3];           /* which way the height lies */
+  double level;           /* of liquid beyond the open face that `axis` points inwards from [m] */
+  int32_t has_level;      /* whether `level` holds: a face instead of a nozzle */
+  int32_t recycle; /* what has left comes again; at most max_particles at a time, 0: what fills the domain */
 } meltsim_emitter_desc;
 
 /* A fixed part of space that heats, cools or holds the temperature of the particles inside. */

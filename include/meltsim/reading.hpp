@@ -36,8 +36,8 @@ struct StepResult {
   /// some of what was to come.
   bool emitter_exhausted = false;
   std::uint64_t removed = 0;  ///< particles that left through open faces so far
-  std::uint64_t entered =
-      0;  ///< particles that came in below the level of an emitter, or from one that recycles, so far
+  /// Particles that came in below the level of an emitter, or from one that recycles, so far.
+  std::uint64_t entered = 0;
   std::uint64_t strayed = 0;  ///< liquid particles that fell out of the scene so far (Stray::remove)
   std::uint64_t melted = 0;   ///< particles that melted so far; a particle that freezes may melt again
   std::uint64_t frozen = 0;   ///< particles that froze so far

@@ -586,8 +586,9 @@ Result<std::uint64_t> WorldImpl::add_fluid(const FluidDesc& f) {
           cell);
   });
   if (positions.empty()) return all_taken(points_in_shape);
-  fills_.push_back(
-      {static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(state_.position.size()), cell});
+  if (steps == 0)
+    fills_.push_back(
+        {static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(state_.position.size()), cell});
   settle_at(origin);
   return std::uint64_t{positions.size()};
 }

@@ -85,7 +85,7 @@ struct EmitterRecord {
   }
 };
 
-/// Liquid that was added: ids [first, end), and the cells that it was laid out in.
+/// Liquid that was added before the first step: ids [first, end), and the cells that it was laid out in.
 struct LiquidFill {
   std::uint32_t first = 0, end = 0;
   Vec3d cell;  ///< [m]

@@ -395,7 +395,7 @@ bodies: [{name: a, shape: {sphere: {center: [1,1.5,1], radius: 0.3}}, material: 
           motion: rigid, pivot: [1,1,1], max_speed: 3, carve: false, visible: false, surface: {flux: 3}, heat_source: 2,
           growth: 1}]
 emitters: [{name: e, nozzle: {center: [1.7,1.7,1], axis: [1,0,0], radius: 0.2}, speed: 2, material: water,
-            temperature: 3, from: 0.1, until: 0.2, max_particles: 30, fractions: {milk: 1}},
+            temperature: 3, from: 0.1, until: 0.2, max_particles: 30, recycle: true, fractions: {milk: 1}},
            {nozzle: {center: [1,1,1], width: 0.4, height: 0.5, up: [1,0,0]}, material: water, until: 1},
            {reservoir: {face: +x, level: 0.5, height: 0.8}, material: water}]
 force_fields: [{name: f, kind: vortex, shape: {box: [[0,0,0],[1,1,1]]}, center: [1,1,1], axis: [1,0,0],
