@@ -70,10 +70,14 @@ inline std::vector<double> stacked(const std::vector<double>& cells, double bott
   return middles;
 }
 
-/// Cells that liquid is laid out in: lengths along its layers and from one to the next [spacings].
+/// Cells that liquid is laid out in [spacings].
 struct LiquidCell {
-  double x = 1, z = 1, height = 1;
+  double x = 1;       ///< length along its layers
+  double z = 1;       ///< the other one
+  double height = 1;  ///< from one layer to the next
+  /// Whether they are cubes of the spacing.
   bool even() const { return x == 1 && z == 1 && height == 1; }
+  /// Whether all lengths are alike.
   bool operator==(const LiquidCell& o) const { return x == o.x && z == o.z && height == o.height; }
 };
 

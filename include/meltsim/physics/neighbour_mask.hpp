@@ -12,9 +12,12 @@ namespace physics {
 
 inline constexpr std::uint32_t all_sites = (1u << 27) - 1u;  ///< the site and its 26 direct neighbours
 
-/// The nine sites behind along each axis; those ahead are as many bits on.
-inline constexpr std::uint32_t behind_x = 0x1249249u, behind_y = 0x1c0e07u, behind_z = 0x1ffu;
-inline constexpr int ahead_x = 2, ahead_y = 6, ahead_z = 18;
+inline constexpr std::uint32_t behind_x = 0x1249249u;  ///< the nine sites behind along x
+inline constexpr std::uint32_t behind_y = 0x1c0e07u;   ///< the same along y
+inline constexpr std::uint32_t behind_z = 0x1ffu;      ///< the same along z
+inline constexpr int ahead_x = 2;                      ///< those ahead along x are so many bits on
+inline constexpr int ahead_y = 6;                      ///< the same along y
+inline constexpr int ahead_z = 18;                     ///< the same along z
 
 /// Sum of the offsets of the sites in `mask` [dx].
 template <class T>
