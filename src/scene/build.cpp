@@ -516,7 +516,10 @@ void WorldImpl::close_up() {
     id -= static_cast<std::uint32_t>(std::count(drop.begin(), drop.begin() + id, 1));
   };
   for (EmitterRecord& e : emitters_) close(e.first_id);
-  for (LiquidFill& f : fills_) close(f.first), close(f.end);
+  for (LiquidFill& f : fills_) {
+    close(f.first);
+    close(f.end);
+  }
   places_.reset();
   std::size_t to = 0;
   for (std::size_t i = 0; i < drop.size(); ++i) {

@@ -480,6 +480,7 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   state_ = std::move(s);
   state_stale_ = false;
   laid_out_ = {};
+  fills_ = {};  // it may hold other liquid than was added here
   pressed_ = true;
   state_.heat_level = (d.flags & heat_level_bit) != 0u;
   could_melt_ = (d.flags & could_melt_bit) != 0u && d.steps > 0;
