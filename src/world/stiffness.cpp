@@ -175,12 +175,13 @@ bool WorldImpl::regions_fit() const {
   return true;
 }
 
-/// Sites around a body are no more than the domain allows (widest_half_width).
+/// Regions lie within the sites around a body (widest_half_width). Springs of one that is held, which counts for no step, may ask for more.
 void WorldImpl::fit_regions_of(const BodyRecord& body, core::BodyRow& row) const {
   const int asked = materials[body.desc.material.index].region_half_width;
-  row.region_half_width = body.rigid()        ? 0
-                          : body.may_deform() ? half_width_of(body)
-                                              : std::min(asked, most_half_width());
+  row.region_half_width =
+      body.rigid() ? 0
+                   : std::min(body.may_deform() ? half_width_of(body) : std::min(asked, most_half_width()),
+                              static_cast<int>(row.pad));
   row.wave_speed2 =
       body.may_deform() ? wave_speed2_for(body) : wave_speed2_of(row.region_half_width, body.longest);
 }

@@ -520,8 +520,9 @@ class Sequence {
     e.material = liquids_[random_.below(static_cast<std::uint32_t>(liquids_.size()))];
     e.temperature = or_extreme(random_.uniform(5, 95));
     if (chance(0.5)) e.max_particles = 50 + random_.below(300);
+    if (chance(e.level ? 0.05 : 0.5)) e.recycle = true;
     note("add_emitter radius ", e.radius / dx_, " dx, speed ", e.speed, " axis ", e.axis.x, ",", e.axis.y,
-         ",", e.axis.z, " until ", e.until, " level ", e.level.value_or(-1));
+         ",", e.axis.z, " until ", e.until, " level ", e.level.value_or(-1), e.recycle ? " recycles" : "");
     refusable_ = true;
     const auto id = guarded_call("add_emitter", [&] { return world_->add_emitter(e); });
     refusable_ = false;

@@ -223,5 +223,34 @@ TEST(HeldBody, BadInputNamesTheField) {
       << status.error().message;
 }
 
+// What is held counts for no step, so that springs would have it wider than the sites around it: those are made for bodies that move.
+TEST(Held, ALightBodysRegionsKeepToTheSitesAroundIt) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.domain.bounded = true;
+  d.domain.max = {1.2, 1.2, 1.2};
+  auto w = World::create(d);
+  require(w);
+  MaterialDesc foam;
+  foam.name = "foam";
+  foam.density = 50;
+  foam.region_half_width = 1;
+  FluidDesc pool;
+  pool.material = *w->add_material({});
+  pool.shape = Shape::box({0, 0, 0}, {1.2, 0.6, 1.2});
+  require(w->add_fluid(pool));
+  SolidDesc block;
+  block.shape = Shape::box({0.4, 0.4, 0.4}, {0.8, 0.8, 0.8});
+  block.material = *w->add_material(foam);
+  block.held_until = 0.02;
+  require(w->add_solid(block));
+  require(w->step(1e-3));
+  const int held = w->lattice()->region_half_width;
+  for (int k = 0; k < 8; ++k) require(w->step(0.01));
+  ASSERT_FALSE(w->synchronize().halted);
+  EXPECT_LE(held, w->lattice()->region_half_width);  // it moves now
+}
+
 }  // namespace
 }  // namespace meltsim_test
