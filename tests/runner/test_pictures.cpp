@@ -87,10 +87,7 @@ TEST(Replay, ComesBackFromItsFileUpToTheTimeOfTheCheckpoint) {
   std::filesystem::remove_all(directory);
 }
 
-// Frames of runs before materials were written are read, too; what they lack is 0.
-TEST(Ply, MaterialsComeBackAndMayBeMissing) {
-  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
-  const std::string directory = mkdtemp(name.data()), path = directory + "/a.ply";
+Mesh one_triangle() {
   Mesh mesh;
   mesh.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.normal.assign(3, {0, 0, 1});
@@ -98,6 +95,14 @@ TEST(Ply, MaterialsComeBackAndMayBeMissing) {
   mesh.body = {0, 1, 2};
   mesh.material = {3, 4, 5};
   mesh.triangles = {0, 1, 2};
+  return mesh;
+}
+
+// Frames of runs before materials were written are read, too; what they lack is 0.
+TEST(Ply, MaterialsComeBackAndMayBeMissing) {
+  std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
+  const std::string directory = mkdtemp(name.data()), path = directory + "/a.ply";
+  const Mesh mesh = one_triangle();
   std::vector<FrameParticle> list = frame_particles(particles(3));
   for (std::size_t i = 0; i < 3; ++i) list[i].material = 7 + static_cast<std::int32_t>(i);
   // As earlier versions wrote it: without the last properties' lines and the last bytes of every vertex.
@@ -131,13 +136,7 @@ TEST(Ply, MaterialsComeBackAndMayBeMissing) {
 TEST(Ply, ContentsOfASurfaceComeBack) {
   std::string name = (std::filesystem::temp_directory_path() / "meltsim-XXXXXX").string();
   const std::string directory = mkdtemp(name.data()), path = directory + "/a.ply";
-  Mesh mesh;
-  mesh.position = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  mesh.normal.assign(3, {0, 0, 1});
-  mesh.temperature = {1, 2, 3};
-  mesh.body = {0, 0, 0};
-  mesh.material = {3, 4, 5};
-  mesh.triangles = {0, 1, 2};
+  Mesh mesh = one_triangle();
   mesh.contents = {{0.25f, 0.5f, 0.75f}, {1, 0, 0.125f}};
   const std::string text = mesh_ply_text(mesh, {}, 0.5, {"w_milk", "w_sugar"});
   EXPECT_NE(text.find("property int material\nproperty float w_milk\nproperty float w_sugar\nelement face"),
