@@ -440,8 +440,16 @@ Status WorldImpl::prepare() {
   engine->set_custom_stages(&custom_);
   engine->enable_timings(timings_every_);
   places_.reset();
+  make_room_for_steps();
   dirty_ = measure_ = plan_changed_ = false;
   return probes_.empty() ? Status{} : place_probes();  // the origin may have moved
+}
+
+/// For what step() fills, so that it does not allocate: a layer of each nozzle, and one that it lets go.
+void WorldImpl::make_room_for_steps() {
+  liquid_used_before_.reserve(liquid_used_.size());
+  bursts_.reserve(2 * emitters_.size());
+  layers_.reserve(emitters_.size());
 }
 
 /// Room for the lattices of as many particles as there is room for, which is kept, too.

@@ -417,6 +417,7 @@ class WorldImpl final : public Scheduler {
   bool edits_in_place() const;
   void look_at_scene();
   Status make_particle_room();
+  void make_room_for_steps();
   void make_lattice_room();
   void derive_plan();
   void lose_saved_states();
