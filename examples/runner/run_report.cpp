@@ -48,7 +48,9 @@ void Run::warn_about(const meltsim::StepResult& result, std::uint64_t next_frame
         "lower sound_speed lets it be softer");
   if (result.cooled_to_zero) log_.warn("something was to be cooled below absolute zero and was held there");
   if (result.emitter_exhausted)
-    log_.warn("an emitter stopped: it reached max_particles, or the domain is closed and full");
+    log_.warn(
+        "an emitter brings less than its speed asks for: max_particles have come, of one that recycles are "
+        "there, or the domain is closed and full");
   if (result.strayed > 0)
     log_.warn("liquid falls out of the scene and is removed (solver.stray; run.json counts it as strayed)");
   if (next_frame <= 1 && result.max_density_ratio > squeezed) {

@@ -143,7 +143,8 @@ std::string Session::warning() const {
   say(result_.courant_exceeded, "something moves too far in one sub-step: take a shorter time step");
   say(result_.heat_bound_exceeded, "heat is faster than its sub-step: take a shorter time step");
   say(result_.viscous_bound_exceeded, "liquid is too crowded for its viscosity: take a shorter time step");
-  say(result_.emitter_exhausted, "an emitter has stopped: at its max_particles, or the domain is full");
+  say(result_.emitter_exhausted,
+      "an emitter brings less than it should: at its max_particles, or the domain is full");
   return text;
 }
 
