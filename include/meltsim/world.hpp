@@ -202,6 +202,13 @@ class MELTSIM_API World {
   /// Removes the liquid whose particles have their centres in a shape, which does not go on behind periodic faces; returns how many. Errors:
   /// invalid_argument (the shape), out_of_memory.
   Result<std::uint64_t> remove_liquid(const Shape& shape);
+  /// Forgets particles that were removed or have left, and lattices of bodies that were removed, so that a World in which bodies and liquid
+  /// come and go for ever costs what is there. Ids of particles and labels of pieces close up, in their order: returns, per id, the id that it had.
+  /// Handles stay, and so does StepResult::removed. Memory is kept, as room for what is to come; the next step uploads, states saved
+  /// before are lost, and a snapshot fits a World from which the same bodies were removed ahead of compact(). Events, samples and readings of before have the ids and labels of
+  /// then. Ids in reserve of emitters stay in reserve, and particles that a body held last stay while something of it is solid. Synchronises. Errors: halted,
+  /// out_of_memory.
+  Result<std::vector<std::uint32_t>> compact();
 
   // Steering, between steps. What is set holds from the next step on, on both backends. Unless noted, nothing is uploaded
   // again, no stage is planned anew and nothing waits. On an error nothing changes.

@@ -512,6 +512,11 @@ void WorldImpl::close_up() {
   std::vector<std::uint8_t> drop(state_.position.size(), 0);
   for (const std::uint32_t id : holes_) drop[id] = 1;
   holes_.clear();
+  leave_out(drop);
+}
+
+/// Leaves out particles, by id; the ids of others close up.
+void WorldImpl::leave_out(const std::vector<std::uint8_t>& drop) {
   const auto close = [&drop](std::uint32_t& id) {
     id -= static_cast<std::uint32_t>(std::count(drop.begin(), drop.begin() + id, 1));
   };
@@ -521,19 +526,22 @@ void WorldImpl::close_up() {
     close(f.end);
   }
   places_.reset();
-  std::size_t to = 0;
-  for (std::size_t i = 0; i < drop.size(); ++i) {
-    if (drop[i]) continue;
-    core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
-      if (!held.of_vertex) array[to] = array[i];
-    });
-    if (state_.vertex_of_id[to] != none)
-      state_.vertex_id[state_.vertex_of_id[to]] = static_cast<std::uint32_t>(to);
-    ++to;
-  }
+  std::vector<std::uint32_t> id_of(drop.size(), none);
+  std::uint32_t to = 0;
+  for (std::size_t i = 0; i < drop.size(); ++i)
+    if (drop[i] == 0u) id_of[i] = to++;
   core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
-    if (!held.of_vertex) array.resize(to);
+    if (held.of_vertex) return;
+    for (std::size_t i = 0; i < drop.size(); ++i)
+      if (drop[i] == 0u) array[id_of[i]] = array[i];
+    array.resize(to);
   });
+  for (std::size_t v = 0; v < state_.vertex_id.size(); ++v) {
+    std::uint32_t& id = state_.vertex_id[v];
+    if (id == none) continue;
+    id = id_of[id];
+    if (id == none) state_.vertex_state[v] = core::vertex_free;  // may have melted in the last sub-step
+  }
 }
 
 /// Whether there is room for a particle at x, as far as walls go.

@@ -237,11 +237,8 @@ std::optional<Status> WorldImpl::remove_in_place(std::uint32_t index) {
   if (!runs) return Status{runs.error()};
   if (!*runs) return std::nullopt;
   BodyRecord& body = bodies_[index];
-  const std::uint32_t end = index + 1 < bodies_.size()
-                                ? bodies_[index + 1].first_vertex
-                                : static_cast<std::uint32_t>(lattice_.vertex_site.size());
   const Change change(*this);
-  const auto taken = engine->take_body(index, body.first_vertex, end - body.first_vertex);
+  const auto taken = engine->take_body(index, body.first_vertex, body.vertices_in_lattice);
   if (!taken) return Status{taken.error()};
   body.taken = *taken;
   forget_body(index);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Removal of bodies and emitters from a World.
+// Removal of bodies and liquid from a World, and what is left of them.
+#include <algorithm>
+
 #include "description/validate.hpp"
 #include "engine/text.hpp"
 #include "world/world_impl.hpp"
@@ -40,6 +42,108 @@ void WorldImpl::forget_body(std::uint32_t index) {
   body.watched = false;
   forget_live(index);
   lattice_.bodies[index].watched = 0;
+}
+
+/// By id, 1: nothing needs it. Of bodies that are there the particles stay that their vertices held last: labels of pieces name them.
+std::vector<std::uint8_t> WorldImpl::forgettable() const {
+  std::vector<std::uint8_t> drop(state_.tag.size());
+  std::transform(state_.tag.begin(), state_.tag.end(), drop.begin(),
+                 [](std::uint32_t tag) -> std::uint8_t { return is_removed(tag) ? 1 : 0; });
+  for (const EmitterRecord& e : emitters_)
+    std::fill_n(drop.begin() + e.first_id, e.ids, std::uint8_t{0});  // in reserve
+  std::vector<std::uint8_t> live(bodies_.size(), 0);
+  for (std::size_t v = 0; v < state_.vertex_state.size(); ++v)
+    if (state_.vertex_state[v] == core::vertex_live) live[lattice_.vertex_body[v]] = 1;
+  for (std::size_t v = 0; v < state_.vertex_state.size(); ++v) {
+    const std::uint32_t id = state_.vertex_id[v], body = lattice_.vertex_body[v];
+    if (id == core::none || bodies_[body].gone) continue;
+    if (live[body] != 0u || v == bodies_[body].first_vertex) drop[id] = 0;
+  }
+  return drop;
+}
+
+/// Leaves out the lattices of bodies that were removed; the numbers of other vertices and sites close up.
+void WorldImpl::leave_out_lattices() {
+  const auto gone = [this](std::size_t v) { return bodies_[lattice_.vertex_body[v]].gone; };
+  std::vector<std::uint32_t> vertex_of(lattice_.vertex_site.size(), core::none);
+  std::uint32_t to = 0;
+  for (std::size_t v = 0; v < vertex_of.size(); ++v)
+    if (!gone(v)) vertex_of[v] = to++;
+  const auto renumber = [&vertex_of](std::uint32_t& v) {
+    if (v != core::none) v = vertex_of[v];
+  };
+  const auto keep = [&](auto& array) {
+    for (std::size_t v = 0; v < vertex_of.size(); ++v)
+      if (vertex_of[v] != core::none) array[vertex_of[v]] = array[v];
+    array.resize(to);
+  };
+  for (std::uint32_t& v : state_.vertex_of_id) renumber(v);
+  for (std::uint32_t& v : state_.vertex_piece) renumber(v);
+  core::each_held(state_, species_.size(), [&](auto held, auto& array, const auto&) {
+    if (held.of_vertex) keep(array);
+  });
+  keep(lattice_.vertex_site);
+  keep(lattice_.vertex_body);
+  keep(lattice_.contact_radius);
+  keep(lattice_.vertex_coordinates);
+  for (std::uint32_t& v : lattice_.site_vertex) renumber(v);
+  leave_out_rows();
+}
+
+/// The same for what there is per body: its first vertex, its sites, how its mesh moves.
+void WorldImpl::leave_out_rows() {
+  std::vector<physics::MeshPoint>& points = state_.mesh_points;
+  std::size_t vertex = 0, site = 0, from_site = 0, point = 0, from_point = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    BodyRecord& body = bodies_[b];
+    core::BodyMotionRow& rest = lattice_.rests[b];
+    const std::size_t sites = body.sites, moving = deforms(static_cast<std::uint32_t>(b)) ? body.vertices : 0;
+    if (body.gone) {
+      body.vertices_in_lattice = 0;
+      body.sites = 0;
+      rest.first_point = core::none;
+    } else {
+      std::copy_n(lattice_.site_vertex.begin() + from_site, sites, lattice_.site_vertex.begin() + site);
+      std::copy_n(points.begin() + from_point, moving, points.begin() + point);
+      point += moving;
+    }
+    body.first_vertex = rest.first_vertex = static_cast<std::uint32_t>(vertex);
+    lattice_.bodies[b].first_site = static_cast<std::uint32_t>(site);
+    const auto shift = static_cast<std::uint32_t>(from_site - site);
+    for (std::size_t v = vertex; v < vertex + body.vertices_in_lattice; ++v) lattice_.vertex_site[v] -= shift;
+    vertex += body.vertices_in_lattice;
+    site += body.sites;
+    from_site += sites;
+    from_point += moving;
+  }
+  lattice_.site_vertex.resize(site);
+  points.resize(point);
+  place_mesh_points();
+}
+
+/// Ids close up, in their order, so that sums over particles keep theirs.
+Result<std::vector<std::uint32_t>> WorldImpl::compact() {
+  fetch_state();
+  if (halted_)
+    return Error{ErrorCode::halted,
+                 core::text("compact: the World halted: ", halt_reason_, "; restore a snapshot to go on")};
+  lay_out();
+  see_added();
+  const std::vector<std::uint8_t> drop = forgettable();
+  std::vector<std::uint32_t> was;
+  for (std::size_t i = 0; i < drop.size(); ++i)
+    if (drop[i] == 0u) was.push_back(static_cast<std::uint32_t>(i));
+  const std::size_t n = drop.size() - was.size();
+  const bool lattices = std::any_of(bodies_.begin(), bodies_.end(),
+                                    [](const BodyRecord& b) { return b.gone && b.vertices_in_lattice != 0; });
+  if (n == 0 && !lattices) return was;
+  if (lattices) leave_out_lattices();
+  leave_out(drop);
+  state_.removed -= n;
+  forgotten_ += n;
+  if (!added_) seen_particles_ = state_.position.size();
+  dirty_ = true;
+  return was;
 }
 
 Result<std::uint64_t> WorldImpl::remove_liquid(const Shape& shape) {

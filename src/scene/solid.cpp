@@ -539,6 +539,8 @@ void WorldImpl::NewBody::make_record() {
   record_.desc.fixed = s_.fixed || held_;
   record_.first_vertex = static_cast<std::uint32_t>(w_.lattice_.vertex_site.size());
   record_.vertices = static_cast<std::uint32_t>(points_.size());
+  record_.vertices_in_lattice = static_cast<std::uint32_t>(points_.size() + free_.size());
+  record_.sites = nx_ * ny_ * nz_;
   record_.pivot = center_ + origin_;
   for (const Vec3d& p : positions_) record_.reach = std::max(record_.reach, length(p - origin_ - center_));
   if (kinematic() || proxy()) bound_rest();

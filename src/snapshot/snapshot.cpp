@@ -209,7 +209,8 @@ struct WorldImpl::StoredState {
   Vec3d origin;
   std::uint64_t lattice = 0;  ///< lattice_hash()
   double heat_owed = 0;
-  std::uint64_t flags = 0;  ///< 64 bits, so that what follows stays aligned
+  std::uint64_t removed = 0;  ///< particles, those that compact() has left out, too
+  std::uint64_t flags = 0;    ///< 64 bits, so that what follows stays aligned
   std::vector<std::uint64_t> material_hashes;
   std::vector<EmitterState> emitters;
   std::vector<std::uint64_t> taken;     ///< per body: particles that went with it and one; 0: it is there
@@ -232,7 +233,7 @@ struct WorldImpl::StoredState {
                  value(steps) && value(sound_speed) && value(last_max_speed) && value(seen) &&
                  value(origin) && value(lattice) && value(s.heat_in) && value(s.field_work) &&
                  value(s.field_impulse) && value(heat_owed) && value(s.melted) && value(s.frozen) &&
-                 value(s.removed) && value(s.strayed) && value(s.entered) && value(flags) &&
+                 value(removed) && value(s.strayed) && value(s.entered) && value(flags) &&
                  array(material_hashes) && array(emitters);
     core::each_held(s, most_species, [&](auto, auto& held, const auto&) { there = there && array(held); });
     return there && array(s.motion) && array(taken) && array(deformed) && array(s.mesh_points) &&
@@ -327,6 +328,7 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   d.origin = origin_;
   d.lattice = lattice_hash();
   d.heat_owed = heat_owed_;
+  d.removed = state_.removed + forgotten_;
   const bool heated = heat_from_outside() || host_heats() || solution_heats();  // from the next step on
   d.flags = (state_.heat_level && !heated ? heat_level_bit : 0u) | (could_melt_ ? could_melt_bit : 0u) |
             (follows_sound() ? follows_sound_bit | (look_now_ ? look_now_bit : 0u) : 0u);
@@ -478,6 +480,9 @@ void WorldImpl::take_over(const StoredState& d, core::SceneState&& s) {
   collect_samples();
   drop_samples_from(d.time);
   state_ = std::move(s);
+  state_.removed =
+      static_cast<std::uint64_t>(std::count_if(state_.tag.begin(), state_.tag.end(), is_removed));
+  forgotten_ = d.removed - state_.removed;
   state_stale_ = false;
   laid_out_ = {};
   fills_ = {};  // it may hold other liquid than was added here
@@ -586,8 +591,8 @@ Status WorldImpl::SnapshotCheck::check() {
     if (Status status = check_particle(i); !status) return status;
   if (Status status = check_motions(); !status) return status;
   constexpr std::uint64_t most = std::uint64_t{1} << 62;
-  if (removed_ != s_.removed || s_.strayed > most || s_.entered > most ||
-      s_.removed + s_.entered < w_.reserved_ids() + s_.strayed)
+  if (removed_ > d_.removed || d_.removed > most || s_.strayed > most || s_.entered > most ||
+      d_.removed + s_.entered < w_.reserved_ids() + s_.strayed)
     return corrupt("the number of removed particles is wrong");
   if (solid_ + s_.melted != d_.built(w_.bodies_) + s_.frozen)
     return corrupt("the number of solid particles is wrong");

@@ -42,9 +42,7 @@ Status WorldImpl::hold(BodyId id, bool on) {
 bool WorldImpl::set_held_in_place(std::size_t b, bool on) {
   if (!edits_in_place()) return false;
   BodyRecord& body = bodies_[b];
-  const std::uint32_t end = b + 1 < bodies_.size() ? bodies_[b + 1].first_vertex
-                                                   : static_cast<std::uint32_t>(lattice_.vertex_site.size());
-  const std::uint32_t count = end - body.first_vertex;
+  const std::uint32_t count = body.vertices_in_lattice;
   const auto found = engine->find_body(static_cast<std::uint32_t>(b), body.first_vertex, count, found_);
   if (!found) return false;
   note_halt(*found, engine->fault());

@@ -196,9 +196,9 @@ Status WorldImpl::watch_forces(BodyId id, bool on) {
 void WorldImpl::place_forces() {
   state_.forces.resize(bodies_.size());
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!bodies_[b].watched || state_.forces[b].seconds != 0) continue;
     const std::uint32_t first = state_.vertex_id[bodies_[b].first_vertex];
-    if (bodies_[b].watched && state_.forces[b].seconds == 0 && first < state_.position.size())
-      state_.forces[b].center = state_.position[first];
+    if (first < state_.position.size()) state_.forces[b].center = state_.position[first];
   }
 }
 

@@ -674,8 +674,8 @@ void WorldImpl::add_extremes(StepResult& r, const StepResult& more) {
 WorldImpl::Moment WorldImpl::now() const {
   const bool spent =
       std::any_of(emitters_.begin(), emitters_.end(), [this](const auto& e) { return exhausted(e); });
-  return {steps,   time,        solids_built_, spent,      reserved_ids(),
-          origin_, sound_now(), sound_.work,   displaced_, displaced_work_};
+  return {steps,       time,        solids_built_, spent,           reserved_ids(), origin_,
+          sound_now(), sound_.work, displaced_,    displaced_work_, forgotten_};
 }
 
 /// Flags of a status of that moment, except halts.
@@ -695,7 +695,8 @@ StepResult WorldImpl::result_of(const core::WorldStatus& s, const Moment& at) {
   r.frozen = s.frozen;
   r.strayed = static_cast<std::uint64_t>(s.strayed);
   r.entered = static_cast<std::uint64_t>(s.entered);
-  r.removed = left_of(static_cast<std::uint64_t>(s.removed), r.entered, at.reserved_ids) - r.strayed;
+  r.removed =
+      left_of(static_cast<std::uint64_t>(s.removed), r.entered, at.reserved_ids) - r.strayed + at.forgotten;
   r.solid = at.solids_built + s.frozen - r.melted;
   r.fluid = s.particles - static_cast<std::uint64_t>(s.removed) - r.solid;
   return r;
@@ -739,7 +740,7 @@ StepResult WorldImpl::collect() {
     r.melted = state_.melted;
     r.frozen = state_.frozen;
     r.entered = state_.entered;
-    r.removed = left_of(state_.removed, state_.entered, reserved_ids()) - state_.strayed;
+    r.removed = left_of(state_.removed, state_.entered, reserved_ids()) - state_.strayed + forgotten_;
     r.strayed = state_.strayed;
     r.fluid = r.solid = 0;
     for (const std::uint32_t tag : state_.tag) {

@@ -121,6 +121,9 @@ Result<EmitterId> World::add_emitter(const EmitterDesc& d) {
 Status World::remove(BodyId body) {
   return alone<Status>(impl_.get(), [&] { return impl_->remove_body(body); });
 }
+Result<std::vector<std::uint32_t>> World::compact() {
+  return alone<Result<std::vector<std::uint32_t>>>(impl_.get(), [&] { return impl_->compact(); });
+}
 Result<std::uint64_t> World::remove_liquid(const Shape& shape) {
   return alone<Result<std::uint64_t>>(impl_.get(), [&] { return impl_->remove_liquid(shape); });
 }

@@ -45,7 +45,10 @@ struct BodyRecord {
   int longest = 0;          ///< sites along its longest axis, as built
   Vec3d rest_low,
       rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
-  std::uint32_t first_vertex = 0, vertices = 0;
+  std::uint32_t first_vertex = 0, vertices = 0;  ///< of those that it was built of
+  std::uint32_t vertices_in_lattice = 0;         ///< with free ones; 0: compact() has left them out
+  std::uint64_t sites = 0;                       ///< likewise
+  std::uint32_t end_vertex() const { return first_vertex + vertices_in_lattice; }
   Vec3d pivot;  ///< of a kinematic body, as built, in the World [m]
   std::shared_ptr<const core::MeshChords>
       chords;  ///< how its particles follow its mesh; null until that moves
@@ -192,6 +195,7 @@ class WorldImpl final : public Scheduler {
   Status remove_body(BodyId id);
   Result<std::uint64_t> remove_liquid(const Shape& shape);
   void forget_body(std::uint32_t index);
+  Result<std::vector<std::uint32_t>> compact();
   // world/prepare.cpp
   Status prepare();
   /// prepare(), and whether a step may be taken.
@@ -587,6 +591,7 @@ class WorldImpl final : public Scheduler {
     double sound_speed = 0, sound_work = 0;
     std::uint64_t displaced = 0;
     double displaced_work = 0;
+    std::uint64_t forgotten = 0;
   };
   Moment now() const;
   static StepResult result_of(const core::WorldStatus& s, const Moment& at);
@@ -676,6 +681,7 @@ class WorldImpl final : public Scheduler {
   void extend_vertices(std::size_t vertices);
   void put_vertex(std::size_t v, std::uint32_t id, std::uint32_t state, std::uint32_t piece);
   void drop_fluid(std::uint32_t id);
+  void leave_out(const std::vector<std::uint8_t>& drop);
   // scene/hydrostatic.cpp
   void lay_out();
   void start_at_rest();
@@ -683,6 +689,9 @@ class WorldImpl final : public Scheduler {
   const core::PointGrid& places();
   void update_state();
   void close_up();
+  std::vector<std::uint8_t> forgettable() const;
+  void leave_out_lattices();
+  void leave_out_rows();
   std::uint64_t lattice_hash() const;
   std::uint64_t material_hash(const MaterialDesc& m) const;
   struct StoredState;
@@ -852,6 +861,7 @@ class WorldImpl final : public Scheduler {
   std::optional<LevelRange> level_;         ///< temperatures, where they are level and were measured since
   std::uint64_t displaced_ = 0;             ///< liquid that teleports have put elsewhere
   double displaced_work_ = 0;               ///< on it, against gravity [J]
+  std::uint64_t forgotten_ = 0;             ///< removed particles that compact() has left out
   std::vector<core::FoundParticle> found_;  ///< by the last find()
   core::SearchChoice search_;
   double spring_dt_ = 0;            ///< what contacts and bodies without a modulus go by [s]

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+// compact(): what was removed is forgotten. Held to a World that does the same without: ids close up, and no other bit differs.
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "scenes.hpp"
+
+namespace meltsim_test {
+namespace {
+
+struct Case {
+  const char* name;
+  std::function<void(WorldDesc&, IceScene&)> change;
+  std::function<void(SolidDesc&)> body;
+};
+
+const std::vector<Case>& cases() {
+  const auto nothing = [](WorldDesc&, IceScene&) {};
+  static const std::vector<Case> all = {
+      {"melting", nothing, [](SolidDesc&) {}},
+      {"double", [](WorldDesc& d, IceScene&) { d.precision = Precision::double_precision; },
+       [](SolidDesc&) {}},
+      {"tree", [](WorldDesc& d, IceScene&) { d.neighbour_search = NeighbourSearch::tree; },
+       [](SolidDesc&) {}},
+      {"rigid", nothing, [](SolidDesc& s) { s.motion = Motion::rigid; }},
+      {"kinematic", nothing, [](SolidDesc& s) { s.motion = Motion::kinematic; }},
+      {"freezing",
+       [](WorldDesc&, IceScene& s) {
+         s.freezes = true;
+         s.growth = 1;
+         s.water_temperature = 1;
+         s.ice_temperature = -40;
+       },
+       [](SolidDesc& s) {
+         s.growth = 1;
+         s.temperature = -40;
+       }},
+  };
+  return all;
+}
+
+/// A tank with ice above water, and room for more.
+Scene make(const Case& c) {
+  WorldDesc d = describe();
+  IceScene s;
+  d.reserved_particles = 600;
+  c.change(d, s);
+  return ice_in_water(d, s);
+}
+
+Result<BodyId> add(const Case& c, Scene& s, const char* name, double x, double z = 0.2, int sites = 3) {
+  SolidDesc d;
+  d.name = name;
+  d.material = s.ice;
+  d.shape = Shape::box({x, 1.2, z}, {x + 0.6, 1.2 + 0.2 * sites, z + 0.2 * sites});
+  d.temperature = -5;
+  c.body(d);
+  return s.world.add_solid(d);
+}
+
+void step(Scene& s, int n) {
+  for (int k = 0; k < n; ++k) require(s.world.step(0.01));
+}
+
+/// Ids of b are what `was` says of a's; all else is the same.
+void expect_same(World& a, World& b, const std::vector<std::uint32_t>& was) {
+  const auto p = a.particles(), q = b.particles();
+  ASSERT_TRUE(p && q);
+  ASSERT_EQ(p->id.size(), q->id.size());
+  for (std::size_t i = 0; i < p->id.size(); ++i) {
+    if (q->id[i] < was.size()) EXPECT_EQ(was[q->id[i]], p->id[i]);
+    else EXPECT_EQ(p->id.back() - p->id[i], q->id.back() - q->id[i]);  // of what came later
+    EXPECT_EQ(p->tag[i], q->tag[i]);
+    EXPECT_EQ(p->temperature[i], q->temperature[i]);
+    EXPECT_EQ(p->mass[i], q->mass[i]);
+    EXPECT_EQ(length(p->position[i] - q->position[i]), 0);
+    EXPECT_EQ(length(p->velocity[i] - q->velocity[i]), 0);
+  }
+  const StepResult r = a.synchronize(), t = b.synchronize();
+  EXPECT_EQ(r.fluid, t.fluid);
+  EXPECT_EQ(r.solid, t.solid);
+  EXPECT_EQ(r.melted, t.melted);
+  EXPECT_EQ(r.frozen, t.frozen);
+  EXPECT_EQ(r.removed, t.removed);
+  const auto e = a.ledger(), f = b.ledger();
+  ASSERT_TRUE(e && f);
+  EXPECT_NEAR(e->mass, f->mass, 1e-12 * e->mass);  // sums over all ids are over others
+  EXPECT_NEAR(e->thermal, f->thermal, 1e-12 * std::abs(e->thermal));
+  const auto k = a.pieces(), l = b.pieces();
+  ASSERT_TRUE(k && l);
+  ASSERT_EQ(k->size(), l->size());
+  for (std::size_t i = 0; i < k->size(); ++i) {
+    EXPECT_EQ((*k)[i].name, (*l)[i].name);
+    EXPECT_EQ((*k)[i].body.index, (*l)[i].body.index);
+    EXPECT_EQ((*k)[i].particles, (*l)[i].particles);
+    EXPECT_EQ(length((*k)[i].center - (*l)[i].center), 0);
+  }
+}
+
+TEST(Compact, ClosesUpIdsAndChangesNothingElse) {
+  MELTSIM_NEEDS_BACKEND();
+  for (const Case& c : cases()) {
+    SCOPED_TRACE(c.name);
+    Scene a = make(c), b = make(c);
+    BodyId left[2], right[2];
+    std::vector<std::uint32_t> was;
+    int k = 0;
+    for (Scene* s : {&a, &b}) {
+      left[k] = *add(c, *s, "left", 0.2);
+      // With so many vertices that sums in fixed point keep their unit without those of `left`: it follows from the digits of their
+      // number, 162 to 216 (570 to 820 with sites to freeze onto).
+      ASSERT_TRUE(add(c, *s, "behind", 1.6, 1.0, 6));
+      step(*s, 12);
+      right[k] = *add(c, *s, "right", 1.6);
+      require(s->world.remove(left[k]));
+      ASSERT_GT(*s->world.remove_liquid(Shape::box({-9, -9, -9}, {1, 0.5, 9})), 0u);
+      step(*s, 5);
+      ++k;
+    }
+    auto compacted = b.world.compact();
+    ASSERT_TRUE(compacted) << compacted.error().message;
+    was = *compacted;
+    EXPECT_LT(was.size(), a.world.render_view({})->count);
+    EXPECT_TRUE(std::is_sorted(was.begin(), was.end()));
+    expect_same(a.world, b.world, was);
+    // Nothing is left to forget.
+    const auto again = b.world.compact();
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->size(), was.size());
+    for (Scene* s : {&a, &b}) step(*s, 20);
+    expect_same(a.world, b.world, was);
+    // Handles are those of before, and what comes takes the next ids.
+    EXPECT_FALSE(b.world.remove(left[1]));
+    for (Scene* s : {&a, &b}) {
+      if (c.name != std::string("kinematic")) require(s->world.hold(right[s == &a ? 0 : 1]));
+      ASSERT_TRUE(add(c, *s, "middle", 0.9));
+      step(*s, 5);
+    }
+    expect_same(a.world, b.world, was);
+  }
+}
+
+// What is added from then on is put where it is on the backend, as before.
+TEST(Compact, AWorldInWhichBodiesComeAndGoStaysAsLarge) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = describe();
+  d.spacing = 0.1;
+  d.domain.bounded = true;
+  d.domain.max = {1, 1, 1};
+  d.reserved_particles = 100;
+  Scene s{*World::create(d), {}, {}};
+  s.water = *s.world.add_material({});
+  FluidDesc pool;
+  pool.material = s.water;
+  pool.shape = Shape::box({0, 0, 0}, {1, 0.2, 1});
+  require(s.world.add_fluid(pool));
+  SolidDesc cube;
+  cube.material = s.water;
+  cube.motion = Motion::rigid;
+  cube.shape = Shape::box({0.4, 0.6, 0.4}, {0.6, 0.8, 0.6});
+  FluidDesc drop;
+  drop.material = s.water;
+  drop.shape = Shape::box({0.1, 0.6, 0.1}, {0.3, 0.8, 0.3});
+  std::size_t bytes = 0;
+  std::uint64_t uploads = 0, removed = 0;
+  for (int round = 0; round < 12; ++round) {
+    for (int k = 0; k < 3; ++k) {
+      const auto body = s.world.add_solid(cube);
+      ASSERT_TRUE(body) << body.error().message;
+      ASSERT_TRUE(s.world.add_fluid(drop));
+      require(s.world.step(0.002));
+      require(s.world.remove(*body));
+      const auto gone = s.world.remove_liquid(Shape::box({-9, 0.4, -9}, {9, 9, 9}));
+      ASSERT_TRUE(gone);
+      removed += 8 + *gone;
+    }
+    const auto was = s.world.compact();
+    ASSERT_TRUE(was) << was.error().message;
+    EXPECT_EQ(was->size(), 200u);
+    EXPECT_EQ(s.world.synchronize().removed, removed);
+    require(s.world.step(0.002));
+    EXPECT_EQ(s.world.render_view({})->count, 200u);
+    // Beside particles, a snapshot holds a row per body, which has some hundreds of bytes.
+    const std::size_t now = s.world.snapshot()->size();
+    if (round > 0) {
+      EXPECT_LT(now, bytes + 3 * 400);
+    }
+    bytes = now;
+    // One for each compact(), and those of the first round.
+    const std::uint64_t there = s.world.plan().uploads;
+    if (round > 0) {
+      EXPECT_EQ(there, uploads + 1);
+    }
+    uploads = there;
+  }
+  EXPECT_EQ(s.world.synchronize().fluid, 200u);
+}
+
+/// A shaft with an open floor, a nozzle that recycles above it, and liquid that is drained.
+TEST(Compact, WhatANozzleHasInReserveStays) {
+  MELTSIM_NEEDS_BACKEND();
+  std::vector<World> worlds;
+  std::vector<std::uint32_t> was;
+  for (const bool compacts : {false, true}) {
+    WorldDesc d = describe();
+    d.spacing = 0.1;
+    d.domain.bounded = true;
+    d.domain.max = {1.2, 1.2, 1.2};
+    d.domain.faces[2] = Face::open;
+    d.gravity = {};
+    d.sound_speed = 40;
+    World w = std::move(*World::create(d));
+    FluidDesc still;
+    still.material = *w.add_material({});
+    still.shape = Shape::box({0, 0.2, 0}, {0.2, 0.6, 1.2});
+    require(w.add_fluid(still));
+    EmitterDesc jet;
+    jet.material = still.material;
+    jet.center = {0.7, 1.0, 0.6};
+    jet.axis = {0, -1, 0};
+    jet.radius = 0.15;
+    jet.speed = 2;
+    jet.recycle = true;
+    jet.max_particles = 120;
+    require(w.add_emitter(jet));
+    for (int k = 0; k < 4; ++k) require(w.step(0.1));
+    ASSERT_EQ(*w.remove_liquid(Shape::box({-1, -1, -1}, {0.25, 9, 9})), 2u * 4u * 12u);
+    if (compacts) was = *w.compact();
+    for (int k = 0; k < 15; ++k) require(w.step(0.1));  // several times what the shaft holds
+    worlds.push_back(std::move(w));
+  }
+  EXPECT_EQ(was.size(), 120u);
+  EXPECT_EQ(was.front(), 96u);
+  expect_same(worlds[0], worlds[1], was);
+  EXPECT_GT(worlds[1].synchronize().entered, 240u);
+  // A state of before is lost, one of after is not.
+  require(worlds[1].save_state(0));
+  ASSERT_GT(*worlds[1].remove_liquid(Shape::box({-1, -1, -1}, {9, 0.5, 9})), 0u);
+  ASSERT_TRUE(worlds[1].compact());
+  require(worlds[1].step(0.01));
+  EXPECT_FALSE(worlds[1].load_state(0));
+}
+
+TEST(Compact, ASnapshotFitsAWorldThatForgotTheSame) {
+  MELTSIM_NEEDS_BACKEND();
+  const Case& c = cases().front();
+  Scene a = make(c), b = make(c), other = make(c);
+  const BodyId gone = *add(c, a, "gone", 0.2);
+  step(a, 12);
+  require(a.world.remove(gone));
+  ASSERT_TRUE(a.world.compact());
+  step(a, 3);
+  const auto bytes = a.world.snapshot();
+  ASSERT_TRUE(bytes);
+  // Ahead of the first step nothing has melted off it; the snapshot brings what has.
+  require(b.world.remove(*add(c, b, "gone", 0.2)));
+  ASSERT_TRUE(b.world.compact());
+  const Status restored = b.world.restore(bytes->data(), bytes->size());
+  ASSERT_TRUE(restored) << restored.error().message;
+  step(a, 10);
+  step(b, 10);
+  EXPECT_EQ(*a.world.state_hash(), *b.world.state_hash());
+  EXPECT_EQ(a.world.synchronize().removed, b.world.synchronize().removed);
+  ASSERT_TRUE(add(c, other, "gone", 0.2));
+  const Status refused = other.world.restore(bytes->data(), bytes->size());
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("lattice vertices"), std::string::npos) << refused.error().message;
+}
+
+}  // namespace
+}  // namespace meltsim_test
