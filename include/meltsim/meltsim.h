@@ -637,6 +637,9 @@ MELTSIM_C_API meltsim_status meltsim_world_set_emitter(meltsim_world* world, mel
 MELTSIM_C_API meltsim_status meltsim_world_remove(meltsim_world* world, meltsim_id body);
 MELTSIM_C_API meltsim_status meltsim_world_remove_liquid(meltsim_world* world, const meltsim_shape* shape,
                                                          uint64_t* removed);
+/* Forgets what was removed or has left, and lattices of removed bodies: ids of particles close up. Sets *was to `count` numbers, per id the one
+ * that it had, which hold until the next call or meltsim_world_destroy(). Both may be null: World::compact. */
+MELTSIM_C_API meltsim_status meltsim_world_compact(meltsim_world* world, const uint32_t** was, size_t* count);
 
 /* Time after all enqueued steps [s]; largest stable sub-step [s]. */
 MELTSIM_C_API double meltsim_world_time(const meltsim_world* world);

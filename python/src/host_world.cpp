@@ -264,7 +264,10 @@ std::string HostWorld::page(const std::string& title) const {
   page.spacing = scene.world.spacing;
   page.box = runner::view_box(scene, {});
   page.camera = runner::scene_camera(scene, runner::view_box(scene, contents));
-  for (const Body& body : bodies) page.bodies.push_back(body.name);
+  for (const Body& body : bodies) {  // in the order of their rows, of which some may be free
+    page.bodies.resize(std::max<std::size_t>(page.bodies.size(), body.id.index + 1u));
+    page.bodies[body.id.index] = body.name;
+  }
   page.looks = scene.output.looks;
   page.stats = stats_;
   page.share = replay_.share();

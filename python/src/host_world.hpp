@@ -85,6 +85,7 @@ class HostWorld {
 
   std::vector<Material> materials;
   std::vector<Body> bodies;
+  std::vector<meltsim::BodyId> removed;  ///< bodies, since the last compact()
   std::vector<Probe> probes;
   std::vector<Emitter> emitters;
   std::vector<HeatRegion> regions;

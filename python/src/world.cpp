@@ -803,7 +803,7 @@ nb::dict forces_by_name(const HostWorld& w, const std::vector<BodyForces>& all) 
     d["velocity"] = tuple3(f.velocity);
     d["angular_velocity"] = tuple3(f.angular_velocity);
     for (const Body& body : w.bodies)
-      if (body.id.index == f.body.index) bodies[body.name.c_str()] = d;
+      if (body.id == f.body) bodies[body.name.c_str()] = d;
   }
   return bodies;
 }
@@ -811,7 +811,7 @@ nb::dict forces_by_name(const HostWorld& w, const std::vector<BodyForces>& all) 
 nb::dict events_by_name(const HostWorld& w, const Events& all) {
   const auto name_of = [&w](BodyId id) -> nb::object {
     for (const Body& body : w.bodies)
-      if (id && body.id.index == id.index) return nb::cast(body.name);
+      if (body.id == id) return nb::cast(body.name);
     return nb::none();
   };
   nb::list events;
@@ -1665,16 +1665,34 @@ void bind_world(nb::module_& m) {
             }
             const BodyId id = w.resolve("body", w.bodies, what, "body");
             away(w, true, [&](World& world) { expect(world.remove(id)); });
+            w.removed.push_back(id);
           },
           "body"_a, nb::sig("def remove(self, body: Body | str | ForceField) -> None"),
-          "Removes a body, by its name, too: all that is solid of it, and its name stays taken. Or a force "
-          "field.")
+          "Removes a body, by its name, too: all that is solid of it, and its name stays taken until "
+          "compact(). Or "
+          "a force field.")
       .def(
           "remove_liquid",
           [](HostWorld& w, const Shape& shape) {
             return away(w, true, [&](World& world) { return expect(world.remove_liquid(shape)); });
           },
           "shape"_a, "Removes the liquid whose particles have their centres in a shape; returns how many.")
+      .def(
+          "compact",
+          [](HostWorld& w) {
+            auto was = away(w, true, [](World& world) { return expect(world.compact()); });
+            const auto gone = [&](const Body& b) {
+              return std::find(w.removed.begin(), w.removed.end(), b.id) != w.removed.end();
+            };
+            w.bodies.erase(std::remove_if(w.bodies.begin(), w.bodies.end(), gone), w.bodies.end());
+            w.removed.clear();
+            return array_of(std::move(was));
+          },
+          "Forgets particles that were removed or have left, and removed bodies, whose names are free again, "
+          "so "
+          "that a World in which things come and go costs what is there. Ids of particles close up; returns, "
+          "per id, the id "
+          "that it had.")
       .def(
           "hold",
           [](HostWorld& w, nb::object body, bool on) {
@@ -2049,7 +2067,7 @@ void bind_world(nb::module_& m) {
             nb::dict d, bodies;
             for (const BodyOverlap& b : o.bodies)
               for (const Body& body : w.bodies)
-                if (body.id.index == b.body.index) bodies[body.name.c_str()] = b.particles;
+                if (body.id == b.body) bodies[body.name.c_str()] = b.particles;
             d["liquid"] = o.liquid;
             d["liquid_volume"] = o.liquid_volume;
             d["bodies"] = bodies;

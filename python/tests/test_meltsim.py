@@ -717,6 +717,18 @@ def test_a_world_is_steered_between_steps():
     assert world.totals().solid == 0
     with pytest.raises(meltsim.Error, match="remove"):
         world.remove(body)
+    known, mass = world.particles(), world.totals().mass
+    was = world.compact()
+    now = world.particles()
+    assert len(was) == len(now.ids) == world.totals().fluid and np.array_equal(was[now.ids], known.ids)
+    assert np.array_equal(now.positions, known.positions) and world.totals().mass == mass
+    with pytest.raises(meltsim.Error, match="removed"):
+        world.hold(body)
+    assert body.name not in world.bodies
+    again = world.add_solid(Shape.box((0.2, 0.3, 0.2), (0.4, 0.5, 0.4)), "ice", name=body.name, temperature=-5)
+    assert again.index == body.index and world.bodies[body.name] == again and again != body
+    world.step(0.01)
+    assert [p.body for p in world.pieces()] == [again.index] and world.page()
     other = bath()
     assert other.remove_liquid(Shape.box((0, 0, 0), (0.6, 0.1, 0.6))) == 36
     before = other.state_hash()

@@ -24,6 +24,7 @@ struct meltsim_world {
   meltsim::World world;
   std::uint32_t event_capacity = 0;  // of the ring
   std::vector<std::unique_ptr<StageOfHost>> stages{};
+  std::vector<std::uint32_t> ids_before{};  // by the last compact()
 };
 struct meltsim_shape {
   meltsim::Shape shape;
@@ -1017,6 +1018,14 @@ meltsim_status meltsim_world_remove_liquid(meltsim_world* world, const meltsim_s
   return guarded([&] {
     const std::uint64_t n = expect(world_of(world).remove_liquid(given(shape, "shape").shape));
     if (removed != nullptr) *removed = n;
+  });
+}
+meltsim_status meltsim_world_compact(meltsim_world* world, const uint32_t** was, size_t* count) {
+  return guarded([&] {
+    std::vector<std::uint32_t> ids = expect(world_of(world).compact());
+    world->ids_before = std::move(ids);
+    if (was != nullptr) *was = world->ids_before.data();
+    if (count != nullptr) *count = world->ids_before.size();
   });
 }
 double meltsim_world_time(const meltsim_world* world) { return world != nullptr ? world->world.time() : 0; }

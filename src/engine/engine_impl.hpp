@@ -192,7 +192,7 @@ class EngineImpl final : public Engine {
     const Scales had = scales_;
     const bool first = !w_.solids;
     extend(scales_, l, a);
-    readings_.extend(l, scales_);
+    readings_.extend(l, scales_, a.first_vertex);
     w_.solids = true;
     vertices_ = end;
     if (w_.f.vertex_site != nullptr) {

@@ -196,13 +196,14 @@ void put_body(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState&
   put_behind(ex, w.f.seen_piece, v, behind(s.vertex_piece, v));
   if (w.f.site_vertex != nullptr)
     put(ex, w.f.site_vertex + a.first_site, mark_empty_sites(l, a, HostLoops(1)));
-  put_behind(ex, w.f.bodies, a.body, behind(l.bodies, a.body));
+  if (w.f.bodies != nullptr) ex.upload(w.f.bodies + a.body, &l.bodies[a.body], sizeof(BodyRow));
   if (w.f.body_motion != nullptr) {
     BodyMotionRow row = l.rests[a.body];
     row.motion = s.motion[a.body];
     ex.upload(w.f.body_motion + a.body, &row, sizeof row);
   }
-  put_behind(ex, w.f.body_forces, a.body, behind(s.forces, a.body));
+  if (w.f.body_forces != nullptr)
+    ex.upload(w.f.body_forces + a.body, &s.forces[a.body], sizeof(BodyForceTotals));
   if (w.f.body_heat != nullptr) {
     const BodyHeat<T> heat{round_condition<T>(a.heat.surface), static_cast<T>(a.heat.source)};
     ex.upload(w.f.body_heat + a.body, &heat, sizeof heat);

@@ -33,15 +33,15 @@ class ReadingRun {
     spacing_ = c.spacing;
     set_gravity(c.surroundings.gravity);
     origins_.clear();
-    extend(l, scales);
+    extend(l, scales, 0);
   }
 
-  /// With the bodies that were added last.
-  void extend(const SceneLattice& l, const Scales& scales) {
+  /// With the bodies whose vertices were added last.
+  void extend(const SceneLattice& l, const Scales& scales, std::size_t first_vertex) {
     largest_mass_ = scales.largest_mass;
     size_ = 8 * scales.body_size * scales.spacing;
     sum_bits_ = scales.sum_bits;
-    add_body_origins(l, origins_);
+    add_body_origins(l, first_vertex, origins_);
     origins_sent_ = false;
     bodies_ = l.bodies.size();
   }
@@ -514,24 +514,18 @@ class ReadingRun {
   }
 
   /// Site at the low corner of its vertices of every body that has none yet. Bodies follow each other in the lattice.
-  static void add_body_origins(const SceneLattice& l, std::vector<std::uint32_t>& origins) {
-    const std::size_t had = origins.size();
+  static void add_body_origins(const SceneLattice& l, std::size_t first_vertex,
+                               std::vector<std::uint32_t>& origins) {
     origins.resize(l.bodies.size(), 0);
-    std::size_t v = l.vertex_site.size();
-    for (std::size_t b = origins.size(); b-- > had;) {
-      bool seen = false;
-      Vec3i low{};
-      std::int64_t zero = 0;  // site of coordinates (0, 0, 0)
-      for (; v > 0 && l.vertex_body[v - 1] == b; --v) {
-        const Vec3i p = l.vertex_coordinates[v - 1];
-        if (!seen) {
-          low = p;
-          zero = l.vertex_site[v - 1] - offset_of(p, l.bodies[b]);
-          seen = true;
-        }
+    for (std::size_t v = first_vertex; v < l.vertex_site.size();) {
+      const std::uint32_t b = l.vertex_body[v];
+      Vec3i low = l.vertex_coordinates[v];
+      const std::int64_t zero = l.vertex_site[v] - offset_of(low, l.bodies[b]);  // site of (0, 0, 0)
+      for (; v < l.vertex_site.size() && l.vertex_body[v] == b; ++v) {
+        const Vec3i p = l.vertex_coordinates[v];
         low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
       }
-      if (seen) origins[b] = static_cast<std::uint32_t>(zero + offset_of(low, l.bodies[b]));
+      origins[b] = static_cast<std::uint32_t>(zero + offset_of(low, l.bodies[b]));
     }
   }
   static std::int64_t offset_of(Vec3i p, const BodyRow& b) {

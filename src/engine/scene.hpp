@@ -150,7 +150,7 @@ struct LatticeRoom {
   std::uint64_t vertices = 0, sites = 0, bodies = 0;
 };
 
-/// What belongs to the body that was added last, beside its part of the lattice.
+/// What belongs to a body that was added, beside its part of the lattice, the last one.
 struct AddedBody {
   std::uint32_t body = 0, first_vertex = 0;
   std::uint64_t first_site = 0;

@@ -72,6 +72,15 @@ void WorldImpl::fit_events() {
   state_.touched_bodies = bodies;
 }
 
+/// Of the body that had this row before.
+void WorldImpl::forget_contacts(std::uint32_t body) {
+  const std::size_t columns = state_.touched_bodies + core::wall_columns;
+  if (body >= state_.touched_bodies || state_.touched.empty()) return;
+  std::fill_n(state_.touched.begin() + static_cast<std::ptrdiff_t>(body * columns), columns, core::none);
+  for (std::size_t row = 0; row < state_.touched_bodies; ++row)
+    state_.touched[row * columns + core::wall_columns + body] = core::none;
+}
+
 /// A body that the host takes out does not melt away.
 void WorldImpl::forget_live(std::uint32_t body) {
   const std::size_t columns = state_.touched_bodies + core::wall_columns;
@@ -91,9 +100,6 @@ Result<Events> WorldImpl::take_events() {
 }
 
 Events WorldImpl::events_of(const core::StateReading& s, Vec3d origin) const {
-  const auto body = [this](std::uint32_t index) {
-    return index < bodies_.size() ? BodyId{index, number_} : BodyId{};
-  };
   Events all;
   all.lost = s.event_head.written - s.events.size();
   for (int k = 0; k < event_kinds; ++k)
@@ -106,8 +112,8 @@ Events WorldImpl::events_of(const core::StateReading& s, Vec3d origin) const {
     e.time = row.time;
     e.position = row.at + origin;
     e.particle = row.particle;
-    e.body = body(row.body);
-    e.other = body(row.other);
+    e.body = id_of(row.body, row.step);
+    e.other = id_of(row.other, row.step);
     e.wall = row.wall < core::wall_columns ? static_cast<int>(row.wall) : -1;
     e.piece = row.piece;
     e.from = row.from;

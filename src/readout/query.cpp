@@ -60,7 +60,7 @@ Result<std::vector<RayHit>> WorldImpl::cast_rays(const std::vector<Ray>& rays, s
     h.distance = row.distance;
     h.point = rays[k].origin + asked[k].along * row.distance;
     h.normal = row.normal;
-    if (row.body < bodies_.size()) h.body = BodyId{row.body, number_};
+    if (row.body < bodies_.size()) h.body = id_of(row.body);
     if (row.wall < 6) h.wall = static_cast<int>(row.wall);
     h.particle = row.particle;
   }
@@ -84,7 +84,7 @@ Result<Overlap> WorldImpl::overlap(const Shape& shape) {
     }
   }
   for (std::size_t b = 0; b < solid.size(); ++b)
-    if (solid[b] != 0) o.bodies.push_back({BodyId{static_cast<std::uint32_t>(b), number_}, solid[b]});
+    if (solid[b] != 0) o.bodies.push_back({id_of(b), solid[b]});
   return o;
 }
 

@@ -131,7 +131,7 @@ std::vector<PieceInfo> WorldImpl::pieces_of(const core::StateReading& s, Vec3d o
   const double half = 0.5 * desc.spacing;
   for (const core::PieceReading& from : s.pieces) {
     PieceInfo p;
-    p.body = BodyId{from.body, number_};
+    p.body = id_of(from.body);
     p.name = bodies_[from.body].desc.name;
     if (++seen[from.body] > 1) p.name += "." + std::to_string(seen[from.body]);
     p.piece = from.label + 1;

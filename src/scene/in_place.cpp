@@ -197,17 +197,17 @@ std::optional<Result<std::uint64_t>> WorldImpl::add_in_place(const FluidDesc& f,
   return n;
 }
 
-/// The body added last, of `particles`, is on the backend; `displaced` liquid has left.
-void WorldImpl::body_joined(const core::SceneState& particles, std::uint64_t displaced,
+/// A body that was added, of `particles`, is on the backend; `displaced` liquid has left.
+void WorldImpl::body_joined(std::uint32_t index, const core::SceneState& particles, std::uint64_t displaced,
                             core::WorldStatus status, const physics::MaterialRow<double>& row) {
-  const BodyRecord& body = bodies_.back();
+  const BodyRecord& body = bodies_[index];
   const std::uint64_t n = particles.position.size(), total = born_ + n + planned_emission();
   born_ += n;
   searched_ = total;
   status.particles = static_cast<std::uint32_t>(born_);
   status.removed += static_cast<std::int64_t>(displaced);
   census_.live.resize(bodies_.size(), 0);
-  census_.live.back() = 1;
+  census_.live[index] = 1;
   recount(status);
   census_.molten = census_.molten || (row.melts != 0u && leaves_lattice(body.desc.material.index) &&
                                       physics::liquid_fraction(

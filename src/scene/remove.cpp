@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Removal of bodies and liquid from a World, and what is left of them.
 #include <algorithm>
+#include <numeric>
 
 #include "description/validate.hpp"
 #include "engine/text.hpp"
@@ -88,37 +89,64 @@ void WorldImpl::leave_out_lattices() {
   keep(lattice_.vertex_coordinates);
   for (std::uint32_t& v : lattice_.site_vertex) renumber(v);
   leave_out_rows();
+  leave_out_meshes();
 }
 
 /// The same for what there is per body: its first vertex, its sites, how its mesh moves.
 void WorldImpl::leave_out_rows() {
-  std::vector<physics::MeshPoint>& points = state_.mesh_points;
-  std::size_t vertex = 0, site = 0, from_site = 0, point = 0, from_point = 0;
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+  std::vector<std::uint32_t> order(bodies_.size());  // in which they came
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [this](std::uint32_t a, std::uint32_t b) {
+    return bodies_[a].first_vertex < bodies_[b].first_vertex;
+  });
+  std::size_t vertex = 0, site = 0, from = 0;
+  for (const std::uint32_t b : order) {
     BodyRecord& body = bodies_[b];
-    core::BodyMotionRow& rest = lattice_.rests[b];
-    const std::size_t sites = body.sites, moving = deforms(static_cast<std::uint32_t>(b)) ? body.vertices : 0;
+    const std::size_t sites = body.sites;
     if (body.gone) {
+      body_names_.erase(body.desc.name);
       body.vertices_in_lattice = 0;
       body.sites = 0;
-      rest.first_point = core::none;
-    } else {
-      std::copy_n(lattice_.site_vertex.begin() + from_site, sites, lattice_.site_vertex.begin() + site);
-      std::copy_n(points.begin() + from_point, moving, points.begin() + point);
-      point += moving;
     }
-    body.first_vertex = rest.first_vertex = static_cast<std::uint32_t>(vertex);
+    body.first_vertex = lattice_.rests[b].first_vertex = static_cast<std::uint32_t>(vertex);
     lattice_.bodies[b].first_site = static_cast<std::uint32_t>(site);
-    const auto shift = static_cast<std::uint32_t>(from_site - site);
-    for (std::size_t v = vertex; v < vertex + body.vertices_in_lattice; ++v) lattice_.vertex_site[v] -= shift;
+    for (std::size_t k = 0; k < body.sites; ++k)
+      lattice_.site_vertex[site + k] = lattice_.site_vertex[from + k];
+    for (std::size_t k = 0; k < body.vertices_in_lattice; ++k)
+      lattice_.vertex_site[vertex + k] -= static_cast<std::uint32_t>(from - site);
     vertex += body.vertices_in_lattice;
     site += body.sites;
-    from_site += sites;
-    from_point += moving;
+    from += sites;
   }
   lattice_.site_vertex.resize(site);
-  points.resize(point);
+}
+
+/// How the meshes of removed bodies move.
+void WorldImpl::leave_out_meshes() {
+  std::vector<physics::MeshPoint>& points = state_.mesh_points;
+  std::size_t to = 0, from = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (!deforms(static_cast<std::uint32_t>(b))) continue;
+    for (std::size_t k = 0; k < bodies_[b].vertices; ++k, ++from)
+      if (!bodies_[b].gone) points[to++] = points[from];
+    if (bodies_[b].gone) lattice_.rests[b].first_point = core::none;
+  }
+  points.resize(to);
   place_mesh_points();
+}
+
+/// The row of the next body: of one that is forgotten, or a new one. What the host may yet read of that body would name the new one.
+std::uint32_t WorldImpl::free_row() const {
+  const auto rows = static_cast<std::uint32_t>(bodies_.size());
+  if (std::any_of(readings_.begin(), readings_.end(),
+                  [](const OpenReading& r) { return r.ticket.value != 0; }))
+    return rows;
+  for (std::uint32_t b = 0; b < rows; ++b)
+    if (forgotten(bodies_[b]) && std::none_of(probes_.begin(), probes_.end(), [b](const ProbeRecord& p) {
+          return p.desc.body && p.desc.body.index == b;
+        }))
+      return b;
+  return rows;
 }
 
 /// Ids close up, in their order, so that sums over particles keep theirs.

@@ -29,6 +29,13 @@ namespace {
 /// Sites of the box that a body may grow in: at some 400 bytes each, 50 GB.
 constexpr double most_growth_sites = 134217728.0;
 
+/// Row `index` of a table, or one more.
+template <class Table, class Row>
+void put_row(Table& table, std::size_t index, Row&& row) {
+  if (index < table.size()) table[index] = std::forward<Row>(row);
+  else table.push_back(std::forward<Row>(row));
+}
+
 /// Room for one more, so that what comes later cannot fail.
 template <class Vector>
 void reserve_one_more(Vector& v, std::size_t size) {
@@ -193,7 +200,7 @@ class WorldImpl::NewBody {
   }
 
   WorldImpl& w_;
-  std::uint32_t index_ = static_cast<std::uint32_t>(w_.bodies_.size());  ///< of the body that it becomes
+  std::uint32_t index_ = w_.free_row();  ///< of the body that it becomes
   SolidDesc s_;
   std::string name_, what_;  ///< what: the head of its errors
   bool held_ = false;
@@ -224,8 +231,9 @@ Status WorldImpl::NewBody::check() {
   if (Status st = check_motion(); !st) return st;
   if (w_.body_names_.count(name_) != 0)
     return invalid(what_, "a body of this name exists; choose another name");
-  if (w_.bodies_.size() >= 65535)
-    return Error{ErrorCode::capacity, what_ + "a World holds at most 65535 bodies"};
+  if (index_ >= 65535)
+    return Error{ErrorCode::capacity,
+                 what_ + "a World holds at most 65535 bodies; remove() some and have compact() forget them"};
   if (Status st = check_material(); !st) return st;
   if (!finite(s_.angular_velocity))
     return invalid(what_, "angular_velocity: must be finite, got ", s_.angular_velocity);
@@ -506,7 +514,9 @@ Status WorldImpl::NewBody::weigh() {
   if (Status st = w_.check_numbers(what_, m, density_, enthalpy_, {fastest, 0, 0}); !st) return st;
   if (kinematic() || proxy() || held_) s_.max_speed = std::max(s_.max_speed, fastest);
   if (w_.event_watch_)
-    if (Status st = check_touching(w_.event_watch_->kinds, w_.bodies_.size() + 1, "add_solid"); !st)
+    if (Status st = check_touching(w_.event_watch_->kinds,
+                                   std::max<std::size_t>(w_.bodies_.size(), index_ + 1u), "add_solid");
+        !st)
       return st;
   if (m.dissolves_in) contents_[w_.species_of(s_.material.index)] = 1;
   return {};
@@ -533,6 +543,12 @@ void WorldImpl::NewBody::reserve() {
 void WorldImpl::NewBody::make_record() {
   record_.desc = s_;
   record_.desc.name = name_;
+  record_.generation = index_ < w_.bodies_.size() ? next_number() : w_.number_;
+  record_.since = w_.steps;
+  if (index_ < w_.bodies_.size()) {
+    const BodyRecord& had = w_.bodies_[index_];
+    record_.before = had.before + had.vertices - had.taken;
+  }
   record_.density = density_;
   record_.watched = proxy();
   record_.held = held_;
@@ -564,22 +580,25 @@ BodyId WorldImpl::NewBody::join() {
   make_row();
   add_vertices(w_.state_, w_.state_.position.size());
   count();
-  w_.bodies_.push_back(std::move(record_));
-  w_.lattice_.bodies.push_back(row_);
+  put_row(w_.bodies_, index_, std::move(record_));
+  put_row(w_.lattice_.bodies, index_, row_);
+  w_.forget_contacts(index_);
+  w_.seen_bodies_ = std::min<std::size_t>(w_.seen_bodies_, index_);
   w_.settle_at(origin_);
-  return BodyId{index_, w_.number_};
+  return w_.id_of(index_);
 }
 
 /// All of it but its particles, its row and its record.
 void WorldImpl::NewBody::count() {
   label_pieces();
   add_free_sites();
-  w_.lattice_.rests.push_back(rest_row());
-  w_.state_.motion.push_back(first_motion());
-  w_.motions_.push_back({});
-  w_.meshes_.push_back({});
-  w_.proxies_.push_back({});
-  w_.state_.forces.push_back({});
+  put_row(w_.lattice_.rests, index_, rest_row());
+  put_row(w_.state_.motion, index_, first_motion());
+  put_row(w_.motions_, index_, std::optional<BodyMotion>{});
+  put_row(w_.meshes_, index_, PendingMesh{});
+  put_row(w_.proxies_, index_, std::optional<ProxyState>{});
+  w_.state_.forces.resize(std::max<std::size_t>(w_.state_.forces.size(), index_));
+  put_row(w_.state_.forces, index_, core::BodyForceTotals{});
   w_.solids_built_ += points_.size();
   w_.lattice_.max_half_width = std::max(w_.lattice_.max_half_width, row_.region_half_width);
 }
@@ -595,19 +614,26 @@ bool WorldImpl::NewBody::fits_in_place() const {
 bool WorldImpl::NewBody::keeps_regions() {
   WorldImpl& w = w_;
   const std::vector<std::uint8_t> solid = w.solid_used_;
+  const bool again = index_ < w.bodies_.size();  // the row of one that is forgotten
+  const BodyRecord had = again ? w.bodies_[index_] : BodyRecord{};
+  const core::BodyRow had_row = again ? w.lattice_.bodies[index_] : core::BodyRow{};
   make_row();
-  w.bodies_.push_back(record_);
-  w.lattice_.bodies.push_back(row_);
+  put_row(w.bodies_, index_, record_);
+  put_row(w.lattice_.bodies, index_, row_);
   w.solid_used_[s_.material.index] = 1;
   w.weigh_materials();
   w.derive_limits();
-  core::BodyRow& row = w.lattice_.bodies.back();
+  core::BodyRow& row = w.lattice_.bodies[index_];
   if (record_.may_deform()) w.fit_regions_of(record_, row);
   row_ = row;
   const bool lattices = (w.facts_ & core::fact_solid) != 0;  // on the backend, with masks of one width
   if (w.regions_fit() && (!lattices || row.region_half_width <= w.lattice_.max_half_width)) return true;
-  w.bodies_.pop_back();
-  w.lattice_.bodies.pop_back();
+  w.bodies_[index_] = had;
+  w.lattice_.bodies[index_] = had_row;
+  if (!again) {
+    w.bodies_.pop_back();
+    w.lattice_.bodies.pop_back();
+  }
   w.solid_used_ = solid;
   w.weigh_materials();
   w.derive_limits();
@@ -637,7 +663,7 @@ core::SceneState WorldImpl::NewBody::enter_tables() {
   w_.state_.vertex_of_id.insert(w_.state_.vertex_of_id.end(), particles.vertex_of_id.begin(),
                                 particles.vertex_of_id.end());
   count();
-  if (record_.watched) w_.state_.forces.back().center = particles.position.front();
+  if (record_.watched) w_.state_.forces[index_].center = particles.position.front();
   return particles;
 }
 
@@ -689,12 +715,12 @@ std::optional<Result<BodyId>> WorldImpl::NewBody::join_in_place() {
   if (Status st = enter_backend(taken, particles, range.has_value()); !st) return Result<BodyId>(st.error());
   w_.level_ = range;
   w_.state_.heat_level = range.has_value();
-  w_.body_joined(particles, taken.size(), status, material_row);
+  w_.body_joined(index_, particles, taken.size(), status, material_row);
   w_.edited_in_place(derived);
   w_.plan_changed_ = w_.plan_changed_ || liquid != w_.liquid_used_ || solid != w_.solid_used_ ||
                      material().youngs_modulus > 0;  // tables
   if (!had_lattice) static_cast<void>(w_.adapt());   // the step finds what is amiss
-  return Result<BodyId>(BodyId{index_, w_.number_});
+  return Result<BodyId>(w_.id_of(index_));
 }
 
 void WorldImpl::NewBody::make_row() {

@@ -213,7 +213,8 @@ struct WorldImpl::StoredState {
   std::uint64_t flags = 0;    ///< 64 bits, so that what follows stays aligned
   std::vector<std::uint64_t> material_hashes;
   std::vector<EmitterState> emitters;
-  std::vector<std::uint64_t> taken;     ///< per body: particles that went with it and one; 0: it is there
+  std::vector<std::uint64_t>
+      taken;  ///< per body: particles that went with it and one, 0: it is there; BodyRecord::before
   std::vector<std::uint64_t> deformed;  ///< per body: 1: mesh_points has its particles
   std::vector<BodyRelease> releases;    ///< per body
   FollowedSound followed;
@@ -222,9 +223,14 @@ struct WorldImpl::StoredState {
   std::uint64_t built(const std::vector<BodyRecord>& records) const {
     std::uint64_t sum = 0;
     for (std::size_t b = 0; b < records.size(); ++b)
-      sum += records[b].vertices - (taken[b] == 0 ? 0 : taken[b] - 1);
+      sum += records[b].vertices + before(b) - (gone(b) ? went(b) : 0);
     return sum;
   }
+  /// taken[b] holds two numbers, so that older snapshots are read.
+  static std::uint64_t pack(const BodyRecord& b) { return b.before << 32u | (b.gone ? b.taken + 1 : 0); }
+  bool gone(std::size_t b) const { return (taken[b] & 0xffffffffu) != 0; }
+  std::uint64_t went(std::size_t b) const { return (taken[b] & 0xffffffffu) - 1; }
+  std::uint64_t before(std::size_t b) const { return taken[b] >> 32u; }
 
   /// Visits all parts of a snapshot in its order, until a visit returns false.
   template <class Value, class Array>
@@ -336,7 +342,7 @@ WorldImpl::StoredState WorldImpl::stored_state() const {
   for (const EmitterRecord& e : emitters_)
     d.emitters.push_back({e.first_layer, e.skipped, e.on ? std::uint64_t{1} : 0, e.desc.from, e.desc.speed,
                           e.desc.temperature, e.desc.center, e.desc.level.value_or(0), e.first_id, e.ids});
-  for (const BodyRecord& b : bodies_) d.taken.push_back(b.gone ? b.taken + 1 : 0);
+  for (const BodyRecord& b : bodies_) d.taken.push_back(StoredState::pack(b));
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     d.deformed.push_back(deforms(static_cast<std::uint32_t>(b)) ? 1 : 0);
   d.releases = releases();
@@ -420,7 +426,7 @@ Status WorldImpl::check_same_scene(const StoredState& stored, const core::SceneS
 /// Checks every value to be restored: in range, and consistent with the others and with the scene.
 Status WorldImpl::check_stored(const StoredState& stored, const core::SceneState& s) const {
   for (std::size_t b = 0; b < bodies_.size(); ++b)
-    if (stored.taken[b] > bodies_[b].vertices + s.frozen + 1)
+    if ((stored.gone(b) && stored.went(b) > bodies_[b].vertices + s.frozen) || stored.before(b) > s.melted)
       return corrupt("a body has lost more than it had");
   for (const BodyRelease& r : stored.releases)
     if (!(r.held_until >= 0) || !(length(r.velocity) <= 1e15) || !finite(r.angular_velocity))
@@ -536,8 +542,10 @@ void WorldImpl::take_over_bodies(const StoredState& d, const std::vector<char>& 
   forget_events();
   solids_built_ = d.built(bodies_);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    bodies_[b].gone = d.taken[b] != 0;
-    bodies_[b].taken = d.taken[b] == 0 ? 0 : d.taken[b] - 1;
+    bodies_[b].gone = d.gone(b);
+    bodies_[b].taken = d.gone(b) ? d.went(b) : 0;
+    bodies_[b].before = d.before(b);
+    bodies_[b].since = 0;
     hold_as(b, held[b] != 0);
   }
   set_releases(d.releases);

@@ -89,8 +89,9 @@ void WorldImpl::set_held(std::size_t b, bool on) {
     std::uint32_t& tag = state_.tag[i];
     if (!of_body(tag)) continue;
     tag = on ? tag | tag_fixed : tag & ~tag_fixed;
-    state_.velocity[i] =
-        on ? Vec3d{} : body.desc.velocity + cross(body.desc.angular_velocity, state_.position[i] - center);
+    Vec3d& v = state_.velocity[i];
+    v = on ? Vec3d{} : body.desc.velocity + cross(body.desc.angular_velocity, state_.position[i] - center);
+    for (double* x : {&v.x, &v.y, &v.z}) round_to_precision(*x);
   }
   // Only of rigid bodies that move the engine keeps rotations in double; a state is what it is before and after an upload.
   if (on && desc.precision == Precision::single_precision)
@@ -100,6 +101,7 @@ void WorldImpl::set_held(std::size_t b, bool on) {
     }
   hold_as(b, on);
   dirty_ = measure_ = true;
+  added_ = added_ || steps == 0;  // what was added is looked at anew, whether the World was prepared in between or not
 }
 
 void WorldImpl::hold_as(std::size_t b, bool on) {

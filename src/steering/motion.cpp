@@ -38,10 +38,11 @@ std::uint32_t WorldImpl::next_number() {
 
 Status WorldImpl::check_body(const char* call, BodyId id) const {
   if (valid(id)) return {};
-  if (id.generation == number_ && id.index < bodies_.size())
+  if (id.index < bodies_.size() && id.generation == bodies_[id.index].generation)
     return invalid(call, ": body: \"", bodies_[id.index].desc.name, "\" was removed; do not use its handle");
   return invalid(call, ": body: no body of this World has index ", id.index, " and generation ",
-                 id.generation, "; pass what add_solid() of this World returned");
+                 id.generation,
+                 "; pass what add_solid() of this World returned, and nothing that was removed");
 }
 
 /// Where a vertex of a kinematic body is relative to the pivot in the frame of the body as built [m].

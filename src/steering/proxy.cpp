@@ -233,7 +233,7 @@ std::vector<BodyForces> WorldImpl::forces_of(const core::StateReading& s, const 
     if (!watched[b]) continue;
     const core::BodyForceTotals& t = s.forces[b].totals;
     BodyForces f;
-    f.body = BodyId{static_cast<std::uint32_t>(b), number_};
+    f.body = id_of(b);
     f.seconds = t.seconds;
     put(f.total, t.all);
     put(f.pressure, t.pressure);

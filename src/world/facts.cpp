@@ -243,6 +243,7 @@ void WorldImpl::recount(const core::WorldStatus& s) {
   std::uint64_t built = 0;
   for (const BodyRecord& b : bodies_)
     if (leaves_lattice(b.desc.material.index)) built += b.vertices - b.taken;
+  for (const BodyRecord& b : bodies_) built += b.before;
   census_.meltable = built + s.frozen - melted;
   if (census_.meltable == 0)
     for (std::size_t b = 0; b < bodies_.size(); ++b)

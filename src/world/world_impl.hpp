@@ -37,12 +37,15 @@ struct BodyRecord {
   bool proxy() const { return desc.motion == Motion::proxy; }
   bool rigid() const { return desc.motion == Motion::rigid || proxy(); }  ///< moves as a whole
   bool may_deform() const { return desc.motion == Motion::free && (!desc.fixed || held); }
-  bool watched = false;     ///< what acts on it is summed
-  double density = 0;       ///< of its particles [kg/m^3]; a proxy's is not its material's
-  bool gone = false;        ///< the host removed it
-  std::uint64_t taken = 0;  ///< particles that went with it
-  double reach = 0;         ///< of its farthest particle as built, from its centre or the pivot [m]
-  int longest = 0;          ///< sites along its longest axis, as built
+  bool watched = false;          ///< what acts on it is summed
+  double density = 0;            ///< of its particles [kg/m^3]; a proxy's is not its material's
+  bool gone = false;             ///< the host removed it
+  std::uint64_t taken = 0;       ///< particles that went with it
+  std::uint64_t before = 0;      ///< particles that melted off bodies which had its row before it
+  std::uint32_t generation = 0;  ///< of its handle
+  std::uint64_t since = 0;       ///< sub-steps that were taken before it came
+  double reach = 0;              ///< of its farthest particle as built, from its centre or the pivot [m]
+  int longest = 0;               ///< sites along its longest axis, as built
   Vec3d rest_low,
       rest_high;  ///< of a kinematic body: box of its particles as built, relative to the pivot [m]
   std::uint32_t first_vertex = 0, vertices = 0;  ///< of those that it was built of
@@ -196,6 +199,8 @@ class WorldImpl final : public Scheduler {
   Result<std::uint64_t> remove_liquid(const Shape& shape);
   void forget_body(std::uint32_t index);
   Result<std::vector<std::uint32_t>> compact();
+  bool forgotten(const BodyRecord& body) const { return body.gone && body.vertices_in_lattice == 0; }
+  std::uint32_t free_row() const;
   // world/prepare.cpp
   Status prepare();
   /// prepare(), and whether a step may be taken.
@@ -277,7 +282,13 @@ class WorldImpl final : public Scheduler {
   std::vector<MaterialDesc> materials;
 
   bool valid(BodyId id) const {
-    return id.generation == number_ && id.index < bodies_.size() && !bodies_[id.index].gone;
+    return id.index < bodies_.size() && id.generation == bodies_[id.index].generation &&
+           !bodies_[id.index].gone;
+  }
+  /// The handle of body b, as one that is named by what is of sub-step `step`, or of now; null: the body has come since.
+  BodyId id_of(std::size_t b) const { return {static_cast<std::uint32_t>(b), bodies_[b].generation}; }
+  BodyId id_of(std::size_t b, std::uint64_t step) const {
+    return b < bodies_.size() && bodies_[b].since < step ? id_of(b) : BodyId{};
   }
   bool valid(EmitterId id) const { return id.generation == number_ && id.index < emitters_.size(); }
   bool valid(HeatRegionId id) const { return id.generation == number_ && id.index < heat_regions_.size(); }
@@ -384,6 +395,7 @@ class WorldImpl final : public Scheduler {
   struct OpenReading;
   void fill_reading(Reading& r, core::StateReading& s, const OpenReading& open);
   void forget_events();
+  void forget_contacts(std::uint32_t body);
   void fit_events();
   void forget_live(std::uint32_t body);
   Vec3d rest_of(std::uint32_t body, std::uint32_t vertex, const BodyExtent& extent) const;
@@ -445,8 +457,8 @@ class WorldImpl final : public Scheduler {
   void half_changed() noexcept;
   void edited_in_place();
   void edited_in_place(const Derived& before);
-  void body_joined(const core::SceneState& particles, std::uint64_t displaced, core::WorldStatus status,
-                   const physics::MaterialRow<double>& row);
+  void body_joined(std::uint32_t index, const core::SceneState& particles, std::uint64_t displaced,
+                   core::WorldStatus status, const physics::MaterialRow<double>& row);
   double largest_mass() const;
   Result<bool> find_around(const std::vector<Vec3d>& positions, Vec3d origin, core::WorldStatus& status);
   bool liquid_joined(const core::SceneState& more, std::uint32_t m, const physics::MaterialRow<double>& row);
@@ -692,6 +704,7 @@ class WorldImpl final : public Scheduler {
   std::vector<std::uint8_t> forgettable() const;
   void leave_out_lattices();
   void leave_out_rows();
+  void leave_out_meshes();
   std::uint64_t lattice_hash() const;
   std::uint64_t material_hash(const MaterialDesc& m) const;
   struct StoredState;

@@ -438,6 +438,10 @@ assert lib.meltsim_world_load_state(r, 2) == 0 and state_hash(r) == known, text(
 assert lib.meltsim_world_save_state(r, 16) == 1 and "slot" in text()
 assert lib.meltsim_world_remove(r, hull) == 0, text()
 assert lib.meltsim_world_remove(r, hull) == 1 and "removed" in text()
+was, count = c.POINTER(c.c_uint32)(), c.c_size_t()
+assert lib.meltsim_world_compact(r, c.byref(was), c.byref(count)) == 0, text()
+assert was[:count.value] == sorted(was[:count.value]) and lib.meltsim_world_compact(r, None, None) == 0, text()
+assert step(r, 0.01) == 0 and lib.meltsim_world_remove(r, hull) == 1 and "removed" in text()
 lib.meltsim_world_destroy(r)
 
 # Events: a body that falls on a floor 0.3 m below begins one contact, with wall 2, after sqrt(2 h/g) = 0.247 s.

@@ -1039,11 +1039,32 @@ class Sequence {
     refusable_ = false;
     synchronize();
   }
+  /// Ids close up, and nothing else changes.
+  void forget(const Totals& before) {
+    note("compact");
+    const auto had = world_->particles();
+    const auto was = guarded_call("compact", [&] { return world_->compact(); });
+    if (!was) return;
+    again([](World& w) { return bool(w.compact()); });
+    const auto after = world_->totals();
+    const auto data = world_->particles();
+    expect(after && after->fluid == before.fluid && after->solid == before.solid,
+           "compact() changed what is there");
+    if (!had || !data) return;
+    bool same = had->id.size() == data->id.size();
+    for (std::size_t i = 0; same && i < data->id.size(); ++i)
+      same = data->id[i] < was->size() && (*was)[data->id[i]] == had->id[i] &&
+             data->mass[i] == had->mass[i] && data->position[i].x == had->position[i].x;
+    expect(same, "compact() does not say which particle has which id");
+    masses_.clear();
+  }
   void take_out() {
     const auto before = world_->totals();
     if (!before) return expect(halted_, "totals() failed");
     refusable_ = true;
-    if (chance(0.5) && !bodies_.empty()) {
+    if (chance(0.25)) {
+      forget(*before);
+    } else if (chance(0.5) && !bodies_.empty()) {
       const BodyId id = any_of(bodies_);
       note("remove body ", id.index);
       if (guarded_call("remove", [&] { return world_->remove(id); })) {

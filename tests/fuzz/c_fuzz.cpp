@@ -459,6 +459,7 @@ class Sequence {
       OF_NOTHING(meltsim_world_state_hash, w, nullptr);
     }
     OF_NOTHING(meltsim_world_prepare, nullptr);
+    OF_NOTHING(meltsim_world_compact, nullptr, nullptr, nullptr);
     OF_NOTHING(meltsim_world_step, nullptr, 0.01);
     OF_NOTHING(meltsim_world_step_within, nullptr, 0.01, 1, nullptr);
     OF_NOTHING(meltsim_world_step_part, nullptr, 0.01, 1, nullptr);
@@ -1183,6 +1184,22 @@ class Sequence {
     expect(here == there, "the two interfaces have removed another number of particles");
   }
 
+  void compact() {
+    const std::uint32_t* was = nullptr;
+    std::size_t count = 0;
+    std::vector<std::uint32_t> there;
+    if (!both(
+            "compact", [&] { return meltsim_world_compact(c_.get(), &was, &count); },
+            [&] {
+              auto ids = cpp_->compact();
+              if (ids) there = *ids;
+              return ids;
+            }))
+      return;
+    expect(count == there.size() && std::equal(there.begin(), there.end(), was),
+           "the two interfaces have numbered particles anew in another way");
+  }
+
   // --- reading ------------------------------------------------------------------------------------------------
   void read_totals() {
     meltsim_status status = MELTSIM_OK;
@@ -1650,7 +1667,8 @@ class Sequence {
     else if (what < 0.67) move_proxy();
     else if (what < 0.71) push_body();
     else if (what < 0.76) set_something();
-    else if (what < 0.78) remove_liquid();
+    else if (what < 0.775) remove_liquid();
+    else if (what < 0.785) compact();
     else if (what < 0.81) read_totals();
     else if (what < 0.84) read_particles();
     else if (what < 0.87) look_about();
