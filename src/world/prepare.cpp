@@ -326,6 +326,11 @@ core::SceneConstants WorldImpl::constants() const {
     c.force_fields.row[k] = field_row(force_fields_[k]);
   c.emitter_points = emitter_points_;
   fill_inlets(c);
+  if ((disabled_facts_ & core::fact_fluid) !=
+      0) {  // nothing finds what is beyond a level: liquid leaves as it comes
+    for (OutletDesc& outlet : c.domain.outlets) outlet.level.reset();
+    c.inlet_faces = 0;
+  }
   c.largest_mass = largest_mass();
   if (event_watch_) {
     c.event_kinds = event_watch_->kinds;

@@ -136,6 +136,23 @@ TEST(Outlet, AnyFaceAlongGravityTakes) {
   EXPECT_NEAR(double(removed(w)) * dx * dx * dx, drained(0.5), 0.1 * drained(0.5));
 }
 
+// Nothing then finds how fast liquid leaves against a level, or comes in below one: it goes as it comes.
+TEST(Outlet, LevelsRestWhereLiquidIsSwitchedOff) {
+  MELTSIM_NEEDS_BACKEND();
+  WorldDesc d = channel_desc();
+  d.gravity = {0, -9.81, 0};
+  d.domain.outlets[1].level = 0.5 * depth;
+  World w = channel(d, 0);
+  require(w.step(0.01));
+  require(w.scheduler().enable("sph", false));
+  require(w.step(0.01));
+  EXPECT_FALSE(w.synchronize().halted);
+  require(w.scheduler().enable("sph", true));
+  const std::uint64_t before = removed(w);
+  for (int k = 0; k < 10; ++k) require(w.step(0.01));
+  EXPECT_GT(removed(w), before);
+}
+
 TEST(Outlet, ASnapshotGoesOnToTheSameBits) {
   MELTSIM_NEEDS_BACKEND();
   WorldDesc d = channel_desc();
