@@ -722,7 +722,7 @@ typedef struct meltsim_event {
   uint32_t from;      /* of split: label of what it came off; else 0 */
   uint32_t reserved;  /* 0 */
   meltsim_id body;    /* {0, 0}: of liquid that left */
-  meltsim_id other;   /* of a contact of two bodies the one that was added later; else {0, 0} */
+  meltsim_id other;   /* of a contact of two bodies the one with the larger index; else {0, 0} */
 } meltsim_event;
 /* Events since they were last read, in the order in which they came. `struct_size` is sizeof(meltsim_event). `events` has room for as
  * many as the ring; for fewer nothing is done but that *count is set to that number, and MELTSIM_CAPACITY is returned. *count is set

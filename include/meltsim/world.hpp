@@ -193,7 +193,7 @@ class MELTSIM_API World {
 
   // Removing, between steps. Both synchronise, and cost what they take out; with species, and ahead of the first step, the next
   // step uploads. Memory is kept. What is removed counts in StepResult::removed.
-  /// Removes a body: all that is solid of it. What has melted off it stays, and its name stays taken. Its handle is then
+  /// Removes a body: all that is solid of it. What has melted off it stays, and its name stays taken until compact(). Its handle is then
   /// refused everywhere, also by a second remove(); probes on it read 0. Errors: invalid_argument, out_of_memory.
   Status remove(BodyId body);
   /// Removes a force field, whose handle is then refused. Does not synchronise; without any field left the next step plans anew.
@@ -202,12 +202,13 @@ class MELTSIM_API World {
   /// Removes the liquid whose particles have their centres in a shape, which does not go on behind periodic faces; returns how many. Errors:
   /// invalid_argument (the shape), out_of_memory.
   Result<std::uint64_t> remove_liquid(const Shape& shape);
-  /// Forgets particles that were removed or have left, and lattices of bodies that were removed, so that a World in which bodies and liquid
-  /// come and go for ever costs what is there. Ids of particles and labels of pieces close up, in their order: returns, per id, the id that it had.
-  /// Handles stay, and so does StepResult::removed. Memory is kept, as room for what is to come; the next step uploads, states saved
-  /// before are lost, and a snapshot fits a World from which the same bodies were removed ahead of compact(). Events, samples and readings of before have the ids and labels of
-  /// then. Ids in reserve of emitters stay in reserve, and particles that a body held last stay while something of it is solid. Synchronises. Errors: halted,
-  /// out_of_memory.
+  /// Forgets particles that were removed or have left, and bodies that were removed, so that a World in which things come and go for
+  /// ever costs what is there. Ids of particles close up, in their order, and labels of pieces with them: returns, per id, the id that it
+  /// had. Handles of what is there stay, and so does StepResult::removed. The rows (BodyId::index) and names of forgotten bodies are
+  /// free for bodies to come, which get handles of their own, but for rows that a probe is on, or while a reading is open. Memory is kept, as room
+  /// for what is to come; the next step uploads; states saved before are lost. A snapshot fits a World to which the same was added, from which the same bodies were
+  /// removed, and which compacted at the same places. Events and readings of before have the ids and labels of then. What emitters have in reserve stays, and so do
+  /// the particles that a body held last while something of it is solid. Synchronises. Errors: halted, out_of_memory.
   Result<std::vector<std::uint32_t>> compact();
 
   // Steering, between steps. What is set holds from the next step on, on both backends. Unless noted, nothing is uploaded
