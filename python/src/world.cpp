@@ -1686,7 +1686,7 @@ void bind_world(nb::module_& m) {
             };
             w.bodies.erase(std::remove_if(w.bodies.begin(), w.bodies.end(), gone), w.bodies.end());
             w.removed.clear();
-            return array_of(std::move(was));
+            return array_of<std::uint32_t>(std::move(was));
           },
           "Forgets particles that were removed or have left, and removed bodies, whose names are free again, "
           "so "

@@ -693,6 +693,30 @@ def test_force_fields_accelerate_what_is_in_them():
     assert np.allclose(windy.totals().momentum, (0, 0, 13.5 * (1 - math.exp(-1))), atol=1e-4)
 
 
+def test_what_was_removed_is_forgotten():
+    world = bath()
+    world.step(0.01)
+    block = world.bodies["block"]
+    world.remove(block)
+    removed = world.remove_liquid(Shape.box((0, 0, 0), (0.6, 0.1, 0.6)))
+    assert removed > 0
+    left, total = world.particles(), world.synchronize().removed
+    was = world.compact()
+    now = world.particles()
+    assert was.dtype == np.uint32 and len(was) == len(now.id) == len(left.id)
+    assert np.array_equal(was[now.id], left.id) and np.array_equal(now.position, left.position)
+    assert world.synchronize().removed == total > removed
+    assert "block" not in world.bodies
+    with pytest.raises(meltsim.Error, match="was removed"):
+        world.hold(block)
+    again = world.add_solid(Shape.box((0.2, 0.4, 0.2), (0.4, 0.6, 0.4)), "ice", name="block", temperature=-5)
+    assert world.bodies == {"block": again} and again.index == block.index and again != block
+    world.step(0.01)
+    assert [p.body for p in world.pieces()] == [again.index]
+    with pytest.raises(meltsim.Error, match="nothing that was removed"):
+        world.hold(block)
+
+
 def test_a_world_is_steered_between_steps():
     world = World(spacing=0.1, backend="cpu", threads=1, gravity=(0, 0, 0), heat_time_scale=1)
     world.add_material("ice", density=1000)
@@ -717,18 +741,6 @@ def test_a_world_is_steered_between_steps():
     assert world.totals().solid == 0
     with pytest.raises(meltsim.Error, match="remove"):
         world.remove(body)
-    known, mass = world.particles(), world.totals().mass
-    was = world.compact()
-    now = world.particles()
-    assert len(was) == len(now.ids) == world.totals().fluid and np.array_equal(was[now.ids], known.ids)
-    assert np.array_equal(now.positions, known.positions) and world.totals().mass == mass
-    with pytest.raises(meltsim.Error, match="removed"):
-        world.hold(body)
-    assert body.name not in world.bodies
-    again = world.add_solid(Shape.box((0.2, 0.3, 0.2), (0.4, 0.5, 0.4)), "ice", name=body.name, temperature=-5)
-    assert again.index == body.index and world.bodies[body.name] == again and again != body
-    world.step(0.01)
-    assert [p.body for p in world.pieces()] == [again.index] and world.page()
     other = bath()
     assert other.remove_liquid(Shape.box((0, 0, 0), (0.6, 0.1, 0.6))) == 36
     before = other.state_hash()
