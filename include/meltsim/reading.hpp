@@ -204,9 +204,9 @@ struct Event {
   /// For melted, frozen and left that particle; for contacts the one with the smallest id among those that touch (or did, in the
   /// sub-step before); for split one of the new piece; for gone the last one.
   std::uint32_t particle = no_particle;
-  BodyId body;              ///< null: of liquid that left, or of a body that World::compact() has forgotten since
-  BodyId other;             ///< of a contact of two bodies the one with the larger index; else null
-  int wall = -1;            ///< of a contact with a wall 0 to 5, in the order of DomainDesc::faces; else -1
+  BodyId body;    ///< null: of liquid that left, or of a body that World::compact() has forgotten since
+  BodyId other;   ///< of a contact of two bodies the one with the larger index; else null
+  int wall = -1;  ///< of a contact with a wall 0 to 5, in the order of DomainDesc::faces; else -1
   std::uint32_t piece = 0;  ///< of split: label of the new piece (PieceInfo::piece); else 0
   std::uint32_t from = 0;   ///< of split: label of what it came off; else 0
 };

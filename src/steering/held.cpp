@@ -101,7 +101,8 @@ void WorldImpl::set_held(std::size_t b, bool on) {
     }
   hold_as(b, on);
   dirty_ = measure_ = true;
-  added_ = added_ || steps == 0;  // what was added is looked at anew, whether the World was prepared in between or not
+  added_ = added_ ||
+           steps == 0;  // what was added is looked at anew, whether the World was prepared in between or not
 }
 
 void WorldImpl::hold_as(std::size_t b, bool on) {
