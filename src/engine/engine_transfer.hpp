@@ -141,13 +141,14 @@ void put_behind(E& ex, V* to, std::uint64_t first, const std::vector<V>& items) 
   if (to != nullptr) put(ex, to + first, items);
 }
 
-/// Radii of contact of the vertices from `first` on [m].
+/// How the surface lies at the vertices from `first` on.
 template <class T>
-std::vector<T> radii_behind(const SceneLattice& l, std::uint64_t first, T spacing) {
-  std::vector<T> radii;
-  for (std::uint64_t v = first; v < l.contact_radius.size(); ++v)
-    radii.push_back(static_cast<T>(l.contact_radius[v]) * spacing);
-  return radii;
+std::vector<Vec4<T>> contact_shapes_behind(const SceneLattice& l, std::uint64_t first, T spacing) {
+  std::vector<Vec4<T>> shapes;
+  for (std::uint64_t v = first; v < l.contact_shape.size(); ++v)
+    shapes.push_back(
+        with_w(cast<T>(xyz(l.contact_shape[v])), static_cast<T>(l.contact_shape[v].w) * spacing));
+  return shapes;
 }
 
 /// Labels of free vertices [first, end) that never were of a piece: each its own.
@@ -191,7 +192,7 @@ void put_body(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneState&
 #include "meltsim/fields.def"
   put_behind(ex, w.f.vertex_site, v, behind(l.vertex_site, v));
   put_behind(ex, w.f.vertex_body, v, behind(l.vertex_body, v));
-  put_behind(ex, w.f.contact_radius, v, radii_behind(l, v, w.c.spacing));
+  put_behind(ex, w.f.contact_shape, v, contact_shapes_behind(l, v, w.c.spacing));
   put_behind(ex, w.f.rigid_rotation, v, behind(s.region_rotation, v));
   put_behind(ex, w.f.seen_piece, v, behind(s.vertex_piece, v));
   if (w.f.site_vertex != nullptr)
@@ -221,8 +222,8 @@ void put_lattice(E& ex, const Frame<T>& w, const SceneLattice& l, const SceneSta
 #include "meltsim/fields.def"
   put(ex, wanted(field_vertex_site, w.f.vertex_site), l.vertex_site);
   put(ex, wanted(field_vertex_body, w.f.vertex_body), l.vertex_body);
-  if (wanted(field_contact_radius, w.f.contact_radius) != nullptr)
-    put(ex, w.f.contact_radius, radii_behind(l, 0, w.c.spacing));
+  if (wanted(field_contact_shape, w.f.contact_shape) != nullptr)
+    put(ex, w.f.contact_shape, contact_shapes_behind(l, 0, w.c.spacing));
   put(ex, wanted(field_rigid_rotation, w.f.rigid_rotation), s.region_rotation);
   if (wanted(field_site_vertex, w.f.site_vertex) != nullptr)
     put(ex, w.f.site_vertex, mark_empty_sites(l, {}, loops));

@@ -46,7 +46,7 @@ struct SceneState {
 struct SceneLattice {
   std::vector<std::uint32_t> vertex_site, vertex_body;  ///< per vertex
   std::vector<Vec3i> vertex_coordinates;                ///< on the body's lattice
-  std::vector<float> contact_radius;                    ///< per vertex, in spacings (physics/contact.hpp)
+  std::vector<Vec4<float>> contact_shape;               ///< per vertex, w in spacings (physics/contact.hpp)
   std::vector<std::uint32_t> site_vertex;               ///< per site
   std::vector<BodyRow> bodies;
   std::vector<BodyMotionRow> rests;  ///< per body: where its lattice is relative to the pivot; no motions

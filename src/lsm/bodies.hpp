@@ -56,29 +56,48 @@ struct NormalsBody {
     const std::uint32_t v = w.f.vertex_of_id[w.f.id[i]];
     w.f.piece[i] = w.f.vertex_piece[v] + 1u;
     if ((tag & tag_surface) == 0u) return;  // no contact
-    const Mat3<T> turn = to_matrix(core::turn_of(w, v));
-    w.f.contact_normal[i] =
-        core::deforms(w, w.f.vertex_body[v])
-            ? physics::outward_normal(deformed_offsets(v), T(popcount(w.f.neighbour_mask[v])), turn)
-            : physics::surface_normal(w.f.neighbour_mask[v], turn);
+    w.f.contact_normal[i] = normal_at(v, w.f.contact_shape[v], T(popcount(w.f.neighbour_mask[v])));
   }
 
  private:
-  /// Sum of the offsets of v's live direct neighbours in the frame of its body, which deforms, in units of the spacing.
-  MELTSIM_HD Vec3<T> deformed_offsets(std::uint32_t v) const {
+  MELTSIM_HD Vec4<T> normal_at(std::uint32_t v, Vec4<T> built, T live) const {
+    const Mat3<T> turn = to_matrix(core::turn_of(w, v));
+    const bool as_built = physics::is_as_built(built, live);
+    if (!core::deforms(w, w.f.vertex_body[v]))
+      return as_built ? physics::built_normal(built, live, turn)
+                      : physics::surface_normal(w.f.neighbour_mask[v], turn);
+    const Deformed d = deformed(v);
+    const Vec3<double> n = physics::deformed_normal(d.moved, d.built, cast<double>(xyz(built)));
+    const double size = length(n);
+    if (!as_built || !(size > 1e-6)) return physics::outward_normal(cast<T>(d.inward), live, turn);
+    return physics::built_normal(
+        with_w(cast<T>(n * (static_cast<double>(length(xyz(built))) / size)), built.w), live, turn);
+  }
+
+  /// Offsets d' of v's live direct neighbours in the frame of its body, which deforms, in units of the spacing, and those as built, d.
+  struct Deformed {
+    Vec3<double> inward{};          ///< sum of d'
+    Mat3<double> moved{}, built{};  ///< sums of d' d^T and d d^T
+  };
+  MELTSIM_HD Deformed deformed(std::uint32_t v) const {
     const std::uint32_t body = w.f.vertex_body[v], mask = w.f.neighbour_mask[v];
     const core::BodyMotionRow& row = w.f.body_motion[body];
     const double time = w.f.clock->time;
     const Vec3<double> here = core::deformed_point(w, v, row, time).position;
-    Vec3<double> inward{};
+    Deformed sum;
     for (int bit = 0; bit < 27; ++bit) {
       if (((mask >> bit) & 1u) == 0u) continue;
-      const std::uint32_t n = w.f.site_vertex[core::site_at(w.f.vertex_site[v], w.f.bodies[body], bit % 3 - 1,
-                                                            bit / 3 % 3 - 1, bit / 9 - 1)];
+      const int dx = bit % 3 - 1, dy = bit / 3 % 3 - 1, dz = bit / 9 - 1;
+      const std::uint32_t n =
+          w.f.site_vertex[core::site_at(w.f.vertex_site[v], w.f.bodies[body], dx, dy, dz)];
       if (!core::is_vertex(n)) continue;  // across a periodic face
-      inward += core::deformed_point(w, n, row, time).position - here;
+      const Vec3<double> d{double(dx), double(dy), double(dz)},
+          now = (core::deformed_point(w, n, row, time).position - here) * (1 / row.spacing);
+      sum.inward += now;
+      add_outer(sum.moved, 1.0, now, d);
+      add_outer(sum.built, 1.0, d, d);
     }
-    return cast<T>(inward * (1 / row.spacing));
+    return sum;
   }
 };
 

@@ -428,7 +428,7 @@ void WorldImpl::reserve(std::size_t particles, std::size_t vertices, std::size_t
   });
   shared.make_room(lattice_.vertex_site, vertices);
   shared.make_room(lattice_.vertex_body, vertices);
-  shared.make_room(lattice_.contact_radius, vertices);
+  shared.make_room(lattice_.contact_shape, vertices);
   shared.make_room(lattice_.vertex_coordinates, vertices);
   shared.make_room(lattice_.site_vertex, sites);
 }
@@ -480,7 +480,7 @@ void WorldImpl::extend_vertices(std::size_t vertices) {
   });
   lattice_.vertex_site.resize(n);
   lattice_.vertex_body.resize(n);
-  lattice_.contact_radius.resize(n, static_cast<float>(physics::largest_contact_radius));
+  lattice_.contact_shape.resize(n, {0, 0, 0, static_cast<float>(physics::largest_contact_radius)});
   lattice_.vertex_coordinates.resize(n);
 }
 

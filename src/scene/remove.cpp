@@ -85,7 +85,7 @@ void WorldImpl::leave_out_lattices() {
   });
   keep(lattice_.vertex_site);
   keep(lattice_.vertex_body);
-  keep(lattice_.contact_radius);
+  keep(lattice_.contact_shape);
   keep(lattice_.vertex_coordinates);
   for (std::uint32_t& v : lattice_.site_vertex) renumber(v);
   leave_out_rows();

@@ -153,9 +153,10 @@ class WorldImpl::NewBody {
   Status check_velocity() const;
   Status place_growth();
   Status number_sites();
-  void find_radii();
+  void find_surface();
   std::optional<Vec3d> centering_shift(const Presence& there, const ShapeDepth& depth) const;
   float radius_at(const ShapeDepth& depth, Vec3d x, Vec3d outward) const;
+  Vec4<float> normal_at(const ShapeDepth& depth, const Presence& there, Vec3i point, Vec3d x) const;
   template <class TagOf>
   Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
   bool displaces_liquid_only();
@@ -205,13 +206,13 @@ class WorldImpl::NewBody {
   std::string name_, what_;  ///< what: the head of its errors
   bool held_ = false;
   std::vector<Vec3i> points_;
-  std::vector<Vec3d> positions_;  ///< of the points [m]
-  std::vector<float> radii_;      ///< of the points in contact, in spacings
-  Vec3d cell_ = w_.cube();        ///< around each of them [m]
-  Vec3d origin_;                  ///< the World's, with this body
-  std::vector<Vec3i> free_;       ///< sites that it may grow into
-  core::SiteBox box_;             ///< of its sites and of those
-  int pad_ = 0;                   ///< sites around that box, so that the look-up of a region never leaves it
+  std::vector<Vec3d> positions_;      ///< of the points [m]
+  std::vector<Vec4<float>> surface_;  ///< how it lies at the points (SceneLattice::contact_shape)
+  Vec3d cell_ = w_.cube();            ///< around each of them [m]
+  Vec3d origin_;                      ///< the World's, with this body
+  std::vector<Vec3i> free_;           ///< sites that it may grow into
+  core::SiteBox box_;                 ///< of its sites and of those
+  int pad_ = 0;  ///< sites around that box, so that the look-up of a region never leaves it
   std::uint64_t nx_ = 0, ny_ = 0, nz_ = 0, base_ = 0;  ///< its box in the table of sites
   std::vector<std::uint32_t> displaced_;               ///< liquid in its place
   Vec3d center_;                                       ///< or the pivot, from the World's origin [m]
@@ -299,23 +300,40 @@ Status WorldImpl::NewBody::place() {
     return st;
   if (Status st = place_growth(); !st) return st;
   if (Status st = number_sites(); !st) return st;
-  find_radii();
+  find_surface();
   return {};
 }
 
 /// How far inside the shape the points at its surface are (physics/contact.hpp), once the shape lies evenly around them; half a spacing where no
 /// other point is missing around one, and where there is no way to tell how the shape lies.
-void WorldImpl::NewBody::find_radii() {
-  radii_.assign(points_.size(), static_cast<float>(physics::largest_contact_radius));
+void WorldImpl::NewBody::find_surface() {
+  surface_.assign(points_.size(), {0, 0, 0, static_cast<float>(physics::largest_contact_radius)});
   const Presence there(points_, box_);
   const ShapeDepth depth(s_.shape);
   const std::optional<Vec3d> shift = centering_shift(there, depth);
   if (!shift) return;
   w_.loops().pieces(points_.size(), [&](std::size_t k, std::size_t end) {
-    for (; k < end; ++k)
-      if (there.surface(points_[k]))
-        radii_[k] = radius_at(depth, positions_[k] + *shift, there.outward(points_[k], 2));
+    for (; k < end; ++k) {
+      if (!there.surface(points_[k])) continue;
+      const Vec3d x = positions_[k] + *shift;
+      surface_[k] = normal_at(depth, there, points_[k], x);
+      surface_[k].w *= radius_at(depth, x, there.outward(points_[k], 2));
+    }
   });
+}
+
+/// SceneLattice::contact_shape but for the radius: the normal of the face that a point lies beneath, or the way out at an edge. 0 where the lattice says the
+/// same: faces along it.
+Vec4<float> WorldImpl::NewBody::normal_at(const ShapeDepth& depth, const Presence& there, Vec3i point,
+                                          Vec3d x) const {
+  const Vec3d outward = there.outward(point, 2), of_lattice = there.outward(point, 1);
+  const std::optional<ShapeFace> face = depth.face(x, outward, 1.5 * w_.desc.spacing);
+  const Vec3d n = face ? face->normal : outward;
+  const double live = there.direct(point), edge = face ? 1 : -1;
+  if (length(n - of_lattice) < 0.01 && physics::flatness(live) == (face ? 1 : 0))
+    return with_w(Vec3<float>{}, 1.f);
+  return with_w(cast<float>(n * (face && face->curved ? live + physics::curved_mark : live)),
+                static_cast<float>(edge));
 }
 
 /// The shift u of the points after which those at opposite faces are equally deep in the shape: a box is as high as its layers, wherever
@@ -766,7 +784,7 @@ void WorldImpl::NewBody::add_vertex(core::SceneState& particles, std::size_t i, 
   w_.put_vertex(vertex, static_cast<std::uint32_t>(id), core::vertex_live, none);
   w_.lattice_.vertex_site[vertex] = site;
   w_.lattice_.vertex_body[vertex] = index_;
-  w_.lattice_.contact_radius[vertex] = radii_[k];
+  w_.lattice_.contact_shape[vertex] = surface_[k];
   w_.lattice_.vertex_coordinates[vertex] = points_[k];
   w_.put(particles, i, x, held_ ? Vec3d{} : s_.velocity + cross(s_.angular_velocity, x - center_), density_,
          enthalpy_, tag_at(site), vertex, contents_,

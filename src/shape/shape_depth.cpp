@@ -15,6 +15,10 @@ namespace {
 
 constexpr std::size_t triangles_in_leaf = 4;
 
+/// Another face is one that stands at more than 50 degrees to the first, and ends what lies beneath that if it is nearer than `beside` of the
+/// depth up to which faces are looked for.
+constexpr double across = 0.64, beside = 0.6;
+
 double square(Vec3d v) { return dot(v, v); }
 
 /// From x to the nearest point of a segment.
@@ -46,6 +50,12 @@ double to_box2(Vec3d x, const Box& b) {
   const auto beyond = [](double v, double low, double high) { return std::max({low - v, v - high, 0.0}); };
   return square(
       {beyond(x.x, b.min.x, b.max.x), beyond(x.y, b.min.y, b.max.y), beyond(x.z, b.min.z, b.max.z)});
+}
+
+/// A unit vector across another.
+Vec3d across_of(Vec3d n) {
+  const Vec3d c = cross(n, std::fabs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0});
+  return c * (1 / length(c));
 }
 
 double component(Vec3d v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
@@ -87,33 +97,66 @@ std::size_t MeshDistance::build(std::size_t begin, std::size_t end) {
 }
 
 /// A point on a triangle may lie beyond it by rounding: `slack` further inside, it does not.
-double MeshDistance::nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack) const {
-  double best = std::numeric_limits<double>::infinity();
+void MeshDistance::nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack,
+                           Nearest& best) const {
   for (std::size_t k = begin; k < end; ++k) {
     const std::size_t t = order_[k];
-    const Vec3d way = to_triangle(x, corner(t, 0), corner(t, 1), corner(t, 2));
-    if (square(way) < best && is_way_out(way + outward * slack, outward)) best = square(way);
+    const Vec3d a = corner(t, 0), b = corner(t, 1), c = corner(t, 2), way = to_triangle(x, a, b, c);
+    if (!(square(way) < best.distance2 && is_way_out(way + outward * slack, outward))) continue;
+    const Vec3d n = cross(b - a, c - a);
+    const double size = length(n), along = dot(way, n);
+    const bool over = size > 0 && square(way * size) - along * along <= 1e-4 * along * along;
+    best = {square(way), over ? n * ((dot(n, outward) < 0 ? -1 : 1) / size) : Vec3d{}};
   }
-  return best;
 }
 
-double MeshDistance::at(Vec3d x, Vec3d outward, double most) const {
-  if (nodes_.empty()) return most;
-  double best = most * most;
+MeshDistance::Nearest MeshDistance::nearest(Vec3d x, Vec3d outward, double most) const {
+  Nearest best{most * most, {}};
+  if (nodes_.empty()) return best;
   std::vector<std::size_t> open{0};
   while (!open.empty()) {
     const Node& node = nodes_[open.back()];
     const std::size_t first = open.back() + 1;
     open.pop_back();
-    if (!(to_box2(x, node.bounds) < best)) continue;
+    if (!(to_box2(x, node.bounds) < best.distance2)) continue;
     if (node.second == 0) {
-      best = std::min(best, nearest(node.begin, node.end, x, outward, 1e-6 * most));
+      nearest(node.begin, node.end, x, outward, 1e-6 * most, best);
     } else {
       open.push_back(node.second);
       open.push_back(first);
     }
   }
-  return std::sqrt(best);
+  return best;
+}
+
+double MeshDistance::at(Vec3d x, Vec3d outward, double most) const {
+  return nodes_.empty() ? most : std::sqrt(nearest(x, outward, most).distance2);
+}
+
+/// Whether a triangle is nearer than `within` that stands across one of this normal.
+bool MeshDistance::is_beside_another(Vec3d x, Vec3d normal, double within) const {
+  std::vector<std::size_t> open{0};
+  while (!open.empty()) {
+    const Node& node = nodes_[open.back()];
+    const std::size_t first = open.back() + 1;
+    open.pop_back();
+    if (!(to_box2(x, node.bounds) < within * within)) continue;
+    for (std::size_t k = node.begin; node.second == 0 && k < node.end; ++k) {
+      const Vec3d a = corner(order_[k], 0), b = corner(order_[k], 1), c = corner(order_[k], 2);
+      const Vec3d n = cross(b - a, c - a);
+      const double along = dot(n, normal);
+      if (along * along < across * across * square(n) && square(to_triangle(x, a, b, c)) < within * within)
+        return true;
+    }
+    if (node.second != 0) open.insert(open.end(), {node.second, first});
+  }
+  return false;
+}
+
+std::optional<Vec3d> MeshDistance::face(Vec3d x, Vec3d outward, double most) const {
+  const Nearest found = nearest(x, outward, most);
+  if (!(square(found.normal) > 0) || is_beside_another(x, found.normal, beside * most)) return {};
+  return found.normal;
 }
 
 ShapeDepth::ShapeDepth(const Shape& shape) : shape_(shape) {
@@ -126,10 +169,10 @@ ShapeDepth::ShapeDepth(const Shape& shape) : shape_(shape) {
 }
 
 /// Where the way out of the shape ends.
-double ShapeDepth::along(Vec3d x, Vec3d direction, double most) const {
+double ShapeDepth::along(Vec3d x, Vec3d direction, double most, double share) const {
   if (shape_.contains(x + direction * most)) return most;
   double inside = 0, outside = most;
-  while (outside - inside > 0.01 * most) {
+  while (outside - inside > share * most) {
     const double middle = 0.5 * (inside + outside);
     (shape_.contains(x + direction * middle) ? inside : outside) = middle;
   }
@@ -145,6 +188,50 @@ double ShapeDepth::at(Vec3d x, Vec3d outward, double most) const {
     if (k != 13 && is_way_out(d, outward)) depth = std::min(depth, along(x, d * (1 / length(d)), depth));
   }
   return depth;
+}
+
+/// The plane through the ends of the ways out of the shape along a direction and beside it, and how far from it they are.
+std::optional<ShapeDepth::Plane> ShapeDepth::plane(Vec3d x, Vec3d direction, double most) const {
+  const Vec3d u = across_of(direction), v = cross(direction, u);
+  const Vec3d ways[] = {u, u * -1.0, v, v * -1.0, {}};
+  Vec3d end[5];
+  for (int k = 0; k < 5; ++k) {
+    const Vec3d way = direction + ways[k] * 0.5, d = way * (1 / length(way));
+    const double reached = along(x, d, most, 1e-3);
+    if (!(reached < most)) return {};
+    end[k] = d * reached;
+  }
+  const Vec3d n = cross(end[0] - end[1], end[2] - end[3]);
+  if (!(square(n) > 0)) return {};
+  Plane p{n * ((dot(n, direction) < 0 ? -1 : 1) / length(n)), 0};
+  const Vec3d middle = (end[0] + end[1] + end[2] + end[3]) * 0.25;
+  for (const Vec3d& e : end) p.bend = std::max(p.bend, std::fabs(dot(e - middle, p.normal)));
+  return p;
+}
+
+std::optional<ShapeFace> ShapeDepth::face(Vec3d x, Vec3d outward, double most) const {
+  if (is_mesh_) {
+    const auto normal = mesh_.face(x, outward, most);
+    return normal ? std::optional<ShapeFace>({*normal, true}) : std::nullopt;
+  }
+  if (!of_parts_ || !(square(outward) > 0) || !shape_.contains(x)) return {};
+  const auto first = plane(x, outward, most);
+  if (!first) return {};
+  // Along the normal that was found, and from farther in, where ways out end farther apart.
+  const Vec3d deeper = x - first->normal * (most / 3);
+  const auto second = plane(shape_.contains(deeper) ? deeper : x, first->normal, 4 * most / 3);
+  if (!second || second->bend > 0.05 * most || is_beside_another(x, second->normal, beside * most)) return {};
+  return ShapeFace{second->normal, second->bend > 0.006 * most};
+}
+
+/// Whether a way into the shape, away from a face of this normal at 30 degrees, ends within a distance: another face is near.
+bool ShapeDepth::is_beside_another(Vec3d x, Vec3d normal, double within) const {
+  const Vec3d u = across_of(normal), v = cross(normal, u);
+  constexpr double into = 0.5, aside = 0.866, diagonal = 0.6124;  // aside/sqrt(2)
+  for (const Vec3d& way : {u * aside, u * -aside, v * aside, v * -aside, (u + v) * diagonal,
+                           (u - v) * diagonal, (v - u) * diagonal, (u + v) * -diagonal})
+    if (!shape_.contains(x + (way - normal * into) * within)) return true;
+  return false;
 }
 
 }  // namespace v0

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,8 +20,15 @@ class MeshDistance {
   /// The smaller of `most` and the distance from x to the nearest of the triangles whose nearest point lies within 45 degrees of
   /// `outward`, a unit vector; to the nearest of all where that is 0.
   double at(Vec3d x, Vec3d outward, double most) const;
+  /// The normal of that triangle, where the nearest point is not at its rim; empty where none is nearer than `most`.
+  std::optional<Vec3d> face(Vec3d x, Vec3d outward, double most) const;
 
  private:
+  /// A point of a triangle as seen from x.
+  struct Nearest {
+    double distance2 = 0;
+    Vec3d normal;  ///< 0: the point is at the rim
+  };
   struct Node {
     Box bounds;
     std::size_t begin = 0, end = 0;  ///< of order_
@@ -31,11 +39,19 @@ class MeshDistance {
     return mesh_.vertices[mesh_.indices[3 * triangle + k]];
   }
   Box bounds_of(std::size_t begin, std::size_t end) const;
-  double nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack) const;
+  bool is_beside_another(Vec3d x, Vec3d normal, double within) const;
+  void nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack, Nearest& best) const;
+  Nearest nearest(Vec3d x, Vec3d outward, double most) const;
 
   TriangleMesh mesh_;
   std::vector<std::size_t> order_;
   std::vector<Node> nodes_;
+};
+
+/// Of the surface of a shape.
+struct ShapeFace {
+  Vec3d normal;  ///< outwards
+  bool curved = false;
 };
 
 /// Depth of points in a valid shape.
@@ -48,9 +64,19 @@ class ShapeDepth {
   /// `outward`, to a hundredth of `most`. `most` where x is outside, and in what is put together from meshes: asking those of many
   /// points would take too long.
   double at(Vec3d x, Vec3d outward, double most) const;
+  /// The face of the shape that x lies beneath: the ways out along `outward`, a unit vector, and beside it end in one plane, to a twentieth of
+  /// `most`. Of a mesh the nearest triangle, which counts as curved. Empty where another face is near, where x is outside or lies deeper than `most`, and in what is
+  /// put together from meshes.
+  std::optional<ShapeFace> face(Vec3d x, Vec3d outward, double most) const;
 
  private:
-  double along(Vec3d x, Vec3d direction, double most) const;
+  double along(Vec3d x, Vec3d direction, double most, double share = 0.01) const;
+  bool is_beside_another(Vec3d x, Vec3d normal, double within) const;
+  struct Plane {
+    Vec3d normal;
+    double bend = 0;
+  };
+  std::optional<Plane> plane(Vec3d x, Vec3d direction, double most) const;
 
   Shape shape_;
   bool of_parts_ = false, is_mesh_ = false;

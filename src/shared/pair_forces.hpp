@@ -163,8 +163,8 @@ MELTSIM_HD Vec3<T> slip_of(const Frame<T>& w, std::uint64_t i) {
 /// Radius of a solid particle in contact [m]; half a spacing where there are no lattices.
 template <class T>
 MELTSIM_HD T contact_radius_of(const Frame<T>& w, std::uint64_t i) {
-  if (w.f.contact_radius == nullptr) return T(physics::largest_contact_radius) * w.c.spacing;
-  return w.f.contact_radius[w.f.vertex_of_id[w.f.id[i]]];
+  if (w.f.contact_shape == nullptr) return T(physics::largest_contact_radius) * w.c.spacing;
+  return std::fabs(w.f.contact_shape[w.f.vertex_of_id[w.f.id[i]]].w);
 }
 
 /// Contact of solid particle i, of velocity v, with a wall. The smaller of both friction coefficients holds.

@@ -149,10 +149,42 @@ TEST(ShapeDepth, OfManyTrianglesIsThatOfTheNearest) {
   }
 }
 
+// Faces turned against everything: normals to a hundredth of a radian, of ways out that end within 1e-3 of `most` of the surface. None within 0.6 of `most` of an
+// edge, where another face ends the ways that lead into the shape.
+TEST(ShapeDepth, FacesHaveTheirNormalsAndEdgesNone) {
+  const Vec3d half{2, 1.5, 1}, axis = Vec3d{1, 2, -1} * (1 / std::sqrt(6.0));
+  const auto turned = [&](Vec3d v) {  // Rodrigues
+    return v * std::cos(0.7) + cross(axis, v) * std::sin(0.7) + axis * (dot(axis, v) * (1 - std::cos(0.7)));
+  };
+  const ShapeDepth box(Shape::box(-half, half).transformed({}, axis, 0.7)),
+      mesh(Shape::mesh(box_mesh(half)).transformed({}, axis, 0.7));
+  for (const double lean : {0.0, 0.3})
+    for (const double deep : {0.02, 0.2, 0.4})
+      for (const ShapeDepth* depth : {&box, &mesh}) {
+        const Vec3d up = turned({0, 1, 0}), way = turned(Vec3d{std::sin(lean), std::cos(lean), 0});
+        const auto face = depth->face(turned({0.3, half.y - deep, -0.1}), way, most);
+        ASSERT_TRUE(face) << lean << " " << deep;
+        EXPECT_LT(length(face->normal - up), 0.01);
+        EXPECT_EQ(face->curved, depth == &mesh);
+        const Vec3d rim{half.x - 0.1, half.y - 0.1, 0};
+        EXPECT_FALSE(depth->face(turned(rim), turned(Vec3d{1, 1, 0} * std::sqrt(0.5)), most));
+        EXPECT_FALSE(depth->face(turned(rim), up, most));
+      }
+  const ShapeDepth ball(Shape::sphere({}, 2));
+  const Vec3d out = Vec3d{1, -2, 3} * (1 / std::sqrt(14.0));
+  const auto face = ball.face(out * 1.9, Vec3d{0, -0.5, 0.866}, most);
+  ASSERT_TRUE(face);
+  EXPECT_LT(length(face->normal - out), 0.02);  // of a plane through points 0.15 apart on it
+  EXPECT_TRUE(face->curved);
+  EXPECT_FALSE(ball.face(out * 2.1, out, most));
+  EXPECT_FALSE(ball.face(out * 1.4, out, most));
+}
+
 TEST(ShapeDepth, IsNotLookedForWhereMeshesAreOnlyParts) {
   const Shape mesh = Shape::mesh(box_mesh({1, 1, 1}));
   const ShapeDepth depth(Shape::subtract(mesh, Shape::sphere({}, 0.5)));
   EXPECT_EQ(depth.at({0.9, 0, 0}, {}, most), most);
+  EXPECT_FALSE(depth.face({0.9, 0, 0}, {1, 0, 0}, most));
   EXPECT_EQ(ShapeDepth(Shape()).at({}, {}, most), most);
 }
 

@@ -85,7 +85,7 @@ TEST(AddedBody, HasTheLatticeThatAnUploadMakes) {
     SAME(vertex_id, 0, vertices);
     SAME(vertex_site, 0, vertices);
     SAME(vertex_body, 0, vertices);
-    SAME(contact_radius, 0, vertices);
+    SAME(contact_shape, 0, vertices);
     SAME(vertex_state, 0, vertices);
     SAME(vertex_piece, 0, vertices);
     SAME(seen_piece, 0, vertices);

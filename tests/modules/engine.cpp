@@ -42,7 +42,7 @@ void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConst
     s.vertex_id.push_back(id);
     l.vertex_site.push_back(site);
     l.vertex_body.push_back(body);
-    l.contact_radius.push_back(0.5f);
+    l.contact_shape.push_back({0, 0, 0, 0.5f});
     l.vertex_coordinates.push_back(p);
   }
   l.bodies.push_back(row);
@@ -60,7 +60,7 @@ void add_body(core::SceneLattice& l, core::SceneState& s, const core::SceneConst
     l.site_vertex[site_of(p)] = v;
     l.vertex_site.push_back(site_of(p));
     l.vertex_body.push_back(body);
-    l.contact_radius.push_back(0.5f);
+    l.contact_shape.push_back({0, 0, 0, 0.5f});
     l.vertex_coordinates.push_back(p);
     s.vertex_id.push_back(core::none);
     s.vertex_state.push_back(0);

@@ -22,7 +22,8 @@
 // mean over its contacts, not per pair; a pair of movable particles has (s_i - s_j)/2.
 //
 // Geometry: spheres on a lattice would rest tip on tip and slide off. The normal is therefore that of the surface,
-// taken from the missing direct neighbours of the flatter of the two particles (Macklin et al. 2014, Unified
+// that of the shape that the body was built from, or, where that does not say, or neighbours have melted, taken from the missing direct
+// neighbours, in either case of the flatter of the two particles (Macklin et al. 2014, Unified
 // particle physics, sec. 5.2, use a distance field's gradient for the same reason), and a pair counts by its
 // sideways offset t as 1 - t/dx, which sums to about 1 however the two faces are shifted.
 //
@@ -117,6 +118,37 @@ MELTSIM_HD Vec4<T> outward_normal(Vec3<T> inward, T live, const Mat3<T>& rotatio
 template <class T>
 MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
   return outward_normal(sum_of_offsets<T>(mask), T(popcount(mask)), rotation);
+}
+
+/// Live direct neighbours, itself among them, of a particle in a plane, in a curved face, which a plane is flatter than, and at an edge.
+inline constexpr double neighbours_of_plane = 18, neighbours_of_curved = 17, neighbours_of_edge = 12;
+/// What `built` below is longer by at curved faces.
+inline constexpr double curved_mark = 0.25;
+
+/// Whether the shape says how the surface lies at a particle with so many live direct neighbours. built: its outward normal in the frame of
+/// the body as built, times how many of them the particle had then; 0: the shape does not say. w: below 0 at an edge.
+template <class T>
+MELTSIM_HD bool is_as_built(const Vec4<T>& built, T live) {
+  return std::fabs(length(xyz(built)) - live) < T(0.5) && live > T(0.5);
+}
+
+/// The outward normal of the shape that a body was built from, as it lies in space. A face that is turned against the lattice, or curved,
+/// is a staircase of particles: their own normals are those of its steps, which interlock with the steps of another.
+template <class T>
+MELTSIM_HD Vec4<T> built_normal(const Vec4<T>& built, T live, const Mat3<T>& rotation) {
+  const T size = length(xyz(built));
+  const double flat = size > live + T(0.5 * curved_mark) ? neighbours_of_curved : neighbours_of_plane;
+  return with_w(rotation * (xyz(built) * (T(1) / size)), T(built.w < T(0) ? neighbours_of_edge : flat));
+}
+
+/// A normal of a surface that deforms: F^-T n, of F the one that takes the offsets d of neighbours as built to those that they have now, d', with
+/// the least squares. moved: sum of d' d^T, built: of d d^T. Not of unit length; 0 where neighbours lie in a plane.
+template <class T>
+MELTSIM_HD Vec3<T> deformed_normal(const Mat3<T>& moved, const Mat3<T>& built, Vec3<T> n) {
+  const Vec3<T> a{moved.m[0][0], moved.m[0][1], moved.m[0][2]},
+      b{moved.m[1][0], moved.m[1][1], moved.m[1][2]}, c{moved.m[2][0], moved.m[2][1], moved.m[2][2]},
+      v = built * n;
+  return {dot(cross(b, c), v), dot(cross(c, a), v), dot(cross(a, b), v)};
 }
 
 /// Depth by which a sphere at x overlaps the plane of a face (in the order of DomainDesc::faces) [m].
