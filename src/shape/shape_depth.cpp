@@ -133,8 +133,8 @@ double MeshDistance::at(Vec3d x, Vec3d outward, double most) const {
   return nodes_.empty() ? most : std::sqrt(nearest(x, outward, most).distance2);
 }
 
-/// Whether a triangle is nearer than `within` that stands across one of this normal.
-bool MeshDistance::is_beside_another(Vec3d x, Vec3d normal, double within) const {
+/// Whether a triangle is nearer than `within` whose normal is at more than an angle, of this cosine, to another.
+bool MeshDistance::is_beside_another(Vec3d x, Vec3d normal, double within, double cosine) const {
   std::vector<std::size_t> open{0};
   while (!open.empty()) {
     const Node& node = nodes_[open.back()];
@@ -145,7 +145,7 @@ bool MeshDistance::is_beside_another(Vec3d x, Vec3d normal, double within) const
       const Vec3d a = corner(order_[k], 0), b = corner(order_[k], 1), c = corner(order_[k], 2);
       const Vec3d n = cross(b - a, c - a);
       const double along = dot(n, normal);
-      if (along * along < across * across * square(n) && square(to_triangle(x, a, b, c)) < within * within)
+      if (along * along < cosine * cosine * square(n) && square(to_triangle(x, a, b, c)) < within * within)
         return true;
     }
     if (node.second != 0) open.insert(open.end(), {node.second, first});
@@ -153,10 +153,11 @@ bool MeshDistance::is_beside_another(Vec3d x, Vec3d normal, double within) const
   return false;
 }
 
-std::optional<Vec3d> MeshDistance::face(Vec3d x, Vec3d outward, double most) const {
+std::optional<ShapeFace> MeshDistance::face(Vec3d x, Vec3d outward, double most) const {
+  constexpr double level = 0.9986;  // 3 degrees
   const Nearest found = nearest(x, outward, most);
-  if (!(square(found.normal) > 0) || is_beside_another(x, found.normal, beside * most)) return {};
-  return found.normal;
+  if (!(square(found.normal) > 0) || is_beside_another(x, found.normal, beside * most, across)) return {};
+  return ShapeFace{found.normal, is_beside_another(x, found.normal, beside * most, level)};
 }
 
 ShapeDepth::ShapeDepth(const Shape& shape) : shape_(shape) {
@@ -210,10 +211,7 @@ std::optional<ShapeDepth::Plane> ShapeDepth::plane(Vec3d x, Vec3d direction, dou
 }
 
 std::optional<ShapeFace> ShapeDepth::face(Vec3d x, Vec3d outward, double most) const {
-  if (is_mesh_) {
-    const auto normal = mesh_.face(x, outward, most);
-    return normal ? std::optional<ShapeFace>({*normal, true}) : std::nullopt;
-  }
+  if (is_mesh_) return mesh_.face(x, outward, most);
   if (!of_parts_ || !(square(outward) > 0) || !shape_.contains(x)) return {};
   const auto first = plane(x, outward, most);
   if (!first) return {};

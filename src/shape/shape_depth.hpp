@@ -12,6 +12,12 @@
 namespace meltsim {
 inline namespace v0 {
 
+/// Of the surface of a shape.
+struct ShapeFace {
+  Vec3d normal;  ///< outwards
+  bool curved = false;
+};
+
 /// Distances from points to the surface of a mesh: a tree of boxes around its triangles.
 class MeshDistance {
  public:
@@ -20,8 +26,8 @@ class MeshDistance {
   /// The smaller of `most` and the distance from x to the nearest of the triangles whose nearest point lies within 45 degrees of
   /// `outward`, a unit vector; to the nearest of all where that is 0.
   double at(Vec3d x, Vec3d outward, double most) const;
-  /// The normal of that triangle, where the nearest point is not at its rim; empty where none is nearer than `most`.
-  std::optional<Vec3d> face(Vec3d x, Vec3d outward, double most) const;
+  /// The face of that triangle, where the nearest point is not at its rim; empty where none is nearer than `most`, or another face is near.
+  std::optional<ShapeFace> face(Vec3d x, Vec3d outward, double most) const;
 
  private:
   /// A point of a triangle as seen from x.
@@ -39,19 +45,13 @@ class MeshDistance {
     return mesh_.vertices[mesh_.indices[3 * triangle + k]];
   }
   Box bounds_of(std::size_t begin, std::size_t end) const;
-  bool is_beside_another(Vec3d x, Vec3d normal, double within) const;
+  bool is_beside_another(Vec3d x, Vec3d normal, double within, double cosine) const;
   void nearest(std::size_t begin, std::size_t end, Vec3d x, Vec3d outward, double slack, Nearest& best) const;
   Nearest nearest(Vec3d x, Vec3d outward, double most) const;
 
   TriangleMesh mesh_;
   std::vector<std::size_t> order_;
   std::vector<Node> nodes_;
-};
-
-/// Of the surface of a shape.
-struct ShapeFace {
-  Vec3d normal;  ///< outwards
-  bool curved = false;
 };
 
 /// Depth of points in a valid shape.
@@ -65,7 +65,7 @@ class ShapeDepth {
   /// points would take too long.
   double at(Vec3d x, Vec3d outward, double most) const;
   /// The face of the shape that x lies beneath: the ways out along `outward`, a unit vector, and beside it end in one plane, to a twentieth of
-  /// `most`. Of a mesh the nearest triangle, which counts as curved. Empty where another face is near, where x is outside or lies deeper than `most`, and in what is
+  /// `most`. Of a mesh the nearest triangle. Empty where another face is near, where x is outside or lies deeper than `most`, and in what is
   /// put together from meshes.
   std::optional<ShapeFace> face(Vec3d x, Vec3d outward, double most) const;
 

@@ -159,13 +159,13 @@ TEST(ShapeDepth, FacesHaveTheirNormalsAndEdgesNone) {
   const ShapeDepth box(Shape::box(-half, half).transformed({}, axis, 0.7)),
       mesh(Shape::mesh(box_mesh(half)).transformed({}, axis, 0.7));
   for (const double lean : {0.0, 0.3})
-    for (const double deep : {0.02, 0.2, 0.4})
+    for (const double deep : {0.02, 0.15, 0.3})
       for (const ShapeDepth* depth : {&box, &mesh}) {
         const Vec3d up = turned({0, 1, 0}), way = turned(Vec3d{std::sin(lean), std::cos(lean), 0});
         const auto face = depth->face(turned({0.3, half.y - deep, -0.1}), way, most);
         ASSERT_TRUE(face) << lean << " " << deep;
         EXPECT_LT(length(face->normal - up), 0.01);
-        EXPECT_EQ(face->curved, depth == &mesh);
+        EXPECT_FALSE(face->curved);
         const Vec3d rim{half.x - 0.1, half.y - 0.1, 0};
         EXPECT_FALSE(depth->face(turned(rim), turned(Vec3d{1, 1, 0} * std::sqrt(0.5)), most));
         EXPECT_FALSE(depth->face(turned(rim), up, most));

@@ -173,6 +173,49 @@ TEST(SurfaceNormal, ZeroWhereBothSidesAreAlike) {
     EXPECT_EQ(length(xyz(surface_normal(m, identity3<double>()))), 0.0);
 }
 
+// 20 direct neighbours as built: one more or less, and the lattice says how the surface lies.
+TEST(BuiltNormal, HoldsWhileNeighboursAreAsBuilt) {
+  const Vec3<double> n = unit(Vec3<double>{1, 2, -2});
+  const auto turn = to_matrix(Quat<double>{std::cos(0.3), 0, std::sin(0.3), 0});
+  for (const double mark : {0.0, curved_mark}) {
+    const auto face = with_w(n * (20 + mark), 0.1), edge = with_w(n * (20 + mark), -0.1);
+    EXPECT_TRUE(is_as_built(face, 20.0));
+    EXPECT_FALSE(is_as_built(face, 19.0));
+    EXPECT_FALSE(is_as_built(face, 21.0));
+    const auto there = built_normal(face, 20.0, turn);
+    EXPECT_LT(length(xyz(there) - turn * n), 1e-15);
+    EXPECT_EQ(there.w, mark > 0 ? neighbours_of_curved : neighbours_of_plane);
+    EXPECT_EQ(built_normal(edge, 20.0, turn).w, neighbours_of_edge);
+    EXPECT_EQ(flatness(there.w), mark > 0 ? 0 : 1);
+    EXPECT_EQ(flatness(neighbours_of_edge), 0);
+  }
+  EXPECT_FALSE(is_as_built(Vec4<double>{0, 0, 0, 0.5}, 0.0));
+  EXPECT_FALSE(is_as_built(Vec4<double>{0, 0, 0, 0.5}, 18.0));
+}
+
+// Of neighbours below an oblique plane that are deformed alike: at right angles to what lies along the surface, and out of it.
+TEST(BuiltNormal, FollowsASurfaceThatDeforms) {
+  Random random(65);
+  for (int k = 0; k < 200; ++k) {
+    const Vec3<double> n = unit(random.vector() + Vec3<double>{0, 0, 1e-3});
+    Mat3<double> f = identity3<double>();
+    add_outer(f, 0.5, random.vector(), random.vector());
+    if (!(determinant(f) > 0.2)) continue;
+    Mat3<double> moved, built;
+    for (int bit = 0; bit < 27; ++bit) {
+      const Vec3<double> d{double(bit % 3 - 1), double(bit / 3 % 3 - 1), double(bit / 9 - 1)};
+      if (dot(d, n) > 0.3) continue;
+      add_outer(moved, 1.0, f * d, d);
+      add_outer(built, 1.0, d, d);
+    }
+    const Vec3<double> there = unit(deformed_normal(moved, built, n));
+    const Vec3<double> along = unit(cross(n, Vec3<double>{0.3, -0.5, 0.8})), across = cross(n, along);
+    EXPECT_LT(std::fabs(dot(there, f * along)), 1e-12);
+    EXPECT_LT(std::fabs(dot(there, f * across)), 1e-12);
+    EXPECT_GT(dot(there, f * n), 0);
+  }
+}
+
 TEST(ContactGeometry, AntisymmetricToTheBit) {
   Random random(63);
   for (int n = 0; n < 20000; ++n) {

@@ -120,8 +120,9 @@ MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
   return outward_normal(sum_of_offsets<T>(mask), T(popcount(mask)), rotation);
 }
 
-/// Live direct neighbours, itself among them, of a particle in a plane, in a curved face, which a plane is flatter than, and at an edge.
-inline constexpr double neighbours_of_plane = 18, neighbours_of_curved = 17, neighbours_of_edge = 12;
+/// Live direct neighbours, itself among them, of a particle in a plane, in a curved face and at an edge. Curved faces are not flat: balls overlap as their
+/// particles' spheres do, since tangent planes of balls that are apart do overlap beside the nearest points.
+inline constexpr double neighbours_of_plane = 18, neighbours_of_curved = 15, neighbours_of_edge = 12;
 /// What `built` below is longer by at curved faces.
 inline constexpr double curved_mark = 0.25;
 
