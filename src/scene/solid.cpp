@@ -156,7 +156,8 @@ class WorldImpl::NewBody {
   void find_surface();
   std::optional<Vec3d> centering_shift(const Presence& there, const ShapeDepth& depth) const;
   float radius_at(const ShapeDepth& depth, Vec3d x, Vec3d outward) const;
-  Vec4<float> normal_at(const ShapeDepth& depth, const Presence& there, Vec3i point, Vec3d x) const;
+  Vec4<float> normal_at(const ShapeDepth& depth, const Presence& there, Vec3i point, Vec3d x,
+                        float radius) const;
   template <class TagOf>
   Status find_displaced(const core::PointGrid& there, const TagOf& tag_of);
   bool displaces_liquid_only();
@@ -316,24 +317,28 @@ void WorldImpl::NewBody::find_surface() {
     for (; k < end; ++k) {
       if (!there.surface(points_[k])) continue;
       const Vec3d x = positions_[k] + *shift;
-      surface_[k] = normal_at(depth, there, points_[k], x);
-      surface_[k].w *= radius_at(depth, x, there.outward(points_[k], 2));
+      const Vec3d outward = there.outward(points_[k], 2);
+      const double deepest =
+          0.75 * w_.desc.spacing;  // what is deeper than that touches nothing, as bodies lie on each other
+      surface_[k].w = radius_at(depth, x, outward);
+      if (depth.at(x, outward, deepest) < deepest)
+        surface_[k] = normal_at(depth, there, points_[k], x, surface_[k].w);
     }
   });
 }
 
-/// SceneLattice::contact_shape but for the radius: the normal of the face that a point lies beneath, or the way out at an edge. 0 where the lattice says the
+/// SceneLattice::contact_shape of a radius: the normal of the face that a point lies beneath, or the way out at an edge. 0 where the lattice says the
 /// same: faces along it.
 Vec4<float> WorldImpl::NewBody::normal_at(const ShapeDepth& depth, const Presence& there, Vec3i point,
-                                          Vec3d x) const {
+                                          Vec3d x, float radius) const {
   const Vec3d outward = there.outward(point, 2), of_lattice = there.outward(point, 1);
   const std::optional<ShapeFace> face = depth.face(x, outward, 1.5 * w_.desc.spacing);
   const Vec3d n = face ? face->normal : outward;
-  const double live = there.direct(point), edge = face ? 1 : -1;
+  const double live = there.direct(point);
   if (length(n - of_lattice) < 0.01 && physics::flatness(live) == (face ? 1 : 0))
-    return with_w(Vec3<float>{}, 1.f);
+    return with_w(Vec3<float>{}, radius);
   return with_w(cast<float>(n * (face && face->curved ? live + physics::curved_mark : live)),
-                static_cast<float>(edge));
+                face ? radius : -radius);
 }
 
 /// The shift u of the points after which those at opposite faces are equally deep in the shape: a box is as high as its layers, wherever
