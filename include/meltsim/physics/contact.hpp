@@ -120,9 +120,13 @@ MELTSIM_HD Vec4<T> surface_normal(std::uint32_t mask, const Mat3<T>& rotation) {
   return outward_normal(sum_of_offsets<T>(mask), T(popcount(mask)), rotation);
 }
 
-/// Live direct neighbours, itself among them, of a particle in a plane, in a curved face and at an edge. Curved faces are not flat: balls overlap as their
-/// particles' spheres do, since tangent planes of balls that are apart do overlap beside the nearest points.
-inline constexpr double neighbours_of_plane = 18, neighbours_of_curved = 15, neighbours_of_edge = 12;
+/// Live direct neighbours of a particle in a plane, itself among them.
+inline constexpr double neighbours_of_plane = 18;
+/// What stands for them in a curved face, which is not flat: balls overlap as their particles' spheres do, since tangent planes of balls that are
+/// apart do overlap beside the nearest points.
+inline constexpr double neighbours_of_curved = 15;
+/// Those of a particle at a straight edge of two planes.
+inline constexpr double neighbours_of_edge = 12;
 /// What `built` below is longer by at curved faces.
 inline constexpr double curved_mark = 0.25;
 
