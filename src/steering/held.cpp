@@ -75,6 +75,7 @@ bool WorldImpl::set_held_in_place(std::size_t b, bool on) {
 void WorldImpl::set_held(std::size_t b, bool on) {
   if (set_held_in_place(b, on)) return;
   fetch_state();
+  see_added();
   BodyRecord& body = bodies_[b];
   const auto of_body = [&](std::uint32_t tag) { return is_solid(tag) && body_of(tag) == b + 1u; };
   double mass = 0;
