@@ -104,7 +104,8 @@ void WorldImpl::leave_out_rows() {
     BodyRecord& body = bodies_[b];
     const std::size_t sites = body.sites;
     if (body.gone) {
-      body_names_.erase(body.desc.name);
+      // Once: of one that was forgotten before, another body may have the name by now.
+      if (body.vertices_in_lattice != 0) body_names_.erase(body.desc.name);
       body.vertices_in_lattice = 0;
       body.sites = 0;
     }
@@ -165,6 +166,7 @@ Result<std::vector<std::uint32_t>> WorldImpl::compact() {
   const bool lattices = std::any_of(bodies_.begin(), bodies_.end(),
                                     [](const BodyRecord& b) { return b.gone && b.vertices_in_lattice != 0; });
   if (n == 0 && !lattices) return was;
+  const Change change(*this);
   if (lattices) leave_out_lattices();
   leave_out(drop);
   state_.removed -= n;

@@ -314,7 +314,10 @@ TEST(Compact, ARowThatTheHostMayAskAboutIsNotTaken) {
   const BodyId fourth = *add(c, s, "fourth", 0.2, 1.6);
   EXPECT_EQ(fourth.index, first.index);
   EXPECT_FALSE(fourth == first);
-  EXPECT_EQ(add(c, s, "fifth", 1.6)->index, 4u);  // a probe is on row 2
+  EXPECT_EQ(add(c, s, "watched", 1.6)->index, 4u);  // a probe is on row 2; the name is free
+  require(s.world.remove(*add(c, s, "sixth", 0.9)));
+  ASSERT_TRUE(s.world.compact());
+  EXPECT_FALSE(add(c, s, "watched", 0.9));  // row 2 had that name, and row 4 has it
   step(s, 60);
   const auto events = s.world.take_events();
   ASSERT_TRUE(events);
