@@ -207,7 +207,7 @@ class MELTSIM_API World {
   /// had. Handles of what is there stay, and so does StepResult::removed. The rows (BodyId::index) and names of forgotten bodies are
   /// free for bodies to come, which get handles of their own, but for rows that a probe is on, or while a reading is open. Memory is kept, as room
   /// for what is to come; the next step uploads; states saved before are lost. A snapshot fits a World to which the same was added, from which the same bodies were
-  /// removed, and which compacted at the same places. Events and readings of before have the ids and labels of then. What emitters have in reserve stays, and so do
+  /// removed, and which compacted in between as this one did. Events and readings of before have the ids and labels of then. What emitters have in reserve stays, and so do
   /// the particles that a body held last while something of it is solid. Synchronises. Errors: halted, out_of_memory.
   Result<std::vector<std::uint32_t>> compact();
 

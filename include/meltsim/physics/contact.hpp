@@ -30,7 +30,7 @@
 // Radii: a sphere of half a spacing around every particle would give a ball the steps of its lattice, on whose faces it stands
 // instead of rolling. A particle at the surface of the shape that a body was built from therefore has a sphere as large as it is deep
 // in that shape, laid evenly around the body's particles first, so that the spheres of a body together have its surface; half a
-// spacing at most, so that bodies a spacing apart do not touch, and a tenth at least, so that no particle gets to a wall. What
+// spacing at most, so that bodies along the lattice, a spacing apart, do not touch, and a tenth at least, so that no particle gets to a wall. What
 // melting uncovers has half a spacing.
 #pragma once
 
