@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "description/validate.hpp"
+#include "engine/held.hpp"
 #include "engine/text.hpp"
 #include "world/world_impl.hpp"
 

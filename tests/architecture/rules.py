@@ -9,6 +9,7 @@
                                  step aside in pipeline/schedule.hpp
   rules.py map DIR               ARCHITECTURE.md names every formula header and stage, and functions where they stand; 150 lines
   rules.py sizes DIR             no folder holds more than 15 % of the library's lines, no function of src and cuda more than 40
+  rules.py uses DIR              a file of src/ includes the header of each core:: function that it calls
   rules.py names DIR             no two bodies (kernels) have the same name
   rules.py symbols LIBRARY       the shared library exports names of meltsim only
   rules.py c_names ARCHIVE       the global names of C in an archive, which hosts link as a whole, begin with meltsim_
@@ -271,6 +272,36 @@ def check_names(root):
             seen[name] = where
 
 
+def check_uses(root):
+    """Files are compiled eight at a time (cmake/MeltsimPrecompile.cmake): one that leans on what another included fails in a
+    build that groups them in another way."""
+    where = {}
+    for path in sources(root, "src"):
+        text = strip_comments(path.read_text())
+        if path.suffix == ".hpp" and "namespace core" in text:
+            for name in definitions(text):
+                where.setdefault(name, set()).add(path.resolve())
+    reached = {}
+
+    def reach(path):
+        if path not in reached:
+            reached[path] = {path}  # first, for headers that include each other
+            for _, target in includes_of(path):
+                for base in (path.parent, root / "src"):
+                    if (base / target).is_file():
+                        reached[path] |= reach((base / target).resolve())
+                        break
+        return reached[path]
+
+    if not where:
+        yield "no function found: the pattern is broken"
+    for path in sources(root, "src"):
+        if path.suffix == ".cpp":
+            for name in sorted(set(re.findall(r"\bcore::(\w+)[(<]", strip_comments(path.read_text()))) & set(where)):
+                if not where[name] & reach(path.resolve()):
+                    yield f"{path.relative_to(root)}: calls core::{name} and does not include {min(where[name]).relative_to(root.resolve())}"
+
+
 def check_symbols(library):
     listing = subprocess.run(["nm", "-D", "--defined-only", "-C", str(library)], check=True,
                              capture_output=True, text=True).stdout
@@ -491,6 +522,10 @@ def selftest():
         write("src/sph/other.hpp", "struct OneBody {};\nstruct OtherBody;\n")
         cases += [(check_names, "src/engine/a.hpp", "struct OtherBody {};\n", 0),
                   (check_names, "src/engine/a.hpp", "// struct OneBody {};\nstruct OneBody {};\n", 1)]
+        write("src/engine/held.hpp", "namespace core {\nint held(int a) {\n  return a;\n}\n}\n")
+        write("src/engine/all.hpp", '#include "engine/held.hpp"\n')
+        cases += [(check_uses, "src/engine/b.cpp", "int b = core::held(1);\n", 1),
+                  (check_uses, "src/engine/b.cpp", '#include "all.hpp"\nint b = core::held(1) + core::other(2);\n', 0)]
         broken = 0
         for check, name, text, expected in cases:
             found = findings(check, name, text)
@@ -514,7 +549,7 @@ def main(arguments):
     else:
         checks = {"includes": check_includes, "macros": check_macros, "instantiations": check_instantiations,
                   "channels": check_channels, "links": check_links, "map": check_map, "sizes": check_sizes,
-                  "names": check_names, "symbols": check_symbols, "c_names": check_c_names}
+                  "names": check_names, "uses": check_uses, "symbols": check_symbols, "c_names": check_c_names}
         found = list(checks[rule](Path(rest[0]).resolve()))
     for line in found:
         print(line)
