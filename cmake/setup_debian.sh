@@ -66,10 +66,11 @@ meltsim_choose_backend() {
   fi
 }
 
-# nproc, but at least 2 GB of memory each: a CUDA translation unit takes that much.
+# Processors, but at least 2 GB of memory each: a CUDA translation unit takes that much. nproc heeds OMP_NUM_THREADS, which is about
+# the threads of one program.
 meltsim_jobs() {
   local processors memory
-  processors=$(nproc)
+  processors=$(env -u OMP_NUM_THREADS -u OMP_THREAD_LIMIT nproc)
   memory=$(awk '/MemAvailable/ {print int($2 / 2097152)}' /proc/meminfo)
   [ "$memory" -lt 1 ] && memory=1
   echo $((processors < memory ? processors : memory))
